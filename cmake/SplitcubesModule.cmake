@@ -1,0 +1,67 @@
+# One target per module. The sources are every .cpp below the module's folder,
+# the links are what tools/layers.txt allows, so a module cannot reach further.
+
+add_library(splitcubes_flags INTERFACE)
+target_compile_features(splitcubes_flags INTERFACE cxx_std_20)
+# No contraction: fused multiply-add would change results between machines.
+target_compile_options(splitcubes_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Werror -ffp-contract=off)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # False positives of gcc 12 inside inlined Eigen code (GCC bug 105562 and kin).
+  target_compile_options(splitcubes_flags INTERFACE -Wno-maybe-uninitialized -Wno-array-bounds
+    -Wno-stringop-overflow -Wno-stringop-overread)
+endif()
+if(SPLITCUBES_SANITIZE)
+  string(REPLACE ";" "," _sanitize "${SPLITCUBES_SANITIZE}")
+  target_compile_options(splitcubes_flags INTERFACE -fsanitize=${_sanitize}
+    -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(splitcubes_flags INTERFACE -fsanitize=${_sanitize})
+endif()
+
+# Reads tools/layers.txt into SPLITCUBES_DEPS_<module>.
+file(STRINGS ${CMAKE_SOURCE_DIR}/tools/layers.txt _layer_lines REGEX "^[a-z]")
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tools/layers.txt)
+foreach(_line IN LISTS _layer_lines)
+  string(REGEX MATCH "^([a-z_]+):(.*)$" _ "${_line}")
+  set(_name ${CMAKE_MATCH_1})
+  string(STRIP "${CMAKE_MATCH_2}" _deps)
+  string(REPLACE " " ";" SPLITCUBES_DEPS_${_name} "${_deps}")
+endforeach()
+
+# splitcubes_module(NAME [external targets...])
+function(splitcubes_module name)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*.cpp)
+  file(GLOB_RECURSE headers CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*.h)
+  if(sources)
+    add_library(splitcubes_${name} STATIC ${sources} ${headers})
+    set(scope PUBLIC)
+    target_link_libraries(splitcubes_${name} PRIVATE $<BUILD_INTERFACE:splitcubes_flags>)
+  else()
+    add_library(splitcubes_${name} INTERFACE)
+    set(scope INTERFACE)
+  endif()
+  add_library(splitcubes::${name} ALIAS splitcubes_${name})
+  target_compile_features(splitcubes_${name} ${scope} cxx_std_20)
+  target_include_directories(splitcubes_${name} ${scope}
+    $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}/src> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  foreach(dep IN LISTS SPLITCUBES_DEPS_${name})
+    target_link_libraries(splitcubes_${name} ${scope} splitcubes_${dep})
+  endforeach()
+  target_link_libraries(splitcubes_${name} ${scope} ${ARGN})
+  set_target_properties(splitcubes_${name} PROPERTIES EXPORT_NAME ${name})
+  set_property(GLOBAL APPEND PROPERTY SPLITCUBES_MODULES splitcubes_${name})
+endfunction()
+
+# splitcubes_tests(NAME [targets...]): every .cpp in the current folder becomes
+# one GoogleTest program, test_NAME.
+function(splitcubes_tests name)
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  if(NOT sources)
+    return()
+  endif()
+  add_executable(test_${name} ${sources})
+  target_link_libraries(test_${name} PRIVATE splitcubes_flags ${ARGN} GTest::gtest GTest::gmock GTest::gtest_main)
+  target_include_directories(test_${name} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
+  add_test(NAME ${name} COMMAND test_${name} --gtest_brief=1)
+  set_tests_properties(${name} PROPERTIES TIMEOUT 1500)
+endfunction()

@@ -1,0 +1,51 @@
+#include <splitcubes/core/parallel.h>
+
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cassert>
+#include <thread>
+
+namespace splitcubes {
+
+struct Parallel::Pool {
+    explicit Pool(int threads)
+        : control(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)),
+          arena(threads),
+          thread_count(threads) {}
+    // Lets an arena be larger than the machine, so that determinism can be tried
+    // with more threads than cores.
+    tbb::global_control control;
+    tbb::task_arena arena;
+    int thread_count;
+};
+
+Parallel::Parallel(int thread_count)
+    : pool_(std::make_unique<Pool>(
+          thread_count > 0 ? thread_count
+                           : std::max(1, static_cast<int>(std::thread::hardware_concurrency())))) {}
+Parallel::~Parallel() = default;
+Parallel::Parallel(Parallel&&) noexcept = default;
+Parallel& Parallel::operator=(Parallel&&) noexcept = default;
+
+int Parallel::thread_count() const { return pool_->thread_count; }
+
+void Parallel::for_chunks(std::size_t count, std::size_t grain,
+                          const std::function<void(std::size_t, std::size_t)>& body) const {
+    assert(grain > 0);
+    const std::size_t chunk_count = (count + grain - 1) / grain;
+    const auto run_chunk = [&](std::size_t chunk) {
+        body(chunk * grain, std::min(count, (chunk + 1) * grain));
+    };
+    if (chunk_count <= 1 || pool_->thread_count == 1) {
+        for (std::size_t chunk = 0; chunk < chunk_count; ++chunk) run_chunk(chunk);
+        return;
+    }
+    pool_->arena.execute([&] {
+        tbb::parallel_for(std::size_t{0}, chunk_count, run_chunk, tbb::simple_partitioner{});
+    });
+}
+
+}  // namespace splitcubes

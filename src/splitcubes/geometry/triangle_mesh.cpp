@@ -1,0 +1,42 @@
+#include <splitcubes/geometry/triangle_mesh.h>
+
+namespace splitcubes::geometry {
+
+Box TriangleMesh::bounds() const {
+    Box box;
+    for (const Triangle& t : triangles)
+        for (const std::uint32_t v : t) box.add(positions[v]);
+    return box;
+}
+
+double TriangleMesh::volume() const {
+    if (triangles.empty()) return 0;
+    // About a vertex of the mesh itself, so that a body far from the origin loses no digits.
+    const Vec3 origin = positions[triangles.front()[0]];
+    double six_volumes = 0;
+    for (const Triangle& t : triangles) {
+        const Vec3 a = positions[t[0]] - origin;
+        const Vec3 b = positions[t[1]] - origin;
+        const Vec3 c = positions[t[2]] - origin;
+        six_volumes += a.dot(b.cross(c));
+    }
+    return six_volumes / 6;
+}
+
+double TriangleMesh::area() const {
+    double twice_area = 0;
+    for (const Triangle& t : triangles) {
+        const Vec3& a = positions[t[0]];
+        twice_area += (positions[t[1]] - a).cross(positions[t[2]] - a).norm();
+    }
+    return twice_area / 2;
+}
+
+void TriangleMesh::append(const TriangleMesh& other) {
+    const auto shift = static_cast<std::uint32_t>(positions.size());
+    positions.insert(positions.end(), other.positions.begin(), other.positions.end());
+    triangles.reserve(triangles.size() + other.triangles.size());
+    for (const Triangle& t : other.triangles) triangles.push_back({t[0] + shift, t[1] + shift, t[2] + shift});
+}
+
+}  // namespace splitcubes::geometry
