@@ -1,0 +1,36 @@
+// The regular grid of rest space: where its nodes lie. Knows no material.
+#pragma once
+
+#include <splitcubes/geometry/box.h>
+#include <splitcubes/math/types.h>
+
+namespace splitcubes::geometry {
+
+/// Nodes at origin + cell_size * (i, j, k), 0 <= (i, j, k) < node_count.
+struct RestGrid {
+    Vec3 origin = Vec3::Zero();         // m, rest space
+    double cell_size = 1;               // m
+    Vec3i node_count = Vec3i::Zero();   // per axis
+
+    Vec3 node_position(const Vec3i& node) const { return origin + cell_size * node.cast<double>(); }
+    /// In cells, node (0, 0, 0) at zero.
+    Vec3 to_grid(const Vec3& rest) const { return (rest - origin) / cell_size; }
+    bool contains(const Vec3i& node) const {
+        return (node.array() >= 0).all() && (node.array() < node_count.array()).all();
+    }
+};
+
+/// The largest number of cells along an axis of a grid.
+inline constexpr int max_cells_per_axis = 1024;
+
+/// A grid that covers `box` with at least one layer of nodes outside on every
+/// side, its nodes placed symmetrically about the box's centre and, where that
+/// leaves a choice, as far as can be from the box's faces (a surface that runs
+/// exactly through nodes is legal but wastes accuracy).
+/// Throws InputError when cell_size is not positive or gives too many cells.
+RestGrid grid_around(const Box& box, double cell_size);
+
+/// The cell size that puts `cells` cells along the longest side of `box`.
+double cell_size_for(const Box& box, int cells);
+
+}  // namespace splitcubes::geometry

@@ -1,0 +1,71 @@
+#include <splitcubes/splitting/extract.h>
+
+#include <cassert>
+
+namespace splitcubes::splitting {
+
+geometry::SurfaceMesh extract(const NodeGrid& grid, const Surface& surface, const Pieces& pieces,
+                              std::span<const Vec3> positions, std::span<const Vec3> normals) {
+    const std::vector<SurfaceVertex>& vertices = surface.vertices();
+    assert(positions.empty() || positions.size() == vertices.size());
+    geometry::SurfaceMesh out;
+    std::vector<std::uint32_t> number(vertices.size(), UINT32_MAX);
+    out.mesh.positions.reserve(surface.vertex_count());
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+        const SurfaceVertex& v = vertices[i];
+        if (!v.alive) continue;
+        number[i] = static_cast<std::uint32_t>(out.mesh.positions.size());
+        out.mesh.positions.push_back(positions.empty() ? v.rest : positions[i]);
+        out.normals.push_back(normals.empty() ? v.normal : normals[i]);
+        out.vertex_piece.push_back(pieces.piece_of(grid, surface.nodes()[v.nodes[0]]));
+    }
+    out.mesh.triangles.reserve(surface.triangle_count());
+    out.triangle_origin.reserve(surface.triangle_count());
+    for (const SurfaceCell& cell : surface.cells())
+        for (const SurfaceQuad& q : surface.quads(cell)) {
+            const auto at = [&](std::size_t k) { return number[q.vertices[k]]; };
+            out.mesh.triangles.push_back({at(0), at(1), at(2)});
+            out.mesh.triangles.push_back({at(0), at(2), at(3)});
+            out.triangle_origin.insert(out.triangle_origin.end(), 2, grid.crossing(q.crossing).origin);
+        }
+    return out;
+}
+
+geometry::SurfaceMesh extract_piece(const geometry::SurfaceMesh& whole, std::int32_t piece) {
+    geometry::SurfaceMesh out;
+    std::vector<std::uint32_t> number(whole.mesh.positions.size(), UINT32_MAX);
+    for (std::size_t v = 0; v < whole.mesh.positions.size(); ++v) {
+        if (whole.vertex_piece[v] != piece) continue;
+        number[v] = static_cast<std::uint32_t>(out.mesh.positions.size());
+        out.mesh.positions.push_back(whole.mesh.positions[v]);
+        out.normals.push_back(whole.normals[v]);
+        out.vertex_piece.push_back(piece);
+    }
+    for (std::size_t t = 0; t < whole.mesh.triangles.size(); ++t) {
+        const geometry::Triangle& tri = whole.mesh.triangles[t];
+        if (number[tri[0]] == UINT32_MAX) continue;
+        out.mesh.triangles.push_back({number[tri[0]], number[tri[1]], number[tri[2]]});
+        out.triangle_origin.push_back(whole.triangle_origin[t]);
+    }
+    return out;
+}
+
+std::vector<PieceMeasure> measure_pieces(const geometry::SurfaceMesh& whole, std::size_t piece_count) {
+    std::vector<PieceMeasure> out(piece_count);
+    if (whole.mesh.positions.empty()) return out;
+    const Vec3 origin = whole.mesh.positions.front();
+    for (std::size_t t = 0; t < whole.mesh.triangles.size(); ++t) {
+        const geometry::Triangle& tri = whole.mesh.triangles[t];
+        const Vec3 a = whole.mesh.positions[tri[0]] - origin;
+        const Vec3 b = whole.mesh.positions[tri[1]] - origin;
+        const Vec3 c = whole.mesh.positions[tri[2]] - origin;
+        PieceMeasure& piece = out[static_cast<std::size_t>(whole.vertex_piece[tri[0]])];
+        ++piece.triangles;
+        piece.volume += a.dot(b.cross(c)) / 6;
+        const double area = (b - a).cross(c - a).norm() / 2;
+        (whole.triangle_origin[t] == Origin::cut ? piece.cut_area : piece.boundary_area) += area;
+    }
+    return out;
+}
+
+}  // namespace splitcubes::splitting

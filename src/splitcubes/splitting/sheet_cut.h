@@ -1,0 +1,19 @@
+// Cuts a body at rest with a triangle sheet or a closed mesh.
+#pragma once
+
+#include <splitcubes/geometry/triangle_mesh.h>
+#include <splitcubes/splitting/node_grid.h>
+
+#include <vector>
+
+namespace splitcubes::splitting {
+
+/// Cuts every uncut edge between two inside nodes that the sheet crosses (rest
+/// space; exact, see geometry::sweep_grid: nothing slips between two triangles).
+/// Where the sheet crosses an edge more than once, the crossing nearest to the
+/// edge's middle counts. Returns the slots of the edges that were cut.
+/// Throws InputError where a position is not finite or an index out of range.
+std::vector<std::int32_t> cut_with_sheet(NodeGrid& grid, const geometry::TriangleMesh& sheet,
+                                         std::int32_t cut_number);
+
+}  // namespace splitcubes::splitting

@@ -1,0 +1,34 @@
+// From a triangle mesh to a grid of inside and outside nodes with the mesh's
+// crossings on the edges between them: the paper's initial surface, the mesh
+// taken as one big cut (Pietroni et al. 2007, section 8).
+#pragma once
+
+#include <splitcubes/core/parallel.h>
+#include <splitcubes/geometry/triangle_mesh.h>
+#include <splitcubes/splitting/node_grid.h>
+
+#include <string>
+#include <vector>
+
+namespace splitcubes::splitting {
+
+struct SolidifyReport {
+    bool exact = false;               // closed and oriented: integer winding, no tolerance
+    std::size_t nodes_inside = 0;
+    std::size_t gap_edges = 0;        // both ends inside, void in between: cut, so that the gap separates
+    std::size_t lost_thin_edges = 0;  // both ends outside, material in between: too thin for this cell size
+    std::size_t bisected_edges = 0;   // crossing found by bisection of the winding number
+    std::vector<std::string> notes;   // one line each: what was found and what was done
+};
+
+/// A node is inside where the mesh winds around it (winding number not zero: parts
+/// that overlap are united, a reversed inner shell is a cavity, an inside-out mesh
+/// a solid). For a mesh that is not closed or not consistently oriented, inside is
+/// where the generalised winding number exceeds one half (Jacobson et al. 2013).
+/// The grid must cover the mesh with a layer of nodes to spare (grid_around).
+/// Throws InputError where a position is not finite, an index out of range, or
+/// nothing is inside.
+NodeGrid solidify(const geometry::TriangleMesh& mesh, const RestGrid& rest, SolidifyReport& report,
+                  const Parallel& parallel);
+
+}  // namespace splitcubes::splitting

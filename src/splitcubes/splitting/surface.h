@@ -1,0 +1,129 @@
+// The surface that the cut edges of a NodeGrid make: a closed, oriented
+// 2-manifold, whatever is cut, kept up to date cell by cell.
+#pragma once
+
+#include <splitcubes/core/parallel.h>
+#include <splitcubes/geometry/frame.h>
+#include <splitcubes/splitting/node_grid.h>
+#include <splitcubes/splitting/table.h>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace splitcubes::splitting {
+
+/// What a vertex depends on and stands for.
+enum class VertexKind : std::uint8_t { edge = 0, face = 1, centre = 2 };
+
+/// A vertex of the surface. Never renumbered; a centre whose fan has merged with
+/// another goes out of use (quad_count of its cell no longer refers to it).
+struct SurfaceVertex {
+    Vec3 rest;                            // m, rest space
+    Vec3 normal;                          // unit, outward, rest space: mean over its quads
+    std::array<std::uint32_t, 8> nodes;   // slots of the surface nodes that carry it
+    std::array<float, 8> weights;         // theirs; sum 1
+    std::uint8_t node_count;              // 1..8
+    VertexKind kind;
+    std::uint8_t instance;                // edge: end; face: ring corner; centre: 16 * corner + edge of its first quad
+    bool alive;
+    Vec3i place;                          // lower node of the edge, face or cell
+    std::uint8_t axis;                    // of the edge or of the face's normal; 0 for a centre
+};
+
+/// A quad (edge vertex, face vertex, centre, face vertex), counter-clockwise from
+/// outside. Triangles: (v0, v1, v2) and (v0, v2, v3): always along the diagonal
+/// from the edge vertex to the centre.
+struct SurfaceQuad {
+    std::array<std::uint32_t, 4> vertices;
+    std::int32_t crossing;  // slot of the cut edge it belongs to
+};
+
+struct SurfaceCell {
+    Vec3i place;                  // lower corner's node
+    CellMask mask = 0;
+    std::uint8_t inside = 0;      // bit c: corner c is inside
+    std::uint8_t quad_count = 0;
+    std::uint8_t quad_capacity = 0;
+    std::uint8_t fan_count = 0;
+    std::uint32_t first_quad = 0;
+    std::array<std::uint8_t, 8> fan_name;   // instance of each fan's centre vertex
+    std::array<std::int32_t, 8> centre;     // vertex of each fan; -1: fan outside
+};
+
+/// Cells, faces, vertices and quads of a grid's surface.
+class Surface {
+  public:
+    /// Builds from nothing: all cut edges that the grid has.
+    explicit Surface(const NodeGrid& grid);
+
+    /// Takes in edges that were cut since: the cells around them are done again,
+    /// nothing else is touched. Slots are of `grid`, which must be the same grid.
+    /// Returns the cells (indices into cells()) that changed, in order of first touch.
+    const std::vector<std::uint32_t>& retessellate(const NodeGrid& grid, std::span<const std::int32_t> new_slots);
+
+    const std::vector<SurfaceCell>& cells() const { return cells_; }
+    const std::vector<SurfaceVertex>& vertices() const { return vertices_; }
+    std::span<const SurfaceQuad> quads(const SurfaceCell& cell) const {
+        return {quads_.data() + cell.first_quad, cell.quad_count};
+    }
+    /// Inside nodes that carry a vertex, in order of first use; the slots that
+    /// SurfaceVertex::nodes refers to.
+    const std::vector<Vec3i>& nodes() const { return nodes_; }
+    std::size_t quad_count() const { return quad_count_; }
+    std::size_t triangle_count() const { return 2 * quad_count_; }
+    std::size_t vertex_count() const { return alive_count_; }
+    std::size_t bytes() const;
+
+    /// Counts the changes: whoever keeps something derived from the quads compares.
+    std::uint64_t revision() const { return revision_; }
+
+  private:
+    struct Face {
+        std::uint8_t mask = 0;
+        Vec2 position = Vec2::Zero();              // in the face, cells
+        std::array<std::int32_t, 4> vertex{-1, -1, -1, -1};  // per instance
+    };
+    struct Gathered;
+
+    std::uint32_t cell_at(const Vec3i& place);
+    void gather(const NodeGrid& grid, const SurfaceCell& cell, Gathered& out);
+    void update_cell(const NodeGrid& grid, SurfaceCell& cell);
+    std::uint32_t edge_vertex(const NodeGrid& grid, std::int32_t slot, int end);
+    std::int32_t face_at(const Vec3i& place, int axis);
+    void update_face(const NodeGrid& grid, const SurfaceCell& cell, int face);
+    std::uint32_t face_vertex(const NodeGrid& grid, const SurfaceCell& cell, int face, int instance);
+    void set_centre(const NodeGrid& grid, SurfaceCell& cell, const CellConfiguration& configuration, int fan,
+                    const Vec3& position, std::int32_t vertex);
+    void place_centres(const NodeGrid& grid, const SurfaceCell& cell, const Gathered& gathered,
+                       std::array<Vec3, 8>& positions) const;
+    void reserve_quads(SurfaceCell& cell, std::size_t count);
+    std::uint32_t node_slot(const Vec3i& node);
+    std::uint32_t new_vertex(VertexKind kind, const Vec3i& place, int axis, int instance);
+    void bind(SurfaceVertex& vertex, const Vec3& in_cell, const Vec3i& cell, unsigned corners);
+
+    enum Channel { face_x = 0, face_y = 1, face_z = 2, cell_channel = 3, node_channel = 4 };
+    SlotMap<5> slots_;
+    std::vector<SurfaceCell> cells_;
+    std::vector<Face> faces_;
+    std::vector<std::array<std::int32_t, 2>> edge_vertices_;  // per crossing slot and end; -1: none
+    std::vector<SurfaceVertex> vertices_;
+    std::vector<SurfaceQuad> quads_;
+    std::array<std::vector<std::uint32_t>, 25> free_quads_;   // per capacity: freed first quads
+    std::vector<Vec3i> nodes_;
+    std::vector<std::uint32_t> free_vertices_;
+    std::vector<std::uint32_t> touched_;                      // scratch of retessellate
+    std::vector<std::uint64_t> cell_stamp_;                   // per cell: last revision that touched it
+    std::size_t quad_count_ = 0;
+    std::size_t alive_count_ = 0;
+    std::uint64_t revision_ = 0;
+};
+
+/// Moves the vertices: x(p) = sum_j a_j (x_j + J_j (p - b_j)) over the nodes b_j
+/// that carry each. frames: one per surface.nodes(). Both outputs are resized to
+/// vertices(); world frame; normals by the cofactor of the mean Jacobian.
+void deform(const Surface& surface, const RestGrid& rest, std::span<const geometry::Frame> frames,
+            std::vector<Vec3>& positions, std::vector<Vec3>& normals, const Parallel& parallel);
+
+}  // namespace splitcubes::splitting
