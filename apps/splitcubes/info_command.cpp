@@ -1,0 +1,51 @@
+#include "commands.h"
+
+#include <splitcubes/core/parallel.h>
+
+#ifdef SPLITCUBES_WITH_RENDER
+#include <splitcubes/gl/context.h>
+#endif
+
+#include <iostream>
+
+namespace splitcubes::app {
+
+namespace {
+
+std::string simd() {
+#if defined(__x86_64__)
+    std::string out;
+    if (__builtin_cpu_supports("avx512f")) out += "AVX-512 ";
+    if (__builtin_cpu_supports("avx2")) out += "AVX2 ";
+    return out + "SSE2";
+#else
+    return "portable";
+#endif
+}
+
+int info() {
+    std::cout << "splitcubes " << SPLITCUBES_VERSION << '\n'
+              << "build       " << SPLITCUBES_BUILD_TYPE << ", " <<
+#if defined(__clang__)
+        "clang " << __clang_major__ << '.' << __clang_minor__ << '\n'
+#else
+        "gcc " << __GNUC__ << '.' << __GNUC_MINOR__ << '\n'
+#endif
+              << "threads     " << Parallel().thread_count() << '\n'
+              << "SIMD        " << simd() << '\n'
+#ifdef SPLITCUBES_WITH_RENDER
+              << "OpenGL      " << gl::opengl_summary() << '\n';
+#else
+              << "OpenGL      not built in\n";
+#endif
+    return 0;
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& app, Run& run) {
+    CLI::App* command = app.add_subcommand("info", "Version, build, threads, SIMD and OpenGL found");
+    command->callback([&run] { run = [] { return info(); }; });
+}
+
+}  // namespace splitcubes::app

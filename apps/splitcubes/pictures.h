@@ -1,0 +1,39 @@
+// Pictures of a run's frames.
+#pragma once
+
+#include <splitcubes/gl/context.h>
+#include <splitcubes/render/renderer.h>
+#include <splitcubes/scene/description.h>
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+namespace splitcubes::app {
+
+struct RunScene {
+    scene::SceneDescription description;
+};
+
+/// The resolved scene that a run left in its folder. Throws InputError without one.
+RunScene read_run_scene(const std::filesystem::path& folder);
+
+/// Time of a frame file, s, by its number.
+double frame_time(const RunScene& scene, const std::filesystem::path& file);
+
+/// Draws surfaces with the scene's camera, ground and blades. An automatic camera
+/// takes in the first, middle and last of the given frames.
+class PictureMaker {
+  public:
+    /// Throws JobError where OpenGL cannot start.
+    PictureMaker(const RunScene& scene, const std::vector<std::filesystem::path>& frames);
+    render::Picture draw(const geometry::SurfaceMesh& surface, double time);
+
+  private:
+    RunScene scene_;
+    std::optional<gl::HeadlessContext> context_;
+    std::optional<render::Renderer> renderer_;
+    render::Camera camera_;
+};
+
+}  // namespace splitcubes::app

@@ -1,0 +1,66 @@
+#include "report.h"
+
+#include <splitcubes/core/error.h>
+#include <splitcubes/geometry/mesh_check.h>
+#include <splitcubes/io/atomic_file.h>
+#include <splitcubes/splitting/extract.h>
+
+#include <iostream>
+
+namespace splitcubes::app {
+
+Json surface_report(const splitting::NodeGrid& grid, const splitting::Surface& surface,
+                    const splitting::Pieces& pieces, const splitting::SolidifyReport& solid,
+                    const geometry::SurfaceMesh& mesh) {
+    const geometry::MeshCheck check = geometry::check_mesh(mesh.mesh);
+    std::size_t cut_edges = 0;
+    for (const splitting::Crossing& c : grid.crossings()) cut_edges += c.origin == geometry::Origin::cut;
+    Json out;
+    out["cell_size"] = grid.rest().cell_size;
+    out["nodes_inside"] = solid.nodes_inside;
+    out["boundary_edges"] = grid.crossings().size() - cut_edges;
+    out["cut_edges"] = cut_edges;
+    out["surface_cells"] = surface.cells().size();
+    out["vertices"] = mesh.mesh.positions.size();
+    out["triangles"] = mesh.mesh.triangles.size();
+    out["pieces"] = Json::array();
+    const auto measures = splitting::measure_pieces(mesh, pieces.count());
+    for (std::size_t k = 0; k < pieces.count(); ++k)
+        out["pieces"].push_back({{"nodes", pieces.node_counts()[k]},
+                                 {"volume", measures[k].volume},
+                                 {"triangles", measures[k].triangles},
+                                 {"boundary_area", measures[k].boundary_area},
+                                 {"cut_area", measures[k].cut_area}});
+    out["volume"] = check.volume;
+    out["area"] = check.area;
+    out["closed"] = check.closed() && check.boundary_edges == 0;
+    out["oriented"] = check.oriented();
+    out["manifold"] = check.manifold();
+    out["exact"] = solid.exact;
+    out["lost_thin_edges"] = solid.lost_thin_edges;
+    out["gap_edges"] = solid.gap_edges;
+    out["bisected_edges"] = solid.bisected_edges;
+    out["notes"] = solid.notes;
+    return out;
+}
+
+void write_json(const std::filesystem::path& path, const Json& json) {
+    if (path.empty()) return;
+    io::AtomicFile file(path);
+    file.stream() << json.dump(2) << '\n';
+    file.commit();
+}
+
+void print_notes(const std::string& name, const std::vector<std::string>& notes) {
+    for (const std::string& note : notes) std::cerr << name << ": " << note << '\n';
+}
+
+double chosen_cell_size(const geometry::Box& box, int cells, double cell_size) {
+    if (cell_size != 0) {
+        if (!(cell_size > 0)) throw InputError("--cell-size", "must be a positive number of metres");
+        return cell_size;
+    }
+    return geometry::cell_size_for(box, cells == 0 ? 48 : cells);
+}
+
+}  // namespace splitcubes::app

@@ -1,0 +1,31 @@
+// What a command says about the surface it made, as JSON with stable keys
+// (docs/reports.md lists them).
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <splitcubes/geometry/triangle_mesh.h>
+#include <splitcubes/splitting/pieces.h>
+#include <splitcubes/splitting/solidify.h>
+#include <splitcubes/splitting/surface.h>
+
+#include <filesystem>
+
+namespace splitcubes::app {
+
+using Json = nlohmann::ordered_json;
+
+/// Keys nodes_inside .. gap_edges of a grid and its extracted surface.
+Json surface_report(const splitting::NodeGrid& grid, const splitting::Surface& surface,
+                    const splitting::Pieces& pieces, const splitting::SolidifyReport& solid,
+                    const geometry::SurfaceMesh& mesh);
+
+/// Writes JSON, whole or not at all; does nothing for an empty path.
+void write_json(const std::filesystem::path& path, const Json& json);
+
+/// Prints the notes of a report to standard error, each as one line about `name`.
+void print_notes(const std::string& name, const std::vector<std::string>& notes);
+
+/// Cell size from the options --cells and --cell-size (0: not given; both 0: 48 cells).
+double chosen_cell_size(const geometry::Box& box, int cells, double cell_size);
+
+}  // namespace splitcubes::app

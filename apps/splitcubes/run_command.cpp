@@ -1,0 +1,80 @@
+#include "commands.h"
+#include "progress.h"
+#include "report.h"
+#include "run_output.h"
+
+#include <splitcubes/core/error.h>
+#include <splitcubes/core/stopwatch.h>
+#include <splitcubes/scene/build.h>
+#include <splitcubes/scene/parse.h>
+
+#include <iostream>
+#include <memory>
+
+namespace splitcubes::app {
+
+namespace {
+
+struct Options {
+    std::string scene, out;
+    int frames = -1;
+    int threads = 0;
+    std::vector<std::string> overrides;
+    bool pictures = false;
+};
+
+int run_scene(const Options& options) {
+    std::vector<std::string> overrides = options.overrides;
+    if (options.frames >= 0) overrides.push_back("frames=" + std::to_string(options.frames));
+    if (options.threads > 0) overrides.push_back("threads=" + std::to_string(options.threads));
+    if (options.pictures) overrides.push_back("output.pictures=true");
+    const scene::SceneDescription description = scene::parse_scene_file(options.scene, overrides);
+    Stopwatch watch;
+    const auto parallel = std::make_shared<const Parallel>(description.threads);
+    scene::BuildReport built;
+    const std::unique_ptr<body::World> world = scene::build_world(description, parallel, built);
+    for (const auto& [name, note] : built.notes) print_notes(name, {note});
+
+    RunOutput output(options.out, description, *world);
+    output.seconds().setup = watch.lap();
+    watch_interrupts();
+    output.write_frame(*world, body::StepReport{}, 0);
+    Progress progress("run " + description.name, static_cast<std::size_t>(description.frames));
+    int frame = 0;
+    while (frame < description.frames && !interrupted()) {
+        const body::StepReport report = world->step();
+        ++frame;
+        output.seconds().simulate += report.total_seconds();
+        output.write_frame(*world, report, frame);
+        progress.show(static_cast<std::size_t>(frame),
+                      std::to_string(report.pieces) + (report.pieces == 1 ? " piece" : " pieces"));
+    }
+    progress.finish();
+    output.finish(*world, frame, interrupted());
+    std::cout << options.out << ": " << frame << " frames, state " << world->state_hash().text() << '\n';
+    if (interrupted()) {
+        std::cerr << "interrupted after frame " << frame << " of " << description.frames
+                  << "; what was written is whole\n";
+        return 1;
+    }
+    return 0;
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, Run& run) {
+    const auto options = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("run", "Simulates a scene and writes its frames");
+    command->add_option("scene", options->scene, "Scene: a JSON file, see scenes/schema.json")->required();
+    command->add_option("-o,--output", options->out, "Folder for the frames")->required();
+    command->add_option("--frames", options->frames, "Time steps to run; default: the scene's")
+        ->check(CLI::NonNegativeNumber);
+    command->add_option("--threads", options->threads, "Threads; default: the scene's, or all")
+        ->check(CLI::PositiveNumber);
+    command->add_option("--set", options->overrides, "Overrides a value: path.to[0].value=json")
+        ->allow_extra_args(false);
+    command->add_flag("--pictures", options->pictures, "Draws each written frame to DIR/pictures");
+    command->callback([options, &run] { run = [options] { return run_scene(*options); }; });
+}
+
+}  // namespace splitcubes::app

@@ -1,0 +1,189 @@
+#include "run_output.h"
+
+#include <splitcubes/core/error.h>
+#include <splitcubes/core/stopwatch.h>
+#include <splitcubes/geometry/mesh_check.h>
+#include <splitcubes/io/atomic_file.h>
+#include <splitcubes/io/write_mesh.h>
+#include <splitcubes/scene/resolve.h>
+
+#ifdef SPLITCUBES_WITH_RENDER
+#include "pictures.h"
+
+#include <splitcubes/render/image.h>
+#endif
+
+#include <algorithm>
+#include <cstdio>
+#include <sstream>
+
+namespace splitcubes::app {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string frame_name(int frame) {
+    char name[16];
+    std::snprintf(name, sizeof name, "%06d", frame);
+    return name;
+}
+
+const char* extension(scene::SurfaceFormat format) {
+    switch (format) {
+        case scene::SurfaceFormat::obj: return ".obj";
+        case scene::SurfaceFormat::stl: return ".stl";
+        case scene::SurfaceFormat::glb: return ".glb";
+        case scene::SurfaceFormat::ply: break;
+    }
+    return ".ply";
+}
+
+// Only files that a run writes: NNNNNN.ext.
+void remove_old_frames(const fs::path& folder) {
+    if (!fs::is_directory(folder)) return;
+    for (const auto& entry : fs::directory_iterator(folder)) {
+        const std::string stem = entry.path().stem().string();
+        if (stem.size() == 6 && std::all_of(stem.begin(), stem.end(), [](char c) { return c >= '0' && c <= '9'; }))
+            fs::remove(entry.path());
+    }
+}
+
+void make_folder(const fs::path& folder) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error || !fs::is_directory(folder))
+        throw InputError(folder.string(), "cannot be made: " + (error ? error.message() : "it is a file"),
+                         "give a folder that can be written to");
+}
+
+}  // namespace
+
+struct RunOutput::Pictures {
+#ifdef SPLITCUBES_WITH_RENDER
+    explicit Pictures(RunScene scene, const fs::path& first) : maker(scene, {first}) {}
+    PictureMaker maker;
+#endif
+};
+
+RunOutput::RunOutput(const fs::path& folder, const scene::SceneDescription& description, const body::World&)
+    : folder_(folder), description_(description) {
+    make_folder(folder_ / "surface");
+    remove_old_frames(folder_ / "surface");
+    remove_old_frames(folder_ / "pictures");
+    write_json(folder_ / "scene.json", scene::resolved_scene(description_));
+    metrics_ = "frame,time";
+    for (const char* name : body::stage_names) metrics_ += std::string(",") + name + "_ms";
+    metrics_ +=
+        ",step_ms,phyxels,pairs,cut_edges,new_cut_edges,surface_cells,triangles,pieces,disks,mass,momentum_x,"
+        "momentum_y,momentum_z,angular_momentum_x,angular_momentum_y,angular_momentum_z,kinetic_energy,"
+        "elastic_energy,top_speed,solver_iterations,contacts,flags\n";
+}
+
+RunOutput::~RunOutput() = default;
+
+void RunOutput::add_metrics(const body::StepReport& r, int frame) {
+    std::ostringstream row;
+    row.imbue(std::locale::classic());
+    row.precision(9);
+    row << frame << ',' << r.time;
+    for (std::size_t k = 0; k < body::stage_count; ++k) {
+        row << ',' << 1e3 * r.seconds[k];
+        seconds_.stages[k] += r.seconds[k];
+    }
+    row << ',' << 1e3 * r.total_seconds() << ',' << r.phyxels << ',' << r.pairs << ',' << r.cut_edges << ','
+        << r.new_cut_edges << ',' << r.surface_cells << ',' << r.triangles << ',' << r.pieces << ',' << r.disks << ','
+        << r.mass;
+    for (const Vec3& v : {r.momentum, r.angular_momentum})
+        for (int k = 0; k < 3; ++k) row << ',' << v[k];
+    row << ',' << r.kinetic_energy << ',' << r.elastic_energy << ',' << r.top_speed << ',' << r.solver_iterations
+        << ',' << r.contacts << ',' << body::flag_text(r.flags) << '\n';
+    metrics_ += row.str();
+}
+
+void RunOutput::write_metrics() const {
+    io::AtomicFile file(folder_ / "metrics.csv");
+    file.write(metrics_);
+    file.commit();
+}
+
+void RunOutput::write_frame(const body::World& world, const body::StepReport& report, int frame) {
+    Stopwatch watch;
+    if (frame > 0) add_metrics(report, frame);
+    if (frame % description_.output.every_nth_frame == 0) {
+        const geometry::SurfaceMesh surface = world.surface_mesh();
+        const fs::path file = folder_ / "surface" / (frame_name(frame) + extension(description_.output.format));
+        io::write_mesh(file, surface);
+#ifdef SPLITCUBES_WITH_RENDER
+        if (description_.output.pictures) {
+            make_folder(folder_ / "pictures");
+            if (!pictures_) {
+                const fs::path first = folder_ / "pictures" / "camera.ply";
+                io::write_mesh(first, surface);
+                pictures_ = std::make_unique<Pictures>(RunScene{description_}, first);
+                fs::remove(first);
+            }
+            render::write_png(folder_ / "pictures" / (frame_name(frame) + ".png"),
+                              pictures_->maker.draw(surface, frame * description_.time_step));
+        }
+#else
+        if (description_.output.pictures) throw JobError("pictures: this program was built without OpenGL");
+#endif
+    }
+    seconds_.write += watch.seconds();
+    // The table is rewritten whole, so not after every frame of a long run.
+    if (frame % 50 == 0) write_metrics();
+}
+
+Json RunOutput::body_report(const body::Body& body) const {
+    Json out = surface_report(body.grid(), body.surface(), body.pieces(), body.solidify_report(), body.surface_mesh());
+    out["name"] = body.name();
+    out["phyxels"] = body.phyxels().size();
+    out["phyxel_spacing"] = body.phyxel_spacing();
+    double mass = 0;
+    for (const double m : body.phyxels().mass) mass += m;
+    out["mass"] = mass;
+    return out;
+}
+
+void RunOutput::finish(const body::World& world, int frames, bool interrupted) {
+    write_metrics();
+    Json summary;
+    summary["scene"] = description_.name;
+    summary["version"] = SPLITCUBES_VERSION;
+    summary["threads"] = world.parallel().thread_count();
+    summary["frames"] = frames;
+    summary["interrupted"] = interrupted;
+    summary["time"] = world.time();
+    summary["state_hash"] = world.state_hash().text();
+    // Totals over all bodies under the same keys as a report of one.
+    Json bodies = Json::array();
+    for (const auto& body : world.bodies()) bodies.push_back(body_report(*body));
+    for (const char* key : {"nodes_inside", "cut_edges", "surface_cells", "vertices", "triangles", "lost_thin_edges",
+                            "gap_edges", "phyxels"}) {
+        std::size_t total = 0;
+        for (const Json& body : bodies) total += body[key].get<std::size_t>();
+        summary[key] = total;
+    }
+    summary["pieces"] = Json::array();
+    double volume = 0, mass = 0;
+    bool closed = true, manifold = true;
+    for (const Json& body : bodies) {
+        for (const Json& piece : body["pieces"]) summary["pieces"].push_back(piece);
+        volume += body["volume"].get<double>();
+        mass += body["mass"].get<double>();
+        closed = closed && body["closed"].get<bool>();
+        manifold = manifold && body["manifold"].get<bool>();
+    }
+    summary["volume"] = volume;
+    summary["mass"] = mass;
+    summary["closed"] = closed;
+    summary["manifold"] = manifold;
+    summary["bodies"] = bodies;
+    Json seconds = {{"setup", seconds_.setup}, {"simulate", seconds_.simulate}, {"write", seconds_.write}};
+    for (std::size_t k = 0; k < body::stage_count; ++k) seconds[body::stage_names[k]] = seconds_.stages[k];
+    summary["seconds"] = seconds;
+    write_json(folder_ / "summary.json", summary);
+}
+
+}  // namespace splitcubes::app

@@ -1,0 +1,50 @@
+// The files of a run: surfaces, metrics, summary, the resolved scene.
+#pragma once
+
+#include "report.h"
+
+#include <splitcubes/body/world.h>
+#include <splitcubes/scene/description.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+namespace splitcubes::app {
+
+class RunOutput {
+  public:
+    struct Seconds {
+        double setup = 0, simulate = 0, write = 0;
+        std::array<double, body::stage_count> stages{};
+    };
+
+    /// Makes the folder, takes the frames of an earlier run out of it and writes
+    /// scene.json. Throws InputError where the folder cannot be made.
+    RunOutput(const std::filesystem::path& folder, const scene::SceneDescription& description,
+              const body::World& world);
+    ~RunOutput();
+
+    /// Frame 0 is the state before the first step. Surfaces are written every
+    /// nth frame, a row of metrics for each.
+    void write_frame(const body::World& world, const body::StepReport& report, int frame);
+    /// Writes metrics.csv and summary.json.
+    void finish(const body::World& world, int frames, bool interrupted);
+
+    Seconds& seconds() { return seconds_; }
+
+  private:
+    void add_metrics(const body::StepReport& report, int frame);
+    void write_metrics() const;
+    Json body_report(const body::Body& body) const;
+
+    std::filesystem::path folder_;
+    const scene::SceneDescription& description_;
+    std::string metrics_;
+    Seconds seconds_;
+    double last_flush_ = 0;  // seconds_.write when the metrics were last written
+    struct Pictures;
+    std::unique_ptr<Pictures> pictures_;
+};
+
+}  // namespace splitcubes::app

@@ -1,0 +1,66 @@
+#include "commands.h"
+#include "report.h"
+
+#include <splitcubes/core/stopwatch.h>
+#include <splitcubes/io/read_mesh.h>
+#include <splitcubes/io/write_mesh.h>
+#include <splitcubes/splitting/extract.h>
+
+#include <iostream>
+#include <memory>
+
+namespace splitcubes::app {
+
+namespace {
+
+struct Options {
+    std::string mesh, out, report;
+    int cells = 0;
+    double cell_size = 0;
+    int threads = 0;
+};
+
+int surface(const Options& options) {
+    const Parallel parallel(options.threads);
+    Json seconds;
+    Stopwatch watch;
+    io::ReadMeshReport read;
+    const geometry::TriangleMesh mesh = io::read_mesh(options.mesh, &read);
+    print_notes(options.mesh, read.notes);
+    seconds["read"] = watch.lap();
+    const geometry::RestGrid rest = geometry::grid_around(
+        mesh.bounds(), chosen_cell_size(mesh.bounds(), options.cells, options.cell_size));
+    splitting::SolidifyReport solid;
+    const splitting::NodeGrid grid = splitting::solidify(mesh, rest, solid, parallel);
+    print_notes(options.mesh, solid.notes);
+    seconds["solidify"] = watch.lap();
+    const splitting::Surface surface(grid);
+    seconds["tessellate"] = watch.lap();
+    const splitting::Pieces pieces(grid);
+    const geometry::SurfaceMesh out = splitting::extract(grid, surface, pieces);
+    seconds["extract"] = watch.lap();
+    io::write_mesh(options.out, out);
+    seconds["write"] = watch.lap();
+    Json report = surface_report(grid, surface, pieces, solid, out);
+    report["seconds"] = seconds;
+    write_json(options.report, report);
+    std::cout << options.out << ": " << out.mesh.triangles.size() << " triangles, " << pieces.count()
+              << (pieces.count() == 1 ? " piece" : " pieces") << ", volume " << out.mesh.volume() << " m^3\n";
+    return 0;
+}
+
+}  // namespace
+
+void add_surface_command(CLI::App& app, Run& run) {
+    const auto options = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("surface", "The splitting-cubes surface of a mesh");
+    command->add_option("mesh", options->mesh, "Mesh in: .obj .ply .stl .gltf .glb")->required();
+    command->add_option("-o,--output", options->out, "Surface out: .ply .obj .stl .glb")->required();
+    CLI::Option* cells = command->add_option("--cells", options->cells, "Cells along the longest side (48)");
+    command->add_option("--cell-size", options->cell_size, "Cell size in metres")->excludes(cells);
+    command->add_option("--report", options->report, "Writes a JSON report");
+    command->add_option("--threads", options->threads, "Threads (all)");
+    command->callback([options, &run] { run = [options] { return surface(*options); }; });
+}
+
+}  // namespace splitcubes::app

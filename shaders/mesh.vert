@@ -1,0 +1,20 @@
+#version 330 core
+// Triangles with a normal and a colour at each corner, for all passes.
+layout(location = 0) in vec3 position;  // world, relative to the scene's origin
+layout(location = 1) in vec3 normal;    // world, unit
+layout(location = 2) in vec3 color;     // linear
+
+uniform mat4 view_from_world;
+uniform mat4 clip_from_view;
+
+out vec3 view_position;
+out vec3 view_normal;
+flat out vec3 albedo;
+
+void main() {
+    vec4 view = view_from_world * vec4(position, 1.0);
+    view_position = view.xyz;
+    view_normal = mat3(view_from_world) * normal;
+    albedo = color;
+    gl_Position = clip_from_view * view;
+}

@@ -1,0 +1,276 @@
+#include <splitcubes/body/body.h>
+#include <splitcubes/core/error.h>
+#include <splitcubes/meshless/sampling.h>
+#include <splitcubes/splitting/sheet_cut.h>
+#include <splitcubes/splitting/validate.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace splitcubes::body {
+
+using splitting::GridEdge;
+
+namespace {
+
+void check_settings(const BodySettings& s) {
+    const std::string where = "body '" + s.name + "'";
+    if (!(s.phyxel_spacing >= 0) || !std::isfinite(s.phyxel_spacing))
+        throw InputError(where, "phyxel spacing must be a positive number of metres");
+    if (s.phyxel_spacing == 0 && s.phyxel_count < 1) throw InputError(where, "phyxel count must be at least 1");
+    if (!s.velocity.allFinite() || !s.angular_velocity.allFinite())
+        throw InputError(where, "velocities must be finite");
+}
+
+// How far a node's material reaches along each direction, in cells: to the
+// boundary where that is what cuts the edge, else half way to the next node.
+double node_extent(const splitting::NodeGrid& grid, const Vec3i& node, int axis) {
+    double extent = 0;
+    for (const int step : {-1, 1}) {
+        Vec3i lower = node;
+        if (step < 0) --lower[axis];
+        const std::int32_t slot = grid.slot({lower, axis});
+        if (slot < 0 || grid.crossing(slot).origin != splitting::Origin::boundary) {
+            extent += 0.5;
+        } else {
+            const double t = grid.crossing(slot).parameter;
+            extent += step > 0 ? t : 1 - t;
+        }
+    }
+    return extent;
+}
+
+}  // namespace
+
+Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, const Parallel& parallel)
+    : settings_(settings),
+      grid_(splitting::solidify(placed, geometry::grid_around(placed.bounds(), settings.cell_size),
+                                solidify_report_, parallel)),
+      surface_(std::make_unique<splitting::Surface>(grid_)),
+      pieces_(std::make_unique<splitting::Pieces>(grid_)),
+      occluders_(grid_.rest().origin, grid_.rest().cell_size, grid_.rest().node_count),
+      visibility_(occlusion::make_cpu_backend(settings.visibility)),
+      tracker_(grid_.bricks()) {
+    check_settings(settings_);
+    meshless::check_material(settings_.material, "body '" + settings_.name + "' material");
+    build_occluders();
+    list_inside_nodes();
+    sample(parallel);
+    track_surface_nodes();
+    const StepContext at_rest{0, 0, Vec3::Zero(), std::nullopt, {}, parallel};
+    StepReport report;
+    update_node_frames(at_rest, report);
+    update_surface(at_rest, report);
+}
+
+void Body::build_occluders() {
+    for (const splitting::SurfaceCell& cell : surface_->cells()) set_occluders(cell);
+}
+
+// Each cut edge of the cell gives its two triangles once, whichever side has a
+// quad: both sides lie at the same place.
+void Body::set_occluders(const splitting::SurfaceCell& cell) {
+    std::vector<geometry::OccluderTriangle> triangles;
+    std::vector<std::int32_t> seen;
+    for (const splitting::SurfaceQuad& q : surface_->quads(cell)) {
+        if (std::find(seen.begin(), seen.end(), q.crossing) != seen.end()) continue;
+        seen.push_back(q.crossing);
+        const splitting::Crossing& crossing = grid_.crossing(q.crossing);
+        // A gap between two inside nodes is a slit, not skin: it has no outside.
+        const bool skin = grid_.inside(crossing.edge.node) != grid_.inside(crossing.edge.upper());
+        const auto at = [&](std::size_t k) { return surface_->vertices()[q.vertices[k]].rest; };
+        triangles.push_back({{at(0), at(1), at(2)}, skin});
+        triangles.push_back({{at(0), at(2), at(3)}, skin});
+    }
+    occluders_.set_cell(cell.place, triangles);
+}
+
+void Body::list_inside_nodes() {
+    for (std::size_t brick = 0; brick < grid_.bricks().total(); ++brick)
+        for (std::uint64_t word = grid_.inside_word(brick); word; word &= word - 1) {
+            const auto local = static_cast<unsigned>(std::countr_zero(word));
+            inside_nodes_.push_back(grid_.bricks().base(brick) + splitting::BrickLayout::local_place(local));
+        }
+    const double cell_volume = std::pow(grid_.rest().cell_size, 3);
+    for (const Vec3i& node : inside_nodes_) {
+        inside_rest_.push_back(grid_.rest().node_position(node));
+        inside_piece_.push_back(pieces_->piece_of(grid_, node));
+        inside_volume_.push_back(cell_volume * node_extent(grid_, node, 0) * node_extent(grid_, node, 1) *
+                                 node_extent(grid_, node, 2));
+    }
+    // Scaled so that each piece's nodes own exactly what its surface encloses.
+    const auto measures = splitting::measure_pieces(splitting::extract(grid_, *surface_, *pieces_), pieces_->count());
+    std::vector<double> booked(pieces_->count(), 0);
+    for (std::size_t i = 0; i < inside_nodes_.size(); ++i)
+        booked[static_cast<std::size_t>(inside_piece_[i])] += inside_volume_[i];
+    for (std::size_t i = 0; i < inside_nodes_.size(); ++i) {
+        const auto piece = static_cast<std::size_t>(inside_piece_[i]);
+        if (measures[piece].volume > 0) inside_volume_[i] *= measures[piece].volume / booked[piece];
+    }
+}
+
+// The nearest inside node that sees the point; among equals the first in grid
+// order. Where none of the nodes around sees it: the fallback.
+Vec3i Body::owner_of(const Vec3& rest, const Vec3i& fallback) const {
+    const Vec3 at = grid_.rest().to_grid(rest);
+    const Vec3i base = at.array().round().cast<int>();
+    Vec3i best = fallback;
+    double best_distance = 1e300;
+    for (int k = 0; k < 27; ++k) {
+        const Vec3i node = base + Vec3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+        if (!grid_.rest().contains(node) || !grid_.inside(node)) continue;
+        const double distance = (node.cast<double>() - at).squaredNorm();
+        if (distance >= best_distance) continue;
+        if (occluders_.segment_blocked(grid_.rest().node_position(node), rest)) continue;
+        best = node;
+        best_distance = distance;
+    }
+    return best;
+}
+
+// A lattice point is taken where its nearest node is inside and sees it; else the
+// node itself stands in, so that thin parts are sampled too.
+std::optional<Vec3> Body::place_in_material(const Vec3& candidate) const {
+    const Vec3i node = grid_.rest().to_grid(candidate).array().round().cast<int>();
+    if (!grid_.rest().contains(node) || !grid_.inside(node)) return std::nullopt;
+    const Vec3 at_node = grid_.rest().node_position(node);
+    return occluders_.segment_blocked(at_node, candidate) ? at_node : candidate;
+}
+
+std::vector<Vec3> Body::sample_positions(double spacing) const {
+    geometry::Box box;
+    for (const Vec3& rest : inside_rest_) box.add(rest);
+    box = box.grown(0.5 * grid_.rest().cell_size);
+    // A lattice leaves no point farther than 0.87 spacings from a sample.
+    return meshless::sample_solid(
+        box, spacing, [this](const Vec3& candidate) { return place_in_material(candidate); }, inside_rest_,
+        0.95 * spacing);
+}
+
+void Body::sample(const Parallel& parallel) {
+    double volume = 0;
+    for (const double v : inside_volume_) volume += v;
+    spacing_ = settings_.phyxel_spacing;
+    std::vector<Vec3> positions;
+    if (spacing_ > 0) {
+        positions = sample_positions(spacing_);
+    } else {
+        // Count goes with the inverse cube of the spacing; keeps the closest of a few tries.
+        double spacing = std::cbrt(volume / settings_.phyxel_count);
+        double best_error = 1e300;
+        for (int attempt = 0; attempt < 6; ++attempt) {
+            const std::vector<Vec3> tried = sample_positions(spacing);
+            const double ratio = static_cast<double>(tried.size()) / settings_.phyxel_count;
+            if (std::abs(std::log(ratio)) < best_error) {
+                best_error = std::abs(std::log(ratio));
+                spacing_ = spacing;
+                positions = tried;
+            }
+            spacing *= std::cbrt(ratio);
+        }
+    }
+    for (const Vec3& rest : positions) {
+        const Vec3i nearest = grid_.rest().to_grid(rest).array().round().cast<int>();
+        owner_.push_back(owner_of(rest, nearest));
+        phyxels_.append(rest, 0.5 * spacing_, pieces_->piece_of(grid_, owner_.back()));
+    }
+    set_contact_radii(0);
+    rebuild_samples(parallel);
+    const meshless::NodeBook book{inside_rest_, inside_volume_, inside_piece_};
+    booking_ = meshless::book(book, phyxels_, locator_);
+    meshless::apply(booking_, inside_volume_, settings_.material.density, phyxels_);
+    neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
+
+    const Vec3 centre = meshless::total_momenta(phyxels_).centre;
+    for (std::size_t i = 0; i < phyxels_.size(); ++i) {
+        phyxels_.velocity[i] =
+            settings_.velocity + settings_.angular_velocity.cross(phyxels_.position[i] - centre);
+        phyxels_.previous_velocity[i] = phyxels_.velocity[i];
+    }
+    previous_deformation_ = phyxels_.deformation;
+}
+
+// A phyxel touches the ground when the skin nearest to it would.
+void Body::set_contact_radii(std::size_t first) {
+    std::vector<Vec3> skin;
+    for (const splitting::Crossing& c : grid_.crossings())
+        if (c.origin == splitting::Origin::boundary) skin.push_back(grid_.crossing_position(c));
+    if (skin.empty()) return;
+    const meshless::PhyxelLocator near_skin(skin, spacing_);
+    std::vector<std::uint32_t> nearest;
+    for (std::size_t i = first; i < phyxels_.size(); ++i) {
+        near_skin.nearest(phyxels_.rest_position[i], 1, nearest);
+        const double distance = (skin[nearest[0]] - phyxels_.rest_position[i]).norm();
+        phyxels_.contact_radius[i] = std::min(distance, 0.75 * spacing_);
+    }
+}
+
+// Everything that follows from which phyxels there are: supports, pairs, links.
+void Body::rebuild_samples(const Parallel& parallel) {
+    locator_ = meshless::PhyxelLocator(phyxels_.rest_position, 1.6 * spacing_);
+    std::size_t known = 0;
+    while (known < phyxels_.size() && phyxels_.support_radius[known] > 0) ++known;
+    meshless::compute_support_radii(phyxels_, locator_, parallel, {}, known);
+    const meshless::Pairs before = std::move(pairs_);
+    pairs_ = meshless::find_pairs(phyxels_, locator_, parallel);
+    const std::vector<std::uint32_t> unknown = meshless::carry_visibility(before, pairs_);
+    evaluate_pairs(unknown, parallel);
+}
+
+geometry::SurfaceMesh Body::surface_mesh() const {
+    return splitting::extract(grid_, *surface_, *pieces_, vertex_positions_, vertex_normals_);
+}
+
+void Body::add_constraint(HoldConstraint constraint) {
+    constraints_.push_back(std::move(constraint));
+    constrained_.clear();
+}
+
+void Body::add_to_hash(StateHash& hash) const {
+    for (const splitting::Crossing& c : grid_.crossings()) {
+        hash.add_word(splitting::edge_id(c.edge));
+        hash.add(c.parameter);
+    }
+    const auto add = [&](const std::vector<Vec3>& values) {
+        for (const Vec3& v : values)
+            for (int k = 0; k < 3; ++k) hash.add(v[k]);
+    };
+    add(phyxels_.position);
+    add(phyxels_.velocity);
+    for (const std::int32_t piece : phyxels_.piece) hash.add(piece);
+    for (const double mass : phyxels_.mass) hash.add(mass);
+    for (const float v : pairs_.visibility) hash.add(static_cast<double>(v));
+    add(vertex_positions_);
+}
+
+std::vector<std::string> Body::validate() const {
+    std::vector<std::string> lines = splitting::validate(grid_);
+    for (std::string& line : splitting::validate(grid_, *surface_, *pieces_)) lines.push_back(line);
+    for (std::size_t i = 0; i < inside_nodes_.size(); ++i)
+        if (inside_piece_[i] != pieces_->piece_of(grid_, inside_nodes_[i])) {
+            lines.push_back("a node with the wrong piece");
+            break;
+        }
+    std::vector<std::size_t> phyxels_of(pieces_->count(), 0);
+    for (std::size_t i = 0; i < phyxels_.size(); ++i) {
+        if (pieces_->piece_of(grid_, owner_[i]) != phyxels_.piece[i]) lines.push_back("a phyxel with the wrong piece");
+        ++phyxels_of[static_cast<std::size_t>(phyxels_.piece[i])];
+        if (!phyxels_.position[i].allFinite() || !phyxels_.velocity[i].allFinite())
+            lines.push_back("a phyxel that is not finite");
+    }
+    for (const std::size_t count : phyxels_of)
+        if (count == 0) lines.push_back("a piece without phyxels");
+    for (std::size_t k = 0; k < pairs_.size(); ++k)
+        if (pairs_.visibility[k] > 0 && phyxels_.piece[pairs_.a[k]] != phyxels_.piece[pairs_.b[k]]) {
+            lines.push_back("a link between two pieces");
+            break;
+        }
+    double booked = 0, owned = 0;
+    for (const double v : phyxels_.volume) booked += v;
+    for (const double v : inside_volume_) owned += v;
+    if (std::abs(booked - owned) > 1e-9 * owned) lines.push_back("volume of phyxels and nodes differ");
+    return lines;
+}
+
+}  // namespace splitcubes::body

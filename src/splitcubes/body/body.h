@@ -1,0 +1,182 @@
+// One soft solid: its topology, its surface and its elastic samples, and the
+// stages of a step that keep the three together.
+#pragma once
+
+#include <splitcubes/body/node_tracker.h>
+#include <splitcubes/body/step_report.h>
+#include <splitcubes/core/parallel.h>
+#include <splitcubes/core/state_hash.h>
+#include <splitcubes/cutting/sweep.h>
+#include <splitcubes/geometry/occluder_grid.h>
+#include <splitcubes/geometry/triangle_mesh.h>
+#include <splitcubes/meshless/booking.h>
+#include <splitcubes/meshless/material.h>
+#include <splitcubes/meshless/neighbourhoods.h>
+#include <splitcubes/meshless/solver.h>
+#include <splitcubes/occlusion/visibility.h>
+#include <splitcubes/splitting/extract.h>
+#include <splitcubes/splitting/pieces.h>
+#include <splitcubes/splitting/solidify.h>
+#include <splitcubes/splitting/surface.h>
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace splitcubes::body {
+
+struct BodySettings {
+    std::string name = "body";
+    double cell_size = 0;                         // m, > 0
+    double phyxel_spacing = 0;                    // m; 0: chosen so that phyxel_count is met
+    int phyxel_count = 800;                       // wished for, where no spacing is given
+    meshless::Material material;
+    Vec3 velocity = Vec3::Zero();                 // m/s, at time 0
+    Vec3 angular_velocity = Vec3::Zero();         // rad/s, about the centre of mass, at time 0
+    occlusion::VisibilityOptions visibility;
+};
+
+/// Holds the phyxels whose rest position is in a region, at rest or on a path.
+struct HoldConstraint {
+    std::function<bool(const Vec3& rest)> region;
+    /// World from rest for what is held, at a time; identity: stays where it is.
+    std::function<Isometry(double time)> motion;
+    double from = 0;                              // s
+    double until = 1e300;                         // s
+};
+
+/// What one step of one body is given.
+struct StepContext {
+    double time = 0;   // s, at the start of the step
+    double dt = 0;     // s
+    Vec3 gravity = Vec3::Zero();
+    std::optional<meshless::GroundPlane> ground;
+    meshless::SolverOptions solver;
+    const Parallel& parallel;
+};
+
+/// Rest space is the world at time 0: the mesh is taken where it is placed.
+class Body {
+  public:
+    /// Throws InputError for a mesh that encloses nothing and for settings out of range.
+    Body(const geometry::TriangleMesh& placed, const BodySettings& settings, const Parallel& parallel);
+
+    void add_constraint(HoldConstraint constraint);
+
+    // The stages that World::step calls, in this order.
+
+    /// Cuts the grid edges that the blades crossed during the last interval, edges
+    /// and blades both moving. last_normal: the stroke's, carried between steps.
+    void cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t cut_number, Vec3& last_normal,
+                   const StepContext& context, StepReport& report);
+    void retessellate(StepReport& report);
+    void label_pieces(StepReport& report);
+    void update_visibility(const StepContext& context, StepReport& report);
+    void resample(const StepContext& context, StepReport& report);
+    void rebuild_neighbourhoods(const StepContext& context);
+    void integrate(const StepContext& context, StepReport& report);
+    void update_node_frames(const StepContext& context, StepReport& report);
+    void update_surface(const StepContext& context, StepReport& report);
+
+    /// Cuts the body at rest along a sheet, all stages but the integration included.
+    /// Returns the number of newly cut edges.
+    std::size_t cut_with_sheet(const geometry::TriangleMesh& sheet, std::int32_t cut_number,
+                               const Parallel& parallel);
+
+    const std::string& name() const { return settings_.name; }
+    const BodySettings& settings() const { return settings_; }
+    const splitting::SolidifyReport& solidify_report() const { return solidify_report_; }
+    const splitting::NodeGrid& grid() const { return grid_; }
+    const splitting::Surface& surface() const { return *surface_; }
+    const splitting::Pieces& pieces() const { return *pieces_; }
+    const meshless::Phyxels& phyxels() const { return phyxels_; }
+    meshless::Phyxels& phyxels() { return phyxels_; }
+    const meshless::Pairs& pairs() const { return pairs_; }
+    const meshless::Neighbourhoods& neighbourhoods() const { return neighbourhoods_; }
+    const NodeTracker& nodes() const { return tracker_; }
+    double phyxel_spacing() const { return spacing_; }
+    /// Per surface vertex, world frame, as of the last update_surface.
+    const std::vector<Vec3>& vertex_positions() const { return vertex_positions_; }
+    const std::vector<Vec3>& vertex_normals() const { return vertex_normals_; }
+    /// The surface as it is now.
+    geometry::SurfaceMesh surface_mesh() const;
+    std::size_t cut_edge_count() const { return cut_edge_count_; }
+
+    void add_to_hash(StateHash& hash) const;
+    /// Empty where grid, surface, pieces and samples agree; for tests and debug builds.
+    std::vector<std::string> validate() const;
+
+  private:
+    void list_inside_nodes();
+    void sample(const Parallel& parallel);
+    void build_occluders();
+    void set_occluders(const splitting::SurfaceCell& cell);
+    Vec3i owner_of(const Vec3& rest, const Vec3i& fallback) const;
+    std::optional<Vec3> place_in_material(const Vec3& candidate) const;
+    std::vector<Vec3> sample_positions(double spacing) const;
+    void set_contact_radii(std::size_t first);
+    void rebuild_samples(const Parallel& parallel);
+    void evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& parallel);
+    std::vector<std::uint32_t> candidate_bricks(std::span<const cutting::SweptBlade> blades) const;
+    geometry::Box bounds_of_brick(const Vec3& centre, double radius, std::vector<std::uint32_t>& near) const;
+    std::vector<cutting::CandidateEdge> candidate_edges(std::span<const std::uint32_t> bricks,
+                                                        const StepContext& context);
+    void update_owners(std::span<const geometry::Box> boxes);
+    void track_surface_nodes();
+    void add_samples(std::int32_t piece, std::size_t wanted);
+    void settle_topology(const Parallel& parallel, StepReport& report);
+    TrackerContext tracker_context(const Parallel& parallel) const {
+        return {grid_, *pieces_, occluders_, phyxels_, locator_, parallel};
+    }
+
+    BodySettings settings_;
+    splitting::SolidifyReport solidify_report_;
+    splitting::NodeGrid grid_;
+    std::unique_ptr<splitting::Surface> surface_;
+    std::unique_ptr<splitting::Pieces> pieces_;
+    geometry::OccluderGrid occluders_;
+    std::unique_ptr<occlusion::VisibilityBackend> visibility_;
+
+    // Inside nodes, brick by brick, written at construction (pieces by label_pieces).
+    std::vector<Vec3i> inside_nodes_;
+    std::vector<Vec3> inside_rest_;               // m, rest space
+    std::vector<double> inside_volume_;           // m^3
+    std::vector<std::int32_t> inside_piece_;
+
+    meshless::Phyxels phyxels_;
+    meshless::PhyxelLocator locator_;
+    meshless::Pairs pairs_;
+    meshless::Neighbourhoods neighbourhoods_;
+    meshless::Booking booking_;
+    meshless::ImplicitSolver solver_;
+    std::vector<Vec3i> owner_;                    // per phyxel: the inside node that decides its piece
+    std::vector<Mat3> previous_deformation_;      // per phyxel, one step ago
+    double spacing_ = 0;                          // m, between phyxels
+
+    NodeTracker tracker_;
+    std::vector<std::uint32_t> surface_to_tracked_;  // per surface node
+    std::vector<geometry::Frame> frames_;         // per tracked node, now
+    std::vector<Vec3> cut_position_;              // per tracked node, m, at its last cut_edges
+    std::vector<std::int64_t> cut_step_;          // per tracked node, the step of that
+    std::int64_t step_ = 0;
+    std::vector<geometry::Frame> surface_frames_; // per surface node, now
+    std::vector<Vec3> vertex_positions_, vertex_normals_;
+    std::size_t cut_edge_count_ = 0;
+
+    std::vector<HoldConstraint> constraints_;
+    std::vector<std::vector<std::uint32_t>> constrained_;  // per constraint: its phyxels
+    std::vector<std::uint8_t> held_;              // per phyxel, of this step
+    std::vector<Vec3> held_position_;             // per phyxel, m, world
+
+    // Passed from stage to stage within a step.
+    std::vector<std::int32_t> new_slots_;
+    std::vector<geometry::Box> changed_boxes_;    // rest space, where the surface changed
+    std::vector<splitting::PieceSplit> splits_;
+    std::vector<std::uint32_t> changed_pairs_;
+    bool pairs_rebuilt_ = false;
+    bool volumes_changed_ = false;
+};
+
+}  // namespace splitcubes::body

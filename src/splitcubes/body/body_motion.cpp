@@ -1,0 +1,70 @@
+// The last stages of a step: the body moves, its surface follows.
+#include <splitcubes/body/body.h>
+
+namespace splitcubes::body {
+
+void Body::integrate(const StepContext& context, StepReport& report) {
+    if (constrained_.size() != constraints_.size()) {
+        constrained_.assign(constraints_.size(), {});
+        for (std::size_t c = 0; c < constraints_.size(); ++c)
+            for (std::uint32_t i = 0; i < phyxels_.size(); ++i)
+                if (constraints_[c].region(phyxels_.rest_position[i])) constrained_[c].push_back(i);
+    }
+    held_.assign(phyxels_.size(), 0);
+    held_position_.assign(phyxels_.size(), Vec3::Zero());
+    const double end = context.time + context.dt;
+    for (std::size_t c = 0; c < constraints_.size(); ++c) {
+        if (context.time < constraints_[c].from || context.time >= constraints_[c].until) continue;
+        const Isometry motion = constraints_[c].motion(end);
+        for (const std::uint32_t i : constrained_[c]) {
+            held_[i] = 1;
+            held_position_[i] = motion * phyxels_.rest_position[i];
+        }
+    }
+    previous_deformation_ = phyxels_.deformation;
+    meshless::StepInput input;
+    input.dt = context.dt;
+    input.gravity = context.gravity;
+    input.held = held_;
+    input.held_position = held_position_;
+    input.ground = context.ground;
+    input.piece_count = static_cast<int>(pieces_->count());
+    const meshless::SolverReport solved =
+        solver_.step(phyxels_, neighbourhoods_, settings_.material, input, context.solver, context.parallel);
+    ++step_;
+
+    report.solver_iterations += solved.iterations;
+    report.contacts += solved.contacts;
+    report.kinetic_energy += solved.kinetic_energy;
+    report.elastic_energy += solved.elastic_energy;
+    report.momentum += solved.momentum;
+    report.angular_momentum += solved.angular_momentum;
+    report.top_speed = std::max(report.top_speed, solved.top_speed);
+    if (solved.inverted > 0) report.flags |= flag_inverted;
+    if (solved.non_finite > 0) report.flags |= flag_non_finite;
+    if (solved.rank_deficient > 0) report.flags |= flag_rank_deficient;
+    if (solved.residual > context.solver.tolerance) report.flags |= flag_not_converged;
+}
+
+void Body::update_node_frames(const StepContext& context, StepReport& report) {
+    const TrackerContext tracker = tracker_context(context.parallel);
+    tracker_.refresh(tracker);
+    tracker_.evaluate(tracker, phyxels_.position, phyxels_.deformation, frames_);
+    if (tracker_.fallback_count() > 0) report.flags |= flag_frame_fallback;
+}
+
+void Body::update_surface(const StepContext& context, StepReport& report) {
+    surface_frames_.resize(surface_to_tracked_.size());
+    for (std::size_t k = 0; k < surface_frames_.size(); ++k) surface_frames_[k] = frames_[surface_to_tracked_[k]];
+    splitting::deform(*surface_, grid_.rest(), surface_frames_, vertex_positions_, vertex_normals_,
+                      context.parallel);
+    report.phyxels += phyxels_.size();
+    report.pieces += pieces_->count();
+    report.cut_edges += cut_edge_count_;
+    report.surface_cells += surface_->cells().size();
+    report.triangles += surface_->triangle_count();
+    for (const float v : pairs_.visibility) report.pairs += v > 0;
+    for (const double m : phyxels_.mass) report.mass += m;
+}
+
+}  // namespace splitcubes::body

@@ -1,0 +1,84 @@
+// The grid nodes whose motion is needed: those that carry surface vertices, and
+// those that blades come near.
+#pragma once
+
+#include <splitcubes/core/parallel.h>
+#include <splitcubes/geometry/frame.h>
+#include <splitcubes/geometry/occluder_grid.h>
+#include <splitcubes/meshless/frames.h>
+#include <splitcubes/splitting/pieces.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace splitcubes::body {
+
+/// What the tracker reads of its body.
+struct TrackerContext {
+    const splitting::NodeGrid& grid;
+    const splitting::Pieces& pieces;
+    const geometry::OccluderGrid& occluders;
+    const meshless::Phyxels& phyxels;
+    const meshless::PhyxelLocator& locator;
+    const Parallel& parallel;
+};
+
+/// Node frames by the paper's equation 5: the kernel of a node is the phyxels of
+/// its piece that reach it and that it sees (the segment between them meets no
+/// surface). A node that sees none takes the frame of the nearest node that does,
+/// over uncut edges, so no node of a piece is ever without a frame.
+class NodeTracker {
+  public:
+    NodeTracker() = default;
+    explicit NodeTracker(const splitting::BrickLayout& layout) : index_(layout) {}
+
+    /// Index of a tracked node; adds it where it is new (call refresh before use).
+    std::uint32_t track(const splitting::NodeGrid& grid, const Vec3i& node);
+    /// -1 where the node is not tracked.
+    std::int32_t find(const Vec3i& node) const { return index_.get(node, 0); }
+
+    /// Builds the kernels of nodes added since the last refresh, of nodes marked by
+    /// mark_near, and of nodes whose kernel holds a phyxel of another piece.
+    void refresh(const TrackerContext& context);
+    /// Nodes within `radius` of one of the boxes see differently from now on.
+    void mark_near(std::span<const geometry::Box> boxes, double radius);
+    /// Pieces or the phyxels' pieces changed.
+    void mark_pieces_changed() { pieces_changed_ = true; }
+    /// All kernels are built again (phyxels were added).
+    void mark_all();
+
+    /// Frames of all tracked nodes for a state of the phyxels.
+    void evaluate(const TrackerContext& context, std::span<const Vec3> position, std::span<const Mat3> deformation,
+                  std::vector<geometry::Frame>& out);
+
+    std::size_t size() const { return places_.size(); }
+    const std::vector<Vec3i>& places() const { return places_; }
+    const std::vector<Vec3>& rest_positions() const { return rest_; }
+    const meshless::NodeKernels& kernels() const { return kernels_; }
+    /// Nodes that use another node's frame.
+    std::size_t fallback_count() const { return fallbacks_.size(); }
+
+  private:
+    struct Fallback {
+        std::uint32_t node;    // that sees no phyxel
+        std::uint32_t source;  // whose frame it takes
+    };
+    void refresh_rows(const TrackerContext& context);
+    void find_fallbacks(const TrackerContext& context);
+    std::uint32_t nearest_source(const TrackerContext& context, std::uint32_t node);
+    void bind_to_nearest(const TrackerContext& context, std::uint32_t node);
+
+    splitting::SlotMap<1> index_;
+    std::vector<Vec3i> places_;          // grid coordinates
+    std::vector<Vec3> rest_;             // m, rest space
+    std::vector<std::int32_t> piece_;    // of each tracked node
+    std::vector<std::uint8_t> dirty_;    // kernel must be built again
+    std::vector<std::uint32_t> rows_;    // scratch: dirty nodes
+    bool pieces_changed_ = false;
+    meshless::NodeKernels kernels_;
+    meshless::FrameEvaluator evaluator_;
+    std::vector<Fallback> fallbacks_;
+};
+
+}  // namespace splitcubes::body

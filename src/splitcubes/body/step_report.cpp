@@ -1,0 +1,14 @@
+#include <splitcubes/body/step_report.h>
+
+namespace splitcubes::body {
+
+std::string flag_text(std::uint32_t flags) {
+    static constexpr const char* names[] = {"inverted", "not_converged", "non_finite", "frame_fallback",
+                                            "rank_deficient"};
+    std::string out;
+    for (std::uint32_t k = 0; k < 5; ++k)
+        if (flags >> k & 1U) out += (out.empty() ? "" : "|") + std::string(names[k]);
+    return out.empty() ? "-" : out;
+}
+
+}  // namespace splitcubes::body

@@ -1,0 +1,95 @@
+#include <splitcubes/body/world.h>
+#include <splitcubes/core/error.h>
+#include <splitcubes/core/stopwatch.h>
+
+#include <algorithm>
+
+namespace splitcubes::body {
+
+World::World(const WorldSettings& settings, std::shared_ptr<const Parallel> parallel)
+    : settings_(settings), parallel_(std::move(parallel)) {
+    if (!(settings.time_step > 0)) throw InputError("time step", "must be positive");
+}
+
+Body& World::add_body(const geometry::TriangleMesh& placed, const BodySettings& settings) {
+    bodies_.push_back(std::make_unique<Body>(placed, settings, *parallel_));
+    return *bodies_.back();
+}
+
+void World::add_tool(cutting::Blade blade, std::vector<std::size_t> bodies) {
+    tools_.push_back({std::move(blade), std::move(bodies), {}});
+}
+
+StepReport World::step() {
+    const StepContext context{time(), settings_.time_step, settings_.gravity, settings_.ground, settings_.solver,
+                              *parallel_};
+    StepReport report;
+    Stopwatch watch;
+    const auto done = [&](Stage stage) { report.stage_seconds(stage) += watch.lap(); };
+
+    std::vector<std::vector<cutting::SweptBlade>> swept(tools_.size());
+    if (step_count_ > 0)
+        for (std::size_t k = 0; k < tools_.size(); ++k)
+            swept[k] = cutting::sweep(tools_[k].blade, time() - settings_.time_step, time());
+    done(Stage::move_tools);
+
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+        for (std::size_t k = 0; k < tools_.size(); ++k) {
+            Tool& tool = tools_[k];
+            tool.last_normal.resize(bodies_.size(), Vec3::Zero());
+            const bool cuts_it = tool.bodies.empty() ||
+                                 std::find(tool.bodies.begin(), tool.bodies.end(), b) != tool.bodies.end();
+            if (cuts_it && !swept[k].empty())
+                bodies_[b]->cut_edges(swept[k], static_cast<std::int32_t>(k), tool.last_normal[b], context, report);
+        }
+    done(Stage::cut_edges);
+
+    for (auto& body : bodies_) body->retessellate(report);
+    done(Stage::retessellate);
+    for (auto& body : bodies_) body->label_pieces(report);
+    done(Stage::label_pieces);
+    for (auto& body : bodies_) body->update_visibility(context, report);
+    done(Stage::update_visibility);
+    for (auto& body : bodies_) body->resample(context, report);
+    done(Stage::resample);
+    for (auto& body : bodies_) body->rebuild_neighbourhoods(context);
+    done(Stage::rebuild_neighbourhoods);
+    for (auto& body : bodies_) body->integrate(context, report);
+    done(Stage::integrate);
+    for (auto& body : bodies_) body->update_node_frames(context, report);
+    done(Stage::update_node_frames);
+    for (auto& body : bodies_) body->update_surface(context, report);
+    done(Stage::update_surface);
+
+    ++step_count_;
+    report.time = time();
+    if (settings_.validate_each_step)
+        for (const auto& body : bodies_)
+            for (const std::string& line : body->validate())
+                throw JobError("body '" + body->name() + "' after step " + std::to_string(step_count_) + ": " + line);
+    return report;
+}
+
+geometry::SurfaceMesh World::surface_mesh() const {
+    geometry::SurfaceMesh all;
+    std::int32_t first_piece = 0;
+    for (const auto& body : bodies_) {
+        geometry::SurfaceMesh one = body->surface_mesh();
+        for (std::int32_t& piece : one.vertex_piece) piece += first_piece;
+        first_piece += static_cast<std::int32_t>(body->pieces().count());
+        all.mesh.append(one.mesh);
+        all.normals.insert(all.normals.end(), one.normals.begin(), one.normals.end());
+        all.vertex_piece.insert(all.vertex_piece.end(), one.vertex_piece.begin(), one.vertex_piece.end());
+        all.triangle_origin.insert(all.triangle_origin.end(), one.triangle_origin.begin(), one.triangle_origin.end());
+    }
+    return all;
+}
+
+StateHash World::state_hash() const {
+    StateHash hash;
+    hash.add(step_count_);
+    for (const auto& body : bodies_) body->add_to_hash(hash);
+    return hash;
+}
+
+}  // namespace splitcubes::body

@@ -1,0 +1,67 @@
+// All bodies and tools of a simulation, and the step that advances them.
+#pragma once
+
+#include <splitcubes/body/body.h>
+#include <splitcubes/cutting/blade.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace splitcubes::body {
+
+struct WorldSettings {
+    double time_step = 1.0 / 60;                 // s
+    Vec3 gravity = Vec3(0, 0, -9.81);            // m/s^2
+    std::optional<meshless::GroundPlane> ground;
+    meshless::SolverOptions solver;
+    /// Checks all bodies from nothing after every step and throws JobError with the
+    /// first finding; on by default where NDEBUG is not defined.
+#ifdef NDEBUG
+    bool validate_each_step = false;
+#else
+    bool validate_each_step = true;
+#endif
+};
+
+/// A blade and what it may cut.
+struct Tool {
+    cutting::Blade blade;
+    std::vector<std::size_t> bodies;             // numbers of the bodies it cuts; empty: all
+    std::vector<Vec3> last_normal;               // per body: the stroke's last normal, world
+};
+
+class World {
+  public:
+    World(const WorldSettings& settings, std::shared_ptr<const Parallel> parallel);
+
+    Body& add_body(const geometry::TriangleMesh& placed, const BodySettings& settings);
+    void add_tool(cutting::Blade blade, std::vector<std::size_t> bodies = {});
+
+    /// Advances everything by one time step. Tools cut what they crossed during the
+    /// interval that ended when the step began (both ends of it are known then), so
+    /// a blade's mark appears one step after it passed.
+    StepReport step();
+
+    double time() const { return static_cast<double>(step_count_) * settings_.time_step; }
+    std::int64_t step_count() const { return step_count_; }
+    const WorldSettings& settings() const { return settings_; }
+    const Parallel& parallel() const { return *parallel_; }
+    std::vector<std::unique_ptr<Body>>& bodies() { return bodies_; }
+    const std::vector<std::unique_ptr<Body>>& bodies() const { return bodies_; }
+    const std::vector<Tool>& tools() const { return tools_; }
+
+    /// All surfaces in one mesh; pieces are numbered through the bodies.
+    geometry::SurfaceMesh surface_mesh() const;
+    /// Of the whole state: equal for equal runs, for any number of threads.
+    StateHash state_hash() const;
+
+  private:
+    WorldSettings settings_;
+    std::shared_ptr<const Parallel> parallel_;
+    std::vector<std::unique_ptr<Body>> bodies_;
+    std::vector<Tool> tools_;
+    std::int64_t step_count_ = 0;
+};
+
+}  // namespace splitcubes::body

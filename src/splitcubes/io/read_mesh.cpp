@@ -1,0 +1,99 @@
+#include <splitcubes/core/error.h>
+#include <splitcubes/io/mesh_readers.h>
+#include <splitcubes/io/read_mesh.h>
+#include <splitcubes/io/read_surface.h>
+
+#include <fstream>
+#include <system_error>
+
+namespace splitcubes::io {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Beyond this a mesh would not fit the indices; it also keeps a sparse file
+// that claims terabytes from being asked for.
+constexpr std::uintmax_t max_file_bytes = std::uintmax_t{16} << 30;
+
+geometry::TriangleMesh read_bytes(Bytes bytes, MeshFormat format, const std::string& name,
+                                  const fs::path& folder, ReadMeshReport* report) {
+    if (bytes.empty()) throw InputError(name, "is empty", "give a file with a triangle mesh");
+    ReadMeshReport ignored;
+    ReadMeshReport& notes = report ? *report : ignored;
+    switch (format) {
+        case MeshFormat::obj:
+            return read_obj(bytes, name, notes);
+        case MeshFormat::ply:
+            return std::move(read_ply(bytes, name, PlyContent::mesh, notes).mesh);
+        case MeshFormat::stl:
+            return read_stl(bytes, name, notes);
+        case MeshFormat::gltf:
+            return read_gltf(bytes, name, folder, notes);
+    }
+    throw InputError(name, "unknown mesh format " + std::to_string(static_cast<int>(format)), "");
+}
+
+}  // namespace
+
+std::string at_byte(const std::string& name, std::size_t offset) {
+    return name + " at byte " + std::to_string(offset);
+}
+
+std::vector<std::byte> read_file_bytes(const fs::path& path) {
+    std::error_code why;
+    const std::string name = path.string();
+    const fs::file_status status = fs::status(path, why);
+    if (!fs::exists(status)) throw InputError(name, "there is no such file", "check the path");
+    // A pipe or a device may never end.
+    if (!fs::is_regular_file(status)) throw InputError(name, "is not a file", "give the path of a file");
+    const std::uintmax_t size = fs::file_size(path, why);
+    if (why) throw InputError(name, "cannot be read (" + why.message() + ")", "");
+    if (size == 0) throw InputError(name, "is empty", "give a file with a triangle mesh");
+    if (size > max_file_bytes)
+        throw InputError(name, "has " + std::to_string(size) + " bytes",
+                         "files of up to " + std::to_string(max_file_bytes) + " bytes can be read");
+    std::ifstream stream(path, std::ios::binary);
+    if (!stream) throw InputError(name, "cannot be opened", "check who may read it");
+    std::vector<std::byte> bytes(size);
+    stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+    if (static_cast<std::uintmax_t>(stream.gcount()) != size)
+        throw InputError(name,
+                         "only " + std::to_string(stream.gcount()) + " of its " + std::to_string(size) +
+                             " bytes could be read",
+                         "");
+    return bytes;
+}
+
+geometry::TriangleMesh read_mesh(const fs::path& path, ReadMeshReport* report) {
+    const std::vector<std::byte> bytes = read_file_bytes(path);
+    std::optional<MeshFormat> format = format_of_extension(path);
+    if (!format) format = format_of_content(bytes);
+    if (!format)
+        throw InputError(
+            path.string(),
+            "neither its name (" + path.extension().string() + ") nor its content tells a format",
+            "OBJ, PLY, STL, glTF and GLB can be read");
+    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+    return read_bytes(bytes, *format, path.string(), folder, report);
+}
+
+geometry::TriangleMesh read_mesh_from_memory(Bytes bytes, MeshFormat format, const std::string& name,
+                                             ReadMeshReport* report) {
+    return read_bytes(bytes, format, name, {}, report);
+}
+
+geometry::SurfaceMesh read_surface(const fs::path& path) {
+    if (format_of_extension(path) != MeshFormat::ply)
+        throw InputError(path.string(), "surfaces with their attributes are read from PLY files only",
+                         "give a .ply file");
+    return read_surface_from_memory(read_file_bytes(path), path.string());
+}
+
+geometry::SurfaceMesh read_surface_from_memory(Bytes bytes, const std::string& name) {
+    if (bytes.empty()) throw InputError(name, "is empty", "give a PLY file");
+    ReadMeshReport ignored;
+    return read_ply(bytes, name, PlyContent::surface, ignored);
+}
+
+}  // namespace splitcubes::io

@@ -1,0 +1,40 @@
+// Triangle meshes out of files: OBJ, PLY, STL, glTF.
+#pragma once
+
+#include <splitcubes/geometry/triangle_mesh.h>
+#include <splitcubes/io/mesh_format.h>
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace splitcubes::io {
+
+/// What a reader did besides taking what the file says; one line a note.
+struct ReadMeshReport {
+    std::vector<std::string> notes;
+};
+
+/// Reads a triangle mesh; the format goes by the extension and, where that is
+/// unknown, by the content. Positions are taken as metres, in the file's own
+/// axes. Polygons are cut into fans from their first corner; triangles that use
+/// a vertex twice are left out and noted. Vertices keep the file's order, also
+/// those that no triangle uses. STL, which has no shared vertices, is welded
+/// where positions are equal; glTF, which splits vertices at seams, is not (see
+/// geometry::weld_equal_vertices). glTF's nodes are followed and their transforms
+/// applied; skins, morph targets and animations are not.
+///
+/// Throws InputError, with the line or the byte and the offending value, for
+/// anything malformed: a file that is empty, cut off or has no triangles,
+/// coordinates that are not finite, indices out of range, counts that do not
+/// fit the content, a glTF feature that would change the geometry and is not known here.
+/// Memory is bounded by the size of the files, whatever their headers claim.
+geometry::TriangleMesh read_mesh(const std::filesystem::path& path, ReadMeshReport* report = nullptr);
+
+/// The same from bytes; `name` stands in messages for the file. glTF cannot
+/// refer to other files here.
+geometry::TriangleMesh read_mesh_from_memory(std::span<const std::byte> bytes, MeshFormat format,
+                                             const std::string& name, ReadMeshReport* report = nullptr);
+
+}  // namespace splitcubes::io

@@ -1,0 +1,131 @@
+#include <splitcubes/math/decompose.h>
+
+#include <cmath>
+#include <utility>
+
+namespace splitcubes {
+
+namespace {
+
+// One Jacobi rotation of S in the plane (p, q), accumulated in V.
+void rotate(Mat3& S, Mat3& V, int p, int q) {
+    const double off = S(p, q);
+    if (off == 0) return;
+    const double theta = (S(q, q) - S(p, p)) / (2 * off);
+    // The smaller root; hypot keeps huge theta from overflowing.
+    const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::hypot(theta, 1.0));
+    const double c = 1 / std::sqrt(t * t + 1);
+    const double s = t * c;
+    const int r = 3 - p - q;
+    S(p, p) -= t * off;
+    S(q, q) += t * off;
+    S(p, q) = S(q, p) = 0;
+    const double rp = S(r, p);
+    const double rq = S(r, q);
+    S(r, p) = S(p, r) = c * rp - s * rq;
+    S(r, q) = S(q, r) = s * rp + c * rq;
+    const Vec3 vp = V.col(p);
+    const Vec3 vq = V.col(q);
+    V.col(p) = c * vp - s * vq;
+    V.col(q) = s * vp + c * vq;
+}
+
+// A unit vector perpendicular to a unit vector; a fixed choice.
+Vec3 perpendicular(const Vec3& unit) {
+    int axis = 0;
+    unit.cwiseAbs().minCoeff(&axis);
+    return unit.cross(Vec3::Unit(axis)).normalized();
+}
+
+// Newton-Schulz iteration for the polar factor; quadratic, but only near a
+// rotation. Returns false where it has not converged.
+bool newton_schulz(const Mat3& F, Mat3& rotation) {
+    Mat3 X = F;
+    for (int iteration = 0; iteration < 8; ++iteration) {
+        const Mat3 XtX = X.transpose() * X;
+        const double error = (XtX - Mat3::Identity()).squaredNorm();
+        if (!(error < 0.09)) return false;
+        if (error < 1e-31) break;
+        X = X * (1.5 * Mat3::Identity() - 0.5 * XtX);
+        // The error after the step is about 3/4 error^2: enough, without a test.
+        if (error < 1e-17) break;
+    }
+    rotation = X;
+    return X.determinant() > 0;
+}
+
+}  // namespace
+
+SymmetricEigen eigen_symmetric(const Mat3& matrix) {
+    Mat3 S = matrix.selfadjointView<Eigen::Lower>();
+    Mat3 V = Mat3::Identity();
+    const double scale = S.cwiseAbs().maxCoeff();
+    for (int sweep = 0; sweep < 12; ++sweep) {
+        const double off = std::abs(S(0, 1)) + std::abs(S(0, 2)) + std::abs(S(1, 2));
+        if (!(off > 1e-17 * scale)) break;
+        rotate(S, V, 0, 1);
+        rotate(S, V, 0, 2);
+        rotate(S, V, 1, 2);
+    }
+    SymmetricEigen result{S.diagonal(), V};
+    const auto order = [&](int a, int b) {
+        if (result.values[a] >= result.values[b]) return;
+        std::swap(result.values[a], result.values[b]);
+        const Vec3 column = result.vectors.col(a);
+        result.vectors.col(a) = result.vectors.col(b);
+        result.vectors.col(b) = column;
+    };
+    order(0, 1);
+    order(1, 2);
+    order(0, 1);
+    if (result.vectors.determinant() < 0) result.vectors.col(2) = -result.vectors.col(2);
+    return result;
+}
+
+Mat3 rotation_of(const Mat3& F, const Mat3& last) {
+    Mat3 rotation;
+    if (newton_schulz(F, rotation)) return rotation;
+    const double size = F.cwiseAbs().maxCoeff();
+    if (!(size > 0) || !std::isfinite(size)) return last;
+    const Mat3 G = F / size;
+    const Mat3 V = eigen_symmetric(G.transpose() * G).vectors;
+    const Vec3 u0 = (G * V.col(0)).normalized();
+    const Vec3 image = G * V.col(1);
+    const Vec3 rest = image - u0 * u0.dot(image);
+    const double second = rest.norm();
+    // F V_1 carries an error of some 1e-16 along u0 only; 1e-12 keeps four digits.
+    if (second < 1e-12) {
+        const Mat3 turned = minimal_rotation(last * V.col(0), u0) * last;
+        return turned;
+    }
+    Mat3 U;
+    U.col(0) = u0;
+    U.col(1) = rest / second;
+    U.col(2) = u0.cross(Vec3(U.col(1)));
+    return U * V.transpose();
+}
+
+Mat3 minimal_rotation(const Vec3& from, const Vec3& to) {
+    const double from_length = from.norm();
+    const double to_length = to.norm();
+    if (!(from_length > 0) || !(to_length > 0)) return Mat3::Identity();
+    const Vec3 a = from / from_length;
+    const Vec3 b = to / to_length;
+    const double cosine = a.dot(b);
+    if (cosine < 0) {
+        // By way of the mirror image -b, close to a: 180 degrees about an axis
+        // perpendicular to b after the small rotation from a to -b.
+        const Vec3 axis = perpendicular(b);
+        const Mat3 half_turn = 2 * axis * axis.transpose() - Mat3::Identity();
+        const Vec3 cross = a.cross(b);
+        const double sine = cross.norm();
+        if (sine < 1e-7) return half_turn * minimal_rotation(a, -b);
+        return Eigen::AngleAxisd(std::atan2(sine, cosine), cross / sine).toRotationMatrix();
+    }
+    const Vec3 v = a.cross(b);
+    Mat3 cross;
+    cross << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+    return Mat3::Identity() + cross + cross * cross / (1 + cosine);
+}
+
+}  // namespace splitcubes

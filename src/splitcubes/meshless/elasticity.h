@@ -1,0 +1,83 @@
+// Fixed corotated elasticity on moving least squares gradients: deformation,
+// energy, force and the stiffness for the implicit step.
+//
+// E = sum_i V_i (mu |F_i - R_i|^2 + lambda/2 tr(R_i^T F_i - I)^2)
+//   + sum_pairs k_ij/2 |e_ij|^2,
+// e_ij = (s F_i + (1 - s) F_j) x_ij - (x_j - x_i), s one half as a rule
+// (Kugelstadt et al. 2021; zero-energy modes after Ganzenmueller 2015).
+#pragma once
+
+#include <splitcubes/core/parallel.h>
+#include <splitcubes/meshless/loops.h>
+#include <splitcubes/meshless/material.h>
+#include <splitcubes/meshless/neighbourhoods.h>
+
+#include <span>
+#include <vector>
+
+namespace splitcubes::meshless {
+
+/// F_i (completed) and R_i of all phyxels at world positions `position`. With
+/// rank 3 F_i = sum_j (x_j - x_i) g_ij^T. With rank 2 the dropped direction goes
+/// to the unit normal of the two kept ones; with rank 1 R turns `last_rotation`
+/// by the smallest angle onto the kept direction; with rank 0 both are
+/// `last_rotation`. What is completed carries no stress. `rotation` may be
+/// `last_rotation`. Returns the number of phyxels whose F was not finite; they
+/// get their last rotation for both.
+std::size_t compute_deformation(const Neighbourhoods& neighbourhoods, std::span<const Vec3> rest_position,
+                                std::span<const Vec3> position, std::span<const Mat3> last_rotation,
+                                std::span<Mat3> deformation, std::span<Mat3> rotation,
+                                const Parallel& parallel);
+
+/// Writes phyxels.deformation and rotation from its positions: after a rebuild,
+/// where something is to read them before the next step.
+void update_deformation(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Parallel& parallel);
+
+/// First Piola-Kirchhoff stress 2 mu (F - R) + lambda tr(R^T F - I) R, Pa.
+Mat3 piola_stress(const Material& material, const Mat3& deformation, const Mat3& rotation);
+
+/// Forces and stiffness, with the buffers they need. One per solver: a call
+/// uses the buffers, so calls of one object must not overlap.
+class ElasticForces {
+  public:
+    /// -dE/dx in N, where compute_deformation gave `deformation` and `rotation`
+    /// at `position`. Completed directions are held in the derivative of e_ij.
+    /// Sums to zero to rounding.
+    void forces(const Neighbourhoods& neighbourhoods, const Material& material,
+                std::span<const Vec3> position, std::span<const Mat3> deformation,
+                std::span<const Mat3> rotation, std::span<Vec3> force, const Parallel& parallel);
+
+    /// E in J, of the formula at the head of this file.
+    double energy(const Neighbourhoods& neighbourhoods, const Material& material,
+                  std::span<const Vec3> position, std::span<const Mat3> deformation,
+                  std::span<const Mat3> rotation, const Parallel& parallel);
+
+    struct Factors {
+        double stiffness = 1;  // of K with R held: dP = 2 mu dF + lambda tr(R^T dF) R
+        double damping = 0;    // of K without rotations: dP = 2 mu R sym(R^T dF) + lambda tr(R^T dF) R
+    };
+    /// out = (diagonal + factors.stiffness K + factors.damping K_d) dx, in N for
+    /// dx in m and diagonal in N/m; symmetric, positive semi-definite. Returns dx . out.
+    double apply_stiffness(const Neighbourhoods& neighbourhoods, const Material& material,
+                           const Factors& factors, std::span<const Mat3> rotation,
+                           std::span<const double> diagonal, std::span<const Vec3> dx, std::span<Vec3> out,
+                           const Parallel& parallel);
+
+  private:
+    /// Padded to whole vector registers.
+    using Padded = Eigen::Vector4d;
+    using PaddedMatrix = Eigen::Matrix<double, 4, 3>;
+
+    PaddedMatrix displacement_gradient(const Neighbourhoods& neighbourhoods, std::size_t i) const;
+    void pair_terms(const Neighbourhoods& neighbourhoods, std::size_t i, PaddedMatrix& tension,
+                    Vec3& pair_force) const;
+    Vec3 gather_force(const Neighbourhoods& neighbourhoods, std::size_t i) const;
+
+    std::vector<Padded> displacement_;    // per phyxel, dx, m
+    std::vector<PaddedMatrix> gradient_;  // per phyxel, sum_j (dx_j - dx_i) g_ij^T
+    std::vector<PaddedMatrix> tension_;   // per phyxel, V P + sum_j k s e x^T, N m
+    std::vector<Vec3> pair_force_;        // per phyxel, sum_j k e, N
+    ChunkSum sum_;
+};
+
+}  // namespace splitcubes::meshless

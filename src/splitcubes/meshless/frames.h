@@ -1,0 +1,74 @@
+// The motion of rest points that are no phyxels: the nodes of the surface's grid.
+#pragma once
+
+#include <splitcubes/core/parallel.h>
+#include <splitcubes/geometry/frame.h>
+#include <splitcubes/meshless/locator.h>
+#include <splitcubes/meshless/phyxels.h>
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace splitcubes::meshless {
+
+/// Share of a phyxel in a point, before normalisation: 0 unseen .. 1 seen.
+using Visible = std::function<double(std::size_t point, std::uint32_t phyxel)>;
+
+/// The phyxels that carry each point and their weights. Rows of variable length
+/// in one pool; a row rebuilt longer than its place moves to the pool's end.
+struct NodeKernels {
+    struct Row {
+        std::uint32_t begin = 0, count = 0, capacity = 0;  // into phyxel and weight
+    };
+    std::vector<Row> rows;              // per point; count 0: nothing carries it
+    std::vector<std::uint32_t> phyxel;  // pool
+    std::vector<double> weight;         // pool; a row sums to 1
+    std::size_t unused = 0;             // pool entries that no row owns
+
+    std::size_t size() const { return rows.size(); }
+};
+
+/// Rows for all points (m, rest space): phyxels of the point's piece whose
+/// support reaches it, by kernel weight times visible(point, phyxel).
+/// `visible` may be empty (all seen); it is called from several threads.
+/// `locator` holds all rest positions of the phyxels.
+NodeKernels build_kernels(std::span<const Vec3> points, std::span<const std::int32_t> piece,
+                          const Phyxels& phyxels, const PhyxelLocator& locator, const Visible& visible,
+                          const Parallel& parallel);
+
+/// Rebuilds the rows of `subset` (point numbers, no repetitions; numbers beyond
+/// the present rows extend them). Spans are over all points. Equal to a full build.
+void rebuild_kernels(NodeKernels& kernels, std::span<const std::uint32_t> subset,
+                     std::span<const Vec3> points, std::span<const std::int32_t> piece,
+                     const Phyxels& phyxels, const PhyxelLocator& locator, const Visible& visible,
+                     const Parallel& parallel);
+
+/// Frames of the points: position sum_i w_i (x_i + F_i (X - X_i)), Jacobian
+/// sum_i w_i F_i (Splitting Cubes, eq. 5). Rows without phyxels leave their
+/// frame as it is. Exact at rest.
+class FrameEvaluator {
+  public:
+    void operator()(const NodeKernels& kernels, std::span<const Vec3> rest_points,
+                    std::span<const Vec3> rest_position, std::span<const Vec3> position,
+                    std::span<const Mat3> deformation, std::span<geometry::Frame> out,
+                    const Parallel& parallel);
+
+  private:
+    struct Affine {
+        Mat3 gradient;  // F - I
+        Vec3 shift;     // m, displacement that the phyxel's motion gives the rest origin
+    };
+    std::vector<Affine> affine_;  // per phyxel
+};
+
+/// The same with a buffer of its own.
+void evaluate_frames(const NodeKernels& kernels, std::span<const Vec3> rest_points, const Phyxels& phyxels,
+                     std::span<geometry::Frame> out, const Parallel& parallel);
+/// The same for another state of the phyxels (a step ago, say).
+void evaluate_frames(const NodeKernels& kernels, std::span<const Vec3> rest_points, const Phyxels& phyxels,
+                     std::span<const Vec3> position, std::span<const Mat3> deformation,
+                     std::span<geometry::Frame> out, const Parallel& parallel);
+
+}  // namespace splitcubes::meshless

@@ -1,0 +1,45 @@
+// Which points lie near a place.
+#pragma once
+
+#include <splitcubes/math/types.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace splitcubes::meshless {
+
+/// Uniform grid over points of rest space, by counting sort. Queries may run on
+/// several threads at once, each with its own output.
+class PhyxelLocator {
+  public:
+    PhyxelLocator() = default;
+    /// points: m, copied; cell_size: m, > 0, best near the usual query radius
+    /// (enlarged where the points would need too many cells).
+    PhyxelLocator(std::span<const Vec3> points, double cell_size);
+
+    std::size_t size() const { return points_.size(); }
+    /// Indices of the points with |p - point| < radius, ascending. `out` is replaced.
+    void near(const Vec3& point, double radius, std::vector<std::uint32_t>& out) const;
+    /// The `count` points nearest to `point` (all, where there are fewer), nearest
+    /// first, equal distances by index. `out` is replaced.
+    void nearest(const Vec3& point, std::size_t count, std::vector<std::uint32_t>& out) const;
+
+  private:
+    Vec3i cell_of(const Vec3& point) const;
+    std::size_t cell_index(int x, int y, int z) const {
+        return (static_cast<std::size_t>(z) * static_cast<std::size_t>(count_.y()) +
+                static_cast<std::size_t>(y)) *
+                   static_cast<std::size_t>(count_.x()) +
+               static_cast<std::size_t>(x);
+    }
+
+    std::vector<Vec3> points_;            // m, rest space
+    Vec3 origin_ = Vec3::Zero();          // m, low corner of the grid
+    double cell_size_ = 1;                // m
+    Vec3i count_ = Vec3i::Zero();         // cells an axis
+    std::vector<std::uint32_t> begin_;    // per cell, first entry of indices_; one more at the end
+    std::vector<std::uint32_t> indices_;  // point numbers, cell by cell, ascending in a cell
+};
+
+}  // namespace splitcubes::meshless

@@ -1,0 +1,82 @@
+#include <splitcubes/math/decompose.h>
+#include <splitcubes/meshless/phyxels.h>
+
+namespace splitcubes::meshless {
+
+namespace {
+
+// Sums are taken in two passes, the second about the centre of mass and in its
+// motion: a body far from the origin or fast loses no digits of its spin.
+void add_linear(const Phyxels& phyxels, std::size_t i, Momenta& sum) {
+    sum.mass += phyxels.mass[i];
+    sum.centre += phyxels.mass[i] * phyxels.position[i];  // kg m until divided by mass
+    sum.linear += phyxels.mass[i] * phyxels.velocity[i];
+}
+
+void add_angular(const Phyxels& phyxels, std::size_t i, Momenta& sum) {
+    if (!(sum.mass > 0)) return;
+    const double m = phyxels.mass[i];
+    const Vec3 arm = phyxels.position[i] - sum.centre;
+    const Vec3 relative = phyxels.velocity[i] - sum.linear / sum.mass;
+    sum.spin += m * arm.cross(relative);
+    sum.inertia += m * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+}
+
+}  // namespace
+
+void Phyxels::append(const PhyxelStart& start) {
+    rest_position.push_back(start.rest_position);
+    position.push_back(start.position);
+    velocity.push_back(start.velocity);
+    previous_position.push_back(start.position);
+    previous_velocity.push_back(start.velocity);
+    mass.push_back(0);
+    volume.push_back(0);
+    support_radius.push_back(start.support_radius);
+    contact_radius.push_back(start.contact_radius);
+    deformation.push_back(start.deformation);
+    rotation.push_back(rotation_of(start.deformation));
+    piece.push_back(start.piece);
+    history_broken.push_back(1);
+}
+
+void Phyxels::append(const Vec3& rest, double contact_radius_metres, std::int32_t piece_number) {
+    PhyxelStart start;
+    start.rest_position = start.position = rest;
+    start.contact_radius = contact_radius_metres;
+    start.piece = piece_number;
+    append(start);
+}
+
+void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out) {
+    out.assign(static_cast<std::size_t>(piece_count), Momenta{});
+    const auto each = [&](const auto& add) {
+        for (std::size_t i = 0; i < phyxels.size(); ++i) {
+            const std::int32_t piece = phyxels.piece[i];
+            if (piece >= 0 && piece < piece_count) add(phyxels, i, out[static_cast<std::size_t>(piece)]);
+        }
+    };
+    each(add_linear);
+    for (Momenta& sum : out)
+        if (sum.mass > 0) sum.centre /= sum.mass;
+    each(add_angular);
+}
+
+Momenta total_momenta(const Phyxels& phyxels) {
+    Momenta sum;
+    for (std::size_t i = 0; i < phyxels.size(); ++i) add_linear(phyxels, i, sum);
+    if (sum.mass > 0) sum.centre /= sum.mass;
+    for (std::size_t i = 0; i < phyxels.size(); ++i) add_angular(phyxels, i, sum);
+    return sum;
+}
+
+Vec3 angular_velocity(const Mat3& inertia, const Vec3& spin) {
+    const SymmetricEigen eigen = eigen_symmetric(inertia);
+    Vec3 omega = Vec3::Zero();
+    for (int k = 0; k < 3; ++k)
+        if (eigen.values[k] > 1e-9 * eigen.values[0])
+            omega += eigen.vectors.col(k) * (eigen.vectors.col(k).dot(spin) / eigen.values[k]);
+    return omega;
+}
+
+}  // namespace splitcubes::meshless

@@ -1,0 +1,72 @@
+// The samples of the material and their state, one array a quantity.
+#pragma once
+
+#include <splitcubes/math/types.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace splitcubes::meshless {
+
+/// What a new phyxel starts from.
+struct PhyxelStart {
+    Vec3 rest_position = Vec3::Zero();    // m, rest space
+    Vec3 position = Vec3::Zero();         // m, world
+    Vec3 velocity = Vec3::Zero();         // m/s, world
+    Mat3 deformation = Mat3::Identity();  // d world / d rest
+    std::int32_t piece = 0;
+    double support_radius = 0;  // m
+    double contact_radius = 0;  // m
+};
+
+/// All phyxels of a body. Every array has one entry a phyxel; phyxels are only
+/// ever appended, so an index stays valid for the body's life.
+struct Phyxels {
+    std::vector<Vec3> rest_position;           // m, rest space, never changes
+    std::vector<Vec3> position;                // m, world, written by ImplicitSolver
+    std::vector<Vec3> velocity;                // m/s, world, written by ImplicitSolver, rebook
+    std::vector<Vec3> previous_position;       // m, world, one step ago (BDF2 history)
+    std::vector<Vec3> previous_velocity;       // m/s, world, one step ago (BDF2 history)
+    std::vector<double> mass;                  // kg, written by apply(Booking), rebook
+    std::vector<double> volume;                // m^3 at rest, written by apply(Booking), rebook
+    std::vector<double> support_radius;        // m, rest space, h of the kernel
+    std::vector<double> contact_radius;        // m, distance at which it touches other things
+    std::vector<Mat3> deformation;             // d world / d rest, completed where rank is lost
+    std::vector<Mat3> rotation;                // rotation part of `deformation`, det = +1
+    std::vector<std::int32_t> piece;           // number of its piece, 0..piece_count-1
+    std::vector<std::uint8_t> history_broken;  // 1: next step starts afresh (backward Euler)
+    /// s, the step between previous_position and position; 0 before the first step.
+    /// Another step size starts BDF2 afresh.
+    double history_step = 0;
+
+    std::size_t size() const { return rest_position.size(); }
+    /// Appends one phyxel without mass and volume, its history broken.
+    void append(const PhyxelStart& start);
+    /// Appends one phyxel at rest.
+    void append(const Vec3& rest, double contact_radius_metres, std::int32_t piece_number = 0);
+};
+
+/// Sums over a set of phyxels.
+struct Momenta {
+    double mass = 0;              // kg
+    Vec3 centre = Vec3::Zero();   // m, world, centre of mass
+    Vec3 linear = Vec3::Zero();   // kg m/s
+    Vec3 spin = Vec3::Zero();     // kg m^2/s, angular momentum about `centre`
+    Mat3 inertia = Mat3::Zero();  // kg m^2, about `centre`
+    /// About the world's origin, kg m^2/s.
+    Vec3 angular() const { return spin + centre.cross(linear); }
+};
+
+/// Per piece, in the order of phyxels. Phyxels with a piece outside
+/// 0..piece_count-1 are left out. `out` is resized.
+void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out);
+
+/// Of all phyxels together.
+Momenta total_momenta(const Phyxels& phyxels);
+
+/// Angular velocity that gives a body of this inertia this angular momentum;
+/// axes without inertia (a point, a line) get none.
+Vec3 angular_velocity(const Mat3& inertia, const Vec3& spin);
+
+}  // namespace splitcubes::meshless

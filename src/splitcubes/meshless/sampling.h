@@ -1,0 +1,27 @@
+// Where the phyxels of a solid are put.
+#pragma once
+
+#include <splitcubes/geometry/box.h>
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace splitcubes::meshless {
+
+/// Returns the point of the material to use for a candidate, or nothing.
+using PlaceInMaterial = std::function<std::optional<Vec3>(const Vec3&)>;
+
+/// Rest positions (m) for the phyxels of a solid: a regular lattice of the given
+/// spacing centred in `box` (x fastest), each candidate passed to
+/// `place_in_material`, no two samples closer than half the spacing (the earlier
+/// stays); then, in order, each point of `must_cover` that has no sample within
+/// `cover_radius` becomes a sample itself.
+/// Throws InputError when the box is empty, spacing or cover_radius is not
+/// positive or the lattice would have more than 2^27 points.
+std::vector<Vec3> sample_solid(const geometry::Box& box, double spacing,
+                               const PlaceInMaterial& place_in_material, std::span<const Vec3> must_cover,
+                               double cover_radius);
+
+}  // namespace splitcubes::meshless

@@ -1,0 +1,326 @@
+#include <splitcubes/core/error.h>
+#include <splitcubes/meshless/solver.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <string>
+
+namespace splitcubes::meshless {
+
+namespace {
+
+// Corrections below this share of the support radius are rounding: a solve ends there.
+constexpr double smallest_correction = 1e-12;
+
+void check_length(std::size_t length, std::size_t wanted, const char* name) {
+    if (length == wanted) return;
+    throw InputError(std::string("StepInput.") + name,
+                     "has " + std::to_string(length) + " entries for " + std::to_string(wanted) + " phyxels",
+                     "give one a phyxel");
+}
+
+}  // namespace
+
+SolverReport ImplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                  const Material& material, const StepInput& input,
+                                  const SolverOptions& options, const Parallel& parallel) {
+    if (!(input.dt > 0) || !std::isfinite(input.dt))
+        throw InputError("StepInput.dt", "is not positive (" + std::to_string(input.dt) + ")",
+                         "give the step in seconds");
+    if (!input.held.empty()) {
+        check_length(input.held.size(), phyxels.size(), "held");
+        check_length(input.held_position.size(), phyxels.size(), "held_position");
+    }
+    assert(neighbourhoods.size() == phyxels.size());
+    const Job job{phyxels, neighbourhoods, material, input, options, parallel};
+    report_ = SolverReport{};
+    size_buffers(phyxels.size());
+    choose_steps(job);
+    predict(job);
+    piece_momenta(phyxels, input.piece_count, before_);
+    meet_ground(job);
+    compute_deformation(neighbourhoods, phyxels.rest_position, base_, phyxels.rotation, deformation_,
+                        rotation_, parallel);
+    right_side(job);
+    start_guess(job);
+    solve(job);
+    for (int pass = 0; pass < max_contact_passes && revise_contacts(job); ++pass) solve(job);
+    for_phyxels(parallel, phyxels.size(), [&](std::size_t i) { finish_phyxel(job, i); });
+    for (std::size_t i = 0; i < phyxels.size(); ++i) report_.non_finite += failed_[i];
+    if (options.restore_momentum) restore_momenta(job);
+    phyxels.history_step = input.dt;
+    report_state(job);
+    return report_;
+}
+
+void ImplicitSolver::size_buffers(std::size_t count) {
+    for (auto* array : {&b_, &diagonal_, &inverse_}) array->resize(count);
+    for (auto* array : {&predicted_, &predicted_velocity_, &base_, &start_position_, &start_velocity_,
+                        &right_, &friction_, &d_, &r_, &p_, &q_})
+        array->resize(count);
+    for (auto* array : {&deformation_, &rotation_}) array->resize(count);
+    for (auto* array : {&inverted_, &broken_, &failed_}) array->assign(count, 0);
+    mode_.resize(count);
+}
+
+// Which phyxels step by BDF2 and which by backward Euler.
+void ImplicitSolver::choose_steps(const Job& job) {
+    const Phyxels& phyxels = job.phyxels;
+    const bool history = job.options.bdf2 && phyxels.history_step == job.input.dt;
+    for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
+        inverted_[i] = !(phyxels.deformation[i].determinant() > 0);
+        const bool held = !job.input.held.empty() && job.input.held[i] != 0;
+        mode_[i] = held ? Mode::held : Mode::free;
+        broken_[i] = held;
+    });
+    const std::span<const std::uint32_t> offsets = job.neighbourhoods.offsets();
+    for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
+        bool beside_inverted = inverted_[i] != 0;
+        for (std::uint32_t l = offsets[i]; l < offsets[i + 1] && history && !beside_inverted; ++l)
+            beside_inverted =
+                inverted_[job.neighbourhoods.neighbour()[l]] != 0 && job.neighbourhoods.weight()[l] > 0;
+        const bool two_steps =
+            history && phyxels.history_broken[i] == 0 && mode_[i] == Mode::free && !beside_inverted;
+        b_[i] = two_steps ? 2 * job.input.dt / 3 : job.input.dt;
+    });
+}
+
+// Where the phyxels would be without elastic force; gravity included, so that in
+// free fall nothing is left to solve.
+void ImplicitSolver::predict(const Job& job) {
+    Phyxels& phyxels = job.phyxels;
+    const double dt = job.input.dt;
+    for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
+        const Vec3& x = phyxels.position[i];
+        const Vec3& v = phyxels.velocity[i];
+        const double b = b_[i];
+        const bool two_steps = b < dt;
+        start_position_[i] = x;
+        start_velocity_[i] = v;
+        // 4/3 a - 1/3 a' written as a + (a - a')/3: exact where nothing moves.
+        const Vec3 old_x = two_steps ? Vec3(x + (x - phyxels.previous_position[i]) / 3) : x;
+        const Vec3 old_v = two_steps ? Vec3(v + (v - phyxels.previous_velocity[i]) / 3) : v;
+        predicted_velocity_[i] = old_v + b * job.input.gravity;
+        predicted_[i] = old_x + b * predicted_velocity_[i];
+        if (mode_[i] == Mode::held) {
+            predicted_[i] = job.input.held_position[i];
+            predicted_velocity_[i] = (predicted_[i] - x) / dt;
+        }
+        if (!predicted_[i].allFinite() || !predicted_velocity_[i].allFinite()) {
+            failed_[i] = 1;
+            predicted_velocity_[i].setZero();
+            predicted_[i] = x.allFinite() ? x : phyxels.previous_position[i];
+        }
+        base_[i] = predicted_[i];
+        const double m = phyxels.mass[i];
+        diagonal_[i] = (1 + b * job.material.mass_damping) * m / (b * b);
+    });
+}
+
+// -dE/dx and the dampings at the base, less what inertia says against the
+// distance from prediction to base.
+void ImplicitSolver::right_side(const Job& job) {
+    const Phyxels& phyxels = job.phyxels;
+    elastic_.forces(job.neighbourhoods, job.material, base_, deformation_, rotation_, right_, job.parallel);
+    const double damping = job.material.stiffness_damping;
+    if (damping > 0) {
+        for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
+            p_[i] = predicted_velocity_[i] + (base_[i] - predicted_[i]) / b_[i];
+            inverse_[i] = 0;
+        });
+        elastic_.apply_stiffness(job.neighbourhoods, job.material, {0, damping}, rotation_, inverse_, p_, q_,
+                                 job.parallel);
+    }
+    for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
+        right_[i] -= diagonal_[i] * (base_[i] - predicted_[i]);
+        right_[i] -= job.material.mass_damping * phyxels.mass[i] * predicted_velocity_[i];
+        if (damping > 0) right_[i] -= q_[i];
+        if (!right_[i].allFinite()) {
+            right_[i].setZero();
+            failed_[i] = 1;
+        }
+        const double all =
+            diagonal_[i] + (1 + damping_ratio(job)) * job.neighbourhoods.stiffness_diagonal()[i];
+        inverse_[i] = all > 0 ? 1 / all : 0;
+        friction_[i].setZero();
+    });
+}
+
+// The correction that would keep the last step's acceleration: where a body
+// hangs, rests or turns it is the solution.
+void ImplicitSolver::start_guess(const Job& job) {
+    const Phyxels& phyxels = job.phyxels;
+    for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
+        d_[i].setZero();
+        if (mode_[i] != Mode::free || !(b_[i] < job.input.dt) || !job.options.warm_start) return;
+        const Vec3 acceleration = (phyxels.velocity[i] - phyxels.previous_velocity[i]) / job.input.dt;
+        const Vec3 guess = b_[i] * b_[i] * (acceleration - job.input.gravity);
+        if (guess.allFinite()) d_[i] = guess;
+    });
+}
+
+// The part of a force that a phyxel is free to follow.
+Vec3 ImplicitSolver::filtered(const Job& job, std::size_t i, const Vec3& force) const {
+    switch (mode_[i]) {
+        case Mode::held:
+        case Mode::stick:
+            return Vec3::Zero();
+        case Mode::slide: {
+            const Vec3& normal = job.input.ground->normal;
+            return force - normal * normal.dot(force);
+        }
+        case Mode::free:
+            break;
+    }
+    return force;
+}
+
+double ImplicitSolver::damping_ratio(const Job& job) const {
+    const double b = job.options.bdf2 ? 2 * job.input.dt / 3 : job.input.dt;
+    return job.material.stiffness_damping / b;
+}
+
+// Conjugate gradients with point Jacobi, from d_; constrained parts of d_ stay.
+void ImplicitSolver::solve(const Job& job) {
+    const std::size_t n = job.phyxels.size();
+    const ElasticForces::Factors factors{1, damping_ratio(job)};
+    const auto apply = [&](std::span<const Vec3> in) {
+        return elastic_.apply_stiffness(job.neighbourhoods, job.material, factors, rotation_, diagonal_, in,
+                                        q_, job.parallel);
+    };
+    ++report_.solves;
+    apply(d_);
+    double floor = 0;
+    double scale = 0;
+    const double start = sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
+        double rz = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            r_[i] = filtered(job, i, right_[i] + friction_[i] - q_[i]);
+            p_[i] = inverse_[i] * r_[i];
+            rz += r_[i].dot(p_[i]);
+        }
+        return rz;
+    });
+    scale = sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t i = begin; i < end; ++i)
+            sum += inverse_[i] * filtered(job, i, right_[i] + friction_[i]).squaredNorm();
+        return sum;
+    });
+    floor = sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            const double least = smallest_correction * job.phyxels.support_radius[i];
+            if (inverse_[i] > 0) sum += least * least / inverse_[i];
+        }
+        return sum;
+    });
+    const double wanted = std::max(job.options.tolerance * job.options.tolerance * scale, floor);
+    double rz = start;
+    for (int k = 0; k < job.options.max_iterations && rz > wanted; ++k) {
+        const double curvature = apply(p_);
+        if (!(curvature > 0) || !std::isfinite(curvature)) break;
+        const double alpha = rz / curvature;
+        const double next = sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
+            double sum = 0;
+            for (std::size_t i = begin; i < end; ++i) {
+                d_[i] += alpha * p_[i];
+                r_[i] -= alpha * filtered(job, i, q_[i]);
+                sum += inverse_[i] * r_[i].squaredNorm();
+            }
+            return sum;
+        });
+        if (!std::isfinite(next)) break;
+        const double beta = next / rz;
+        rz = next;
+        for_phyxels(job.parallel, n, [&](std::size_t i) { p_[i] = inverse_[i] * r_[i] + beta * p_[i]; });
+        ++report_.iterations;
+    }
+    report_.residual = scale > 0 ? std::sqrt(rz / scale) : 0;
+}
+
+// New position, velocity and history of one phyxel.
+void ImplicitSolver::finish_phyxel(const Job& job, std::size_t i) {
+    Phyxels& phyxels = job.phyxels;
+    const bool touches = mode_[i] == Mode::stick || mode_[i] == Mode::slide;
+    Vec3 x = base_[i] + d_[i];
+    Vec3 v = predicted_velocity_[i] + (x - predicted_[i]) / b_[i];
+    if (!x.allFinite() || !v.allFinite()) failed_[i] = 1;
+    if (failed_[i] != 0) {
+        x = predicted_[i];
+        v = predicted_velocity_[i];
+    }
+    if (mode_[i] == Mode::stick) v.setZero();
+    if (mode_[i] == Mode::slide) {
+        const Vec3& normal = job.input.ground->normal;
+        v -= normal * normal.dot(v);
+        // Friction lagged by a solve must not push a phyxel back.
+        if (v.dot(friction_[i]) > 0) v.setZero();
+    }
+    phyxels.previous_position[i] = start_position_[i];
+    phyxels.previous_velocity[i] = start_velocity_[i];
+    phyxels.position[i] = x;
+    phyxels.velocity[i] = v;
+    phyxels.history_broken[i] = broken_[i] != 0 || touches || failed_[i] != 0;
+}
+
+// Gives every piece that is on its own the momenta that gravity and mass damping
+// leave it: by moving it (the solve's error), then by velocities to rounding.
+void ImplicitSolver::restore_momenta(const Job& job) {
+    Phyxels& phyxels = job.phyxels;
+    const auto piece_count = static_cast<std::size_t>(job.input.piece_count);
+    const auto piece_of = [&](std::size_t i) {
+        const std::int32_t piece = phyxels.piece[i];
+        return piece >= 0 && static_cast<std::size_t>(piece) < piece_count ? static_cast<std::size_t>(piece)
+                                                                           : piece_count;
+    };
+    bound_.assign(piece_count + 1, 0);
+    bound_[piece_count] = 1;
+    for (std::size_t i = 0; i < phyxels.size(); ++i)
+        if (mode_[i] != Mode::free || failed_[i] != 0) bound_[piece_of(i)] = 1;
+    const double dt = job.input.dt;
+    const double kept = 1 / (1 + dt * job.material.mass_damping);
+    for (const bool move : {true, false}) {
+        piece_momenta(phyxels, job.input.piece_count, after_);
+        for (std::size_t k = 0; k < piece_count; ++k) {
+            if (!(after_[k].mass > 0)) bound_[k] = 1;
+            if (bound_[k] != 0) continue;
+            const Vec3 linear = kept * (before_[k].linear + dt * before_[k].mass * job.input.gravity);
+            const Vec3 spin = kept * before_[k].spin;
+            // The correction replaces the momenta it was made from.
+            after_[k].linear = (linear - after_[k].linear) / after_[k].mass;
+            after_[k].spin = angular_velocity(after_[k].inertia, spin - after_[k].spin);
+        }
+        for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
+            const std::size_t k = piece_of(i);
+            if (bound_[k] != 0) return;
+            const Vec3 change =
+                after_[k].linear + after_[k].spin.cross(phyxels.position[i] - after_[k].centre);
+            phyxels.velocity[i] += change;
+            if (move) phyxels.position[i] += b_[i] * change;
+        });
+    }
+}
+
+void ImplicitSolver::report_state(const Job& job) {
+    Phyxels& phyxels = job.phyxels;
+    compute_deformation(job.neighbourhoods, phyxels.rest_position, phyxels.position, phyxels.rotation,
+                        phyxels.deformation, phyxels.rotation, job.parallel);
+    report_.elastic_energy = elastic_.energy(job.neighbourhoods, job.material, phyxels.position,
+                                             phyxels.deformation, phyxels.rotation, job.parallel);
+    for (std::size_t i = 0; i < phyxels.size(); ++i) {
+        const double speed_squared = phyxels.velocity[i].squaredNorm();
+        report_.inverted += !(phyxels.deformation[i].determinant() > 0);
+        report_.rank_deficient += job.neighbourhoods.rank()[i] < 3;
+        report_.contacts += mode_[i] == Mode::stick || mode_[i] == Mode::slide;
+        report_.kinetic_energy += 0.5 * phyxels.mass[i] * speed_squared;
+        report_.top_speed = std::max(report_.top_speed, speed_squared);
+    }
+    report_.top_speed = std::sqrt(report_.top_speed);
+    const Momenta total = total_momenta(phyxels);
+    report_.momentum = total.linear;
+    report_.angular_momentum = total.angular();
+}
+
+}  // namespace splitcubes::meshless

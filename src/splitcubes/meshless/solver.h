@@ -1,0 +1,131 @@
+// One time step of the elastic body: implicit, predict and correct.
+#pragma once
+
+#include <splitcubes/core/parallel.h>
+#include <splitcubes/meshless/elasticity.h>
+#include <splitcubes/meshless/material.h>
+#include <splitcubes/meshless/neighbourhoods.h>
+#include <splitcubes/meshless/phyxels.h>
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace splitcubes::meshless {
+
+/// Half-space normal . x >= offset is free.
+struct GroundPlane {
+    Vec3 normal = Vec3::UnitZ();  // unit, world
+    double offset = 0;            // m
+    double friction = 0;          // Coulomb coefficient, >= 0
+};
+
+struct StepInput {
+    double dt = 1.0 / 60;                 // s, > 0
+    Vec3 gravity = Vec3::Zero();          // m/s^2, world
+    std::span<const std::uint8_t> held;   // per phyxel, 1 = position is prescribed; or empty
+    std::span<const Vec3> held_position;  // per phyxel, m, world, at the end of the step; or empty
+    std::optional<GroundPlane> ground;
+    int piece_count = 1;
+};
+
+struct SolverOptions {
+    double tolerance = 1e-3;       // of the residual, relative to the right side
+    int max_iterations = 200;      // of conjugate gradients, per solve
+    bool bdf2 = true;              // false: backward Euler throughout
+    bool warm_start = true;        // from the last step's acceleration
+    bool restore_momentum = true;  // of pieces without held or touching phyxels
+};
+
+struct SolverReport {
+    int iterations = 0;                    // of conjugate gradients, all solves of the step
+    int solves = 0;                        // 1, more where contacts changed
+    double residual = 0;                   // relative, after the last solve
+    std::size_t inverted = 0;              // phyxels with det F <= 0 after the step
+    std::size_t rank_deficient = 0;        // phyxels with fewer than 3 directions
+    std::size_t non_finite = 0;            // phyxels that went on without elastic force
+    std::size_t contacts = 0;              // phyxels on the ground
+    double kinetic_energy = 0;             // J
+    double elastic_energy = 0;             // J
+    Vec3 momentum = Vec3::Zero();          // kg m/s
+    Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the origin
+    double top_speed = 0;                  // m/s
+};
+
+/// Implicit steps in predict-correct form. Predict y without elastic force by
+/// BDF2 (b = 2/3 dt), or backward Euler (b = dt) for phyxels whose history is
+/// broken, that touch, are held, or lie beside an inverted one; take F and R at
+/// y; solve (M/b^2 + K) dx = f(y) by conjugate gradients; x = y + dx. All state
+/// is in Phyxels, the object holds buffers only.
+///
+/// Ground: an active set. A phyxel whose prediction is below its contact radius
+/// is put on the plane and sticks; where the reaction leaves the friction cone it
+/// slides under Coulomb friction, where it pulls it is released; up to three
+/// further solves, started from the last. Inelastic: no normal velocity is left.
+///
+/// Momentum: an unfinished solve leaks it and backward Euler loses spin, so each
+/// piece that nothing holds or touches is given the rigid velocity that restores
+/// the linear momentum p + dt m g and the angular momentum about its centre, both
+/// divided by 1 + dt mass_damping.
+class ImplicitSolver {
+  public:
+    /// Throws InputError when dt is not positive or an array has a wrong length.
+    SolverReport step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+                      const StepInput& input, const SolverOptions& options, const Parallel& parallel);
+
+  private:
+    enum class Mode : std::uint8_t { free, held, stick, slide };
+
+    static constexpr int max_contact_passes = 3;
+
+    /// The arguments of a step, passed on.
+    struct Job {
+        Phyxels& phyxels;
+        const Neighbourhoods& neighbourhoods;
+        const Material& material;
+        const StepInput& input;
+        const SolverOptions& options;
+        const Parallel& parallel;
+    };
+    void size_buffers(std::size_t count);
+    void choose_steps(const Job& job);
+    void predict(const Job& job);
+    void meet_ground(const Job& job);
+    Vec3 touch_ground(const Job& job, std::size_t i, const Vec3& reached);
+    void right_side(const Job& job);
+    void start_guess(const Job& job);
+    void solve(const Job& job);
+    bool revise_contacts(const Job& job);
+    bool revise_contact(const Job& job, std::size_t i);
+    double damping_ratio(const Job& job) const;
+    void finish_phyxel(const Job& job, std::size_t i);
+    void restore_momenta(const Job& job);
+    void report_state(const Job& job);
+    Vec3 filtered(const Job& job, std::size_t i, const Vec3& force) const;
+
+    ElasticForces elastic_;
+    ChunkSum sum_;
+    std::vector<Mode> mode_;                // per phyxel
+    std::vector<double> b_;                 // s, per phyxel
+    std::vector<double> diagonal_;          // N/m, (1 + b mass_damping) m / b^2
+    std::vector<double> inverse_;           // m/N, preconditioner
+    std::vector<Vec3> predicted_;           // m, y
+    std::vector<Vec3> predicted_velocity_;  // m/s
+    std::vector<Vec3> base_;                // m, y with held and touching phyxels put in place
+    std::vector<Vec3> start_position_;      // m, before the step
+    std::vector<Vec3> start_velocity_;      // m/s, before the step
+    std::vector<Mat3> deformation_;         // at base_
+    std::vector<Mat3> rotation_;            // at base_
+    std::vector<Vec3> right_;               // N
+    std::vector<Vec3> friction_;            // N, on sliding phyxels
+    std::vector<Vec3> d_, r_, p_, q_;      // conjugate gradients: x - base_ (m), residual (N), direction, A p
+    std::vector<std::uint8_t> inverted_;   // per phyxel, det F <= 0 before the step
+    std::vector<std::uint8_t> broken_;     // per phyxel, history to be broken after the step
+    std::vector<std::uint8_t> failed_;     // per phyxel, went non-finite in this step
+    std::vector<std::uint8_t> bound_;      // per piece, held or touching
+    std::vector<Momenta> before_, after_;  // per piece
+    SolverReport report_;
+};
+
+}  // namespace splitcubes::meshless

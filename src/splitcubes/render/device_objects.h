@@ -1,0 +1,110 @@
+// The driver's objects that the renderer keeps: programs, targets, vertex arrays.
+#pragma once
+
+#include <splitcubes/gl/objects.h>
+#include <splitcubes/gl/program.h>
+#include <splitcubes/render/packed_scene.h>
+
+#include <cstddef>
+#include <string>
+
+namespace splitcubes::render {
+
+struct Programs {
+    gl::Program shadow = gl::Program::from_files("mesh.vert", "shadow.frag");
+    gl::Program mesh_surface = gl::Program::from_files("mesh.vert", "surface.frag");
+    gl::Program ground_surface = gl::Program::from_files("ground.vert", "surface.frag");
+    gl::Program visibility = gl::Program::from_files("screen.vert", "visibility.frag");
+    gl::Program blur = gl::Program::from_files("screen.vert", "visibility_blur.frag");
+    gl::Program background = gl::Program::from_files("screen.vert", "background.frag");
+    gl::Program ground = gl::Program::from_files("ground.vert", "ground.frag");
+    gl::Program mesh = gl::Program::from_files("mesh.vert", "mesh.frag");
+    gl::Program line = gl::Program::from_files("line.vert", "line.frag");
+};
+
+struct ShadowTarget {
+    gl::Texture depth;
+    gl::Framebuffer framebuffer;
+
+    explicit ShadowTarget(int size) : depth(GL_DEPTH_COMPONENT32F, size, size, GL_NEAREST) {
+        framebuffer.attach(GL_DEPTH_ATTACHMENT, depth);
+        glDrawBuffer(GL_NONE);
+        glReadBuffer(GL_NONE);
+        framebuffer.check("the shadow map");
+    }
+};
+
+/// What depends on the picture's size. The screen-space passes run at half of it:
+/// what they find is soft, and costs a quarter.
+struct ScreenTargets {
+    int half_width;
+    int half_height;
+    gl::Texture surface;
+    gl::Texture visibility;
+    gl::Texture blurred;
+    gl::Renderbuffer surface_depth;
+    gl::Renderbuffer color;        // multisampled
+    gl::Renderbuffer depth;        // multisampled
+    gl::Renderbuffer final_color;  // one sample a pixel, sRGB
+    gl::Framebuffer surface_target;
+    gl::Framebuffer visibility_target;
+    gl::Framebuffer blurred_target;
+    gl::Framebuffer picture_target;
+    gl::Framebuffer final_target;
+
+    ScreenTargets(int width, int height, int samples)
+        : half_width((width + 1) / 2),
+          half_height((height + 1) / 2),
+          surface(GL_RGBA32F, half_width, half_height, GL_NEAREST),
+          visibility(GL_RGBA32F, half_width, half_height, GL_NEAREST),
+          blurred(GL_RGBA32F, half_width, half_height, GL_NEAREST),
+          surface_depth(GL_DEPTH_COMPONENT32F, half_width, half_height, 1),
+          color(GL_SRGB8_ALPHA8, width, height, samples),
+          depth(GL_DEPTH_COMPONENT24, width, height, samples),
+          final_color(GL_SRGB8_ALPHA8, width, height, 1) {
+        surface_target.attach(GL_COLOR_ATTACHMENT0, surface);
+        surface_target.attach(GL_DEPTH_ATTACHMENT, surface_depth);
+        surface_target.check("surfaces");
+        visibility_target.attach(GL_COLOR_ATTACHMENT0, visibility);
+        visibility_target.check("visibility");
+        blurred_target.attach(GL_COLOR_ATTACHMENT0, blurred);
+        blurred_target.check("blurred visibility");
+        picture_target.attach(GL_COLOR_ATTACHMENT0, color);
+        picture_target.attach(GL_DEPTH_ATTACHMENT, depth);
+        picture_target.check("the picture (" + std::to_string(samples) + " samples)");
+        final_target.attach(GL_COLOR_ATTACHMENT0, final_color);
+        final_target.check("the final picture");
+    }
+};
+
+/// Vertex arrays of one picture's scene.
+struct SceneBuffers {
+    gl::VertexArray triangles;
+    gl::Buffer vertices;
+    gl::VertexArray lines;
+    gl::Buffer segments;
+    gl::VertexArray none;  // for passes whose vertices come from their number alone
+
+    SceneBuffers() {
+        triangles.bind();
+        glBindBuffer(GL_ARRAY_BUFFER, vertices.id());
+        attribute(0, 3, sizeof(PackedScene::Vertex), offsetof(PackedScene::Vertex, position));
+        attribute(1, 3, sizeof(PackedScene::Vertex), offsetof(PackedScene::Vertex, normal));
+        attribute(2, 3, sizeof(PackedScene::Vertex), offsetof(PackedScene::Vertex, color));
+        lines.bind();
+        glBindBuffer(GL_ARRAY_BUFFER, segments.id());
+        attribute(0, 3, sizeof(PackedScene::Segment), offsetof(PackedScene::Segment, from));
+        attribute(1, 3, sizeof(PackedScene::Segment), offsetof(PackedScene::Segment, to));
+        attribute(2, 3, sizeof(PackedScene::Segment), offsetof(PackedScene::Segment, color));
+        attribute(3, 2, sizeof(PackedScene::Segment), offsetof(PackedScene::Segment, shape));
+        for (GLuint index = 0; index < 4; ++index) glVertexAttribDivisor(index, 1);
+    }
+
+    static void attribute(GLuint index, GLint size, std::size_t stride, std::size_t offset) {
+        glEnableVertexAttribArray(index);
+        glVertexAttribPointer(index, size, GL_FLOAT, GL_FALSE, static_cast<GLsizei>(stride),
+                              reinterpret_cast<const void*>(offset));
+    }
+};
+
+}  // namespace splitcubes::render

@@ -1,0 +1,276 @@
+#include <splitcubes/core/error.h>
+#include <splitcubes/render/draw_list.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+namespace splitcubes::render {
+
+namespace {
+
+using geometry::Origin;
+using geometry::SurfaceMesh;
+using geometry::Triangle;
+using geometry::TriangleMesh;
+
+/// Twice the area times the unit normal, m^2.
+Vec3 area_vector(const TriangleMesh& mesh, const Triangle& triangle) {
+    const Vec3& a = mesh.positions[triangle[0]];
+    return (mesh.positions[triangle[1]] - a).cross(mesh.positions[triangle[2]] - a);
+}
+
+/// The direction of v, or zero when it has none.
+Vec3 direction_of(const Vec3& v) {
+    const double length = v.norm();
+    return length > 0 && std::isfinite(length) ? Vec3(v / length) : Vec3(Vec3::Zero());
+}
+
+/// 1 for an equilateral triangle, 0 for one without area.
+double roundness(const TriangleMesh& mesh, const Triangle& triangle, const Vec3& area) {
+    double edges = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        edges += (mesh.positions[triangle[(k + 1) % 3]] - mesh.positions[triangle[k]]).squaredNorm();
+    }
+    return edges > 0 ? 2 * std::sqrt(3.0) * area.norm() / edges : 0;
+}
+
+/// Corners (3 * triangle + k) around each vertex, in corner order.
+struct CornersOfVertices {
+    std::vector<std::uint32_t> first;    // per vertex and one past the end, into corners
+    std::vector<std::uint32_t> corners;  // 3 * triangle + k
+
+    explicit CornersOfVertices(const TriangleMesh& mesh)
+        : first(mesh.positions.size() + 1, 0), corners(3 * mesh.triangles.size()) {
+        for (const Triangle& triangle : mesh.triangles) {
+            for (const std::uint32_t vertex : triangle) ++first[vertex + 1];
+        }
+        for (std::size_t v = 1; v < first.size(); ++v) first[v] += first[v - 1];
+        std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+        for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                corners[next[mesh.triangles[t][k]]++] = static_cast<std::uint32_t>(3 * t + k);
+            }
+        }
+    }
+};
+
+void check_mesh(const char* where, const TriangleMesh& mesh) {
+    for (const Triangle& triangle : mesh.triangles) {
+        for (const std::uint32_t vertex : triangle) {
+            if (vertex >= mesh.positions.size()) {
+                throw InputError(where, "a triangle names vertex " + std::to_string(vertex) + " of " +
+                                            std::to_string(mesh.positions.size()));
+            }
+        }
+    }
+}
+
+Vec3 hsv_from_rgb(const Color& rgb) {
+    const double high = rgb.maxCoeff();
+    const double span = high - rgb.minCoeff();
+    double hue = 0;
+    if (span > 0) {
+        if (high == rgb.x()) {
+            hue = (rgb.y() - rgb.z()) / span;
+        } else if (high == rgb.y()) {
+            hue = 2 + (rgb.z() - rgb.x()) / span;
+        } else {
+            hue = 4 + (rgb.x() - rgb.y()) / span;
+        }
+    }
+    return {60 * hue, high > 0 ? span / high : 0, high};
+}
+
+Color rgb_from_hsv(const Vec3& hsv) {
+    const auto channel = [&](double n) {
+        double k = std::fmod(n + hsv.x() / 60, 6.0);
+        if (k < 0) k += 6;
+        return hsv.z() * (1 - hsv.y() * std::clamp(std::min(k, 4 - k), 0.0, 1.0));
+    };
+    return {channel(5), channel(3), channel(1)};
+}
+
+/// Piece 0 has the skin's own colour; the others spread over +-step by the golden
+/// ratio's sequence, in which neighbours differ much.
+Color piece_color(const SurfacePalette& palette, std::int32_t piece) {
+    if (piece <= 0) return palette.skin;
+    const double turn = std::fmod(piece * 0.6180339887498949 + 0.25, 1.0);
+    Vec3 hsv = hsv_from_rgb(palette.skin);
+    hsv.x() += palette.piece_hue_step * (2 * turn - 1);
+    return rgb_from_hsv(hsv);
+}
+
+bool is_cut(const SurfaceMesh& surface, std::size_t triangle) {
+    return !surface.triangle_origin.empty() && surface.triangle_origin[triangle] == Origin::cut;
+}
+
+/// Edges with a boundary triangle on one side and a cut triangle on the other.
+std::vector<std::array<std::uint32_t, 2>> rim_segments(const SurfaceMesh& surface) {
+    struct Side {
+        std::array<std::uint32_t, 2> edge;
+        bool cut;
+        auto operator<=>(const Side&) const = default;
+    };
+    std::vector<Side> sides;
+    sides.reserve(3 * surface.mesh.triangles.size());
+    for (std::size_t t = 0; t < surface.mesh.triangles.size(); ++t) {
+        const Triangle& triangle = surface.mesh.triangles[t];
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t a = triangle[k];
+            const std::uint32_t b = triangle[(k + 1) % 3];
+            sides.push_back({{std::min(a, b), std::max(a, b)}, is_cut(surface, t)});
+        }
+    }
+    std::sort(sides.begin(), sides.end());
+    std::vector<std::array<std::uint32_t, 2>> segments;
+    for (std::size_t i = 1; i < sides.size(); ++i) {
+        // Sorted with the boundary's sides first: one step of that kind an edge at most.
+        if (sides[i].edge == sides[i - 1].edge && sides[i].cut != sides[i - 1].cut) {
+            segments.push_back(sides[i].edge);
+        }
+    }
+    return segments;
+}
+
+/// Drops what the mesh does not use.
+void keep_used_positions(ShadedMesh& mesh, const std::vector<Vec3>& positions) {
+    constexpr std::uint32_t unused = 0xffffffff;
+    std::vector<std::uint32_t> renumbered(positions.size(), unused);
+    for (Triangle& triangle : mesh.triangles) {
+        for (std::uint32_t& vertex : triangle) {
+            if (renumbered[vertex] == unused) {
+                renumbered[vertex] = static_cast<std::uint32_t>(mesh.positions.size());
+                mesh.positions.push_back(positions[vertex]);
+            }
+            vertex = renumbered[vertex];
+        }
+    }
+}
+
+void check_surface(const SurfaceMesh& surface) {
+    check_mesh("add_surface", surface.mesh);
+    const auto fits = [](std::size_t size, std::size_t wanted) { return size == 0 || size == wanted; };
+    if (!fits(surface.vertex_piece.size(), surface.mesh.positions.size())) {
+        throw InputError("add_surface: vertex_piece",
+                         "has not one entry a vertex (" + std::to_string(surface.vertex_piece.size()) + ")");
+    }
+    if (!fits(surface.triangle_origin.size(), surface.mesh.triangles.size())) {
+        throw InputError(
+            "add_surface: triangle_origin",
+            "has not one entry a triangle (" + std::to_string(surface.triangle_origin.size()) + ")");
+    }
+}
+
+}  // namespace
+
+geometry::Box DrawList::bounds() const {
+    geometry::Box box;
+    for (const ShadedMesh& mesh : meshes) {
+        for (const Vec3& point : mesh.positions) box.add(point);
+    }
+    for (const LineSet& set : lines) {
+        for (const Vec3& point : set.points) box.add(point);
+    }
+    return box;
+}
+
+std::vector<Vec3> creased_corner_normals(const TriangleMesh& mesh, std::span<const std::uint8_t> group,
+                                         double crease_degrees) {
+    check_mesh("creased_corner_normals", mesh);
+    if (!group.empty() && group.size() != mesh.triangles.size()) {
+        throw InputError("creased_corner_normals: group", "has not one entry a triangle");
+    }
+    const double cos_crease = std::cos(crease_degrees * std::numbers::pi / 180);
+    const std::size_t triangle_count = mesh.triangles.size();
+    std::vector<Vec3> area(triangle_count);    // twice the area times the unit normal, m^2
+    std::vector<Vec3> normal(triangle_count);  // unit, or zero for a triangle without area
+    std::vector<char> sliver(triangle_count);  // its own normal says little about the surface
+    for (std::size_t t = 0; t < triangle_count; ++t) {
+        area[t] = area_vector(mesh, mesh.triangles[t]);
+        normal[t] = direction_of(area[t]);
+        sliver[t] = roundness(mesh, mesh.triangles[t], area[t]) < 0.08 ? 1 : 0;
+    }
+    const CornersOfVertices around(mesh);
+    std::vector<Vec3> result(3 * triangle_count);
+    for (std::size_t v = 0; v + 1 < around.first.size(); ++v) {
+        for (std::uint32_t i = around.first[v]; i < around.first[v + 1]; ++i) {
+            const std::uint32_t corner = around.corners[i];
+            const std::size_t own = corner / 3;
+            Vec3 all = Vec3::Zero();
+            for (std::uint32_t j = around.first[v]; j < around.first[v + 1]; ++j) {
+                const std::size_t other = around.corners[j] / 3;
+                if (group.empty() || group[other] == group[own]) all += area[other];
+            }
+            // A sliver goes with its neighbours rather than with its own, arbitrary normal.
+            const Vec3 reference = sliver[own] != 0 ? direction_of(all) : normal[own];
+            Vec3 sum = Vec3::Zero();
+            for (std::uint32_t j = around.first[v]; j < around.first[v + 1]; ++j) {
+                const std::size_t other = around.corners[j] / 3;
+                if (!group.empty() && group[other] != group[own]) continue;
+                if (normal[other].dot(reference) >= cos_crease) sum += area[other];
+            }
+            Vec3 mean = direction_of(sum);
+            if (mean.isZero()) mean = reference.isZero() ? normal[own] : reference;
+            result[corner] = mean.isZero() ? Vec3(Vec3::UnitZ()) : mean;
+        }
+    }
+    return result;
+}
+
+void add_surface(DrawList& list, const SurfaceMesh& surface, const SurfacePalette& palette) {
+    check_surface(surface);
+    const std::size_t triangle_count = surface.mesh.triangles.size();
+    if (triangle_count == 0) return;
+    std::vector<std::uint8_t> group(triangle_count);
+    for (std::size_t t = 0; t < triangle_count; ++t) group[t] = is_cut(surface, t) ? 1 : 0;
+    const std::vector<Vec3> normals = creased_corner_normals(surface.mesh, group, palette.crease_degrees);
+    for (const bool cut : {false, true}) {
+        ShadedMesh mesh;
+        mesh.roughness = cut ? 0.38 : 0.55;
+        // Where both sides of a closed cut come to the surface, the skin covers them.
+        mesh.recessed = cut;
+        for (std::size_t t = 0; t < triangle_count; ++t) {
+            if (is_cut(surface, t) != cut) continue;
+            const Triangle& triangle = surface.mesh.triangles[t];
+            const std::int32_t piece = surface.vertex_piece.empty() ? 0 : surface.vertex_piece[triangle[0]];
+            mesh.triangles.push_back(triangle);
+            mesh.triangle_colors.push_back(cut ? palette.cut : piece_color(palette, piece));
+            for (std::size_t k = 0; k < 3; ++k) mesh.corner_normals.push_back(normals[3 * t + k]);
+        }
+        if (mesh.triangles.empty()) continue;
+        keep_used_positions(mesh, surface.mesh.positions);
+        list.meshes.push_back(std::move(mesh));
+    }
+    if (!(palette.line_width > 0)) return;
+    LineSet rim;
+    rim.segments = rim_segments(surface);
+    if (rim.segments.empty()) return;
+    rim.points = surface.mesh.positions;
+    rim.color = palette.line;
+    rim.width = palette.line_width;
+    rim.depth_offset = 0.003 * surface.mesh.bounds().size().norm();
+    list.lines.push_back(std::move(rim));
+}
+
+void add_polyline(DrawList& list, std::span<const Vec3> points, const Color& color, double width) {
+    if (points.size() < 2) throw InputError("add_polyline: points", "are fewer than two");
+    LineSet set;
+    set.points.assign(points.begin(), points.end());
+    for (std::uint32_t i = 1; i < points.size(); ++i) set.segments.push_back({i - 1, i});
+    set.color = color;
+    set.width = width;
+    list.lines.push_back(std::move(set));
+}
+
+void add_mesh(DrawList& list, const TriangleMesh& mesh, const Color& color, double crease_degrees) {
+    ShadedMesh shaded;
+    shaded.corner_normals = creased_corner_normals(mesh, {}, crease_degrees);
+    shaded.positions = mesh.positions;
+    shaded.triangles = mesh.triangles;
+    shaded.triangle_colors.assign(mesh.triangles.size(), color);
+    list.meshes.push_back(std::move(shaded));
+}
+
+}  // namespace splitcubes::render

@@ -1,0 +1,343 @@
+#include <splitcubes/core/error.h>
+#include <splitcubes/gl/objects.h>
+#include <splitcubes/gl/program.h>
+#include <splitcubes/render/device_objects.h>
+#include <splitcubes/render/frame_setup.h>
+#include <splitcubes/render/packed_scene.h>
+#include <splitcubes/render/renderer.h>
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+namespace splitcubes::render {
+
+namespace {
+
+using gl::Program;
+
+std::array<float, 16> floats(const Eigen::Matrix4d& matrix) {
+    std::array<float, 16> out{};
+    for (int i = 0; i < 16; ++i) out[static_cast<std::size_t>(i)] = static_cast<float>(matrix.data()[i]);
+    return out;
+}
+
+std::array<float, 3> floats(const Vec3& value) {
+    return {static_cast<float>(value.x()), static_cast<float>(value.y()), static_cast<float>(value.z())};
+}
+
+std::array<float, 2> floats(const Vec2& value) {
+    return {static_cast<float>(value.x()), static_cast<float>(value.y())};
+}
+
+Vec3 linear(const Color& color) {
+    return {linear_from_srgb(color.x()), linear_from_srgb(color.y()), linear_from_srgb(color.z())};
+}
+
+Vec3 rotated(const Eigen::Matrix4d& matrix, const Vec3& direction) {
+    return matrix.topLeftCorner<3, 3>() * direction;
+}
+
+void check_options(const RenderOptions& options) {
+    GLint size_limit = 0;
+    glGetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &size_limit);
+    GLint sample_limit = 0;
+    glGetIntegerv(GL_MAX_SAMPLES, &sample_limit);
+    const auto in_range = [](const char* name, int value, int low, int high) {
+        if (value >= low && value <= high) return;
+        throw InputError(std::string("render options: ") + name,
+                         "is out of range (" + std::to_string(value) + ")",
+                         "choose " + std::to_string(low) + " to " + std::to_string(high));
+    };
+    in_range("width", options.width, 1, size_limit);
+    in_range("height", options.height, 1, size_limit);
+    in_range("samples", options.samples, 1, sample_limit);
+    in_range("shadow_map_size", options.shadow_map_size, 16, size_limit);
+    const auto direction = [](const char* name, const Vec3& value) {
+        if (value.allFinite() && value.norm() > 0) return;
+        throw InputError(std::string("render options: ") + name, "has no direction");
+    };
+    direction("up", options.up);
+    if (options.to_light) direction("to_light", *options.to_light);
+}
+
+}  // namespace
+
+struct Renderer::Impl {
+    const gl::Context* context;
+    RenderOptions options;
+    Programs programs;
+    SceneBuffers buffers;
+    std::optional<ShadowTarget> shadow;
+    std::optional<ScreenTargets> screen;
+
+    Impl(const gl::Context& with, const RenderOptions& wanted) : context(&with) { take(wanted); }
+
+    ~Impl() {
+        // The members' names mean something in this context only.
+        try {
+            context->make_current();
+        } catch (const JobError&) {
+            // A context that is lost has taken its objects with it.
+        }
+    }
+
+    void take(const RenderOptions& wanted) {
+        check_options(wanted);
+        if (!shadow || wanted.shadow_map_size != options.shadow_map_size)
+            shadow.emplace(wanted.shadow_map_size);
+        if (!screen || wanted.width != options.width || wanted.height != options.height ||
+            wanted.samples != options.samples) {
+            screen.emplace(wanted.width, wanted.height, wanted.samples);
+        }
+        options = wanted;
+    }
+
+    void render(const DrawList& list, const Camera& camera);
+    void draw_shadow(const FrameSetup& frame, const PackedScene& scene);
+    void draw_surfaces(const FrameSetup& frame, const PackedScene& scene);
+    void find_visibility(const FrameSetup& frame);
+    void draw_picture(const FrameSetup& frame, const PackedScene& scene);
+    void draw_meshes(const Program& program, const PackedScene& scene);
+    void draw_lines(const FrameSetup& frame, const PackedScene& scene);
+    void set_ground(const Program& program, const FrameSetup& frame) const;
+    void set_lighting(const Program& program, const FrameSetup& frame) const;
+    void cover_screen() const {
+        buffers.none.bind();
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+    }
+    void draw_ground_square() const {
+        buffers.none.bind();
+        glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+    }
+};
+
+namespace {
+
+void set_camera(const Program& program, const FrameSetup& frame) {
+    program.set("view_from_world", floats(frame.view_from_world));
+    program.set("clip_from_view", floats(frame.clip_from_view));
+}
+
+/// How far off its plane a neighbour may lie and still lend its visibility, m.
+float plane_tolerance(const FrameSetup& frame) {
+    return static_cast<float>(0.02 * frame.radius);
+}
+
+}  // namespace
+
+void Renderer::Impl::set_ground(const Program& program, const FrameSetup& frame) const {
+    set_camera(program, frame);
+    program.set("ground_center", floats(frame.ground_center));
+    program.set("ground_u", floats(frame.ground_u));
+    program.set("ground_v", floats(frame.ground_v));
+    program.set("ground_color", floats(linear(options.ground_color)));
+}
+
+void Renderer::Impl::set_lighting(const Program& program, const FrameSetup& frame) const {
+    screen->blurred.bind(0);
+    program.set("visibility_map", 0);
+    program.set("light_in_view", floats(rotated(frame.view_from_world, frame.to_light)));
+    program.set("up_in_view", floats(rotated(frame.view_from_world, frame.up)));
+    program.set("background_color", floats(linear(options.background)));
+    program.set("picture_size", floats(Vec2(options.width, options.height)));
+    program.set("plane_tolerance", plane_tolerance(frame));
+    program.set("tan_half_fov", floats(frame.tan_half_fov));
+}
+
+/// Front faces, then back faces a little further away: of two faces in the same
+/// place, as on a closed cut, the one turned to the viewer shows.
+void Renderer::Impl::draw_meshes(const Program& program, const PackedScene& scene) {
+    buffers.triangles.bind();
+    glEnable(GL_CULL_FACE);
+    glEnable(GL_POLYGON_OFFSET_FILL);
+    for (const bool back : {false, true}) {
+        glCullFace(back ? GL_FRONT : GL_BACK);
+        for (const PackedScene::Range& range : scene.ranges) {
+            const float offset = (back ? 2.0F : 0.0F) + (range.recessed ? 1.0F : 0.0F);
+            glPolygonOffset(offset, 4.0F * offset);
+            program.set("roughness", range.roughness);
+            glDrawArrays(GL_TRIANGLES, static_cast<GLint>(range.first), static_cast<GLsizei>(range.count));
+        }
+    }
+    glDisable(GL_POLYGON_OFFSET_FILL);
+    glDisable(GL_CULL_FACE);
+}
+
+void Renderer::Impl::draw_shadow(const FrameSetup& frame, const PackedScene& scene) {
+    shadow->framebuffer.bind();
+    glViewport(0, 0, shadow->depth.width(), shadow->depth.height());
+    glEnable(GL_DEPTH_TEST);
+    glClear(GL_DEPTH_BUFFER_BIT);
+    if (!options.shadows) return;
+    programs.shadow.use();
+    programs.shadow.set("view_from_world", floats(frame.light_view_from_world));
+    programs.shadow.set("clip_from_view", floats(frame.light_clip_from_view));
+    buffers.triangles.bind();
+    glEnable(GL_POLYGON_OFFSET_FILL);
+    glPolygonOffset(1.0F, 2.0F);
+    glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(scene.vertices.size()));
+    glDisable(GL_POLYGON_OFFSET_FILL);
+}
+
+void Renderer::Impl::draw_surfaces(const FrameSetup& frame, const PackedScene& scene) {
+    screen->surface_target.bind();
+    glViewport(0, 0, screen->half_width, screen->half_height);
+    // Nothing there: facing the eye, very far away.
+    const std::array<float, 4> nothing = {0, 0, 1, static_cast<float>(1e4 * frame.radius)};
+    glClearBufferfv(GL_COLOR, 0, nothing.data());
+    glClear(GL_DEPTH_BUFFER_BIT);
+    programs.mesh_surface.use();
+    set_camera(programs.mesh_surface, frame);
+    draw_meshes(programs.mesh_surface, scene);
+    if (frame.ground_visible) {
+        programs.ground_surface.use();
+        set_ground(programs.ground_surface, frame);
+        draw_ground_square();
+    }
+}
+
+void Renderer::Impl::find_visibility(const FrameSetup& frame) {
+    glDisable(GL_DEPTH_TEST);
+    const double texel = frame.light_extent / options.shadow_map_size;
+    const Program& see = programs.visibility;
+    screen->visibility_target.bind();
+    see.use();
+    screen->surface.bind(0);
+    shadow->depth.bind(1);
+    see.set("surface_map", 0);
+    see.set("shadow_map", 1);
+    see.set("light_from_view",
+            floats(Eigen::Matrix4d(frame.light_from_world * frame.view_from_world.inverse())));
+    see.set("light_in_view", floats(rotated(frame.view_from_world, frame.to_light)));
+    see.set("tan_half_fov", floats(frame.tan_half_fov));
+    see.set("ao_radius", static_cast<float>(options.ambient_occlusion ? 0.3 * frame.radius : 0.0));
+    see.set("shadow_extent", static_cast<float>(options.shadows ? frame.light_extent : 0.0));
+    see.set("shadow_depth", static_cast<float>(frame.light_depth));
+    see.set("shadow_bias", static_cast<float>(2 * texel + 0.002 * frame.radius));
+    see.set("light_softness", 0.14F);
+    see.set("search_radius", static_cast<float>(0.12 * frame.radius));
+    cover_screen();
+
+    screen->blurred_target.bind();
+    programs.blur.use();
+    screen->visibility.bind(1);
+    programs.blur.set("surface_map", 0);
+    programs.blur.set("visibility_map", 1);
+    programs.blur.set("tan_half_fov", floats(frame.tan_half_fov));
+    programs.blur.set("plane_tolerance", plane_tolerance(frame));
+    cover_screen();
+}
+
+void Renderer::Impl::draw_lines(const FrameSetup& frame, const PackedScene& scene) {
+    if (scene.segments.empty()) return;
+    programs.line.use();
+    set_camera(programs.line, frame);
+    programs.line.set("picture_size", floats(Vec2(options.width, options.height)));
+    programs.line.set("near_distance", static_cast<float>(frame.near_distance));
+    buffers.lines.bind();
+    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 12, static_cast<GLsizei>(scene.segments.size()));
+}
+
+void Renderer::Impl::draw_picture(const FrameSetup& frame, const PackedScene& scene) {
+    screen->picture_target.bind();
+    glViewport(0, 0, options.width, options.height);
+    glEnable(GL_FRAMEBUFFER_SRGB);
+    glClear(GL_DEPTH_BUFFER_BIT);
+    glEnable(GL_DEPTH_TEST);
+    programs.mesh.use();
+    set_camera(programs.mesh, frame);
+    set_lighting(programs.mesh, frame);
+    draw_meshes(programs.mesh, scene);
+    if (frame.ground_visible) {
+        programs.ground.use();
+        set_ground(programs.ground, frame);
+        set_lighting(programs.ground, frame);
+        draw_ground_square();
+    }
+    // Last, at the greatest depth, so that only what stays visible is filled.
+    glDepthFunc(GL_LEQUAL);
+    programs.background.use();
+    set_lighting(programs.background, frame);
+    cover_screen();
+    glDepthFunc(GL_LESS);
+    draw_lines(frame, scene);
+    // Samples are averaged as light, not as sRGB numbers.
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, screen->picture_target.id());
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, screen->final_target.id());
+    glBlitFramebuffer(0, 0, options.width, options.height, 0, 0, options.width, options.height,
+                      GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    glDisable(GL_FRAMEBUFFER_SRGB);
+}
+
+void Renderer::Impl::render(const DrawList& list, const Camera& camera) {
+    const FrameSetup frame = set_up_frame(list, camera, options);
+    const PackedScene scene = pack(list, frame.origin, options.height / 720.0);
+    context->make_current();
+    glDisable(GL_BLEND);
+    glDisable(GL_SCISSOR_TEST);
+    glDisable(GL_STENCIL_TEST);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glDepthMask(GL_TRUE);
+    glDepthFunc(GL_LESS);
+    glFrontFace(GL_CCW);
+    buffers.vertices.upload<PackedScene::Vertex>(GL_ARRAY_BUFFER, scene.vertices);
+    buffers.segments.upload<PackedScene::Segment>(GL_ARRAY_BUFFER, scene.segments);
+    draw_shadow(frame, scene);
+    draw_surfaces(frame, scene);
+    find_visibility(frame);
+    draw_picture(frame, scene);
+    gl::check_errors("Renderer");
+}
+
+Renderer::Renderer(const gl::Context& context, const RenderOptions& options) {
+    context.make_current();
+    impl_ = std::make_unique<Impl>(context, options);
+}
+Renderer::~Renderer() = default;
+Renderer::Renderer(Renderer&&) noexcept = default;
+Renderer& Renderer::operator=(Renderer&&) noexcept = default;
+
+Picture Renderer::draw(const DrawList& list, const Camera& camera) {
+    impl_->render(list, camera);
+    const auto width = static_cast<std::size_t>(impl_->options.width);
+    const auto height = static_cast<std::size_t>(impl_->options.height);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, impl_->screen->final_target.id());
+    std::vector<std::uint8_t> rgba(4 * width * height);
+    glPixelStorei(GL_PACK_ALIGNMENT, 4);
+    glReadPixels(0, 0, impl_->options.width, impl_->options.height, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
+    gl::check_errors("reading the picture");
+    Picture picture{.width = impl_->options.width, .height = impl_->options.height, .rgb = {}};
+    picture.rgb.resize(3 * width * height);
+    for (std::size_t row = 0; row < height; ++row) {
+        // OpenGL counts rows from below.
+        const std::uint8_t* from = rgba.data() + 4 * width * (height - 1 - row);
+        std::uint8_t* to = picture.rgb.data() + 3 * width * row;
+        for (std::size_t column = 0; column < width; ++column) {
+            std::copy_n(from + 4 * column, 3, to + 3 * column);
+        }
+    }
+    return picture;
+}
+
+void Renderer::draw_into(const DrawList& list, const Camera& camera, unsigned framebuffer) {
+    impl_->render(list, camera);
+    const int width = impl_->options.width;
+    const int height = impl_->options.height;
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, impl_->screen->final_target.id());
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
+    glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    gl::check_errors("showing the picture");
+}
+
+const RenderOptions& Renderer::options() const {
+    return impl_->options;
+}
+
+void Renderer::set_options(const RenderOptions& options) {
+    impl_->context->make_current();
+    impl_->take(options);
+}
+
+}  // namespace splitcubes::render

@@ -1,0 +1,237 @@
+#include <splitcubes/core/error.h>
+#include <splitcubes/render/video.h>
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <sstream>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+extern char** environ;
+
+namespace splitcubes::render {
+
+namespace {
+
+/// A file descriptor that is closed with its owner.
+class Descriptor {
+  public:
+    explicit Descriptor(int value = -1) : value_(value) {}
+    ~Descriptor() { close(); }
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+    int value() const { return value_; }
+    void close() {
+        if (value_ >= 0) ::close(value_);
+        value_ = -1;
+    }
+    void take(int value) {
+        close();
+        value_ = value;
+    }
+
+  private:
+    int value_;
+};
+
+std::string number(double value) {
+    std::ostringstream text;
+    text.imbue(std::locale::classic());
+    text.precision(10);
+    text << value;
+    return text.str();
+}
+
+std::vector<std::string> arguments(const VideoOptions& options, const std::filesystem::path& output) {
+    const std::string size = std::to_string(options.width) + "x" + std::to_string(options.height);
+    return {options.program, "-hide_banner", "-loglevel", "error", "-nostdin", "-y",
+            // What comes in: bare frames.
+            "-f", "rawvideo", "-pixel_format", "rgb24", "-video_size", size, "-framerate",
+            number(options.frames_per_second), "-i", "pipe:0",
+            // 4:2:0 needs even sizes; the colours are said, so that players need not guess.
+            "-vf",
+            "crop=trunc(iw/2)*2:trunc(ih/2)*2:0:0,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p",
+            "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709",
+            // A fixed number of threads and no dates or versions: x264's result depends on the former.
+            "-c:v", "libx264", "-preset", "medium", "-crf", std::to_string(options.quality), "-threads", "4",
+            "-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-movflags", "+faststart",
+            // The prefix keeps names with a colon or a leading dash from meaning something else.
+            "file:" + output.string()};
+}
+
+}  // namespace
+
+struct VideoWriter::Impl {
+    std::filesystem::path path;
+    std::filesystem::path partial;
+    VideoOptions options;
+    Descriptor frames;    // to ffmpeg's standard input
+    Descriptor messages;  // what ffmpeg says: a file without a name
+    pid_t process = -1;
+    int frame_count = 0;
+
+    Impl(std::filesystem::path to, VideoOptions wanted) : path(std::move(to)), options(std::move(wanted)) {}
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+    ~Impl() { abandon(); }
+
+    std::string name() const { return printable(path.string(), 300); }
+    void start();
+    int wait();
+    void abandon() noexcept;
+    std::string said() const;
+    [[noreturn]] void give_up(const std::string& why);
+};
+
+void VideoWriter::Impl::start() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "splitcubes-XXXXXX").string();
+    messages.take(::mkostemp(pattern.data(), O_CLOEXEC));
+    if (messages.value() < 0)
+        throw JobError(name() + ": no temporary file for ffmpeg's messages (" + std::strerror(errno) + ")");
+    ::unlink(pattern.c_str());
+    // A socket rather than a pipe: sending can be told not to raise SIGPIPE.
+    std::array<int, 2> ends{-1, -1};
+    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
+        throw JobError(name() + ": no connection to ffmpeg (" + std::strerror(errno) + ")");
+    }
+    frames.take(ends[0]);
+    const Descriptor theirs(ends[1]);
+    ::shutdown(frames.value(), SHUT_RD);
+
+    std::vector<std::string> words = arguments(options, partial);
+    std::vector<char*> pointers;
+    for (std::string& word : words) pointers.push_back(word.data());
+    pointers.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, theirs.value(), STDIN_FILENO);
+    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_adddup2(&actions, messages.value(), STDERR_FILENO);
+    const int error =
+        ::posix_spawnp(&process, options.program.c_str(), &actions, nullptr, pointers.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    if (error == 0) return;
+    process = -1;
+    throw JobError(name() + ": the program '" + printable(options.program, 200) + "' cannot be started (" +
+                   std::strerror(error) + "); install ffmpeg or write single pictures");
+}
+
+/// ffmpeg's exit status, -1 when it was ended by a signal.
+int VideoWriter::Impl::wait() {
+    frames.close();
+    int status = 0;
+    pid_t ended = -1;
+    do {
+        ended = ::waitpid(process, &status, 0);
+    } while (ended < 0 && errno == EINTR);
+    process = -1;
+    return ended > 0 && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+void VideoWriter::Impl::abandon() noexcept {
+    if (process > 0) {
+        ::kill(process, SIGKILL);
+        wait();
+        std::error_code ignored;
+        std::filesystem::remove(partial, ignored);
+    }
+}
+
+/// The end of ffmpeg's messages, on one line.
+std::string VideoWriter::Impl::said() const {
+    std::array<char, 2000> buffer{};
+    const off_t end = ::lseek(messages.value(), 0, SEEK_END);
+    const off_t from = end > 2000 ? end - 2000 : 0;
+    const ssize_t count = ::pread(messages.value(), buffer.data(), buffer.size(), from);
+    std::string text(buffer.data(), count > 0 ? static_cast<std::size_t>(count) : 0);
+    while (!text.empty() && text.back() == '\n') text.pop_back();
+    for (char& c : text) {
+        if (c == '\n') c = ' ';
+    }
+    return text.empty() ? "it said nothing" : printable(text, 2000);
+}
+
+void VideoWriter::Impl::give_up(const std::string& why) {
+    std::error_code ignored;
+    std::filesystem::remove(partial, ignored);
+    throw JobError(name() + ": " + why);
+}
+
+VideoWriter::VideoWriter(const std::filesystem::path& path, const VideoOptions& options) {
+    if (options.width < 2 || options.height < 2) {
+        throw InputError("video size", "is less than two pixels (" + std::to_string(options.width) + " x " +
+                                           std::to_string(options.height) + ")");
+    }
+    if (!(options.frames_per_second > 0 && options.frames_per_second <= 1000)) {
+        throw InputError("video frames_per_second",
+                         "is out of range (" + number(options.frames_per_second) + ")", "choose up to 1000");
+    }
+    if (options.quality < 0 || options.quality > 51) {
+        throw InputError("video quality", "is out of range (" + std::to_string(options.quality) + ")",
+                         "choose 0 (lossless) to 51 (worst)");
+    }
+    if (!path.has_filename() || !path.has_extension()) {
+        throw InputError(printable(path.string(), 300), "names no video format", "end the name in .mp4");
+    }
+    impl_ = std::make_unique<Impl>(path, options);
+    // ffmpeg tells the format from the ending, so that stays last.
+    impl_->partial = path.parent_path() / (path.stem().string() + ".partial-" + std::to_string(::getpid()) +
+                                           path.extension().string());
+    impl_->start();
+}
+
+VideoWriter::~VideoWriter() = default;
+VideoWriter::VideoWriter(VideoWriter&&) noexcept = default;
+VideoWriter& VideoWriter::operator=(VideoWriter&&) noexcept = default;
+
+void VideoWriter::add(const Picture& picture) {
+    const VideoOptions& options = impl_->options;
+    if (picture.width != options.width || picture.height != options.height ||
+        picture.rgb.size() !=
+            3 * static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height)) {
+        throw InputError(impl_->name(), "a frame of " + std::to_string(picture.width) + " x " +
+                                            std::to_string(picture.height) + " does not fit a video of " +
+                                            std::to_string(options.width) + " x " +
+                                            std::to_string(options.height));
+    }
+    if (impl_->process < 0) throw JobError(impl_->name() + ": the video has ended, no frame can be added");
+    std::size_t sent = 0;
+    while (sent < picture.rgb.size()) {
+        const ssize_t count =
+            ::send(impl_->frames.value(), picture.rgb.data() + sent, picture.rgb.size() - sent, MSG_NOSIGNAL);
+        if (count > 0) {
+            sent += static_cast<std::size_t>(count);
+        } else if (errno != EINTR) {
+            impl_->wait();
+            impl_->give_up("ffmpeg stopped before the last frame (" + impl_->said() + ")");
+        }
+    }
+    ++impl_->frame_count;
+}
+
+void VideoWriter::finish() {
+    if (impl_->process < 0) throw JobError(impl_->name() + ": the video has ended already");
+    const int status = impl_->wait();
+    if (status != 0) impl_->give_up("ffmpeg failed (" + impl_->said() + ")");
+    if (impl_->frame_count == 0) impl_->give_up("a video needs at least one frame");
+    std::error_code error;
+    std::filesystem::rename(impl_->partial, impl_->path, error);
+    if (error) impl_->give_up("cannot be put in place (" + error.message() + ")");
+}
+
+int VideoWriter::frame_count() const {
+    return impl_->frame_count;
+}
+
+}  // namespace splitcubes::render

@@ -1,0 +1,262 @@
+// What a scene says, as plain data: all defaults are filled in, all units are SI,
+// all coordinates are in the world frame at time 0 unless said otherwise.
+#pragma once
+
+#include <splitcubes/math/types.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace splitcubes::scene {
+
+/// A turn about an axis through a pivot that the owner names; right-handed.
+struct Rotation {
+    Vec3 axis = Vec3::UnitZ();  // direction of any length above zero
+    double angle_degrees = 0;
+    bool operator==(const Rotation&) const = default;
+};
+
+// Shapes, in the body's own frame: centred at the origin, z up.
+
+/// A mesh file; its coordinates are taken as metres before `scale`.
+struct MeshShape {
+    std::filesystem::path file;  // absolute: what the scene says, joined to the scene's folder
+    bool operator==(const MeshShape&) const = default;
+};
+struct BoxShape {
+    Vec3 size = Vec3::Ones();  // m, whole side lengths
+    bool operator==(const BoxShape&) const = default;
+};
+struct SphereShape {
+    double radius = 1;  // m
+    bool operator==(const SphereShape&) const = default;
+};
+struct CylinderShape {
+    double radius = 1;  // m
+    double height = 1;  // m, whole, along z
+    bool operator==(const CylinderShape&) const = default;
+};
+struct TorusShape {
+    double ring_radius = 1;    // m, axis (z) to the middle of the tube
+    double tube_radius = 0.3;  // m
+    bool operator==(const TorusShape&) const = default;
+};
+struct CapsuleShape {
+    double radius = 1;           // m
+    double straight_height = 1;  // m, the part between the two half spheres, along z
+    bool operator==(const CapsuleShape&) const = default;
+};
+struct PearShape {
+    double height = 1;  // m, whole, along z
+    bool operator==(const PearShape&) const = default;
+};
+using Shape =
+    std::variant<MeshShape, BoxShape, SphereShape, CylinderShape, TorusShape, CapsuleShape, PearShape>;
+
+/// world = position + rotation (scale * own). The rotation is about the shape's origin.
+struct PlacementDescription {
+    Vec3 position = Vec3::Zero();  // m, world
+    Rotation rotation;
+    double scale = 1;  // > 0
+    bool operator==(const PlacementDescription&) const = default;
+};
+
+struct MaterialDescription {
+    double density = 1000;         // kg/m^3
+    double youngs_modulus = 1e5;   // Pa
+    double poisson_ratio = 0.3;    // [0, 0.49]
+    double mass_damping = 0;       // 1/s
+    double stiffness_damping = 0;  // s
+    double zero_energy = 0.1;      // dimensionless weight of the penalty on zero-energy modes
+    bool operator==(const MaterialDescription&) const = default;
+};
+
+struct BodyDescription {
+    std::string name;
+    Shape shape = BoxShape{};
+    PlacementDescription placement;
+    // Exactly one of the two is set.
+    std::optional<int> cells = 32;    // grid cells along the longest side of the placed shape's box
+    std::optional<double> cell_size;  // m
+    // Exactly one of the two is set.
+    std::optional<int> phyxel_count = 800;  // wished for; the sampling comes close to it
+    std::optional<double> phyxel_spacing;   // m
+    MaterialDescription material;
+    Vec3 velocity = Vec3::Zero();          // m/s, world, at time 0
+    Vec3 angular_velocity = Vec3::Zero();  // rad/s, world, about the centre of mass, at time 0
+    bool operator==(const BodyDescription&) const = default;
+};
+
+struct GroundDescription {
+    double height = 0;      // m, the plane z = height; the free side is above
+    double friction = 0.5;  // Coulomb coefficient
+    bool operator==(const GroundDescription&) const = default;
+};
+
+// Regions of a body, in placed coordinates at time 0; closed sets.
+
+struct BoxRegion {
+    Vec3 min = Vec3::Zero();  // m
+    Vec3 max = Vec3::Zero();  // m
+    bool operator==(const BoxRegion&) const = default;
+};
+struct SphereRegion {
+    Vec3 center = Vec3::Zero();  // m
+    double radius = 1;           // m
+    bool operator==(const SphereRegion&) const = default;
+};
+/// The points p with (p - point) . normal >= 0.
+struct HalfSpaceRegion {
+    Vec3 point = Vec3::Zero();    // m
+    Vec3 normal = Vec3::UnitZ();  // of any length above zero, points into the region
+    bool operator==(const HalfSpaceRegion&) const = default;
+};
+using Region = std::variant<BoxRegion, SphereRegion, HalfSpaceRegion>;
+
+/// A place on a path. Between keyframes positions are interpolated as the owner
+/// says and rotations take the short way round; before the first and after the
+/// last the path stands still.
+struct MotionKeyframe {
+    double time = 0;               // s, strictly increasing along a path
+    Vec3 position = Vec3::Zero();  // m; of a constraint: displacement; of a tool: of its frame's origin
+    Rotation rotation;             // of a constraint: about its pivot; of a tool: about its frame's origin
+    bool operator==(const MotionKeyframe&) const = default;
+};
+
+enum class ConstraintKind {
+    hold,  // the region stays where it is at time 0
+    move,  // the region follows the keyframes
+};
+
+/// What is inside `region` at time 0 has its positions prescribed while
+/// from_time <= time < until_time.
+struct ConstraintDescription {
+    std::string body;  // name of the body
+    Region region = HalfSpaceRegion{};
+    ConstraintKind kind = ConstraintKind::hold;
+    std::vector<MotionKeyframe> keyframes;  // empty for hold, at least one for move
+    Vec3 pivot = Vec3::Zero();              // m; when not said: the region's centre (half space: its point)
+    double from_time = 0;                   // s
+    std::optional<double> until_time;       // s; none: never released
+    bool operator==(const ConstraintDescription&) const = default;
+};
+
+// Blade edges, in the tool's own frame.
+
+struct PolylineBlade {
+    std::vector<Vec3> points;  // m, at least two
+    bool operator==(const PolylineBlade&) const = default;
+};
+struct StraightBlade {
+    Vec3 from = Vec3::Zero();  // m
+    Vec3 to = Vec3::UnitZ();   // m
+    bool operator==(const StraightBlade&) const = default;
+};
+/// From start to end right-handed about the axis. Angle zero is the part of the x
+/// axis perpendicular to `axis`; of the y axis where `axis` is within 25 degrees of x.
+struct ArcBlade {
+    Vec3 center = Vec3::Zero();  // m
+    double radius = 1;           // m
+    Vec3 axis = Vec3::UnitZ();   // direction of any length above zero
+    double start_angle_degrees = 0;
+    double end_angle_degrees = 180;
+    int segments = 16;
+    bool operator==(const ArcBlade&) const = default;
+};
+using BladeDescription = std::variant<PolylineBlade, StraightBlade, ArcBlade>;
+
+enum class Interpolation {
+    linear,  // straight lines between the positions
+    smooth,  // Catmull-Rom through the positions
+};
+
+struct KeyframeMotion {
+    std::vector<MotionKeyframe> keyframes;  // at least one
+    Interpolation interpolation = Interpolation::linear;
+    bool operator==(const KeyframeMotion&) const = default;
+};
+/// The frame's origin goes along a circle at a constant rate; angle zero as for ArcBlade.
+struct CircularMotion {
+    Vec3 center = Vec3::Zero();  // m
+    Vec3 axis = Vec3::UnitZ();   // direction of any length above zero
+    double radius = 1;           // m
+    double start_angle_degrees = 0;
+    double turns = 1;            // negative: left-handed about the axis
+    double from_time = 0;        // s
+    double until_time = 1;       // s
+    bool turn_with_path = true;  // the frame turns along with the angle that has been passed
+    bool operator==(const CircularMotion&) const = default;
+};
+using Motion = std::variant<KeyframeMotion, CircularMotion>;
+
+/// Blades that move as one rigid thing and cut while active_from <= time <= active_until.
+struct ToolDescription {
+    std::string name;
+    std::vector<BladeDescription> blades;  // at least one
+    std::vector<std::string> bodies;       // names of those it cuts; empty: all
+    Motion motion = KeyframeMotion{};
+    double active_from = 0;   // s; when not said: the motion's first time
+    double active_until = 0;  // s; when not said: the motion's last time
+    bool operator==(const ToolDescription&) const = default;
+};
+
+enum class SolverKind { implicit };
+enum class Integrator { bdf2, backward_euler };
+
+struct SolverDescription {
+    SolverKind kind = SolverKind::implicit;
+    Integrator integrator = Integrator::bdf2;
+    double tolerance = 1e-3;   // of the linear solve, relative to the right-hand side
+    int max_iterations = 200;  // of the linear solve
+    bool operator==(const SolverDescription&) const = default;
+};
+
+struct OcclusionDescription {
+    std::string backend = "cpu";
+    int disk_size = 16;  // texels a side: 8, 16 or 32
+    bool operator==(const OcclusionDescription&) const = default;
+};
+
+enum class SurfaceFormat { ply, obj, stl, glb };
+
+struct OutputDescription {
+    int every_nth_frame = 1;                    // 1: all
+    SurfaceFormat format = SurfaceFormat::ply;  // of the surface meshes
+    bool pictures = false;                      // also draw each written frame
+    bool operator==(const OutputDescription&) const = default;
+};
+
+/// A camera at a given place, or one that takes in the whole scene.
+struct CameraDescription {
+    std::optional<Vec3> eye;                 // m, world; none: placed automatically
+    std::optional<Vec3> target;              // m, world; set exactly when eye is
+    Vec3 direction = Vec3(0.6, -1.0, 0.55);  // scene to eye, any length; of the automatic camera
+    Vec3 up = Vec3::UnitZ();                 // direction, world
+    double vertical_fov_degrees = 35;        // whole opening angle
+    int width = 1280;                        // of the picture, pixels, even
+    int height = 720;                        // of the picture, pixels, even
+    bool operator==(const CameraDescription&) const = default;
+};
+
+struct SceneDescription {
+    std::string name;
+    std::filesystem::path folder;  // absolute; what relative file names refer to
+    std::vector<BodyDescription> bodies;
+    Vec3 gravity = Vec3(0, 0, -9.81);  // m/s^2, world
+    std::optional<GroundDescription> ground;
+    std::vector<ConstraintDescription> constraints;
+    std::vector<ToolDescription> tools;
+    SolverDescription solver;
+    OcclusionDescription occlusion;
+    double time_step = 1.0 / 60;  // s, one frame
+    int frames = 120;             // time steps to run; a duration is rounded up to whole ones
+    OutputDescription output;
+    CameraDescription camera;
+    int threads = 0;  // 0: what the machine has
+    bool operator==(const SceneDescription&) const = default;
+};
+
+}  // namespace splitcubes::scene

@@ -1,0 +1,26 @@
+// Where things stand in a JSON text, which the JSON library does not say: a strict
+// check of the syntax with line numbers, and the line of the value at a path.
+#pragma once
+
+#include <splitcubes/scene/json_path.h>
+
+#include <string>
+#include <string_view>
+
+namespace splitcubes::scene {
+
+/// Objects may have this many keys; finding one takes time proportional to them.
+inline constexpr std::size_t max_object_keys = 1000;
+
+/// Checks that the text is one JSON value, with comments allowed: syntax, UTF-8,
+/// numbers within what a double holds, at most max_object_keys keys in an object and none twice, nesting at
+/// most max_depth (the recursion is as deep). Throws InputError at `name:line`, or at `name` when the text is
+/// no file's (with_line false).
+void check_json(std::string_view text, const std::string& name, int max_depth, bool with_line = true);
+
+/// The line, from 1, on which the member (its key) or element at `path` starts;
+/// where there is none, that of the innermost enclosing value that is there. The
+/// text must have passed check_json.
+int line_of(std::string_view text, const JsonPath& path);
+
+}  // namespace splitcubes::scene

@@ -1,0 +1,32 @@
+// Paths to values inside a JSON value.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace splitcubes::scene {
+
+/// One step from a JSON value to one inside it: into an object by key, or into an
+/// array by index.
+struct PathStep {
+    std::string key;  // empty with index >= 0
+    int index = -1;
+    bool operator==(const PathStep&) const = default;
+};
+using JsonPath = std::vector<PathStep>;
+
+/// As people write it: `bodies[0].material.density`; `the scene` for the empty path.
+std::string to_string(const JsonPath& path);
+
+/// The opposite, for options. Keys are of letters, digits, `_`, `$` and `-`. Throws
+/// InputError with `where` as its place.
+JsonPath parse_path(std::string_view text, const std::string& where);
+
+/// True when `inner` is `outer` or inside it.
+bool is_within(const JsonPath& inner, const JsonPath& outer);
+
+/// The characters of keys that parse_path takes.
+bool is_path_word(char c);
+
+}  // namespace splitcubes::scene

@@ -1,0 +1,51 @@
+// The keys of the scene format, by kind of object; scenes/schema.json describes them.
+#include <splitcubes/scene/parse.h>
+
+namespace splitcubes::scene {
+
+const std::vector<ObjectKeys>& scene_keys() {
+    static const std::vector<ObjectKeys> keys = {
+        {"scene",
+         {"$schema", "name", "time_step", "frames", "duration", "threads", "gravity", "ground", "bodies",
+          "constraints", "tools", "solver", "occlusion", "output", "camera"}},
+        {"body",
+         {"name", "shape", "placement", "cells", "cell_size", "phyxel_count", "phyxel_spacing", "material",
+          "velocity", "angular_velocity"}},
+        {"shape", {"mesh", "box", "sphere", "cylinder", "torus", "capsule", "pear"}},
+        {"mesh_shape", {"file"}},
+        {"box_shape", {"size"}},
+        {"sphere_shape", {"radius"}},
+        {"cylinder_shape", {"radius", "height"}},
+        {"torus_shape", {"ring_radius", "tube_radius"}},
+        {"capsule_shape", {"radius", "straight_height"}},
+        {"pear_shape", {"height"}},
+        {"placement", {"position", "rotation", "scale"}},
+        {"rotation", {"axis", "angle_degrees"}},
+        {"material",
+         {"density", "youngs_modulus", "poisson_ratio", "mass_damping", "stiffness_damping", "zero_energy"}},
+        {"ground", {"height", "friction"}},
+        {"constraint", {"body", "region", "kind", "keyframes", "pivot", "from_time", "until_time"}},
+        {"region", {"box", "sphere", "half_space"}},
+        {"box_region", {"min", "max"}},
+        {"sphere_region", {"center", "radius"}},
+        {"half_space_region", {"point", "normal"}},
+        {"keyframe", {"time", "position", "rotation"}},
+        {"tool", {"name", "blades", "motion", "bodies", "active_from", "active_until"}},
+        {"blade", {"polyline", "straight", "arc"}},
+        {"polyline_blade", {"points"}},
+        {"straight_blade", {"from", "to"}},
+        {"arc_blade", {"center", "radius", "axis", "start_angle_degrees", "end_angle_degrees", "segments"}},
+        {"motion", {"path", "circular"}},
+        {"path_motion", {"keyframes", "interpolation"}},
+        {"circular_motion",
+         {"center", "axis", "radius", "start_angle_degrees", "turns", "from_time", "until_time",
+          "turn_with_path"}},
+        {"solver", {"kind", "integrator", "tolerance", "max_iterations"}},
+        {"occlusion", {"backend", "disk_size"}},
+        {"output", {"every_nth_frame", "format", "pictures"}},
+        {"camera", {"eye", "target", "direction", "up", "vertical_fov_degrees", "width", "height"}},
+    };
+    return keys;
+}
+
+}  // namespace splitcubes::scene

@@ -1,0 +1,126 @@
+#include <splitcubes/core/error.h>
+#include <splitcubes/scene/json_location.h>
+#include <splitcubes/scene/parse.h>
+#include <splitcubes/scene/read_scene.h>
+
+#include <fstream>
+#include <system_error>
+
+namespace splitcubes::scene {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Text that check_json has passed.
+Json parse_checked(std::string_view text, const std::string& where) {
+    try {
+        return Json::parse(text, nullptr, true, true);
+    } catch (const Json::exception& error) {
+        throw InputError(where, std::string("cannot be read as JSON: ") + error.what(), "check its syntax");
+    }
+}
+
+bool is_bare_word(std::string_view text) {
+    const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+    if (text.empty() || !letter(text[0])) return false;
+    for (const char c : text) {
+        if (!is_path_word(c) && c != '.' && c != '/') return false;
+    }
+    return text != "true" && text != "false" && text != "null";
+}
+
+Json parse_override_value(std::string_view text, const std::string& option) {
+    if (is_bare_word(text)) return std::string(text);
+    check_json(text, option, ParseLimits::nesting_depth, false);
+    return parse_checked(text, option);
+}
+
+// The value inside `parent` that a step leads to; objects are made on the way.
+Json& step_into(Json& parent, const PathStep& step, const Override& change) {
+    if (step.index >= 0) {
+        if (!parent.is_array() || static_cast<std::size_t>(step.index) >= parent.size()) {
+            const std::string there = parent.is_array() ? std::to_string(parent.size()) : "none";
+            throw InputError(
+                change.option,
+                "there is no element [" + std::to_string(step.index) + "], the scene has " + there,
+                "elements are counted from 0");
+        }
+        return parent[static_cast<std::size_t>(step.index)];
+    }
+    if (parent.is_null()) parent = Json::object();
+    if (!parent.is_object()) {
+        throw InputError(change.option, "the scene has no object that '" + step.key + "' could be in",
+                         "elements of an array are named like bodies[0]");
+    }
+    return parent[step.key];
+}
+
+void apply(const Override& change, Json value, Json& scene) {
+    Json* parent = &scene;
+    for (std::size_t i = 0; i + 1 < change.path.size(); ++i) {
+        parent = &step_into(*parent, change.path[i], change);
+    }
+    const PathStep& last = change.path.back();
+    if (value.is_null() && last.index < 0 && parent->is_object()) {
+        parent->erase(last.key);
+    } else {
+        step_into(*parent, last, change) = std::move(value);
+    }
+}
+
+void apply_overrides(std::span<const std::string> texts, Json& scene, Source& source) {
+    if (texts.size() > ParseLimits::overrides) {
+        throw InputError("--set", "is given " + std::to_string(texts.size()) + " times",
+                         "at most " + std::to_string(ParseLimits::overrides) + " are taken");
+    }
+    for (const std::string& text : texts) {
+        Override change;
+        change.option = "--set " + printable(text, 200);
+        const std::size_t equals = text.find('=');
+        if (equals == std::string::npos) {
+            throw InputError(change.option, "has no '='", "write it like bodies[0].material.density=900");
+        }
+        change.path = parse_path(std::string_view(text).substr(0, equals), change.option);
+        apply(change, parse_override_value(std::string_view(text).substr(equals + 1), change.option), scene);
+        source.overrides.push_back(std::move(change));
+    }
+}
+
+std::string read_text(const std::filesystem::path& path) {
+    const std::string name = path.string();
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error)) {
+        throw InputError(name, "there is no such file", "give the path of a scene file");
+    }
+    std::ifstream file(path, std::ios::binary);
+    std::string text(ParseLimits::bytes + 1, '\0');
+    file.read(text.data(), static_cast<std::streamsize>(text.size()));
+    if (file.bad() || (!file && !file.eof()))
+        throw InputError(name, "cannot be read", "check its permissions");
+    text.resize(static_cast<std::size_t>(file.gcount()));
+    return text;
+}
+
+}  // namespace
+
+SceneDescription parse_scene_text(std::string_view text, const std::string& name,
+                                  const std::filesystem::path& folder,
+                                  std::span<const std::string> overrides) {
+    if (text.size() > ParseLimits::bytes) {
+        throw InputError(name, "is longer than " + std::to_string(ParseLimits::bytes) + " bytes",
+                         "a scene is a short text, meshes stand in files of their own");
+    }
+    check_json(text, name, ParseLimits::nesting_depth);
+    Json json = parse_checked(text, name);
+    Source source{text, name, std::filesystem::absolute(folder.empty() ? "." : folder).lexically_normal(), {}};
+    apply_overrides(overrides, json, source);
+    return read_scene(Value(source, json, {}));
+}
+
+SceneDescription parse_scene_file(const std::filesystem::path& path, std::span<const std::string> overrides) {
+    return parse_scene_text(read_text(path), path.string(), std::filesystem::absolute(path).parent_path(),
+                            overrides);
+}
+
+}  // namespace splitcubes::scene

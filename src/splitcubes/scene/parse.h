@@ -1,0 +1,54 @@
+// Scenes from JSON text.
+#pragma once
+
+#include <splitcubes/scene/description.h>
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace splitcubes::scene {
+
+/// Bounds on what a scene may hold, so that no text can exhaust the machine.
+struct ParseLimits {
+    static constexpr std::size_t bytes = std::size_t{4} << 20;
+    static constexpr int nesting_depth = 32;
+    static constexpr std::size_t bodies = 1000;
+    static constexpr std::size_t constraints = 1000;
+    static constexpr std::size_t tools = 1000;
+    static constexpr std::size_t blades = 1000;      // of a tool
+    static constexpr std::size_t points = 10000;     // of a polyline
+    static constexpr std::size_t keyframes = 10000;  // of a path
+    static constexpr std::size_t overrides = 1000;
+    static constexpr std::size_t name_length = 200;  // bytes
+};
+
+/// Reads a scene: JSON in which // and /* */ comments may stand. Each override is
+/// `path.to[0].value=json` and is applied before anything is checked; a bare word
+/// stands for a string, null takes the key out, objects on the way are made.
+/// Throws InputError whose place is `file:line`, or the override's option where
+/// the value came from there: on bad syntax, unknown, duplicate or missing keys,
+/// wrong types, values out of range, alternatives given together, names of bodies
+/// that are not there, times that do not increase, and files that are not there.
+SceneDescription parse_scene_file(const std::filesystem::path& path,
+                                  std::span<const std::string> overrides = {});
+
+/// The same from text; `name` stands for the file in messages and, without its
+/// extension, is the scene's name when the text gives none. Relative file names
+/// refer to `folder`.
+SceneDescription parse_scene_text(std::string_view text, const std::string& name,
+                                  const std::filesystem::path& folder,
+                                  std::span<const std::string> overrides = {});
+
+/// The keys that one kind of object may have.
+struct ObjectKeys {
+    std::string_view object;  // name under $defs in scenes/schema.json; "scene" is the whole file
+    std::vector<std::string_view> keys;
+};
+
+/// All kinds of objects that the parser knows.
+const std::vector<ObjectKeys>& scene_keys();
+
+}  // namespace splitcubes::scene

@@ -1,0 +1,191 @@
+// Constraints and tools: what moves along a path that the scene prescribes.
+#include <splitcubes/scene/parse.h>
+#include <splitcubes/scene/read_scene.h>
+
+#include <algorithm>
+
+namespace splitcubes::scene {
+
+namespace {
+
+std::string read_body_name(const Value& value, const std::vector<BodyDescription>& bodies) {
+    const std::string name = value.text();
+    std::string known;
+    for (const BodyDescription& body : bodies) {
+        if (body.name == name) return name;
+        if (known.size() < 200) known += (known.empty() ? "" : ", ") + body.name;
+    }
+    value.fail("is " + value.shown() + ", but no body has that name", "there are " + known);
+}
+
+Region read_box_region(const Value& value) {
+    const Object object(value, "box_region");
+    const BoxRegion box{object.at("min").vector(), object.at("max").vector()};
+    if ((box.min.array() > box.max.array()).any()) {
+        object.at("max").fail("is less than min on an axis",
+                              "give the lower corner as min, the upper as max");
+    }
+    return box;
+}
+
+Region read_region(const Value& value) {
+    const Object object(value, "region");
+    const std::string_view kind = object.only_key();
+    const Value inner = object.at(kind);
+    if (kind == "box") return read_box_region(inner);
+    if (kind == "sphere") {
+        const Object sphere(inner, "sphere_region");
+        return SphereRegion{sphere.at("center").vector(), sphere.at("radius").number(positive)};
+    }
+    const Object half_space(inner, "half_space_region");
+    return HalfSpaceRegion{half_space.at("point").vector(), half_space.at("normal").direction()};
+}
+
+Vec3 region_center(const Region& region) {
+    if (const auto* box = std::get_if<BoxRegion>(&region)) return 0.5 * (box->min + box->max);
+    if (const auto* sphere = std::get_if<SphereRegion>(&region)) return sphere->center;
+    return std::get<HalfSpaceRegion>(region).point;
+}
+
+BladeDescription read_blade(const Value& value) {
+    const Object object(value, "blade");
+    const std::string_view kind = object.only_key();
+    const Value inner = object.at(kind);
+    if (kind == "polyline") {
+        PolylineBlade out;
+        for (const Value& point :
+             Object(inner, "polyline_blade").at("points").elements(2, ParseLimits::points)) {
+            out.points.push_back(point.vector());
+        }
+        return out;
+    }
+    if (kind == "straight") {
+        const Object straight(inner, "straight_blade");
+        const StraightBlade out{straight.at("from").vector(), straight.at("to").vector()};
+        if (out.from == out.to) inner.fail("has no length", "give different points as from and to");
+        return out;
+    }
+    const Object arc(inner, "arc_blade");
+    ArcBlade out;
+    arc.read("center", out.center);
+    out.radius = arc.at("radius").number(positive);
+    arc.read_direction("axis", out.axis);
+    out.start_angle_degrees = arc.at("start_angle_degrees").number(any_angle);
+    out.end_angle_degrees = arc.at("end_angle_degrees").number(any_angle);
+    if (out.start_angle_degrees == out.end_angle_degrees) {
+        inner.fail("has no length", "give different start and end angles");
+    }
+    arc.read("segments", out.segments, 1, 10000);
+    return out;
+}
+
+CircularMotion read_circular_motion(const Value& value) {
+    const Object object(value, "circular_motion");
+    CircularMotion out;
+    object.read("center", out.center);
+    object.read_direction("axis", out.axis);
+    out.radius = object.at("radius").number(not_negative);
+    object.read("start_angle_degrees", out.start_angle_degrees, any_angle);
+    object.read("turns", out.turns, {-10000, 10000});
+    object.read("from_time", out.from_time, any_time);
+    out.until_time = object.at("until_time").number(any_time);
+    if (out.until_time <= out.from_time) {
+        object.at("until_time").fail("is not after from_time", "let the motion end later than it starts");
+    }
+    object.read("turn_with_path", out.turn_with_path);
+    return out;
+}
+
+KeyframeMotion read_keyframe_motion(const Value& value) {
+    const Object object(value, "path_motion");
+    KeyframeMotion out;
+    out.keyframes = read_keyframes(object.at("keyframes"));
+    if (object.has("interpolation")) {
+        out.interpolation =
+            static_cast<Interpolation>(object.at("interpolation").choice(interpolation_names));
+    }
+    return out;
+}
+
+void read_active_interval(const Object& object, ToolDescription& tool) {
+    if (const auto* path = std::get_if<KeyframeMotion>(&tool.motion)) {
+        tool.active_from = path->keyframes.front().time;
+        tool.active_until = path->keyframes.back().time;
+    } else {
+        tool.active_from = std::get<CircularMotion>(tool.motion).from_time;
+        tool.active_until = std::get<CircularMotion>(tool.motion).until_time;
+    }
+    object.read("active_from", tool.active_from, any_time);
+    object.read("active_until", tool.active_until, any_time);
+    if (tool.active_until < tool.active_from) {
+        object.at(object.has("active_until") ? "active_until" : "active_from")
+            .fail("makes the tool end before it starts",
+                  "the motion's own times stand for what is not given");
+    }
+}
+
+}  // namespace
+
+std::vector<MotionKeyframe> read_keyframes(const Value& value) {
+    std::vector<MotionKeyframe> out;
+    for (const Value& element : value.elements(1, ParseLimits::keyframes)) {
+        const Object object(element, "keyframe");
+        MotionKeyframe keyframe;
+        keyframe.time = object.at("time").number(any_time);
+        if (!out.empty() && keyframe.time <= out.back().time) {
+            object.at("time").fail("is " + object.at("time").shown() + ", not after the keyframe before",
+                                   "sort the keyframes by time, each time once");
+        }
+        object.read("position", keyframe.position);
+        if (object.has("rotation")) keyframe.rotation = read_rotation(object.at("rotation"));
+        out.push_back(keyframe);
+    }
+    return out;
+}
+
+ConstraintDescription read_constraint(const Value& value, const std::vector<BodyDescription>& bodies) {
+    const Object object(value, "constraint");
+    ConstraintDescription out;
+    out.body = read_body_name(object.at("body"), bodies);
+    out.region = read_region(object.at("region"));
+    out.kind = static_cast<ConstraintKind>(object.at("kind").choice(constraint_kind_names));
+    if (out.kind == ConstraintKind::move) {
+        out.keyframes = read_keyframes(object.at("keyframes"));
+    } else if (object.find("keyframes")) {
+        object.at("keyframes")
+            .fail("is given, but the kind is \"hold\"", "make the kind \"move\" or take it out");
+    }
+    out.pivot = region_center(out.region);
+    object.read("pivot", out.pivot);
+    object.read("from_time", out.from_time, any_time);
+    object.read_optional("until_time", out.until_time, any_time);
+    if (out.until_time && *out.until_time <= out.from_time) {
+        object.at("until_time").fail("is not after from_time", "let the constraint end later than it starts");
+    }
+    return out;
+}
+
+ToolDescription read_tool(const Value& value, const std::vector<BodyDescription>& bodies) {
+    const Object object(value, "tool");
+    ToolDescription out;
+    out.name = object.at("name").identifier();
+    for (const Value& blade : object.at("blades").elements(1, ParseLimits::blades)) {
+        out.blades.push_back(read_blade(blade));
+    }
+    const Object motion(object.at("motion"), "motion");
+    const std::string_view kind = motion.only_key();
+    if (kind == "circular") {
+        out.motion = read_circular_motion(motion.at(kind));
+    } else {
+        out.motion = read_keyframe_motion(motion.at(kind));
+    }
+    if (object.has("bodies")) {
+        for (const Value& body : object.at("bodies").elements(0, ParseLimits::bodies)) {
+            out.bodies.push_back(read_body_name(body, bodies));
+        }
+    }
+    read_active_interval(object, out);
+    return out;
+}
+
+}  // namespace splitcubes::scene

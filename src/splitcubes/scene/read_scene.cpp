@@ -1,0 +1,156 @@
+#include <splitcubes/scene/parse.h>
+#include <splitcubes/scene/read_scene.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace splitcubes::scene {
+
+namespace {
+
+constexpr int most_frames = 1000000;
+
+// Refuses a name that an earlier element of the array has.
+void check_new_name(const Value& element, const std::string& name, std::set<std::string>& names) {
+    if (!names.insert(name).second) {
+        Object(element, element.path()[0].key == "tools" ? "tool" : "body")
+            .at("name")
+            .fail("is \"" + name + "\", a name given before", "give each its own name");
+    }
+}
+
+SolverDescription read_solver(const Value& value) {
+    const Object object(value, "solver");
+    SolverDescription out;
+    if (object.has("kind")) out.kind = static_cast<SolverKind>(object.at("kind").choice(solver_kind_names));
+    if (object.has("integrator")) {
+        out.integrator = static_cast<Integrator>(object.at("integrator").choice(integrator_names));
+    }
+    object.read("tolerance", out.tolerance, {0, 1, true, true});
+    object.read("max_iterations", out.max_iterations, 1, 100000);
+    return out;
+}
+
+OcclusionDescription read_occlusion(const Value& value) {
+    const Object object(value, "occlusion");
+    OcclusionDescription out;
+    if (object.has("backend")) {
+        out.backend = occlusion_backend_names[object.at("backend").choice(occlusion_backend_names)];
+    }
+    object.read("disk_size", out.disk_size, 8, 32);
+    if (out.disk_size != 8 && out.disk_size != 16 && out.disk_size != 32) {
+        object.at("disk_size").fail("is " + object.at("disk_size").shown(), "give 8, 16 or 32");
+    }
+    return out;
+}
+
+OutputDescription read_output(const Value& value) {
+    const Object object(value, "output");
+    OutputDescription out;
+    object.read("every_nth_frame", out.every_nth_frame, 1, most_frames);
+    if (object.has("format")) {
+        out.format = static_cast<SurfaceFormat>(object.at("format").choice(surface_format_names));
+    }
+    object.read("pictures", out.pictures);
+    return out;
+}
+
+void read_side(const Object& object, std::string_view key, int& out) {
+    object.read(key, out, 16, 8192);
+    if (out % 2 != 0) object.at(key).fail("is odd", "give an even number, which films need");
+}
+
+CameraDescription read_camera(const Value& value) {
+    const Object object(value, "camera");
+    CameraDescription out;
+    if (const auto eye = object.find("eye")) out.eye = eye->vector();
+    if (const auto target = object.find("target")) out.target = target->vector();
+    if (out.eye.has_value() != out.target.has_value()) {
+        value.fail(std::string("has ") + (out.eye ? "an eye but no target" : "a target but no eye"),
+                   "give both, or neither for an automatic camera");
+    }
+    object.read_direction("direction", out.direction);
+    object.read_direction("up", out.up);
+    const Vec3 view = out.eye ? Vec3(*out.eye - *out.target) : out.direction;
+    if (view.norm() < 1e-6) value.fail("has its eye at its target", "move the eye away");
+    if (view.normalized().cross(out.up.normalized()).norm() < 1e-3) {
+        value.fail("looks along its up direction", "choose another up");
+    }
+    object.read("vertical_fov_degrees", out.vertical_fov_degrees, {1, 170});
+    read_side(object, "width", out.width);
+    read_side(object, "height", out.height);
+    return out;
+}
+
+void read_times(const Object& object, SceneDescription& out) {
+    object.read("time_step", out.time_step, {0, 1, true});
+    object.not_both("frames", "duration");
+    if (const auto frames = object.find("frames")) out.frames = frames->integer(1, most_frames);
+    if (const auto duration = object.find("duration")) {
+        // A duration of whole steps stays so in spite of rounding.
+        const double steps = std::ceil(duration->number({0, 1e6, true}) / out.time_step - 1e-6);
+        if (steps > most_frames) {
+            duration->fail(
+                "is " + duration->shown() + ", more than " + std::to_string(most_frames) + " steps",
+                "shorten it or take a longer time_step");
+        }
+        out.frames = std::max(1, static_cast<int>(steps));
+    }
+}
+
+void read_bodies(const Object& object, SceneDescription& out) {
+    std::set<std::string> names;
+    for (const Value& element : object.at("bodies").elements(1, ParseLimits::bodies)) {
+        out.bodies.push_back(read_body(element));
+        check_new_name(element, out.bodies.back().name, names);
+    }
+}
+
+void read_tools(const Object& object, SceneDescription& out) {
+    std::set<std::string> names;
+    for (const Value& element : object.at("tools").elements(0, ParseLimits::tools)) {
+        out.tools.push_back(read_tool(element, out.bodies));
+        check_new_name(element, out.tools.back().name, names);
+    }
+}
+
+GroundDescription read_ground(const Value& value) {
+    const Object object(value, "ground");
+    GroundDescription out;
+    object.read("height", out.height);
+    object.read("friction", out.friction, {0, 1000});
+    return out;
+}
+
+}  // namespace
+
+SceneDescription read_scene(const Value& value) {
+    const Object object(value, "scene");
+    SceneDescription out;
+    if (object.has("$schema")) object.at("$schema").text();
+    if (object.has("name")) {
+        out.name = object.at("name").label();
+    } else {
+        out.name = std::filesystem::path(value.source().name).stem().string();
+    }
+    out.folder = value.source().folder;
+    read_times(object, out);
+    object.read("threads", out.threads, 0, 1024);
+    object.read("gravity", out.gravity);
+    if (const auto ground = object.find("ground")) out.ground = read_ground(*ground);
+    read_bodies(object, out);
+    if (object.has("constraints")) {
+        for (const Value& element : object.at("constraints").elements(0, ParseLimits::constraints)) {
+            out.constraints.push_back(read_constraint(element, out.bodies));
+        }
+    }
+    if (object.has("tools")) read_tools(object, out);
+    if (object.has("solver")) out.solver = read_solver(object.at("solver"));
+    if (object.has("occlusion")) out.occlusion = read_occlusion(object.at("occlusion"));
+    if (object.has("output")) out.output = read_output(object.at("output"));
+    if (object.has("camera")) out.camera = read_camera(object.at("camera"));
+    return out;
+}
+
+}  // namespace splitcubes::scene

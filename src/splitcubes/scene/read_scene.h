@@ -1,0 +1,29 @@
+// From checked JSON to a scene description. Internal to scene.
+#pragma once
+
+#include <splitcubes/scene/description.h>
+#include <splitcubes/scene/reader.h>
+
+namespace splitcubes::scene {
+
+/// Names of the alternatives, in the order of their variant or enumeration: used
+/// both to read and to write.
+inline const std::vector<std::string_view> constraint_kind_names = {"hold", "move"};
+inline const std::vector<std::string_view> interpolation_names = {"linear", "smooth"};
+inline const std::vector<std::string_view> solver_kind_names = {"implicit"};
+inline const std::vector<std::string_view> integrator_names = {"bdf2", "backward_euler"};
+inline const std::vector<std::string_view> surface_format_names = {"ply", "obj", "stl", "glb"};
+inline const std::vector<std::string_view> occlusion_backend_names = {"cpu"};
+
+/// All of it; the value is the whole file's.
+SceneDescription read_scene(const Value& value);
+
+// Its parts.
+BodyDescription read_body(const Value& value);
+Rotation read_rotation(const Value& value);
+/// Keyframes with strictly increasing times, at least one.
+std::vector<MotionKeyframe> read_keyframes(const Value& value);
+ConstraintDescription read_constraint(const Value& value, const std::vector<BodyDescription>& bodies);
+ToolDescription read_tool(const Value& value, const std::vector<BodyDescription>& bodies);
+
+}  // namespace splitcubes::scene

@@ -1,0 +1,230 @@
+#include <splitcubes/scene/read_scene.h>
+#include <splitcubes/scene/resolve.h>
+
+#include <nlohmann/json.hpp>
+
+namespace splitcubes::scene {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <class... Functions>
+struct Overloaded : Functions... {
+    using Functions::operator()...;
+};
+template <class... Functions>
+Overloaded(Functions...) -> Overloaded<Functions...>;
+
+Json to_json(const Vec3& v) {
+    return Json::array({v.x(), v.y(), v.z()});
+}
+
+template <class T>
+Json or_null(const std::optional<T>& value) {
+    return value ? Json(*value) : Json();
+}
+
+template <class Enumeration>
+std::string name_of(Enumeration value, const std::vector<std::string_view>& names) {
+    return std::string(names.at(static_cast<std::size_t>(value)));
+}
+
+Json to_json(const Rotation& rotation) {
+    return {{"axis", to_json(rotation.axis)}, {"angle_degrees", rotation.angle_degrees}};
+}
+
+Json to_json(const Shape& shape) {
+    return std::visit(
+        Overloaded{
+            [](const MeshShape& s) -> Json {
+                return {{"mesh", {{"file", s.file.string()}}}};
+            },
+            [](const BoxShape& s) -> Json {
+                return {{"box", {{"size", to_json(s.size)}}}};
+            },
+            [](const SphereShape& s) -> Json {
+                return {{"sphere", {{"radius", s.radius}}}};
+            },
+            [](const CylinderShape& s) -> Json {
+                return {{"cylinder", {{"radius", s.radius}, {"height", s.height}}}};
+            },
+            [](const TorusShape& s) -> Json {
+                return {{"torus", {{"ring_radius", s.ring_radius}, {"tube_radius", s.tube_radius}}}};
+            },
+            [](const CapsuleShape& s) -> Json {
+                return {{"capsule", {{"radius", s.radius}, {"straight_height", s.straight_height}}}};
+            },
+            [](const PearShape& s) -> Json {
+                return {{"pear", {{"height", s.height}}}};
+            },
+        },
+        shape);
+}
+
+Json to_json(const BodyDescription& body) {
+    Json out;
+    out["name"] = body.name;
+    out["shape"] = to_json(body.shape);
+    out["placement"] = {{"position", to_json(body.placement.position)},
+                        {"rotation", to_json(body.placement.rotation)},
+                        {"scale", body.placement.scale}};
+    out[body.cell_size ? "cell_size" : "cells"] =
+        body.cell_size ? Json(*body.cell_size) : or_null(body.cells);
+    out[body.phyxel_spacing ? "phyxel_spacing" : "phyxel_count"] =
+        body.phyxel_spacing ? Json(*body.phyxel_spacing) : or_null(body.phyxel_count);
+    const MaterialDescription& material = body.material;
+    out["material"] = {{"density", material.density},
+                       {"youngs_modulus", material.youngs_modulus},
+                       {"poisson_ratio", material.poisson_ratio},
+                       {"mass_damping", material.mass_damping},
+                       {"stiffness_damping", material.stiffness_damping},
+                       {"zero_energy", material.zero_energy}};
+    out["velocity"] = to_json(body.velocity);
+    out["angular_velocity"] = to_json(body.angular_velocity);
+    return out;
+}
+
+Json to_json(const std::vector<MotionKeyframe>& keyframes) {
+    Json out = Json::array();
+    for (const MotionKeyframe& keyframe : keyframes) {
+        out.push_back({{"time", keyframe.time},
+                       {"position", to_json(keyframe.position)},
+                       {"rotation", to_json(keyframe.rotation)}});
+    }
+    return out;
+}
+
+Json to_json(const Region& region) {
+    return std::visit(
+        Overloaded{
+            [](const BoxRegion& r) -> Json {
+                return {{"box", {{"min", to_json(r.min)}, {"max", to_json(r.max)}}}};
+            },
+            [](const SphereRegion& r) -> Json {
+                return {{"sphere", {{"center", to_json(r.center)}, {"radius", r.radius}}}};
+            },
+            [](const HalfSpaceRegion& r) -> Json {
+                return {{"half_space", {{"point", to_json(r.point)}, {"normal", to_json(r.normal)}}}};
+            },
+        },
+        region);
+}
+
+Json to_json(const ConstraintDescription& constraint) {
+    Json out;
+    out["body"] = constraint.body;
+    out["region"] = to_json(constraint.region);
+    out["kind"] = name_of(constraint.kind, constraint_kind_names);
+    if (constraint.kind == ConstraintKind::move) out["keyframes"] = to_json(constraint.keyframes);
+    out["pivot"] = to_json(constraint.pivot);
+    out["from_time"] = constraint.from_time;
+    out["until_time"] = or_null(constraint.until_time);
+    return out;
+}
+
+Json to_json(const BladeDescription& blade) {
+    return std::visit(Overloaded{
+                          [](const PolylineBlade& b) -> Json {
+                              Json points = Json::array();
+                              for (const Vec3& point : b.points) points.push_back(to_json(point));
+                              return {{"polyline", {{"points", points}}}};
+                          },
+                          [](const StraightBlade& b) -> Json {
+                              return {{"straight", {{"from", to_json(b.from)}, {"to", to_json(b.to)}}}};
+                          },
+                          [](const ArcBlade& b) -> Json {
+                              return {{"arc",
+                                       {{"center", to_json(b.center)},
+                                        {"radius", b.radius},
+                                        {"axis", to_json(b.axis)},
+                                        {"start_angle_degrees", b.start_angle_degrees},
+                                        {"end_angle_degrees", b.end_angle_degrees},
+                                        {"segments", b.segments}}}};
+                          },
+                      },
+                      blade);
+}
+
+Json to_json(const Motion& motion) {
+    return std::visit(Overloaded{
+                          [](const KeyframeMotion& m) -> Json {
+                              return {{"path",
+                                       {{"keyframes", to_json(m.keyframes)},
+                                        {"interpolation", name_of(m.interpolation, interpolation_names)}}}};
+                          },
+                          [](const CircularMotion& m) -> Json {
+                              return {{"circular",
+                                       {{"center", to_json(m.center)},
+                                        {"axis", to_json(m.axis)},
+                                        {"radius", m.radius},
+                                        {"start_angle_degrees", m.start_angle_degrees},
+                                        {"turns", m.turns},
+                                        {"from_time", m.from_time},
+                                        {"until_time", m.until_time},
+                                        {"turn_with_path", m.turn_with_path}}}};
+                          },
+                      },
+                      motion);
+}
+
+Json to_json(const ToolDescription& tool) {
+    Json out;
+    out["name"] = tool.name;
+    out["blades"] = Json::array();
+    for (const BladeDescription& blade : tool.blades) out["blades"].push_back(to_json(blade));
+    out["motion"] = to_json(tool.motion);
+    out["bodies"] = tool.bodies;
+    out["active_from"] = tool.active_from;
+    out["active_until"] = tool.active_until;
+    return out;
+}
+
+Json to_json(const CameraDescription& camera) {
+    Json out;
+    out["eye"] = camera.eye ? to_json(*camera.eye) : Json();
+    out["target"] = camera.target ? to_json(*camera.target) : Json();
+    out["direction"] = to_json(camera.direction);
+    out["up"] = to_json(camera.up);
+    out["vertical_fov_degrees"] = camera.vertical_fov_degrees;
+    out["width"] = camera.width;
+    out["height"] = camera.height;
+    return out;
+}
+
+template <class T>
+Json array_of(const std::vector<T>& elements) {
+    Json out = Json::array();
+    for (const T& element : elements) out.push_back(to_json(element));
+    return out;
+}
+
+}  // namespace
+
+nlohmann::ordered_json resolved_scene(const SceneDescription& scene) {
+    Json out;
+    out["name"] = scene.name;
+    out["time_step"] = scene.time_step;
+    out["frames"] = scene.frames;
+    out["threads"] = scene.threads;
+    out["gravity"] = to_json(scene.gravity);
+    out["ground"] = Json();
+    if (scene.ground) {
+        out["ground"] = {{"height", scene.ground->height}, {"friction", scene.ground->friction}};
+    }
+    out["bodies"] = array_of(scene.bodies);
+    out["constraints"] = array_of(scene.constraints);
+    out["tools"] = array_of(scene.tools);
+    out["solver"] = {{"kind", name_of(scene.solver.kind, solver_kind_names)},
+                     {"integrator", name_of(scene.solver.integrator, integrator_names)},
+                     {"tolerance", scene.solver.tolerance},
+                     {"max_iterations", scene.solver.max_iterations}};
+    out["occlusion"] = {{"backend", scene.occlusion.backend}, {"disk_size", scene.occlusion.disk_size}};
+    out["output"] = {{"every_nth_frame", scene.output.every_nth_frame},
+                     {"format", name_of(scene.output.format, surface_format_names)},
+                     {"pictures", scene.output.pictures}};
+    out["camera"] = to_json(scene.camera);
+    return out;
+}
+
+}  // namespace splitcubes::scene

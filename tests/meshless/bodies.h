@@ -1,0 +1,104 @@
+// Bodies for the tests of the meshless module.
+#pragma once
+
+#include <splitcubes/core/random.h>
+#include <splitcubes/meshless/solver.h>
+
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <numbers>
+#include <vector>
+
+namespace splitcubes::meshless::testing {
+
+/// A body with all that a step needs.
+struct TestBody {
+    Phyxels phyxels;
+    Pairs pairs;
+    Neighbourhoods neighbourhoods;
+    Material material;
+    ImplicitSolver solver;
+    StepInput input;
+    SolverOptions options;
+
+    void connect(const Parallel& parallel) {
+        double spacing = 1e-3;
+        for (const double h : phyxels.support_radius) spacing = std::max(spacing, h);
+        const PhyxelLocator locator(phyxels.rest_position, spacing);
+        compute_support_radii(phyxels, locator, parallel);
+        pairs = find_pairs(phyxels, locator, parallel);
+        neighbourhoods.rebuild(phyxels, pairs, material, parallel);
+    }
+    SolverReport step(const Parallel& parallel) {
+        return solver.step(phyxels, neighbourhoods, material, input, options, parallel);
+    }
+    void add(const Vec3& rest, double spacing, std::int32_t piece = 0) {
+        phyxels.append(rest, 0.5 * spacing, piece);
+        phyxels.volume.back() = spacing * spacing * spacing;
+        phyxels.mass.back() = material.density * phyxels.volume.back();
+        phyxels.support_radius.back() = 2 * spacing;
+    }
+    /// Sets positions and velocities: x = place(X), v = speed(x).
+    void move(const std::function<Vec3(const Vec3&)>& place, const std::function<Vec3(const Vec3&)>& speed) {
+        for (std::size_t i = 0; i < phyxels.size(); ++i) {
+            phyxels.position[i] = place(phyxels.rest_position[i]);
+            phyxels.velocity[i] = speed(phyxels.position[i]);
+        }
+    }
+};
+
+/// A lattice of nx x ny x nz phyxels centred at the origin.
+inline TestBody block(int nx, int ny, int nz, double spacing, const Material& material, const Parallel& parallel) {
+    TestBody body;
+    body.material = material;
+    for (int z = 0; z < nz; ++z)
+        for (int y = 0; y < ny; ++y)
+            for (int x = 0; x < nx; ++x)
+                body.add(spacing * Vec3(x - 0.5 * (nx - 1), y - 0.5 * (ny - 1), z - 0.5 * (nz - 1)), spacing);
+    body.connect(parallel);
+    return body;
+}
+
+inline Vec3 random_vector(Random& random, double size) {
+    const double x = random.uniform(-size, size), y = random.uniform(-size, size);
+    return {x, y, random.uniform(-size, size)};
+}
+
+inline Mat3 random_rotation(Random& random) {
+    const Vec3 axis = random_vector(random, 1).normalized();
+    return Eigen::AngleAxisd(random.uniform(0, std::numbers::pi), axis).toRotationMatrix();
+}
+
+/// Removes the sight of pairs that a plane through `point` parts. Returns them.
+inline std::vector<std::uint32_t> cut_by_plane(TestBody& body, const Vec3& point, const Vec3& normal) {
+    std::vector<std::uint32_t> changed;
+    for (std::size_t p = 0; p < body.pairs.size(); ++p) {
+        const double a = normal.dot(body.phyxels.rest_position[body.pairs.a[p]] - point);
+        const double b = normal.dot(body.phyxels.rest_position[body.pairs.b[p]] - point);
+        if ((a < 0) == (b < 0) || body.pairs.visibility[p] == 0) continue;
+        body.pairs.visibility[p] = 0;
+        changed.push_back(static_cast<std::uint32_t>(p));
+    }
+    return changed;
+}
+
+/// Cuts by random planes near the body's middle and rebuilds.
+inline void cut_randomly(TestBody& body, int count, double reach, std::uint64_t seed, const Parallel& parallel) {
+    Random random(seed);
+    for (int k = 0; k < count; ++k) {
+        const Vec3 point = random_vector(random, reach);
+        cut_by_plane(body, point, random_vector(random, 1).normalized());
+    }
+    body.neighbourhoods.rebuild(body.phyxels, body.pairs, body.material, parallel);
+}
+
+/// Largest |F - R| over the phyxels' present positions.
+inline double largest_strain(const TestBody& body) {
+    double largest = 0;
+    for (std::size_t i = 0; i < body.phyxels.size(); ++i)
+        largest = std::max(largest, (body.phyxels.deformation[i] - body.phyxels.rotation[i]).norm());
+    return largest;
+}
+
+}  // namespace splitcubes::meshless::testing

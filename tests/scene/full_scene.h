@@ -1,0 +1,52 @@
+// A scene that uses every kind of object and says every key that can be said but
+// duration. Its mesh file is any file of the folder SPLITCUBES_SCENES: parsing
+// looks only whether it is there.
+#pragma once
+
+namespace splitcubes::scene {
+
+inline constexpr const char* full_scene = R"json({
+  "$schema": "schema.json", "name": "Everything", "time_step": 0.01, "frames": 7, "threads": 2,
+  "gravity": [0.5, 0, -3.71], "ground": {"height": -0.25, "friction": 0.7},
+  "bodies": [
+    {"name": "a", "shape": {"box": {"size": [1, 2, 3]}},
+     "placement": {"position": [1, 2, 3], "rotation": {"axis": [1, 1, 0], "angle_degrees": 33.3}, "scale": 0.1},
+     "cells": 20, "phyxel_count": 99,
+     "material": {"density": 900, "youngs_modulus": 1.25e4, "poisson_ratio": 0.45, "mass_damping": 0.1,
+                  "stiffness_damping": 0.2, "zero_energy": 0.05},
+     "velocity": [1, 0, 0.1], "angular_velocity": [0, 2, 0]},
+    {"name": "b", "shape": {"sphere": {"radius": 0.5}}, "cell_size": 0.05, "phyxel_spacing": 0.1},
+    {"name": "c", "shape": {"cylinder": {"radius": 0.5, "height": 2}}},
+    {"name": "d", "shape": {"torus": {"ring_radius": 0.5, "tube_radius": 0.125}}},
+    {"name": "e", "shape": {"capsule": {"radius": 0.5, "straight_height": 2}}},
+    {"name": "f", "shape": {"pear": {"height": 0.7}}},
+    {"name": "g", "shape": {"mesh": {"file": "schema.json"}}}
+  ],
+  "constraints": [
+    {"body": "a", "region": {"box": {"min": [0, 0, 0], "max": [1, 1, 2]}}, "kind": "hold", "pivot": [0.1, 0.2, 0.3],
+     "from_time": 0.1, "until_time": 2.5},
+    {"body": "b", "region": {"sphere": {"center": [0, 1, 0], "radius": 0.3}}, "kind": "move",
+     "keyframes": [{"time": 0.25, "position": [1, 0, 0], "rotation": {"axis": [0, 1, 0], "angle_degrees": 12}},
+                   {"time": 0.5}]},
+    {"body": "b", "region": {"half_space": {"point": [0, 0, 1], "normal": [0, 0, 2]}}, "kind": "hold"}
+  ],
+  "tools": [
+    {"name": "t1", "blades": [
+        {"polyline": {"points": [[0, 0, 0], [1, 0, 0], [1, 1, 0.1]]}},
+        {"straight": {"from": [0, 0, -1], "to": [0, 0, 1]}},
+        {"arc": {"center": [1, 0, 0], "radius": 2, "axis": [0, 1, 0], "start_angle_degrees": -10,
+                 "end_angle_degrees": 50, "segments": 9}}],
+     "motion": {"path": {"keyframes": [{"time": 1, "position": [0, 0, 1]}, {"time": 2}], "interpolation": "smooth"}},
+     "bodies": ["a", "c"], "active_from": 0.5, "active_until": 3},
+    {"name": "t2", "blades": [{"straight": {"from": [0, 0, 0], "to": [0, 1, 0]}}],
+     "motion": {"circular": {"center": [0, 0, 1], "axis": [0, 0, -1], "radius": 0.4, "start_angle_degrees": 90,
+                             "turns": -1.5, "from_time": 0.2, "until_time": 1.2, "turn_with_path": false}}}
+  ],
+  "solver": {"kind": "implicit", "integrator": "backward_euler", "tolerance": 1e-4, "max_iterations": 50},
+  "occlusion": {"backend": "cpu", "disk_size": 32},
+  "output": {"every_nth_frame": 3, "format": "glb", "pictures": true},
+  "camera": {"eye": [1, -4, 2], "target": [0, 0, 1], "direction": [0, 1, 0.5], "up": [0, 1, 1],
+             "vertical_fov_degrees": 50, "width": 640, "height": 480}
+})json";
+
+}  // namespace splitcubes::scene

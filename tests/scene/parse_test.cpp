@@ -1,0 +1,328 @@
+#include <splitcubes/core/error.h>
+#include <splitcubes/core/random.h>
+#include <splitcubes/scene/parse.h>
+#include <splitcubes/scene/resolve.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <scene/full_scene.h>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace splitcubes::scene {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using Overrides = std::vector<std::string>;
+
+const std::string small_scene = R"json({
+  // a comment
+  "bodies": [
+    {"name": "a",
+     "shape": {"box": {"size": [1, 1, 1]}},
+     "material": {
+       "poisson_ratio": 0.3
+     }}
+  ]
+})json";
+
+SceneDescription parse(const std::string& text, const Overrides& overrides = {}) {
+    return parse_scene_text(text, "x.json", SPLITCUBES_SCENES, overrides);
+}
+
+std::string error_of(const std::string& text, const Overrides& overrides = {}) {
+    try {
+        parse(text, overrides);
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+std::string with(const std::string& old_text, const std::string& new_text) {
+    std::string text = full_scene;
+    const std::size_t at = text.find(old_text);
+    EXPECT_NE(at, std::string::npos) << old_text;
+    return text.replace(at, old_text.size(), new_text);
+}
+
+TEST(ParseScene, reads_every_field) {
+    const SceneDescription s = parse(full_scene);
+    EXPECT_EQ(s.name, "Everything");
+    EXPECT_EQ(s.folder, std::filesystem::path(SPLITCUBES_SCENES).lexically_normal());
+    EXPECT_EQ(s.time_step, 0.01);
+    EXPECT_EQ(s.frames, 7);
+    EXPECT_EQ(s.threads, 2);
+    EXPECT_EQ(s.gravity, Vec3(0.5, 0, -3.71));
+    EXPECT_EQ(s.ground, (GroundDescription{-0.25, 0.7}));
+    ASSERT_EQ(s.bodies.size(), 7u);
+    const PlacementDescription placement{Vec3(1, 2, 3), {Vec3(1, 1, 0), 33.3}, 0.1};
+    EXPECT_EQ(s.bodies[0], (BodyDescription{"a",
+                                            BoxShape{Vec3(1, 2, 3)},
+                                            placement,
+                                            20,
+                                            {},
+                                            99,
+                                            {},
+                                            {900, 1.25e4, 0.45, 0.1, 0.2, 0.05},
+                                            Vec3(1, 0, 0.1),
+                                            Vec3(0, 2, 0)}));
+    BodyDescription b;
+    b.name = "b";
+    b.shape = SphereShape{0.5};
+    b.cells.reset();
+    b.cell_size = 0.05;
+    b.phyxel_count.reset();
+    b.phyxel_spacing = 0.1;
+    EXPECT_EQ(s.bodies[1], b);
+    EXPECT_EQ(s.bodies[2].shape, Shape(CylinderShape{0.5, 2}));
+    EXPECT_EQ(s.bodies[3].shape, Shape(TorusShape{0.5, 0.125}));
+    EXPECT_EQ(s.bodies[4].shape, Shape(CapsuleShape{0.5, 2}));
+    EXPECT_EQ(s.bodies[5].shape, Shape(PearShape{0.7}));
+    EXPECT_EQ(s.bodies[6].shape, Shape(MeshShape{s.folder / "schema.json"}));
+    ASSERT_EQ(s.constraints.size(), 3u);
+    EXPECT_EQ(s.constraints[0], (ConstraintDescription{"a",
+                                                       BoxRegion{Vec3(0, 0, 0), Vec3(1, 1, 2)},
+                                                       ConstraintKind::hold,
+                                                       {},
+                                                       Vec3(0.1, 0.2, 0.3),
+                                                       0.1,
+                                                       2.5}));
+    const std::vector<MotionKeyframe> path = {{0.25, Vec3(1, 0, 0), {Vec3(0, 1, 0), 12}},
+                                              {0.5, Vec3(0, 0, 0), {}}};
+    EXPECT_EQ(s.constraints[1],
+              (ConstraintDescription{
+                  "b", SphereRegion{Vec3(0, 1, 0), 0.3}, ConstraintKind::move, path, Vec3(0, 1, 0), 0, {}}));
+    EXPECT_EQ(s.constraints[2].region, Region(HalfSpaceRegion{Vec3(0, 0, 1), Vec3(0, 0, 2)}));
+    EXPECT_EQ(s.constraints[2].pivot, Vec3(0, 0, 1));
+    ASSERT_EQ(s.tools.size(), 2u);
+    const std::vector<BladeDescription> blades = {
+        PolylineBlade{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 1, 0.1)}},
+        StraightBlade{Vec3(0, 0, -1), Vec3(0, 0, 1)}, ArcBlade{Vec3(1, 0, 0), 2, Vec3(0, 1, 0), -10, 50, 9}};
+    const KeyframeMotion motion{{{1, Vec3(0, 0, 1), {}}, {2, Vec3(0, 0, 0), {}}}, Interpolation::smooth};
+    EXPECT_EQ(s.tools[0], (ToolDescription{"t1", blades, {"a", "c"}, motion, 0.5, 3}));
+    const CircularMotion circle{Vec3(0, 0, 1), Vec3(0, 0, -1), 0.4, 90, -1.5, 0.2, 1.2, false};
+    EXPECT_EQ(s.tools[1].motion, Motion(circle));
+    EXPECT_EQ(s.tools[1].active_from, 0.2);
+    EXPECT_EQ(s.tools[1].active_until, 1.2);
+    EXPECT_EQ(s.solver, (SolverDescription{SolverKind::implicit, Integrator::backward_euler, 1e-4, 50}));
+    EXPECT_EQ(s.occlusion, (OcclusionDescription{"cpu", 32}));
+    EXPECT_EQ(s.output, (OutputDescription{3, SurfaceFormat::glb, true}));
+    EXPECT_EQ(s.camera, (CameraDescription{Vec3(1, -4, 2), Vec3(0, 0, 1), Vec3(0, 1, 0.5), Vec3(0, 1, 1), 50,
+                                           640, 480}));
+}
+
+TEST(ResolvedScene, parses_back_to_an_equal_description) {
+    const std::vector<SceneDescription> scenes = {
+        parse(full_scene), parse(small_scene), parse(full_scene, {"frames=null", "duration=0.123"}),
+        parse(full_scene, {"camera=null", "ground=null",
+                           "tools[0].motion={\"path\":{\"keyframes\":[{\"time\":1e-7}]}}"})};
+    for (const SceneDescription& scene : scenes) {
+        const std::string text = resolved_scene(scene).dump(2);
+        EXPECT_EQ(parse(text), scene) << text;
+        // File names are absolute, so the text means the same in another folder.
+        SceneDescription elsewhere = parse_scene_text(text, "y.json", "/");
+        elsewhere.folder = scene.folder;
+        EXPECT_EQ(elsewhere, scene);
+        EXPECT_EQ(resolved_scene(parse(text)).dump(), resolved_scene(scene).dump());
+    }
+    EXPECT_FALSE(scenes[0] == scenes[1]);
+}
+
+TEST(ParseScene, the_scenes_of_the_project_are_good) {
+    std::size_t count = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(SPLITCUBES_SCENES)) {
+        if (entry.path().extension() != ".json" || entry.path().filename() == "schema.json") continue;
+        const SceneDescription scene = parse_scene_file(entry.path());
+        const std::string text = resolved_scene(scene).dump(2);
+        EXPECT_EQ(parse_scene_text(text, "r.json", scene.folder), scene) << entry.path();
+        ++count;
+    }
+    EXPECT_GE(count, 3u);
+}
+
+TEST(ParseScene, messages_say_where_what_and_how_to_mend_it) {
+    const auto small = [](const std::string& line) {
+        std::string text = small_scene;
+        const std::string old_line = "\"poisson_ratio\": 0.3";
+        return error_of(text.replace(text.find(old_line), old_line.size(), line));
+    };
+    EXPECT_EQ(small("\"poisson_ratio\": 0.3"), "");
+    EXPECT_EQ(
+        small("\"yungs_modulus\": 1e5"),
+        "x.json:7: bodies[0].material has the unknown key 'yungs_modulus'; did you mean 'youngs_modulus'?");
+    EXPECT_EQ(small("\"poisson_ratio\": 0.7"),
+              "x.json:7: bodies[0].material.poisson_ratio is 0.7, which is out of range; give a number from "
+              "0 to 0.49");
+    EXPECT_EQ(
+        small("\"density\": 0"),
+        "x.json:7: bodies[0].material.density is 0, which is out of range; give a number above 0 to 1e+06");
+    EXPECT_EQ(small("\"density\": \"heavy\""),
+              "x.json:7: bodies[0].material.density is \"heavy\", a text; give a number above 0 to 1e+06");
+    EXPECT_EQ(small("\"density\": 1, \"density\": 2"),
+              "x.json:7: key 'density' stands twice in one object, first on line 7; remove one of the two");
+    EXPECT_EQ(small("\"density\": 1 \"x\""),
+              "x.json:7: ',' or '}' is missing before '\"'; what it would end was opened on line 6");
+    EXPECT_THAT(error_of("{\n\"frames\": 3}"), HasSubstr("x.json:1: the scene has no 'bodies'; add it"));
+    EXPECT_THAT(error_of("[]"), HasSubstr("the scene is [], an array"));
+}
+
+TEST(ParseScene, what_belongs_together_must_fit) {
+    const std::vector<std::tuple<std::string, std::string, std::string>> cases = {
+        {"\"frames\": 7", "\"frames\": 7, \"duration\": 1", "duration is given beside 'frames'"},
+        {"\"cell_size\": 0.05", "\"cell_size\": 0.05, \"cells\": 3",
+         "bodies[1].cell_size is given beside 'cells'"},
+        {"\"phyxel_count\": 99", "\"phyxel_count\": 99, \"phyxel_spacing\": 1", "beside 'phyxel_count'"},
+        {"\"name\": \"b\"", "\"name\": \"a\"", "bodies[1].name is \"a\", a name given before"},
+        {"\"name\": \"t2\"", "\"name\": \"t1\"", "tools[1].name is \"t1\", a name given before"},
+        {"\"name\": \"b\"", "\"name\": \"../b\"", "cannot be part of a file name"},
+        {"\"name\": \"b\"", "\"name\": \"\"", "which is no name"},
+        {"\"body\": \"b\"", "\"body\": \"bb\"",
+         "constraints[1].body is \"bb\", but no body has that name; there are a, b"},
+        {"[\"a\", \"c\"]", "[\"a\", \"z\"]", "tools[0].bodies[1] is \"z\", but no body"},
+        {"{\"time\": 0.5}", "{\"time\": 0.25}",
+         "constraints[1].keyframes[1].time is 0.25, not after the keyframe"},
+        {"\"keyframes\": [{\"time\": 1,", "\"keyframes\": [{\"time\": 2,",
+         "keyframes[1].time is 2, not after"},
+        {"\"until_time\": 2.5", "\"until_time\": 0.1", "constraints[0].until_time is not after from_time"},
+        {"\"until_time\": 1.2", "\"until_time\": 0.2", "until_time is not after from_time"},
+        {"\"active_until\": 3", "\"active_until\": 0.4", "makes the tool end before it starts"},
+        {"\"max\": [1, 1, 2]", "\"max\": [1, 1, -2]", "region.box.max is less than min"},
+        {"\"tube_radius\": 0.125", "\"tube_radius\": 0.5", "not below the ring_radius"},
+        {"\"from\": [0, 0, -1]", "\"from\": [0, 0, 1]", "blades[1].straight has no length"},
+        {"\"end_angle_degrees\": 50", "\"end_angle_degrees\": -10", "arc has no length"},
+        {"\"axis\": [1, 1, 0]", "\"axis\": [0, 0, 0]", "too short for a direction"},
+        {"\"disk_size\": 32", "\"disk_size\": 24", "occlusion.disk_size is 24; give 8, 16 or 32"},
+        {"\"frames\": 7", "\"frames\": 7.5", "frames is 7.5, not a whole number"},
+        {"\"width\": 640", "\"width\": 641", "camera.width is odd"},
+        {"\"eye\": [1, -4, 2],", "", "camera has a target but no eye"},
+        {"\"eye\": [1, -4, 2]", "\"eye\": [0, 0, 1]", "its eye at its target"},
+        {"\"up\": [0, 1, 1]", "\"up\": [1, -4, 1]", "looks along its up direction"},
+        {"\"size\": [1, 2, 3]", "\"size\": [1, 2]", "size has 2 elements: [1,2]; give an array of 3"},
+        {"\"sphere\": {\"radius\": 0.5}", "\"sphere\": {\"radius\": 0.5}, \"pear\": {\"height\": 1}",
+         "bodies[1].shape has 2 keys"},
+        {"\"file\": \"schema.json\"", "\"file\": \"none.obj\"",
+         "bodies[6].shape.mesh.file is \"none.obj\", but there is no"},
+        {"\"kind\": \"move\"", "\"kind\": \"hold\"", "keyframes is given, but the kind is \"hold\""},
+        {"\"kind\": \"implicit\"", "\"kind\": \"explicit\"", "solver.kind is \"explicit\", which is unknown"},
+    };
+    for (const auto& [old_text, new_text, message] : cases) {
+        EXPECT_THAT(error_of(with(old_text, new_text)), AllOf(HasSubstr(message), HasSubstr("x.json:")))
+            << new_text;
+    }
+}
+
+TEST(ParseScene, a_duration_is_rounded_up_to_whole_steps) {
+    const auto frames = [](const std::string& step, const std::string& duration) {
+        return parse(small_scene, {"time_step=" + step, "duration=" + duration}).frames;
+    };
+    EXPECT_EQ(frames("0.016666666666666666", "1"), 60);
+    EXPECT_EQ(frames("0.1", "0.3"), 3);
+    EXPECT_EQ(frames("0.1", "0.31"), 4);
+    EXPECT_EQ(frames("0.1", "1e-9"), 1);
+    EXPECT_THAT(error_of(small_scene, {"time_step=1e-3", "duration=1e6"}),
+                HasSubstr("more than 1000000 steps"));
+}
+
+TEST(Overrides, change_add_and_take_out) {
+    EXPECT_EQ(parse(full_scene, {"bodies[0].material.youngs_modulus=1e4"}).bodies[0].material.youngs_modulus,
+              1e4);
+    EXPECT_EQ(parse(small_scene, {"solver.tolerance=0.5"}).solver.tolerance, 0.5);
+    EXPECT_EQ(parse(small_scene, {"output.format=obj"}).output.format, SurfaceFormat::obj);
+    EXPECT_EQ(parse(small_scene, {"name=\"x y\""}).name, "x y");
+    EXPECT_EQ(parse(small_scene, {"gravity=[0,0,1]", "gravity[1]=2"}).gravity, Vec3(0, 2, 1));
+    EXPECT_EQ(parse(small_scene, {"threads=1", "threads=3"}).threads, 3);
+    EXPECT_EQ(parse(full_scene, {"frames=null", "duration=1"}).frames, 100);
+    EXPECT_EQ(parse(full_scene, {"ground=null"}).ground, std::nullopt);
+    EXPECT_EQ(parse(small_scene, {"ground={}"}).ground, GroundDescription{});
+}
+
+TEST(Overrides, errors_name_the_option) {
+    const std::vector<std::pair<std::string, std::string>> cases = {
+        {"frames", "--set frames: has no '='"},
+        {"=3", "--set =3: the path is empty"},
+        {"frames=-1", "--set frames=-1: frames is -1, which is out of range"},
+        {"frames=1x", "--set frames=1x: '1x' is no number"},
+        {"frames=", "--set frames=: there is no JSON value"},
+        {"frames=duck", "--set frames=duck: frames is \"duck\", a text"},
+        {"duration=1", "--set duration=1: duration is given beside 'frames'"},
+        {"bodies[9].cells=3", "--set bodies[9].cells=3: there is no element [9], the scene has 7"},
+        {"bodies.cells=3", "--set bodies.cells=3: the scene has no object that 'cells' could be in"},
+        {"solver.tolerence=3", "did you mean 'tolerance'?"},
+        {"solver.tolerence=3", "--set solver.tolerence=3: solver has the unknown key"},
+        {"camera.target=null", "x.json:"},
+        {"tools[0].bodies[1]=z", "--set tools[0].bodies[1]=z: tools[0].bodies[1] is \"z\", but no body"},
+        {"a b=1", "--set a b=1: path 'a b' has no key"},
+        {"solver={\"kind\":1,\"kind\":2}", "stands twice"},
+    };
+    for (const auto& [option, message] : cases) {
+        EXPECT_THAT(error_of(full_scene, {option}), HasSubstr(message)) << option;
+    }
+    EXPECT_THAT(
+        error_of(small_scene, {"camera.eye=[1,2,3]"}),
+        AllOf(HasSubstr("x.json:1 with --set camera.eye=[1,2,3]"), HasSubstr("an eye but no target")));
+}
+
+TEST(ParseScene, sizes_are_bounded) {
+    std::string keyframes = "[{\"time\":0}";
+    for (int i = 1; i <= 10000; ++i) keyframes += ",{\"time\":" + std::to_string(i) + "}";
+    EXPECT_THAT(error_of(full_scene, {"constraints[1].keyframes=" + keyframes + "]"}),
+                HasSubstr("has 10001 elements"));
+    EXPECT_THAT(error_of(std::string(5 << 20, ' ')), HasSubstr("longer than"));
+}
+
+TEST(ParseScene, files_that_cannot_be_read_are_named) {
+    EXPECT_THROW(parse_scene_file("/no/such/scene.json"), InputError);
+    EXPECT_THROW(parse_scene_file(SPLITCUBES_SCENES), InputError);
+}
+
+TEST(ParseScene, a_file_gives_name_folder_and_place_of_errors) {
+    const auto folder = std::filesystem::temp_directory_path() / "splitcubes_parse_test";
+    std::filesystem::create_directories(folder);
+    std::ofstream(folder / "good one.json") << small_scene;
+    const SceneDescription scene = parse_scene_file(folder / "good one.json");
+    EXPECT_EQ(scene.name, "good one");
+    EXPECT_EQ(scene.folder, folder);
+    std::ofstream(folder / "bad.json") << "{\n\n]";
+    try {
+        parse_scene_file(folder / "bad.json");
+        ADD_FAILURE() << "no error";
+    } catch (const InputError& error) {
+        EXPECT_THAT(error.what(), HasSubstr((folder / "bad.json").string() + ":3: "));
+    }
+    std::filesystem::remove_all(folder);
+}
+
+// Whatever the damage, a text is read or refused with one line that names a place.
+TEST(ParseScene, damaged_texts_are_read_or_refused) {
+    Random random(11);
+    const std::string good = full_scene;
+    int refused = 0;
+    for (int trial = 0; trial < 3000; ++trial) {
+        std::string text = good;
+        for (std::uint32_t n = 1 + random.below(4); n > 0; --n) {
+            // A piece of the text is put somewhere else: mostly good syntax, bad meaning.
+            const std::size_t from = random.below(static_cast<std::uint32_t>(good.size()));
+            const std::size_t to = random.below(static_cast<std::uint32_t>(text.size()));
+            const std::size_t length = 1 + random.below(12);
+            text.replace(to, random.below(12), good.substr(from, length));
+        }
+        const std::string error = error_of(text);
+        if (error.empty()) {
+            const SceneDescription scene = parse(text);
+            EXPECT_EQ(parse(resolved_scene(scene).dump()), scene);
+        } else {
+            EXPECT_THAT(error, HasSubstr("x.json:"));
+            EXPECT_EQ(error.find('\n'), std::string::npos);
+            ++refused;
+        }
+    }
+    EXPECT_GT(refused, 100);
+    EXPECT_LT(refused, 3000);
+}
+
+}  // namespace
+}  // namespace splitcubes::scene
