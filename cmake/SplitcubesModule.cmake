@@ -7,9 +7,10 @@ target_compile_features(splitcubes_flags INTERFACE cxx_std_20)
 target_compile_options(splitcubes_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Werror -ffp-contract=off)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  # False positives of gcc 12 inside inlined Eigen code (GCC bug 105562 and kin).
+  # False positives of gcc 12 inside inlined Eigen and std::string code (GCC bugs
+  # 105562, 105651 and kin).
   target_compile_options(splitcubes_flags INTERFACE -Wno-maybe-uninitialized -Wno-array-bounds
-    -Wno-stringop-overflow -Wno-stringop-overread)
+    -Wno-stringop-overflow -Wno-stringop-overread -Wno-restrict)
 endif()
 if(SPLITCUBES_SANITIZE)
   string(REPLACE ";" "," _sanitize "${SPLITCUBES_SANITIZE}")

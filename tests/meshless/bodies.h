@@ -10,10 +10,10 @@
 #include <numbers>
 #include <vector>
 
-namespace splitcubes::meshless::testing {
+namespace splitcubes::meshless::fixtures {
 
 /// A body with all that a step needs.
-struct TestBody {
+struct Specimen {
     Phyxels phyxels;
     Pairs pairs;
     Neighbourhoods neighbourhoods;
@@ -49,8 +49,9 @@ struct TestBody {
 };
 
 /// A lattice of nx x ny x nz phyxels centred at the origin.
-inline TestBody block(int nx, int ny, int nz, double spacing, const Material& material, const Parallel& parallel) {
-    TestBody body;
+inline Specimen block(int nx, int ny, int nz, double spacing, const Material& material,
+                      const Parallel& parallel) {
+    Specimen body;
     body.material = material;
     for (int z = 0; z < nz; ++z)
         for (int y = 0; y < ny; ++y)
@@ -71,7 +72,7 @@ inline Mat3 random_rotation(Random& random) {
 }
 
 /// Removes the sight of pairs that a plane through `point` parts. Returns them.
-inline std::vector<std::uint32_t> cut_by_plane(TestBody& body, const Vec3& point, const Vec3& normal) {
+inline std::vector<std::uint32_t> cut_by_plane(Specimen& body, const Vec3& point, const Vec3& normal) {
     std::vector<std::uint32_t> changed;
     for (std::size_t p = 0; p < body.pairs.size(); ++p) {
         const double a = normal.dot(body.phyxels.rest_position[body.pairs.a[p]] - point);
@@ -84,7 +85,8 @@ inline std::vector<std::uint32_t> cut_by_plane(TestBody& body, const Vec3& point
 }
 
 /// Cuts by random planes near the body's middle and rebuilds.
-inline void cut_randomly(TestBody& body, int count, double reach, std::uint64_t seed, const Parallel& parallel) {
+inline void cut_randomly(Specimen& body, int count, double reach, std::uint64_t seed,
+                         const Parallel& parallel) {
     Random random(seed);
     for (int k = 0; k < count; ++k) {
         const Vec3 point = random_vector(random, reach);
@@ -94,11 +96,11 @@ inline void cut_randomly(TestBody& body, int count, double reach, std::uint64_t 
 }
 
 /// Largest |F - R| over the phyxels' present positions.
-inline double largest_strain(const TestBody& body) {
+inline double largest_strain(const Specimen& body) {
     double largest = 0;
     for (std::size_t i = 0; i < body.phyxels.size(); ++i)
         largest = std::max(largest, (body.phyxels.deformation[i] - body.phyxels.rotation[i]).norm());
     return largest;
 }
 
-}  // namespace splitcubes::meshless::testing
+}  // namespace splitcubes::meshless::fixtures

@@ -6,8 +6,11 @@ std::string flag_text(std::uint32_t flags) {
     static constexpr const char* names[] = {"inverted", "not_converged", "non_finite", "frame_fallback",
                                             "rank_deficient"};
     std::string out;
-    for (std::uint32_t k = 0; k < 5; ++k)
-        if (flags >> k & 1U) out += (out.empty() ? "" : "|") + std::string(names[k]);
+    for (std::uint32_t k = 0; k < 5; ++k) {
+        if (!(flags >> k & 1U)) continue;
+        if (!out.empty()) out += '|';
+        out += names[k];
+    }
     return out.empty() ? "-" : out;
 }
 

@@ -13,9 +13,9 @@
 
 namespace splitcubes::io {
 
-std::string encode_ply(const geometry::SurfaceMesh& surface);
 std::string encode_obj(const geometry::SurfaceMesh& surface);
-/// Throws InputError where a number does not fit single precision, as does encode_glb.
+/// These throw InputError where a number that they store in single precision does not fit it.
+std::string encode_ply(const geometry::SurfaceMesh& surface, const std::string& name);
 std::string encode_stl(const geometry::SurfaceMesh& surface, const std::string& name);
 std::string encode_glb(const geometry::SurfaceMesh& surface, const std::string& name);
 
@@ -24,7 +24,7 @@ const char* name_of(geometry::Origin origin);
 
 geometry::Origin origin_of(const geometry::SurfaceMesh& surface, std::size_t triangle);
 
-/// A coordinate in single precision; throws InputError where it would be infinite.
+/// A number in single precision; throws InputError where it would be infinite.
 float to_float(double value, const std::string& name);
 
 /// Appends the number's bytes, lowest first.

@@ -18,7 +18,7 @@ using geometry::Triangle;
 // themselves: nodes may use a mesh again and again, but a small file must not
 // unfold into all of the memory.
 constexpr std::size_t instancing_factor = 64;
-constexpr std::size_t least_budget = std::size_t{1} << 22;
+constexpr std::size_t least_budget = std::size_t{1} << 20;
 
 // Required extensions that leave positions and triangles as they are; section
 // 3.12 demands that others are refused.

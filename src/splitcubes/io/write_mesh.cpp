@@ -72,12 +72,12 @@ Origin origin_of(const SurfaceMesh& surface, std::size_t triangle) {
 
 float to_float(double value, const std::string& name) {
     if (std::abs(value) > static_cast<double>(std::numeric_limits<float>::max()))
-        throw InputError(name, "coordinate " + std::to_string(value) + " does not fit single precision",
-                         "write PLY or OBJ");
+        throw InputError(name, "a number is too large for single precision (" + std::to_string(value) + ")",
+                         "scale it down, or write positions as PLY or OBJ");
     return static_cast<float>(value);
 }
 
-std::string encode_ply(const SurfaceMesh& surface) {
+std::string encode_ply(const SurfaceMesh& surface, const std::string& name) {
     const geometry::TriangleMesh& mesh = surface.mesh;
     std::string out = "ply\nformat binary_little_endian 1.0\ncomment splitcubes surface, metres\n";
     out += "element vertex " + std::to_string(mesh.positions.size()) + "\n";
@@ -92,7 +92,7 @@ std::string encode_ply(const SurfaceMesh& surface) {
     for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
         for (const double value : mesh.positions[v]) put_number(out, value);
         if (!surface.normals.empty())
-            for (const double value : surface.normals[v]) put_number(out, static_cast<float>(value));
+            for (const double value : surface.normals[v]) put_number(out, to_float(value, name));
         if (!surface.vertex_piece.empty()) put_number(out, surface.vertex_piece[v]);
     }
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -162,7 +162,7 @@ std::string encode_mesh(const SurfaceMesh& surface, MeshFormat format, const std
         case MeshFormat::obj:
             return encode_obj(surface);
         case MeshFormat::ply:
-            return encode_ply(surface);
+            return encode_ply(surface, name);
         case MeshFormat::stl:
             return encode_stl(surface, name);
         case MeshFormat::gltf:

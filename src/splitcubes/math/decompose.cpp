@@ -113,14 +113,12 @@ Mat3 minimal_rotation(const Vec3& from, const Vec3& to) {
     const Vec3 b = to / to_length;
     const double cosine = a.dot(b);
     if (cosine < 0) {
-        // By way of the mirror image -b, close to a: 180 degrees about an axis
-        // perpendicular to b after the small rotation from a to -b.
-        const Vec3 axis = perpendicular(b);
-        const Mat3 half_turn = 2 * axis * axis.transpose() - Mat3::Identity();
+        // By way of -b, which is close to a: then a half turn about an axis
+        // perpendicular to b, the common one where there is one.
         const Vec3 cross = a.cross(b);
-        const double sine = cross.norm();
-        if (sine < 1e-7) return half_turn * minimal_rotation(a, -b);
-        return Eigen::AngleAxisd(std::atan2(sine, cosine), cross / sine).toRotationMatrix();
+        const Vec3 across = cross - b * b.dot(cross);
+        const Vec3 axis = across.norm() > 1e-12 ? Vec3(across.normalized()) : perpendicular(b);
+        return (2 * axis * axis.transpose() - Mat3::Identity()) * minimal_rotation(a, -b);
     }
     const Vec3 v = a.cross(b);
     Mat3 cross;

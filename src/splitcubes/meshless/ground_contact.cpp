@@ -17,18 +17,35 @@ constexpr double friction_slack = 0.1;
 
 }  // namespace
 
-// Binds phyxel i to the plane: it sticks, or slides where there is no friction.
-// Returns the place it is given, for a phyxel that would have reached `reached`.
+// Binds phyxel i to the plane, where it would have reached `reached`. It starts as
+// sticking or sliding by what its own momentum says (a sliding body that is held
+// for the first solve would tip over); the solves decide. Returns its place.
 Vec3 ImplicitSolver::touch_ground(const Job& job, std::size_t i, const Vec3& reached) {
     const GroundPlane& ground = *job.input.ground;
+    const Vec3& normal = ground.normal;
     const double radius = job.phyxels.contact_radius[i];
-    const auto gap_at = [&](const Vec3& x) { return ground.normal.dot(x) - ground.offset - radius; };
+    const auto gap_at = [&](const Vec3& x) { return normal.dot(x) - ground.offset - radius; };
     const Vec3& before = start_position_[i];
+    const Vec3 way = reached - before;
+    const double fall = std::max(-normal.dot(way), 0.0);
+    const Vec3 slip = way + normal * fall;
+    const bool sticks = ground.friction > 0 && slip.norm() <= ground.friction * fall;
     // One that was already below is lifted gently: a jump would make energy.
     const double gap = std::min(gap_at(before), 0.0) * (1 - lift_share);
-    mode_[i] = ground.friction > 0 ? Mode::stick : Mode::slide;
-    const Vec3& along = mode_[i] == Mode::stick ? before : reached;
-    return along + ground.normal * (gap - gap_at(along));
+    const Vec3& along = sticks ? before : reached;
+    const Vec3 place = along + normal * (gap - gap_at(along));
+    mode_[i] = sticks ? Mode::stick : Mode::slide;
+    touched_[i] = 1;
+    friction_[i].setZero();
+    if (!sticks && slip.norm() > 0)
+        friction_[i] = -slip.normalized() * (ground.friction * diagonal_[i] * normal.dot(place - reached));
+    return place;
+}
+
+bool ImplicitSolver::below_ground(const Job& job, std::size_t i, const Vec3& place) const {
+    if (!job.input.ground) return false;
+    const double radius = job.phyxels.contact_radius[i];
+    return job.input.ground->normal.dot(place) - job.input.ground->offset - radius < -contact_slack * radius;
 }
 
 void ImplicitSolver::meet_ground(const Job& job) {
@@ -46,7 +63,7 @@ void ImplicitSolver::meet_ground(const Job& job) {
 bool ImplicitSolver::revise_contacts(const Job& job) {
     if (!job.input.ground) return false;
     const std::size_t n = job.phyxels.size();
-    const ElasticForces::Factors factors{1, damping_ratio(job)};
+    const double th = getenv("TH") ? atof(getenv("TH")) : 1.0; const ElasticForces::Factors factors{th, 1 - th + damping_ratio(job)};
     elastic_.apply_stiffness(job.neighbourhoods, job.material, factors, rotation_, diagonal_, d_, q_,
                              job.parallel);
     return sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
@@ -62,8 +79,7 @@ bool ImplicitSolver::revise_contact(const Job& job, std::size_t i) {
     const Vec3 reached = base_[i] + d_[i];
     if (mode_[i] == Mode::held || failed_[i] != 0) return false;
     if (mode_[i] == Mode::free) {
-        const double radius = job.phyxels.contact_radius[i];
-        if (!(normal.dot(reached) - ground.offset - radius < -contact_slack * radius)) return false;
+        if (!below_ground(job, i, reached)) return false;
         d_[i] = touch_ground(job, i, reached) - base_[i];
         return true;
     }
@@ -92,7 +108,10 @@ bool ImplicitSolver::revise_contact(const Job& job, std::size_t i) {
         friction_[i].setZero();
         return true;
     }
-    if (old > 0) friction_[i] *= limit / old;
+    if (old > 0)
+        friction_[i] *= limit / old;
+    else if (slip.norm() > 0)
+        friction_[i] = (normal * normal.dot(slip) - slip).normalized() * limit;
     return std::abs(limit - old) > friction_slack * old;
 }
 

@@ -20,7 +20,7 @@ PhyxelLocator::PhyxelLocator(std::span<const Vec3> points, double cell_size)
     origin_ = box.min;
     // At most about eight cells a point, whatever the points' spread.
     const double limit = 8.0 * static_cast<double>(points.size()) + 64;
-    const auto cells = [&] { return (box.size() / cell_size_).array().floor() + 1; };
+    const auto cells = [&] { return Vec3((box.size() / cell_size_).array().floor() + 1); };
     while (cells().prod() > limit) cell_size_ *= 1.5;
     count_ = cells().cast<int>();
     const std::size_t cell_count = cell_index(0, 0, count_.z());

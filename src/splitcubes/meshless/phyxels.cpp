@@ -38,6 +38,7 @@ void Phyxels::append(const PhyxelStart& start) {
     rotation.push_back(rotation_of(start.deformation));
     piece.push_back(start.piece);
     history_broken.push_back(1);
+    touching.push_back(0);
 }
 
 void Phyxels::append(const Vec3& rest, double contact_radius_metres, std::int32_t piece_number) {

@@ -36,6 +36,7 @@ struct Phyxels {
     std::vector<Mat3> rotation;                // rotation part of `deformation`, det = +1
     std::vector<std::int32_t> piece;           // number of its piece, 0..piece_count-1
     std::vector<std::uint8_t> history_broken;  // 1: next step starts afresh (backward Euler)
+    std::vector<std::uint8_t> touching;        // 1: on the ground, written by ImplicitSolver
     /// s, the step between previous_position and position; 0 before the first step.
     /// Another step size starts BDF2 afresh.
     double history_step = 0;

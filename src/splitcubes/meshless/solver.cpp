@@ -11,7 +11,7 @@ namespace splitcubes::meshless {
 namespace {
 
 // Corrections below this share of the support radius are rounding: a solve ends there.
-constexpr double smallest_correction = 1e-12;
+constexpr double smallest_correction = 1e-10;
 
 void check_length(std::size_t length, std::size_t wanted, const char* name) {
     if (length == wanted) return;
@@ -48,6 +48,7 @@ SolverReport ImplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighb
     for (int pass = 0; pass < max_contact_passes && revise_contacts(job); ++pass) solve(job);
     for_phyxels(parallel, phyxels.size(), [&](std::size_t i) { finish_phyxel(job, i); });
     for (std::size_t i = 0; i < phyxels.size(); ++i) report_.non_finite += failed_[i];
+    break_histories(job);
     if (options.restore_momentum) restore_momenta(job);
     phyxels.history_step = input.dt;
     report_state(job);
@@ -60,7 +61,7 @@ void ImplicitSolver::size_buffers(std::size_t count) {
                         &right_, &friction_, &d_, &r_, &p_, &q_})
         array->resize(count);
     for (auto* array : {&deformation_, &rotation_}) array->resize(count);
-    for (auto* array : {&inverted_, &broken_, &failed_}) array->assign(count, 0);
+    for (auto* array : {&inverted_, &touched_, &met_, &failed_}) array->assign(count, 0);
     mode_.resize(count);
 }
 
@@ -72,7 +73,7 @@ void ImplicitSolver::choose_steps(const Job& job) {
         inverted_[i] = !(phyxels.deformation[i].determinant() > 0);
         const bool held = !job.input.held.empty() && job.input.held[i] != 0;
         mode_[i] = held ? Mode::held : Mode::free;
-        broken_[i] = held;
+        friction_[i].setZero();
     });
     const std::span<const std::uint32_t> offsets = job.neighbourhoods.offsets();
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
@@ -143,7 +144,6 @@ void ImplicitSolver::right_side(const Job& job) {
         const double all =
             diagonal_[i] + (1 + damping_ratio(job)) * job.neighbourhoods.stiffness_diagonal()[i];
         inverse_[i] = all > 0 ? 1 / all : 0;
-        friction_[i].setZero();
     });
 }
 
@@ -151,9 +151,10 @@ void ImplicitSolver::right_side(const Job& job) {
 // hangs, rests or turns it is the solution.
 void ImplicitSolver::start_guess(const Job& job) {
     const Phyxels& phyxels = job.phyxels;
+    const bool known = phyxels.history_step == job.input.dt;
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
         d_[i].setZero();
-        if (mode_[i] != Mode::free || !(b_[i] < job.input.dt) || !job.options.warm_start) return;
+        if (mode_[i] != Mode::free || !known || !job.options.warm_start) return;
         const Vec3 acceleration = (phyxels.velocity[i] - phyxels.previous_velocity[i]) / job.input.dt;
         const Vec3 guess = b_[i] * b_[i] * (acceleration - job.input.gravity);
         if (guess.allFinite()) d_[i] = guess;
@@ -181,43 +182,57 @@ double ImplicitSolver::damping_ratio(const Job& job) const {
     return job.material.stiffness_damping / b;
 }
 
+// The square of the residual, in the preconditioner's norm, that ends a solve: the
+// tolerance's share of the right side, but no more than ten times that share of the
+// forces that gravity and the last step's acceleration stand for. The right side
+// grows with stiffness where a body that is held or stands was predicted to fall;
+// measured by it alone a stiff body would not feel its weight.
+double ImplicitSolver::wanted_residual(const Job& job) {
+    const Phyxels& phyxels = job.phyxels;
+    const std::size_t n = phyxels.size();
+    const auto sum_of = [&](const auto& term) {
+        return sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
+            double sum = 0;
+            for (std::size_t i = begin; i < end; ++i) sum += term(i);
+            return sum;
+        });
+    };
+    const double right = sum_of([&](std::size_t i) {
+        return inverse_[i] * filtered(job, i, right_[i] + friction_[i]).squaredNorm();
+    });
+    const double felt = sum_of([&](std::size_t i) {
+        const Vec3 acceleration = (start_velocity_[i] - phyxels.previous_velocity[i]) / job.input.dt;
+        const double force = phyxels.mass[i] * (acceleration.norm() + job.input.gravity.norm());
+        return inverse_[i] * force * force;
+    });
+    const double least = sum_of([&](std::size_t i) {
+        const double correction = smallest_correction * phyxels.support_radius[i];
+        return inverse_[i] > 0 ? correction * correction / inverse_[i] : 0;
+    });
+    const double scale = felt > 0 ? std::min(right, 100 * felt) : right;
+    return std::max(job.options.tolerance * job.options.tolerance * scale, least);
+}
+
 // Conjugate gradients with point Jacobi, from d_; constrained parts of d_ stay.
 void ImplicitSolver::solve(const Job& job) {
     const std::size_t n = job.phyxels.size();
-    const ElasticForces::Factors factors{1, damping_ratio(job)};
+    const double th = getenv("TH") ? atof(getenv("TH")) : 1.0; const ElasticForces::Factors factors{th, 1 - th + damping_ratio(job)};
     const auto apply = [&](std::span<const Vec3> in) {
         return elastic_.apply_stiffness(job.neighbourhoods, job.material, factors, rotation_, diagonal_, in,
                                         q_, job.parallel);
     };
     ++report_.solves;
     apply(d_);
-    double floor = 0;
-    double scale = 0;
-    const double start = sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
-        double rz = 0;
+    double rz = sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
         for (std::size_t i = begin; i < end; ++i) {
             r_[i] = filtered(job, i, right_[i] + friction_[i] - q_[i]);
             p_[i] = inverse_[i] * r_[i];
-            rz += r_[i].dot(p_[i]);
-        }
-        return rz;
-    });
-    scale = sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t i = begin; i < end; ++i)
-            sum += inverse_[i] * filtered(job, i, right_[i] + friction_[i]).squaredNorm();
-        return sum;
-    });
-    floor = sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t i = begin; i < end; ++i) {
-            const double least = smallest_correction * job.phyxels.support_radius[i];
-            if (inverse_[i] > 0) sum += least * least / inverse_[i];
+            sum += r_[i].dot(p_[i]);
         }
         return sum;
     });
-    const double wanted = std::max(job.options.tolerance * job.options.tolerance * scale, floor);
-    double rz = start;
+    const double wanted = wanted_residual(job);
     for (int k = 0; k < job.options.max_iterations && rz > wanted; ++k) {
         const double curvature = apply(p_);
         if (!(curvature > 0) || !std::isfinite(curvature)) break;
@@ -237,14 +252,14 @@ void ImplicitSolver::solve(const Job& job) {
         for_phyxels(job.parallel, n, [&](std::size_t i) { p_[i] = inverse_[i] * r_[i] + beta * p_[i]; });
         ++report_.iterations;
     }
-    report_.residual = scale > 0 ? std::sqrt(rz / scale) : 0;
+    report_.residual = rz > 0 && wanted > 0 ? job.options.tolerance * std::sqrt(rz / wanted) : 0;
 }
 
 // New position, velocity and history of one phyxel.
 void ImplicitSolver::finish_phyxel(const Job& job, std::size_t i) {
     Phyxels& phyxels = job.phyxels;
-    const bool touches = mode_[i] == Mode::stick || mode_[i] == Mode::slide;
     Vec3 x = base_[i] + d_[i];
+    if (mode_[i] == Mode::free && below_ground(job, i, x)) x = touch_ground(job, i, x);
     Vec3 v = predicted_velocity_[i] + (x - predicted_[i]) / b_[i];
     if (!x.allFinite() || !v.allFinite()) failed_[i] = 1;
     if (failed_[i] != 0) {
@@ -262,7 +277,29 @@ void ImplicitSolver::finish_phyxel(const Job& job, std::size_t i) {
     phyxels.previous_velocity[i] = start_velocity_[i];
     phyxels.position[i] = x;
     phyxels.velocity[i] = v;
-    phyxels.history_broken[i] = broken_[i] != 0 || touches || failed_[i] != 0;
+    const bool touches = mode_[i] == Mode::stick || mode_[i] == Mode::slide;
+    met_[i] = touches != (phyxels.touching[i] != 0) || touches != (touched_[i] != 0);
+    phyxels.history_broken[i] = mode_[i] == Mode::held || failed_[i] != 0;
+    phyxels.touching[i] = touches;
+}
+
+// Meeting or leaving the ground breaks the history of the whole piece: one half of
+// which steps by another rule hops. Resting and steady sliding do not.
+void ImplicitSolver::break_histories(const Job& job) {
+    Phyxels& phyxels = job.phyxels;
+    if (!job.input.ground) return;
+    bound_.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
+    for (std::size_t i = 0; i < phyxels.size(); ++i)
+        if (met_[i] != 0) bound_[piece_of(job, i)] = 1;
+    for (std::size_t i = 0; i < phyxels.size(); ++i)
+        if (bound_[piece_of(job, i)] != 0) phyxels.history_broken[i] = 1;
+}
+
+// The phyxel's piece; piece_count for those outside the range.
+std::size_t ImplicitSolver::piece_of(const Job& job, std::size_t i) const {
+    const std::int32_t piece = job.phyxels.piece[i];
+    return static_cast<std::size_t>(piece >= 0 && piece < job.input.piece_count ? piece
+                                                                                : job.input.piece_count);
 }
 
 // Gives every piece that is on its own the momenta that gravity and mass damping
@@ -270,15 +307,10 @@ void ImplicitSolver::finish_phyxel(const Job& job, std::size_t i) {
 void ImplicitSolver::restore_momenta(const Job& job) {
     Phyxels& phyxels = job.phyxels;
     const auto piece_count = static_cast<std::size_t>(job.input.piece_count);
-    const auto piece_of = [&](std::size_t i) {
-        const std::int32_t piece = phyxels.piece[i];
-        return piece >= 0 && static_cast<std::size_t>(piece) < piece_count ? static_cast<std::size_t>(piece)
-                                                                           : piece_count;
-    };
     bound_.assign(piece_count + 1, 0);
     bound_[piece_count] = 1;
     for (std::size_t i = 0; i < phyxels.size(); ++i)
-        if (mode_[i] != Mode::free || failed_[i] != 0) bound_[piece_of(i)] = 1;
+        if (mode_[i] != Mode::free || touched_[i] != 0 || failed_[i] != 0) bound_[piece_of(job, i)] = 1;
     const double dt = job.input.dt;
     const double kept = 1 / (1 + dt * job.material.mass_damping);
     for (const bool move : {true, false}) {
@@ -293,7 +325,7 @@ void ImplicitSolver::restore_momenta(const Job& job) {
             after_[k].spin = angular_velocity(after_[k].inertia, spin - after_[k].spin);
         }
         for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
-            const std::size_t k = piece_of(i);
+            const std::size_t k = piece_of(job, i);
             if (bound_[k] != 0) return;
             const Vec3 change =
                 after_[k].linear + after_[k].spin.cross(phyxels.position[i] - after_[k].centre);

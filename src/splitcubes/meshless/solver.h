@@ -31,7 +31,7 @@ struct StepInput {
 };
 
 struct SolverOptions {
-    double tolerance = 1e-3;       // of the residual, relative to the right side
+    double tolerance = 1e-3;       // of the residual, relative to the forces of the step
     int max_iterations = 200;      // of conjugate gradients, per solve
     bool bdf2 = true;              // false: backward Euler throughout
     bool warm_start = true;        // from the last step's acceleration
@@ -41,7 +41,7 @@ struct SolverOptions {
 struct SolverReport {
     int iterations = 0;                    // of conjugate gradients, all solves of the step
     int solves = 0;                        // 1, more where contacts changed
-    double residual = 0;                   // relative, after the last solve
+    double residual = 0;                   // relative to the forces of the step, after the last solve
     std::size_t inverted = 0;              // phyxels with det F <= 0 after the step
     std::size_t rank_deficient = 0;        // phyxels with fewer than 3 directions
     std::size_t non_finite = 0;            // phyxels that went on without elastic force
@@ -55,14 +55,15 @@ struct SolverReport {
 
 /// Implicit steps in predict-correct form. Predict y without elastic force by
 /// BDF2 (b = 2/3 dt), or backward Euler (b = dt) for phyxels whose history is
-/// broken, that touch, are held, or lie beside an inverted one; take F and R at
-/// y; solve (M/b^2 + K) dx = f(y) by conjugate gradients; x = y + dx. All state
-/// is in Phyxels, the object holds buffers only.
+/// broken, whose piece has just met or left the ground, that are held or lie beside an inverted one; take F
+/// and R at y; solve (M/b^2 + K) dx = f(y) by conjugate gradients; x = y + dx. All state is in Phyxels, the
+/// object holds buffers only.
 ///
 /// Ground: an active set. A phyxel whose prediction is below its contact radius
 /// is put on the plane and sticks; where the reaction leaves the friction cone it
 /// slides under Coulomb friction, where it pulls it is released; up to three
-/// further solves, started from the last. Inelastic: no normal velocity is left.
+/// further solves, started from the last; who is still below the plane then is put
+/// on it. Inelastic: no normal velocity is left.
 ///
 /// Momentum: an unfinished solve leaks it and backward Euler loses spin, so each
 /// piece that nothing holds or touches is given the rigid velocity that restores
@@ -93,13 +94,17 @@ class ImplicitSolver {
     void predict(const Job& job);
     void meet_ground(const Job& job);
     Vec3 touch_ground(const Job& job, std::size_t i, const Vec3& reached);
+    bool below_ground(const Job& job, std::size_t i, const Vec3& place) const;
     void right_side(const Job& job);
     void start_guess(const Job& job);
+    double wanted_residual(const Job& job);
     void solve(const Job& job);
     bool revise_contacts(const Job& job);
     bool revise_contact(const Job& job, std::size_t i);
     double damping_ratio(const Job& job) const;
     void finish_phyxel(const Job& job, std::size_t i);
+    void break_histories(const Job& job);
+    std::size_t piece_of(const Job& job, std::size_t i) const;
     void restore_momenta(const Job& job);
     void report_state(const Job& job);
     Vec3 filtered(const Job& job, std::size_t i, const Vec3& force) const;
@@ -121,7 +126,8 @@ class ImplicitSolver {
     std::vector<Vec3> friction_;            // N, on sliding phyxels
     std::vector<Vec3> d_, r_, p_, q_;      // conjugate gradients: x - base_ (m), residual (N), direction, A p
     std::vector<std::uint8_t> inverted_;   // per phyxel, det F <= 0 before the step
-    std::vector<std::uint8_t> broken_;     // per phyxel, history to be broken after the step
+    std::vector<std::uint8_t> touched_;    // per phyxel, met the ground in this step, if only for a solve
+    std::vector<std::uint8_t> met_;        // per phyxel, met or left the ground in this step
     std::vector<std::uint8_t> failed_;     // per phyxel, went non-finite in this step
     std::vector<std::uint8_t> bound_;      // per piece, held or touching
     std::vector<Momenta> before_, after_;  // per piece

@@ -113,7 +113,8 @@ SceneDescription parse_scene_text(std::string_view text, const std::string& name
     }
     check_json(text, name, ParseLimits::nesting_depth);
     Json json = parse_checked(text, name);
-    Source source{text, name, std::filesystem::absolute(folder.empty() ? "." : folder).lexically_normal(), {}};
+    Source source{
+        text, name, std::filesystem::absolute(folder.empty() ? "." : folder).lexically_normal(), {}};
     apply_overrides(overrides, json, source);
     return read_scene(Value(source, json, {}));
 }

@@ -46,7 +46,7 @@ Shape read_shape(const Value& value) {
     }
     const Object capsule(inner, "capsule_shape");
     return CapsuleShape{capsule.at("radius").number(positive),
-                        capsule.at("straight_height").number(positive)};
+                        capsule.at("straight_height").number(not_negative)};
 }
 
 PlacementDescription read_placement(const Value& value) {

@@ -1,0 +1,144 @@
+#include "commands.h"
+#include "report.h"
+
+#include <splitcubes/body/world.h>
+#include <splitcubes/core/error.h>
+#include <splitcubes/core/stopwatch.h>
+#include <splitcubes/geometry/shapes.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+
+namespace splitcubes::app {
+
+namespace {
+
+struct Options {
+    std::string name, json;
+    int threads = 0;
+    int runs = 5;
+};
+
+double quantile(std::vector<double> values, double q) {
+    if (values.empty()) return 0;
+    std::sort(values.begin(), values.end());
+    return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1) + 0.5)];
+}
+
+// The size that the authors published for their "cut2" (about 800 phyxels, 2400
+// surface cells, 16 x 16 disks): a cube of 20^3 cells, held at one side, that a
+// blade longer than the cube goes through in a second of simulated time.
+std::unique_ptr<body::World> paper_world(const std::shared_ptr<const Parallel>& parallel) {
+    constexpr double side = 0.2;
+    body::WorldSettings settings;
+    settings.time_step = 1.0 / 60;
+    auto world = std::make_unique<body::World>(settings, parallel);
+    body::BodySettings cube;
+    cube.name = "cube";
+    cube.cell_size = side / 20;
+    cube.phyxel_count = 800;
+    cube.material.youngs_modulus = 2.5e5;
+    cube.material.poisson_ratio = 0.33;
+    body::Body& body = world->add_body(geometry::make_box(Vec3::Constant(side)), cube);
+    body::HoldConstraint hold;
+    hold.region = [](const Vec3& rest) { return rest[0] < -0.4 * side; };
+    hold.motion = [](double) { return Isometry::Identity(); };
+    body.add_constraint(hold);
+    const cutting::BladeShape shape = cutting::make_straight_blade({0, -0.7 * side, 0}, {0, 0.7 * side, 0});
+    world->add_tool(cutting::Blade("blade", shape,
+                                   {{0.1, {0.013 * side, 0, 0.6 * side}, Quat::Identity()},
+                                    {1.1, {0.013 * side, 0, -0.8 * side}, Quat::Identity()}}));
+    return world;
+}
+
+struct Sample {
+    std::array<std::vector<double>, body::stage_count> stages;  // ms, of steps that cut
+    std::vector<double> cutting, idle;                          // ms, whole steps
+    std::size_t new_edges = 0, disks = 0, iterations = 0;
+    body::StepReport first, last;
+};
+
+void run_once(const std::shared_ptr<const Parallel>& parallel, Sample& sample) {
+    const std::unique_ptr<body::World> world = paper_world(parallel);
+    for (int k = 0; k < 72; ++k) {
+        const body::StepReport report = world->step();
+        if (k == 0) sample.first = report;
+        sample.last = report;
+        const bool cut = report.new_cut_edges > 0;
+        (cut ? sample.cutting : sample.idle).push_back(1e3 * report.total_seconds());
+        if (!cut) continue;
+        sample.new_edges += report.new_cut_edges;
+        sample.disks += report.disks;
+        sample.iterations += static_cast<std::size_t>(report.solver_iterations);
+        for (std::size_t s = 0; s < body::stage_count; ++s) sample.stages[s].push_back(1e3 * report.seconds[s]);
+    }
+}
+
+int bench_paper(const Options& options) {
+    const auto parallel = std::make_shared<const Parallel>(options.threads);
+    Sample sample;
+    for (int k = 0; k < options.runs; ++k) run_once(parallel, sample);
+    double mean = 0;
+    for (const double ms : sample.cutting) mean += ms / static_cast<double>(sample.cutting.size());
+    const std::size_t steps = sample.cutting.size();
+    std::printf("bench paper: %zu phyxels, %zu links, %zu surface cells, %zu -> %zu triangles, %d threads, %d runs\n",
+                sample.first.phyxels, sample.first.pairs, sample.first.surface_cells, sample.first.triangles,
+                sample.last.triangles, parallel->thread_count(), options.runs);
+    std::printf("%-24s %10s %10s\n", "stage, steps that cut", "median ms", "p95 ms");
+    Json stages;
+    for (std::size_t s = 0; s < body::stage_count; ++s) {
+        const double median = quantile(sample.stages[s], 0.5), high = quantile(sample.stages[s], 0.95);
+        std::printf("%-24s %10.3f %10.3f\n", body::stage_names[s], median, high);
+        stages[body::stage_names[s]] = {{"median_ms", median}, {"p95_ms", high}};
+    }
+    const double median = quantile(sample.cutting, 0.5);
+    std::printf("%-24s %10.3f %10.3f\n", "whole step", median, quantile(sample.cutting, 0.95));
+    std::printf("%zu steps that cut: mean %.3f ms, longest %.3f ms: %.0f steps a second\n", steps, mean,
+                quantile(sample.cutting, 1), 1e3 / mean);
+    std::printf("steps that do not cut: median %.3f ms: %.0f steps a second\n", quantile(sample.idle, 0.5),
+                1e3 / quantile(sample.idle, 0.5));
+    std::printf("a cutting step: %.1f new cut edges, %.0f disks, %.1f solver iterations\n",
+                static_cast<double>(sample.new_edges) / static_cast<double>(steps),
+                static_cast<double>(sample.disks) / static_cast<double>(steps),
+                static_cast<double>(sample.iterations) / static_cast<double>(steps));
+    Json json = {{"bench", "paper"},
+                 {"threads", parallel->thread_count()},
+                 {"runs", options.runs},
+                 {"phyxels", sample.first.phyxels},
+                 {"surface_cells", sample.first.surface_cells},
+                 {"triangles_first", sample.first.triangles},
+                 {"triangles_last", sample.last.triangles},
+                 {"cutting", {{"steps", steps},
+                              {"median_ms", median},
+                              {"mean_ms", mean},
+                              {"max_ms", quantile(sample.cutting, 1)},
+                              {"steps_per_second", 1e3 / mean}}},
+                 {"idle", {{"median_ms", quantile(sample.idle, 0.5)},
+                           {"steps_per_second", 1e3 / quantile(sample.idle, 0.5)}}},
+                 {"stages", stages}};
+    std::cout << json.dump() << '\n';
+    write_json(options.json, json);
+    return 0;
+}
+
+int bench(const Options& options) {
+    if (options.runs < 1) throw InputError("--runs", "must be at least 1");
+    if (options.name == "paper") return bench_paper(options);
+    throw InputError("bench", "there is no benchmark '" + options.name + "'", "known: paper");
+}
+
+}  // namespace
+
+void add_bench_command(CLI::App& app, Run& run) {
+    const auto options = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("bench", "Runs a benchmark; prints a table, then one line of JSON");
+    command->add_option("name", options->name, "paper: the published size, a blade passing")->required();
+    command->add_option("--threads", options->threads, "Threads (all)");
+    command->add_option("--runs", options->runs, "Runs to take medians over (5)");
+    command->add_option("--json", options->json, "Writes the JSON to a file too");
+    command->callback([options, &run] { run = [options] { return bench(*options); }; });
+}
+
+}  // namespace splitcubes::app

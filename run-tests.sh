@@ -1,0 +1,146 @@
+#!/usr/bin/env bash
+# Installs what is needed, builds everything and runs all tests, stage by stage.
+# A stage that fails does not stop the others; the exit code is 0 only when all
+# passed.
+#
+#   ./run-tests.sh               all stages
+#   ./run-tests.sh --quick       release build and its tests only
+#   ./run-tests.sh STAGE...      only these stages, of: release debug tsan fuzz format tidy
+#
+# Environment: FUZZ_SECONDS (30), per fuzzer; JOBS (cores); CI (set: no colours;
+# progress of the builds is not shown); TIDY=1 adds the stage tidy to all stages.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+cd "$root"
+jobs=${JOBS:-$(nproc)}
+fuzz_seconds=${FUZZ_SECONDS:-30}
+
+usage() {
+  sed -n '2,/^set /{/^set /!s/^# \{0,1\}//p;}' "${BASH_SOURCE[0]}"
+}
+
+stages=()
+for argument in "$@"; do
+  case $argument in
+    --quick) stages=(release) ;;
+    release | debug | tsan | fuzz | format | tidy) stages+=("$argument") ;;
+    -h | --help) usage; exit 0 ;;
+    *) echo "run-tests: unknown argument '$argument'" >&2; usage >&2; exit 2 ;;
+  esac
+done
+if ((${#stages[@]} == 0)); then
+  stages=(release debug tsan fuzz format)
+  if [[ -n ${TIDY:-} ]]; then stages+=(tidy); fi
+fi
+
+green='' red='' plain=''
+if [[ -t 1 && -z ${CI:-} ]]; then green=$'\e[32m' red=$'\e[31m' plain=$'\e[0m'; fi
+
+configure() {  # configure PRESET
+  local options=()
+  if command -v ccache >/dev/null; then options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
+  quietly "build/$1.configure.log" cmake --preset "$1" "${options[@]}"
+}
+
+# Where nobody watches, the output goes to a file and is shown only on failure.
+quietly() {  # quietly LOG COMMAND...
+  local log=$1
+  shift
+  if [[ -z ${CI:-} ]]; then
+    "$@"
+  elif ! "$@" >"$log" 2>&1; then
+    tail -n 150 "$log"
+    return 1
+  fi
+}
+
+build() {  # build PRESET [target...]
+  configure "$1" || return 1
+  local targets=("${@:2}")
+  if ((${#targets[@]} > 0)); then targets=(--target "${targets[@]}"); fi
+  quietly "build/$1.build.log" cmake --build "build/$1" -j "$jobs" "${targets[@]}"
+}
+
+stage_release() {
+  build release && ctest --test-dir build/release --output-on-failure -j "$jobs"
+}
+
+stage_debug() {
+  build debug && ASAN_OPTIONS=${ASAN_OPTIONS:-detect_leaks=1:strict_string_checks=1} \
+    UBSAN_OPTIONS=${UBSAN_OPTIONS:-print_stacktrace=1} \
+    LSAN_OPTIONS=${LSAN_OPTIONS:-suppressions=$root/tools/leaks-of-others.txt:print_suppressions=0} \
+    ctest --test-dir build/debug --output-on-failure -j "$jobs"
+}
+
+stage_tsan() {
+  # Races can only be where threads are: the modules that are given a Parallel.
+  build tsan && TSAN_OPTIONS=${TSAN_OPTIONS:-halt_on_error=1} \
+    ctest --test-dir build/tsan --output-on-failure -j "$jobs" \
+    -R '^(core|meshless|occlusion|cutting|splitting|body)$'
+}
+
+stage_fuzz() {
+  configure fuzz || return 1
+  local fuzzers name
+  # Building the fuzzers alone spares building all tests once more.
+  mapfile -t fuzzers < <(ninja -C build/fuzz -t targets all | sed -n 's/^\(fuzz_[a-z0-9_]*\): phony$/\1/p')
+  if ((${#fuzzers[@]} == 0)); then
+    echo "there is no fuzzer"
+    return 1
+  fi
+  build fuzz "${fuzzers[@]}" || return 1
+  for name in "${fuzzers[@]}"; do
+    mkdir -p "build/fuzz/corpus/$name"
+    echo "$name for $fuzz_seconds s"
+    if ! "build/fuzz/bin/$name" -max_total_time="$fuzz_seconds" -timeout=20 -rss_limit_mb=2048 \
+      -print_final_stats=1 -artifact_prefix="build/fuzz/$name-" "build/fuzz/corpus/$name" \
+      >"build/fuzz/$name.log" 2>&1; then
+      tail -n 60 "build/fuzz/$name.log"
+      return 1
+    fi
+    grep number_of_executed_units "build/fuzz/$name.log" || true
+  done
+}
+
+stage_format() {
+  local folder folders=()
+  for folder in src apps tests bench examples; do
+    if [[ -d $folder ]]; then folders+=("$folder"); fi
+  done
+  find "${folders[@]}" -type f \( -name '*.cpp' -o -name '*.h' \) -print0 |
+    xargs -0 -r clang-format --dry-run -Werror
+}
+
+stage_tidy() {
+  build release || return 1
+  find src apps -type f -name '*.cpp' -print0 |
+    xargs -0 -r -n 1 -P "$jobs" clang-tidy --quiet --warnings-as-errors='*' -p build/release
+}
+
+tools/install-dependencies.sh
+mkdir -p build
+failed=()
+summary=
+SECONDS=0
+for stage in "${stages[@]}"; do
+  echo "== $stage"
+  start=$SECONDS
+  # A function called in a condition runs without -e: stages chain their steps
+  # with && and || return.
+  if "stage_$stage"; then word="${green}passed${plain}"; else
+    word="${red}failed${plain}"
+    failed+=("$stage")
+  fi
+  line="$stage $word in $((SECONDS - start)) s"
+  echo "== $line"
+  summary+="$line; "
+done
+
+echo
+if ((${#failed[@]} == 0)); then
+  echo "run-tests: all passed in $SECONDS s (${summary%; })"
+else
+  echo "run-tests: FAILED: ${failed[*]} (${summary%; })"
+  exit 1
+fi

@@ -1,0 +1,59 @@
+// Which edges of a moving body a moving blade crosses, where and when.
+#pragma once
+
+#include <splitcubes/core/parallel.h>
+#include <splitcubes/cutting/blade.h>
+#include <splitcubes/geometry/box.h>
+#include <splitcubes/geometry/swept_segments.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace splitcubes::cutting {
+
+/// A blade's motion during a part of an interval, its points moving linearly.
+struct SweptBlade {
+    std::vector<geometry::MovingSegment> segments;  // m, world
+    geometry::Box bounds;                           // m, world, of all segments
+    double begin = 0, end = 1;                      // fractions of the whole interval
+};
+
+/// The largest turn of a blade within one SweptBlade, rad: its points then leave
+/// their true arcs by at most 1.25e-3 of the arc's radius.
+inline constexpr double max_turn = 0.1;
+
+/// What the blade sweeps while it is active between t0 and t1 (s), as consecutive
+/// parts: cut at keyframes, and so that no part turns by more than max_turn or
+/// holds more than a sixteenth of a smooth path's span. Part k ends, to the last
+/// bit, where part k + 1 begins, and so do consecutive intervals. Empty where the
+/// blade is not active for longer than an instant.
+std::vector<SweptBlade> sweep(const Blade& blade, double t0, double t1);
+
+/// An edge that may be cut, with its motion over the same whole interval.
+struct CandidateEdge {
+    std::uint64_t id;
+    geometry::MovingSegment motion;  // m, world
+    Mat3 world_from_rest;            // Jacobian at the edge, d world / d rest
+};
+
+struct EdgeCut {
+    std::uint64_t id;
+    double parameter;  // along the edge, [0, 1]
+    Vec3 rest_normal;  // of the cut, rest space, unit; which of the two signs means nothing
+    double time;       // fraction of the whole interval, [0, 1]
+};
+
+/// The first hit of each edge that is hit, sorted by id. The cut's normal is the
+/// blade's direction x its velocity relative to the edge at the hit, pulled back
+/// to rest space by the transposed Jacobian. Where the blade does not move across
+/// itself relative to the edge, the stroke's last normal is taken, and where that
+/// is zero, the direction across the blade that separates the edge's ends best.
+///
+/// swept: consecutive in time, of one interval. last_normal: world, unit or zero;
+/// carried from call to call, becomes that of the latest hit that had one.
+/// Candidates that are not finite are not hit.
+std::vector<EdgeCut> cut_edges(std::span<const SweptBlade> swept, std::span<const CandidateEdge> candidates,
+                               Vec3& last_normal, const Parallel& parallel);
+
+}  // namespace splitcubes::cutting

@@ -1,0 +1,326 @@
+#include <splitcubes/core/error.h>
+#include <splitcubes/geometry/occluder_grid.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <tuple>
+
+namespace splitcubes::geometry {
+
+namespace {
+
+// Cells by which listings are widened: rounding in a walk that runs along a
+// cell's face then misses nothing.
+constexpr double listing_margin = 1e-6;
+
+std::size_t hash_of(std::uint64_t key) {
+    return (key * 0x9e3779b97f4a7c15ULL) >> 20;
+}
+
+}  // namespace
+
+OccluderGrid::OccluderGrid(const Vec3& origin, double cell_size, const Vec3i& cell_count)
+    : origin_(origin),
+      cell_size_(cell_size),
+      cells_per_metre_(1 / cell_size),
+      cell_count_(cell_count),
+      table_(64, 0) {
+    if (!(cell_size > 0) || !std::isfinite(cell_size))
+        throw InputError("occluder grid cell size",
+                         "must be a positive number of metres, got " + std::to_string(cell_size));
+    if ((cell_count.array() < 1).any() || (cell_count.array() > key_bias).any())
+        throw InputError("occluder grid", "needs 1 to " + std::to_string(key_bias) + " cells along an axis");
+}
+
+OccluderGrid::RoughBox OccluderGrid::RoughBox::around(const Box& box) {
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    RoughBox out;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const auto axis = static_cast<Eigen::Index>(k);
+        out.min[k] = std::nextafter(static_cast<float>(box.min[axis]), -infinity);
+        out.max[k] = std::nextafter(static_cast<float>(box.max[axis]), infinity);
+    }
+    return out;
+}
+
+// Points beyond the keys' range share its last cell; the boxes still decide.
+Vec3i OccluderGrid::cell_at(const Vec3& point, double margin) const {
+    Vec3i cell;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double at = (point[axis] - origin_[axis]) * cells_per_metre_ + margin;
+        cell[axis] = static_cast<int>(std::floor(std::clamp<double>(at, -key_bias, key_bias - 1)));
+    }
+    return cell;
+}
+
+std::uint64_t OccluderGrid::range_mask(const Vec3i& brick, const Vec3i& low, const Vec3i& high) {
+    const auto axis_bits = [&](int axis) {
+        const int first = std::max(low[axis] - 4 * brick[axis], 0);
+        const int last = std::min(high[axis] - 4 * brick[axis], 3);
+        return (std::uint64_t{2} << last) - (std::uint64_t{1} << first);  // first .. last of four
+    };
+    constexpr std::uint64_t row[] = {0, 0xf}, layer[] = {0, 0xffff};
+    const std::uint64_t x = axis_bits(0), y = axis_bits(1), z = axis_bits(2);
+    std::uint64_t rows = 0, layers = 0;
+    for (int k = 0; k < 4; ++k) {
+        rows |= row[y >> k & 1] << (4 * k);
+        layers |= layer[z >> k & 1] << (16 * k);
+    }
+    return x * 0x1111111111111111ULL & rows * 0x0001000100010001ULL & layers;
+}
+
+// The key's slot in the table, or the empty one where it would go.
+std::size_t OccluderGrid::slot_of(std::uint64_t key) const {
+    const std::size_t mask = table_.size() - 1;
+    std::size_t slot = hash_of(key) & mask;
+    while (table_[slot] != 0 && bricks_[table_[slot] - 1].key != key) slot = (slot + 1) & mask;
+    return slot;
+}
+
+const OccluderGrid::Brick* OccluderGrid::find_brick(const Vec3i& place) const {
+    const std::uint32_t number = table_[slot_of(key_of(place))];
+    return number == 0 ? nullptr : &bricks_[number - 1];
+}
+
+std::size_t OccluderGrid::make_brick(const Vec3i& place) {
+    const std::uint64_t key = key_of(place);
+    if (const std::uint32_t number = table_[slot_of(key)]; number != 0) return number - 1;
+    if (2 * (bricks_.size() + 1) > table_.size()) {
+        table_.assign(2 * table_.size(), 0);
+        for (std::size_t b = 0; b < bricks_.size(); ++b)
+            table_[slot_of(bricks_[b].key)] = static_cast<std::uint32_t>(b + 1);
+    }
+    const std::size_t slot = slot_of(key);
+    bricks_.emplace_back();
+    bricks_.back().key = key;
+    table_[slot] = static_cast<std::uint32_t>(bricks_.size());
+    return bricks_.size() - 1;
+}
+
+std::uint32_t OccluderGrid::store(const OccluderTriangle& triangle) {
+    assert(triangle.corner[0].allFinite() && triangle.corner[1].allFinite() &&
+           triangle.corner[2].allFinite());
+    const Entry entry{triangle, triangle.bounds()};
+    if (free_.empty()) {
+        entries_.push_back(entry);
+        return static_cast<std::uint32_t>(entries_.size() - 1);
+    }
+    const std::uint32_t id = free_.back();
+    free_.pop_back();
+    entries_[id] = entry;
+    return id;
+}
+
+// Calls use(listing) for each cell that lists the triangle; false, and no call,
+// where it is too long for that.
+template <class Use>
+bool OccluderGrid::for_listings(std::uint64_t owner, std::uint32_t index, std::uint32_t id,
+                                const Use& use) const {
+    const Vec3i low = cell_at(entries_[id].box.min, -listing_margin);
+    const Vec3i high = cell_at(entries_[id].box.max, listing_margin);
+    if ((high - low).maxCoeff() >= largest_span) return false;
+    const RoughBox rough = RoughBox::around(entries_[id].box);
+    for (int z = low[2]; z <= high[2]; ++z)
+        for (int y = low[1]; y <= high[1]; ++y)
+            for (int x = low[0]; x <= high[0]; ++x) {
+                const Vec3i cell(x, y, z);
+                std::uint32_t spread = 0;
+                for (int axis = 0; axis < 3; ++axis) {
+                    spread |= std::uint32_t{cell[axis] > low[axis]} << axis;
+                    spread |= std::uint32_t{cell[axis] < high[axis]} << (3 + axis);
+                }
+                use(Listing{brick_of(cell), local_of(cell), Ref{owner, index, id, spread, rough}});
+            }
+    return true;
+}
+
+void OccluderGrid::set_cell(const Vec3i& cell, std::span<const OccluderTriangle> triangles) {
+    assert((cell.array() >= 0).all() && (cell.array() < cell_count_.array()).all());
+    const std::uint64_t owner = key_of(cell);
+    const Vec3i home_place = brick_of(cell);
+    if (triangles.empty() && !find_brick(home_place)) return;
+    Brick& home = bricks_[make_brick(home_place)];
+
+    std::vector<Listing> touched;
+    std::vector<Owned> owned;
+    for (const Owned& o : home.owned) {
+        if (o.owner != owner) {
+            owned.push_back(o);
+            continue;
+        }
+        for_listings(owner, 0, o.id, [&](Listing listing) {
+            listing.local = brick_cells;
+            touched.push_back(listing);
+        });
+        free_.push_back(o.id);
+        --triangle_count_;
+    }
+    std::erase_if(large_, [&](const Ref& ref) { return ref.owner == owner; });
+
+    for (std::uint32_t index = 0; index < triangles.size(); ++index) {
+        const std::uint32_t id = store(triangles[index]);
+        owned.push_back({owner, id});
+        ++triangle_count_;
+        if (for_listings(owner, index, id, [&](const Listing& listing) { touched.push_back(listing); }))
+            continue;
+        const Ref ref{owner, index, id, 0, RoughBox::around(entries_[id].box)};
+        large_.insert(std::upper_bound(large_.begin(), large_.end(), ref,
+                                       [](const Ref& a, const Ref& b) {
+                                           return std::tie(a.owner, a.index) < std::tie(b.owner, b.index);
+                                       }),
+                      ref);
+    }
+    home.owned = std::move(owned);
+
+    std::sort(touched.begin(), touched.end(), [](const Listing& a, const Listing& b) {
+        return std::make_tuple(key_of(a.brick), a.local, a.ref.index) <
+               std::make_tuple(key_of(b.brick), b.local, b.ref.index);
+    });
+    for (std::size_t begin = 0; begin < touched.size();) {
+        std::size_t end = begin;
+        while (end < touched.size() && touched[end].brick == touched[begin].brick) ++end;
+        rebuild(bricks_[make_brick(touched[begin].brick)], owner,
+                std::span(touched).subspan(begin, end - begin));
+        begin = end;
+    }
+}
+
+// Replaces the owner's refs in the brick by `added`, which is sorted by cell, then index.
+void OccluderGrid::rebuild(Brick& brick, std::uint64_t owner, std::span<const Listing> added) {
+    std::vector<Ref> refs;
+    refs.reserve(brick.refs.size() + added.size());
+    std::array<std::uint32_t, brick_cells + 1> first{};
+    brick.occupied = 0;
+    auto next = added.begin();
+    for (std::uint32_t local = 0; local < brick_cells; ++local) {
+        first[local] = static_cast<std::uint32_t>(refs.size());
+        std::uint32_t old = brick.first[local];
+        const std::uint32_t old_end = brick.first[local + 1];
+        for (; old < old_end && brick.refs[old].owner < owner; ++old) refs.push_back(brick.refs[old]);
+        for (; next != added.end() && next->local == local; ++next) refs.push_back(next->ref);
+        for (; old < old_end; ++old)
+            if (brick.refs[old].owner != owner) refs.push_back(brick.refs[old]);
+        if (refs.size() > first[local]) brick.occupied |= std::uint64_t{1} << local;
+    }
+    first[brick_cells] = static_cast<std::uint32_t>(refs.size());
+    brick.first = first;
+    brick.refs = std::move(refs);
+}
+
+std::vector<const OccluderGrid::Brick*> OccluderGrid::sorted_bricks(const Vec3i& first,
+                                                                    const Vec3i& last) const {
+    std::vector<const Brick*> out;
+    for (const Brick& brick : bricks_) {
+        const Vec3i place = place_of(brick.key);
+        if ((place.array() >= first.array()).all() && (place.array() <= last.array()).all())
+            out.push_back(&brick);
+    }
+    std::sort(out.begin(), out.end(), [](const Brick* a, const Brick* b) { return a->key < b->key; });
+    return out;
+}
+
+void OccluderGrid::gather(const Box& box, std::vector<OccluderTriangle>& out) const {
+    visit(box, [&](const OccluderTriangle& triangle) { out.push_back(triangle); });
+}
+
+// seen: the ref's spread bits that say an earlier cell of the walk listed it too.
+bool OccluderGrid::blocked_in(const Brick& brick, std::uint32_t local, std::uint32_t seen, const Vec3& a,
+                              const Vec3& b, const RoughBox& rough, const Box& box) const {
+    for (std::uint32_t r = brick.first[local]; r < brick.first[local + 1]; ++r) {
+        const Ref& ref = brick.refs[r];
+        if ((ref.spread & seen) != 0 || !ref.box.meets(rough)) continue;
+        const Entry& entry = entries_[ref.id];
+        if (entry.box.meets(box) && segment_meets_triangle(a, b, entry.triangle.corner)) return true;
+    }
+    return false;
+}
+
+// Walks from cell to cell (Amanatides and Woo 1987).
+bool OccluderGrid::segment_blocked(const Vec3& a, const Vec3& b) const {
+    if (triangle_count_ == 0) return false;
+    Box box{a.cwiseMin(b), a.cwiseMax(b)};
+    box = box.grown(1e-9 * (box.size().maxCoeff() + cell_size_));
+    for (const Ref& ref : large_)
+        if (entries_[ref.id].box.meets(box) && segment_meets_triangle(a, b, entries_[ref.id].triangle.corner))
+            return true;
+    const RoughBox rough = RoughBox::around(box);
+    Vec3i cell = cell_at(a, 0);
+    const Vec3i last = cell_at(b, 0);
+    Vec3 next, stride;  // parameter of the next wall, and between walls
+    Vec3i way;
+    for (int axis = 0; axis < 3; ++axis) {
+        way[axis] = last[axis] >= cell[axis] ? 1 : -1;
+        const double length = std::abs(b[axis] - a[axis]) * cells_per_metre_;
+        const double at = (a[axis] - origin_[axis]) * cells_per_metre_ - cell[axis];
+        stride[axis] = length > 0 ? 1 / length : 0;
+        next[axis] = (way[axis] > 0 ? 1 - at : at) * stride[axis];
+    }
+    const Brick* brick = find_brick(brick_of(cell));
+    for (std::uint32_t seen = 0;;) {
+        const std::uint32_t local = local_of(cell);
+        if (brick && brick->occupied >> local & 1 && blocked_in(*brick, local, seen, a, b, rough, box))
+            return true;
+        int axis = -1;
+        for (int k = 0; k < 3; ++k)
+            if (cell[k] != last[k] && (axis < 0 || next[k] < next[axis])) axis = k;
+        if (axis < 0) return false;
+        const Vec3i old_brick = brick_of(cell);
+        cell[axis] += way[axis];
+        next[axis] += stride[axis];
+        seen = std::uint32_t{1} << (way[axis] > 0 ? axis : 3 + axis);
+        if (brick_of(cell)[axis] != old_brick[axis]) brick = find_brick(brick_of(cell));
+    }
+}
+
+namespace {
+
+// Whether a triangle and a segment of one plane overlap, seen along the axis
+// that the plane faces most: no line along a side parts them by more than `slack`.
+bool overlap_in_plane(const std::array<Vec3, 3>& p, const Vec3& d, const Vec3& normal, double slack) {
+    int facing = 0;
+    normal.cwiseAbs().maxCoeff(&facing);
+    const int i = (facing + 1) % 3, j = (facing + 2) % 3;
+    const auto apart_across = [&](const Vec3& side) {
+        const double length = std::hypot(side[i], side[j]);
+        if (!(length > 0)) return false;
+        const auto offset = [&](const Vec3& q) { return (side[i] * q[j] - side[j] * q[i]) / length; };
+        const double end = offset(d);
+        const double t[] = {offset(p[0]), offset(p[1]), offset(p[2])};
+        const auto [low, high] = std::minmax({t[0], t[1], t[2]});
+        return std::min(0.0, end) > high + slack || std::max(0.0, end) < low - slack;
+    };
+    return !(apart_across(p[1] - p[0]) || apart_across(p[2] - p[1]) || apart_across(p[0] - p[2]) ||
+             apart_across(d));
+}
+
+}  // namespace
+
+// Sides of the triangle's edges by triple products, whose sign two triangles at
+// an edge share; then sides of the triangle's plane.
+bool segment_meets_triangle(const Vec3& a, const Vec3& b, const std::array<Vec3, 3>& corner) {
+    constexpr double relative = 1e-13;
+    const Vec3 d = b - a;
+    const std::array<Vec3, 3> p{corner[0] - a, corner[1] - a, corner[2] - a};
+    const Vec3 normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
+    const double size = std::max({p[0].cwiseAbs().maxCoeff(), p[1].cwiseAbs().maxCoeff(),
+                                  p[2].cwiseAbs().maxCoeff(), d.cwiseAbs().maxCoeff()});
+    const double normal_size = normal.cwiseAbs().maxCoeff();
+    const double plane_slack = relative * normal_size * size;
+    const double side_a = -normal.dot(p[0]);
+    const double side_b = side_a + normal.dot(d);
+    if ((side_a > plane_slack && side_b > plane_slack) || (side_a < -plane_slack && side_b < -plane_slack))
+        return false;
+    const double edge_slack = relative * size * size * d.cwiseAbs().maxCoeff();
+    const double e0 = d.dot(p[0].cross(p[1])), e1 = d.dot(p[1].cross(p[2])), e2 = d.dot(p[2].cross(p[0]));
+    const auto [low, high] = std::minmax({e0, e1, e2});
+    if (low < -edge_slack && high > edge_slack) return false;
+    const double longest =
+        std::max({(p[1] - p[0]).squaredNorm(), (p[2] - p[1]).squaredNorm(), (p[0] - p[2]).squaredNorm()});
+    if (!(normal_size > 1e-14 * longest)) return false;
+    if (low >= -edge_slack && high <= edge_slack) return overlap_in_plane(p, d, normal, relative * size);
+    return true;
+}
+
+}  // namespace splitcubes::geometry

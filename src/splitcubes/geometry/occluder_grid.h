@@ -1,0 +1,198 @@
+// The surface triangles of a body in rest space, binned by the cells of a
+// regular grid: which are near, and does a segment meet one.
+#pragma once
+
+#include <splitcubes/geometry/box.h>
+
+#include <array>
+#include <bit>
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace splitcubes::geometry {
+
+/// What can stand between two phyxels.
+struct OccluderTriangle {
+    std::array<Vec3, 3> corner;  // m, rest space
+    bool boundary = false;       // skin of the body; else a cut (each cut quad once, not once a side)
+
+    Box bounds() const {
+        return {corner[0].cwiseMin(corner[1]).cwiseMin(corner[2]),
+                corner[0].cwiseMax(corner[1]).cwiseMax(corner[2])};
+    }
+};
+
+/// Whether the closed segment from a to b meets the closed triangle. Errs to
+/// `true` by more than rounding (about 1e-13 of their joint extent, more along
+/// grazing segments), so that nothing slips between two triangles that share an
+/// edge or a vertex. Coplanar overlap counts. A triangle without area (thinner
+/// than 1e-14 of its length) is met by nothing.
+bool segment_meets_triangle(const Vec3& a, const Vec3& b, const std::array<Vec3, 3>& corner);
+
+/// The triangles of a surface, handed over cell by cell and replaced cell by
+/// cell. A triangle may overhang its cell by any amount: it is listed in every
+/// cell that its box meets (beyond a size, in a list that every query reads).
+/// Memory goes with the occupied cells, not with the grid. Queries may run at
+/// the same time on many threads, not together with set_cell; their answers
+/// depend on what the cells hold, not on the order in which they were set.
+class OccluderGrid {
+  public:
+    /// origin, cell_size: m, rest space; cell (i, j, k) spans origin + cell_size *
+    /// [i, i+1] x [j, j+1] x [k, k+1]. Throws InputError for a cell size that is
+    /// not positive or a cell count outside 1 .. 2^20 on an axis.
+    OccluderGrid(const Vec3& origin, double cell_size, const Vec3i& cell_count);
+
+    /// Replaces what the cell holds; an empty span removes it. Costs by the
+    /// triangles of the cell and of its surroundings, not of the grid.
+    /// cell: 0 <= cell < cell_count; corners finite.
+    void set_cell(const Vec3i& cell, std::span<const OccluderTriangle> triangles);
+
+    std::size_t triangle_count() const { return triangle_count_; }
+
+    /// Appends every triangle whose box meets `box`, each once.
+    void gather(const Box& box, std::vector<OccluderTriangle>& out) const;
+
+    /// Calls use(const OccluderTriangle&) for what gather would append, in the
+    /// same order. The references hold until the next set_cell.
+    template <class Use>
+    void visit(const Box& box, const Use& use) const;
+
+    /// Whether segment_meets_triangle holds for any triangle.
+    bool segment_blocked(const Vec3& a, const Vec3& b) const;
+
+  private:
+    static constexpr int brick_bits = 2;  // cells of a brick along an axis: 4
+    static constexpr std::uint32_t brick_cells = 64;
+    static constexpr int largest_span = 8;  // cells; what is longer goes to large_
+
+    // A box in single precision, rounded outward: what it does not meet, the
+    // exact box does not. Stands beside the listings, where reading it is cheap.
+    struct RoughBox {
+        std::array<float, 3> min, max;  // m, rest space
+
+        static RoughBox around(const Box& box);
+        bool meets(const RoughBox& o) const {
+            return (min[0] <= o.max[0]) & (o.min[0] <= max[0]) & (min[1] <= o.max[1]) & (o.min[1] <= max[1]) &
+                   (min[2] <= o.max[2]) & (o.min[2] <= max[2]);
+        }
+    };
+    // One listing of a triangle in a cell.
+    struct Ref {
+        std::uint64_t owner;   // key of the cell that handed it over
+        std::uint32_t index;   // among the triangles of its owner
+        std::uint32_t id;      // into entries_
+        std::uint32_t spread;  // bit a: also listed in the cell below along axis a; bit 3 + a: above
+        RoughBox box;
+    };
+    struct alignas(64) Entry {
+        OccluderTriangle triangle;
+        Box box;  // m, of the triangle
+    };
+    struct Owned {
+        std::uint64_t owner;
+        std::uint32_t id;
+    };
+    // 4 x 4 x 4 cells; refs sorted by cell, then owner, then index.
+    struct Brick {
+        std::uint64_t key = 0;
+        std::uint64_t occupied = 0;                          // bit per cell, x fastest
+        std::array<std::uint32_t, brick_cells + 1> first{};  // per cell: its first ref
+        std::vector<Ref> refs;
+        std::vector<Owned> owned;  // by the cells of this brick
+    };
+    // A ref to be, and where it goes; local = brick_cells: the brick only loses refs.
+    struct Listing {
+        Vec3i brick;
+        std::uint32_t local;
+        Ref ref;
+    };
+
+    // Keys order places by z, then y, then x: 21 bits each.
+    static constexpr int key_bias = 1 << 20;
+    static std::uint64_t key_of(const Vec3i& place) {
+        const auto part = [&](int axis) { return static_cast<std::uint64_t>(place[axis] + key_bias); };
+        return part(2) << 42 | part(1) << 21 | part(0);
+    }
+    static Vec3i place_of(std::uint64_t key) {
+        const auto part = [&](int shift) { return static_cast<int>(key >> shift & 0x1fffff) - key_bias; };
+        return {part(0), part(21), part(42)};
+    }
+    static Vec3i brick_of(const Vec3i& cell) {
+        return {cell[0] >> brick_bits, cell[1] >> brick_bits, cell[2] >> brick_bits};
+    }
+    static std::uint32_t local_of(const Vec3i& cell) {
+        return static_cast<std::uint32_t>((cell[0] & 3) | (cell[1] & 3) << 2 | (cell[2] & 3) << 4);
+    }
+    // Bits of the brick's cells that lie in low .. high.
+    static std::uint64_t range_mask(const Vec3i& brick, const Vec3i& low, const Vec3i& high);
+
+    Vec3i cell_at(const Vec3& point, double margin) const;
+    std::size_t slot_of(std::uint64_t key) const;
+    const Brick* find_brick(const Vec3i& place) const;
+    std::size_t make_brick(const Vec3i& place);
+    std::uint32_t store(const OccluderTriangle& triangle);
+    template <class Use>
+    bool for_listings(std::uint64_t owner, std::uint32_t index, std::uint32_t id, const Use& use) const;
+    void rebuild(Brick& brick, std::uint64_t owner, std::span<const Listing> added);
+    std::vector<const Brick*> sorted_bricks(const Vec3i& first, const Vec3i& last) const;
+    bool blocked_in(const Brick& brick, std::uint32_t local, std::uint32_t seen, const Vec3& a, const Vec3& b,
+                    const RoughBox& rough, const Box& box) const;
+    template <class Use>
+    void visit_brick(const Brick& brick, const Vec3i& place, const Vec3i& low, const Vec3i& high,
+                     const RoughBox& rough, const Box& box, const Use& use) const;
+
+    Vec3 origin_;       // m, rest space
+    double cell_size_;  // m
+    double cells_per_metre_;
+    Vec3i cell_count_;
+    std::size_t triangle_count_ = 0;
+    std::vector<Entry> entries_;
+    std::vector<std::uint32_t> free_;  // unused entries
+    std::vector<Ref> large_;           // sorted by owner, then index
+    std::vector<Brick> bricks_;
+    std::vector<std::uint32_t> table_;  // open addressing: brick number + 1, or 0
+};
+
+template <class Use>
+void OccluderGrid::visit_brick(const Brick& brick, const Vec3i& place, const Vec3i& low, const Vec3i& high,
+                               const RoughBox& rough, const Box& box, const Use& use) const {
+    for (std::uint64_t cells = brick.occupied & range_mask(place, low, high); cells; cells &= cells - 1) {
+        const int local = std::countr_zero(cells);
+        const Vec3i cell = place * 4 + Vec3i(local & 3, local >> 2 & 3, local >> 4);
+        // A triangle is reported by the first of its cells that lies in the range.
+        std::uint32_t seen = 0;
+        for (int axis = 0; axis < 3; ++axis) seen |= std::uint32_t{cell[axis] > low[axis]} << axis;
+        const auto l = static_cast<std::size_t>(local);
+        for (std::uint32_t r = brick.first[l]; r < brick.first[l + 1]; ++r) {
+            const Ref& ref = brick.refs[r];
+            if ((ref.spread & seen) != 0 || !ref.box.meets(rough)) continue;
+            const Entry& entry = entries_[ref.id];
+            if (entry.box.meets(box)) use(entry.triangle);
+        }
+    }
+}
+
+template <class Use>
+void OccluderGrid::visit(const Box& box, const Use& use) const {
+    if (box.empty() || triangle_count_ == 0) return;
+    for (const Ref& ref : large_)
+        if (entries_[ref.id].box.meets(box)) use(entries_[ref.id].triangle);
+    const RoughBox rough = RoughBox::around(box);
+    const Vec3i low = cell_at(box.min, 0), high = cell_at(box.max, 0);
+    const Vec3i first = brick_of(low), last = brick_of(high);
+    if ((last - first + Vec3i::Ones()).cast<double>().prod() > static_cast<double>(bricks_.size())) {
+        for (const Brick* brick : sorted_bricks(first, last))
+            visit_brick(*brick, place_of(brick->key), low, high, rough, box, use);
+        return;
+    }
+    for (int z = first[2]; z <= last[2]; ++z)
+        for (int y = first[1]; y <= last[1]; ++y)
+            for (int x = first[0]; x <= last[0]; ++x)
+                if (const Brick* brick = find_brick({x, y, z}))
+                    visit_brick(*brick, {x, y, z}, low, high, rough, box, use);
+}
+
+}  // namespace splitcubes::geometry

@@ -1,0 +1,64 @@
+// Rasterises triangles into the bit masks of an occlusion disk, seen from both
+// apexes, on the widest vectors of the machine.
+#pragma once
+
+#include <splitcubes/occlusion/disk.h>
+
+#include <span>
+#include <vector>
+
+namespace splitcubes::occlusion::cpu {
+
+constexpr std::size_t block_size = 16;
+
+/// Up to 16 triangles, laid out for vector code.
+struct TriangleBlock {
+    alignas(64) double corner[3][3][block_size];  // [corner][axis][triangle], m, rest frame, from the apex
+    const geometry::OccluderTriangle* source[block_size];
+};
+
+/// Triangles near a pair. Keeps its memory from pair to pair.
+class TriangleList {
+  public:
+    void clear() { count_ = 0; }
+    void add(const geometry::OccluderTriangle& triangle, const Vec3& apex) {
+        const std::size_t lane = count_ % block_size;
+        if (count_ / block_size == blocks_.size()) blocks_.emplace_back();
+        TriangleBlock& block = blocks_[count_++ / block_size];
+        for (std::size_t c = 0; c < 3; ++c)
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const auto k = static_cast<Eigen::Index>(axis);
+                block.corner[c][axis][lane] = triangle.corner[c][k] - apex[k];
+            }
+        block.source[lane] = &triangle;
+    }
+    std::size_t count() const { return count_; }
+    std::span<const TriangleBlock> blocks() const { return blocks_; }
+
+  private:
+    std::size_t count_ = 0;
+    std::vector<TriangleBlock> blocks_;
+};
+
+/// Adds the triangles to the masks. Homogeneous edge functions (Olano and Greer
+/// 1997) in single precision, so nothing need be clipped: a sample's ray meets a
+/// triangle where three functions linear in the sample's coordinates, and two
+/// more for the depths, are not negative. Each is divided by a bound of its
+/// rounding error; samples within the bound of zero, some in ten thousand, are
+/// decided in double precision. So the masks are those of rays in double
+/// precision, and the same bits on every machine.
+void rasterize(const Disk& disk, const DiskRaster& raster, const TriangleList& triangles, DiskMasks& masks);
+
+/// A row's samples that single precision leaves open for one triangle.
+struct OpenSamples {
+    const geometry::OccluderTriangle* triangle;
+    int apex;         // 0, 1
+    int orientation;  // of the triangle about the rays: +1, -1
+    int row;
+    std::uint32_t columns;  // bit per column
+};
+
+/// Decides them in double precision.
+void resolve(const Disk& disk, const DiskRaster& raster, const OpenSamples& open, DiskMasks& masks);
+
+}  // namespace splitcubes::occlusion::cpu

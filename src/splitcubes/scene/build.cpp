@@ -1,0 +1,182 @@
+#include <splitcubes/core/error.h>
+#include <splitcubes/geometry/shapes.h>
+#include <splitcubes/io/read_mesh.h>
+#include <splitcubes/scene/build.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace splitcubes::scene {
+
+namespace {
+
+constexpr double radians = std::numbers::pi / 180;
+
+template <class... Cases>
+struct Overloaded : Cases... {
+    using Cases::operator()...;
+};
+template <class... Cases>
+Overloaded(Cases...) -> Overloaded<Cases...>;
+
+Quat quaternion(const Rotation& rotation) {
+    return Quat(Eigen::AngleAxisd(rotation.angle_degrees * radians, rotation.axis.normalized()));
+}
+
+geometry::TriangleMesh own_mesh(const BodyDescription& body, BuildReport& report) {
+    return std::visit(Overloaded{[&](const MeshShape& s) {
+                                     io::ReadMeshReport read;
+                                     geometry::TriangleMesh mesh = io::read_mesh(s.file, &read);
+                                     for (const std::string& note : read.notes) report.notes.push_back({body.name, note});
+                                     return mesh;
+                                 },
+                                 [](const BoxShape& s) { return geometry::make_box(s.size); },
+                                 [](const SphereShape& s) { return geometry::make_sphere(s.radius, 5); },
+                                 [](const CylinderShape& s) { return geometry::make_cylinder(s.radius, s.height, 128); },
+                                 [](const TorusShape& s) { return geometry::make_torus(s.ring_radius, s.tube_radius); },
+                                 [](const CapsuleShape& s) {
+                                     return geometry::make_capsule(s.radius, s.straight_height, 96);
+                                 },
+                                 [](const PearShape& s) { return geometry::make_pear(s.height, 96); }},
+                      body.shape);
+}
+
+std::function<bool(const Vec3&)> region_test(const Region& region) {
+    return std::visit(
+        Overloaded{[](const BoxRegion& r) -> std::function<bool(const Vec3&)> {
+                       return [r](const Vec3& p) { return geometry::Box{r.min, r.max}.contains(p); };
+                   },
+                   [](const SphereRegion& r) -> std::function<bool(const Vec3&)> {
+                       return [r](const Vec3& p) { return (p - r.center).norm() <= r.radius; };
+                   },
+                   [](const HalfSpaceRegion& r) -> std::function<bool(const Vec3&)> {
+                       return [r](const Vec3& p) { return (p - r.point).dot(r.normal) >= 0; };
+                   }},
+        region);
+}
+
+// World from rest at a time: about the pivot, linear between the keyframes.
+Isometry constraint_motion(const ConstraintDescription& c, double time) {
+    Isometry out = Isometry::Identity();
+    if (c.kind == ConstraintKind::hold || c.keyframes.empty()) return out;
+    const auto& keys = c.keyframes;
+    const auto after = std::upper_bound(keys.begin(), keys.end(), time,
+                                        [](double t, const MotionKeyframe& k) { return t < k.time; });
+    const MotionKeyframe& b = after == keys.end() ? keys.back() : *after;
+    const MotionKeyframe& a = after == keys.begin() ? keys.front() : *(after - 1);
+    const double s = b.time > a.time ? std::clamp((time - a.time) / (b.time - a.time), 0.0, 1.0) : 0.0;
+    const Vec3 shift = a.position + s * (b.position - a.position);
+    const Quat turn = quaternion(a.rotation).slerp(s, quaternion(b.rotation));
+    out.linear() = turn.toRotationMatrix();
+    out.translation() = c.pivot + shift - out.linear() * c.pivot;
+    return out;
+}
+
+void add_constraint(const ConstraintDescription& c, body::Body& target, std::size_t number) {
+    const auto region = region_test(c.region);
+    const auto& rest = target.phyxels().rest_position;
+    if (std::none_of(rest.begin(), rest.end(), region))
+        throw InputError("constraints[" + std::to_string(number) + "]",
+                         "its region holds no phyxel of body '" + c.body + "'",
+                         "make it larger, or the phyxel spacing smaller (now " +
+                             std::to_string(target.phyxel_spacing()) + " m)");
+    body::HoldConstraint hold;
+    hold.region = region;
+    hold.motion = [c](double time) { return constraint_motion(c, time); };
+    hold.from = c.from_time;
+    if (c.until_time) hold.until = *c.until_time;
+    target.add_constraint(std::move(hold));
+}
+
+cutting::BladeShape blade_shape(const BladeDescription& blade) {
+    return std::visit(Overloaded{[](const PolylineBlade& b) { return cutting::BladeShape{{b.points}}; },
+                                 [](const StraightBlade& b) { return cutting::make_straight_blade(b.from, b.to); },
+                                 [](const ArcBlade& b) {
+                                     return cutting::make_arc_blade(b.center, b.radius, b.axis,
+                                                                    b.start_angle_degrees * radians,
+                                                                    b.end_angle_degrees * radians, b.segments);
+                                 }},
+                      blade);
+}
+
+body::BodySettings body_settings(const BodyDescription& b, const geometry::TriangleMesh& mesh,
+                                 const SceneDescription& scene) {
+    body::BodySettings s;
+    s.name = b.name;
+    s.cell_size = b.cell_size ? *b.cell_size : geometry::cell_size_for(mesh.bounds(), *b.cells);
+    s.phyxel_spacing = b.phyxel_spacing.value_or(0);
+    s.phyxel_count = b.phyxel_count.value_or(0);
+    s.material = {.density = b.material.density,
+                  .youngs_modulus = b.material.youngs_modulus,
+                  .poisson_ratio = b.material.poisson_ratio,
+                  .mass_damping = b.material.mass_damping,
+                  .stiffness_damping = b.material.stiffness_damping,
+                  .zero_energy = b.material.zero_energy};
+    s.velocity = b.velocity;
+    s.angular_velocity = b.angular_velocity;
+    s.visibility.disk_size = scene.occlusion.disk_size;
+    return s;
+}
+
+}  // namespace
+
+geometry::TriangleMesh placed_mesh(const BodyDescription& body, BuildReport& report) {
+    geometry::TriangleMesh mesh = own_mesh(body, report);
+    const Mat3 turn = quaternion(body.placement.rotation).toRotationMatrix();
+    for (Vec3& p : mesh.positions) p = body.placement.position + turn * (body.placement.scale * p);
+    return mesh;
+}
+
+cutting::Blade make_blade(const ToolDescription& tool) {
+    cutting::BladeShape shape;
+    for (const BladeDescription& blade : tool.blades)
+        for (auto& line : blade_shape(blade).polylines) shape.polylines.push_back(line);
+    cutting::BladeOptions options;
+    options.active_from = tool.active_from;
+    options.active_until = tool.active_until;
+    std::vector<cutting::Keyframe> keyframes;
+    if (const auto* path = std::get_if<KeyframeMotion>(&tool.motion)) {
+        for (const MotionKeyframe& k : path->keyframes)
+            keyframes.push_back({k.time, k.position, quaternion(k.rotation)});
+        if (path->interpolation == Interpolation::smooth) options.interpolation = cutting::PathInterpolation::smooth;
+    } else {
+        const auto& circle = std::get<CircularMotion>(tool.motion);
+        keyframes = cutting::circular_path(circle.center, circle.axis, circle.radius,
+                                           circle.start_angle_degrees * radians, circle.turns, circle.from_time,
+                                           circle.until_time, circle.turn_with_path);
+    }
+    return {tool.name, std::move(shape), std::move(keyframes), options};
+}
+
+std::unique_ptr<body::World> build_world(const SceneDescription& scene, std::shared_ptr<const Parallel> parallel,
+                                         BuildReport& report) {
+    body::WorldSettings settings;
+    settings.time_step = scene.time_step;
+    settings.gravity = scene.gravity;
+    if (scene.ground) settings.ground = meshless::GroundPlane{Vec3::UnitZ(), scene.ground->height, scene.ground->friction};
+    settings.solver.tolerance = scene.solver.tolerance;
+    settings.solver.max_iterations = scene.solver.max_iterations;
+    settings.solver.bdf2 = scene.solver.integrator == Integrator::bdf2;
+    auto world = std::make_unique<body::World>(settings, std::move(parallel));
+    for (const BodyDescription& b : scene.bodies) {
+        const geometry::TriangleMesh mesh = placed_mesh(b, report);
+        const body::Body& made = world->add_body(mesh, body_settings(b, mesh, scene));
+        for (const std::string& note : made.solidify_report().notes) report.notes.push_back({b.name, note});
+    }
+    const auto number_of = [&](const std::string& name) {
+        for (std::size_t k = 0; k < scene.bodies.size(); ++k)
+            if (scene.bodies[k].name == name) return k;
+        throw InputError("scene", "there is no body '" + name + "'");
+    };
+    for (std::size_t k = 0; k < scene.constraints.size(); ++k)
+        add_constraint(scene.constraints[k], *world->bodies()[number_of(scene.constraints[k].body)], k);
+    for (const ToolDescription& tool : scene.tools) {
+        std::vector<std::size_t> bodies;
+        for (const std::string& name : tool.bodies) bodies.push_back(number_of(name));
+        world->add_tool(make_blade(tool), bodies);
+    }
+    return world;
+}
+
+}  // namespace splitcubes::scene

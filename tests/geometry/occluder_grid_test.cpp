@@ -1,0 +1,245 @@
+#include <splitcubes/core/error.h>
+#include <splitcubes/core/random.h>
+#include <splitcubes/geometry/occluder_grid.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace splitcubes::geometry {
+namespace {
+
+constexpr double cell_size = 0.3;
+constexpr int cells = 12;
+const Vec3 origin(-1.7, -1.9, -1.8);
+
+using Content = std::map<std::array<int, 3>, std::vector<OccluderTriangle>>;  // by z, y, x
+
+Vec3 random_vector(Random& random, double half) {
+    const double x = random.uniform(-half, half), y = random.uniform(-half, half);
+    return {x, y, random.uniform(-half, half)};
+}
+
+std::vector<OccluderTriangle> random_cell(Random& random, const Vec3i& cell, double overhang) {
+    std::vector<OccluderTriangle> out(random.below(4));
+    for (auto& t : out) {
+        const Vec3 centre = origin + cell_size * (cell.cast<double>() + Vec3::Constant(0.5));
+        for (Vec3& p : t.corner) p = centre + random_vector(random, (0.5 + overhang) * cell_size);
+        t.boundary = random.below(2) == 1;
+    }
+    return out;
+}
+
+// Fills a grid in many steps, cells set again and emptied.
+OccluderGrid random_grid(Random& random, int steps, double overhang, Content& content) {
+    OccluderGrid grid(origin, cell_size, Vec3i::Constant(cells));
+    for (int k = 0; k < steps; ++k) {
+        const Vec3i cell(static_cast<int>(random.below(cells)), static_cast<int>(random.below(cells)),
+                         static_cast<int>(random.below(cells)));
+        const auto triangles = random_cell(random, cell, k % 20 ? overhang : 6 * overhang);
+        grid.set_cell(cell, triangles);
+        content[{cell[2], cell[1], cell[0]}] = triangles;
+    }
+    return grid;
+}
+
+std::array<double, 10> numbers(const OccluderTriangle& t) {
+    std::array<double, 10> out{};
+    for (std::size_t k = 0; k < 9; ++k) out[k] = t.corner[k / 3][static_cast<int>(k % 3)];
+    out[9] = t.boundary;
+    return out;
+}
+
+std::vector<std::array<double, 10>> numbers(const std::vector<OccluderTriangle>& triangles) {
+    std::vector<std::array<double, 10>> out;
+    for (const auto& t : triangles) out.push_back(numbers(t));
+    return out;
+}
+
+// Independent of segment_meets_triangle: where the segment passes the plane, in
+// barycentric coordinates (Moeller and Trumbore 1997), in long double.
+bool meets(const Vec3& a, const Vec3& b, const OccluderTriangle& t) {
+    using Real = Eigen::Matrix<long double, 3, 1>;
+    const Real e1 = (t.corner[1] - t.corner[0]).cast<long double>();
+    const Real e2 = (t.corner[2] - t.corner[0]).cast<long double>();
+    const Real d = (b - a).cast<long double>(), from = (a - t.corner[0]).cast<long double>();
+    const Real p = d.cross(e2), q = from.cross(e1);
+    const long double determinant = e1.dot(p);
+    if (determinant == 0) return false;
+    const long double u = from.dot(p) / determinant, v = d.dot(q) / determinant;
+    const long double s = e2.dot(q) / determinant;
+    return u >= 0 && v >= 0 && u + v <= 1 && s >= 0 && s <= 1;
+}
+
+TEST(OccluderGrid, GatherFindsWhatItsBoxMeets) {
+    Random random(1);
+    for (int round = 0; round < 60; ++round) {
+        Content content;
+        const OccluderGrid grid = random_grid(random, 400, random.uniform(0, 1), content);
+        std::size_t total = 0;
+        for (const auto& [cell, triangles] : content) total += triangles.size();
+        ASSERT_EQ(grid.triangle_count(), total);
+        for (int query = 0; query < 30; ++query) {
+            const Vec3 centre = random_vector(random, 2.2);
+            Box box;
+            box.add(centre);
+            box.add(centre + random_vector(random, query % 3 ? 0.7 : 4));
+            std::vector<OccluderTriangle> expected, found;
+            for (const auto& [cell, triangles] : content)
+                for (const auto& t : triangles)
+                    if (t.bounds().meets(box)) expected.push_back(t);
+            grid.gather(box, found);
+            auto e = numbers(expected), f = numbers(found);
+            std::sort(e.begin(), e.end());
+            std::sort(f.begin(), f.end());
+            ASSERT_EQ(e, f);
+        }
+    }
+}
+
+TEST(OccluderGrid, OrderDoesNotDependOnTheHistory) {
+    Random random(2);
+    for (int round = 0; round < 40; ++round) {
+        Content content;
+        const OccluderGrid grown = random_grid(random, 500, 0.5, content);
+        // The same content, set once, last cell first.
+        OccluderGrid fresh(origin, cell_size, Vec3i::Constant(cells));
+        for (auto it = content.rbegin(); it != content.rend(); ++it)
+            fresh.set_cell({it->first[2], it->first[1], it->first[0]}, it->second);
+        for (int query = 0; query < 30; ++query) {
+            const Vec3 centre = random_vector(random, 2);
+            const Box box = Box{centre, centre}.grown(random.uniform(0, query % 5 ? 0.6 : 3));
+            std::vector<OccluderTriangle> one, other;
+            grown.gather(box, one);
+            fresh.gather(box, other);
+            ASSERT_EQ(numbers(one), numbers(other));
+        }
+    }
+}
+
+TEST(OccluderGrid, SegmentBlockedEqualsBruteForce) {
+    Random random(3);
+    int hits = 0, count = 0;
+    for (int round = 0; round < 60; ++round) {
+        Content content;
+        const OccluderGrid grid = random_grid(random, 250, random.uniform(0, 1), content);
+        for (int query = 0; query < 400; ++query) {
+            const Vec3 a = random_vector(random, 2.3);
+            const Vec3 b = a + random_vector(random, query % 4 ? 0.8 : 4);
+            bool expected = false;
+            for (const auto& [cell, triangles] : content)
+                for (const auto& t : triangles) expected = expected || meets(a, b, t);
+            ASSERT_EQ(grid.segment_blocked(a, b), expected) << round << ' ' << query;
+            ASSERT_EQ(grid.segment_blocked(b, a), expected) << round << ' ' << query;
+            hits += expected;
+            ++count;
+        }
+    }
+    EXPECT_GT(hits, count / 10);
+    EXPECT_LT(hits, count * 9 / 10);
+}
+
+// Segments along the grid's planes and lines, triangles in those planes.
+TEST(OccluderGrid, SegmentsAlongCellFaces) {
+    Random random(4);
+    for (int round = 0; round < 3000; ++round) {
+        OccluderGrid grid(Vec3::Zero(), 1, Vec3i::Constant(8));
+        const auto lattice = [&] {
+            const auto x = static_cast<double>(random.below(9)), y = static_cast<double>(random.below(9));
+            return Vec3(x, y, static_cast<double>(random.below(9)));
+        };
+        const Vec3 a = lattice(), b = lattice();
+        const Vec3 middle = 0.5 * (a + b);
+        // A triangle about the middle, across the segment, listed by a cell that holds it.
+        const Vec3 d = b - a;
+        if (d.isZero()) continue;
+        const Vec3 u = d.unitOrthogonal(), v = d.cross(u).normalized();
+        const std::array<OccluderTriangle, 1> across{
+            {{{middle + 0.3 * u, middle - 0.2 * u + 0.2 * v, middle - 0.2 * u - 0.2 * v}, false}}};
+        grid.set_cell(middle.cast<int>().cwiseMin(7), across);
+        ASSERT_TRUE(grid.segment_blocked(a, b)) << a.transpose() << " to " << b.transpose();
+        // Ends on the triangle: closed.
+        ASSERT_TRUE(grid.segment_blocked(a, middle));
+        ASSERT_TRUE(grid.segment_blocked(middle, b));
+        ASSERT_TRUE(grid.segment_blocked(middle, middle));
+        ASSERT_FALSE(grid.segment_blocked(a, a + 0.4 * d));
+        ASSERT_FALSE(grid.segment_blocked(b, b - 0.4 * d));
+    }
+}
+
+// A closed fan with a wavy rim around a point: nothing slips between its
+// triangles, not through the middle vertex, not along the shared edges.
+TEST(SegmentMeetsTriangle, NothingSlipsBetweenTriangles) {
+    Random random(5);
+    for (int round = 0; round < 20000; ++round) {
+        const int n = 3 + static_cast<int>(random.below(6));
+        const Quat turn =
+            Quat(Eigen::AngleAxisd(random.uniform(0, 6), random_vector(random, 1).normalized()));
+        const Vec3 shift = random_vector(random, 3);
+        std::vector<Vec3> rim;
+        for (int k = 0; k < n; ++k) {
+            const double angle = 2 * M_PI * (k + random.uniform(-0.3, 0.3)) / n;
+            rim.push_back(turn * Vec3(std::cos(angle), std::sin(angle), random.uniform(-0.3, 0.3)) + shift);
+        }
+        const Vec3 hub = shift;
+        const std::size_t k = random.below(static_cast<std::uint32_t>(n));
+        const Vec3 on_edge = hub + random.below(3) * 0.3 * (rim[k] - hub);
+        const Vec3 direction = turn * Vec3(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), 1);
+        const Vec3 a = on_edge - random.uniform(0.5, 2) * direction;
+        const Vec3 b = on_edge + random.uniform(0.5, 2) * direction;
+        bool met = false;
+        for (std::size_t t = 0; t < rim.size(); ++t)
+            met = met || segment_meets_triangle(a, b, {hub, rim[t], rim[(t + 1) % rim.size()]});
+        ASSERT_TRUE(met) << round;
+    }
+}
+
+TEST(SegmentMeetsTriangle, InThePlaneOfTheTriangle) {
+    const std::array<Vec3, 3> triangle{Vec3(0, 0, 1), Vec3(2, 0, 1), Vec3(0, 2, 1)};
+    EXPECT_TRUE(segment_meets_triangle({-1, 0.5, 1}, {3, 0.5, 1}, triangle));     // through it
+    EXPECT_TRUE(segment_meets_triangle({0.2, 0.2, 1}, {0.3, 0.4, 1}, triangle));  // within it
+    EXPECT_TRUE(segment_meets_triangle({-1, 0, 1}, {0, 0, 1}, triangle));         // to a corner
+    EXPECT_FALSE(segment_meets_triangle({-2, 0.5, 1}, {-1, 0.5, 1}, triangle));   // ends before it
+    EXPECT_FALSE(segment_meets_triangle({3, 0, 1}, {0, 3, 1}, triangle));         // beside it
+    EXPECT_FALSE(segment_meets_triangle({-1, 0.5, 1.001}, {3, 0.5, 1.001}, triangle));
+    EXPECT_TRUE(segment_meets_triangle({0.5, 0.5, 1}, {0.5, 0.5, 1}, triangle));
+    EXPECT_FALSE(segment_meets_triangle({1.5, 1.5, 1}, {1.5, 1.5, 1}, triangle));
+    // Without area.
+    EXPECT_FALSE(
+        segment_meets_triangle({-1, 0.5, 1}, {3, 0.5, 1}, {Vec3(0, 0, 1), Vec3(0, 1, 1), Vec3(0, 2, 1)}));
+}
+
+TEST(OccluderGrid, EmptyingACellForgetsItsTriangles) {
+    Random random(6);
+    Content content;
+    OccluderGrid grid = random_grid(random, 300, 0.5, content);
+    for (const auto& [cell, triangles] : content) grid.set_cell({cell[2], cell[1], cell[0]}, {});
+    EXPECT_EQ(grid.triangle_count(), 0U);
+    std::vector<OccluderTriangle> found;
+    grid.gather(Box{Vec3::Constant(-100), Vec3::Constant(100)}, found);
+    EXPECT_TRUE(found.empty());
+    EXPECT_FALSE(grid.segment_blocked({-2, -2, -2}, {2, 2, 2}));
+}
+
+TEST(OccluderGrid, LargeGridsCostNothingWhereEmpty) {
+    OccluderGrid grid(Vec3::Zero(), 0.001, Vec3i::Constant(1 << 20));
+    const Vec3 p(700.0001, 1.0, 30.0);
+    const std::array<OccluderTriangle, 1> one{{{{p, p + Vec3(0, 0.001, 0), p + Vec3(0, 0, 0.001)}, false}}};
+    grid.set_cell((p / 0.001).cast<int>(), one);
+    EXPECT_TRUE(grid.segment_blocked(p + Vec3(-0.001, 0.0002, 0.0002), p + Vec3(0.001, 0.0002, 0.0002)));
+    std::vector<OccluderTriangle> found;
+    grid.gather(Box{Vec3::Zero(), Vec3::Constant(1000)}, found);
+    EXPECT_EQ(found.size(), 1U);
+}
+
+TEST(OccluderGrid, OptionsOutOfRangeAreRefused) {
+    EXPECT_THROW(OccluderGrid(Vec3::Zero(), 0, Vec3i::Ones()), InputError);
+    EXPECT_THROW(OccluderGrid(Vec3::Zero(), std::nan(""), Vec3i::Ones()), InputError);
+    EXPECT_THROW(OccluderGrid(Vec3::Zero(), 1, Vec3i(1, 0, 1)), InputError);
+    EXPECT_THROW(OccluderGrid(Vec3::Zero(), 1, Vec3i(1, 1, (1 << 20) + 1)), InputError);
+}
+
+}  // namespace
+}  // namespace splitcubes::geometry

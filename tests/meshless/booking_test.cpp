@@ -1,0 +1,194 @@
+#include "bodies.h"
+
+#include <gtest/gtest.h>
+#include <splitcubes/meshless/booking.h>
+
+namespace splitcubes::meshless {
+namespace {
+
+using fixtures::random_vector;
+
+/// Phyxels at random in a box and the nodes of a grid over it, cut at x = 0 when asked.
+struct Scene {
+    Phyxels phyxels;
+    std::vector<Vec3> nodes;
+    std::vector<double> volumes;
+    std::vector<std::int32_t> pieces;
+    PhyxelLocator locator;
+    double density = 900;
+
+    explicit Scene(std::uint64_t seed) {
+        Random random(seed);
+        for (int i = 0; i < 200; ++i) {
+            phyxels.append(random_vector(random, 0.2), 0.02);
+            phyxels.support_radius.back() = random.uniform(0.03, 0.09);
+            phyxels.position.back() =
+                random_vector(random, 0.02) + phyxels.rest_position.back() + Vec3(5, -3, 2);
+            phyxels.velocity.back() = random_vector(random, 1) + Vec3(3, 0, -4);
+        }
+        for (int z = -6; z <= 6; ++z)
+            for (int y = -6; y <= 6; ++y)
+                for (int x = -6; x <= 6; ++x) {
+                    nodes.push_back(0.032 * Vec3(x, y, z));
+                    volumes.push_back(random.uniform(0.2, 1) * 3e-5);
+                }
+        pieces.assign(nodes.size(), 0);
+        locator = PhyxelLocator(phyxels.rest_position, 0.06);
+    }
+    NodeBook book_of_nodes() const { return {nodes, volumes, pieces}; }
+    void part(double at, std::int32_t piece) {
+        for (std::size_t b = 0; b < nodes.size(); ++b)
+            if (nodes[b].x() > at) pieces[b] = piece;
+        for (std::size_t i = 0; i < phyxels.size(); ++i)
+            if (phyxels.rest_position[i].x() > at) phyxels.piece[i] = piece;
+    }
+    double piece_volume(std::int32_t piece) const {
+        double sum = 0;
+        for (std::size_t b = 0; b < nodes.size(); ++b) sum += pieces[b] == piece ? volumes[b] : 0;
+        return sum;
+    }
+};
+
+TEST(Booking, SharesSumToOneWithinThePiece) {
+    Scene scene(1);
+    scene.part(0.01, 1);
+    const Booking booking = book(scene.book_of_nodes(), scene.phyxels, scene.locator);
+    EXPECT_EQ(booking.unbooked, 0U);
+    for (std::size_t b = 0; b < scene.nodes.size(); ++b) {
+        double sum = 0;
+        for (std::uint32_t e = booking.offsets[b]; e < booking.offsets[b + 1]; ++e) {
+            EXPECT_EQ(scene.phyxels.piece[booking.phyxel[e]], scene.pieces[b]);
+            EXPECT_GT(booking.share[e], 0);
+            sum += booking.share[e];
+        }
+        EXPECT_NEAR(sum, 1, 1e-14);
+    }
+}
+
+TEST(Booking, EveryPieceWeighsWhatItsNodesWeigh) {
+    Scene scene(2);
+    scene.part(0.01, 1);
+    apply(book(scene.book_of_nodes(), scene.phyxels, scene.locator), scene.volumes, scene.density,
+          scene.phyxels);
+    std::vector<Momenta> pieces;
+    piece_momenta(scene.phyxels, 2, pieces);
+    for (std::int32_t k = 0; k < 2; ++k) {
+        const double expected = scene.density * scene.piece_volume(k);
+        EXPECT_NEAR(pieces[static_cast<std::size_t>(k)].mass, expected, 1e-13 * expected);
+    }
+}
+
+TEST(Booking, NodesOutOfReachGoToTheNearest) {
+    Phyxels phyxels;
+    for (const double x : {0.0, 1.0, 3.0}) phyxels.append(Vec3(x, 0, 0), 0.1, x > 2);
+    for (double& h : phyxels.support_radius) h = 0.1;
+    const std::vector<Vec3> nodes{Vec3(0.4, 0, 0), Vec3(0.5, 0, 0), Vec3(2.9, 0.5, 0), Vec3(0, 0, 0)};
+    const std::vector<double> volumes(4, 1);
+    const std::vector<std::int32_t> pieces{0, 0, 0, 7};
+    const PhyxelLocator locator(phyxels.rest_position, 0.1);
+    const Booking booking = book({nodes, volumes, pieces}, phyxels, locator);
+    EXPECT_EQ(booking.phyxel, (std::vector<std::uint32_t>{0, 0, 1}))
+        << "of its own piece, the lower of equals";
+    EXPECT_EQ(booking.unbooked, 1U) << "a piece without phyxels";
+}
+
+TEST(Booking, RebookKeepsMassMomentumAndSpin) {
+    Scene scene(3);
+    Booking booking = book(scene.book_of_nodes(), scene.phyxels, scene.locator);
+    apply(booking, scene.volumes, scene.density, scene.phyxels);
+    const Booking old = booking;
+    const Phyxels before = scene.phyxels;
+    const Momenta whole = total_momenta(before);
+    scene.part(0.01, 1);
+    rebook(booking, scene.book_of_nodes(), scene.density, scene.locator, scene.phyxels);
+
+    std::vector<Momenta> pieces;
+    piece_momenta(scene.phyxels, 2, pieces);
+    const Vec3 drift = whole.linear / whole.mass;
+    Vec3 total_spin = Vec3::Zero(), total_linear = Vec3::Zero();
+    double total_mass = 0;
+    for (std::size_t k = 0; k < 2; ++k) {
+        // What the piece's nodes carried under the old shares.
+        Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+        for (std::size_t b = 0; b < scene.nodes.size(); ++b) {
+            if (scene.pieces[b] != static_cast<std::int32_t>(k)) continue;
+            for (std::uint32_t e = old.offsets[b]; e < old.offsets[b + 1]; ++e) {
+                const std::uint32_t i = old.phyxel[e];
+                const double m = scene.density * scene.volumes[b] * old.share[e];
+                linear += m * before.velocity[i];
+                angular += m * (before.position[i] - whole.centre).cross(before.velocity[i] - drift);
+            }
+        }
+        EXPECT_LT((pieces[k].linear - linear).norm(), 1e-12 * whole.linear.norm());
+        const Vec3 now = pieces[k].spin +
+                         (pieces[k].centre - whole.centre).cross(pieces[k].linear - pieces[k].mass * drift);
+        EXPECT_LT((now - angular).norm(), 1e-12 * whole.mass);
+        total_mass += pieces[k].mass;
+        total_linear += pieces[k].linear;
+        total_spin += now;
+    }
+    EXPECT_NEAR(total_mass, whole.mass, 1e-13 * whole.mass);
+    EXPECT_LT((total_linear - whole.linear).norm(), 1e-12 * whole.linear.norm());
+    EXPECT_LT((total_spin - whole.spin).norm(), 1e-12 * whole.mass);
+}
+
+TEST(Booking, RebookDoesNotDependOnTheFrameOfMotion) {
+    Scene still(4), fast(4);
+    const Vec3 boost(0, 20, -30);
+    for (Vec3& v : fast.phyxels.velocity) v += boost;
+    for (Scene* scene : {&still, &fast}) {
+        Booking booking = book(scene->book_of_nodes(), scene->phyxels, scene->locator);
+        apply(booking, scene->volumes, scene->density, scene->phyxels);
+        scene->part(0.05, 1);
+        rebook(booking, scene->book_of_nodes(), scene->density, scene->locator, scene->phyxels);
+    }
+    for (std::size_t i = 0; i < still.phyxels.size(); ++i)
+        EXPECT_LT((fast.phyxels.velocity[i] - boost - still.phyxels.velocity[i]).norm(), 1e-11);
+}
+
+TEST(Booking, RebookLeavesUnchangedPiecesAlone) {
+    Scene scene(5);
+    scene.part(0.1, 1);
+    Booking booking = book(scene.book_of_nodes(), scene.phyxels, scene.locator);
+    apply(booking, scene.volumes, scene.density, scene.phyxels);
+    const Phyxels before = scene.phyxels;
+    // Piece 1 loses its far end to a new piece 2; piece 0 stays.
+    scene.part(0.15, 2);
+    rebook(booking, scene.book_of_nodes(), scene.density, scene.locator, scene.phyxels);
+    for (std::size_t i = 0; i < before.size(); ++i) {
+        if (scene.phyxels.piece[i] == 0) {
+            EXPECT_EQ(scene.phyxels.mass[i], before.mass[i]);
+            EXPECT_EQ(scene.phyxels.velocity[i], before.velocity[i]);
+        }
+    }
+    // Nothing parted: nothing at all changes.
+    const Phyxels again = scene.phyxels;
+    rebook(booking, scene.book_of_nodes(), scene.density, scene.locator, scene.phyxels);
+    EXPECT_EQ(scene.phyxels.mass, again.mass);
+    EXPECT_EQ(scene.phyxels.velocity, again.velocity);
+}
+
+TEST(Booking, RebookAfterResamplingKeepsWhatThePieceCarried) {
+    Scene scene(6);
+    Booking booking = book(scene.book_of_nodes(), scene.phyxels, scene.locator);
+    apply(booking, scene.volumes, scene.density, scene.phyxels);
+    const Momenta before = total_momenta(scene.phyxels);
+    Random random(7);
+    for (int k = 0; k < 30; ++k) {
+        PhyxelStart start;
+        start.rest_position = random_vector(random, 0.2);
+        start.position = start.rest_position + Vec3(5, -3, 2);
+        start.velocity = random_vector(random, 3);
+        start.support_radius = 0.05;
+        scene.phyxels.append(start);
+    }
+    scene.locator = PhyxelLocator(scene.phyxels.rest_position, 0.06);
+    rebook(booking, scene.book_of_nodes(), scene.density, scene.locator, scene.phyxels);
+    const Momenta after = total_momenta(scene.phyxels);
+    EXPECT_NEAR(after.mass, before.mass, 1e-13 * before.mass);
+    EXPECT_LT((after.linear - before.linear).norm(), 1e-12 * before.linear.norm());
+    EXPECT_LT((after.spin - before.spin).norm(), 1e-12 * before.mass);
+}
+
+}  // namespace
+}  // namespace splitcubes::meshless

@@ -1,0 +1,278 @@
+#include "bodies.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+namespace splitcubes::meshless {
+namespace {
+
+using fixtures::block;
+using fixtures::random_vector;
+using fixtures::Specimen;
+
+struct State {
+    std::vector<Mat3> F, R;
+    std::vector<Vec3> force;
+    double energy = 0;
+};
+
+State state_of(const Specimen& body, const std::vector<Vec3>& position, const Parallel& parallel) {
+    const std::size_t n = position.size();
+    State state{std::vector<Mat3>(n), std::vector<Mat3>(n, Mat3::Identity()), std::vector<Vec3>(n)};
+    compute_deformation(body.neighbourhoods, body.phyxels.rest_position, position, state.R, state.F, state.R,
+                        parallel);
+    ElasticForces elastic;
+    elastic.forces(body.neighbourhoods, body.material, position, state.F, state.R, state.force, parallel);
+    state.energy = elastic.energy(body.neighbourhoods, body.material, position, state.F, state.R, parallel);
+    return state;
+}
+
+std::vector<Vec3> shaken(const Specimen& body, double size, Random& random) {
+    std::vector<Vec3> position = body.phyxels.rest_position;
+    const Mat3 turn = fixtures::random_rotation(random);
+    for (Vec3& x : position) x = turn * x + random_vector(random, size);
+    return position;
+}
+
+// The force that a unit strain makes at one phyxel: what zero is measured against.
+double force_scale(const Specimen& body) {
+    double scale = 0;
+    for (std::size_t i = 0; i < body.phyxels.size(); ++i)
+        scale = std::max(
+            scale, body.material.youngs_modulus * std::cbrt(body.phyxels.volume[i] * body.phyxels.volume[i]));
+    return scale;
+}
+
+void expect_rigid_motion_free(const Specimen& body, const Mat3& turn, const Parallel& parallel) {
+    std::vector<Vec3> position = body.phyxels.rest_position;
+    for (Vec3& x : position) x = turn * x + Vec3(0.3, -2, 5);
+    const State state = state_of(body, position, parallel);
+    for (std::size_t i = 0; i < position.size(); ++i) {
+        EXPECT_LT((state.F[i].transpose() * state.F[i] - Mat3::Identity()).norm(), 1e-9);
+        EXPECT_LT((state.F[i] - state.R[i]).norm(), 1e-9);
+        EXPECT_LT(state.force[i].norm(), 1e-9 * force_scale(body));
+    }
+}
+
+TEST(Elasticity, RigidMotionsAreFree) {
+    const Parallel parallel(1);
+    Random random(1);
+    const Specimen body = block(6, 5, 4, 0.05, Material{}, parallel);
+    for (int trial = 0; trial < 10; ++trial)
+        expect_rigid_motion_free(body, fixtures::random_rotation(random), parallel);
+    for (int axis = 0; axis < 3; ++axis) {
+        const Mat3 half_turn = 2 * Vec3::Unit(axis) * Vec3::Unit(axis).transpose() - Mat3::Identity();
+        expect_rigid_motion_free(body, half_turn, parallel);
+    }
+}
+
+TEST(Elasticity, RigidMotionsOfFragmentsAreFree) {
+    const Parallel parallel(1);
+    Random random(2);
+    std::array<int, 4> ranks{};
+    for (int trial = 0; trial < 60; ++trial) {
+        Specimen body;
+        if (trial % 2 == 0) {
+            body = block(6, 6, 5, 0.05, Material{}, parallel);
+            fixtures::cut_randomly(body, 5 + trial, 0.15, static_cast<std::uint64_t>(trial), parallel);
+        } else {
+            // Loose handfuls, down to one phyxel, flattened or drawn out at random.
+            const Vec3 shape(1, random.unit() < 0.5 ? 1 : 0.01, random.unit() < 0.5 ? 1 : 0.01);
+            const Mat3 turn = fixtures::random_rotation(random);
+            const int count = 1 + static_cast<int>(random.below(12));
+            for (int i = 0; i < count; ++i)
+                body.add(turn * random_vector(random, 0.1).cwiseProduct(shape), 0.05);
+            body.connect(parallel);
+        }
+        for (const auto rank : body.neighbourhoods.rank()) ++ranks[rank];
+        expect_rigid_motion_free(body, fixtures::random_rotation(random), parallel);
+        expect_rigid_motion_free(body, Vec3(1, -1, -1).asDiagonal(), parallel);
+    }
+    for (const int count : ranks) EXPECT_GT(count, 20) << "every rank must have been tried";
+}
+
+TEST(Elasticity, UniformStretchHasTheAnalyticStress) {
+    const Parallel parallel(1);
+    Material material;
+    material.youngs_modulus = 2e5;
+    material.poisson_ratio = 0.3;
+    const Specimen body = block(8, 8, 8, 0.05, material, parallel);
+    const Vec3 stretch(1.2, 0.9, 1.05);
+    Random random(3);
+    const Mat3 turn = fixtures::random_rotation(random);
+    std::vector<Vec3> position = body.phyxels.rest_position;
+    for (Vec3& x : position) x = turn * stretch.cwiseProduct(x);
+    const State state = state_of(body, position, parallel);
+    const double mu = material.lame_mu(), lambda = material.lame_lambda();
+    const Vec3 principal =
+        2 * mu * (stretch.array() - 1).matrix() + Vec3::Constant(lambda * (stretch.sum() - 3));
+    for (std::size_t i = 0; i < position.size(); ++i) {
+        const Mat3 stress = piola_stress(material, state.F[i], state.R[i]);
+        EXPECT_LT((stress - turn * principal.asDiagonal()).norm(), 1e-9 * material.youngs_modulus);
+        const bool deep = body.phyxels.rest_position[i].cwiseAbs().maxCoeff() < 0.08;
+        if (deep) {
+            EXPECT_LT(state.force[i].norm(), 1e-9 * force_scale(body)) << "no net force inside";
+        }
+    }
+    const double density =
+        mu * (stretch.array() - 1).square().sum() + lambda / 2 * std::pow(stretch.sum() - 3, 2);
+    EXPECT_NEAR(state.energy, density * 512 * std::pow(0.05, 3), 1e-9 * density);
+}
+
+TEST(Elasticity, ForceIsMinusTheEnergysGradient) {
+    const Parallel parallel(1);
+    Random random(4);
+    for (const double zero_energy : {0.0, 0.1}) {
+        Material material;
+        material.zero_energy = zero_energy;
+        const Specimen body = block(4, 4, 4, 0.05, material, parallel);
+        const std::vector<Vec3> position = shaken(body, 0.01, random);
+        const State state = state_of(body, position, parallel);
+        double scale = 0;
+        for (const Vec3& force : state.force) scale = std::max(scale, force.norm());
+        const double step = 1e-7;
+        for (std::size_t i = 0; i < position.size(); i += 7)
+            for (int axis = 0; axis < 3; ++axis) {
+                std::vector<Vec3> high = position, low = position;
+                high[i][axis] += step;
+                low[i][axis] -= step;
+                const double slope =
+                    (state_of(body, high, parallel).energy - state_of(body, low, parallel).energy) /
+                    (2 * step);
+                EXPECT_NEAR(state.force[i][axis], -slope, 1e-5 * scale);
+            }
+    }
+}
+
+TEST(Elasticity, ForcesKeepMomentum) {
+    const Parallel parallel(1);
+    Random random(5);
+    const Specimen body = block(6, 5, 4, 0.05, Material{}, parallel);
+    const std::vector<Vec3> position = shaken(body, 0.01, random);
+    const State state = state_of(body, position, parallel);
+    Vec3 sum = Vec3::Zero(), torque = Vec3::Zero();
+    double scale = 0;
+    for (std::size_t i = 0; i < position.size(); ++i) {
+        sum += state.force[i];
+        torque += position[i].cross(state.force[i]);
+        scale += state.force[i].norm();
+    }
+    EXPECT_LT(sum.norm(), 1e-12 * scale);
+    EXPECT_LT(torque.norm(), 1e-11 * scale);
+}
+
+// Forces with rotations held: differences of these are what the operator means.
+std::vector<Vec3> forces_with(const Specimen& body, const std::vector<Vec3>& position, const State& held,
+                              const Parallel& parallel) {
+    std::vector<Mat3> F(position.size()), R(position.size(), Mat3::Identity());
+    compute_deformation(body.neighbourhoods, body.phyxels.rest_position, position, R, F, R, parallel);
+    std::vector<Vec3> force(position.size());
+    ElasticForces elastic;
+    elastic.forces(body.neighbourhoods, body.material, position, F, held.R, force, parallel);
+    return force;
+}
+
+TEST(Stiffness, IsTheForcesDerivativeWithRotationsHeld) {
+    const Parallel parallel(1);
+    Random random(6);
+    const Specimen body = block(4, 4, 4, 0.05, Material{}, parallel);
+    const std::vector<Vec3> position = shaken(body, 0.005, random);
+    const State state = state_of(body, position, parallel);
+    const std::size_t n = position.size();
+    std::vector<Vec3> dx(n), high = position, low = position, out(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        dx[i] = random_vector(random, 1e-4);
+        high[i] += dx[i];
+        low[i] -= dx[i];
+    }
+    const std::vector<double> none(n, 0);
+    ElasticForces elastic;
+    const double product =
+        elastic.apply_stiffness(body.neighbourhoods, body.material, {}, state.R, none, dx, out, parallel);
+    const std::vector<Vec3> up = forces_with(body, high, state, parallel);
+    const std::vector<Vec3> down = forces_with(body, low, state, parallel);
+    double scale = 0, sum = 0;
+    for (const Vec3& force : out) scale = std::max(scale, force.norm());
+    for (std::size_t i = 0; i < n; ++i) {
+        EXPECT_LT((out[i] + 0.5 * (up[i] - down[i])).norm(), 1e-8 * scale);
+        sum += dx[i].dot(out[i]);
+    }
+    EXPECT_NEAR(product, sum, 1e-12 * sum);
+}
+
+TEST(Stiffness, IsSymmetricAndPositive) {
+    const Parallel parallel(1);
+    Random random(7);
+    for (const int cuts : {0, 6, 40}) {
+        Specimen body = block(5, 5, 4, 0.05, Material{}, parallel);
+        fixtures::cut_randomly(body, cuts, 0.1, 8, parallel);
+        const State state = state_of(body, shaken(body, 0.01, random), parallel);
+        const std::size_t n = state.R.size();
+        const std::vector<double> none(n, 0);
+        ElasticForces elastic;
+        for (const ElasticForces::Factors factors : {ElasticForces::Factors{1, 0}, {0, 1}, {0.5, 2}})
+            for (int trial = 0; trial < 10; ++trial) {
+                std::vector<Vec3> a(n), b(n), Ka(n), Kb(n);
+                for (std::size_t i = 0; i < n; ++i) {
+                    a[i] = random_vector(random, 1);
+                    b[i] = random_vector(random, 1);
+                }
+                const auto apply = [&](const std::vector<Vec3>& in, std::vector<Vec3>& out) {
+                    return elastic.apply_stiffness(body.neighbourhoods, body.material, factors, state.R, none,
+                                                   in, out, parallel);
+                };
+                const double aKa = apply(a, Ka), bKb = apply(b, Kb);
+                EXPECT_GE(aKa, 0);
+                double bKa = 0, aKb = 0;
+                for (std::size_t i = 0; i < n; ++i) {
+                    bKa += b[i].dot(Ka[i]);
+                    aKb += a[i].dot(Kb[i]);
+                }
+                EXPECT_NEAR(bKa, aKb, 1e-12 * std::sqrt(aKa * bKb));
+            }
+    }
+}
+
+TEST(Stiffness, DampingLetsBodiesTurn) {
+    const Parallel parallel(1);
+    Random random(9);
+    const Specimen body = block(5, 5, 4, 0.05, Material{}, parallel);
+    const Mat3 turn = fixtures::random_rotation(random);
+    std::vector<Vec3> position = body.phyxels.rest_position, velocity(position.size()), out(position.size());
+    const Vec3 omega(1, 2, 3);
+    for (std::size_t i = 0; i < position.size(); ++i) {
+        position[i] = turn * position[i];
+        velocity[i] = omega.cross(position[i]);
+    }
+    const State state = state_of(body, position, parallel);
+    const std::vector<double> none(position.size(), 0);
+    ElasticForces elastic;
+    elastic.apply_stiffness(body.neighbourhoods, body.material, {0, 1}, state.R, none, velocity, out,
+                            parallel);
+    for (const Vec3& force : out) EXPECT_LT(force.norm(), 1e-9 * force_scale(body));
+}
+
+TEST(Stiffness, DiagonalIsNearTheTrueOne) {
+    const Parallel parallel(1);
+    const Specimen body = block(5, 5, 5, 0.05, Material{}, parallel);
+    const std::size_t n = body.phyxels.size();
+    const std::vector<double> none(n, 0);
+    const std::vector<Mat3> R(n, Mat3::Identity());
+    ElasticForces elastic;
+    for (const std::size_t i : {std::size_t{0}, std::size_t{62}, std::size_t{57}}) {
+        double trace = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            std::vector<Vec3> dx(n, Vec3::Zero()), out(n);
+            dx[i] = Vec3::Unit(axis);
+            trace +=
+                elastic.apply_stiffness(body.neighbourhoods, body.material, {}, R, none, dx, out, parallel);
+        }
+        const double ratio = body.neighbourhoods.stiffness_diagonal()[i] / (trace / 3);
+        EXPECT_GT(ratio, 0.6);
+        EXPECT_LE(ratio, 1 + 1e-9) << "only pairs of two neighbours are left out";
+    }
+}
+
+}  // namespace
+}  // namespace splitcubes::meshless
