@@ -72,7 +72,8 @@ void run_once(const std::shared_ptr<const Parallel>& parallel, Sample& sample) {
         sample.new_edges += report.new_cut_edges;
         sample.disks += report.disks;
         sample.iterations += static_cast<std::size_t>(report.solver_iterations);
-        for (std::size_t s = 0; s < body::stage_count; ++s) sample.stages[s].push_back(1e3 * report.seconds[s]);
+        for (std::size_t s = 0; s < body::stage_count; ++s)
+            sample.stages[s].push_back(1e3 * report.seconds[s]);
     }
 }
 
@@ -83,9 +84,10 @@ int bench_paper(const Options& options) {
     double mean = 0;
     for (const double ms : sample.cutting) mean += ms / static_cast<double>(sample.cutting.size());
     const std::size_t steps = sample.cutting.size();
-    std::printf("bench paper: %zu phyxels, %zu links, %zu surface cells, %zu -> %zu triangles, %d threads, %d runs\n",
-                sample.first.phyxels, sample.first.pairs, sample.first.surface_cells, sample.first.triangles,
-                sample.last.triangles, parallel->thread_count(), options.runs);
+    std::printf(
+        "bench paper: %zu phyxels, %zu links, %zu surface cells, %zu -> %zu triangles, %d threads, %d runs\n",
+        sample.first.phyxels, sample.first.pairs, sample.first.surface_cells, sample.first.triangles,
+        sample.last.triangles, parallel->thread_count(), options.runs);
     std::printf("%-24s %10s %10s\n", "stage, steps that cut", "median ms", "p95 ms");
     Json stages;
     for (std::size_t s = 0; s < body::stage_count; ++s) {
@@ -103,21 +105,23 @@ int bench_paper(const Options& options) {
                 static_cast<double>(sample.new_edges) / static_cast<double>(steps),
                 static_cast<double>(sample.disks) / static_cast<double>(steps),
                 static_cast<double>(sample.iterations) / static_cast<double>(steps));
-    Json json = {{"bench", "paper"},
-                 {"threads", parallel->thread_count()},
-                 {"runs", options.runs},
-                 {"phyxels", sample.first.phyxels},
-                 {"surface_cells", sample.first.surface_cells},
-                 {"triangles_first", sample.first.triangles},
-                 {"triangles_last", sample.last.triangles},
-                 {"cutting", {{"steps", steps},
-                              {"median_ms", median},
-                              {"mean_ms", mean},
-                              {"max_ms", quantile(sample.cutting, 1)},
-                              {"steps_per_second", 1e3 / mean}}},
-                 {"idle", {{"median_ms", quantile(sample.idle, 0.5)},
-                           {"steps_per_second", 1e3 / quantile(sample.idle, 0.5)}}},
-                 {"stages", stages}};
+    Json json = {
+        {"bench", "paper"},
+        {"threads", parallel->thread_count()},
+        {"runs", options.runs},
+        {"phyxels", sample.first.phyxels},
+        {"surface_cells", sample.first.surface_cells},
+        {"triangles_first", sample.first.triangles},
+        {"triangles_last", sample.last.triangles},
+        {"cutting",
+         {{"steps", steps},
+          {"median_ms", median},
+          {"mean_ms", mean},
+          {"max_ms", quantile(sample.cutting, 1)},
+          {"steps_per_second", 1e3 / mean}}},
+        {"idle",
+         {{"median_ms", quantile(sample.idle, 0.5)}, {"steps_per_second", 1e3 / quantile(sample.idle, 0.5)}}},
+        {"stages", stages}};
     std::cout << json.dump() << '\n';
     write_json(options.json, json);
     return 0;
@@ -133,7 +137,8 @@ int bench(const Options& options) {
 
 void add_bench_command(CLI::App& app, Run& run) {
     const auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("bench", "Runs a benchmark; prints a table, then one line of JSON");
+    CLI::App* command =
+        app.add_subcommand("bench", "Runs a benchmark; prints a table, then one line of JSON");
     command->add_option("name", options->name, "paper: the published size, a blade passing")->required();
     command->add_option("--threads", options->threads, "Threads (all)");
     command->add_option("--runs", options->runs, "Runs to take medians over (5)");

@@ -55,7 +55,8 @@ int cut(const Options& options) {
     seconds["tessellate"] = watch.lap();
     for (std::size_t k = 0; k < sheets.size(); ++k) {
         const auto slots = splitting::cut_with_sheet(grid, sheets[k], static_cast<std::int32_t>(k));
-        if (slots.empty()) print_notes(options.sheets[k], {"crosses no edge inside the body: nothing was cut"});
+        if (slots.empty())
+            print_notes(options.sheets[k], {"crosses no edge inside the body: nothing was cut"});
         surface.retessellate(grid, slots);
     }
     seconds["cut"] = watch.lap();
@@ -87,9 +88,11 @@ int cut(const Options& options) {
 
 void add_cut_command(CLI::App& app, Run& run) {
     const auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("cut", "Cuts a solid at rest with triangle sheets or closed meshes");
+    CLI::App* command =
+        app.add_subcommand("cut", "Cuts a solid at rest with triangle sheets or closed meshes");
     command->add_option("mesh", options->mesh, "Mesh in: .obj .ply .stl .gltf .glb")->required();
-    command->add_option("--with", options->sheets, "Sheets to cut with, in the mesh's coordinates")->required();
+    command->add_option("--with", options->sheets, "Sheets to cut with, in the mesh's coordinates")
+        ->required();
     command->add_option("-o,--output", options->out, "Whole surface out: .ply .obj .stl .glb")->required();
     CLI::Option* cells = command->add_option("--cells", options->cells, "Cells along the longest side (48)");
     command->add_option("--cell-size", options->cell_size, "Cell size in metres")->excludes(cells);

@@ -25,7 +25,8 @@ std::string simd() {
 
 int info() {
     std::cout << "splitcubes " << SPLITCUBES_VERSION << '\n'
-              << "build       " << SPLITCUBES_BUILD_TYPE << ", " <<
+              << "build       " << SPLITCUBES_BUILD_TYPE << ", "
+              <<
 #if defined(__clang__)
         "clang " << __clang_major__ << '.' << __clang_minor__ << '\n'
 #else

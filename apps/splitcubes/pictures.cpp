@@ -12,7 +12,8 @@ namespace splitcubes::app {
 RunScene read_run_scene(const std::filesystem::path& folder) {
     const std::filesystem::path file = folder / "scene.json";
     if (!std::filesystem::exists(file))
-        throw InputError(folder.string(), "holds no scene.json", "give the folder that `splitcubes run` wrote");
+        throw InputError(folder.string(), "holds no scene.json",
+                         "give the folder that `splitcubes run` wrote");
     return {scene::parse_scene_file(file)};
 }
 
@@ -20,7 +21,8 @@ double frame_time(const RunScene& scene, const std::filesystem::path& file) {
     return std::atof(file.stem().c_str()) * scene.description.time_step;
 }
 
-PictureMaker::PictureMaker(const RunScene& scene, const std::vector<std::filesystem::path>& frames) : scene_(scene) {
+PictureMaker::PictureMaker(const RunScene& scene, const std::vector<std::filesystem::path>& frames)
+    : scene_(scene) {
     std::string why_not;
     context_ = gl::HeadlessContext::create(&why_not);
     if (!context_) throw JobError("OpenGL cannot start: " + why_not);
@@ -36,8 +38,8 @@ PictureMaker::PictureMaker(const RunScene& scene, const std::vector<std::filesys
     options.width = wish.width;
     options.height = wish.height;
     options.ground = true;
-    options.ground_height = scene.description.ground ? scene.description.ground->height
-                                                     : lowest - 0.25 * seen.size().norm();
+    options.ground_height =
+        scene.description.ground ? scene.description.ground->height : lowest - 0.25 * seen.size().norm();
     renderer_.emplace(*context_, options);
     camera_ = wish.eye ? render::Camera{*wish.eye, *wish.target, wish.up, wish.vertical_fov_degrees}
                        : render::frame_camera(seen, wish.direction, wish.vertical_fov_degrees,

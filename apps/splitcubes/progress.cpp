@@ -26,7 +26,9 @@ void watch_interrupts() {
     std::signal(SIGTERM, on_interrupt);
 }
 
-bool interrupted() { return interrupt_count > 0; }
+bool interrupted() {
+    return interrupt_count > 0;
+}
 
 Progress::Progress(std::string what, std::size_t total)
     : what_(std::move(what)), total_(total), terminal_(isatty(STDERR_FILENO) == 1) {}
@@ -38,7 +40,8 @@ void Progress::show(std::size_t done, const std::string& detail) {
         const int filled = static_cast<int>(share * width);
         const std::string bar = std::string(static_cast<std::size_t>(filled), '#') +
                                 std::string(static_cast<std::size_t>(width - filled), '.');
-        std::fprintf(stderr, "\r%s [%s] %zu/%zu %s\x1b[K", what_.c_str(), bar.c_str(), done, total_, detail.c_str());
+        std::fprintf(stderr, "\r%s [%s] %zu/%zu %s\x1b[K", what_.c_str(), bar.c_str(), done, total_,
+                     detail.c_str());
         std::fflush(stderr);
         open_line_ = true;
         return;

@@ -33,12 +33,14 @@ struct Options {
 std::vector<fs::path> frame_files(const fs::path& folder) {
     const fs::path surfaces = folder / "surface";
     if (!fs::is_directory(surfaces))
-        throw InputError(folder.string(), "holds no folder 'surface'", "give the folder that `splitcubes run` wrote");
+        throw InputError(folder.string(), "holds no folder 'surface'",
+                         "give the folder that `splitcubes run` wrote");
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(surfaces))
         if (entry.path().extension() == ".ply") files.push_back(entry.path());
     if (files.empty())
-        throw InputError(surfaces.string(), "holds no .ply frames", "run the scene with output.format \"ply\"");
+        throw InputError(surfaces.string(), "holds no .ply frames",
+                         "run the scene with output.format \"ply\"");
     std::sort(files.begin(), files.end());
     return files;
 }
@@ -75,7 +77,8 @@ int render_frames(const Options& options) {
     if (options.width > 0) scene.description.camera.width = options.width;
     if (options.height > 0) scene.description.camera.height = options.height;
     std::vector<fs::path> chosen;
-    for (std::size_t k = 0; k < files.size(); k += static_cast<std::size_t>(options.every)) chosen.push_back(files[k]);
+    for (std::size_t k = 0; k < files.size(); k += static_cast<std::size_t>(options.every))
+        chosen.push_back(files[k]);
     if (!targets.video && !targets.folder) chosen.assign(1, files.back());
     if (targets.folder) {
         std::error_code error;
@@ -89,8 +92,10 @@ int render_frames(const Options& options) {
         render::VideoOptions video_options;
         video_options.width = scene.description.camera.width;
         video_options.height = scene.description.camera.height;
-        const double step = scene.description.time_step * scene.description.output.every_nth_frame * options.every;
-        video_options.frames_per_second = options.frames_per_second > 0 ? options.frames_per_second : 1 / step;
+        const double step =
+            scene.description.time_step * scene.description.output.every_nth_frame * options.every;
+        video_options.frames_per_second =
+            options.frames_per_second > 0 ? options.frames_per_second : 1 / step;
         video.emplace(*targets.video, video_options);
     }
     Progress progress("render", chosen.size());
@@ -120,13 +125,15 @@ void add_render_command(CLI::App& app, Run& run) {
     const auto options = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand("render", "Draws the frames of a run, offscreen");
     command->add_option("run", options->folder, "Folder that `splitcubes run` wrote")->required();
-    command->add_option("-o,--output", options->outputs,
-                        "FILE.mp4 (video), FILE.png (the last frame), or a folder (a PNG a frame)")
+    command
+        ->add_option("-o,--output", options->outputs,
+                     "FILE.mp4 (video), FILE.png (the last frame), or a folder (a PNG a frame)")
         ->required();
     command->add_option("--every", options->every, "Draws every Nth frame (1)");
     command->add_option("--width", options->width, "Pixels; default: the scene's");
     command->add_option("--height", options->height, "Pixels; default: the scene's");
-    command->add_option("--fps", options->frames_per_second, "Frames a second of the video; default: real time");
+    command->add_option("--fps", options->frames_per_second,
+                        "Frames a second of the video; default: real time");
     command->callback([options, &run] { run = [options] { return render_frames(*options); }; });
 }
 
@@ -142,7 +149,9 @@ void add_render_command(CLI::App& app, Run& run) {
     CLI::App* command = app.add_subcommand("render", "Draws the frames of a run (not built in)");
     command->allow_extras();
     command->callback([&run] {
-        run = []() -> int { throw JobError("this program was built without OpenGL (SPLITCUBES_BUILD_RENDER)"); };
+        run = []() -> int {
+            throw JobError("this program was built without OpenGL (SPLITCUBES_BUILD_RENDER)");
+        };
     });
 }
 

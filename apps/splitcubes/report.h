@@ -2,11 +2,11 @@
 // (docs/reports.md lists them).
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <splitcubes/geometry/triangle_mesh.h>
 #include <splitcubes/splitting/pieces.h>
 #include <splitcubes/splitting/solidify.h>
 #include <splitcubes/splitting/surface.h>
+#include <nlohmann/json.hpp>
 
 #include <filesystem>
 

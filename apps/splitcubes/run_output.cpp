@@ -31,10 +31,14 @@ std::string frame_name(int frame) {
 
 const char* extension(scene::SurfaceFormat format) {
     switch (format) {
-        case scene::SurfaceFormat::obj: return ".obj";
-        case scene::SurfaceFormat::stl: return ".stl";
-        case scene::SurfaceFormat::glb: return ".glb";
-        case scene::SurfaceFormat::ply: break;
+        case scene::SurfaceFormat::obj:
+            return ".obj";
+        case scene::SurfaceFormat::stl:
+            return ".stl";
+        case scene::SurfaceFormat::glb:
+            return ".glb";
+        case scene::SurfaceFormat::ply:
+            break;
     }
     return ".ply";
 }
@@ -44,7 +48,8 @@ void remove_old_frames(const fs::path& folder) {
     if (!fs::is_directory(folder)) return;
     for (const auto& entry : fs::directory_iterator(folder)) {
         const std::string stem = entry.path().stem().string();
-        if (stem.size() == 6 && std::all_of(stem.begin(), stem.end(), [](char c) { return c >= '0' && c <= '9'; }))
+        if (stem.size() == 6 &&
+            std::all_of(stem.begin(), stem.end(), [](char c) { return c >= '0' && c <= '9'; }))
             fs::remove(entry.path());
     }
 }
@@ -92,12 +97,12 @@ void RunOutput::add_metrics(const body::StepReport& r, int frame) {
         seconds_.stages[k] += r.seconds[k];
     }
     row << ',' << 1e3 * r.total_seconds() << ',' << r.phyxels << ',' << r.pairs << ',' << r.cut_edges << ','
-        << r.new_cut_edges << ',' << r.surface_cells << ',' << r.triangles << ',' << r.pieces << ',' << r.disks << ','
-        << r.mass;
+        << r.new_cut_edges << ',' << r.surface_cells << ',' << r.triangles << ',' << r.pieces << ','
+        << r.disks << ',' << r.mass;
     for (const Vec3& v : {r.momentum, r.angular_momentum})
         for (int k = 0; k < 3; ++k) row << ',' << v[k];
-    row << ',' << r.kinetic_energy << ',' << r.elastic_energy << ',' << r.top_speed << ',' << r.solver_iterations
-        << ',' << r.contacts << ',' << body::flag_text(r.flags) << '\n';
+    row << ',' << r.kinetic_energy << ',' << r.elastic_energy << ',' << r.top_speed << ','
+        << r.solver_iterations << ',' << r.contacts << ',' << body::flag_text(r.flags) << '\n';
     metrics_ += row.str();
 }
 
@@ -112,7 +117,8 @@ void RunOutput::write_frame(const body::World& world, const body::StepReport& re
     if (frame > 0) add_metrics(report, frame);
     if (frame % description_.output.every_nth_frame == 0) {
         const geometry::SurfaceMesh surface = world.surface_mesh();
-        const fs::path file = folder_ / "surface" / (frame_name(frame) + extension(description_.output.format));
+        const fs::path file =
+            folder_ / "surface" / (frame_name(frame) + extension(description_.output.format));
         io::write_mesh(file, surface);
 #ifdef SPLITCUBES_WITH_RENDER
         if (description_.output.pictures) {
@@ -136,7 +142,8 @@ void RunOutput::write_frame(const body::World& world, const body::StepReport& re
 }
 
 Json RunOutput::body_report(const body::Body& body) const {
-    Json out = surface_report(body.grid(), body.surface(), body.pieces(), body.solidify_report(), body.surface_mesh());
+    Json out = surface_report(body.grid(), body.surface(), body.pieces(), body.solidify_report(),
+                              body.surface_mesh());
     out["name"] = body.name();
     out["phyxels"] = body.phyxels().size();
     out["phyxel_spacing"] = body.phyxel_spacing();
@@ -159,8 +166,8 @@ void RunOutput::finish(const body::World& world, int frames, bool interrupted) {
     // Totals over all bodies under the same keys as a report of one.
     Json bodies = Json::array();
     for (const auto& body : world.bodies()) bodies.push_back(body_report(*body));
-    for (const char* key : {"nodes_inside", "cut_edges", "surface_cells", "vertices", "triangles", "lost_thin_edges",
-                            "gap_edges", "phyxels"}) {
+    for (const char* key : {"nodes_inside", "cut_edges", "surface_cells", "vertices", "triangles",
+                            "lost_thin_edges", "gap_edges", "phyxels"}) {
         std::size_t total = 0;
         for (const Json& body : bodies) total += body[key].get<std::size_t>();
         summary[key] = total;

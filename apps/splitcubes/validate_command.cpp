@@ -28,8 +28,8 @@ int validate(const std::vector<std::string>& files) {
                   << " degenerate triangles)\n"
                   << "  oriented " << yes_no(check.oriented()) << " (" << check.misoriented_edges
                   << " edges run the same way twice)\n"
-                  << "  manifold " << yes_no(check.manifold()) << " (" << check.non_manifold_edges << " edges, "
-                  << check.non_manifold_vertices << " vertices are not)\n"
+                  << "  manifold " << yes_no(check.manifold()) << " (" << check.non_manifold_edges
+                  << " edges, " << check.non_manifold_vertices << " vertices are not)\n"
                   << "  volume " << check.volume << " m^3, area " << check.area << " m^2\n";
         if (check.parts.size() > 1)
             for (std::size_t k = 0; k < check.parts.size() && k < 20; ++k)

@@ -151,12 +151,12 @@ TEST(ReadGltf, DeepNodesAreNoTrouble) {
     nodes.push_back({{"mesh", 0}});
     sample.json["nodes"] = nodes;
     EXPECT_DOUBLE_EQ(read(sample.embedded()).volume(), 1);
-    EXPECT_THAT(complaint(std::string(1000000, '[')), HasSubstr("JSON is malformed"));
+    EXPECT_THAT(complaint(std::string(100000, '[')), HasSubstr("JSON is malformed"));
 }
 
 TEST(ReadGltf, SmallFilesDoNotUnfoldWithoutBound) {
     GltfSample sample;
-    const std::vector<Vec3> many(9999, Vec3::Zero());
+    const std::vector<Vec3> many(999, Vec3::Zero());
     sample.json["meshes"] = {
         {{"primitives", {{{"attributes", {{"POSITION", sample.add_positions(many)}}}}}}}};
     for (int i = 0; i < 3000; ++i) sample.json["nodes"].push_back({{"mesh", 0}});

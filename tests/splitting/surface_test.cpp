@@ -54,8 +54,7 @@ std::vector<GridEdge> inner_edges(const NodeGrid& grid) {
 }
 
 EdgeCut random_cut(const GridEdge& edge, Random& random) {
-    return {edge, random.unit(),
-            Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1))};
+    return {edge, random.unit(), Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1))};
 }
 
 std::vector<std::int32_t> cut_all(NodeGrid& grid, const std::vector<EdgeCut>& cuts) {
@@ -145,8 +144,9 @@ TEST(Surface, OrderOfCutsDoesNotMatter) {
             Surface surface(grid);
             for (std::size_t i = 0; i < order.size(); i += batch)
                 surface.retessellate(
-                    grid, cut_all(grid, {order.begin() + static_cast<long>(i),
-                                       order.begin() + static_cast<long>(std::min(order.size(), i + batch))}));
+                    grid,
+                    cut_all(grid, {order.begin() + static_cast<long>(i),
+                                   order.begin() + static_cast<long>(std::min(order.size(), i + batch))}));
             return canonical_quads(surface);
         };
         const auto first = build(cuts, cuts.size());
@@ -159,7 +159,8 @@ TEST(Surface, OrderOfCutsDoesNotMatter) {
 
 // All triangles around every vertex of the given cells form one closed fan. The
 // triangles at a vertex lie in the cells that touch its edge, face or cell.
-void expect_local_manifold(const NodeGrid& grid, const Surface& surface, const std::vector<std::uint32_t>& cells,
+void expect_local_manifold(const NodeGrid& grid, const Surface& surface,
+                           const std::vector<std::uint32_t>& cells,
                            const std::map<std::array<int, 3>, std::uint32_t>& cell_of) {
     (void)grid;
     std::set<std::uint32_t> watched, around;
@@ -206,7 +207,8 @@ TEST(Surface, TenThousandRandomSheetsInOneGrid) {
     for (int sheet = 0; sheet < 10000; ++sheet) {
         // A square patch in a random plane: every edge it crosses.
         const Vec3 centre(random.uniform(1, 33), random.uniform(1, 33), random.uniform(1, 33));
-        const Vec3 normal = Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)).normalized();
+        const Vec3 normal =
+            Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)).normalized();
         const double radius = random.uniform(0.5, sheet % 100 == 0 ? 40 : 4);
         std::vector<EdgeCut> cuts;
         const Vec3i low = (centre.array() - radius).floor().cast<int>().max(1);
@@ -291,7 +293,8 @@ TEST(Surface, RigidMotionCarriesEveryVertex) {
     const Mat3 turn = Eigen::AngleAxisd(2.2, Vec3(1, 2, 3).normalized()).toRotationMatrix();
     const Vec3 shift(3, -2, 1);
     std::vector<geometry::Frame> frames;
-    for (const Vec3i& node : surface.nodes()) frames.push_back({turn * grid.rest().node_position(node) + shift, turn});
+    for (const Vec3i& node : surface.nodes())
+        frames.push_back({turn * grid.rest().node_position(node) + shift, turn});
     std::vector<Vec3> positions, normals;
     deform(surface, grid.rest(), frames, positions, normals, Parallel(2));
     for (std::size_t i = 0; i < positions.size(); ++i) {
@@ -338,7 +341,8 @@ TEST(Pieces, AgreeWithAFloodFillAndKeepTheirNumbers) {
                         m[axis] += step;
                         const GridEdge edge{step > 0 ? n : m, axis};
                         if (!grid.inside(m) || grid.is_cut(edge)) continue;
-                        if (label.emplace(std::array<int, 3>{m[0], m[1], m[2]}, labels).second) stack.push_back(m);
+                        if (label.emplace(std::array<int, 3>{m[0], m[1], m[2]}, labels).second)
+                            stack.push_back(m);
                     }
             }
             ++labels;

@@ -29,13 +29,18 @@ TEST(Cube, NumberingIsConsistent) {
 TEST(Table, FaceKinds) {
     std::map<FaceKind, int> kinds;
     for (unsigned m = 0; m < 16; ++m) ++kinds[Table::get().face(m).kind];
-    EXPECT_EQ(kinds, (std::map<FaceKind, int>{{FaceKind::A, 1}, {FaceKind::B, 4}, {FaceKind::C, 4},
-                                              {FaceKind::D, 2}, {FaceKind::E, 4}, {FaceKind::F, 1}}));
+    EXPECT_EQ(kinds, (std::map<FaceKind, int>{{FaceKind::A, 1},
+                                              {FaceKind::B, 4},
+                                              {FaceKind::C, 4},
+                                              {FaceKind::D, 2},
+                                              {FaceKind::E, 4},
+                                              {FaceKind::F, 1}}));
 }
 
 TEST(Table, ComponentCounts) {
     std::array<int, 9> counts{};
-    for (int m = 0; m < mask_count; ++m) ++counts[Table::get().cell(static_cast<CellMask>(m)).component_count];
+    for (int m = 0; m < mask_count; ++m)
+        ++counts[Table::get().cell(static_cast<CellMask>(m)).component_count];
     EXPECT_EQ(counts, (std::array<int, 9>{0, 1083, 1231, 940, 537, 226, 66, 12, 1}));
 }
 
@@ -48,7 +53,8 @@ TEST(Table, EveryFaceCentreSegmentHasTwoQuadsThatRunOppositeWays) {
             ++uses[{q.first_face, q.first_instance, q.fan}][0];
             ++uses[{q.second_face, q.second_instance, q.fan}][1];
         }
-        for (const auto& [segment, count] : uses) ASSERT_EQ(count, (std::array<int, 2>{1, 1})) << "mask " << m;
+        for (const auto& [segment, count] : uses)
+            ASSERT_EQ(count, (std::array<int, 2>{1, 1})) << "mask " << m;
     }
 }
 
@@ -122,11 +128,14 @@ TEST(Table, PlanarSheetsAreOriented) {
                 for (int d = -8; d <= 8; ++d) {
                     const auto side = [&](int corner) {
                         return 2 * (a * corner_bit(corner, 0) + b * corner_bit(corner, 1) +
-                                    c * corner_bit(corner, 2)) + 1 > d;
+                                    c * corner_bit(corner, 2)) +
+                                   1 >
+                               d;
                     };
                     CellMask mask = 0;
                     for (int e = 0; e < edge_count; ++e)
-                        if (side(edge_corner(e, 0)) != side(edge_corner(e, 1))) mask = static_cast<CellMask>(mask | 1 << e);
+                        if (side(edge_corner(e, 0)) != side(edge_corner(e, 1)))
+                            mask = static_cast<CellMask>(mask | 1 << e);
                     if (!mask) continue;
                     ++tried;
                     const CellConfiguration& cell = Table::get().cell(mask);
@@ -135,7 +144,8 @@ TEST(Table, PlanarSheetsAreOriented) {
                     int sign = 0;
                     for (int e = 0; e < edge_count; ++e) {
                         if (!(mask >> e & 1)) continue;
-                        const int s = cell.edge_side[static_cast<std::size_t>(e)] * (side(edge_corner(e, 0)) ? 1 : -1);
+                        const int s =
+                            cell.edge_side[static_cast<std::size_t>(e)] * (side(edge_corner(e, 0)) ? 1 : -1);
                         ASSERT_TRUE(sign == 0 || sign == s);
                         sign = s;
                     }

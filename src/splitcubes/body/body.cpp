@@ -18,7 +18,8 @@ void check_settings(const BodySettings& s) {
     const std::string where = "body '" + s.name + "'";
     if (!(s.phyxel_spacing >= 0) || !std::isfinite(s.phyxel_spacing))
         throw InputError(where, "phyxel spacing must be a positive number of metres");
-    if (s.phyxel_spacing == 0 && s.phyxel_count < 1) throw InputError(where, "phyxel count must be at least 1");
+    if (s.phyxel_spacing == 0 && s.phyxel_count < 1)
+        throw InputError(where, "phyxel count must be at least 1");
     if (!s.velocity.allFinite() || !s.angular_velocity.allFinite())
         throw InputError(where, "velocities must be finite");
 }
@@ -100,7 +101,8 @@ void Body::list_inside_nodes() {
                                  node_extent(grid_, node, 2));
     }
     // Scaled so that each piece's nodes own exactly what its surface encloses.
-    const auto measures = splitting::measure_pieces(splitting::extract(grid_, *surface_, *pieces_), pieces_->count());
+    const auto measures =
+        splitting::measure_pieces(splitting::extract(grid_, *surface_, *pieces_), pieces_->count());
     std::vector<double> booked(pieces_->count(), 0);
     for (std::size_t i = 0; i < inside_nodes_.size(); ++i)
         booked[static_cast<std::size_t>(inside_piece_[i])] += inside_volume_[i];
@@ -254,7 +256,8 @@ std::vector<std::string> Body::validate() const {
         }
     std::vector<std::size_t> phyxels_of(pieces_->count(), 0);
     for (std::size_t i = 0; i < phyxels_.size(); ++i) {
-        if (pieces_->piece_of(grid_, owner_[i]) != phyxels_.piece[i]) lines.push_back("a phyxel with the wrong piece");
+        if (pieces_->piece_of(grid_, owner_[i]) != phyxels_.piece[i])
+            lines.push_back("a phyxel with the wrong piece");
         ++phyxels_of[static_cast<std::size_t>(phyxels_.piece[i])];
         if (!phyxels_.position[i].allFinite() || !phyxels_.velocity[i].allFinite())
             lines.push_back("a phyxel that is not finite");

@@ -29,12 +29,12 @@ namespace splitcubes::body {
 
 struct BodySettings {
     std::string name = "body";
-    double cell_size = 0;                         // m, > 0
-    double phyxel_spacing = 0;                    // m; 0: chosen so that phyxel_count is met
-    int phyxel_count = 800;                       // wished for, where no spacing is given
+    double cell_size = 0;       // m, > 0
+    double phyxel_spacing = 0;  // m; 0: chosen so that phyxel_count is met
+    int phyxel_count = 800;     // wished for, where no spacing is given
     meshless::Material material;
-    Vec3 velocity = Vec3::Zero();                 // m/s, at time 0
-    Vec3 angular_velocity = Vec3::Zero();         // rad/s, about the centre of mass, at time 0
+    Vec3 velocity = Vec3::Zero();          // m/s, at time 0
+    Vec3 angular_velocity = Vec3::Zero();  // rad/s, about the centre of mass, at time 0
     occlusion::VisibilityOptions visibility;
 };
 
@@ -43,14 +43,14 @@ struct HoldConstraint {
     std::function<bool(const Vec3& rest)> region;
     /// World from rest for what is held, at a time; identity: stays where it is.
     std::function<Isometry(double time)> motion;
-    double from = 0;                              // s
-    double until = 1e300;                         // s
+    double from = 0;       // s
+    double until = 1e300;  // s
 };
 
 /// What one step of one body is given.
 struct StepContext {
-    double time = 0;   // s, at the start of the step
-    double dt = 0;     // s
+    double time = 0;  // s, at the start of the step
+    double dt = 0;    // s
     Vec3 gravity = Vec3::Zero();
     std::optional<meshless::GroundPlane> ground;
     meshless::SolverOptions solver;
@@ -141,8 +141,8 @@ class Body {
 
     // Inside nodes, brick by brick, written at construction (pieces by label_pieces).
     std::vector<Vec3i> inside_nodes_;
-    std::vector<Vec3> inside_rest_;               // m, rest space
-    std::vector<double> inside_volume_;           // m^3
+    std::vector<Vec3> inside_rest_;      // m, rest space
+    std::vector<double> inside_volume_;  // m^3
     std::vector<std::int32_t> inside_piece_;
 
     meshless::Phyxels phyxels_;
@@ -151,28 +151,28 @@ class Body {
     meshless::Neighbourhoods neighbourhoods_;
     meshless::Booking booking_;
     meshless::ImplicitSolver solver_;
-    std::vector<Vec3i> owner_;                    // per phyxel: the inside node that decides its piece
-    std::vector<Mat3> previous_deformation_;      // per phyxel, one step ago
-    double spacing_ = 0;                          // m, between phyxels
+    std::vector<Vec3i> owner_;                // per phyxel: the inside node that decides its piece
+    std::vector<Mat3> previous_deformation_;  // per phyxel, one step ago
+    double spacing_ = 0;                      // m, between phyxels
 
     NodeTracker tracker_;
     std::vector<std::uint32_t> surface_to_tracked_;  // per surface node
-    std::vector<geometry::Frame> frames_;         // per tracked node, now
-    std::vector<Vec3> cut_position_;              // per tracked node, m, at its last cut_edges
-    std::vector<std::int64_t> cut_step_;          // per tracked node, the step of that
+    std::vector<geometry::Frame> frames_;            // per tracked node, now
+    std::vector<Vec3> cut_position_;                 // per tracked node, m, at its last cut_edges
+    std::vector<std::int64_t> cut_step_;             // per tracked node, the step of that
     std::int64_t step_ = 0;
-    std::vector<geometry::Frame> surface_frames_; // per surface node, now
+    std::vector<geometry::Frame> surface_frames_;  // per surface node, now
     std::vector<Vec3> vertex_positions_, vertex_normals_;
     std::size_t cut_edge_count_ = 0;
 
     std::vector<HoldConstraint> constraints_;
     std::vector<std::vector<std::uint32_t>> constrained_;  // per constraint: its phyxels
-    std::vector<std::uint8_t> held_;              // per phyxel, of this step
-    std::vector<Vec3> held_position_;             // per phyxel, m, world
+    std::vector<std::uint8_t> held_;                       // per phyxel, of this step
+    std::vector<Vec3> held_position_;                      // per phyxel, m, world
 
     // Passed from stage to stage within a step.
     std::vector<std::int32_t> new_slots_;
-    std::vector<geometry::Box> changed_boxes_;    // rest space, where the surface changed
+    std::vector<geometry::Box> changed_boxes_;  // rest space, where the surface changed
     std::vector<splitting::PieceSplit> splits_;
     std::vector<std::uint32_t> changed_pairs_;
     bool pairs_rebuilt_ = false;

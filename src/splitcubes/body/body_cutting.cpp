@@ -13,7 +13,8 @@ using splitting::GridEdge;
 // World box of everything within `radius` (max norm) of a rest point, now and a step ago. A
 // node's place is a convex combination of where its phyxels would carry it, so
 // the union of these holds it.
-geometry::Box Body::bounds_of_brick(const Vec3& centre, double radius, std::vector<std::uint32_t>& near) const {
+geometry::Box Body::bounds_of_brick(const Vec3& centre, double radius,
+                                    std::vector<std::uint32_t>& near) const {
     double reach = 0;
     for (const double h : phyxels_.support_radius) reach = std::max(reach, h);
     locator_.near(centre, reach + std::sqrt(3.0) * radius, near);
@@ -43,9 +44,8 @@ std::vector<std::uint32_t> Body::candidate_bricks(std::span<const cutting::Swept
     // A node without a kernel of its own follows a neighbour: one more cell of reach.
     const auto hit = [&](const Vec3i& first_brick, int bricks, std::vector<std::uint32_t>& near) {
         const double half = 0.5 * splitting::brick_side * bricks;
-        const Vec3 centre =
-            grid_.rest().origin +
-            h * (first_brick.cast<double>() * splitting::brick_side + Vec3::Constant(half));
+        const Vec3 centre = grid_.rest().origin +
+                            h * (first_brick.cast<double>() * splitting::brick_side + Vec3::Constant(half));
         return bounds_of_brick(centre, h * (half + 1), near).meets(blade);
     };
     constexpr int block = 4;
@@ -88,7 +88,8 @@ std::vector<cutting::CandidateEdge> Body::candidate_edges(std::span<const std::u
     const TrackerContext tracker = tracker_context(context.parallel);
     const std::size_t known = frames_.size();
     tracker_.refresh(tracker);
-    if (tracker_.size() != known) tracker_.evaluate(tracker, phyxels_.position, phyxels_.deformation, frames_);
+    if (tracker_.size() != known)
+        tracker_.evaluate(tracker, phyxels_.position, phyxels_.deformation, frames_);
     cut_position_.resize(tracker_.size());
     cut_step_.resize(tracker_.size(), -2);
     // Where a node was at the start of the interval: as the last step saw it, so

@@ -55,7 +55,8 @@ void Body::update_node_frames(const StepContext& context, StepReport& report) {
 
 void Body::update_surface(const StepContext& context, StepReport& report) {
     surface_frames_.resize(surface_to_tracked_.size());
-    for (std::size_t k = 0; k < surface_frames_.size(); ++k) surface_frames_[k] = frames_[surface_to_tracked_[k]];
+    for (std::size_t k = 0; k < surface_frames_.size(); ++k)
+        surface_frames_[k] = frames_[surface_to_tracked_[k]];
     splitting::deform(*surface_, grid_.rest(), surface_frames_, vertex_positions_, vertex_normals_,
                       context.parallel);
     report.phyxels += phyxels_.size();

@@ -156,8 +156,8 @@ void Body::add_samples(std::int32_t piece, std::size_t wanted) {
             start.deformation = frames_[static_cast<std::size_t>(tracked)].jacobian;
         } else {
             start.deformation = phyxels_.deformation[nearest];
-            start.position = phyxels_.position[nearest] +
-                             start.deformation * (rest - phyxels_.rest_position[nearest]);
+            start.position =
+                phyxels_.position[nearest] + start.deformation * (rest - phyxels_.rest_position[nearest]);
         }
         start.velocity = phyxels_.velocity[nearest];
         phyxels_.append(start);

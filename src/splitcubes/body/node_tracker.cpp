@@ -21,7 +21,9 @@ std::uint32_t NodeTracker::track(const splitting::NodeGrid& grid, const Vec3i& n
     return static_cast<std::uint32_t>(index);
 }
 
-void NodeTracker::mark_all() { std::fill(dirty_.begin(), dirty_.end(), std::uint8_t{1}); }
+void NodeTracker::mark_all() {
+    std::fill(dirty_.begin(), dirty_.end(), std::uint8_t{1});
+}
 
 void NodeTracker::mark_near(std::span<const geometry::Box> boxes, double radius) {
     geometry::Box all;
@@ -63,7 +65,8 @@ void NodeTracker::refresh(const TrackerContext& context) {
 void NodeTracker::refresh_rows(const TrackerContext& context) {
     for (const std::uint32_t i : rows_) piece_[i] = context.pieces.piece_of(context.grid, places_[i]);
     const auto sees = [&](std::size_t node, std::uint32_t phyxel) {
-        return context.occluders.segment_blocked(rest_[node], context.phyxels.rest_position[phyxel]) ? 0.0 : 1.0;
+        return context.occluders.segment_blocked(rest_[node], context.phyxels.rest_position[phyxel]) ? 0.0
+                                                                                                     : 1.0;
     };
     meshless::rebuild_kernels(kernels_, rows_, rest_, piece_, context.phyxels, context.locator, sees,
                               context.parallel);
@@ -144,7 +147,8 @@ void NodeTracker::evaluate(const TrackerContext& context, std::span<const Vec3> 
     evaluator_(kernels_, rest_, context.phyxels.rest_position, position, deformation, out, context.parallel);
     for (const Fallback& f : fallbacks_) {
         const geometry::Frame& source = out[f.source];
-        out[f.node] = {source.position + source.jacobian * (rest_[f.node] - rest_[f.source]), source.jacobian};
+        out[f.node] = {source.position + source.jacobian * (rest_[f.node] - rest_[f.source]),
+                       source.jacobian};
     }
 }
 

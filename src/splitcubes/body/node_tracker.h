@@ -49,8 +49,8 @@ class NodeTracker {
     void mark_all();
 
     /// Frames of all tracked nodes for a state of the phyxels.
-    void evaluate(const TrackerContext& context, std::span<const Vec3> position, std::span<const Mat3> deformation,
-                  std::vector<geometry::Frame>& out);
+    void evaluate(const TrackerContext& context, std::span<const Vec3> position,
+                  std::span<const Mat3> deformation, std::vector<geometry::Frame>& out);
 
     std::size_t size() const { return places_.size(); }
     const std::vector<Vec3i>& places() const { return places_; }
@@ -70,11 +70,11 @@ class NodeTracker {
     void bind_to_nearest(const TrackerContext& context, std::uint32_t node);
 
     splitting::SlotMap<1> index_;
-    std::vector<Vec3i> places_;          // grid coordinates
-    std::vector<Vec3> rest_;             // m, rest space
-    std::vector<std::int32_t> piece_;    // of each tracked node
-    std::vector<std::uint8_t> dirty_;    // kernel must be built again
-    std::vector<std::uint32_t> rows_;    // scratch: dirty nodes
+    std::vector<Vec3i> places_;        // grid coordinates
+    std::vector<Vec3> rest_;           // m, rest space
+    std::vector<std::int32_t> piece_;  // of each tracked node
+    std::vector<std::uint8_t> dirty_;  // kernel must be built again
+    std::vector<std::uint32_t> rows_;  // scratch: dirty nodes
     bool pieces_changed_ = false;
     meshless::NodeKernels kernels_;
     meshless::FrameEvaluator evaluator_;

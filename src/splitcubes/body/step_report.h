@@ -26,8 +26,9 @@ enum class Stage : std::uint8_t {
 };
 inline constexpr std::size_t stage_count = 10;
 inline constexpr std::array<const char*, stage_count> stage_names = {
-    "move_tools", "cut_edges", "retessellate", "label_pieces", "update_visibility", "resample",
-    "rebuild_neighbourhoods", "integrate", "update_node_frames", "update_surface"};
+    "move_tools",         "cut_edges",     "retessellate",           "label_pieces",
+    "update_visibility",  "resample",      "rebuild_neighbourhoods", "integrate",
+    "update_node_frames", "update_surface"};
 
 /// Things that went wrong in a step and were mended; bits of StepReport::flags.
 enum Flag : std::uint32_t {
@@ -41,25 +42,25 @@ enum Flag : std::uint32_t {
 std::string flag_text(std::uint32_t flags);
 
 struct StepReport {
-    double time = 0;                              // s, at the end of the step
-    std::array<double, stage_count> seconds{};    // wall clock of each stage
+    double time = 0;                            // s, at the end of the step
+    std::array<double, stage_count> seconds{};  // wall clock of each stage
     // Totals over all bodies, at the end of the step.
     std::size_t phyxels = 0;
-    std::size_t pairs = 0;                        // undirected, that see each other
-    std::size_t cut_edges = 0;                    // between inside nodes
+    std::size_t pairs = 0;      // undirected, that see each other
+    std::size_t cut_edges = 0;  // between inside nodes
     std::size_t surface_cells = 0;
     std::size_t triangles = 0;
     std::size_t pieces = 0;
-    double mass = 0;                              // kg
-    Vec3 momentum = Vec3::Zero();                 // kg m/s
-    Vec3 angular_momentum = Vec3::Zero();         // kg m^2/s, about the origin
-    double kinetic_energy = 0;                    // J
-    double elastic_energy = 0;                    // J
-    double top_speed = 0;                         // m/s
+    double mass = 0;                       // kg
+    Vec3 momentum = Vec3::Zero();          // kg m/s
+    Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the origin
+    double kinetic_energy = 0;             // J
+    double elastic_energy = 0;             // J
+    double top_speed = 0;                  // m/s
     // Of this step.
     std::size_t new_cut_edges = 0;
     std::size_t changed_cells = 0;
-    std::size_t disks = 0;                        // pairs whose visibility was evaluated
+    std::size_t disks = 0;  // pairs whose visibility was evaluated
     std::size_t new_phyxels = 0;
     int solver_iterations = 0;
     std::size_t contacts = 0;

@@ -21,8 +21,8 @@ void World::add_tool(cutting::Blade blade, std::vector<std::size_t> bodies) {
 }
 
 StepReport World::step() {
-    const StepContext context{time(), settings_.time_step, settings_.gravity, settings_.ground, settings_.solver,
-                              *parallel_};
+    const StepContext context{time(),           settings_.time_step, settings_.gravity,
+                              settings_.ground, settings_.solver,    *parallel_};
     StepReport report;
     Stopwatch watch;
     const auto done = [&](Stage stage) { report.stage_seconds(stage) += watch.lap(); };
@@ -40,7 +40,8 @@ StepReport World::step() {
             const bool cuts_it = tool.bodies.empty() ||
                                  std::find(tool.bodies.begin(), tool.bodies.end(), b) != tool.bodies.end();
             if (cuts_it && !swept[k].empty())
-                bodies_[b]->cut_edges(swept[k], static_cast<std::int32_t>(k), tool.last_normal[b], context, report);
+                bodies_[b]->cut_edges(swept[k], static_cast<std::int32_t>(k), tool.last_normal[b], context,
+                                      report);
         }
     done(Stage::cut_edges);
 
@@ -66,7 +67,8 @@ StepReport World::step() {
     if (settings_.validate_each_step)
         for (const auto& body : bodies_)
             for (const std::string& line : body->validate())
-                throw JobError("body '" + body->name() + "' after step " + std::to_string(step_count_) + ": " + line);
+                throw JobError("body '" + body->name() + "' after step " + std::to_string(step_count_) +
+                               ": " + line);
     return report;
 }
 
@@ -80,7 +82,8 @@ geometry::SurfaceMesh World::surface_mesh() const {
         all.mesh.append(one.mesh);
         all.normals.insert(all.normals.end(), one.normals.begin(), one.normals.end());
         all.vertex_piece.insert(all.vertex_piece.end(), one.vertex_piece.begin(), one.vertex_piece.end());
-        all.triangle_origin.insert(all.triangle_origin.end(), one.triangle_origin.begin(), one.triangle_origin.end());
+        all.triangle_origin.insert(all.triangle_origin.end(), one.triangle_origin.begin(),
+                                   one.triangle_origin.end());
     }
     return all;
 }

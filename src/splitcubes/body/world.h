@@ -11,8 +11,8 @@
 namespace splitcubes::body {
 
 struct WorldSettings {
-    double time_step = 1.0 / 60;                 // s
-    Vec3 gravity = Vec3(0, 0, -9.81);            // m/s^2
+    double time_step = 1.0 / 60;       // s
+    Vec3 gravity = Vec3(0, 0, -9.81);  // m/s^2
     std::optional<meshless::GroundPlane> ground;
     meshless::SolverOptions solver;
     /// Checks all bodies from nothing after every step and throws JobError with the
@@ -27,8 +27,8 @@ struct WorldSettings {
 /// A blade and what it may cut.
 struct Tool {
     cutting::Blade blade;
-    std::vector<std::size_t> bodies;             // numbers of the bodies it cuts; empty: all
-    std::vector<Vec3> last_normal;               // per body: the stroke's last normal, world
+    std::vector<std::size_t> bodies;  // numbers of the bodies it cuts; empty: all
+    std::vector<Vec3> last_normal;    // per body: the stroke's last normal, world
 };
 
 class World {

@@ -7,8 +7,39 @@
 #include <algorithm>
 #include <cassert>
 #include <thread>
+#if defined(__SANITIZE_THREAD__)
+#include <atomic>
+#include <exception>
+#include <mutex>
+#endif
 
 namespace splitcubes {
+
+#if defined(__SANITIZE_THREAD__)
+namespace {
+// ThreadSanitizer cannot see the synchronisation inside the packaged TBB and would
+// report races that are none. In its builds plain threads take the chunks instead.
+void run_on_threads(int thread_count, std::size_t chunk_count,
+                    const std::function<void(std::size_t)>& run_chunk) {
+    std::atomic<std::size_t> next{0};
+    std::exception_ptr error;
+    std::mutex error_mutex;
+    const auto work = [&] {
+        try {
+            for (std::size_t chunk = next++; chunk < chunk_count; chunk = next++) run_chunk(chunk);
+        } catch (...) {
+            const std::lock_guard lock(error_mutex);
+            if (!error) error = std::current_exception();
+        }
+    };
+    std::vector<std::thread> threads;
+    for (int k = 1; k < thread_count; ++k) threads.emplace_back(work);
+    work();
+    for (std::thread& thread : threads) thread.join();
+    if (error) std::rethrow_exception(error);
+}
+}  // namespace
+#endif
 
 struct Parallel::Pool {
     explicit Pool(int threads)
@@ -30,7 +61,9 @@ Parallel::~Parallel() = default;
 Parallel::Parallel(Parallel&&) noexcept = default;
 Parallel& Parallel::operator=(Parallel&&) noexcept = default;
 
-int Parallel::thread_count() const { return pool_->thread_count; }
+int Parallel::thread_count() const {
+    return pool_->thread_count;
+}
 
 void Parallel::for_chunks(std::size_t count, std::size_t grain,
                           const std::function<void(std::size_t, std::size_t)>& body) const {
@@ -43,9 +76,12 @@ void Parallel::for_chunks(std::size_t count, std::size_t grain,
         for (std::size_t chunk = 0; chunk < chunk_count; ++chunk) run_chunk(chunk);
         return;
     }
-    pool_->arena.execute([&] {
-        tbb::parallel_for(std::size_t{0}, chunk_count, run_chunk, tbb::simple_partitioner{});
-    });
+#if defined(__SANITIZE_THREAD__)
+    run_on_threads(pool_->thread_count, chunk_count, run_chunk);
+#else
+    pool_->arena.execute(
+        [&] { tbb::parallel_for(std::size_t{0}, chunk_count, run_chunk, tbb::simple_partitioner{}); });
+#endif
 }
 
 }  // namespace splitcubes

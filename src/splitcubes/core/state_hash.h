@@ -24,10 +24,8 @@ class StateHash {
         add_word(word);
     }
     template <class Integer>
-        requires std::is_integral_v<Integer>
-    void add(Integer value) {
-        add_word(static_cast<std::uint64_t>(value));
-    }
+    requires std::is_integral_v<Integer>
+    void add(Integer value) { add_word(static_cast<std::uint64_t>(value)); }
     void add(std::span<const double> values) {
         for (const double value : values) add(value);
     }

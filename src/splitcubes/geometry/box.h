@@ -21,9 +21,7 @@ struct Box {
         min = min.cwiseMin(box.min);
         max = max.cwiseMax(box.max);
     }
-    Box grown(double margin) const {
-        return {min - Vec3::Constant(margin), max + Vec3::Constant(margin)};
-    }
+    Box grown(double margin) const { return {min - Vec3::Constant(margin), max + Vec3::Constant(margin)}; }
     Vec3 size() const { return max - min; }
     Vec3 center() const { return 0.5 * (min + max); }
     bool contains(const Vec3& point) const {

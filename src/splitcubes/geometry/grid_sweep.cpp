@@ -18,7 +18,9 @@ constexpr Int steps_per_cell = Int{1} << lattice_bits;
 // Products of three differences must fit in 127 bits.
 constexpr double max_lattice = 0x1.0p38;
 
-int sign_of(Wide value) { return value > 0 ? 1 : value < 0 ? -1 : 0; }
+int sign_of(Wide value) {
+    return value > 0 ? 1 : value < 0 ? -1 : 0;
+}
 
 // Sign of `value` after the grid is shifted by (e1, e2, e3), `slope` being the
 // derivative of the value along x, y and z.
@@ -61,7 +63,9 @@ struct Plane {
     int side(const Lattice& p) const { return perturbed_sign(at(p), normal); }
 };
 
-Int lattice_of_node(int node) { return Int{node} << lattice_bits; }
+Int lattice_of_node(int node) {
+    return Int{node} << lattice_bits;
+}
 
 int first_node_at_or_after(Int lattice) {
     return static_cast<int>((lattice + steps_per_cell - 1) >> lattice_bits);
@@ -91,9 +95,8 @@ class Sweeper {
         const int v = (axis + 2) % 3;
         const auto range = [&](int k) {
             const Int last = (high[k] >> lattice_bits);
-            return std::pair<int, int>{
-                std::max(0, first_node_at_or_after(std::max<Int>(low[k], 0))),
-                static_cast<int>(std::min<Int>(last, grid_.node_count[k] - 1))};
+            return std::pair<int, int>{std::max(0, first_node_at_or_after(std::max<Int>(low[k], 0))),
+                                       static_cast<int>(std::min<Int>(last, grid_.node_count[k] - 1))};
         };
         const auto [u0, u1] = range(u);
         const auto [v0, v1] = range(v);
@@ -138,8 +141,7 @@ class Sweeper {
         crossing.axis = static_cast<std::int8_t>(axis);
         crossing.direction = static_cast<std::int8_t>(direction);
         const Wide at_node = base + step * node;
-        crossing.parameter =
-            std::clamp(-static_cast<double>(at_node) / static_cast<double>(step), 0.0, 1.0);
+        crossing.parameter = std::clamp(-static_cast<double>(at_node) / static_cast<double>(step), 0.0, 1.0);
         crossing.triangle = triangle;
         out_.crossings.push_back(crossing);
     }

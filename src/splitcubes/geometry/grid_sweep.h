@@ -11,11 +11,11 @@ namespace splitcubes::geometry {
 
 /// A grid edge met by a triangle. The edge runs from `node` to node + axis.
 struct EdgeCrossing {
-    Vec3i node;               // the edge's lower node
-    std::int8_t axis;         // 0, 1, 2
-    std::int8_t direction;    // sign of the triangle's normal along the axis: -1, +1
-    double parameter;         // along the edge, [0, 1]
-    std::uint32_t triangle;   // of the mesh
+    Vec3i node;              // the edge's lower node
+    std::int8_t axis;        // 0, 1, 2
+    std::int8_t direction;   // sign of the triangle's normal along the axis: -1, +1
+    double parameter;        // along the edge, [0, 1]
+    std::uint32_t triangle;  // of the mesh
 };
 
 /// All crossings of a grid's edges, sorted by axis, then line (v, u), then node,

@@ -9,12 +9,14 @@ namespace splitcubes::geometry {
 namespace {
 
 struct HalfEdge {
-    std::uint32_t low, high;      // the undirected edge
-    bool forward;                 // runs low to high
+    std::uint32_t low, high;  // the undirected edge
+    bool forward;             // runs low to high
     std::uint32_t triangle;
 };
 
-bool is_degenerate(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
+bool is_degenerate(const Triangle& t) {
+    return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
+}
 
 std::vector<HalfEdge> sorted_half_edges(const TriangleMesh& mesh) {
     std::vector<HalfEdge> edges;
@@ -37,7 +39,8 @@ void count_edges(const std::vector<HalfEdge>& edges, MeshCheck& check) {
     for (std::size_t i = 0; i < edges.size();) {
         std::size_t end = i;
         std::size_t forward = 0;
-        for (; end < edges.size() && edges[end].low == edges[i].low && edges[end].high == edges[i].high; ++end)
+        for (; end < edges.size() && edges[end].low == edges[i].low && edges[end].high == edges[i].high;
+             ++end)
             forward += edges[end].forward;
         const std::size_t count = end - i;
         check.boundary_edges += count == 1;
@@ -60,7 +63,8 @@ void count_vertex_fans(const TriangleMesh& mesh, const std::vector<HalfEdge>& ed
         const HalfEdge& e = edges[i];
         const HalfEdge& f = edges[i + 1];
         if (e.low != f.low || e.high != f.high) continue;
-        for (const std::uint32_t v : {e.low, e.high}) corners.join(corner_of(e.triangle, v), corner_of(f.triangle, v));
+        for (const std::uint32_t v : {e.low, e.high})
+            corners.join(corner_of(e.triangle, v), corner_of(f.triangle, v));
     }
     std::vector<std::uint32_t> fans(mesh.positions.size(), 0);
     for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {

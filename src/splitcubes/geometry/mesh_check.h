@@ -15,18 +15,18 @@ struct MeshPart {
 };
 
 struct MeshCheck {
-    std::size_t vertices = 0;              // used by a triangle
+    std::size_t vertices = 0;  // used by a triangle
     std::size_t triangles = 0;
-    std::size_t boundary_edges = 0;        // with one triangle
-    std::size_t non_manifold_edges = 0;    // with more than two
-    std::size_t misoriented_edges = 0;     // with two triangles that run along it the same way
-    std::size_t unbalanced_edges = 0;      // run along more often one way than the other
-    std::size_t non_manifold_vertices = 0; // whose triangles form more than one fan
-    std::size_t degenerate_triangles = 0;  // with a repeated vertex
+    std::size_t boundary_edges = 0;         // with one triangle
+    std::size_t non_manifold_edges = 0;     // with more than two
+    std::size_t misoriented_edges = 0;      // with two triangles that run along it the same way
+    std::size_t unbalanced_edges = 0;       // run along more often one way than the other
+    std::size_t non_manifold_vertices = 0;  // whose triangles form more than one fan
+    std::size_t degenerate_triangles = 0;   // with a repeated vertex
     std::size_t non_finite_vertices = 0;
-    std::vector<MeshPart> parts;           // connected through shared vertices, largest |volume| first
-    double volume = 0;                     // m^3, signed
-    double area = 0;                       // m^2
+    std::vector<MeshPart> parts;  // connected through shared vertices, largest |volume| first
+    double volume = 0;            // m^3, signed
+    double area = 0;              // m^2
 
     /// Every edge is run along as often one way as the other: the mesh is a cycle
     /// and winding numbers about it are integers, even where edges have four triangles.

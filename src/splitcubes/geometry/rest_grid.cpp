@@ -24,9 +24,9 @@ RestGrid grid_around(const Box& box, double cell_size) {
     for (int axis = 0; axis < 3; ++axis) {
         const double cells = box.size()[axis] / cell_size;
         if (!(cells <= max_cells_per_axis))
-            throw InputError("cell size", text_of(cell_size) + " m makes " + text_of(std::ceil(cells)) +
-                                              " cells along an axis, more than " +
-                                              text_of(max_cells_per_axis),
+            throw InputError("cell size",
+                             text_of(cell_size) + " m makes " + text_of(std::ceil(cells)) +
+                                 " cells along an axis, more than " + text_of(max_cells_per_axis),
                              "choose a larger cell size or fewer cells");
         // Nodes at centre + (k - (n-1)/2) h. Of the two parities take the one whose
         // nodes stay farther from the box's faces.

@@ -8,9 +8,9 @@ namespace splitcubes::geometry {
 
 /// Nodes at origin + cell_size * (i, j, k), 0 <= (i, j, k) < node_count.
 struct RestGrid {
-    Vec3 origin = Vec3::Zero();         // m, rest space
-    double cell_size = 1;               // m
-    Vec3i node_count = Vec3i::Zero();   // per axis
+    Vec3 origin = Vec3::Zero();        // m, rest space
+    double cell_size = 1;              // m
+    Vec3i node_count = Vec3i::Zero();  // per axis
 
     Vec3 node_position(const Vec3i& node) const { return origin + cell_size * node.cast<double>(); }
     /// In cells, node (0, 0, 0) at zero.

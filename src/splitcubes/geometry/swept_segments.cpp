@@ -190,10 +190,24 @@ std::optional<SegmentHit> first_touch(const Relative& m) {
     return std::nullopt;
 }
 
+// Whether the boxes of the two motions meet; most pairs end at the first axis.
+bool boxes_meet(const MovingSegment& blade, const MovingSegment& edge) {
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto low = [axis](const MovingSegment& s) {
+            return std::min(std::min(s.a0[axis], s.b0[axis]), std::min(s.a1[axis], s.b1[axis]));
+        };
+        const auto high = [axis](const MovingSegment& s) {
+            return std::max(std::max(s.a0[axis], s.b0[axis]), std::max(s.a1[axis], s.b1[axis]));
+        };
+        if (!(low(blade) <= high(edge)) || !(low(edge) <= high(blade))) return false;
+    }
+    return true;
+}
+
 }  // namespace
 
 std::optional<SegmentHit> first_hit(const MovingSegment& blade, const MovingSegment& edge) {
-    if (!bounds_of(blade).meets(bounds_of(edge))) return std::nullopt;
+    if (!boxes_meet(blade, edge)) return std::nullopt;
     return first_touch({blade.b0 - blade.a0, blade.b1 - blade.a1, edge.b0 - edge.a0, edge.b1 - edge.a1,
                         edge.a0 - blade.a0, edge.a1 - blade.a1});
 }

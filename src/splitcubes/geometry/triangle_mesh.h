@@ -36,9 +36,9 @@ enum class Origin : std::uint8_t {
 /// attribute arrays are either empty or as long as what they describe.
 struct SurfaceMesh {
     TriangleMesh mesh;
-    std::vector<Vec3> normals;                // per vertex, unit, outward
-    std::vector<std::int32_t> vertex_piece;   // per vertex, number of the connected part
-    std::vector<Origin> triangle_origin;      // per triangle
+    std::vector<Vec3> normals;               // per vertex, unit, outward
+    std::vector<std::int32_t> vertex_piece;  // per vertex, number of the connected part
+    std::vector<Origin> triangle_origin;     // per triangle
 };
 
 }  // namespace splitcubes::geometry

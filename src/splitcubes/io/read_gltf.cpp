@@ -14,10 +14,10 @@ namespace {
 
 using geometry::Triangle;
 
-// Positions and triangles may be this many times what the bytes could hold by
-// themselves: nodes may use a mesh again and again, but a small file must not
-// unfold into all of the memory.
-constexpr std::size_t instancing_factor = 64;
+// How many vertices, corners and primitives may come out for each byte that goes
+// in (a vertex takes twelve): nodes may use a mesh again and again, but a small
+// file must not unfold into all of the memory.
+constexpr std::size_t elements_per_byte = 8;
 constexpr std::size_t least_budget = std::size_t{1} << 20;
 
 // Required extensions that leave positions and triangles as they are; section
@@ -35,7 +35,7 @@ class GltfReader {
         : document_(bytes, name, folder),
           name_(name),
           report_(report),
-          budget_(std::max(least_budget, instancing_factor * document_.byte_total())) {}
+          budget_(std::max(least_budget, elements_per_byte * document_.byte_total())) {}
 
     geometry::TriangleMesh read() {
         check_extensions();

@@ -196,7 +196,7 @@ void ElasticForces::forces(const Neighbourhoods& neighbourhoods, const Material&
 }
 
 double ElasticForces::apply_stiffness(const Neighbourhoods& neighbourhoods, const Material& material,
-                                      const Factors& factors, std::span<const Mat3> rotation,
+                                      double factor, std::span<const Mat3> rotation,
                                       std::span<const double> diagonal, std::span<const Vec3> dx,
                                       std::span<Vec3> out, const Parallel& parallel) {
     const std::size_t n = neighbourhoods.size();
@@ -206,22 +206,20 @@ double ElasticForces::apply_stiffness(const Neighbourhoods& neighbourhoods, cons
     pair_force_.resize(n);
     for_phyxels(parallel, n, [&](std::size_t i) { displacement_[i] << dx[i], 0; });
     for_phyxels(parallel, n, [&](std::size_t i) { gradient_[i] = displacement_gradient(neighbourhoods, i); });
-    const double both = factors.stiffness + factors.damping;
-    const double volume_factor = material.lame_lambda() * both;
-    // 2 mu R sym(R^T dF) = mu (dF + R dF^T R).
-    const double own_factor = material.lame_mu() * (2 * factors.stiffness + factors.damping);
-    const double turned_factor = material.lame_mu() * factors.damping;
+    const double lambda = factor * material.lame_lambda();
+    const double mu = factor * material.lame_mu();
     for_phyxels(parallel, n, [&](std::size_t i) {
         const Mat3& R = rotation[i];
-        const Mat3 dF = gradient_[i].topRows<3>();
-        Mat3 stress = own_factor * dF + (volume_factor * R.cwiseProduct(dF).sum()) * R;
-        if (turned_factor > 0) stress += turned_factor * (R * dF.transpose() * R);
+        // R^T dF = S: the stress is R (mu (S + S^T) + lambda tr(S)).
+        const Mat3 S = R.transpose() * gradient_[i].topRows<3>();
+        Mat3 stress = mu * (S + S.transpose());
+        stress.diagonal().array() += lambda * S.trace();
         PaddedMatrix tension = PaddedMatrix::Zero();
         pair_terms(neighbourhoods, i, tension, pair_force_[i]);
-        tension *= both;
-        tension.topRows<3>() += neighbourhoods.volume()[i] * stress;
+        tension *= factor;
+        tension.topRows<3>() += neighbourhoods.volume()[i] * (R * stress);
         tension_[i] = tension;
-        pair_force_[i] *= both;
+        pair_force_[i] *= factor;
     });
     return sum_(parallel, n, [&](std::size_t begin, std::size_t end) {
         double product = 0;

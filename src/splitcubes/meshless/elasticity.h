@@ -52,16 +52,16 @@ class ElasticForces {
                   std::span<const Vec3> position, std::span<const Mat3> deformation,
                   std::span<const Mat3> rotation, const Parallel& parallel);
 
-    struct Factors {
-        double stiffness = 1;  // of K with R held: dP = 2 mu dF + lambda tr(R^T dF) R
-        double damping = 0;    // of K without rotations: dP = 2 mu R sym(R^T dF) + lambda tr(R^T dF) R
-    };
-    /// out = (diagonal + factors.stiffness K + factors.damping K_d) dx, in N for
-    /// dx in m and diagonal in N/m; symmetric, positive semi-definite. Returns dx . out.
-    double apply_stiffness(const Neighbourhoods& neighbourhoods, const Material& material,
-                           const Factors& factors, std::span<const Mat3> rotation,
-                           std::span<const double> diagonal, std::span<const Vec3> dx, std::span<Vec3> out,
-                           const Parallel& parallel);
+    /// out = (diagonal + factor K) dx, in N for dx in m and diagonal in N/m. K is the
+    /// stiffness of the corotated material near its rotations,
+    /// dP = 2 mu R sym(R^T dF) + lambda tr(R^T dF) R: symmetric, positive
+    /// semi-definite, exact where F = R, and without resistance to turning. (With
+    /// R held, dP = 2 mu dF + ..., the energy's majorizer, one solve a step keeps
+    /// what pivots on a support from turning: a stiff bar would hang in the air.)
+    /// Returns dx . out.
+    double apply_stiffness(const Neighbourhoods& neighbourhoods, const Material& material, double factor,
+                           std::span<const Mat3> rotation, std::span<const double> diagonal,
+                           std::span<const Vec3> dx, std::span<Vec3> out, const Parallel& parallel);
 
   private:
     /// Padded to whole vector registers.

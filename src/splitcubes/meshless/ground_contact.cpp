@@ -63,8 +63,8 @@ void ImplicitSolver::meet_ground(const Job& job) {
 bool ImplicitSolver::revise_contacts(const Job& job) {
     if (!job.input.ground) return false;
     const std::size_t n = job.phyxels.size();
-    const double th = getenv("TH") ? atof(getenv("TH")) : 1.0; const ElasticForces::Factors factors{th, 1 - th + damping_ratio(job)};
-    elastic_.apply_stiffness(job.neighbourhoods, job.material, factors, rotation_, diagonal_, d_, q_,
+    const double factor = 1 + damping_ratio(job);
+    elastic_.apply_stiffness(job.neighbourhoods, job.material, factor, rotation_, diagonal_, d_, q_,
                              job.parallel);
     return sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
                double changes = 0;

@@ -11,7 +11,7 @@ struct Material {
     double youngs_modulus = 1e5;  // Pa
     double poisson_ratio = 0.3;
     double mass_damping = 0;       // 1/s, force -mass_damping * m * v
-    double stiffness_damping = 0;  // s, stress rate-proportional (Rayleigh)
+    double stiffness_damping = 0;  // s, stress stiffness_damping * rate of the elastic stress
     /// Stiffness against the modes that the gradients do not see, as a share of
     /// the shear modulus; 0.05 to 0.2, 0 switches it off.
     double zero_energy = 0.1;

@@ -130,7 +130,7 @@ void ImplicitSolver::right_side(const Job& job) {
             p_[i] = predicted_velocity_[i] + (base_[i] - predicted_[i]) / b_[i];
             inverse_[i] = 0;
         });
-        elastic_.apply_stiffness(job.neighbourhoods, job.material, {0, damping}, rotation_, inverse_, p_, q_,
+        elastic_.apply_stiffness(job.neighbourhoods, job.material, damping, rotation_, inverse_, p_, q_,
                                  job.parallel);
     }
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
@@ -216,9 +216,9 @@ double ImplicitSolver::wanted_residual(const Job& job) {
 // Conjugate gradients with point Jacobi, from d_; constrained parts of d_ stay.
 void ImplicitSolver::solve(const Job& job) {
     const std::size_t n = job.phyxels.size();
-    const double th = getenv("TH") ? atof(getenv("TH")) : 1.0; const ElasticForces::Factors factors{th, 1 - th + damping_ratio(job)};
+    const double factor = 1 + damping_ratio(job);
     const auto apply = [&](std::span<const Vec3> in) {
-        return elastic_.apply_stiffness(job.neighbourhoods, job.material, factors, rotation_, diagonal_, in,
+        return elastic_.apply_stiffness(job.neighbourhoods, job.material, factor, rotation_, diagonal_, in,
                                         q_, job.parallel);
     };
     ++report_.solves;

@@ -25,35 +25,36 @@ Quat quaternion(const Rotation& rotation) {
 }
 
 geometry::TriangleMesh own_mesh(const BodyDescription& body, BuildReport& report) {
-    return std::visit(Overloaded{[&](const MeshShape& s) {
-                                     io::ReadMeshReport read;
-                                     geometry::TriangleMesh mesh = io::read_mesh(s.file, &read);
-                                     for (const std::string& note : read.notes) report.notes.push_back({body.name, note});
-                                     return mesh;
-                                 },
-                                 [](const BoxShape& s) { return geometry::make_box(s.size); },
-                                 [](const SphereShape& s) { return geometry::make_sphere(s.radius, 5); },
-                                 [](const CylinderShape& s) { return geometry::make_cylinder(s.radius, s.height, 128); },
-                                 [](const TorusShape& s) { return geometry::make_torus(s.ring_radius, s.tube_radius); },
-                                 [](const CapsuleShape& s) {
-                                     return geometry::make_capsule(s.radius, s.straight_height, 96);
-                                 },
-                                 [](const PearShape& s) { return geometry::make_pear(s.height, 96); }},
-                      body.shape);
+    return std::visit(
+        Overloaded{
+            [&](const MeshShape& s) {
+                io::ReadMeshReport read;
+                geometry::TriangleMesh mesh = io::read_mesh(s.file, &read);
+                for (const std::string& note : read.notes) report.notes.push_back({body.name, note});
+                return mesh;
+            },
+            [](const BoxShape& s) { return geometry::make_box(s.size); },
+            [](const SphereShape& s) { return geometry::make_sphere(s.radius, 5); },
+            [](const CylinderShape& s) { return geometry::make_cylinder(s.radius, s.height, 128); },
+            [](const TorusShape& s) { return geometry::make_torus(s.ring_radius, s.tube_radius); },
+            [](const CapsuleShape& s) { return geometry::make_capsule(s.radius, s.straight_height, 96); },
+            [](const PearShape& s) { return geometry::make_pear(s.height, 96); }},
+        body.shape);
 }
 
 std::function<bool(const Vec3&)> region_test(const Region& region) {
-    return std::visit(
-        Overloaded{[](const BoxRegion& r) -> std::function<bool(const Vec3&)> {
-                       return [r](const Vec3& p) { return geometry::Box{r.min, r.max}.contains(p); };
-                   },
-                   [](const SphereRegion& r) -> std::function<bool(const Vec3&)> {
-                       return [r](const Vec3& p) { return (p - r.center).norm() <= r.radius; };
-                   },
-                   [](const HalfSpaceRegion& r) -> std::function<bool(const Vec3&)> {
-                       return [r](const Vec3& p) { return (p - r.point).dot(r.normal) >= 0; };
-                   }},
-        region);
+    return std::visit(Overloaded{[](const BoxRegion& r) -> std::function<bool(const Vec3&)> {
+                                     return [r](const Vec3& p) {
+                                         return geometry::Box{r.min, r.max}.contains(p);
+                                     };
+                                 },
+                                 [](const SphereRegion& r) -> std::function<bool(const Vec3&)> {
+                                     return [r](const Vec3& p) { return (p - r.center).norm() <= r.radius; };
+                                 },
+                                 [](const HalfSpaceRegion& r) -> std::function<bool(const Vec3&)> {
+                                     return [r](const Vec3& p) { return (p - r.point).dot(r.normal) >= 0; };
+                                 }},
+                      region);
 }
 
 // World from rest at a time: about the pivot, linear between the keyframes.
@@ -90,14 +91,15 @@ void add_constraint(const ConstraintDescription& c, body::Body& target, std::siz
 }
 
 cutting::BladeShape blade_shape(const BladeDescription& blade) {
-    return std::visit(Overloaded{[](const PolylineBlade& b) { return cutting::BladeShape{{b.points}}; },
-                                 [](const StraightBlade& b) { return cutting::make_straight_blade(b.from, b.to); },
-                                 [](const ArcBlade& b) {
-                                     return cutting::make_arc_blade(b.center, b.radius, b.axis,
-                                                                    b.start_angle_degrees * radians,
-                                                                    b.end_angle_degrees * radians, b.segments);
-                                 }},
-                      blade);
+    return std::visit(
+        Overloaded{[](const PolylineBlade& b) { return cutting::BladeShape{{b.points}}; },
+                   [](const StraightBlade& b) { return cutting::make_straight_blade(b.from, b.to); },
+                   [](const ArcBlade& b) {
+                       return cutting::make_arc_blade(b.center, b.radius, b.axis,
+                                                      b.start_angle_degrees * radians,
+                                                      b.end_angle_degrees * radians, b.segments);
+                   }},
+        blade);
 }
 
 body::BodySettings body_settings(const BodyDescription& b, const geometry::TriangleMesh& mesh,
@@ -139,22 +141,24 @@ cutting::Blade make_blade(const ToolDescription& tool) {
     if (const auto* path = std::get_if<KeyframeMotion>(&tool.motion)) {
         for (const MotionKeyframe& k : path->keyframes)
             keyframes.push_back({k.time, k.position, quaternion(k.rotation)});
-        if (path->interpolation == Interpolation::smooth) options.interpolation = cutting::PathInterpolation::smooth;
+        if (path->interpolation == Interpolation::smooth)
+            options.interpolation = cutting::PathInterpolation::smooth;
     } else {
         const auto& circle = std::get<CircularMotion>(tool.motion);
         keyframes = cutting::circular_path(circle.center, circle.axis, circle.radius,
-                                           circle.start_angle_degrees * radians, circle.turns, circle.from_time,
-                                           circle.until_time, circle.turn_with_path);
+                                           circle.start_angle_degrees * radians, circle.turns,
+                                           circle.from_time, circle.until_time, circle.turn_with_path);
     }
     return {tool.name, std::move(shape), std::move(keyframes), options};
 }
 
-std::unique_ptr<body::World> build_world(const SceneDescription& scene, std::shared_ptr<const Parallel> parallel,
-                                         BuildReport& report) {
+std::unique_ptr<body::World> build_world(const SceneDescription& scene,
+                                         std::shared_ptr<const Parallel> parallel, BuildReport& report) {
     body::WorldSettings settings;
     settings.time_step = scene.time_step;
     settings.gravity = scene.gravity;
-    if (scene.ground) settings.ground = meshless::GroundPlane{Vec3::UnitZ(), scene.ground->height, scene.ground->friction};
+    if (scene.ground)
+        settings.ground = meshless::GroundPlane{Vec3::UnitZ(), scene.ground->height, scene.ground->friction};
     settings.solver.tolerance = scene.solver.tolerance;
     settings.solver.max_iterations = scene.solver.max_iterations;
     settings.solver.bdf2 = scene.solver.integrator == Integrator::bdf2;

@@ -24,7 +24,7 @@ cutting::Blade make_blade(const ToolDescription& tool);
 
 /// Throws InputError for meshes that cannot be used and for regions of
 /// constraints that hold no phyxel.
-std::unique_ptr<body::World> build_world(const SceneDescription& scene, std::shared_ptr<const Parallel> parallel,
-                                         BuildReport& report);
+std::unique_ptr<body::World> build_world(const SceneDescription& scene,
+                                         std::shared_ptr<const Parallel> parallel, BuildReport& report);
 
 }  // namespace splitcubes::scene

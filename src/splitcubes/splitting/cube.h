@@ -21,9 +21,15 @@ inline constexpr int mask_count = 1 << edge_count;
 
 using CellMask = std::uint16_t;  // bit e set: edge e of the cell is cut
 
-constexpr int corner_bit(int corner, int axis) { return (corner >> axis) & 1; }
-constexpr int edge_axis(int edge) { return edge / 4; }
-constexpr int face_axis(int face) { return face / 2; }
+constexpr int corner_bit(int corner, int axis) {
+    return (corner >> axis) & 1;
+}
+constexpr int edge_axis(int edge) {
+    return edge / 4;
+}
+constexpr int face_axis(int face) {
+    return face / 2;
+}
 
 /// Corner of an edge: end 0 the lower one, end 1 the upper one.
 constexpr int edge_corner(int edge, int end) {

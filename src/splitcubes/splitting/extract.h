@@ -22,9 +22,9 @@ geometry::SurfaceMesh extract_piece(const geometry::SurfaceMesh& whole, std::int
 
 struct PieceMeasure {
     std::size_t triangles = 0;
-    double volume = 0;        // m^3
-    double boundary_area = 0; // m^2
-    double cut_area = 0;      // m^2
+    double volume = 0;         // m^3
+    double boundary_area = 0;  // m^2
+    double cut_area = 0;       // m^2
 };
 
 /// Measures of each piece, by number.

@@ -13,7 +13,8 @@ std::uint64_t edge_id(const GridEdge& edge) {
 }
 
 GridEdge edge_from_id(std::uint64_t id) {
-    return {{static_cast<int>(id & 0xffff), static_cast<int>(id >> 16 & 0xffff), static_cast<int>(id >> 32 & 0xffff)},
+    return {{static_cast<int>(id & 0xffff), static_cast<int>(id >> 16 & 0xffff),
+             static_cast<int>(id >> 32 & 0xffff)},
             static_cast<int>(id >> 48)};
 }
 

@@ -36,11 +36,11 @@ GridEdge edge_from_id(std::uint64_t id);
 /// Where a cut edge is crossed.
 struct Crossing {
     GridEdge edge;
-    double parameter;    // along the edge, within [min_parameter, 1 - min_parameter]
-    double hit;          // the same before it was clamped, [0, 1]: where the sheet really is
-    Vec3 normal;         // unit, rest space, never against the edge: normal[axis] >= 0
+    double parameter;  // along the edge, within [min_parameter, 1 - min_parameter]
+    double hit;        // the same before it was clamped, [0, 1]: where the sheet really is
+    Vec3 normal;       // unit, rest space, never against the edge: normal[axis] >= 0
     Origin origin;
-    std::int32_t cut;    // which cut made it; -1 for the boundary
+    std::int32_t cut;  // which cut made it; -1 for the boundary
 };
 
 /// No crossing comes nearer to a node than this share of the edge, so that no
@@ -71,7 +71,8 @@ class NodeGrid {
 
     bool is_cut(const GridEdge& edge) const {
         return cut_[static_cast<std::size_t>(edge.axis)][layout_.brick_of(edge.node)] >>
-                   BrickLayout::local(edge.node) & 1U;
+                   BrickLayout::local(edge.node) &
+               1U;
     }
     /// Slot of a cut edge, -1 where uncut.
     std::int32_t slot(const GridEdge& edge) const {
@@ -106,15 +107,16 @@ class NodeGrid {
   private:
     RestGrid rest_;
     BrickLayout layout_;
-    std::vector<std::uint64_t> inside_;                // per brick, a bit per node
-    std::array<std::vector<std::uint64_t>, 3> cut_;    // per axis and brick, a bit per edge, at its lower node
-    SlotMap<3> edge_slots_;                            // per edge, at its lower node
-    std::vector<Crossing> crossings_;                  // one per cut edge, in the order they were cut
+    std::vector<std::uint64_t> inside_;              // per brick, a bit per node
+    std::array<std::vector<std::uint64_t>, 3> cut_;  // per axis and brick, a bit per edge, at its lower node
+    SlotMap<3> edge_slots_;                          // per edge, at its lower node
+    std::vector<Crossing> crossings_;                // one per cut edge, in the order they were cut
 };
 
 /// Corner c of a cell as a node.
 inline Vec3i corner_node(const Vec3i& cell, int corner) {
-    return {cell[0] + corner_bit(corner, 0), cell[1] + corner_bit(corner, 1), cell[2] + corner_bit(corner, 2)};
+    return {cell[0] + corner_bit(corner, 0), cell[1] + corner_bit(corner, 1),
+            cell[2] + corner_bit(corner, 2)};
 }
 /// Edge e of a cell.
 inline GridEdge cell_edge(const Vec3i& cell, int edge) {

@@ -63,9 +63,9 @@ std::vector<PieceSplit> Pieces::update(const NodeGrid& grid) {
     find_components(grid, components, first);
     DisjointSets sets(components.size());
     const BrickLayout& layout = grid.bricks();
-    const std::size_t strides[3] = {1, static_cast<std::size_t>(layout.brick_count[0]),
-                                    static_cast<std::size_t>(layout.brick_count[0]) *
-                                        static_cast<std::size_t>(layout.brick_count[1])};
+    const std::size_t strides[3] = {
+        1, static_cast<std::size_t>(layout.brick_count[0]),
+        static_cast<std::size_t>(layout.brick_count[0]) * static_cast<std::size_t>(layout.brick_count[1])};
     for (std::size_t brick = 0; brick < layout.total(); ++brick) {
         if (first[brick] == first[brick + 1]) continue;
         const Vec3i base = layout.base(brick) / brick_side;
@@ -112,14 +112,17 @@ std::vector<PieceSplit> Pieces::update(const NodeGrid& grid) {
         counts[static_cast<std::size_t>(piece)] = size[root];
         components[root].piece = piece;
     }
-    for (std::uint32_t i = 0; i < components.size(); ++i) components[i].piece = components[sets.find(i)].piece;
+    for (std::uint32_t i = 0; i < components.size(); ++i)
+        components[i].piece = components[sets.find(i)].piece;
     components_ = std::move(components);
     first_ = std::move(first);
     node_counts_ = std::move(counts);
     return splits;
 }
 
-Pieces::Pieces(const NodeGrid& grid) { update(grid); }
+Pieces::Pieces(const NodeGrid& grid) {
+    update(grid);
+}
 
 std::int32_t Pieces::piece_of(const NodeGrid& grid, const Vec3i& node) const {
     const std::size_t brick = grid.bricks().brick_of(node);

@@ -34,7 +34,7 @@ class Pieces {
 
   private:
     struct Component {
-        std::uint64_t nodes;   // of its brick
+        std::uint64_t nodes;  // of its brick
         std::int32_t piece;
     };
     static void find_components(const NodeGrid& grid, std::vector<Component>& components,

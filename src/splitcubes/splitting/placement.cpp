@@ -25,8 +25,7 @@ constexpr double grazing_cosine = 0.05;
 template <int Dim>
 Eigen::Matrix<double, Dim, 1> least_squares_point(std::span<const Eigen::Matrix<double, Dim, 1>> points,
                                                   std::span<const Eigen::Matrix<double, Dim, 1>> normals,
-                                                  const Eigen::Matrix<double, Dim, 1>& start,
-                                                  int& rank) {
+                                                  const Eigen::Matrix<double, Dim, 1>& start, int& rank) {
     using Vec = Eigen::Matrix<double, Dim, 1>;
     using Mat = Eigen::Matrix<double, Dim, Dim>;
     Mat matrix = Mat::Zero();
@@ -64,9 +63,13 @@ Vec2 inward(int ring_edge) {
     static const Vec2 directions[4] = {{0, 1}, {-1, 0}, {0, -1}, {1, 0}};
     return directions[ring_edge];
 }
-Vec2 along(int ring_edge) { return ring_edge % 2 == 0 ? Vec2(1, 0) : Vec2(0, 1); }
+Vec2 along(int ring_edge) {
+    return ring_edge % 2 == 0 ? Vec2(1, 0) : Vec2(0, 1);
+}
 
-Vec2 tangent_of(const Vec2& normal) { return {-normal[1], normal[0]}; }
+Vec2 tangent_of(const Vec2& normal) {
+    return {-normal[1], normal[0]};
+}
 
 // Kind B: half way from the crossing to where its tangent leaves the face.
 Vec2 place_single(int ring_edge, const FaceCrossing& crossing) {
@@ -80,7 +83,8 @@ Vec2 place_single(int ring_edge, const FaceCrossing& crossing) {
     return (crossing.point + 0.5 * std::max(leave, 0.0) * direction).cwiseMax(0).cwiseMin(1);
 }
 
-bool is_smooth_pair(int edge0, const FaceCrossing& a, int side0, int edge1, const FaceCrossing& b, int side1) {
+bool is_smooth_pair(int edge0, const FaceCrossing& a, int side0, int edge1, const FaceCrossing& b,
+                    int side1) {
     const double na = a.normal.dot(along(edge0)), nb = b.normal.dot(along(edge1));
     const double cosine = a.normal.dot(b.normal);
     if (std::abs(na) < grazing_cosine || std::abs(nb) < grazing_cosine)
@@ -141,8 +145,11 @@ Vec2 place_face_vertex(unsigned ring_mask, const std::array<FaceCrossing, 4>& cr
     if (count == 0) return {0.5, 0.5};
     if (count == 1) return place_single(cut[0], at(0));
     if (count == 2) {
-        const auto side = [&](int i) { return face.side[static_cast<std::size_t>(cut[static_cast<std::size_t>(i)])]; };
-        if (is_smooth_pair(cut[0], at(0), side(0), cut[1], at(1), side(1))) return place_smooth_pair(at(0), at(1));
+        const auto side = [&](int i) {
+            return face.side[static_cast<std::size_t>(cut[static_cast<std::size_t>(i)])];
+        };
+        if (is_smooth_pair(cut[0], at(0), side(0), cut[1], at(1), side(1)))
+            return place_smooth_pair(at(0), at(1));
     }
     std::array<Vec2, 4> points, normals;
     Vec2 mean = Vec2::Zero();
@@ -172,8 +179,8 @@ Vec3 place_centre(std::span<const CellCrossing> crossings, bool oriented, const 
         normals[i] = crossings[i].normal;
     }
     int rank = 0;
-    const Vec3 best =
-        least_squares_point<3>({points.data(), crossings.size()}, {normals.data(), crossings.size()}, mean, rank);
+    const Vec3 best = least_squares_point<3>({points.data(), crossings.size()},
+                                             {normals.data(), crossings.size()}, mean, rank);
     return pull_back<3>(best, mean, rank == 3 ? corner_widening : crease_widening);
 }
 

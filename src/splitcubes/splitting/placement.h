@@ -17,8 +17,8 @@ inline constexpr double sharp_cosine = 0.9;
 
 /// A crossing as its face sees it. Coordinates u, v of the face.
 struct FaceCrossing {
-    Vec2 point = Vec2::Zero();    // on ring edge k
-    Vec2 normal = Vec2::Zero();   // unit, in the face plane; see face_crossing
+    Vec2 point = Vec2::Zero();   // on ring edge k
+    Vec2 normal = Vec2::Zero();  // unit, in the face plane; see face_crossing
 };
 
 /// The crossing of ring edge k of a face at `parameter` along the edge's axis,
@@ -34,8 +34,8 @@ Vec2 place_face_vertex(unsigned ring_mask, const std::array<FaceCrossing, 4>& cr
 /// A crossing as its cell sees it.
 struct CellCrossing {
     Vec3 point;
-    Vec3 normal;     // unit; turned to one side of the sheet where `oriented` is given
-    bool grazing;    // the sheet runs along the edge: the normal's sign says nothing
+    Vec3 normal;   // unit; turned to one side of the sheet where `oriented` is given
+    bool grazing;  // the sheet runs along the edge: the normal's sign says nothing
 };
 
 /// Position of the centre vertex of a group of linked crossings. oriented: the

@@ -11,7 +11,8 @@ std::vector<std::int32_t> cut_with_sheet(NodeGrid& grid, const geometry::Triangl
     for (const geometry::Triangle& t : sheet.triangles)
         for (const std::uint32_t v : t)
             if (v >= sheet.positions.size() || !sheet.positions[v].allFinite())
-                throw InputError("cutting sheet", "vertex " + std::to_string(v) + " is missing or not finite");
+                throw InputError("cutting sheet",
+                                 "vertex " + std::to_string(v) + " is missing or not finite");
     std::vector<std::int32_t> slots;
     const geometry::GridCrossings sweep = geometry::sweep_grid(grid.rest(), sheet);
     const auto& all = sweep.crossings;
@@ -21,9 +22,9 @@ std::vector<std::int32_t> cut_with_sheet(NodeGrid& grid, const geometry::Triangl
             if (std::abs(all[end].parameter - 0.5) < std::abs(all[best].parameter - 0.5)) best = end;
         const GridEdge edge{all[i].node, all[i].axis};
         if (grid.inside(edge.node) && grid.inside(edge.upper())) {
-            const std::int32_t slot = grid.cut(edge, all[best].parameter,
-                                               geometry::triangle_normal(sheet, all[best].triangle), Origin::cut,
-                                               cut_number);
+            const std::int32_t slot =
+                grid.cut(edge, all[best].parameter, geometry::triangle_normal(sheet, all[best].triangle),
+                         Origin::cut, cut_number);
             if (slot >= 0) slots.push_back(slot);
         }
         i = end;

@@ -34,7 +34,8 @@ struct BrickLayout {
     }
     /// Lowest place of a brick.
     Vec3i base(std::size_t brick) const {
-        const auto nx = static_cast<std::size_t>(brick_count[0]), ny = static_cast<std::size_t>(brick_count[1]);
+        const auto nx = static_cast<std::size_t>(brick_count[0]),
+                   ny = static_cast<std::size_t>(brick_count[1]);
         return brick_side * Vec3i(static_cast<int>(brick % nx), static_cast<int>(brick / nx % ny),
                                   static_cast<int>(brick / (nx * ny)));
     }
@@ -56,8 +57,7 @@ class SlotMap {
 
     std::int32_t get(const Vec3i& place, int channel) const {
         const std::int32_t block = block_[layout_.brick_of(place)];
-        return block < 0 ? -1
-                         : blocks_[static_cast<std::size_t>(block)][index(place, channel)];
+        return block < 0 ? -1 : blocks_[static_cast<std::size_t>(block)][index(place, channel)];
     }
     void set(const Vec3i& place, int channel, std::int32_t slot) {
         std::int32_t& block = block_[layout_.brick_of(place)];

@@ -18,18 +18,22 @@ using geometry::TriangleMesh;
 namespace {
 
 void check_input(const TriangleMesh& mesh) {
-    if (mesh.triangles.empty()) throw InputError("mesh", "has no triangles", "give a mesh that encloses volume");
+    if (mesh.triangles.empty())
+        throw InputError("mesh", "has no triangles", "give a mesh that encloses volume");
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         for (const std::uint32_t v : mesh.triangles[t]) {
             if (v >= mesh.positions.size())
                 throw InputError("mesh", "triangle " + std::to_string(t) + " refers to vertex " +
-                                             std::to_string(v) + " of " + std::to_string(mesh.positions.size()));
+                                             std::to_string(v) + " of " +
+                                             std::to_string(mesh.positions.size()));
             if (!mesh.positions[v].allFinite())
                 throw InputError("mesh", "vertex " + std::to_string(v) + " is not finite");
         }
 }
 
-bool same_edge(const EdgeCrossing& a, const EdgeCrossing& b) { return a.axis == b.axis && a.node == b.node; }
+bool same_edge(const EdgeCrossing& a, const EdgeCrossing& b) {
+    return a.axis == b.axis && a.node == b.node;
+}
 
 // Calls visit(crossings of one edge) for each grid edge that the mesh meets.
 void for_each_edge(const GridCrossings& sweep,
@@ -70,7 +74,8 @@ class ExactEdges {
 
   private:
     // The material of the inside node ends at the first change of state seen from it.
-    void cut_boundary(const GridEdge& edge, std::span<const EdgeCrossing> crossings, int winding, bool lower) {
+    void cut_boundary(const GridEdge& edge, std::span<const EdgeCrossing> crossings, int winding,
+                      bool lower) {
         int w = winding;
         const EdgeCrossing* chosen = nullptr;
         std::size_t changes = 0;
@@ -83,7 +88,8 @@ class ExactEdges {
             w = next;
         }
         report_.lost_thin_edges += changes > 1;
-        grid_.cut(edge, chosen->parameter, geometry::triangle_normal(mesh_, chosen->triangle), Origin::boundary, -1);
+        grid_.cut(edge, chosen->parameter, geometry::triangle_normal(mesh_, chosen->triangle),
+                  Origin::boundary, -1);
     }
 
     // The widest stretch of void between two inside nodes is cut at its middle.
@@ -135,7 +141,8 @@ NodeGrid solidify_exact(const TriangleMesh& mesh, const RestGrid& rest, Solidify
     for_each_edge(sweep, [&](std::span<const EdgeCrossing> crossings) {
         const EdgeCrossing& c = crossings[0];
         const int u = (c.axis + 1) % 3, v = (c.axis + 2) % 3;
-        if (!line || line->axis != c.axis || line->node[u] != c.node[u] || line->node[v] != c.node[v]) winding = 0;
+        if (!line || line->axis != c.axis || line->node[u] != c.node[u] || line->node[v] != c.node[v])
+            winding = 0;
         line = &c;
         winding = edges.process(crossings, winding);
     });
@@ -271,8 +278,9 @@ NodeGrid solidify(const TriangleMesh& mesh, const RestGrid& rest, SolidifyReport
         report.notes.push_back(std::to_string(report.gap_edges) +
                                " edges cross a gap thinner than a cell and were cut, so the gap separates");
     if (report.lost_thin_edges > 0)
-        report.notes.push_back(std::to_string(report.lost_thin_edges) +
-                               " edges cross material thinner than a cell, which is lost; a smaller cell keeps it");
+        report.notes.push_back(
+            std::to_string(report.lost_thin_edges) +
+            " edges cross material thinner than a cell, which is lost; a smaller cell keeps it");
     if (report.nodes_inside == 0)
         throw InputError("mesh",
                          report.lost_thin_edges > 0

@@ -13,7 +13,7 @@
 namespace splitcubes::splitting {
 
 struct SolidifyReport {
-    bool exact = false;               // closed and oriented: integer winding, no tolerance
+    bool exact = false;  // closed and oriented: integer winding, no tolerance
     std::size_t nodes_inside = 0;
     std::size_t gap_edges = 0;        // both ends inside, void in between: cut, so that the gap separates
     std::size_t lost_thin_edges = 0;  // both ends outside, material in between: too thin for this cell size

@@ -26,7 +26,8 @@ Vec3 face_point(int axis, double level, const Vec2& in_face) {
 unsigned face_corners(int face, int instance, const FaceConfiguration& configuration) {
     unsigned corners = 0;
     for (int k = 0; k < 4; ++k)
-        if (configuration.instance[static_cast<std::size_t>(k)] == instance) corners |= 1U << face_corner(face, k);
+        if (configuration.instance[static_cast<std::size_t>(k)] == instance)
+            corners |= 1U << face_corner(face, k);
     return corners;
 }
 
@@ -184,7 +185,8 @@ void Surface::update_face(const NodeGrid& grid, const SurfaceCell& cell, int fac
     for (int k = 0; k < 4; ++k) {
         if (!(mask >> k & 1U)) continue;
         const auto i = static_cast<std::size_t>(k);
-        raw[i] = &grid.crossing(grid.slot(cell_edge(cell.place, face_edges[static_cast<std::size_t>(face)][i])));
+        raw[i] =
+            &grid.crossing(grid.slot(cell_edge(cell.place, face_edges[static_cast<std::size_t>(face)][i])));
         crossings[i] = face_crossing(k, raw[i]->hit, raw[i]->normal[u], raw[i]->normal[v]);
     }
     record.position = place_face_vertex(mask, crossings);
@@ -206,7 +208,8 @@ void Surface::update_face(const NodeGrid& grid, const SurfaceCell& cell, int fac
             if (!(mask >> k & 1U)) continue;
             // Ring edge k runs from ring corner k to k+1; edges 2 and 3 against their axis.
             const bool home_first = configuration.instance[static_cast<std::size_t>(k)] == instance;
-            const bool home_second = configuration.instance[static_cast<std::size_t>((k + 1) % 4)] == instance;
+            const bool home_second =
+                configuration.instance[static_cast<std::size_t>((k + 1) % 4)] == instance;
             const Vec3& n = raw[static_cast<std::size_t>(k)]->normal;
             if (home_first) normal += k < 2 ? n : Vec3(-n);
             if (home_second) normal += k < 2 ? Vec3(-n) : n;
@@ -217,8 +220,7 @@ void Surface::update_face(const NodeGrid& grid, const SurfaceCell& cell, int fac
 
 void Surface::gather(const NodeGrid& grid, const SurfaceCell& cell, Gathered& out) {
     for (int e = 0; e < edge_count; ++e)
-        out.slot[static_cast<std::size_t>(e)] =
-            cell.mask >> e & 1 ? grid.slot(cell_edge(cell.place, e)) : -1;
+        out.slot[static_cast<std::size_t>(e)] = cell.mask >> e & 1 ? grid.slot(cell_edge(cell.place, e)) : -1;
 }
 
 void Surface::place_centres(const NodeGrid& grid, const SurfaceCell& cell, const Gathered& gathered,
@@ -254,8 +256,8 @@ void Surface::place_centres(const NodeGrid& grid, const SurfaceCell& cell, const
     }
 }
 
-void Surface::set_centre(const NodeGrid& grid, SurfaceCell& cell, const CellConfiguration& configuration, int fan,
-                         const Vec3& position, std::int32_t vertex) {
+void Surface::set_centre(const NodeGrid& grid, SurfaceCell& cell, const CellConfiguration& configuration,
+                         int fan, const Vec3& position, std::int32_t vertex) {
     const auto f = static_cast<std::size_t>(fan);
     cell.centre[f] = vertex;
     SurfaceVertex& v = vertices_[static_cast<std::size_t>(vertex)];
@@ -336,7 +338,8 @@ void Surface::update_cell(const NodeGrid& grid, SurfaceCell& cell) {
         const int end = edge_corner(q.edge, 0) == q.corner ? 0 : 1;
         SurfaceQuad& quad = quads_[next++];
         quad.crossing = slot;
-        quad.vertices = {edge_vertex(grid, slot, end), face_vertex(grid, cell, q.first_face, q.first_instance),
+        quad.vertices = {edge_vertex(grid, slot, end),
+                         face_vertex(grid, cell, q.first_face, q.first_instance),
                          static_cast<std::uint32_t>(cell.centre[q.fan]),
                          face_vertex(grid, cell, q.second_face, q.second_instance)};
         vertices_[quad.vertices[2]].normal += outward_normal(grid.crossing(slot), end == 0);
@@ -356,9 +359,9 @@ std::uint32_t Surface::face_vertex(const NodeGrid&, const SurfaceCell& cell, int
 
 std::size_t Surface::bytes() const {
     return slots_.bytes() + cells_.capacity() * sizeof(SurfaceCell) + faces_.capacity() * sizeof(Face) +
-           edge_vertices_.capacity() * sizeof(edge_vertices_[0]) + vertices_.capacity() * sizeof(SurfaceVertex) +
-           quads_.capacity() * sizeof(SurfaceQuad) + nodes_.capacity() * sizeof(Vec3i) +
-           cell_stamp_.capacity() * sizeof(std::uint64_t);
+           edge_vertices_.capacity() * sizeof(edge_vertices_[0]) +
+           vertices_.capacity() * sizeof(SurfaceVertex) + quads_.capacity() * sizeof(SurfaceQuad) +
+           nodes_.capacity() * sizeof(Vec3i) + cell_stamp_.capacity() * sizeof(std::uint64_t);
 }
 
 void deform(const Surface& surface, const RestGrid& rest, std::span<const geometry::Frame> frames,

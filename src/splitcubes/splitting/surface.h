@@ -20,16 +20,16 @@ enum class VertexKind : std::uint8_t { edge = 0, face = 1, centre = 2 };
 /// A vertex of the surface. Never renumbered; a centre whose fan has merged with
 /// another goes out of use (quad_count of its cell no longer refers to it).
 struct SurfaceVertex {
-    Vec3 rest;                            // m, rest space
-    Vec3 normal;                          // unit, outward, rest space: mean over its quads
-    std::array<std::uint32_t, 8> nodes;   // slots of the surface nodes that carry it
-    std::array<float, 8> weights;         // theirs; sum 1
-    std::uint8_t node_count;              // 1..8
+    Vec3 rest;                           // m, rest space
+    Vec3 normal;                         // unit, outward, rest space: mean over its quads
+    std::array<std::uint32_t, 8> nodes;  // slots of the surface nodes that carry it
+    std::array<float, 8> weights;        // theirs; sum 1
+    std::uint8_t node_count;             // 1..8
     VertexKind kind;
-    std::uint8_t instance;                // edge: end; face: ring corner; centre: 16 * corner + edge of its first quad
+    std::uint8_t instance;  // edge: end; face: ring corner; centre: 16 * corner + edge of its first quad
     bool alive;
-    Vec3i place;                          // lower node of the edge, face or cell
-    std::uint8_t axis;                    // of the edge or of the face's normal; 0 for a centre
+    Vec3i place;        // lower node of the edge, face or cell
+    std::uint8_t axis;  // of the edge or of the face's normal; 0 for a centre
 };
 
 /// A quad (edge vertex, face vertex, centre, face vertex), counter-clockwise from
@@ -41,15 +41,15 @@ struct SurfaceQuad {
 };
 
 struct SurfaceCell {
-    Vec3i place;                  // lower corner's node
+    Vec3i place;  // lower corner's node
     CellMask mask = 0;
-    std::uint8_t inside = 0;      // bit c: corner c is inside
+    std::uint8_t inside = 0;  // bit c: corner c is inside
     std::uint8_t quad_count = 0;
     std::uint8_t quad_capacity = 0;
     std::uint8_t fan_count = 0;
     std::uint32_t first_quad = 0;
-    std::array<std::uint8_t, 8> fan_name;   // instance of each fan's centre vertex
-    std::array<std::int32_t, 8> centre;     // vertex of each fan; -1: fan outside
+    std::array<std::uint8_t, 8> fan_name;  // instance of each fan's centre vertex
+    std::array<std::int32_t, 8> centre;    // vertex of each fan; -1: fan outside
 };
 
 /// Cells, faces, vertices and quads of a grid's surface.
@@ -61,7 +61,8 @@ class Surface {
     /// Takes in edges that were cut since: the cells around them are done again,
     /// nothing else is touched. Slots are of `grid`, which must be the same grid.
     /// Returns the cells (indices into cells()) that changed, in order of first touch.
-    const std::vector<std::uint32_t>& retessellate(const NodeGrid& grid, std::span<const std::int32_t> new_slots);
+    const std::vector<std::uint32_t>& retessellate(const NodeGrid& grid,
+                                                   std::span<const std::int32_t> new_slots);
 
     const std::vector<SurfaceCell>& cells() const { return cells_; }
     const std::vector<SurfaceVertex>& vertices() const { return vertices_; }
@@ -82,7 +83,7 @@ class Surface {
   private:
     struct Face {
         std::uint8_t mask = 0;
-        Vec2 position = Vec2::Zero();              // in the face, cells
+        Vec2 position = Vec2::Zero();                        // in the face, cells
         std::array<std::int32_t, 4> vertex{-1, -1, -1, -1};  // per instance
     };
     struct Gathered;
@@ -110,11 +111,11 @@ class Surface {
     std::vector<std::array<std::int32_t, 2>> edge_vertices_;  // per crossing slot and end; -1: none
     std::vector<SurfaceVertex> vertices_;
     std::vector<SurfaceQuad> quads_;
-    std::array<std::vector<std::uint32_t>, 25> free_quads_;   // per capacity: freed first quads
+    std::array<std::vector<std::uint32_t>, 25> free_quads_;  // per capacity: freed first quads
     std::vector<Vec3i> nodes_;
     std::vector<std::uint32_t> free_vertices_;
-    std::vector<std::uint32_t> touched_;                      // scratch of retessellate
-    std::vector<std::uint64_t> cell_stamp_;                   // per cell: last revision that touched it
+    std::vector<std::uint32_t> touched_;     // scratch of retessellate
+    std::vector<std::uint64_t> cell_stamp_;  // per cell: last revision that touched it
     std::size_t quad_count_ = 0;
     std::size_t alive_count_ = 0;
     std::uint64_t revision_ = 0;

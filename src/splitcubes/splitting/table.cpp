@@ -102,7 +102,8 @@ void Table::make_cell(CellMask mask) {
     SmallSets<corner_count> corners;
     for (int e = 0; e < edge_count; ++e)
         if (!(mask >> e & 1))
-            corners.join(static_cast<std::size_t>(edge_corner(e, 0)), static_cast<std::size_t>(edge_corner(e, 1)));
+            corners.join(static_cast<std::size_t>(edge_corner(e, 0)),
+                         static_cast<std::size_t>(edge_corner(e, 1)));
     cell.component_count = 0;
     for (std::size_t c = 0; c < corner_count; ++c) {
         cell.component[c] = corners.find(c);
@@ -119,7 +120,8 @@ void Table::make_cell(CellMask mask) {
             EdgeFaces faces = faces_of(e);
             if (!lower) std::swap(faces.first, faces.second);
             const auto instance_on = [&](int f) {
-                return faces_[face_mask(mask, f)].instance[static_cast<std::size_t>(ring_position(f, corner))];
+                return faces_[face_mask(mask, f)]
+                    .instance[static_cast<std::size_t>(ring_position(f, corner))];
             };
             quads.push_back({static_cast<std::uint8_t>(corner), static_cast<std::uint8_t>(e),
                              static_cast<std::uint8_t>(faces.first), static_cast<std::uint8_t>(faces.second),

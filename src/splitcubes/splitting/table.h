@@ -38,25 +38,26 @@ struct FaceConfiguration {
 /// A quad (edge vertex, first face vertex, centre, second face vertex),
 /// counter-clockwise seen from the far end of its edge.
 struct TableQuad {
-    std::uint8_t corner;         // the node whose material it bounds
-    std::uint8_t edge;           // the cut edge it belongs to
+    std::uint8_t corner;  // the node whose material it bounds
+    std::uint8_t edge;    // the cut edge it belongs to
     std::uint8_t first_face;
     std::uint8_t second_face;
-    std::uint8_t first_instance;   // face vertex instance (ring corner) on the first face
+    std::uint8_t first_instance;  // face vertex instance (ring corner) on the first face
     std::uint8_t second_instance;
-    std::uint8_t fan;            // centre vertex, 0 .. fan_count-1
+    std::uint8_t fan;  // centre vertex, 0 .. fan_count-1
 };
 
 /// One of the 2^12 masks of a cell's edges.
 struct CellConfiguration {
     std::uint8_t component_count;
-    std::array<std::uint8_t, corner_count> component;  // per corner: lowest corner reachable along uncut edges
+    std::array<std::uint8_t, corner_count>
+        component;  // per corner: lowest corner reachable along uncut edges
     std::uint8_t fan_count;
     std::uint8_t group_count;
     /// Per fan: the first quad (of the whole table entry) that belongs to it. Two
     /// configurations name the same fan the same way when this quad agrees.
-    std::array<std::uint8_t, 8> fan_corner;     // a corner of the fan's component
-    std::array<std::uint8_t, 8> fan_group;      // the sheet group that places its centre
+    std::array<std::uint8_t, 8> fan_corner;  // a corner of the fan's component
+    std::array<std::uint8_t, 8> fan_group;   // the sheet group that places its centre
     /// Per edge: the group of cut edges linked through fans; 255 where uncut.
     std::array<std::uint8_t, edge_count> edge_group;
     /// Per edge: sense along its axis that points to one side of its sheet; signs

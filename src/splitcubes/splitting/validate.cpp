@@ -64,7 +64,8 @@ std::vector<std::string> validate(const NodeGrid& grid, std::size_t limit) {
                     const bool upper = grid.inside(edge.upper());
                     if (lower != upper && !grid.is_cut(edge))
                         findings.add(text_of(edge), ": between inside and outside but not cut");
-                    if (!lower && !upper && grid.is_cut(edge)) findings.add(text_of(edge), ": cut outside the body");
+                    if (!lower && !upper && grid.is_cut(edge))
+                        findings.add(text_of(edge), ": cut outside the body");
                 }
     for (const Crossing& c : grid.crossings()) {
         const bool skin = grid.inside(c.edge.node) != grid.inside(c.edge.upper());
@@ -72,7 +73,8 @@ std::vector<std::string> validate(const NodeGrid& grid, std::size_t limit) {
             findings.add(text_of(c.edge), ": parameter ", c.parameter);
         if (!(std::abs(c.normal.norm() - 1) < 1e-9) || !(c.normal[c.edge.axis] >= 0))
             findings.add(text_of(c.edge), ": normal ", c.normal.transpose());
-        if (skin && c.origin != Origin::boundary) findings.add(text_of(c.edge), ": skin that says it was cut");
+        if (skin && c.origin != Origin::boundary)
+            findings.add(text_of(c.edge), ": skin that says it was cut");
     }
     return findings.take();
 }
@@ -102,9 +104,10 @@ std::vector<std::string> validate(const NodeGrid& grid, const Surface& surface, 
     const geometry::SurfaceMesh mesh = extract(grid, surface, pieces);
     const geometry::MeshCheck check = geometry::check_mesh(mesh.mesh);
     if (check.triangles > 0 && !check.valid())
-        findings.add("surface: ", check.boundary_edges, " boundary, ", check.non_manifold_edges, " non-manifold, ",
-                     check.misoriented_edges, " misoriented edges, ", check.non_manifold_vertices,
-                     " non-manifold vertices, ", check.non_finite_vertices, " not finite");
+        findings.add("surface: ", check.boundary_edges, " boundary, ", check.non_manifold_edges,
+                     " non-manifold, ", check.misoriented_edges, " misoriented edges, ",
+                     check.non_manifold_vertices, " non-manifold vertices, ", check.non_finite_vertices,
+                     " not finite");
     std::size_t alive = 0;
     for (const SurfaceVertex& v : surface.vertices()) {
         if (!v.alive) continue;
