@@ -106,7 +106,7 @@ TEST(CutEdges, APlanarStrokeCutsWhatItsPlaneCrosses) {
 // body, the same edges are cut in the same places.
 TEST(CutEdges, StrokesDoNotDependOnTheirSteps) {
     const Parallel parallel(1);
-    const auto edges = grid_edges(8, 0.125, {-0.5, -0.5, -0.5});
+    const auto edges = grid_edges(6, 0.16, {-0.5, -0.5, -0.5});
     const Vec3 start(-1, 0.03, 0.07), path(2, 0.1, -0.06);
     const Blade blade = straight_stroke({0, -2, 0.1}, {0.3, 2, -0.2}, start, start + path);
     const auto stroke = [&](int steps, bool body_moves) {
@@ -136,8 +136,8 @@ TEST(CutEdges, StrokesDoNotDependOnTheirSteps) {
         return all;
     };
     const auto whole = stroke(1, false);
-    ASSERT_GT(whole.size(), 60U);
-    for (const int steps : {1, 2, 5, 16, 60})
+    ASSERT_GT(whole.size(), 30U);
+    for (const int steps : {1, 2, 5, 16})
         for (const bool body_moves : {false, true}) {
             const auto parts = stroke(steps, body_moves);
             ASSERT_EQ(parts.size(), whole.size()) << steps;
@@ -153,8 +153,8 @@ TEST(CutEdges, AgreeWithTryingAllSegments) {
     Random random(1);
     const Parallel parallel(1);
     std::size_t total = 0;
-    for (int trial = 0; trial < 30; ++trial) {
-        const int points = 2 + static_cast<int>(random.below(60));
+    for (int trial = 0; trial < 12; ++trial) {
+        const int points = 2 + static_cast<int>(random.below(30));
         BladeShape shape;
         for (int line = 0; line < 1 + trial % 3; ++line) {
             std::vector<Vec3> polyline = {random_point(random, 1)};
@@ -169,9 +169,9 @@ TEST(CutEdges, AgreeWithTryingAllSegments) {
         const Blade blade("b", shape, keys);
         const auto swept = sweep(blade, 0.1, 0.8);
         std::vector<CandidateEdge> edges;
-        for (std::uint64_t k = 0; k < 400; ++k) {
+        for (std::uint64_t k = 0; k < 200; ++k) {
             const Vec3 a = random_point(random, 1), b = a + random_point(random, 0.2);
-            edges.push_back({997 * k % 400,
+            edges.push_back({997 * k % 200,
                              {a, b, a + random_point(random, 0.1), b + random_point(random, 0.1)},
                              Mat3::Identity()});
         }
@@ -187,7 +187,7 @@ TEST(CutEdges, AgreeWithTryingAllSegments) {
             EXPECT_NEAR(cuts[k].rest_normal.norm(), 1, 1e-14);
         }
     }
-    EXPECT_GT(total, 400U);
+    EXPECT_GT(total, 60U);
 }
 
 TEST(CutEdges, AreTheSameOnAnyNumberOfThreads) {
@@ -220,7 +220,7 @@ TEST(CutEdges, AFullTurnInOneStepCutsADisk) {
     std::vector<CandidateEdge> edges;
     Random random(2);
     std::size_t inside = 0;
-    for (std::uint64_t id = 0; id < 3000; ++id) {
+    for (std::uint64_t id = 0; id < 800; ++id) {
         const double r = random.uniform(0.02, 1.2), angle = random.uniform(0, 2 * pi);
         if (std::abs(r - 1) < 2e-3) continue;
         inside += r < 1;

@@ -56,7 +56,7 @@ struct SlowHit {
 // Looks for sign changes at many times and refines them by halving. Parameters
 // must lie in [margin, 1 - margin].
 SlowHit slow_first_hit(const MovingSegment& blade, const MovingSegment& edge, double margin) {
-    constexpr int samples = 1000;
+    constexpr int samples = 250;
     SlowHit out;
     Real before = coplanarity(blade, edge, 0);
     for (int k = 1; k <= samples; ++k) {
@@ -95,7 +95,7 @@ MovingSegment mapped(const MovingSegment& s, const Map& map) {
 TEST(SweptSegments, AgreeWithDenseSamplingInTime) {
     Random random(1);
     int hits = 0, misses = 0, late_roots = 0;
-    for (int trial = 0; trial < 6000; ++trial) {
+    for (int trial = 0; trial < 2500; ++trial) {
         const double motion = std::pow(10.0, random.uniform(-2, 1));
         const MovingSegment blade = random_segment(random, motion), edge = random_segment(random, motion);
         const auto hit = first_hit(blade, edge);
@@ -123,22 +123,22 @@ TEST(SweptSegments, AgreeWithDenseSamplingInTime) {
             EXPECT_NEAR(hit->blade_parameter, slow.blade, 1e-4);
         }
     }
-    EXPECT_GT(hits, 300);
+    EXPECT_GT(hits, 120);
     EXPECT_GT(misses, 500);
-    EXPECT_GT(late_roots, 20);  // the first coplanar time is often not the hit
+    EXPECT_GT(late_roots, 10);  // the first coplanar time is often not the hit
 }
 
 TEST(SweptSegments, NoHitWithoutOneByDenseSampling) {
     Random random(2);
     int extra = 0, misses = 0;
-    for (int trial = 0; trial < 3000; ++trial) {
+    for (int trial = 0; trial < 1200; ++trial) {
         const MovingSegment blade = random_segment(random, 1), edge = random_segment(random, 1);
         if (slow_first_hit(blade, edge, -1e-4).any) continue;
         ++misses;
         extra += first_hit(blade, edge).has_value();
     }
-    EXPECT_GT(misses, 1000);
-    EXPECT_LE(extra, misses / 500);  // pairs of roots between two samples
+    EXPECT_GT(misses, 800);
+    EXPECT_LE(extra, misses / 200);  // pairs of roots between two samples
 }
 
 TEST(SweptSegments, KnownHits) {
@@ -173,23 +173,23 @@ TEST(SweptSegments, TheFinalPlacesAloneWouldMissIt) {
     EXPECT_NEAR(hit->time, 1.0 / 3, 1e-15);
 }
 
+// With x = 2t - 1 the blade runs from (1, -x) to (x - 1, x), the edge along z at
+// the origin: they are coplanar where x^2 = 0, so at a double root, in the middle
+// of both. Rounding may leave it no sign change.
 TEST(SweptSegments, GrazingContactsAreHits) {
-    // One end of the blade moves up, the other down: the coplanarity function of
-    // this pair has a double root where the blade just reaches the edge.
-    for (const double depth : {0.0, 1e-13, 1e-6}) {
-        const MovingSegment edge{{0, 0, -1}, {0, 0, 1}, {0, 0, -1}, {0, 0, 1}};
-        // The blade's line touches the circle-like envelope: from (1, 0) tangent to (0, 1).
-        const MovingSegment blade{{1 - depth, 0, 0}, {1 - depth, 2, 0}, {-depth, 2, 0}, {-2 - depth, 2, 0}};
-        const auto hit = first_hit(blade, edge);
-        const SlowHit slow = slow_first_hit(blade, edge, 0);
-        EXPECT_TRUE(hit || !slow.any) << depth;
-    }
-    // det(u, v, w) = (2t - 1)^2 exactly: u and w turn through each other and back.
+    Random random(10);
     const MovingSegment edge{{0, 0, -1}, {0, 0, 1}, {0, 0, -1}, {0, 0, 1}};
-    const MovingSegment blade{{-1, 1, 0}, {0, -1, 0}, {1, 1, 0}, {0, -1, 0}};
-    const auto hit = first_hit(blade, edge);
-    ASSERT_TRUE(hit);
-    EXPECT_NEAR(hit->time, 0.5, 1e-12);
+    const MovingSegment blade{{1, 1, 0}, {-2, -1, 0}, {1, -1, 0}, {0, 1, 0}};
+    for (int trial = 0; trial < 500; ++trial) {
+        const double size = std::pow(10.0, random.uniform(-6, 7));
+        const Quat rotation(Eigen::AngleAxisd(random.uniform(0, 6), random_point(random, 1).normalized()));
+        const Vec3 shift = random_point(random, 10);
+        const auto map = [&](const Vec3& p) -> Vec3 { return size * (rotation * p + shift); };
+        const auto hit = first_hit(mapped(blade, map), mapped(edge, map));
+        ASSERT_TRUE(hit) << trial;
+        EXPECT_NEAR(hit->time, 0.5, 1e-6);
+        EXPECT_NEAR(hit->edge_parameter, 0.5, 1e-6);
+    }
 }
 
 TEST(SweptSegments, CoplanarMotionsAreHitWhereEndsArrive) {
@@ -244,7 +244,7 @@ TEST(SweptSegments, CoplanarMotionsAreHitWhereEndsArrive) {
 TEST(SweptSegments, DoNotDependOnScaleOrPlace) {
     Random random(4);
     int hits = 0;
-    for (int trial = 0; trial < 4000; ++trial) {
+    for (int trial = 0; trial < 800; ++trial) {
         const MovingSegment blade = random_segment(random, 1), edge = random_segment(random, 1);
         const auto hit = first_hit(blade, edge);
         hits += hit.has_value();
@@ -265,12 +265,12 @@ TEST(SweptSegments, DoNotDependOnScaleOrPlace) {
         ASSERT_EQ(hit.has_value(), moved.has_value());
         if (hit && std::abs(hit->time - moved->time) > 1e-5) ADD_FAILURE() << hit->time << " " << moved->time;
     }
-    EXPECT_GT(hits, 300);
+    EXPECT_GT(hits, 40);
 }
 
 TEST(SweptSegments, RolesCanBeSwapped) {
     Random random(5);
-    for (int trial = 0; trial < 20000; ++trial) {
+    for (int trial = 0; trial < 5000; ++trial) {
         const MovingSegment blade = random_segment(random, 1), edge = random_segment(random, 1);
         const auto one = first_hit(blade, edge), other = first_hit(edge, blade);
         ASSERT_EQ(one.has_value(), other.has_value());
@@ -282,7 +282,7 @@ TEST(SweptSegments, RolesCanBeSwapped) {
 
 TEST(SweptSegments, RunningTimeBackwardsFindsTheSamePairs) {
     Random random(6);
-    for (int trial = 0; trial < 20000; ++trial) {
+    for (int trial = 0; trial < 5000; ++trial) {
         const MovingSegment blade = random_segment(random, 1), edge = random_segment(random, 1);
         const auto back = [](const MovingSegment& s) { return MovingSegment{s.a1, s.b1, s.a0, s.b0}; };
         ASSERT_EQ(first_hit(blade, edge).has_value(), first_hit(back(blade), back(edge)).has_value());
@@ -331,14 +331,14 @@ TEST(SweptSegments, PolylinesDoNotLeakAtTheirJoints) {
         for (const int line_parts : {1, 2, 3, 8, 16, 29})
             for (const int time_parts : {1, 2, 7, 8, 16}) {
                 run(true, line_parts, time_parts, size);
-                for (int trial = 0; trial < 5; ++trial) run(false, line_parts, time_parts, size);
+                for (int trial = 0; trial < 2; ++trial) run(false, line_parts, time_parts, size);
             }
 }
 
 // The edges aimed at the joints' own paths, where either neighbour may refuse.
 TEST(SweptSegments, EdgesThroughTheVeryJointAreHit) {
     Random random(8);
-    for (int trial = 0; trial < 20000; ++trial) {
+    for (int trial = 0; trial < 10000; ++trial) {
         const double size = std::pow(10.0, random.uniform(-6, 7));
         const double motion = std::pow(10.0, random.uniform(-3, 1.5));
         const Vec3 offset = random_point(random, trial % 2 == 0 ? 0 : 1e3);

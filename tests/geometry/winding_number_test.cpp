@@ -45,12 +45,12 @@ TriangleMesh hemisphere(int segments) {
 
 TEST(WindingNumber, IsAnIntegerForClosedMeshes) {
     Random random(1);
-    const TriangleMesh torus = make_torus(1, 0.4, 48, 24);
+    const TriangleMesh torus = make_torus(1, 0.4, 36, 18);
     const WindingNumber winding(torus);
-    for (int trial = 0; trial < 4000; ++trial) {
+    for (int trial = 0; trial < 200; ++trial) {
         const Vec3 p = random_point(random, 1.6);
         const double tube = std::hypot(std::hypot(p.x(), p.y()) - 1, p.z());
-        if (std::abs(tube - 0.4) < 0.01) continue;  // facets and surface differ
+        if (std::abs(tube - 0.4) < 0.02) continue;  // facets and surface differ
         const double expected = tube < 0.4 ? 1 : 0;
         EXPECT_NEAR(winding.exact_at(p), expected, 1e-12);
         EXPECT_NEAR(winding.at(p), expected, 1e-3);
@@ -79,7 +79,7 @@ TEST(WindingNumber, IsLinearInTheMesh) {
     TriangleMesh twice = a;
     twice.append(a);
     const WindingNumber wa(a), wb(b), sum(both), doubled(twice);
-    for (int trial = 0; trial < 500; ++trial) {
+    for (int trial = 0; trial < 100; ++trial) {
         const Vec3 p = random_point(random, 2);
         EXPECT_NEAR(sum.exact_at(p), wa.exact_at(p) + wb.exact_at(p), 1e-12);
         EXPECT_NEAR(sum.at(p), wa.at(p) + wb.at(p), 1e-3);
@@ -92,9 +92,9 @@ TEST(WindingNumber, FastEvaluationIsCloseToTheSum) {
     double worst = 0, square = 0;
     int count = 0;
     for (const TriangleMesh& mesh :
-         {make_wavy_sheet({0, 0, 0}, {0, 0, 1}, 1, 40, 0.3, 1.1), hemisphere(12), make_pear(2, 48)}) {
+         {make_wavy_sheet({0, 0, 0}, {0, 0, 1}, 1, 30, 0.3, 1.1), hemisphere(12), make_pear(2, 32)}) {
         const WindingNumber winding(mesh);
-        for (int trial = 0; trial < 2000; ++trial) {
+        for (int trial = 0; trial < 200; ++trial) {
             const Vec3 p = random_point(random, trial % 4 == 0 ? 20 : 1.5);
             const double error = std::abs(winding.at(p) - winding.exact_at(p));
             worst = std::max(worst, error);
@@ -116,7 +116,7 @@ TEST(WindingNumber, TheExpansionIsOfSecondOrder) {
     const WindingNumber winding(sheet);
     Random random(4);
     double near = 0, far = 0;
-    for (int trial = 0; trial < 400; ++trial) {
+    for (int trial = 0; trial < 200; ++trial) {
         const Vec3 direction = random_point(random, 1).normalized();
         near = std::max(near, std::abs(winding.at(6 * direction) - winding.exact_at(6 * direction)));
         far = std::max(far, std::abs(winding.at(24 * direction) - winding.exact_at(24 * direction)));
@@ -128,30 +128,30 @@ TEST(WindingNumber, TheExpansionIsOfSecondOrder) {
 }
 
 TEST(WindingNumber, OfAnOpenHemisphereIsItsSolidAngle) {
-    const WindingNumber winding(hemisphere(60));
+    const WindingNumber winding(hemisphere(40));
     // From a point at height z on the axis the rim's disk fills 2 pi (1 - z / sqrt(1 + z^2))
     // of the sphere below: the hemisphere the rest, when inside it.
     for (const double z : {0.0, 0.25, 0.5, 0.9}) {
         const double disk = 0.5 * (1 - z / std::hypot(1, z));
-        EXPECT_NEAR(winding.exact_at({0, 0, z}), 1 - disk, 2e-4) << z;
+        EXPECT_NEAR(winding.exact_at({0, 0, z}), 1 - disk, 5e-4) << z;
         EXPECT_NEAR(winding.at({0, 0, z}), 1 - disk, 1e-3) << z;
     }
     for (const double z : {1.1, 3.0, -0.5, -4.0}) {
         const double disk = 0.5 * (1 - std::abs(z) / std::hypot(1, z));
-        EXPECT_NEAR(winding.exact_at({0, 0, z}), z > 0 ? -disk : disk, 2e-4) << z;
+        EXPECT_NEAR(winding.exact_at({0, 0, z}), z > 0 ? -disk : disk, 5e-4) << z;
         EXPECT_NEAR(winding.at({0, 0, z}), z > 0 ? -disk : disk, 1e-3) << z;
     }
 }
 
 TEST(WindingNumber, DoesNotDependOnScaleOrPlace) {
     Random random(5);
-    const TriangleMesh mesh = make_pear(1, 32);
+    const TriangleMesh mesh = make_pear(1, 20);
     const WindingNumber winding(mesh);
     for (const auto& [scale, offset, allowed] :
          {std::tuple{1e-6, 0.0, 1e-9}, {1e7, 0.0, 1e-9}, {1.0, 1e5, 1e-6}, {1e-3, 1.0, 1e-6}}) {
         const Vec3 shift = offset * Vec3(1, -0.7, 0.3);
         const WindingNumber other(moved(mesh, scale, shift));
-        for (int trial = 0; trial < 1000; ++trial) {
+        for (int trial = 0; trial < 100; ++trial) {
             const Vec3 p = random_point(random, 0.8), q = scale * p + shift;
             const double exact = winding.exact_at(p);
             // Rounding moves what is within it of the surface to the other side.
@@ -193,12 +193,12 @@ TEST(WindingNumber, OnTheSurfaceIsTheMeanOfTheSides) {
 TEST(WindingNumber, ManyCoincidentTriangles) {
     TriangleMesh mesh;
     mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-    mesh.triangles.assign(200000, {0, 1, 2});
+    mesh.triangles.assign(20000, {0, 1, 2});
     const WindingNumber many(mesh);
     mesh.triangles.resize(1);
     const WindingNumber one(mesh);
     for (const Vec3& p : {Vec3(0.2, 0.2, 0.5), Vec3(3, 2, -5)})
-        EXPECT_NEAR(many.at(p) / 200000, one.exact_at(p), 1e-4);
+        EXPECT_NEAR(many.at(p) / 20000, one.exact_at(p), 1e-4);
 }
 
 TEST(WindingNumber, EmptyAndPointMeshesWindNowhere) {
@@ -217,7 +217,7 @@ TEST(WindingNumber, RefusesWhatIsNotAMesh) {
 TEST(WindingNumber, IsTheSameOnAnyNumberOfThreads) {
     const WindingNumber winding(make_torus(1, 0.3, 40, 20));
     const auto values = [&](int threads) {
-        std::vector<double> out(2000);
+        std::vector<double> out(500);
         Parallel(threads).for_each(out.size(), 8, [&](std::size_t i) {
             Random random(i);
             out[i] = winding.at(random_point(random, 1.4));

@@ -66,12 +66,13 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
 }
 
 void Body::build_occluders() {
-    for (const splitting::SurfaceCell& cell : surface_->cells()) set_occluders(cell);
+    for (std::uint32_t c = 0; c < surface_->cells().size(); ++c) set_occluders(c);
 }
 
 // Each cut edge of the cell gives its two triangles once, whichever side has a
 // quad: both sides lie at the same place.
-void Body::set_occluders(const splitting::SurfaceCell& cell) {
+void Body::set_occluders(std::uint32_t cell_number) {
+    const splitting::SurfaceCell& cell = surface_->cells()[cell_number];
     std::vector<geometry::OccluderTriangle> triangles;
     std::vector<std::int32_t> seen;
     for (const splitting::SurfaceQuad& q : surface_->quads(cell)) {
@@ -84,6 +85,11 @@ void Body::set_occluders(const splitting::SurfaceCell& cell) {
         triangles.push_back({{at(0), at(1), at(2)}, skin});
         triangles.push_back({{at(0), at(2), at(3)}, skin});
     }
+    geometry::Box box;
+    for (const geometry::OccluderTriangle& t : triangles)
+        for (const Vec3& corner : t.corner) box.add(corner);
+    if (occluder_box_.size() <= cell_number) occluder_box_.resize(cell_number + 1);
+    occluder_box_[cell_number] = box;
     occluders_.set_cell(cell.place, triangles);
 }
 

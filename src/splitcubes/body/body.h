@@ -112,7 +112,7 @@ class Body {
     void list_inside_nodes();
     void sample(const Parallel& parallel);
     void build_occluders();
-    void set_occluders(const splitting::SurfaceCell& cell);
+    void set_occluders(std::uint32_t cell_number);
     Vec3i owner_of(const Vec3& rest, const Vec3i& fallback) const;
     std::optional<Vec3> place_in_material(const Vec3& candidate) const;
     std::vector<Vec3> sample_positions(double spacing) const;
@@ -137,6 +137,7 @@ class Body {
     std::unique_ptr<splitting::Surface> surface_;
     std::unique_ptr<splitting::Pieces> pieces_;
     geometry::OccluderGrid occluders_;
+    std::vector<geometry::Box> occluder_box_;  // per surface cell: of its occluders, m, rest space
     std::unique_ptr<occlusion::VisibilityBackend> visibility_;
 
     // Inside nodes, brick by brick, written at construction (pieces by label_pieces).

@@ -9,21 +9,16 @@ namespace splitcubes::body {
 
 namespace {
 
-// A centre vertex may lie up to a cell outside its own cell.
-constexpr double overhang_cells = 1.0;
-
 // One box per brick of changed cells: few boxes, none much larger than what changed.
-std::vector<geometry::Box> boxes_of(const splitting::Surface& surface, const geometry::RestGrid& rest,
-                                    std::span<const std::uint32_t> cells) {
+std::vector<geometry::Box> boxes_of(const splitting::Surface& surface, std::span<const std::uint32_t> cells,
+                                    std::span<const geometry::Box> changed) {
     std::map<std::array<int, 3>, geometry::Box> by_brick;
-    for (const std::uint32_t c : cells) {
-        const Vec3i place = surface.cells()[c].place;
-        geometry::Box& box = by_brick[{place[2] >> 2, place[1] >> 2, place[0] >> 2}];
-        box.add(rest.node_position(place));
-        box.add(rest.node_position(place + Vec3i::Ones()));
+    for (std::size_t k = 0; k < cells.size(); ++k) {
+        const Vec3i place = surface.cells()[cells[k]].place;
+        by_brick[{place[2] >> 2, place[1] >> 2, place[0] >> 2}].add(changed[k]);
     }
     std::vector<geometry::Box> out;
-    for (const auto& [brick, box] : by_brick) out.push_back(box.grown(overhang_cells * rest.cell_size));
+    for (const auto& [brick, box] : by_brick) out.push_back(box);
     return out;
 }
 
@@ -36,8 +31,18 @@ bool meets_any(const geometry::Box& box, std::span<const geometry::Box> boxes) {
 void Body::retessellate(StepReport& report) {
     changed_boxes_.clear();
     const std::vector<std::uint32_t>& changed = surface_->retessellate(grid_, new_slots_);
-    for (const std::uint32_t c : changed) set_occluders(surface_->cells()[c]);
-    changed_boxes_ = boxes_of(*surface_, grid_.rest(), changed);
+    // What was there before and what is there now: both changed what is seen.
+    std::vector<geometry::Box> boxes;
+    for (const std::uint32_t c : changed) {
+        if (c < occluder_box_.size()) {
+            boxes.push_back(occluder_box_[c]);
+        } else {
+            boxes.emplace_back();
+        }
+        set_occluders(c);
+        boxes.back().add(occluder_box_[c]);
+    }
+    changed_boxes_ = boxes_of(*surface_, changed, boxes);
     cut_edge_count_ += new_slots_.size();
     report.changed_cells += changed.size();
     track_surface_nodes();

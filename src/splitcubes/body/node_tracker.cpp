@@ -1,4 +1,5 @@
 #include <splitcubes/body/node_tracker.h>
+#include <splitcubes/meshless/kernel.h>
 
 #include <algorithm>
 #include <deque>
@@ -8,6 +9,31 @@ namespace splitcubes::body {
 
 using splitting::GridEdge;
 
+namespace {
+
+// Whether the segment from a to b meets the box.
+bool segment_meets(const Vec3& a, const Vec3& b, const geometry::Box& box) {
+    double from = 0, to = 1;
+    for (int k = 0; k < 3; ++k) {
+        const double way = b[k] - a[k];
+        if (way == 0) {
+            if (a[k] < box.min[k] || a[k] > box.max[k]) return false;
+            continue;
+        }
+        const double t0 = (box.min[k] - a[k]) / way, t1 = (box.max[k] - a[k]) / way;
+        from = std::max(from, std::min(t0, t1));
+        to = std::min(to, std::max(t0, t1));
+    }
+    return from <= to;
+}
+
+bool within(const Vec3& point, const geometry::Box& box, double radius) {
+    const Vec3 outside = (box.min - point).cwiseMax(point - box.max).cwiseMax(0);
+    return outside.squaredNorm() <= radius * radius;
+}
+
+}  // namespace
+
 std::uint32_t NodeTracker::track(const splitting::NodeGrid& grid, const Vec3i& node) {
     std::int32_t index = index_.get(node, 0);
     if (index < 0) {
@@ -16,29 +42,26 @@ std::uint32_t NodeTracker::track(const splitting::NodeGrid& grid, const Vec3i& n
         places_.push_back(node);
         rest_.push_back(grid.rest().node_position(node));
         piece_.push_back(-1);
-        dirty_.push_back(1);
+        task_.push_back(Task::build);
+        links_.emplace_back();
     }
     return static_cast<std::uint32_t>(index);
 }
 
 void NodeTracker::mark_all() {
-    std::fill(dirty_.begin(), dirty_.end(), std::uint8_t{1});
+    std::fill(task_.begin(), task_.end(), Task::build);
 }
 
 void NodeTracker::mark_near(std::span<const geometry::Box> boxes, double radius) {
+    boxes_.insert(boxes_.end(), boxes.begin(), boxes.end());
     geometry::Box all;
     for (const geometry::Box& box : boxes) all.add(box);
     if (all.empty()) return;
     all = all.grown(radius);
     for (std::size_t i = 0; i < rest_.size(); ++i) {
-        if (dirty_[i] || !all.contains(rest_[i])) continue;
-        for (const geometry::Box& box : boxes) {
-            const Vec3 outside = (box.min - rest_[i]).cwiseMax(rest_[i] - box.max).cwiseMax(0);
-            if (outside.squaredNorm() <= radius * radius) {
-                dirty_[i] = 1;
-                break;
-            }
-        }
+        if (task_[i] >= Task::look || !all.contains(rest_[i])) continue;
+        const auto near = [&](const geometry::Box& box) { return within(rest_[i], box, radius); };
+        if (std::any_of(boxes.begin(), boxes.end(), near)) task_[i] = Task::look;
     }
 }
 
@@ -46,31 +69,85 @@ void NodeTracker::refresh(const TrackerContext& context) {
     if (pieces_changed_) {
         for (std::size_t i = 0; i < places_.size(); ++i) {
             piece_[i] = context.pieces.piece_of(context.grid, places_[i]);
-            if (dirty_[i]) continue;
-            const meshless::NodeKernels::Row& row = kernels_.rows[i];
-            for (std::uint32_t k = row.begin; k < row.begin + row.count && !dirty_[i]; ++k)
-                dirty_[i] = context.phyxels.piece[kernels_.phyxel[k]] != piece_[i];
-            if (row.count == 0) dirty_[i] = 1;
+            if (task_[i] == Task::none) task_[i] = Task::filter;
         }
         pieces_changed_ = false;
     }
-    rows_.clear();
-    for (std::uint32_t i = 0; i < dirty_.size(); ++i)
-        if (dirty_[i]) rows_.push_back(i);
-    if (rows_.empty()) return;
-    refresh_rows(context);
+    work_.clear();
+    for (std::uint32_t i = 0; i < task_.size(); ++i)
+        if (task_[i] != Task::none) work_.push_back(i);
+    if (work_.empty()) return;
+    reach_ = 0;
+    for (const double h : context.phyxels.support_radius) reach_ = std::max(reach_, h);
+    do_tasks(context);
+    boxes_.clear();
     find_fallbacks(context);
 }
 
-void NodeTracker::refresh_rows(const TrackerContext& context) {
-    for (const std::uint32_t i : rows_) piece_[i] = context.pieces.piece_of(context.grid, places_[i]);
-    const auto sees = [&](std::size_t node, std::uint32_t phyxel) {
-        return context.occluders.segment_blocked(rest_[node], context.phyxels.rest_position[phyxel]) ? 0.0
-                                                                                                     : 1.0;
-    };
-    meshless::rebuild_kernels(kernels_, rows_, rest_, piece_, context.phyxels, context.locator, sees,
-                              context.parallel);
-    for (const std::uint32_t i : rows_) dirty_[i] = 0;
+// The nodes of work_. Rows get their place in the pool first, one after the
+// other; then nothing is shared.
+void NodeTracker::do_tasks(const TrackerContext& context) {
+    kernels_.rows.resize(places_.size());
+    context.parallel.for_chunks(work_.size(), 32, [&](std::size_t begin, std::size_t end) {
+        std::vector<std::uint32_t> near;
+        for (std::size_t k = begin; k < end; ++k) {
+            const std::uint32_t i = work_[k];
+            piece_[i] = context.pieces.piece_of(context.grid, places_[i]);
+            if (task_[i] == Task::build) build_links(context, i, near);
+            if (task_[i] == Task::look) look_again(context, i);
+            task_[i] = Task::none;
+        }
+    });
+    for (const std::uint32_t i : work_) {
+        meshless::NodeKernels::Row& row = kernels_.rows[i];
+        // Room for one at least: a node may be bound to a phyxel that does not reach it.
+        const auto wanted = static_cast<std::uint32_t>(std::max<std::size_t>(links_[i].size(), 1));
+        if (wanted <= row.capacity) continue;
+        kernels_.unused += row.capacity;
+        row.begin = static_cast<std::uint32_t>(kernels_.phyxel.size());
+        row.capacity = wanted;
+        kernels_.phyxel.resize(kernels_.phyxel.size() + wanted);
+        kernels_.weight.resize(kernels_.weight.size() + wanted);
+    }
+    context.parallel.for_each(work_.size(), 64, [&](std::size_t k) { write_row(context, work_[k]); });
+}
+
+void NodeTracker::build_links(const TrackerContext& context, std::size_t node,
+                              std::vector<std::uint32_t>& near) {
+    links_[node].clear();
+    context.locator.near(rest_[node], reach_, near);
+    for (const std::uint32_t i : near) {
+        const Vec3& phyxel = context.phyxels.rest_position[i];
+        const double weight =
+            meshless::kernel((phyxel - rest_[node]).squaredNorm(), context.phyxels.support_radius[i]);
+        if (weight > 0)
+            links_[node].push_back({i, !context.occluders.segment_blocked(rest_[node], phyxel), weight});
+    }
+}
+
+void NodeTracker::look_again(const TrackerContext& context, std::size_t node) {
+    for (Link& link : links_[node]) {
+        const Vec3& phyxel = context.phyxels.rest_position[link.phyxel];
+        const auto through = [&](const geometry::Box& box) {
+            return segment_meets(rest_[node], phyxel, box);
+        };
+        if (std::any_of(boxes_.begin(), boxes_.end(), through))
+            link.sees = !context.occluders.segment_blocked(rest_[node], phyxel);
+    }
+}
+
+void NodeTracker::write_row(const TrackerContext& context, std::size_t node) {
+    meshless::NodeKernels::Row& row = kernels_.rows[node];
+    row.count = 0;
+    double total = 0;
+    for (const Link& link : links_[node]) {
+        if (!link.sees || context.phyxels.piece[link.phyxel] != piece_[node]) continue;
+        kernels_.phyxel[row.begin + row.count] = link.phyxel;
+        kernels_.weight[row.begin + row.count] = link.weight;
+        total += link.weight;
+        ++row.count;
+    }
+    for (std::uint32_t k = row.begin; k < row.begin + row.count; ++k) kernels_.weight[k] /= total;
 }
 
 // Sources may be nodes that were not tracked before; they are tracked from now on,
@@ -79,10 +156,7 @@ void NodeTracker::find_fallbacks(const TrackerContext& context) {
     fallbacks_.clear();
     for (std::uint32_t i = 0; i < kernels_.rows.size(); ++i)
         if (kernels_.rows[i].count == 0) fallbacks_.push_back({i, i});
-    for (std::size_t k = 0; k < fallbacks_.size(); ++k) {
-        const std::uint32_t source = nearest_source(context, fallbacks_[k].node);
-        fallbacks_[k].source = source;
-    }
+    for (Fallback& fallback : fallbacks_) fallback.source = nearest_source(context, fallback.node);
     std::erase_if(fallbacks_, [](const Fallback& f) { return f.source == f.node; });
 }
 
@@ -104,9 +178,9 @@ std::uint32_t NodeTracker::nearest_source(const TrackerContext& context, std::ui
                 if (!seen.insert(splitting::edge_id({next, 0})).second) continue;
                 queue.push_back(next);
                 const std::uint32_t index = track(grid, next);
-                if (dirty_[index]) {
-                    rows_.assign(1, index);
-                    refresh_rows(context);
+                if (task_[index] != Task::none) {
+                    work_.assign(1, index);
+                    do_tasks(context);
                 }
                 if (kernels_.rows[index].count > 0) return index;
             }
@@ -130,12 +204,6 @@ void NodeTracker::bind_to_nearest(const TrackerContext& context, std::uint32_t n
     }
     if (best == phyxels.size()) return;  // no phyxel yet: resampling gives the piece one
     meshless::NodeKernels::Row& row = kernels_.rows[node];
-    if (row.capacity == 0) {
-        row.begin = static_cast<std::uint32_t>(kernels_.phyxel.size());
-        row.capacity = 1;
-        kernels_.phyxel.push_back(0);
-        kernels_.weight.push_back(0);
-    }
     row.count = 1;
     kernels_.phyxel[row.begin] = static_cast<std::uint32_t>(best);
     kernels_.weight[row.begin] = 1;

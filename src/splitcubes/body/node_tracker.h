@@ -38,10 +38,11 @@ class NodeTracker {
     /// -1 where the node is not tracked.
     std::int32_t find(const Vec3i& node) const { return index_.get(node, 0); }
 
-    /// Builds the kernels of nodes added since the last refresh, of nodes marked by
-    /// mark_near, and of nodes whose kernel holds a phyxel of another piece.
+    /// Brings the kernels up to date: of nodes added since the last refresh, of nodes
+    /// that mark_near found, and after mark_pieces_changed or mark_all.
     void refresh(const TrackerContext& context);
-    /// Nodes within `radius` of one of the boxes see differently from now on.
+    /// The surface changed within the boxes (rest space): nodes within `radius` of
+    /// one look again at the phyxels that they see through a box.
     void mark_near(std::span<const geometry::Box> boxes, double radius);
     /// Pieces or the phyxels' pieces changed.
     void mark_pieces_changed() { pieces_changed_ = true; }
@@ -60,22 +61,35 @@ class NodeTracker {
     std::size_t fallback_count() const { return fallbacks_.size(); }
 
   private:
+    /// A phyxel whose support reaches a node.
+    struct Link {
+        std::uint32_t phyxel;
+        bool sees;      // the segment between them meets no surface
+        double weight;  // kernel, 1/m^3
+    };
+    enum class Task : std::uint8_t { none, filter, look, build };  // what a kernel needs
     struct Fallback {
         std::uint32_t node;    // that sees no phyxel
         std::uint32_t source;  // whose frame it takes
     };
-    void refresh_rows(const TrackerContext& context);
+    void build_links(const TrackerContext& context, std::size_t node, std::vector<std::uint32_t>& near);
+    void look_again(const TrackerContext& context, std::size_t node);
+    void write_row(const TrackerContext& context, std::size_t node);
+    void do_tasks(const TrackerContext& context);
     void find_fallbacks(const TrackerContext& context);
     std::uint32_t nearest_source(const TrackerContext& context, std::uint32_t node);
     void bind_to_nearest(const TrackerContext& context, std::uint32_t node);
 
     splitting::SlotMap<1> index_;
-    std::vector<Vec3i> places_;        // grid coordinates
-    std::vector<Vec3> rest_;           // m, rest space
-    std::vector<std::int32_t> piece_;  // of each tracked node
-    std::vector<std::uint8_t> dirty_;  // kernel must be built again
-    std::vector<std::uint32_t> rows_;  // scratch: dirty nodes
+    std::vector<Vec3i> places_;             // per node: grid coordinates
+    std::vector<Vec3> rest_;                // per node: m, rest space
+    std::vector<std::int32_t> piece_;       // per node
+    std::vector<Task> task_;                // per node
+    std::vector<std::vector<Link>> links_;  // per node: all phyxels that reach it, seen or not
+    std::vector<std::uint32_t> work_;       // scratch: nodes with a task
+    std::vector<geometry::Box> boxes_;      // m, rest space: where the surface changed
     bool pieces_changed_ = false;
+    double reach_ = 0;  // m, the phyxels' largest support
     meshless::NodeKernels kernels_;
     meshless::FrameEvaluator evaluator_;
     std::vector<Fallback> fallbacks_;

@@ -74,9 +74,12 @@ class OccluderGrid {
         std::array<float, 3> min, max;  // m, rest space
 
         static RoughBox around(const Box& box);
-        bool meets(const RoughBox& o) const {
-            return (min[0] <= o.max[0]) & (o.min[0] <= max[0]) & (min[1] <= o.max[1]) & (o.min[1] <= max[1]) &
-                   (min[2] <= o.max[2]) & (o.min[2] <= max[2]);
+        // Without branches: most boxes asked are neither clearly near nor far.
+        bool meets(const RoughBox& other) const {
+            unsigned apart = 0;
+            for (std::size_t k = 0; k < 3; ++k)
+                apart |= unsigned{min[k] > other.max[k]} | unsigned{other.min[k] > max[k]};
+            return apart == 0;
         }
     };
     // One listing of a triangle in a cell.

@@ -1,0 +1,329 @@
+#include <splitcubes/splitting/solidify.h>
+
+#include "laws/solids.h"
+
+#include <gtest/gtest.h>
+#include <splitcubes/core/error.h>
+#include <splitcubes/geometry/shapes.h>
+#include <splitcubes/geometry/winding_number.h>
+#include <splitcubes/splitting/extract.h>
+#include <splitcubes/splitting/validate.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+
+namespace splitcubes::splitting {
+namespace {
+
+using namespace laws;
+using geometry::TriangleMesh;
+
+const Parallel& two_threads() {
+    static const Parallel parallel(2);
+    return parallel;
+}
+
+RestGrid unit_grid(int nodes) {
+    RestGrid rest;
+    rest.cell_size = 1;
+    rest.node_count = Vec3i::Constant(nodes);
+    return rest;
+}
+
+NodeGrid solid(const TriangleMesh& mesh, const RestGrid& rest, SolidifyReport& report) {
+    return solidify(mesh, rest, report, two_threads());
+}
+
+NodeGrid solid(const TriangleMesh& mesh, const RestGrid& rest) {
+    SolidifyReport report;
+    return solid(mesh, rest, report);
+}
+
+void for_each_node(const RestGrid& rest, const std::function<void(const Vec3i&)>& visit) {
+    for (int z = 0; z < rest.node_count[2]; ++z)
+        for (int y = 0; y < rest.node_count[1]; ++y)
+            for (int x = 0; x < rest.node_count[0]; ++x) visit({x, y, z});
+}
+
+std::vector<bool> inside_of(const NodeGrid& grid) {
+    std::vector<bool> out;
+    for_each_node(grid.rest(), [&](const Vec3i& node) { out.push_back(grid.inside(node)); });
+    return out;
+}
+
+std::vector<bool> cut_edges_of(const NodeGrid& grid) {
+    std::vector<bool> out;
+    for_each_node(grid.rest(), [&](const Vec3i& node) {
+        for (int axis = 0; axis < 3; ++axis)
+            out.push_back(grid.has_edge({node, axis}) && grid.is_cut({node, axis}));
+    });
+    return out;
+}
+
+// What must hold of anything that was made solid; empty where it does.
+std::string trouble(const NodeGrid& grid) {
+    for (const std::string& line : validate(grid)) return line;
+    const Surface surface(grid);
+    const Pieces pieces(grid);
+    for (const std::string& line : validate(grid, surface, pieces)) return line;
+    return "";
+}
+
+// Volume between the cut edges' crossings.
+double surface_volume(const NodeGrid& grid) {
+    return extract(grid, Surface(grid), Pieces(grid)).mesh.volume();
+}
+
+TEST(Solidify, NodesOfConvexSolidsAreTold) {
+    Random random(1);
+    for (int trial = 0; trial < 60; ++trial) {
+        const Vec3 half(random.uniform(0.6, 5), random.uniform(0.6, 5), random.uniform(0.6, 5));
+        const Quat rotation = random_rotation(random);
+        const Vec3 center = random_vector(random, 2);
+        const TriangleMesh mesh = moved(turned(geometry::make_box(2 * half), rotation), center);
+        const RestGrid rest = geometry::grid_around(mesh.bounds(), random.uniform(0.5, 1));
+        SolidifyReport report;
+        const NodeGrid grid = solid(mesh, rest, report);
+        EXPECT_TRUE(report.exact);
+        std::size_t count = 0;
+        for_each_node(rest, [&](const Vec3i& node) {
+            const Vec3 own = rotation.inverse() * (rest.node_position(node) - center);
+            const double depth = (half - own.cwiseAbs()).minCoeff();
+            count += grid.inside(node);
+            // The mesh is snapped to 2^-20 of a cell.
+            if (std::abs(depth) < 1e-5) return;
+            ASSERT_EQ(grid.inside(node), depth > 0);
+        });
+        ASSERT_EQ(report.nodes_inside, count);
+        ASSERT_EQ(trouble(grid), "") << "trial " << trial;
+    }
+}
+
+TEST(Solidify, CrossingsAreWhereTheMeshIs) {
+    const double radius = 6.3;
+    const TriangleMesh mesh = geometry::make_sphere(radius, 5);
+    const NodeGrid grid = solid(mesh, geometry::grid_around(mesh.bounds(), 1));
+    for (const Crossing& c : grid.crossings()) {
+        const Vec3 at = grid.rest().node_position(c.edge.node) + c.hit * Vec3::Unit(c.edge.axis);
+        ASSERT_NEAR(at.norm(), radius, 0.002 * radius) << "its triangles lie a little inside";
+        ASSERT_NEAR(std::abs(c.normal.dot(at.normalized())), 1, 0.01);
+        ASSERT_EQ(c.origin, Origin::boundary);
+        ASSERT_EQ(c.cut, -1);
+        ASSERT_NEAR(c.parameter, c.hit, min_parameter * (1 + 1e-12));
+    }
+}
+
+TEST(Solidify, WholeCubesHoldAsManyNodesAsCells) {
+    for (int size = 1; size <= 6; ++size) {
+        SolidifyReport report;
+        const NodeGrid grid =
+            solid(box_between(Vec3::Ones(), Vec3::Constant(1 + size)), unit_grid(9), report);
+        EXPECT_TRUE(report.exact);
+        EXPECT_EQ(report.nodes_inside, static_cast<std::size_t>(size * size * size));
+        EXPECT_EQ(report.lost_thin_edges, 0U);
+        EXPECT_EQ(trouble(grid), "");
+        // Crossings keep min_parameter from nodes, so the volume is off by that at most.
+        EXPECT_NEAR(std::cbrt(surface_volume(grid)), size, 2 * min_parameter + 1e-9);
+    }
+}
+
+TEST(Solidify, VerticesAndEdgesInNodes) {
+    Random random(2);
+    for (int radius = 1; radius <= 3; ++radius)
+        EXPECT_EQ(trouble(solid(octahedron(Vec3::Constant(4), radius), unit_grid(9))), "");
+    int solids = 0;
+    for (int trial = 0; trial < 200; ++trial) {
+        const auto corner = [&] {
+            const auto part = [&] { return 1 + static_cast<double>(random.below(7)); };
+            const double x = part(), y = part();
+            return Vec3(x, y, part());
+        };
+        const Vec3 a = corner(), b = corner(), c = corner(), d = corner();
+        const TriangleMesh mesh = tetrahedron(a, b, c, d);
+        try {
+            const NodeGrid grid = solid(mesh, unit_grid(9));
+            ASSERT_EQ(trouble(grid), "") << "trial " << trial;
+            ++solids;
+        } catch (const InputError&) {
+            // So flat that it holds no node.
+            ASSERT_LT(mesh.volume(), 20) << "trial " << trial;
+        }
+    }
+    EXPECT_GT(solids, 100);
+}
+
+TEST(Solidify, OverlappingPartsAreUnited) {
+    Random random(3);
+    for (int trial = 0; trial < 30; ++trial) {
+        const TriangleMesh a = moved(geometry::make_sphere(random.uniform(1.5, 4), 2), random_vector(random, 2));
+        const TriangleMesh b = moved(turned(geometry::make_box(Vec3(3, 4, 5)), random_rotation(random)),
+                                     random_vector(random, 2));
+        const TriangleMesh both = joined(a, b);
+        const RestGrid rest = geometry::grid_around(both.bounds(), 0.5);
+        SolidifyReport report;
+        const NodeGrid grid = solid(both, rest, report);
+        EXPECT_TRUE(report.exact);
+        std::vector<bool> united = inside_of(solid(a, rest));
+        const std::vector<bool> other = inside_of(solid(b, rest));
+        for (std::size_t i = 0; i < united.size(); ++i) united[i] = united[i] || other[i];
+        ASSERT_EQ(inside_of(grid), united);
+        ASSERT_EQ(trouble(grid), "") << "trial " << trial;
+    }
+}
+
+TEST(Solidify, AReversedInnerShellIsACavity) {
+    const TriangleMesh outer = geometry::make_sphere(5.2, 3);
+    const TriangleMesh inner = moved(geometry::make_sphere(2.7, 3), Vec3(0.3, 0.4, -0.2));
+    const TriangleMesh hollow = joined(outer, reversed(inner));
+    const RestGrid rest = geometry::grid_around(outer.bounds(), 0.5);
+    SolidifyReport report;
+    const NodeGrid grid = solid(hollow, rest, report);
+    EXPECT_TRUE(report.exact);
+    std::vector<bool> shell = inside_of(solid(outer, rest));
+    const std::vector<bool> cavity = inside_of(solid(inner, rest));
+    for (std::size_t i = 0; i < shell.size(); ++i) shell[i] = shell[i] && !cavity[i];
+    EXPECT_EQ(inside_of(grid), shell);
+    EXPECT_EQ(trouble(grid), "");
+    EXPECT_NEAR(surface_volume(grid), hollow.volume(), 0.01 * hollow.volume());
+    EXPECT_EQ(Pieces(grid).count(), 1U);
+    // The same way round it is no cavity.
+    EXPECT_EQ(inside_of(solid(joined(outer, inner), rest)), inside_of(solid(outer, rest)));
+}
+
+TEST(Solidify, AnInsideOutMeshIsASolid) {
+    Random random(4);
+    const TriangleMesh mesh = turned(geometry::make_torus(3, 1.1, 32, 16), random_rotation(random));
+    const RestGrid rest = geometry::grid_around(mesh.bounds(), 0.3);
+    const NodeGrid grid = solid(mesh, rest);
+    const NodeGrid other = solid(reversed(mesh), rest);
+    EXPECT_EQ(inside_of(grid), inside_of(other));
+    EXPECT_EQ(cut_edges_of(grid), cut_edges_of(other));
+    EXPECT_EQ(canonical_quads(Surface(grid)), canonical_quads(Surface(other)));
+    EXPECT_GT(surface_volume(other), 0);
+}
+
+TEST(Solidify, AGapThinnerThanACellSeparates) {
+    // Two blocks 0.3 cells apart, the gap at any place between two layers of nodes.
+    for (int step = 0; step <= 20; ++step) {
+        const double gap = 4 + step / 20.0;
+        const TriangleMesh blocks = joined(box_between(Vec3(1.5, 1.5, 1.5), Vec3(gap - 0.15, 7.5, 7.5)),
+                                           box_between(Vec3(gap + 0.15, 1.5, 1.5), Vec3(7.5, 7.5, 7.5)));
+        SolidifyReport report;
+        const NodeGrid grid = solid(blocks, unit_grid(10), report);
+        const double place = gap - std::floor(gap);
+        const bool between_nodes = place > 0.15 && place < 0.85;
+        EXPECT_EQ(report.gap_edges, between_nodes ? 36U : 0U) << gap;
+        EXPECT_EQ(Pieces(grid).count(), 2U) << gap;
+        EXPECT_EQ(trouble(grid), "") << gap;
+    }
+}
+
+TEST(Solidify, AThinPlateIsCountedLost) {
+    const TriangleMesh plate = box_between(Vec3(1.5, 1.5, 4.3), Vec3(7.5, 7.5, 4.6));
+    const TriangleMesh block = box_between(Vec3(1.5, 1.5, 1.5), Vec3(7.5, 7.5, 2.5));
+    SolidifyReport report;
+    const NodeGrid grid = solid(joined(block, plate), unit_grid(10), report);
+    EXPECT_EQ(report.lost_thin_edges, 36U);
+    EXPECT_EQ(report.nodes_inside, 36U);
+    EXPECT_EQ(report.notes.size(), 1U);
+    EXPECT_EQ(trouble(grid), "");
+    EXPECT_THROW(solid(plate, unit_grid(10)), InputError) << "nothing is left of it";
+    // It holds nodes where it reaches to a layer of them.
+    const TriangleMesh seen = moved(plate, Vec3(0, 0, 0.5));
+    solid(seen, unit_grid(10), report);
+    EXPECT_EQ(report.nodes_inside, 36U);
+    EXPECT_EQ(report.lost_thin_edges, 0U);
+}
+
+TEST(Solidify, AnOpenMeshGoesByItsWindingNumber) {
+    TriangleMesh mesh = geometry::make_sphere(5.3, 3);
+    // A hole at the top.
+    std::erase_if(mesh.triangles, [&](const geometry::Triangle& t) { return mesh.positions[t[0]][2] > 4.6; });
+    const RestGrid rest = geometry::grid_around(mesh.bounds(), 0.5);
+    SolidifyReport report;
+    const NodeGrid grid = solid(mesh, rest, report);
+    EXPECT_FALSE(report.exact);
+    EXPECT_FALSE(report.notes.empty());
+    EXPECT_GT(report.bisected_edges, 0U);
+    EXPECT_EQ(trouble(grid), "");
+    const geometry::WindingNumber winding(mesh);
+    for_each_node(rest, [&](const Vec3i& node) {
+        const double w = winding.exact_at(rest.node_position(node));
+        if (std::abs(w - 0.5) < 2e-3) return;
+        ASSERT_EQ(grid.inside(node), w > 0.5);
+    });
+}
+
+TEST(Solidify, AMeshWithATurnedTriangleGoesByItsWindingNumber) {
+    const TriangleMesh good = geometry::make_sphere(5.3, 3);
+    TriangleMesh mesh = good;
+    std::swap(mesh.triangles[10][0], mesh.triangles[10][1]);
+    const RestGrid rest = geometry::grid_around(mesh.bounds(), 0.5);
+    SolidifyReport report;
+    const NodeGrid grid = solid(mesh, rest, report);
+    EXPECT_FALSE(report.exact);
+    EXPECT_EQ(trouble(grid), "");
+    const std::vector<bool> a = inside_of(grid), b = inside_of(solid(good, rest));
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) different += a[i] != b[i];
+    EXPECT_LE(different, 8U) << "only beside the triangle";
+}
+
+TEST(Solidify, ScaleAndPlaceDoNotMatter) {
+    Random random(5);
+    TriangleMesh open = geometry::make_sphere(4.1, 3);
+    open.triangles.resize(open.triangles.size() - 20);
+    const TriangleMesh shapes[] = {
+        turned(geometry::make_box(Vec3(5, 6, 7)), random_rotation(random)),
+        turned(geometry::make_torus(3, 1.2, 32, 16), random_rotation(random)),
+        open,
+    };
+    for (const TriangleMesh& shape : shapes) {
+        const RestGrid rest = geometry::grid_around(shape.bounds(), 0.5);
+        const NodeGrid grid = solid(shape, rest);
+        for (const double scale : {1e-6, 1e-3, 1e3, 1e7}) {
+            const TriangleMesh mesh = scaled(shape, scale);
+            const NodeGrid other = solid(mesh, geometry::grid_around(mesh.bounds(), 0.5 * scale));
+            ASSERT_EQ(inside_of(grid), inside_of(other)) << scale;
+            ASSERT_EQ(cut_edges_of(grid), cut_edges_of(other)) << scale;
+            EXPECT_EQ(trouble(other), "") << scale;
+        }
+        for (const Vec3& offset : {Vec3(1e5, 0, 0), Vec3(-1e5, 1e5, 3e4)}) {
+            const TriangleMesh mesh = moved(shape, offset);
+            const NodeGrid other = solid(mesh, geometry::grid_around(mesh.bounds(), 0.5));
+            ASSERT_EQ(inside_of(grid), inside_of(other)) << offset.transpose();
+            ASSERT_EQ(cut_edges_of(grid), cut_edges_of(other)) << offset.transpose();
+            EXPECT_EQ(trouble(other), "") << offset.transpose();
+        }
+    }
+}
+
+TEST(Solidify, ThreadsDoNotMatter) {
+    TriangleMesh mesh = geometry::make_sphere(4.1, 3);
+    mesh.triangles.pop_back();
+    const RestGrid rest = geometry::grid_around(mesh.bounds(), 0.4);
+    SolidifyReport report;
+    const NodeGrid one = solidify(mesh, rest, report, Parallel(1));
+    const NodeGrid three = solidify(mesh, rest, report, Parallel(3));
+    EXPECT_EQ(canonical_quads(Surface(one)), canonical_quads(Surface(three)));
+}
+
+TEST(Solidify, RefusesWhatIsNoSolid) {
+    const RestGrid rest = unit_grid(8);
+    EXPECT_THROW(solid({}, rest), InputError);
+    TriangleMesh mesh = box_between(Vec3::Constant(1.5), Vec3::Constant(5.5));
+    mesh.triangles[3][1] = 8;
+    EXPECT_THROW(solid(mesh, rest), InputError) << "a vertex that is not there";
+    mesh = box_between(Vec3::Constant(1.5), Vec3::Constant(5.5));
+    mesh.positions[4][2] = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_THROW(solid(mesh, rest), InputError);
+    EXPECT_THROW(solid(box_between(Vec3::Constant(2.2), Vec3::Constant(2.8)), rest), InputError)
+        << "between the nodes";
+    EXPECT_THROW(solid(geometry::make_plane_sheet(Vec3::Constant(3.3), Vec3::UnitZ(), 2), rest), InputError)
+        << "a sheet encloses nothing";
+}
+
+}  // namespace
+}  // namespace splitcubes::splitting
