@@ -207,7 +207,7 @@ TEST(Solidify, AnInsideOutMeshIsASolid) {
 TEST(Solidify, AGapThinnerThanACellSeparates) {
     // Two blocks 0.3 cells apart, the gap at any place between two layers of nodes.
     for (int step = 0; step <= 20; ++step) {
-        const double gap = 4 + step / 20.0;
+        const double gap = 4.01 + step / 20.0;
         const TriangleMesh blocks = joined(box_between(Vec3(1.5, 1.5, 1.5), Vec3(gap - 0.15, 7.5, 7.5)),
                                            box_between(Vec3(gap + 0.15, 1.5, 1.5), Vec3(7.5, 7.5, 7.5)));
         SolidifyReport report;

@@ -173,14 +173,29 @@ Vec3 place_centre(std::span<const CellCrossing> crossings, bool oriented, const 
             smooth = cosine >= sharp_cosine;
         }
     if (smooth) return onto_smooth_sheet(crossings, mean).cwiseMax(0).cwiseMin(1);
-    std::array<Vec3, 12> points, normals;
-    for (std::size_t i = 0; i < crossings.size(); ++i) {
-        points[i] = crossings[i].point;
-        normals[i] = crossings[i].normal;
+    // One plane a smooth sheet: the normals of a curved skin differ a little, and
+    // taken one by one they would pretend to a corner far along the crease.
+    std::array<Vec3, 12> points, normals, first_normals;
+    std::array<double, 12> counts{};
+    std::size_t sheets = 0;
+    for (const CellCrossing& c : crossings) {
+        std::size_t k = 0;
+        while (k < sheets && std::abs(c.normal.dot(first_normals[k])) < sharp_cosine) ++k;
+        if (k == sheets) {
+            points[k] = normals[k] = Vec3::Zero();
+            first_normals[k] = c.normal;
+            ++sheets;
+        }
+        points[k] += c.point;
+        normals[k] += c.normal.dot(first_normals[k]) < 0 ? Vec3(-c.normal) : c.normal;
+        ++counts[k];
+    }
+    for (std::size_t k = 0; k < sheets; ++k) {
+        points[k] /= counts[k];
+        normals[k] *= std::sqrt(counts[k]) / normals[k].norm();  // weighs as its crossings did
     }
     int rank = 0;
-    const Vec3 best = least_squares_point<3>({points.data(), crossings.size()},
-                                             {normals.data(), crossings.size()}, mean, rank);
+    const Vec3 best = least_squares_point<3>({points.data(), sheets}, {normals.data(), sheets}, mean, rank);
     return pull_back<3>(best, mean, rank == 3 ? corner_widening : crease_widening);
 }
 

@@ -1,0 +1,332 @@
+// Laws of a world in motion.
+#include <splitcubes/body/world.h>
+
+#include "laws/solids.h"
+#include "laws/worlds.h"
+
+#include <gtest/gtest.h>
+#include <splitcubes/core/error.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace splitcubes::body {
+namespace {
+
+using namespace laws;
+
+std::string hash_of_positions(const Body& body) {
+    StateHash hash;
+    for (const std::vector<Vec3>* values : {&body.phyxels().position, &body.phyxels().velocity,
+                                            &body.vertex_positions(), &body.vertex_normals()})
+        for (const Vec3& v : *values)
+            for (int k = 0; k < 3; ++k) hash.add(v[k]);
+    return hash.text();
+}
+
+meshless::Momenta momenta_of(const World& world) {
+    meshless::Momenta sum;
+    Vec3 angular = Vec3::Zero();
+    for (const auto& body : world.bodies()) {
+        const meshless::Momenta one = meshless::total_momenta(body->phyxels());
+        sum.mass += one.mass;
+        sum.linear += one.linear;
+        angular += one.angular();
+    }
+    sum.spin = angular;  // about the origin here
+    return sum;
+}
+
+TEST(World, RestWithoutLoadStaysAtRest) {
+    for (const bool cut : {false, true}) {
+        World world(free_space(), threads(2));
+        Body& body = world.add_body(geometry::make_box(Vec3(0.2, 0.16, 0.14)), soft(0.015, 150));
+        if (cut) {
+            body.cut_with_sheet(geometry::make_plane_sheet(Vec3::Zero(), Vec3(1, 0.3, 0.2), 0.5), 0,
+                                world.parallel());
+            body.cut_with_sheet(geometry::make_plane_sheet(Vec3(0, 0, 0.02), Vec3(0, 0.3, 1), 0.05), 1,
+                                world.parallel());
+        }
+        const std::vector<Vec3> positions = body.phyxels().position;
+        const std::string hash = hash_of_positions(body);
+        for (int step = 0; step < 30; ++step) {
+            const StepReport report = world.step();
+            ASSERT_EQ(body.phyxels().position, positions) << "step " << step;
+            ASSERT_EQ(hash_of_positions(body), hash) << "step " << step;
+            ASSERT_EQ(report.top_speed, 0);
+            ASSERT_EQ(report.elastic_energy, 0);
+        }
+        EXPECT_EQ(body.pieces().count(), cut ? 2U : 1U);
+    }
+}
+
+TEST(World, AFreeHalfFallsWhileTheOtherIsHeld) {
+    for (const double time_step : {1.0 / 60, 1.0 / 200}) {
+        WorldSettings settings = free_space(time_step);
+        settings.gravity = Vec3(0, 0, -9.81);
+        settings.validate_each_step = false;
+        World world(settings, threads(2));
+        Body& body = world.add_body(geometry::make_box(Vec3(0.2, 0.16, 0.14)), soft(0.015, 200));
+        body.cut_with_sheet(geometry::make_plane_sheet(Vec3::Zero(), Vec3(0.05, 0.1, 1), 0.5), 0,
+                            world.parallel());
+        body.add_constraint(hold_beyond({0, 0, 0.04}, Vec3::UnitZ()));
+        ASSERT_EQ(body.pieces().count(), 2U);
+        std::vector<meshless::Momenta> before, after;
+        meshless::piece_momenta(body.phyxels(), 2, before);
+        const std::size_t lower = before[0].centre[2] < before[1].centre[2] ? 0 : 1;
+        while (world.time() < 0.5 - 1e-9) world.step();
+        EXPECT_EQ(body.validate(), std::vector<std::string>{});
+        meshless::piece_momenta(body.phyxels(), 2, after);
+        const double drop = before[lower].centre[2] - after[lower].centre[2];
+        EXPECT_NEAR(drop, 0.5 * 9.81 * 0.25, 0.01 * 0.5 * 9.81 * 0.25);
+        EXPECT_NEAR(after[lower].linear[2] / after[lower].mass, -9.81 * 0.5, 0.01 * 9.81 * 0.5);
+        EXPECT_LT((after[1 - lower].centre - before[1 - lower].centre).norm(), 0.01) << "the held half sags";
+        // It falls without turning or stretching.
+        EXPECT_LT(std::abs(after[lower].centre[0] - before[lower].centre[0]), 1e-9);
+        EXPECT_LT(after[lower].spin.norm(), 1e-9);
+    }
+}
+
+TEST(World, ASpinningBodyKeepsItsMomenta) {
+    WorldSettings settings = free_space();
+    settings.validate_each_step = false;
+    World world(settings, threads(2));
+    BodySettings spinning = soft(0.02, 120);
+    spinning.velocity = Vec3(0.3, -0.2, 0.1);
+    spinning.angular_velocity = 5 * Vec3(1, 2, 2) / 3;
+    Body& body = world.add_body(geometry::make_box(Vec3(0.2, 0.16, 0.12)), spinning);
+    const meshless::Momenta before = momenta_of(world);
+    double previous_energy = 1e300;
+    for (int step = 0; step < 600; ++step) {
+        const StepReport report = world.step();
+        ASSERT_LT((report.momentum - before.linear).norm(), 1e-5 * before.linear.norm()) << "step " << step;
+        ASSERT_LT((report.angular_momentum - before.spin).norm(), 1e-5 * before.spin.norm())
+            << "step " << step;
+        if (step % 100 == 99) {
+            const double energy = report.kinetic_energy + report.elastic_energy;
+            EXPECT_LT(energy, 1.001 * previous_energy);
+            previous_energy = energy;
+        }
+    }
+    EXPECT_EQ(body.validate(), std::vector<std::string>{});
+}
+
+// A block that falls on the ground while a blade parts it.
+std::string hash_of_cutting(int thread_count, StepReport& last) {
+    WorldSettings settings = free_space();
+    settings.gravity = Vec3(0, 0, -9.81);
+    settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0.4};
+    World world(settings, threads(thread_count));
+    BodySettings block = soft(0.014, 250);
+    block.angular_velocity = Vec3(0.5, 0.3, -0.4);
+    world.add_body(moved(geometry::make_box(Vec3(0.2, 0.16, 0.14)), Vec3(0, 0, 0.12)), block);
+    world.add_tool(moving_blade(Vec3(0.01, -0.2, 0), Vec3(-0.01, 0.2, 0.02), Vec3(0.003, 0, 0.3),
+                                Vec3(0.02, 0, -0.1), 0.02, 0.5));
+    for (int step = 0; step < 45; ++step) last = world.step();
+    return world.state_hash().text();
+}
+
+TEST(World, ThreadsDoNotMatter) {
+    StepReport report;
+    const std::string one = hash_of_cutting(1, report);
+    EXPECT_EQ(report.pieces, 2U);
+    EXPECT_GT(report.contacts, 0U);
+    EXPECT_GT(report.cut_edges, 50U);
+    EXPECT_EQ(hash_of_cutting(1, report), one) << "a second run";
+    EXPECT_EQ(hash_of_cutting(2, report), one);
+    EXPECT_EQ(hash_of_cutting(3, report), one);
+}
+
+TEST(World, StateHashTellsStatesApart) {
+    World a(free_space(), threads(1)), b(free_space(), threads(1));
+    BodySettings settings = soft(0.03, 60);
+    a.add_body(geometry::make_box(Vec3(0.2, 0.16, 0.12)), settings);
+    settings.velocity[0] = 1e-12;
+    b.add_body(geometry::make_box(Vec3(0.2, 0.16, 0.12)), settings);
+    EXPECT_NE(a.state_hash().text(), b.state_hash().text());
+    const std::string before = a.state_hash().text();
+    a.step();
+    EXPECT_NE(a.state_hash().text(), before);
+}
+
+TEST(World, MassStaysWhileTwentyBladesCut) {
+    Random random(20);
+    WorldSettings settings = free_space();
+    World world(settings, threads(2));
+    BodySettings drifting = soft(0.016, 200);
+    drifting.angular_velocity = Vec3(1, -2, 0.5);
+    Body& body = world.add_body(geometry::make_box(Vec3(0.2, 0.18, 0.16)), drifting);
+    for (int k = 0; k < 20; ++k) {
+        const Vec3 along = random_direction(random);
+        const Vec3 across = along.cross(random_direction(random)).normalized();
+        const Vec3 through = random_vector(random, 0.06);
+        const double half = k % 2 == 0 ? 0.3 : 0.06;
+        world.add_tool(moving_blade(-half * along, half * along, through - 0.2 * across,
+                                    through + 0.2 * across, 0.02 * k, 0.02 * k + random.uniform(0.05, 0.2), 2));
+    }
+    const meshless::Momenta before = momenta_of(world);
+    StepReport report;
+    for (int step = 0; step < 50; ++step) {
+        report = world.step();
+        ASSERT_NEAR(report.mass, before.mass, 1e-12 * before.mass) << "step " << step;
+        ASSERT_LT((report.momentum - before.linear).norm(), 1e-6 * before.mass * report.top_speed);
+    }
+    EXPECT_GT(report.pieces, 5U);
+    EXPECT_EQ(report.pieces, body.pieces().count());
+}
+
+TEST(World, SmallPiecesOfASpinningBodyFlyNoFasterThanItSpun) {
+    // Corners of one node and of a few, which have one phyxel or a handful.
+    WorldSettings settings = free_space();
+    for (const double depth : {1.2, 2.2, 3.2, 4.2}) {
+        World world(settings, threads(2));
+        BodySettings spinning = soft(0.0141, 200);
+        spinning.angular_velocity = Vec3(2, -4, 1);
+        Body& body = world.add_body(geometry::make_box(Vec3(0.2, 0.18, 0.16)), spinning);
+        const Vec3 corner(0.1, 0.09, 0.08);
+        const Vec3 normal = Vec3(1, 1.02, 0.98).normalized();
+        const double top = spinning.angular_velocity.norm() * corner.norm();
+        body.cut_with_sheet(geometry::make_plane_sheet(corner - depth * 0.0141 * normal, normal, 1), 0,
+                            world.parallel());
+        ASSERT_EQ(body.pieces().count(), 2U) << "depth " << depth;
+        for (const Vec3& v : body.phyxels().velocity)
+            ASSERT_LT(v.norm(), 1.5 * top) << "of " << body.pieces().node_counts()[1] << " nodes";
+        for (int step = 0; step < 20; ++step)
+            ASSERT_LT(world.step().top_speed, 1.5 * top)
+                << "of " << body.pieces().node_counts()[1] << " nodes, step " << step;
+    }
+}
+
+TEST(World, MomentumStaysWhenPiecesPartInFreeFlight) {
+    WorldSettings settings = free_space();
+    World world(settings, threads(2));
+    BodySettings flying = soft(0.014, 250);
+    flying.velocity = Vec3(0.4, 0.1, -0.2);
+    flying.angular_velocity = Vec3(2, -1, 3);
+    Body& body = world.add_body(geometry::make_box(Vec3(0.2, 0.16, 0.14)), flying);
+    world.add_tool(moving_blade(Vec3(0, -0.3, 0), Vec3(0, 0.3, 0.05), Vec3(0.03, 0, 0.3), Vec3(0.06, 0, -0.3),
+                                0.05, 0.4, 3));
+    const meshless::Momenta before = momenta_of(world);
+    const Vec3 spin_before = meshless::total_momenta(body.phyxels()).spin;
+    std::size_t most = 1;
+    for (int step = 0; step < 60; ++step) {
+        const StepReport report = world.step();
+        most = std::max(most, report.pieces);
+        ASSERT_LT((report.momentum - before.linear).norm(), 1e-6 * before.linear.norm()) << "step " << step;
+        // About the centre of mass: that itself moves a little when mass is booked anew.
+        const Vec3 spin = meshless::total_momenta(body.phyxels()).spin;
+        ASSERT_LT((spin - spin_before).norm(), 1e-5 * spin_before.norm()) << "step " << step;
+    }
+    EXPECT_GE(most, 2U);
+    // They drift apart: what turned together now flies on along its tangents.
+    std::vector<meshless::Momenta> pieces;
+    meshless::piece_momenta(body.phyxels(), static_cast<int>(body.pieces().count()), pieces);
+    EXPECT_GT((pieces[0].linear / pieces[0].mass - pieces[1].linear / pieces[1].mass).norm(), 0.05);
+}
+
+TEST(World, GravityGivesTheMomentumOfTheFall) {
+    WorldSettings settings = free_space();
+    settings.gravity = Vec3(0, 0, -9.81);
+    World world(settings, threads(2));
+    BodySettings block = soft(0.016, 150);
+    block.velocity = Vec3(0.5, 0, 2);
+    world.add_body(geometry::make_sphere(0.1, 3), block);
+    world.add_tool(moving_blade(Vec3(0, -0.3, 0), Vec3(0, 0.3, 0), Vec3(-0.3, 0, 0.02), Vec3(0.4, 0, 0.1), 0.02,
+                                0.15, 1));
+    const meshless::Momenta before = momenta_of(world);
+    StepReport report;
+    for (int step = 0; step < 30; ++step) {
+        report = world.step();
+        const Vec3 expected = before.linear + before.mass * world.time() * settings.gravity;
+        ASSERT_LT((report.momentum - expected).norm(), 1e-6 * before.mass * 5) << "step " << step;
+    }
+    EXPECT_EQ(report.pieces, 2U);
+}
+
+TEST(World, ToolsCutOnlyTheirBodies) {
+    World world(free_space(), threads(2));
+    world.add_body(geometry::make_box(Vec3::Constant(0.1)), soft(0.015, 60));
+    world.add_body(moved(geometry::make_box(Vec3::Constant(0.1)), Vec3(0.2, 0, 0)), soft(0.015, 60));
+    world.add_tool(moving_blade(Vec3(-0.1, -0.1, 0), Vec3(0.3, 0.1, 0), Vec3(0, 0, 0.1), Vec3(0, 0, -0.1), 0.01,
+                                0.1),
+                   {1});
+    for (int step = 0; step < 10; ++step) world.step();
+    EXPECT_EQ(world.bodies()[0]->cut_edge_count(), 0U);
+    EXPECT_EQ(world.bodies()[0]->pieces().count(), 1U);
+    EXPECT_EQ(world.bodies()[1]->pieces().count(), 2U);
+    const geometry::SurfaceMesh all = world.surface_mesh();
+    EXPECT_EQ(*std::max_element(all.vertex_piece.begin(), all.vertex_piece.end()), 2);
+}
+
+TEST(World, ABladeThatStandsStillCutsWhatFallsOnIt) {
+    WorldSettings settings = free_space();
+    settings.gravity = Vec3(0, 0, -9.81);
+    World world(settings, threads(2));
+    Body& body = world.add_body(geometry::make_box(Vec3::Constant(0.1)), soft(0.012, 120));
+    cutting::BladeOptions always;
+    always.active_from = 0;
+    always.active_until = 10;
+    world.add_tool(cutting::Blade("wire", cutting::make_straight_blade({0.004, -0.2, -0.2}, {0.004, 0.2, -0.2}),
+                                  {{0, Vec3::Zero(), Quat::Identity()}}, always));
+    for (int step = 0; step < 24; ++step) world.step();
+    ASSERT_EQ(body.pieces().count(), 2U);
+    for (const double share : piece_shares(body)) EXPECT_GT(share, 0.4);
+}
+
+TEST(World, ItStandsOnTheGround) {
+    WorldSettings settings = free_space();
+    settings.gravity = Vec3(0, 0, -9.81);
+    settings.ground = meshless::GroundPlane{Vec3::UnitZ(), -0.2, 0.5};
+    World world(settings, threads(2));
+    BodySettings block = soft(0.015, 150);
+    block.material.mass_damping = 5;
+    Body& body = world.add_body(geometry::make_box(Vec3(0.2, 0.16, 0.14)), block);
+    StepReport report;
+    for (int step = 0; step < 240; ++step) report = world.step();
+    EXPECT_LT(report.top_speed, 0.01);
+    EXPECT_GT(report.contacts, 4U);
+    double lowest = 1e300;
+    for (const Vec3& p : body.surface_mesh().mesh.positions) lowest = std::min(lowest, p[2]);
+    EXPECT_NEAR(lowest, -0.2, 0.2 * body.phyxel_spacing());
+}
+
+TEST(World, HeldMaterialFollowsItsPath) {
+    World world(free_space(), threads(2));
+    Body& body = world.add_body(geometry::make_box(Vec3(0.2, 0.1, 0.1)), soft(0.012, 150));
+    HoldConstraint turning = hold_beyond({0.05, 0, 0}, Vec3::UnitX());
+    turning.motion = [](double time) {
+        Isometry out(Eigen::AngleAxisd(2 * time, Vec3::UnitX()));
+        out.pretranslate(Vec3(0.1 * time, 0, 0));
+        return out;
+    };
+    turning.until = 0.3;
+    body.add_constraint(hold_beyond({-0.05, 0, 0}, -Vec3::UnitX()));
+    body.add_constraint(turning);
+    while (world.time() < 0.29) world.step();
+    const Isometry where = turning.motion(world.time());
+    for (std::size_t i = 0; i < body.phyxels().size(); ++i) {
+        const Vec3& rest = body.phyxels().rest_position[i];
+        if (std::abs(rest[0]) < 0.05) continue;
+        const Vec3 expected = rest[0] > 0 ? Vec3(where * rest) : rest;
+        ASSERT_LT((body.phyxels().position[i] - expected).norm(), 1e-12);
+    }
+    // Let go, it springs back.
+    const auto mean_x = [&] {
+        double sum = 0;
+        for (const Vec3& p : body.phyxels().position) sum += p[0] / static_cast<double>(body.phyxels().size());
+        return sum;
+    };
+    const double stretched = mean_x();
+    for (int step = 0; step < 6; ++step) world.step();
+    EXPECT_LT(mean_x(), stretched - 1e-3);
+}
+
+TEST(World, RefusesATimeStepThatIsNotPositive) {
+    for (const double dt : {0.0, -0.1, std::numeric_limits<double>::quiet_NaN()})
+        EXPECT_THROW(World(free_space(dt), threads(1)), InputError);
+}
+
+}  // namespace
+}  // namespace splitcubes::body
