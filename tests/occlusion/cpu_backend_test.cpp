@@ -75,7 +75,7 @@ Difference compare(const Triangles& triangles, const PairQuery& pair, const Disk
 TEST(CpuBackend, EqualsBruteForceSampleBySample) {
     Random random(21);
     Difference total;
-    for (int round = 0; round < 4000; ++round) {
+    for (int round = 0; round < rounds(4000); ++round) {
         const DiskRaster raster(8 << random.below(3));
         const PairQuery pair{random_in_box(random, 0.4), random_in_box(random, 0.4)};
         const Difference one = compare(soup(random, pair), pair, raster);
@@ -91,7 +91,7 @@ TEST(CpuBackend, EqualsBruteForceSampleBySample) {
 
 TEST(CpuBackend, EqualsBruteForceOnTheLattice) {
     Random random(22);
-    for (int round = 0; round < 1000; ++round) {
+    for (int round = 0; round < rounds(1000); ++round) {
         const DiskRaster raster(8 << random.below(3));
         PairQuery pair{Vec3::Zero(), Vec3::Zero()};
         while (pair.a == pair.b) {
@@ -108,7 +108,7 @@ TEST(CpuBackend, EveryInstructionSetGivesTheSameBits) {
     Random random(23);
     std::vector<Triangles> scenes;
     std::vector<PairQuery> pairs;
-    for (int k = 0; k < 300; ++k) {
+    for (int k = 0; k < rounds(300); ++k) {
         pairs.push_back({random_in_box(random, 0.4), random_in_box(random, 0.4)});
         scenes.push_back(soup(random, pairs.back()));
     }

@@ -14,6 +14,16 @@ namespace splitcubes::occlusion::testing {
 
 using Triangles = std::vector<geometry::OccluderTriangle>;
 
+/// How often to repeat a random trial: fewer times where asserts and sanitizers
+/// make each one slow.
+inline int rounds(int count) {
+#ifdef NDEBUG
+    return count;
+#else
+    return count / 20 + 1;
+#endif
+}
+
 inline Vec3 random_in_box(Random& random, double half) {
     const double x = random.uniform(-half, half), y = random.uniform(-half, half);
     return {x, y, random.uniform(-half, half)};

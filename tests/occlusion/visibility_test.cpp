@@ -22,7 +22,7 @@ class Visibility : public ::testing::TestWithParam<bool> {
         backend(options)->evaluate(grid_of(triangles), {&pair, 1}, {&out, 1}, Parallel(1));
         return out;
     }
-    int repeats(int count) const { return GetParam() ? count : count / 20 + 1; }
+    int repeats(int count) const { return rounds(GetParam() ? count : count / 20 + 1); }
 };
 
 INSTANTIATE_TEST_SUITE_P(Backends, Visibility, ::testing::Bool(),
@@ -301,7 +301,7 @@ TEST(DiskRaster, SampleCounts) {
 
 TEST(DoubleConeBounds, HoldBothConesTightly) {
     Random random(14);
-    for (int round = 0; round < 1000; ++round) {
+    for (int round = 0; round < rounds(1000); ++round) {
         const PairQuery pair{random_in_box(random, 1), random_in_box(random, 1)};
         const Disk disk = make_disk(pair);
         const geometry::Box box = double_cone_bounds(pair);

@@ -59,6 +59,11 @@ Eigen::Matrix<double, Dim, 1> pull_back(const Eigen::Matrix<double, Dim, 1>& poi
     return inner + std::clamp(keep, 0.0, 1.0) * (point - inner);
 }
 
+template <int Dim>
+bool outside(const Eigen::Matrix<double, Dim, 1>& point, double margin) {
+    return (point.array() < -margin).any() || (point.array() > 1 + margin).any();
+}
+
 Vec2 inward(int ring_edge) {
     static const Vec2 directions[4] = {{0, 1}, {-1, 0}, {0, -1}, {1, 0}};
     return directions[ring_edge];
@@ -123,9 +128,11 @@ Vec3 onto_smooth_sheet(std::span<const CellCrossing> crossings, const Vec3& base
 
 }  // namespace
 
-FaceCrossing face_crossing(int ring_edge, double parameter, double normal_u, double normal_v) {
+FaceCrossing face_crossing(int ring_edge, double parameter, double normal_u, double normal_v,
+                           std::int32_t cut) {
     static const Vec2 starts[4] = {{0, 0}, {1, 0}, {0, 1}, {0, 0}};
     FaceCrossing out;
+    out.cut = cut;
     out.point = starts[ring_edge] + parameter * along(ring_edge);
     const Vec2 normal(normal_u, normal_v);
     const double length = normal.norm();
@@ -161,6 +168,14 @@ Vec2 place_face_vertex(unsigned ring_mask, const std::array<FaceCrossing, 4>& cr
     const auto n = static_cast<std::size_t>(count);
     int rank = 0;
     const Vec2 best = least_squares_point<2>({points.data(), n}, {normals.data(), n}, mean, rank);
+    if (outside<2>(best, face_widening)) {
+        unsigned first = 0;
+        std::int32_t lowest = at(0).cut;
+        for (int i = 0; i < count; ++i) lowest = std::min(lowest, at(i).cut);
+        for (int i = 0; i < count; ++i)
+            if (at(i).cut == lowest) first |= 1U << cut[static_cast<std::size_t>(i)];
+        if (first != ring_mask) return place_face_vertex(first, crossings);
+    }
     return pull_back<2>(best, mean, face_widening);
 }
 
@@ -196,6 +211,19 @@ Vec3 place_centre(std::span<const CellCrossing> crossings, bool oriented, const 
     }
     int rank = 0;
     const Vec3 best = least_squares_point<3>({points.data(), sheets}, {normals.data(), sheets}, mean, rank);
+    if (outside<3>(best, crease_widening)) {
+        std::array<CellCrossing, 12> first;
+        std::size_t count = 0;
+        std::int32_t lowest = crossings[0].cut;
+        for (const CellCrossing& c : crossings) lowest = std::min(lowest, c.cut);
+        for (const CellCrossing& c : crossings) {
+            if (c.cut != lowest) continue;
+            first[count] = c;
+            // The signs of the whole group may be at odds where sheets meet.
+            first[count++].grazing = true;
+        }
+        if (count < crossings.size()) return place_centre({first.data(), count}, true, mean);
+    }
     return pull_back<3>(best, mean, rank == 3 ? corner_widening : crease_widening);
 }
 

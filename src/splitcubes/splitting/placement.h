@@ -8,6 +8,7 @@
 #include <splitcubes/math/types.h>
 
 #include <array>
+#include <cstdint>
 #include <span>
 
 namespace splitcubes::splitting {
@@ -19,27 +20,33 @@ inline constexpr double sharp_cosine = 0.9;
 struct FaceCrossing {
     Vec2 point = Vec2::Zero();   // on ring edge k
     Vec2 normal = Vec2::Zero();  // unit, in the face plane; see face_crossing
+    std::int32_t cut = -1;       // which cut made it; -1 for the boundary
 };
 
 /// The crossing of ring edge k of a face at `parameter` along the edge's axis,
 /// the sheet's normal having the components normal_u, normal_v in the face.
 /// A sheet (nearly) parallel to the face is taken to meet the edge squarely.
-FaceCrossing face_crossing(int ring_edge, double parameter, double normal_u, double normal_v);
+FaceCrossing face_crossing(int ring_edge, double parameter, double normal_u, double normal_v,
+                           std::int32_t cut = -1);
 
 /// Position of the face vertex, within the face square widened by 0.25 where the
 /// sheet is sharp, within the square itself where it is smooth. ring_mask: bit k
-/// set for each cut ring edge; crossings of uncut edges are not read.
+/// set for each cut ring edge; crossings of uncut edges are not read. Where sheets
+/// of different cuts meet outside that, the first (the boundary before cuts, a
+/// lower number before a higher) is placed alone, so that it does not move.
 Vec2 place_face_vertex(unsigned ring_mask, const std::array<FaceCrossing, 4>& crossings);
 
 /// A crossing as its cell sees it.
 struct CellCrossing {
     Vec3 point;
-    Vec3 normal;   // unit; turned to one side of the sheet where `oriented` is given
-    bool grazing;  // the sheet runs along the edge: the normal's sign says nothing
+    Vec3 normal;       // unit; turned to one side of the sheet where `oriented` is given
+    bool grazing;      // the sheet runs along the edge: the normal's sign says nothing
+    std::int32_t cut;  // which cut made it; -1 for the boundary
 };
 
 /// Position of the centre vertex of a group of linked crossings. oriented: the
-/// normals' signs are consistent over the group. mean: of the face vertices of the
+/// normals' signs are consistent over the group. Sheets of different cuts as in
+/// place_face_vertex. mean: of the face vertices of the
 /// faces that the group crosses. Within the cell where the sheet is smooth, within the
 /// cell widened by 0.5 on a crease and by 1 at a corner of three planes.
 Vec3 place_centre(std::span<const CellCrossing> crossings, bool oriented, const Vec3& mean);

@@ -187,7 +187,7 @@ void Surface::update_face(const NodeGrid& grid, const SurfaceCell& cell, int fac
         const auto i = static_cast<std::size_t>(k);
         raw[i] =
             &grid.crossing(grid.slot(cell_edge(cell.place, face_edges[static_cast<std::size_t>(face)][i])));
-        crossings[i] = face_crossing(k, raw[i]->hit, raw[i]->normal[u], raw[i]->normal[v]);
+        crossings[i] = face_crossing(k, raw[i]->hit, raw[i]->normal[u], raw[i]->normal[v], raw[i]->cut);
     }
     record.position = place_face_vertex(mask, crossings);
 
@@ -240,6 +240,7 @@ void Surface::place_centres(const NodeGrid& grid, const SurfaceCell& cell, const
             c.point[axis] += raw.hit;
             c.normal = configuration.edge_side[i] < 0 ? Vec3(-raw.normal) : raw.normal;
             c.grazing = std::abs(raw.normal[axis]) < grazing_cosine;
+            c.cut = raw.cut;
             for (unsigned f = 0; f < face_count; ++f)
                 for (const std::int8_t face_edge_index : face_edges[f])
                     if (face_edge_index == e) faces |= 1U << f;

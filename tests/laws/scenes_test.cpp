@@ -1,0 +1,94 @@
+// The scenes that come with the program do what they say.
+#include "laws/worlds.h"
+
+#include <gtest/gtest.h>
+#include <splitcubes/geometry/mesh_check.h>
+#include <splitcubes/io/read_surface.h>
+#include <splitcubes/io/write_mesh.h>
+#include <splitcubes/scene/build.h>
+#include <splitcubes/io/read_mesh.h>
+#include <splitcubes/scene/parse.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace splitcubes::laws {
+namespace {
+
+struct Outcome {
+    std::unique_ptr<body::World> world;
+    body::StepReport last;
+    double top_speed = 0;  // m/s, of all steps
+};
+
+Outcome run(const std::string& name, const std::vector<std::string>& overrides) {
+    const scene::SceneDescription description =
+        scene::parse_scene_file(std::filesystem::path(SPLITCUBES_SCENES) / name, overrides);
+    scene::BuildReport built;
+    Outcome out;
+    out.world = scene::build_world(description, threads(0), built);
+    for (int frame = 0; frame < description.frames; ++frame) {
+        out.last = out.world->step();
+        out.top_speed = std::max(out.top_speed, out.last.top_speed);
+    }
+    for (const auto& body : out.world->bodies())
+        EXPECT_EQ(body->validate(), std::vector<std::string>{}) << body->name();
+    return out;
+}
+
+TEST(Scenes, ThePearFallsInTwoHalves) {
+    const Outcome out = run("pear_halves.json", {"bodies[0].cells=24", "bodies[0].phyxel_count=300"});
+    ASSERT_EQ(out.last.pieces, 2U);
+    for (const double share : piece_shares(*out.world->bodies()[0])) EXPECT_GT(share, 0.4);
+    EXPECT_LT(out.top_speed, 5);
+    EXPECT_GT(out.last.contacts, 0U);
+    for (const Vec3& p : out.world->surface_mesh().mesh.positions) ASSERT_LT(p.norm(), 1);
+}
+
+TEST(Scenes, TheCylinderDropsOutOfTheBlock) {
+    const Outcome out = run("cylinder_from_block.json", {"bodies[0].cells=20", "bodies[0].phyxel_count=400"});
+    const body::Body& body = *out.world->bodies()[0];
+    ASSERT_EQ(out.last.pieces, 2U);
+    std::vector<meshless::Momenta> pieces;
+    meshless::piece_momenta(body.phyxels(), 2, pieces);
+    const std::size_t core = pieces[0].mass < pieces[1].mass ? 0 : 1;
+    // A cylinder of 6 cm radius in a block of 20 x 20 cm.
+    EXPECT_NEAR(pieces[core].mass / (pieces[0].mass + pieces[1].mass), 0.2827, 0.02);
+    EXPECT_LT(pieces[core].centre[2], pieces[1 - core].centre[2] - 0.1);
+    EXPECT_NEAR(pieces[1 - core].centre[2], 0.25, 0.01) << "the block is held";
+}
+
+TEST(Scenes, TheIncisionLeavesOnePiece) {
+    const Outcome out = run("long_incision.json", {"bodies[0].cells=24", "bodies[0].phyxel_count=300"});
+    EXPECT_EQ(out.last.pieces, 1U);
+    EXPECT_GT(out.last.cut_edges, 20U);
+    EXPECT_LT(out.top_speed, 5);
+    const geometry::SurfaceMesh mesh = out.world->surface_mesh();
+    EXPECT_TRUE(geometry::check_mesh(mesh.mesh).valid());
+}
+
+TEST(Scenes, AFrameComesBackFromItsFile) {
+    const Outcome out =
+        run("pear_halves.json", {"bodies[0].cells=14", "bodies[0].phyxel_count=80", "frames=50"});
+    const std::string bytes = io::encode_mesh(out.world->surface_mesh(), io::MeshFormat::ply, "frame");
+    const geometry::SurfaceMesh before = out.world->surface_mesh();
+    const geometry::SurfaceMesh after =
+        io::read_surface_from_memory(std::as_bytes(std::span(bytes.data(), bytes.size())), "frame");
+    EXPECT_EQ(after.mesh.positions, before.mesh.positions);
+    EXPECT_EQ(after.mesh.triangles, before.mesh.triangles);
+    EXPECT_EQ(after.vertex_piece, before.vertex_piece);
+    EXPECT_EQ(after.triangle_origin, before.triangle_origin);
+    for (const io::MeshFormat format : {io::MeshFormat::obj, io::MeshFormat::gltf, io::MeshFormat::stl}) {
+        const std::string other = io::encode_mesh(before, format, "frame");
+        const geometry::TriangleMesh mesh = io::read_mesh_from_memory(
+            std::as_bytes(std::span(other.data(), other.size())), format, "frame");
+        EXPECT_EQ(mesh.triangles.size(), before.mesh.triangles.size());
+        EXPECT_NEAR(mesh.volume(), before.mesh.volume(), 1e-4 * before.mesh.volume());
+    }
+}
+
+}  // namespace
+}  // namespace splitcubes::laws
