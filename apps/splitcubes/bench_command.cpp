@@ -140,7 +140,7 @@ void add_bench_command(CLI::App& app, Run& run) {
     CLI::App* command =
         app.add_subcommand("bench", "Runs a benchmark; prints a table, then one line of JSON");
     command->add_option("name", options->name, "paper: the published size, a blade passing")->required();
-    command->add_option("--threads", options->threads, "Threads (all)");
+    command->add_option("--threads", options->threads, "Threads (all)")->check(CLI::Range(1, 1024));
     command->add_option("--runs", options->runs, "Runs to take medians over (5)");
     command->add_option("--json", options->json, "Writes the JSON to a file too");
     command->callback([options, &run] { run = [options] { return bench(*options); }; });

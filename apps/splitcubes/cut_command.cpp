@@ -98,7 +98,7 @@ void add_cut_command(CLI::App& app, Run& run) {
     command->add_option("--cell-size", options->cell_size, "Cell size in metres")->excludes(cells);
     command->add_option("--pieces", options->pieces_folder, "Folder for one closed mesh a piece");
     command->add_option("--report", options->report, "Writes a JSON report");
-    command->add_option("--threads", options->threads, "Threads (all)");
+    command->add_option("--threads", options->threads, "Threads (all)")->check(CLI::Range(1, 1024));
     command->callback([options, &run] { run = [options] { return cut(*options); }; });
 }
 

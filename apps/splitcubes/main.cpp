@@ -21,6 +21,8 @@ int main(int argc, char** argv) {
     splitcubes::app::add_bench_command(app, run);
     splitcubes::app::add_info_command(app, run);
     try {
+        if (argc > 1 && argv[1][0] != '-' && !app.get_subcommand_no_throw(argv[1]))
+            throw splitcubes::InputError(argv[1], "is no command", "see splitcubes --help");
         app.parse(argc, argv);
         return run();
     } catch (const CLI::ParseError& error) {

@@ -68,9 +68,9 @@ void add_run_command(CLI::App& app, Run& run) {
     command->add_option("scene", options->scene, "Scene: a JSON file, see scenes/schema.json")->required();
     command->add_option("-o,--output", options->out, "Folder for the frames")->required();
     command->add_option("--frames", options->frames, "Time steps to run; default: the scene's")
-        ->check(CLI::NonNegativeNumber);
+        ->check(CLI::Range(1, 100000000));
     command->add_option("--threads", options->threads, "Threads; default: the scene's, or all")
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::Range(1, 1024));
     command->add_option("--set", options->overrides, "Overrides a value: path.to[0].value=json")
         ->allow_extra_args(false);
     command->add_flag("--pictures", options->pictures, "Draws each written frame to DIR/pictures");

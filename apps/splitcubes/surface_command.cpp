@@ -59,7 +59,7 @@ void add_surface_command(CLI::App& app, Run& run) {
     CLI::Option* cells = command->add_option("--cells", options->cells, "Cells along the longest side (48)");
     command->add_option("--cell-size", options->cell_size, "Cell size in metres")->excludes(cells);
     command->add_option("--report", options->report, "Writes a JSON report");
-    command->add_option("--threads", options->threads, "Threads (all)");
+    command->add_option("--threads", options->threads, "Threads (all)")->check(CLI::Range(1, 1024));
     command->callback([options, &run] { run = [options] { return surface(*options); }; });
 }
 

@@ -171,7 +171,8 @@ TEST(World, MassStaysWhileTwentyBladesCut) {
     for (int step = 0; step < 50; ++step) {
         report = world.step();
         ASSERT_NEAR(report.mass, before.mass, 1e-12 * before.mass) << "step " << step;
-        ASSERT_LT((report.momentum - before.linear).norm(), 1e-6 * before.mass * report.top_speed);
+        // The body spins in place, its corners at about 0.3 m/s.
+        ASSERT_LT((report.momentum - before.linear).norm(), 1e-6 * before.mass * 0.3) << "step " << step;
     }
     EXPECT_GT(report.pieces, 5U);
     EXPECT_EQ(report.pieces, body.pieces().count());

@@ -49,16 +49,22 @@ TEST(Scenes, ThePearFallsInTwoHalves) {
 }
 
 TEST(Scenes, TheCylinderDropsOutOfTheBlock) {
-    const Outcome out = run("cylinder_from_block.json", {"bodies[0].cells=20", "bodies[0].phyxel_count=400"});
+    const Outcome out = run("cylinder_from_block.json", {});
     const body::Body& body = *out.world->bodies()[0];
-    ASSERT_EQ(out.last.pieces, 2U);
+    // The wire goes over its beginning once more and may take off a crumb there.
     std::vector<meshless::Momenta> pieces;
-    meshless::piece_momenta(body.phyxels(), 2, pieces);
-    const std::size_t core = pieces[0].mass < pieces[1].mass ? 0 : 1;
+    meshless::piece_momenta(body.phyxels(), static_cast<int>(body.pieces().count()), pieces);
+    std::sort(pieces.begin(), pieces.end(),
+              [](const meshless::Momenta& a, const meshless::Momenta& b) { return a.mass > b.mass; });
+    ASSERT_GE(pieces.size(), 2U);
+    const meshless::Momenta &block = pieces[0], &core = pieces[1];
+    EXPECT_GT(block.mass + core.mass, 0.999 * out.last.mass);
     // A cylinder of 6 cm radius in a block of 20 x 20 cm.
-    EXPECT_NEAR(pieces[core].mass / (pieces[0].mass + pieces[1].mass), 0.2827, 0.02);
-    EXPECT_LT(pieces[core].centre[2], pieces[1 - core].centre[2] - 0.1);
-    EXPECT_NEAR(pieces[1 - core].centre[2], 0.25, 0.01) << "the block is held";
+    EXPECT_NEAR(core.mass / out.last.mass, 0.2827, 0.01);
+    EXPECT_LT(core.centre[2], block.centre[2] - 0.1);
+    EXPECT_NEAR(block.centre[2], 0.25, 0.01) << "the block is held";
+    // From 20 cm above the ground nothing falls faster than 2 m/s.
+    EXPECT_LT(out.top_speed, 5);
 }
 
 TEST(Scenes, TheIncisionLeavesOnePiece) {

@@ -126,6 +126,7 @@ class Body {
     void update_owners(std::span<const geometry::Box> boxes);
     void track_surface_nodes();
     void add_samples(std::int32_t piece, std::size_t wanted);
+    void make_rigid(std::int32_t piece);
     void settle_topology(const Parallel& parallel, StepReport& report);
     TrackerContext tracker_context(const Parallel& parallel) const {
         return {grid_, *pieces_, occluders_, phyxels_, locator_, parallel};

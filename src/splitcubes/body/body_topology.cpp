@@ -1,5 +1,6 @@
 // The middle stages of a step: what follows from newly cut edges.
 #include <splitcubes/body/body.h>
+#include <splitcubes/math/decompose.h>
 
 #include <algorithm>
 #include <cmath>
@@ -172,6 +173,41 @@ void Body::add_samples(std::int32_t piece, std::size_t wanted) {
     }
 }
 
+// A crumb starts as an undeformed body: its nodes were carried by phyxels on both
+// sides of what was cut, so their places may be far apart, and taken as they are
+// they would be released as elastic energy. Keeps the centre, the mean rotation
+// and the mean velocity; rebook gives back the momenta.
+void Body::make_rigid(std::int32_t piece) {
+    std::vector<std::size_t> members;
+    double total = 0;
+    for (std::size_t i = 0; i < phyxels_.size(); ++i) {
+        if (phyxels_.piece[i] != piece) continue;
+        members.push_back(i);
+        total += phyxels_.mass[i];
+    }
+    // By mass, which keeps the momentum; new phyxels have none yet.
+    const bool all_new = !(total > 0);
+    if (all_new) total = static_cast<double>(members.size());
+    Vec3 rest = Vec3::Zero(), position = Vec3::Zero(), velocity = Vec3::Zero();
+    Mat3 deformation = Mat3::Zero();
+    for (const std::size_t i : members) {
+        const double weight = (all_new ? 1 : phyxels_.mass[i]) / total;
+        rest += weight * phyxels_.rest_position[i];
+        position += weight * phyxels_.position[i];
+        velocity += weight * phyxels_.velocity[i];
+        deformation += weight * phyxels_.deformation[i];
+    }
+    const Mat3 rotation = rotation_of(deformation);
+    for (const std::size_t i : members) {
+        phyxels_.position[i] = position + rotation * (phyxels_.rest_position[i] - rest);
+        phyxels_.velocity[i] = velocity;
+        phyxels_.previous_position[i] = phyxels_.position[i];
+        phyxels_.previous_velocity[i] = phyxels_.velocity[i];
+        phyxels_.deformation[i] = phyxels_.rotation[i] = previous_deformation_[i] = rotation;
+        phyxels_.history_broken[i] = 1;
+    }
+}
+
 // A piece that came off with too few phyxels to span space gets more of them.
 void Body::resample(const StepContext& context, StepReport& report) {
     pairs_rebuilt_ = volumes_changed_ = false;
@@ -181,8 +217,10 @@ void Body::resample(const StepContext& context, StepReport& report) {
     std::vector<std::size_t> count(pieces_->count(), 0);
     for (const std::int32_t piece : phyxels_.piece) ++count[static_cast<std::size_t>(piece)];
     for (std::size_t piece = 0; piece < count.size(); ++piece)
-        if (count[piece] < std::min(enough, pieces_->node_counts()[piece]))
+        if (count[piece] < std::min(enough, pieces_->node_counts()[piece])) {
             add_samples(static_cast<std::int32_t>(piece), std::min(enough, pieces_->node_counts()[piece]));
+            make_rigid(static_cast<std::int32_t>(piece));
+        }
     if (phyxels_.size() != before) {
         rebuild_samples(context.parallel);
         pairs_rebuilt_ = true;

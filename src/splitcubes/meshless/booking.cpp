@@ -210,13 +210,23 @@ void rebook(Booking& booking, const NodeBook& nodes, double density, const Phyxe
 
     std::vector<Momenta> now;
     piece_momenta(phyxels, static_cast<int>(piece_count), now);
+    std::vector<double> support(piece_count, 0), members(piece_count, 0);  // sum of h, number
+    for (std::size_t i = 0; i < phyxels.size(); ++i) {
+        if (phyxels.piece[i] < 0) continue;
+        support[static_cast<std::size_t>(phyxels.piece[i])] += phyxels.support_radius[i];
+        members[static_cast<std::size_t>(phyxels.piece[i])] += 1;
+    }
     for (std::size_t k = 0; k < piece_count; ++k) {
         if (changed[k] == 0 || !(now[k].mass > 0) || !(carried[k].mass > 0)) continue;
         const Reference about = reference_of(k);
         const Vec3 relative = carried[k].linear - carried[k].mass * about.velocity;
         const Vec3 spin = carried[k].angular - (now[k].centre - about.centre).cross(relative);
         now[k].linear = (carried[k].linear - now[k].linear) / now[k].mass;
-        now[k].spin = angular_velocity(now[k].inertia, spin - now[k].spin);
+        // A crumb whose few phyxels lie nearly in a line cannot hold the spin that its
+        // nodes carried about that line: it would be flung to pieces.
+        const double least_gyration = 0.15 * support[k] / std::max(members[k], 1.0);
+        now[k].spin = angular_velocity(now[k].inertia, spin - now[k].spin,
+                                       now[k].mass * least_gyration * least_gyration);
     }
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
         if (phyxels.piece[i] < 0) continue;

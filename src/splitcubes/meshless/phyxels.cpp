@@ -1,6 +1,8 @@
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/meshless/phyxels.h>
 
+#include <algorithm>
+
 namespace splitcubes::meshless {
 
 namespace {
@@ -71,11 +73,11 @@ Momenta total_momenta(const Phyxels& phyxels) {
     return sum;
 }
 
-Vec3 angular_velocity(const Mat3& inertia, const Vec3& spin) {
+Vec3 angular_velocity(const Mat3& inertia, const Vec3& spin, double least_inertia) {
     const SymmetricEigen eigen = eigen_symmetric(inertia);
     Vec3 omega = Vec3::Zero();
     for (int k = 0; k < 3; ++k)
-        if (eigen.values[k] > 1e-9 * eigen.values[0])
+        if (eigen.values[k] > std::max(1e-9 * eigen.values[0], least_inertia))
             omega += eigen.vectors.col(k) * (eigen.vectors.col(k).dot(spin) / eigen.values[k]);
     return omega;
 }

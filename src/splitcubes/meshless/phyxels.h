@@ -67,7 +67,8 @@ void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>
 Momenta total_momenta(const Phyxels& phyxels);
 
 /// Angular velocity that gives a body of this inertia this angular momentum;
-/// axes without inertia (a point, a line) get none.
-Vec3 angular_velocity(const Mat3& inertia, const Vec3& spin);
+/// axes without inertia (a point, a line) or with less than `least_inertia`
+/// (kg m^2) get none.
+Vec3 angular_velocity(const Mat3& inertia, const Vec3& spin, double least_inertia = 0);
 
 }  // namespace splitcubes::meshless

@@ -1,0 +1,258 @@
+// run and render: the files of a run, whole at every moment.
+#include "app/program.h"
+
+#include <splitcubes/geometry/mesh_check.h>
+#include <splitcubes/io/read_surface.h>
+#include <nlohmann/json.hpp>
+
+#ifdef SPLITCUBES_WITH_RENDER
+#include <splitcubes/render/image.h>
+#endif
+
+#include <cmath>
+#include <set>
+
+namespace splitcubes::app_test {
+namespace {
+
+using Json = nlohmann::json;
+
+// A block that falls while a blade goes through it.
+const char* const scene_text = R"({
+  "name": "Small block",
+  "frames": 12,
+  "ground": {"height": -0.3},
+  "bodies": [{"name": "block", "shape": {"box": {"size": [0.2, 0.16, 0.14]}}, "cells": 14, "phyxel_count": 120,
+              "material": {"youngs_modulus": 2e5}}],
+  "tools": [{"name": "knife", "blades": [{"straight": {"from": [0, -0.3, 0], "to": [0, 0.3, 0]}}],
+             "motion": {"path": {"keyframes": [{"time": 0.02, "position": [0.01, 0, 0.2]},
+                                               {"time": 0.12, "position": [0.01, 0, -0.3]}]}}}],
+  "camera": {"width": 320, "height": 180}
+})";
+
+class Run : public Program {
+  protected:
+    Run() { write_text(in("block.json"), scene_text); }
+
+    Json summary(const std::string& folder) const { return Json::parse(text_of(in(folder) / "summary.json")); }
+
+    // Names of the frames; every file must be a whole, closed surface.
+    std::set<std::string> frames(const std::string& folder) const {
+        std::set<std::string> out;
+        for (const auto& entry : fs::directory_iterator(in(folder) / "surface")) {
+            const geometry::SurfaceMesh surface = io::read_surface(entry.path());
+            EXPECT_TRUE(geometry::check_mesh(surface.mesh).valid()) << entry.path();
+            EXPECT_EQ(surface.normals.size(), surface.mesh.positions.size());
+            EXPECT_EQ(surface.vertex_piece.size(), surface.mesh.positions.size());
+            EXPECT_EQ(surface.triangle_origin.size(), surface.mesh.triangles.size());
+            out.insert(entry.path().filename().string());
+        }
+        return out;
+    }
+};
+
+std::size_t cells_of(const std::string& line) {
+    return 1 + static_cast<std::size_t>(std::count(line.begin(), line.end(), ','));
+}
+
+TEST_F(Run, LeavesAllItsFiles) {
+    const Ended ended = run({"run", "block.json", "-o", "out"});
+    ASSERT_EQ(ended.code, 0) << ended.err;
+    const std::set<std::string> files = frames("out");
+    EXPECT_EQ(files.size(), 13U);
+    EXPECT_TRUE(files.contains("000000.ply"));
+    EXPECT_TRUE(files.contains("000012.ply"));
+
+    const std::vector<std::string> rows = lines_of(text_of(in("out/metrics.csv")));
+    ASSERT_EQ(rows.size(), 13U) << "a header and a row a frame";
+    EXPECT_EQ(rows[0].rfind("frame,time,move_tools_ms,cut_edges_ms,", 0), 0U);
+    for (std::size_t k = 1; k < rows.size(); ++k) {
+        EXPECT_EQ(cells_of(rows[k]), cells_of(rows[0]));
+        EXPECT_EQ(rows[k].rfind(std::to_string(k) + ",", 0), 0U) << rows[k];
+    }
+
+    const Json all = summary("out");
+    for (const char* key :
+         {"scene", "version", "threads", "frames", "interrupted", "time", "state_hash", "nodes_inside",
+          "cut_edges", "surface_cells", "vertices", "triangles", "lost_thin_edges", "gap_edges", "phyxels",
+          "pieces", "volume", "mass", "closed", "manifold", "bodies", "seconds"})
+        EXPECT_TRUE(all.contains(key)) << key;
+    EXPECT_EQ(all["scene"], "Small block");
+    EXPECT_EQ(all["frames"], 12);
+    EXPECT_EQ(all["interrupted"], false);
+    EXPECT_NEAR(all["time"].get<double>(), 0.2, 1e-9);
+    EXPECT_EQ(all["pieces"].size(), 2U);
+    EXPECT_EQ(all["closed"], true);
+    EXPECT_EQ(all["manifold"], true);
+    ASSERT_EQ(all["bodies"].size(), 1U);
+    EXPECT_EQ(all["bodies"][0]["name"], "block");
+    EXPECT_NEAR(all["mass"].get<double>(), 1000 * 0.2 * 0.16 * 0.14, 0.01);
+    EXPECT_NE(ended.out.find(all["state_hash"].get<std::string>()), std::string::npos);
+    for (const char* stage : {"setup", "simulate", "write", "cut_edges", "integrate", "update_surface"})
+        EXPECT_TRUE(all["seconds"].contains(stage)) << stage;
+    EXPECT_EQ(unfinished_files(), 0U);
+
+    // The scene that it leaves is complete and gives the same run.
+    const Ended again = run({"run", "out/scene.json", "-o", "again"});
+    ASSERT_EQ(again.code, 0) << again.err;
+    EXPECT_EQ(summary("again")["state_hash"], all["state_hash"]);
+    EXPECT_EQ(text_of(in("again/surface/000012.ply")), text_of(in("out/surface/000012.ply")));
+}
+
+TEST_F(Run, ThreadsDoNotMatter) {
+    ASSERT_EQ(run({"run", "block.json", "-o", "one", "--threads", "1"}).code, 0);
+    ASSERT_EQ(run({"run", "block.json", "-o", "two", "--threads", "2"}).code, 0);
+    EXPECT_EQ(summary("one")["threads"], 1);
+    EXPECT_EQ(summary("two")["threads"], 2);
+    EXPECT_EQ(summary("one")["state_hash"], summary("two")["state_hash"]);
+    for (const std::string& name : frames("one"))
+        EXPECT_EQ(text_of(in("one/surface") / name), text_of(in("two/surface") / name)) << name;
+}
+
+TEST_F(Run, OptionsGoOverTheScene) {
+    ASSERT_EQ(run({"run", "block.json", "-o", "out", "--frames", "3", "--set", "bodies[0].cells=8", "--set",
+                   "name=Other", "--set", "output.every_nth_frame=2"})
+                  .code,
+              0);
+    EXPECT_EQ(frames("out"), (std::set<std::string>{"000000.ply", "000002.ply"}));
+    EXPECT_EQ(summary("out")["scene"], "Other");
+    EXPECT_EQ(summary("out")["frames"], 3);
+    EXPECT_EQ(lines_of(text_of(in("out/metrics.csv"))).size(), 4U);
+    const Json scene = Json::parse(text_of(in("out/scene.json")));
+    EXPECT_EQ(scene["frames"], 3);
+    EXPECT_EQ(scene["bodies"][0]["cells"], 8);
+    // Frames of an earlier run go.
+    ASSERT_EQ(run({"run", "block.json", "-o", "out", "--frames", "1"}).code, 0);
+    EXPECT_EQ(frames("out"), (std::set<std::string>{"000000.ply", "000001.ply"}));
+    EXPECT_EQ(lines_of(text_of(in("out/metrics.csv"))).size(), 2U);
+}
+
+TEST_F(Run, AnotherHashForAnotherScene) {
+    ASSERT_EQ(run({"run", "block.json", "-o", "a", "--frames", "2"}).code, 0);
+    ASSERT_EQ(run({"run", "block.json", "-o", "b", "--frames", "2", "--set", "bodies[0].velocity=[0,0,0.001]"}).code,
+              0);
+    EXPECT_NE(summary("a")["state_hash"], summary("b")["state_hash"]);
+}
+
+TEST_F(Run, BadScenesAreOneLineWithTheirPlace) {
+    write_text(in("syntax.json"), "{\n  \"bodies\": [}\n");
+    write_text(in("unknown.json"), "{\n  \"bodies\": [{\"shape\": {\"box\": {}}}],\n  \"colour\": 3\n}\n");
+    write_text(in("absent.json"),
+               R"({"bodies": [{"name": "b", "shape": {"mesh": {"file": "nowhere.obj"}}}]})");
+    expect_refused({"run", "nothing.json", "-o", "x"}, "nothing.json");
+    expect_refused({"run", "syntax.json", "-o", "x"}, "syntax.json:2");
+    expect_refused({"run", "unknown.json", "-o", "x"}, "unknown.json:3");
+    expect_refused({"run", "absent.json", "-o", "x"}, "nowhere.obj");
+    expect_refused({"run", "block.json", "-o", "x", "--set", "frames=many"}, "frames");
+    expect_refused({"run", "block.json", "-o", "x", "--set", "bodies[0].cells=-1"}, "cells");
+    expect_refused({"run", "block.json", "-o", "x", "--set", "gravity"}, "gravity");
+    expect_refused({"run", "block.json", "-o", "x", "--frames", "-1"}, "--frames");
+    expect_refused({"run", "block.json", "-o", "x", "--frames", "0"}, "frames");
+    expect_refused({"run", "block.json", "-o", "x", "--threads", "0"}, "--threads");
+    expect_refused({"run", "block.json", "-o", "block.json"}, "block.json");
+    expect_refused({"run", "block.json"}, "--output");
+    EXPECT_FALSE(fs::exists(in("x")));
+}
+
+TEST_F(Run, AnInterruptEndsItWithWholeFiles) {
+    for (const int signal_number : {SIGINT, SIGTERM}) {
+        SCOPED_TRACE(signal_number);
+        fs::remove_all(in("out"));
+        std::size_t seen = 0;
+        const Ended ended = run(
+            {"run", "block.json", "-o", "out", "--frames", "100000", "--set", "bodies[0].cells=24"}, [&](pid_t child) {
+                const fs::path surfaces = in("out/surface");
+                if (!fs::exists(surfaces)) return true;
+                std::size_t count = 0;
+                // Every name that is there is a whole file, also while it runs.
+                for (const auto& entry : fs::directory_iterator(surfaces)) {
+                    if (entry.path().extension() != ".ply") continue;
+                    ++count;
+                    if (count <= seen) continue;
+                    EXPECT_NO_THROW(io::read_surface(entry.path()));
+                }
+                seen = count;
+                if (count < 5) return true;
+                kill(child, signal_number);
+                return false;
+            });
+        EXPECT_EQ(ended.code, 1);
+        const std::vector<std::string> said = lines_of(ended.err);
+        ASSERT_FALSE(said.empty());
+        EXPECT_EQ(said.back().rfind("interrupted after frame ", 0), 0U) << ended.err;
+        const Json all = summary("out");
+        EXPECT_EQ(all["interrupted"], true);
+        const auto done = all["frames"].get<std::size_t>();
+        EXPECT_GE(done, 4U);
+        EXPECT_EQ(frames("out").size(), done + 1);
+        EXPECT_EQ(lines_of(text_of(in("out/metrics.csv"))).size(), done + 1);
+        EXPECT_EQ(unfinished_files(), 0U);
+    }
+}
+
+TEST_F(Run, RenderNeedsARun) {
+#ifndef SPLITCUBES_WITH_RENDER
+    EXPECT_EQ(run({"render", "nowhere", "-o", "x.png"}).code, 1);
+#else
+    expect_refused({"render", "nowhere", "-o", "x.png"}, "nowhere");
+    ASSERT_EQ(run({"run", "block.json", "-o", "out", "--frames", "1"}).code, 0);
+    expect_refused({"render", "out", "-o", "x.gif"}, "x.gif");
+    expect_refused({"render", "out", "-o", "x.png", "--every", "0"}, "--every");
+    expect_refused({"render", "out"}, "--output");
+    fs::remove(in("out/scene.json"));
+    expect_refused({"render", "out", "-o", "x.png"}, "out");
+    EXPECT_FALSE(fs::exists(in("x.png")));
+#endif
+}
+
+#ifdef SPLITCUBES_WITH_RENDER
+
+// How much a picture's colours differ from its mean.
+double contrast(const render::Picture& picture) {
+    double sum = 0, squares = 0;
+    for (const auto value : picture.rgb) {
+        sum += value;
+        squares += static_cast<double>(value) * value;
+    }
+    const auto count = static_cast<double>(picture.rgb.size());
+    return std::sqrt(std::max(0.0, squares / count - sum * sum / (count * count)));
+}
+
+TEST_F(Run, RenderDrawsPictures) {
+    ASSERT_EQ(run({"run", "block.json", "-o", "out", "--frames", "8"}).code, 0);
+    const Ended ended = run({"render", "out", "-o", "last.png", "-o", "stills", "--every", "4"});
+    if (ended.code == 1 && ended.err.find("OpenGL cannot start") != std::string::npos)
+        GTEST_SKIP() << ended.err;
+    ASSERT_EQ(ended.code, 0) << ended.err;
+    for (const char* name : {"last.png", "stills/000000.png", "stills/000004.png", "stills/000008.png"}) {
+        ASSERT_TRUE(fs::exists(in(name))) << name;
+        const render::Picture picture = render::read_png(in(name));
+        EXPECT_EQ(picture.width, 320) << name;
+        EXPECT_EQ(picture.height, 180) << name;
+        EXPECT_GT(contrast(picture), 5) << name << " is blank";
+    }
+    EXPECT_FALSE(fs::exists(in("stills/000001.png")));
+    EXPECT_NE(text_of(in("stills/000000.png")), text_of(in("stills/000008.png")));
+    EXPECT_EQ(text_of(in("last.png")), text_of(in("stills/000008.png")));
+    // Another size than the scene's.
+    ASSERT_EQ(run({"render", "out", "-o", "wide.png", "--width", "400", "--height", "100"}).code, 0);
+    EXPECT_EQ(render::read_png(in("wide.png")).width, 400);
+    EXPECT_EQ(unfinished_files(), 0U);
+}
+
+TEST_F(Run, PicturesAreDrawnAlongWithTheRun) {
+    const Ended ended = run({"run", "block.json", "-o", "out", "--frames", "2", "--pictures"});
+    if (ended.code == 1 && ended.err.find("OpenGL cannot start") != std::string::npos)
+        GTEST_SKIP() << ended.err;
+    ASSERT_EQ(ended.code, 0) << ended.err;
+    std::set<std::string> names;
+    for (const auto& entry : fs::directory_iterator(in("out/pictures")))
+        names.insert(entry.path().filename().string());
+    EXPECT_EQ(names, (std::set<std::string>{"000000.png", "000001.png", "000002.png"}));
+    EXPECT_GT(contrast(render::read_png(in("out/pictures/000002.png"))), 5);
+}
+
+#endif
+
+}  // namespace
+}  // namespace splitcubes::app_test
