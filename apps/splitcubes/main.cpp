@@ -21,7 +21,8 @@ int main(int argc, char** argv) {
     splitcubes::app::add_bench_command(app, run);
     splitcubes::app::add_info_command(app, run);
     try {
-        if (argc > 1 && argv[1][0] != '-' && !app.get_subcommand_no_throw(argv[1]))
+        const auto is_named = [&](const CLI::App* command) { return command->check_name(argv[1]); };
+        if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(is_named).empty())
             throw splitcubes::InputError(argv[1], "is no command", "see splitcubes --help");
         app.parse(argc, argv);
         return run();

@@ -39,9 +39,9 @@ Vec2 place_face_vertex(unsigned ring_mask, const std::array<FaceCrossing, 4>& cr
 /// A crossing as its cell sees it.
 struct CellCrossing {
     Vec3 point;
-    Vec3 normal;       // unit; turned to one side of the sheet where `oriented` is given
-    bool grazing;      // the sheet runs along the edge: the normal's sign says nothing
-    std::int32_t cut;  // which cut made it; -1 for the boundary
+    Vec3 normal;            // unit; turned to one side of the sheet where `oriented` is given
+    bool grazing;           // the sheet runs along the edge: the normal's sign says nothing
+    std::int32_t cut = -1;  // which cut made it; -1 for the boundary
 };
 
 /// Position of the centre vertex of a group of linked crossings. oriented: the
