@@ -125,7 +125,8 @@ TEST_F(Commands, BadMeshesAreOneLineWithTheFile) {
     write_text(in("flat.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     write_text(in("cut.ply"), "ply\nformat binary_little_endian 1.0\nelement vertex 9\n");
     write_text(in("huge.obj"), "v 0 0 0\nv 1e999 0 0\nv 0 1 0\nf 1 2 3\n");
-    for (const std::string file : {"absent.obj", "empty.obj", "broken.obj", "index.obj", "cut.ply", "huge.obj", "."}) {
+    for (const std::string file :
+         {"absent.obj", "empty.obj", "broken.obj", "index.obj", "cut.ply", "huge.obj", "."}) {
         expect_refused({"surface", file, "-o", "x.ply"}, file);
         expect_refused({"validate", file}, file);
         expect_refused({"cut", "ball.obj", "--with", file, "-o", "x.ply", "--cells", "8"}, file);

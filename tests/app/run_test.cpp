@@ -34,7 +34,9 @@ class Run : public Program {
   protected:
     Run() { write_text(in("block.json"), scene_text); }
 
-    Json summary(const std::string& folder) const { return Json::parse(text_of(in(folder) / "summary.json")); }
+    Json summary(const std::string& folder) const {
+        return Json::parse(text_of(in(folder) / "summary.json"));
+    }
 
     // Names of the frames; every file must be a whole, closed surface.
     std::set<std::string> frames(const std::string& folder) const {
@@ -73,9 +75,10 @@ TEST_F(Run, LeavesAllItsFiles) {
 
     const Json all = summary("out");
     for (const char* key :
-         {"scene", "version", "threads", "frames", "interrupted", "time", "state_hash", "nodes_inside",
-          "cut_edges", "surface_cells", "vertices", "triangles", "lost_thin_edges", "gap_edges", "phyxels",
-          "pieces", "volume", "mass", "closed", "manifold", "bodies", "seconds"})
+         {"scene",           "version",      "threads",   "frames",        "interrupted", "time",
+          "state_hash",      "nodes_inside", "cut_edges", "surface_cells", "vertices",    "triangles",
+          "lost_thin_edges", "gap_edges",    "phyxels",   "pieces",        "volume",      "mass",
+          "closed",          "manifold",     "bodies",    "seconds"})
         EXPECT_TRUE(all.contains(key)) << key;
     EXPECT_EQ(all["scene"], "Small block");
     EXPECT_EQ(all["frames"], 12);
@@ -129,8 +132,10 @@ TEST_F(Run, OptionsGoOverTheScene) {
 
 TEST_F(Run, AnotherHashForAnotherScene) {
     ASSERT_EQ(run({"run", "block.json", "-o", "a", "--frames", "2"}).code, 0);
-    ASSERT_EQ(run({"run", "block.json", "-o", "b", "--frames", "2", "--set", "bodies[0].velocity=[0,0,0.001]"}).code,
-              0);
+    ASSERT_EQ(
+        run({"run", "block.json", "-o", "b", "--frames", "2", "--set", "bodies[0].velocity=[0,0,0.001]"})
+            .code,
+        0);
     EXPECT_NE(summary("a")["state_hash"], summary("b")["state_hash"]);
 }
 
@@ -159,23 +164,24 @@ TEST_F(Run, AnInterruptEndsItWithWholeFiles) {
         SCOPED_TRACE(signal_number);
         fs::remove_all(in("out"));
         std::size_t seen = 0;
-        const Ended ended = run(
-            {"run", "block.json", "-o", "out", "--frames", "100000", "--set", "bodies[0].cells=24"}, [&](pid_t child) {
-                const fs::path surfaces = in("out/surface");
-                if (!fs::exists(surfaces)) return true;
-                std::size_t count = 0;
-                // Every name that is there is a whole file, also while it runs.
-                for (const auto& entry : fs::directory_iterator(surfaces)) {
-                    if (entry.path().extension() != ".ply") continue;
-                    ++count;
-                    if (count <= seen) continue;
-                    EXPECT_NO_THROW(io::read_surface(entry.path()));
-                }
-                seen = count;
-                if (count < 5) return true;
-                kill(child, signal_number);
-                return false;
-            });
+        const Ended ended =
+            run({"run", "block.json", "-o", "out", "--frames", "100000", "--set", "bodies[0].cells=24"},
+                [&](pid_t child) {
+                    const fs::path surfaces = in("out/surface");
+                    if (!fs::exists(surfaces)) return true;
+                    std::size_t count = 0;
+                    // Every name that is there is a whole file, also while it runs.
+                    for (const auto& entry : fs::directory_iterator(surfaces)) {
+                        if (entry.path().extension() != ".ply") continue;
+                        ++count;
+                        if (count <= seen) continue;
+                        EXPECT_NO_THROW(io::read_surface(entry.path()));
+                    }
+                    seen = count;
+                    if (count < 5) return true;
+                    kill(child, signal_number);
+                    return false;
+                });
         EXPECT_EQ(ended.code, 1);
         const std::vector<std::string> said = lines_of(ended.err);
         ASSERT_FALSE(said.empty());

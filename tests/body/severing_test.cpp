@@ -51,7 +51,8 @@ void expect_two_pieces(const Passage& p) {
     const geometry::SurfaceMesh mesh = body.surface_mesh();
     for (std::size_t piece = 0; piece < body.pieces().count(); ++piece)
         EXPECT_TRUE(
-            geometry::check_mesh(splitting::extract_piece(mesh, static_cast<std::int32_t>(piece)).mesh).valid());
+            geometry::check_mesh(splitting::extract_piece(mesh, static_cast<std::int32_t>(piece)).mesh)
+                .valid());
     for (const Vec3& position : mesh.mesh.positions) ASSERT_TRUE(position.allFinite());
 }
 
@@ -93,9 +94,9 @@ TEST(Severing, ARoundBladePath) {
             settings.validate_each_step = false;
             World world(settings, threads(2));
             Body& body = world.add_body(geometry::make_box(Vec3(0.2, 0.2, 0.1)), soft(0.0125, 250));
-            world.add_tool(cutting::Blade(
-                "wire", cutting::make_straight_blade({0, 0, -0.2}, {0, 0, 0.2}),
-                cutting::circular_path(Vec3::Zero(), Vec3::UnitZ(), 0.06, 0, 1.03, 0.02, 0.5, true, keyframes)));
+            world.add_tool(cutting::Blade("wire", cutting::make_straight_blade({0, 0, -0.2}, {0, 0, 0.2}),
+                                          cutting::circular_path(Vec3::Zero(), Vec3::UnitZ(), 0.06, 0, 1.03,
+                                                                 0.02, 0.5, true, keyframes)));
             while (world.time() < 0.55) world.step();
             ASSERT_EQ(body.validate(), std::vector<std::string>{});
             ASSERT_EQ(body.pieces().count(), 2U) << time_step << ", " << keyframes;
@@ -110,7 +111,8 @@ TEST(Severing, TwoBladesAtOnce) {
     BodySettings block = soft(0.014, 200);
     block.angular_velocity = Vec3(0.4, 0.6, -0.5);
     Body& body = world.add_body(geometry::make_box(Vec3(0.2, 0.16, 0.14)), block);
-    world.add_tool(moving_blade(Vec3(0, 0, -1), Vec3(0, 0, 1), Vec3(0.03, -0.3, 0), Vec3(0.03, 0.3, 0), 0.02, 0.2));
+    world.add_tool(
+        moving_blade(Vec3(0, 0, -1), Vec3(0, 0, 1), Vec3(0.03, -0.3, 0), Vec3(0.03, 0.3, 0), 0.02, 0.2));
     world.add_tool(
         moving_blade(Vec3(0, 0, -1), Vec3(0, 0, 1), Vec3(-0.03, 0.3, 0), Vec3(-0.03, -0.3, 0), 0.02, 0.25));
     for (int step = 0; step < 18; ++step) world.step();

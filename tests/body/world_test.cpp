@@ -164,7 +164,8 @@ TEST(World, MassStaysWhileTwentyBladesCut) {
         const Vec3 through = random_vector(random, 0.06);
         const double half = k % 2 == 0 ? 0.3 : 0.06;
         world.add_tool(moving_blade(-half * along, half * along, through - 0.2 * across,
-                                    through + 0.2 * across, 0.02 * k, 0.02 * k + random.uniform(0.05, 0.2), 2));
+                                    through + 0.2 * across, 0.02 * k, 0.02 * k + random.uniform(0.05, 0.2),
+                                    2));
     }
     const meshless::Momenta before = momenta_of(world);
     StepReport report;
@@ -238,8 +239,8 @@ TEST(World, GravityGivesTheMomentumOfTheFall) {
     BodySettings block = soft(0.016, 150);
     block.velocity = Vec3(0.5, 0, 2);
     world.add_body(geometry::make_sphere(0.1, 3), block);
-    world.add_tool(moving_blade(Vec3(0, -0.3, 0), Vec3(0, 0.3, 0), Vec3(-0.3, 0, 0.02), Vec3(0.4, 0, 0.1), 0.02,
-                                0.15, 1));
+    world.add_tool(moving_blade(Vec3(0, -0.3, 0), Vec3(0, 0.3, 0), Vec3(-0.3, 0, 0.02), Vec3(0.4, 0, 0.1),
+                                0.02, 0.15, 1));
     const meshless::Momenta before = momenta_of(world);
     StepReport report;
     for (int step = 0; step < 30; ++step) {
@@ -254,9 +255,9 @@ TEST(World, ToolsCutOnlyTheirBodies) {
     World world(free_space(), threads(2));
     world.add_body(geometry::make_box(Vec3::Constant(0.1)), soft(0.015, 60));
     world.add_body(moved(geometry::make_box(Vec3::Constant(0.1)), Vec3(0.2, 0, 0)), soft(0.015, 60));
-    world.add_tool(moving_blade(Vec3(-0.1, -0.1, 0), Vec3(0.3, 0.1, 0), Vec3(0, 0, 0.1), Vec3(0, 0, -0.1), 0.01,
-                                0.1),
-                   {1});
+    world.add_tool(
+        moving_blade(Vec3(-0.1, -0.1, 0), Vec3(0.3, 0.1, 0), Vec3(0, 0, 0.1), Vec3(0, 0, -0.1), 0.01, 0.1),
+        {1});
     for (int step = 0; step < 10; ++step) world.step();
     EXPECT_EQ(world.bodies()[0]->cut_edge_count(), 0U);
     EXPECT_EQ(world.bodies()[0]->pieces().count(), 1U);
@@ -273,7 +274,8 @@ TEST(World, ABladeThatStandsStillCutsWhatFallsOnIt) {
     cutting::BladeOptions always;
     always.active_from = 0;
     always.active_until = 10;
-    world.add_tool(cutting::Blade("wire", cutting::make_straight_blade({0.004, -0.2, -0.2}, {0.004, 0.2, -0.2}),
+    world.add_tool(cutting::Blade("wire",
+                                  cutting::make_straight_blade({0.004, -0.2, -0.2}, {0.004, 0.2, -0.2}),
                                   {{0, Vec3::Zero(), Quat::Identity()}}, always));
     for (int step = 0; step < 24; ++step) world.step();
     ASSERT_EQ(body.pieces().count(), 2U);
@@ -320,7 +322,8 @@ TEST(World, HeldMaterialFollowsItsPath) {
     // Let go, it springs back.
     const auto mean_x = [&] {
         double sum = 0;
-        for (const Vec3& p : body.phyxels().position) sum += p[0] / static_cast<double>(body.phyxels().size());
+        for (const Vec3& p : body.phyxels().position)
+            sum += p[0] / static_cast<double>(body.phyxels().size());
         return sum;
     };
     const double stretched = mean_x();

@@ -135,8 +135,7 @@ TEST(GridSweep, SolidsThatShareAFaceShareNoNode) {
     const double side = 6;
     const Vec3 low = Vec3::Ones();
     Windings sum(grid.node_count);
-    for (const auto& order :
-         {std::array{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}) {
+    for (const auto& order : {std::array{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}) {
         std::array<Vec3, 4> corner{low, low, low, low};
         for (std::size_t k = 1; k < 4; ++k) {
             corner[k] = corner[k - 1];
@@ -194,8 +193,9 @@ TEST(GridSweep, CrossingsAreSortedByAxisLineAndNode) {
         return std::tuple(c.axis, c.node[(c.axis + 2) % 3], c.node[(c.axis + 1) % 3], c.node[c.axis],
                           c.parameter, c.triangle);
     };
-    EXPECT_TRUE(std::is_sorted(sweep.crossings.begin(), sweep.crossings.end(),
-                               [&](const EdgeCrossing& a, const EdgeCrossing& b) { return key(a) < key(b); }));
+    EXPECT_TRUE(
+        std::is_sorted(sweep.crossings.begin(), sweep.crossings.end(),
+                       [&](const EdgeCrossing& a, const EdgeCrossing& b) { return key(a) < key(b); }));
     EXPECT_EQ(sweep.axis_begin[0], 0U);
     EXPECT_EQ(sweep.axis_begin[3], sweep.crossings.size());
     for (int axis = 0; axis < 3; ++axis)

@@ -68,8 +68,8 @@ TEST(MeshCheck, SolidsThatTouchInAVertex) {
 }
 
 TEST(MeshCheck, SolidsThatTouchAlongAnEdge) {
-    const TriangleMesh mesh = weld_equal_vertices(
-        joined(box_between(zero, ones), box_between(Vec3(1, 1, 0), Vec3(2, 2, 1))));
+    const TriangleMesh mesh =
+        weld_equal_vertices(joined(box_between(zero, ones), box_between(Vec3(1, 1, 0), Vec3(2, 2, 1))));
     const MeshCheck check = check_mesh(mesh);
     EXPECT_EQ(check.non_manifold_edges, 1U);
     EXPECT_TRUE(check.closed()) << "four triangles, two each way";

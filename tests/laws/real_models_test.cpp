@@ -73,7 +73,8 @@ TEST_P(RealModels, FallApartUnderAPlane) {
         geometry::grid_around(mesh->bounds(), geometry::cell_size_for(mesh->bounds(), 48));
     splitting::SolidifyReport report;
     const splitting::NodeGrid uncut = splitting::solidify(*mesh, rest, report, parallel);
-    const double whole = splitting::extract(uncut, splitting::Surface(uncut), splitting::Pieces(uncut)).mesh.volume();
+    const double whole =
+        splitting::extract(uncut, splitting::Surface(uncut), splitting::Pieces(uncut)).mesh.volume();
     const std::size_t parts = splitting::Pieces(uncut).count();
     for (int trial = 0; trial < 3; ++trial) {
         splitting::NodeGrid grid = uncut;
@@ -112,7 +113,8 @@ TEST(RealModelsInMotion, SpotIsPartedByOneBlade) {
     cow.material.stiffness_damping = 0.002;
     body::Body& body = world.add_body(*spot, cow);
     const Vec3 middle = box.center();
-    world.add_tool(moving_blade({-size[0], 0, 0}, {size[0], 0, 0.05}, {middle[0], box.max[1] + 0.1, middle[2]},
+    world.add_tool(moving_blade({-size[0], 0, 0}, {size[0], 0, 0.05},
+                                {middle[0], box.max[1] + 0.1, middle[2]},
                                 {middle[0], box.min[1] - 0.3, middle[2] + 0.1}, 0.05, 0.6, 2));
     const double mass = total_mass(body);
     for (int frame = 0; frame < 60; ++frame) {
@@ -134,7 +136,8 @@ TEST(RealModelsInMotion, SpotIsPartedByOneBlade) {
     for (const Vec3& p : surface.mesh.positions) ASSERT_TRUE(p.allFinite());
     for (const Vec3& n : surface.normals) ASSERT_NEAR(n.norm(), 1, 1e-6);
     for (std::size_t piece = 0; piece < body.pieces().count(); ++piece) {
-        const geometry::SurfaceMesh part = splitting::extract_piece(surface, static_cast<std::int32_t>(piece));
+        const geometry::SurfaceMesh part =
+            splitting::extract_piece(surface, static_cast<std::int32_t>(piece));
         EXPECT_TRUE(geometry::check_mesh(part.mesh).valid()) << "piece " << piece;
     }
 }

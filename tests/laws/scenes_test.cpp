@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 #include <splitcubes/geometry/mesh_check.h>
+#include <splitcubes/io/read_mesh.h>
 #include <splitcubes/io/read_surface.h>
 #include <splitcubes/io/write_mesh.h>
 #include <splitcubes/scene/build.h>
-#include <splitcubes/io/read_mesh.h>
 #include <splitcubes/scene/parse.h>
 
 #include <algorithm>
@@ -89,8 +89,8 @@ TEST(Scenes, AFrameComesBackFromItsFile) {
     EXPECT_EQ(after.triangle_origin, before.triangle_origin);
     for (const io::MeshFormat format : {io::MeshFormat::obj, io::MeshFormat::gltf, io::MeshFormat::stl}) {
         const std::string other = io::encode_mesh(before, format, "frame");
-        const geometry::TriangleMesh mesh = io::read_mesh_from_memory(
-            std::as_bytes(std::span(other.data(), other.size())), format, "frame");
+        const geometry::TriangleMesh mesh =
+            io::read_mesh_from_memory(std::as_bytes(std::span(other.data(), other.size())), format, "frame");
         EXPECT_EQ(mesh.triangles.size(), before.mesh.triangles.size());
         EXPECT_NEAR(mesh.volume(), before.mesh.volume(), 1e-4 * before.mesh.volume());
     }

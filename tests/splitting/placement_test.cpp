@@ -49,8 +49,8 @@ TEST(Corners, OfTiltedCubesAreMet) {
         const double side = random.uniform(6, 12);
         const Quat rotation = random_rotation(random);
         const TriangleMesh cube = turned(geometry::make_box(Vec3::Constant(side)), rotation);
-        ASSERT_LE(corner_error(cube), 0.06) << "trial " << trial << ", side " << side << ", rotation "
-                                            << rotation.coeffs().transpose();
+        ASSERT_LE(corner_error(cube), 0.06)
+            << "trial " << trial << ", side " << side << ", rotation " << rotation.coeffs().transpose();
     }
 }
 

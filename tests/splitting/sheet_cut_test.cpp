@@ -111,6 +111,14 @@ TEST(SheetCut, APlaneMakesTwoOfAConvexBody) {
             EXPECT_NEAR(sum, mesh.mesh.volume(), 1e-9 * sum);
             EXPECT_NEAR(sum, whole, 1e-3 * whole);
             expect_sides_to_coincide(mesh);
+            // Below the skin the cut is the plane; crossings keep min_parameter from nodes.
+            for (const SurfaceCell& cell : surface.cells()) {
+                if (cell.inside != 255) continue;
+                for (const SurfaceQuad& quad : surface.quads(cell))
+                    for (const std::uint32_t v : quad.vertices)
+                        ASSERT_LT(std::abs(normal.dot(surface.vertices()[v].rest - center)),
+                                  1.5 * min_parameter * grid.rest().cell_size);
+            }
             // Every node lies on its piece's side of the plane.
             const Vec3i n = grid.rest().node_count;
             std::array<int, 2> side{0, 0};
@@ -219,7 +227,8 @@ TEST(SheetCut, ASheetThatEndsInsideLeavesOnePiece) {
 TEST(SheetCut, ASheetOutsideCutsNothing) {
     NodeGrid grid = solid(geometry::make_sphere(0.5, 3), 16);
     const std::size_t before = grid.crossings().size();
-    EXPECT_TRUE(cut_with_sheet(grid, geometry::make_plane_sheet(Vec3(0, 0, 0.6), Vec3::UnitZ(), 2), 0).empty());
+    EXPECT_TRUE(
+        cut_with_sheet(grid, geometry::make_plane_sheet(Vec3(0, 0, 0.6), Vec3::UnitZ(), 2), 0).empty());
     EXPECT_TRUE(cut_with_sheet(grid, {}, 0).empty());
     EXPECT_EQ(grid.crossings().size(), before);
 }

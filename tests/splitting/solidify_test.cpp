@@ -157,7 +157,8 @@ TEST(Solidify, VerticesAndEdgesInNodes) {
 TEST(Solidify, OverlappingPartsAreUnited) {
     Random random(3);
     for (int trial = 0; trial < 30; ++trial) {
-        const TriangleMesh a = moved(geometry::make_sphere(random.uniform(1.5, 4), 2), random_vector(random, 2));
+        const TriangleMesh a =
+            moved(geometry::make_sphere(random.uniform(1.5, 4), 2), random_vector(random, 2));
         const TriangleMesh b = moved(turned(geometry::make_box(Vec3(3, 4, 5)), random_rotation(random)),
                                      random_vector(random, 2));
         const TriangleMesh both = joined(a, b);
