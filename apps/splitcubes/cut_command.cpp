@@ -3,6 +3,7 @@
 
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/stopwatch.h>
+#include <splitcubes/geometry/rest_grid.h>
 #include <splitcubes/io/read_mesh.h>
 #include <splitcubes/io/write_mesh.h>
 #include <splitcubes/splitting/extract.h>
@@ -32,6 +33,8 @@ std::filesystem::path piece_path(const std::filesystem::path& folder, std::size_
 }
 
 int cut(const Options& options) {
+    check_mesh_output(options.out);
+    check_report_output(options.report);
     const Parallel parallel(options.threads);
     Json seconds;
     Stopwatch watch;
@@ -94,7 +97,8 @@ void add_cut_command(CLI::App& app, Run& run) {
     command->add_option("--with", options->sheets, "Sheets to cut with, in the mesh's coordinates")
         ->required();
     command->add_option("-o,--output", options->out, "Whole surface out: .ply .obj .stl .glb")->required();
-    CLI::Option* cells = command->add_option("--cells", options->cells, "Cells along the longest side (48)");
+    CLI::Option* cells = command->add_option("--cells", options->cells, "Cells along the longest side (48)")
+                             ->check(CLI::Range(2, geometry::max_cells_per_axis));
     command->add_option("--cell-size", options->cell_size, "Cell size in metres")->excludes(cells);
     command->add_option("--pieces", options->pieces_folder, "Folder for one closed mesh a piece");
     command->add_option("--report", options->report, "Writes a JSON report");

@@ -3,6 +3,7 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/io/atomic_file.h>
+#include <splitcubes/io/mesh_format.h>
 #include <splitcubes/splitting/extract.h>
 
 #include <iostream>
@@ -53,6 +54,27 @@ void write_json(const std::filesystem::path& path, const Json& json) {
 
 void print_notes(const std::string& name, const std::vector<std::string>& notes) {
     for (const std::string& note : notes) std::cerr << name << ": " << note << '\n';
+}
+
+namespace {
+void check_folder(const std::filesystem::path& path) {
+    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+    if (!std::filesystem::is_directory(folder))
+        throw InputError(path.string(), "there is no folder " + folder.string(),
+                         "create it or write somewhere else");
+    if (std::filesystem::is_directory(path)) throw InputError(path.string(), "is a folder", "give a file");
+}
+}  // namespace
+
+void check_mesh_output(const std::filesystem::path& path) {
+    if (!io::format_of_extension(path))
+        throw InputError(path.string(), "meshes are not written as '" + path.extension().string() + "'",
+                         "use .ply, .obj, .stl or .glb");
+    check_folder(path);
+}
+
+void check_report_output(const std::filesystem::path& path) {
+    if (!path.empty()) check_folder(path);
 }
 
 double chosen_cell_size(const geometry::Box& box, int cells, double cell_size) {

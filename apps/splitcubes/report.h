@@ -25,6 +25,12 @@ void write_json(const std::filesystem::path& path, const Json& json);
 /// Prints the notes of a report to standard error, each as one line about `name`.
 void print_notes(const std::string& name, const std::vector<std::string>& notes);
 
+/// Throws InputError where a mesh cannot be written to `path` (its ending, its
+/// folder): asked before the work, so that nothing is computed in vain.
+void check_mesh_output(const std::filesystem::path& path);
+/// The same for a JSON report; an empty path is no report.
+void check_report_output(const std::filesystem::path& path);
+
 /// Cell size from the options --cells and --cell-size (0: not given; both 0: 48 cells).
 double chosen_cell_size(const geometry::Box& box, int cells, double cell_size);
 

@@ -2,6 +2,7 @@
 #include "report.h"
 
 #include <splitcubes/core/stopwatch.h>
+#include <splitcubes/geometry/rest_grid.h>
 #include <splitcubes/io/read_mesh.h>
 #include <splitcubes/io/write_mesh.h>
 #include <splitcubes/splitting/extract.h>
@@ -21,6 +22,8 @@ struct Options {
 };
 
 int surface(const Options& options) {
+    check_mesh_output(options.out);
+    check_report_output(options.report);
     const Parallel parallel(options.threads);
     Json seconds;
     Stopwatch watch;
@@ -56,7 +59,8 @@ void add_surface_command(CLI::App& app, Run& run) {
     CLI::App* command = app.add_subcommand("surface", "The splitting-cubes surface of a mesh");
     command->add_option("mesh", options->mesh, "Mesh in: .obj .ply .stl .gltf .glb")->required();
     command->add_option("-o,--output", options->out, "Surface out: .ply .obj .stl .glb")->required();
-    CLI::Option* cells = command->add_option("--cells", options->cells, "Cells along the longest side (48)");
+    CLI::Option* cells = command->add_option("--cells", options->cells, "Cells along the longest side (48)")
+                             ->check(CLI::Range(2, geometry::max_cells_per_axis));
     command->add_option("--cell-size", options->cell_size, "Cell size in metres")->excludes(cells);
     command->add_option("--report", options->report, "Writes a JSON report");
     command->add_option("--threads", options->threads, "Threads (all)")->check(CLI::Range(1, 1024));
