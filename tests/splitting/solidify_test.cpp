@@ -238,6 +238,24 @@ TEST(Solidify, AThinPlateIsCountedLost) {
     EXPECT_EQ(report.lost_thin_edges, 0U);
 }
 
+TEST(Solidify, OfAPlateBesideABlockTheBlockIsKept) {
+    // Both on one grid edge: the material of the inside node ends where the block does.
+    for (const bool below : {true, false}) {
+        const TriangleMesh block =
+            box_between(Vec3(1.5, 1.5, below ? 4.7 : 2.5), Vec3(7.5, 7.5, below ? 6.5 : 4.3));
+        const TriangleMesh plate =
+            moved(box_between(Vec3(1.5, 1.5, 0), Vec3(7.5, 7.5, 0.2)), Vec3(0, 0, below ? 4.2 : 4.6));
+        SolidifyReport report;
+        const NodeGrid grid = solid(joined(block, plate), unit_grid(10), report);
+        EXPECT_EQ(report.lost_thin_edges, 36U);
+        EXPECT_EQ(report.gap_edges, 0U);
+        const std::int32_t slot = grid.slot({Vec3i(4, 4, 4), 2});
+        ASSERT_GE(slot, 0);
+        EXPECT_NEAR(grid.crossing(slot).parameter, below ? 0.7 : 0.3, 1e-5);
+        EXPECT_EQ(trouble(grid), "");
+    }
+}
+
 TEST(Solidify, AnOpenMeshGoesByItsWindingNumber) {
     TriangleMesh mesh = geometry::make_sphere(5.3, 3);
     // A hole at the top.
