@@ -118,9 +118,10 @@ void Body::list_inside_nodes() {
     }
 }
 
-// The nearest inside node that sees the point; among equals the first in grid
-// order. Where none of the nodes around sees it: the fallback.
-Vec3i Body::owner_of(const Vec3& rest, const Vec3i& fallback) const {
+// The nearest inside node that sees the point and whose piece is welcome; among
+// equals the first in grid order. Where none of the nodes around is: the fallback.
+Vec3i Body::owner_of(const Vec3& rest, const Vec3i& fallback,
+                     const std::function<bool(std::int32_t piece)>& welcome) const {
     const Vec3 at = grid_.rest().to_grid(rest);
     const Vec3i base = at.array().round().cast<int>();
     Vec3i best = fallback;
@@ -130,6 +131,7 @@ Vec3i Body::owner_of(const Vec3& rest, const Vec3i& fallback) const {
         if (!grid_.rest().contains(node) || !grid_.inside(node)) continue;
         const double distance = (node.cast<double>() - at).squaredNorm();
         if (distance >= best_distance) continue;
+        if (!welcome(pieces_->piece_of(grid_, node))) continue;
         if (occluders_.segment_blocked(grid_.rest().node_position(node), rest)) continue;
         best = node;
         best_distance = distance;
@@ -180,7 +182,7 @@ void Body::sample(const Parallel& parallel) {
     }
     for (const Vec3& rest : positions) {
         const Vec3i nearest = grid_.rest().to_grid(rest).array().round().cast<int>();
-        owner_.push_back(owner_of(rest, nearest));
+        owner_.push_back(owner_of(rest, nearest, [](std::int32_t) { return true; }));
         phyxels_.append(rest, 0.5 * spacing_, pieces_->piece_of(grid_, owner_.back()));
     }
     set_contact_radii(0);

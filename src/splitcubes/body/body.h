@@ -113,7 +113,8 @@ class Body {
     void sample(const Parallel& parallel);
     void build_occluders();
     void set_occluders(std::uint32_t cell_number);
-    Vec3i owner_of(const Vec3& rest, const Vec3i& fallback) const;
+    Vec3i owner_of(const Vec3& rest, const Vec3i& fallback,
+                   const std::function<bool(std::int32_t piece)>& welcome) const;
     std::optional<Vec3> place_in_material(const Vec3& candidate) const;
     std::vector<Vec3> sample_positions(double spacing) const;
     void set_contact_radii(std::size_t first);

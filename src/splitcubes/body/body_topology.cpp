@@ -66,12 +66,20 @@ void Body::label_pieces(StepReport&) {
 }
 
 // A phyxel belongs to the piece of the nearest node that sees it; near a new cut
-// that may be another node than before.
+// that may be another node than before. It can go with a fragment that comes off
+// its piece now, but never over to a piece that has parted earlier and moved away.
 void Body::update_owners(std::span<const geometry::Box> boxes) {
     const double reach = 1.8 * grid_.rest().cell_size;  // to the farthest of the nodes around
     for (std::size_t i = 0; i < phyxels_.size(); ++i) {
         const Vec3& rest = phyxels_.rest_position[i];
-        if (meets_any(geometry::Box{rest, rest}.grown(reach), boxes)) owner_[i] = owner_of(rest, owner_[i]);
+        if (!meets_any(geometry::Box{rest, rest}.grown(reach), boxes)) continue;
+        const std::int32_t own = phyxels_.piece[i];
+        owner_[i] = owner_of(rest, owner_[i], [&](std::int32_t piece) {
+            return piece == own ||
+                   std::any_of(splits_.begin(), splits_.end(), [&](const splitting::PieceSplit& split) {
+                       return split.parent == own && split.piece == piece;
+                   });
+        });
     }
 }
 

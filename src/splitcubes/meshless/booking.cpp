@@ -205,6 +205,9 @@ void rebook(Booking& booking, const NodeBook& nodes, double density, const Phyxe
         fresh.unbooked += begin == end;
         fresh.offsets.push_back(static_cast<std::uint32_t>(fresh.phyxel.size()));
     }
+    std::vector<double> old_mass(piece_count, 0);  // of each piece's phyxels, as booked so far
+    for (std::size_t i = 0; i < phyxels.size(); ++i)
+        if (phyxels.piece[i] >= 0) old_mass[static_cast<std::size_t>(phyxels.piece[i])] += phyxels.mass[i];
     booking = std::move(fresh);
     apply(booking, nodes.volume, density, phyxels);
 
@@ -225,8 +228,11 @@ void rebook(Booking& booking, const NodeBook& nodes, double density, const Phyxe
         // A crumb whose few phyxels lie nearly in a line cannot hold the spin that its
         // nodes carried about that line: it would be flung to pieces.
         const double least_gyration = 0.15 * support[k] / std::max(members[k], 1.0);
-        now[k].spin = angular_velocity(now[k].inertia, spin - now[k].spin,
-                                       now[k].mass * least_gyration * least_gyration);
+        // And one of new phyxels alone is smaller than the old ones, far apart, that
+        // held its angular momentum: taken over, it would make the crumb whirl.
+        now[k].spin = old_mass[k] > 0 ? angular_velocity(now[k].inertia, spin - now[k].spin,
+                                                         now[k].mass * least_gyration * least_gyration)
+                                      : Vec3::Zero();
     }
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
         if (phyxels.piece[i] < 0) continue;

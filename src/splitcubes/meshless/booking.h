@@ -47,8 +47,9 @@ void apply(const Booking& booking, std::span<const double> volumes, double densi
 /// does not begin to spin because booked mass moved within it. The pieces that
 /// come from one therefore keep together its mass, its momentum and its angular
 /// momentum about its centre, to rounding; but for crumbs whose phyxels lie within
-/// 0.15 of their support of a line, which are not given the spin about it. Pieces whose nodes and phyxels are
-/// as before are not touched. Phyxels of the old booking must keep their numbers.
+/// 0.15 of their support of a line, which are not given the spin about it, and
+/// pieces whose phyxels are all new, which are given their linear momentum only. Pieces whose nodes and
+/// phyxels are as before are not touched. Phyxels of the old booking must keep their numbers.
 void rebook(Booking& booking, const NodeBook& nodes, double density, const PhyxelLocator& locator,
             Phyxels& phyxels);
 
