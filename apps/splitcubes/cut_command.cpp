@@ -4,7 +4,6 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/stopwatch.h>
 #include <splitcubes/geometry/rest_grid.h>
-#include <splitcubes/io/read_mesh.h>
 #include <splitcubes/io/write_mesh.h>
 #include <splitcubes/splitting/extract.h>
 #include <splitcubes/splitting/sheet_cut.h>
@@ -38,15 +37,9 @@ int cut(const Options& options) {
     const Parallel parallel(options.threads);
     Json seconds;
     Stopwatch watch;
-    io::ReadMeshReport read;
-    const geometry::TriangleMesh mesh = io::read_mesh(options.mesh, &read);
-    print_notes(options.mesh, read.notes);
+    const geometry::TriangleMesh mesh = read_noted(options.mesh);
     std::vector<geometry::TriangleMesh> sheets;
-    for (const std::string& name : options.sheets) {
-        io::ReadMeshReport sheet_read;
-        sheets.push_back(io::read_mesh(name, &sheet_read));
-        print_notes(name, sheet_read.notes);
-    }
+    for (const std::string& name : options.sheets) sheets.push_back(read_noted(name));
     seconds["read"] = watch.lap();
     const geometry::RestGrid rest = geometry::grid_around(
         mesh.bounds(), chosen_cell_size(mesh.bounds(), options.cells, options.cell_size));

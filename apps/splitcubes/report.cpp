@@ -4,6 +4,7 @@
 #include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/io/atomic_file.h>
 #include <splitcubes/io/mesh_format.h>
+#include <splitcubes/io/read_mesh.h>
 #include <splitcubes/splitting/extract.h>
 
 #include <iostream>
@@ -54,6 +55,13 @@ void write_json(const std::filesystem::path& path, const Json& json) {
 
 void print_notes(const std::string& name, const std::vector<std::string>& notes) {
     for (const std::string& note : notes) std::cerr << name << ": " << note << '\n';
+}
+
+geometry::TriangleMesh read_noted(const std::string& name) {
+    io::ReadMeshReport read;
+    geometry::TriangleMesh mesh = io::read_mesh(name, &read);
+    print_notes(name, read.notes);
+    return mesh;
 }
 
 namespace {

@@ -25,6 +25,9 @@ void write_json(const std::filesystem::path& path, const Json& json);
 /// Prints the notes of a report to standard error, each as one line about `name`.
 void print_notes(const std::string& name, const std::vector<std::string>& notes);
 
+/// Reads a mesh and prints what the reader noted.
+geometry::TriangleMesh read_noted(const std::string& name);
+
 /// Throws InputError where a mesh cannot be written to `path` (its ending, its
 /// folder): asked before the work, so that nothing is computed in vain.
 void check_mesh_output(const std::filesystem::path& path);

@@ -42,7 +42,6 @@ class RunOutput {
     const scene::SceneDescription& description_;
     std::string metrics_;
     Seconds seconds_;
-    double last_flush_ = 0;  // seconds_.write when the metrics were last written
     struct Pictures;
     std::unique_ptr<Pictures> pictures_;
 };

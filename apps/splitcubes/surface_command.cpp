@@ -3,7 +3,6 @@
 
 #include <splitcubes/core/stopwatch.h>
 #include <splitcubes/geometry/rest_grid.h>
-#include <splitcubes/io/read_mesh.h>
 #include <splitcubes/io/write_mesh.h>
 #include <splitcubes/splitting/extract.h>
 
@@ -27,9 +26,7 @@ int surface(const Options& options) {
     const Parallel parallel(options.threads);
     Json seconds;
     Stopwatch watch;
-    io::ReadMeshReport read;
-    const geometry::TriangleMesh mesh = io::read_mesh(options.mesh, &read);
-    print_notes(options.mesh, read.notes);
+    const geometry::TriangleMesh mesh = read_noted(options.mesh);
     seconds["read"] = watch.lap();
     const geometry::RestGrid rest = geometry::grid_around(
         mesh.bounds(), chosen_cell_size(mesh.bounds(), options.cells, options.cell_size));
