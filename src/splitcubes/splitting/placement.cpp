@@ -15,6 +15,9 @@ namespace {
 constexpr double eigenvalue_cutoff = 0.01;
 constexpr double face_widening = 0.25;
 constexpr double crease_widening = 0.5;
+// Where a cut meets the skin (or an older cut) just beyond the face, the face
+// vertex goes there: a crease that stopped short at the face would be jagged.
+constexpr double meeting_widening = 0.5;
 // Three planes fix a corner, however far off; a tilted cube's corner was seen to
 // lie up to 0.8 of a cell outside the nearest cell that meets all three.
 constexpr double corner_widening = 1.0;
@@ -45,6 +48,44 @@ Eigen::Matrix<double, Dim, 1> least_squares_point(std::span<const Eigen::Matrix<
         ++rank;
     }
     return start + step;
+}
+
+// Moves `start`, which lies on the sheet whose planes (or lines) have the normals
+// `fixed`, along that sheet to where it meets the others best. rank: of both.
+template <int Dim>
+Eigen::Matrix<double, Dim, 1> slide(const Eigen::Matrix<double, Dim, 1>& start,
+                                    std::span<const Eigen::Matrix<double, Dim, 1>> fixed,
+                                    std::span<const Eigen::Matrix<double, Dim, 1>> points,
+                                    std::span<const Eigen::Matrix<double, Dim, 1>> normals, int& rank) {
+    using Vec = Eigen::Matrix<double, Dim, 1>;
+    using Mat = Eigen::Matrix<double, Dim, Dim>;
+    Mat matrix = Mat::Zero();
+    for (const Vec& normal : fixed) matrix += normal * normal.transpose();
+    const Eigen::SelfAdjointEigenSolver<Mat> eigen(matrix);
+    const double largest = eigen.eigenvalues()[Dim - 1];
+    Mat free = Mat::Zero();
+    int fixed_rank = 0;
+    for (int k = 0; k < Dim; ++k) {
+        if (eigen.eigenvalues()[k] > eigenvalue_cutoff * largest)
+            ++fixed_rank;
+        else
+            free += eigen.eigenvectors().col(k) * eigen.eigenvectors().col(k).transpose();
+    }
+    rank = fixed_rank;
+    std::array<Vec, 12> along, at;
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < normals.size(); ++k) {
+        const Vec projected = free * normals[k];
+        // Nearly parallel sheets meet nowhere near.
+        if (projected.squaredNorm() < eigenvalue_cutoff * normals[k].squaredNorm()) continue;
+        along[count] = projected;
+        at[count++] = start + projected * (normals[k].dot(points[k] - start) / projected.squaredNorm());
+    }
+    if (count == 0) return start;
+    int free_rank = 0;
+    const Vec best = least_squares_point<Dim>({at.data(), count}, {along.data(), count}, start, free_rank);
+    rank += free_rank;
+    return best;
 }
 
 // Pulls `point` back along the ray to `inner` until it is in [-margin, 1+margin].
@@ -140,6 +181,24 @@ FaceCrossing face_crossing(int ring_edge, double parameter, double normal_u, dou
     return out;
 }
 
+namespace {
+
+// The crossings of the sheet that came first: the boundary, then by cut number.
+unsigned oldest_sheet(unsigned ring_mask, const std::array<FaceCrossing, 4>& crossings) {
+    unsigned out = 0;
+    std::int32_t lowest = 0;
+    for (unsigned k = 0; k < 4; ++k) {
+        if (!(ring_mask >> k & 1U)) continue;
+        const std::int32_t cut = crossings[k].cut;
+        if (out != 0 && cut > lowest) continue;
+        out = out != 0 && cut == lowest ? out | 1U << k : 1U << k;
+        lowest = cut;
+    }
+    return out;
+}
+
+}  // namespace
+
 Vec2 place_face_vertex(unsigned ring_mask, const std::array<FaceCrossing, 4>& crossings) {
     const FaceConfiguration& face = Table::get().face(ring_mask);
     std::array<int, 4> cut{};
@@ -151,7 +210,10 @@ Vec2 place_face_vertex(unsigned ring_mask, const std::array<FaceCrossing, 4>& cr
     };
     if (count == 0) return {0.5, 0.5};
     if (count == 1) return place_single(cut[0], at(0));
-    if (count == 2) {
+    const unsigned first = oldest_sheet(ring_mask, crossings);
+    const bool skin_and_cut =
+        first != ring_mask && crossings[static_cast<std::size_t>(std::countr_zero(first))].cut < 0;
+    if (count == 2 && !skin_and_cut) {
         const auto side = [&](int i) {
             return face.side[static_cast<std::size_t>(cut[static_cast<std::size_t>(i)])];
         };
@@ -167,64 +229,99 @@ Vec2 place_face_vertex(unsigned ring_mask, const std::array<FaceCrossing, 4>& cr
     }
     const auto n = static_cast<std::size_t>(count);
     int rank = 0;
-    const Vec2 best = least_squares_point<2>({points.data(), n}, {normals.data(), n}, mean, rank);
-    if (outside<2>(best, face_widening)) {
-        unsigned first = 0;
-        std::int32_t lowest = at(0).cut;
-        for (int i = 0; i < count; ++i) lowest = std::min(lowest, at(i).cut);
-        for (int i = 0; i < count; ++i)
-            if (at(i).cut == lowest) first |= 1U << cut[static_cast<std::size_t>(i)];
-        if (first != ring_mask) return place_face_vertex(first, crossings);
+    if (first == ring_mask) {
+        const Vec2 best = least_squares_point<2>({points.data(), n}, {normals.data(), n}, mean, rank);
+        return pull_back<2>(best, mean, face_widening);
     }
-    return pull_back<2>(best, mean, face_widening);
+    const auto middle = static_cast<std::size_t>(
+        std::stable_partition(cut.begin(), cut.begin() + count, [&](int k) { return first >> k & 1; }) -
+        cut.begin());
+    for (std::size_t i = 0; i < n; ++i) {
+        points[i] = at(static_cast<int>(i)).point;
+        normals[i] = at(static_cast<int>(i)).normal;
+    }
+    const Vec2 alone = place_face_vertex(first, crossings);
+    const Vec2 best = slide<2>(alone, {normals.data(), middle}, {points.data() + middle, n - middle},
+                               {normals.data() + middle, n - middle}, rank);
+    return pull_back<2>(best, alone, meeting_widening);
 }
 
-Vec3 place_centre(std::span<const CellCrossing> crossings, bool oriented, const Vec3& mean) {
-    bool smooth = oriented;
-    for (std::size_t i = 0; i < crossings.size() && smooth; ++i)
-        for (std::size_t j = i + 1; j < crossings.size() && smooth; ++j) {
-            double cosine = crossings[i].normal.dot(crossings[j].normal);
-            if (crossings[i].grazing || crossings[j].grazing) cosine = std::abs(cosine);
-            smooth = cosine >= sharp_cosine;
-        }
-    if (smooth) return onto_smooth_sheet(crossings, mean).cwiseMax(0).cwiseMin(1);
-    // One plane a smooth sheet: the normals of a curved skin differ a little, and
-    // taken one by one they would pretend to a corner far along the crease.
-    std::array<Vec3, 12> points, normals, first_normals;
-    std::array<double, 12> counts{};
-    std::size_t sheets = 0;
+namespace {
+
+// Crossings of one sheet, or of sheets that are placed as equals.
+struct Planes {
+    std::array<Vec3, 12> points, normals;
+    std::size_t count = 0;
+};
+
+// One plane a smooth sheet: the normals of a curved skin differ a little, and
+// taken one by one they would pretend to a corner far along the crease.
+Planes planes_of(std::span<const CellCrossing> crossings) {
+    Planes out;
+    std::array<Vec3, 12> first_normals;
+    std::array<double, 12> weights{};
     for (const CellCrossing& c : crossings) {
         std::size_t k = 0;
-        while (k < sheets && std::abs(c.normal.dot(first_normals[k])) < sharp_cosine) ++k;
-        if (k == sheets) {
-            points[k] = normals[k] = Vec3::Zero();
+        while (k < out.count && std::abs(c.normal.dot(first_normals[k])) < sharp_cosine) ++k;
+        if (k == out.count) {
+            out.points[k] = out.normals[k] = Vec3::Zero();
             first_normals[k] = c.normal;
-            ++sheets;
+            ++out.count;
         }
-        points[k] += c.point;
-        normals[k] += c.normal.dot(first_normals[k]) < 0 ? Vec3(-c.normal) : c.normal;
-        ++counts[k];
+        out.points[k] += c.point;
+        out.normals[k] += c.normal.dot(first_normals[k]) < 0 ? Vec3(-c.normal) : c.normal;
+        ++weights[k];
     }
-    for (std::size_t k = 0; k < sheets; ++k) {
-        points[k] /= counts[k];
-        normals[k] *= std::sqrt(counts[k]) / normals[k].norm();  // weighs as its crossings did
+    for (std::size_t k = 0; k < out.count; ++k) {
+        out.points[k] /= weights[k];
+        out.normals[k] *= std::sqrt(weights[k]) / out.normals[k].norm();  // weighs as its crossings did
     }
+    return out;
+}
+
+bool is_smooth(std::span<const CellCrossing> crossings) {
+    for (std::size_t i = 0; i < crossings.size(); ++i)
+        for (std::size_t j = i + 1; j < crossings.size(); ++j) {
+            double cosine = crossings[i].normal.dot(crossings[j].normal);
+            if (crossings[i].grazing || crossings[j].grazing) cosine = std::abs(cosine);
+            if (cosine < sharp_cosine) return false;
+        }
+    return true;
+}
+
+double widening(int rank) {
+    return rank == 3 ? corner_widening : crease_widening;
+}
+
+Vec3 place_equals(std::span<const CellCrossing> crossings, bool oriented, const Vec3& mean) {
+    if (oriented && is_smooth(crossings)) return onto_smooth_sheet(crossings, mean).cwiseMax(0).cwiseMin(1);
+    const Planes planes = planes_of(crossings);
     int rank = 0;
-    const Vec3 best = least_squares_point<3>({points.data(), sheets}, {normals.data(), sheets}, mean, rank);
-    if (outside<3>(best, crease_widening)) {
-        std::array<CellCrossing, 12> first;
-        std::size_t count = 0;
-        std::int32_t lowest = crossings[0].cut;
-        for (const CellCrossing& c : crossings) lowest = std::min(lowest, c.cut);
-        for (const CellCrossing& c : crossings) {
-            if (c.cut != lowest) continue;
-            first[count] = c;
-            // The signs of the whole group may be at odds where sheets meet.
-            first[count++].grazing = true;
-        }
-        if (count < crossings.size()) return place_centre({first.data(), count}, true, mean);
-    }
-    return pull_back<3>(best, mean, rank == 3 ? corner_widening : crease_widening);
+    const Vec3 best = least_squares_point<3>({planes.points.data(), planes.count},
+                                             {planes.normals.data(), planes.count}, mean, rank);
+    return pull_back<3>(best, mean, widening(rank));
+}
+
+}  // namespace
+
+Vec3 place_centre(std::span<const CellCrossing> crossings, bool oriented, const Vec3& mean) {
+    std::int32_t lowest = crossings[0].cut;
+    for (const CellCrossing& c : crossings) lowest = std::min(lowest, c.cut);
+    std::array<CellCrossing, 12> first, rest;
+    std::size_t first_count = 0, rest_count = 0;
+    for (const CellCrossing& c : crossings) (c.cut == lowest ? first[first_count++] : rest[rest_count++]) = c;
+    if (rest_count == 0 || (lowest >= 0 && oriented && is_smooth(crossings)))
+        return place_equals(crossings, oriented, mean);
+    // The signs of the whole group may be at odds where sheets meet.
+    for (CellCrossing& c : first) c.grazing = true;
+    const Vec3 alone = place_equals({first.data(), first_count}, true, mean);
+    const Planes fixed = planes_of({first.data(), first_count});
+    const Planes wanted = planes_of({rest.data(), rest_count});
+    int rank = 0;
+    const Vec3 best =
+        slide<3>(alone, {fixed.normals.data(), fixed.count}, {wanted.points.data(), wanted.count},
+                 {wanted.normals.data(), wanted.count}, rank);
+    return pull_back<3>(best, alone, widening(rank));
 }
 
 }  // namespace splitcubes::splitting

@@ -32,8 +32,9 @@ FaceCrossing face_crossing(int ring_edge, double parameter, double normal_u, dou
 /// Position of the face vertex, within the face square widened by 0.25 where the
 /// sheet is sharp, within the square itself where it is smooth. ring_mask: bit k
 /// set for each cut ring edge; crossings of uncut edges are not read. Where sheets
-/// of different cuts meet outside that, the first (the boundary before cuts, a
-/// lower number before a higher) is placed alone, so that it does not move.
+/// of different cuts meet, within the square widened by 0.5: at their intersection
+/// or, where that is further away, on the first sheet (the boundary before cuts, a
+/// lower number before a higher) on the way there, so that the first does not move.
 Vec2 place_face_vertex(unsigned ring_mask, const std::array<FaceCrossing, 4>& crossings);
 
 /// A crossing as its cell sees it.
