@@ -124,7 +124,7 @@ TEST(PlaceFaceVertex, LiesOnAStraightSheet) {
         }
         if (std::popcount(mask) != 2) continue;
         ++crossed;
-        const Vec2 vertex = place_face_vertex(mask, crossings);
+        const Vec2 vertex = place_face_vertex(mask, crossings).point;
         ASSERT_NEAR(normal.dot(vertex - through), 0, 1e-9);
         ASSERT_GE(vertex.minCoeff(), -1e-12);
         ASSERT_LE(vertex.maxCoeff(), 1 + 1e-12);
@@ -137,7 +137,7 @@ TEST(PlaceFaceVertex, LiesInTheCornerOfTwoLines) {
     std::array<FaceCrossing, 4> crossings;
     crossings[0] = face_crossing(0, 0.3, 1, 0);  // the line u = 0.3
     crossings[1] = face_crossing(1, 0.6, 0, 1);  // the line v = 0.6
-    EXPECT_LT((place_face_vertex(3, crossings) - Vec2(0.3, 0.6)).norm(), 1e-9);
+    EXPECT_LT((place_face_vertex(3, crossings).point - Vec2(0.3, 0.6)).norm(), 1e-9);
 }
 
 TEST(PlaceFaceVertex, DoesNotLeaveTheWidenedFace) {
@@ -148,7 +148,7 @@ TEST(PlaceFaceVertex, DoesNotLeaveTheWidenedFace) {
             crossings[static_cast<std::size_t>(k)] =
                 face_crossing(k, random.unit(), random.uniform(-1, 1), random.uniform(-1, 1));
         for (unsigned mask = 0; mask < 16; ++mask) {
-            const Vec2 vertex = place_face_vertex(mask, crossings);
+            const Vec2 vertex = place_face_vertex(mask, crossings).point;
             ASSERT_TRUE(vertex.allFinite());
             ASSERT_GE(vertex.minCoeff(), -0.25 - 1e-12);
             ASSERT_LE(vertex.maxCoeff(), 1.25 + 1e-12);
@@ -167,7 +167,8 @@ TEST(PlaceFaceVertex, TheNormalsSignsMeanNothing) {
             turned_round[at].normal = -crossings[at].normal;
         }
         for (const unsigned mask : {1U, 2U, 4U, 8U, 7U, 11U, 13U, 14U, 15U})
-            ASSERT_LT((place_face_vertex(mask, crossings) - place_face_vertex(mask, turned_round)).norm(),
+            ASSERT_LT((place_face_vertex(mask, crossings).point - place_face_vertex(mask, turned_round).point)
+                          .norm(),
                       1e-9);
     }
 }

@@ -18,7 +18,7 @@ constexpr double crease_widening = 0.5;
 // Where a cut meets the skin (or an older cut) just beyond the face, the face
 // vertex goes there: a crease that stopped short at the face would be jagged.
 constexpr double meeting_widening = 0.5;
-// Three planes fix a corner, however far off; a tilted cube's corner was seen to
+// Three planes, or a sheet and what cuts it, fix their meeting however far off; a tilted cube's corner was seen to
 // lie up to 0.8 of a cell outside the nearest cell that meets all three.
 constexpr double corner_widening = 1.0;
 constexpr double grazing_cosine = 0.05;
@@ -199,7 +199,7 @@ unsigned oldest_sheet(unsigned ring_mask, const std::array<FaceCrossing, 4>& cro
 
 }  // namespace
 
-Vec2 place_face_vertex(unsigned ring_mask, const std::array<FaceCrossing, 4>& crossings) {
+FacePlacement place_face_vertex(unsigned ring_mask, const std::array<FaceCrossing, 4>& crossings) {
     const FaceConfiguration& face = Table::get().face(ring_mask);
     std::array<int, 4> cut{};
     int count = 0;
@@ -208,8 +208,8 @@ Vec2 place_face_vertex(unsigned ring_mask, const std::array<FaceCrossing, 4>& cr
     const auto at = [&](int i) -> const FaceCrossing& {
         return crossings[static_cast<std::size_t>(cut[static_cast<std::size_t>(i)])];
     };
-    if (count == 0) return {0.5, 0.5};
-    if (count == 1) return place_single(cut[0], at(0));
+    if (count == 0) return {};
+    if (count == 1) return {place_single(cut[0], at(0))};
     const unsigned first = oldest_sheet(ring_mask, crossings);
     const bool skin_and_cut =
         first != ring_mask && crossings[static_cast<std::size_t>(std::countr_zero(first))].cut < 0;
@@ -218,7 +218,7 @@ Vec2 place_face_vertex(unsigned ring_mask, const std::array<FaceCrossing, 4>& cr
             return face.side[static_cast<std::size_t>(cut[static_cast<std::size_t>(i)])];
         };
         if (is_smooth_pair(cut[0], at(0), side(0), cut[1], at(1), side(1)))
-            return place_smooth_pair(at(0), at(1));
+            return {place_smooth_pair(at(0), at(1))};
     }
     std::array<Vec2, 4> points, normals;
     Vec2 mean = Vec2::Zero();
@@ -231,7 +231,7 @@ Vec2 place_face_vertex(unsigned ring_mask, const std::array<FaceCrossing, 4>& cr
     int rank = 0;
     if (first == ring_mask) {
         const Vec2 best = least_squares_point<2>({points.data(), n}, {normals.data(), n}, mean, rank);
-        return pull_back<2>(best, mean, face_widening);
+        return {pull_back<2>(best, mean, face_widening), false};
     }
     const auto middle = static_cast<std::size_t>(
         std::stable_partition(cut.begin(), cut.begin() + count, [&](int k) { return first >> k & 1; }) -
@@ -240,10 +240,16 @@ Vec2 place_face_vertex(unsigned ring_mask, const std::array<FaceCrossing, 4>& cr
         points[i] = at(static_cast<int>(i)).point;
         normals[i] = at(static_cast<int>(i)).normal;
     }
-    const Vec2 alone = place_face_vertex(first, crossings);
+    const Vec2 alone = place_face_vertex(first, crossings).point;
     const Vec2 best = slide<2>(alone, {normals.data(), middle}, {points.data() + middle, n - middle},
                                {normals.data() + middle, n - middle}, rank);
-    return pull_back<2>(best, alone, meeting_widening);
+    return {pull_back<2>(best, alone, meeting_widening), false};
+}
+
+Vec3 place_between_centres(int face_axis, double face_level, const Vec3& low, const Vec3& high) {
+    const double below = face_level - low[face_axis], above = high[face_axis] - face_level;
+    const double share = below > 0 && above > 0 ? std::clamp(below / (below + above), 0.25, 0.75) : 0.5;
+    return low + share * (high - low);
 }
 
 namespace {
@@ -321,7 +327,7 @@ Vec3 place_centre(std::span<const CellCrossing> crossings, bool oriented, const 
     const Vec3 best =
         slide<3>(alone, {fixed.normals.data(), fixed.count}, {wanted.points.data(), wanted.count},
                  {wanted.normals.data(), wanted.count}, rank);
-    return pull_back<3>(best, alone, widening(rank));
+    return pull_back<3>(best, alone, corner_widening);
 }
 
 }  // namespace splitcubes::splitting

@@ -29,13 +29,28 @@ struct FaceCrossing {
 FaceCrossing face_crossing(int ring_edge, double parameter, double normal_u, double normal_v,
                            std::int32_t cut = -1);
 
+struct FacePlacement {
+    Vec2 point = Vec2(0.5, 0.5);
+    /// One smooth sheet, which the face's own crossings fix to second order. Where
+    /// sheets meet they do not (the face may be nearly parallel to the crease, or the
+    /// crease pass beside it): see place_between_centres.
+    bool smooth = true;
+};
+
 /// Position of the face vertex, within the face square widened by 0.25 where the
 /// sheet is sharp, within the square itself where it is smooth. ring_mask: bit k
 /// set for each cut ring edge; crossings of uncut edges are not read. Where sheets
 /// of different cuts meet, within the square widened by 0.5: at their intersection
 /// or, where that is further away, on the first sheet (the boundary before cuts, a
 /// lower number before a higher) on the way there, so that the first does not move.
-Vec2 place_face_vertex(unsigned ring_mask, const std::array<FaceCrossing, 4>& crossings);
+FacePlacement place_face_vertex(unsigned ring_mask, const std::array<FaceCrossing, 4>& crossings);
+
+/// Final position of the vertex of a face where sheets meet: on the line between the
+/// centre vertices of the two cells that share the face, which lie on the crease;
+/// where the line crosses the face, but within its middle half. low, high: centres of
+/// the lower and the upper cell along the face's axis; face_level: the face's
+/// coordinate along it. Any one unit and origin.
+Vec3 place_between_centres(int face_axis, double face_level, const Vec3& low, const Vec3& high);
 
 /// A crossing as its cell sees it.
 struct CellCrossing {

@@ -23,6 +23,10 @@ Vec3 face_point(int axis, double level, const Vec2& in_face) {
     return p;
 }
 
+Vec3 face_rest(const RestGrid& rest, const Vec3i& place, int axis, const Vec2& in_face) {
+    return rest.origin + rest.cell_size * (place.cast<double>() + face_point(axis, 0, in_face));
+}
+
 unsigned face_corners(int face, int instance, const FaceConfiguration& configuration) {
     unsigned corners = 0;
     for (int k = 0; k < 4; ++k)
@@ -74,6 +78,8 @@ const std::vector<std::uint32_t>& Surface::retessellate(const NodeGrid& grid,
         }
     }
     for (const std::uint32_t cell : touched_) update_cell(grid, cells_[cell]);
+    const std::size_t updated = touched_.size();
+    for (std::size_t i = 0; i < updated; ++i) settle_faces(grid, touched_[i]);
     return touched_;
 }
 
@@ -189,7 +195,9 @@ void Surface::update_face(const NodeGrid& grid, const SurfaceCell& cell, int fac
             &grid.crossing(grid.slot(cell_edge(cell.place, face_edges[static_cast<std::size_t>(face)][i])));
         crossings[i] = face_crossing(k, raw[i]->hit, raw[i]->normal[u], raw[i]->normal[v], raw[i]->cut);
     }
-    record.position = place_face_vertex(mask, crossings);
+    const FacePlacement placement = place_face_vertex(mask, crossings);
+    record.position = placement.point;
+    record.smooth = placement.smooth;
 
     const FaceConfiguration& configuration = Table::get().face(mask);
     for (int instance = 0; instance < 4; ++instance) {
@@ -200,8 +208,7 @@ void Surface::update_face(const NodeGrid& grid, const SurfaceCell& cell, int fac
             vertex = static_cast<std::int32_t>(new_vertex(VertexKind::face, place, axis, instance));
         SurfaceVertex& out = vertices_[static_cast<std::size_t>(vertex)];
         const Vec3 in_cell = face_point(axis, face & 1, record.position);
-        out.rest = grid.rest().origin +
-                   grid.rest().cell_size * (place.cast<double>() + face_point(axis, 0, record.position));
+        out.rest = face_rest(grid.rest(), place, axis, record.position);
         bind(out, in_cell, cell.place, face_corners(face, instance, configuration));
         Vec3 normal = Vec3::Zero();
         for (int k = 0; k < 4; ++k) {
@@ -215,6 +222,59 @@ void Surface::update_face(const NodeGrid& grid, const SurfaceCell& cell, int fac
             if (home_second) normal += k < 2 ? Vec3(-n) : n;
         }
         out.normal = unit_or(normal, Vec3::Unit(axis));
+    }
+}
+
+// The centre vertex of the sheets that cross a face of the cell; false where they
+// are of several groups, which have nothing to do with each other in this cell.
+bool Surface::centre_of_face(const SurfaceCell& cell, int face, Vec3& centre) const {
+    const CellConfiguration& configuration = Table::get().cell(cell.mask);
+    int group = -1;
+    for (const std::int8_t edge : face_edges[static_cast<std::size_t>(face)]) {
+        if (!(cell.mask >> edge & 1U)) continue;
+        const int own = configuration.edge_group[static_cast<std::size_t>(edge)];
+        if (group >= 0 && own != group) return false;
+        group = own;
+    }
+    for (std::size_t fan = 0; fan < cell.fan_count; ++fan)
+        if (configuration.fan_group[fan] == group && cell.centre[fan] >= 0) {
+            centre = vertices_[static_cast<std::size_t>(cell.centre[fan])].rest;
+            return true;
+        }
+    return false;
+}
+
+// Second pass, when all centres are known: the faces of the cell on which sheets
+// meet. A face that moves changes the cell on its other side too.
+void Surface::settle_faces(const NodeGrid& grid, std::uint32_t cell) {
+    for (int face = 0; face < face_count; ++face) {
+        const int axis = face_axis(face);
+        const Vec3i place = face_place(cells_[cell].place, face);
+        const std::int32_t slot = slots_.get(place, face_x + axis);
+        if (slot < 0) continue;
+        Face& record = faces_[static_cast<std::size_t>(slot)];
+        if (record.smooth || record.mask == 0) continue;
+        Vec3i below = place;
+        --below[axis];
+        const std::int32_t low = slots_.get(below, cell_channel), high = slots_.get(place, cell_channel);
+        if (low < 0 || high < 0) continue;
+        Vec3 centre[2];
+        const bool known = centre_of_face(cells_[static_cast<std::size_t>(low)], 2 * axis + 1, centre[0]) &&
+                           centre_of_face(cells_[static_cast<std::size_t>(high)], 2 * axis, centre[1]);
+        const Vec3 rest =
+            known ? place_between_centres(axis, grid.rest().node_position(place)[axis], centre[0], centre[1])
+                  : face_rest(grid.rest(), place, axis, record.position);
+        bool moved = false;
+        for (const std::int32_t index : record.vertex) {
+            if (index < 0) continue;
+            SurfaceVertex& vertex = vertices_[static_cast<std::size_t>(index)];
+            moved = moved || vertex.rest != rest;
+            vertex.rest = rest;
+        }
+        const auto other = static_cast<std::uint32_t>(face & 1 ? high : low);
+        if (!moved || cell_stamp_[other] == revision_) continue;
+        cell_stamp_[other] = revision_;
+        touched_.push_back(other);
     }
 }
 

@@ -83,7 +83,8 @@ class Surface {
   private:
     struct Face {
         std::uint8_t mask = 0;
-        Vec2 position = Vec2::Zero();                        // in the face, cells
+        bool smooth = true;                                  // see FacePlacement
+        Vec2 position = Vec2::Zero();                        // by its own crossings; in the face, cells
         std::array<std::int32_t, 4> vertex{-1, -1, -1, -1};  // per instance
     };
     struct Gathered;
@@ -94,6 +95,8 @@ class Surface {
     std::uint32_t edge_vertex(const NodeGrid& grid, std::int32_t slot, int end);
     std::int32_t face_at(const Vec3i& place, int axis);
     void update_face(const NodeGrid& grid, const SurfaceCell& cell, int face);
+    void settle_faces(const NodeGrid& grid, std::uint32_t cell);
+    bool centre_of_face(const SurfaceCell& cell, int face, Vec3& centre) const;
     std::uint32_t face_vertex(const NodeGrid& grid, const SurfaceCell& cell, int face, int instance);
     void set_centre(const NodeGrid& grid, SurfaceCell& cell, const CellConfiguration& configuration, int fan,
                     const Vec3& position, std::int32_t vertex);
