@@ -9,6 +9,7 @@ namespace splitcubes {
 
 using Vec2 = Eigen::Vector2d;
 using Vec3 = Eigen::Vector3d;
+using Vec3f = Eigen::Vector3f;
 using Vec3i = Eigen::Vector3i;
 using Mat2 = Eigen::Matrix2d;
 using Mat3 = Eigen::Matrix3d;

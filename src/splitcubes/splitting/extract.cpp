@@ -13,11 +13,11 @@ geometry::SurfaceMesh extract(const NodeGrid& grid, const Surface& surface, cons
     out.mesh.positions.reserve(surface.vertex_count());
     for (std::size_t i = 0; i < vertices.size(); ++i) {
         const SurfaceVertex& v = vertices[i];
-        if (!v.alive) continue;
+        if (!v.alive()) continue;
         number[i] = static_cast<std::uint32_t>(out.mesh.positions.size());
         out.mesh.positions.push_back(positions.empty() ? v.rest : positions[i]);
-        out.normals.push_back(normals.empty() ? v.normal : normals[i]);
-        out.vertex_piece.push_back(pieces.piece_of(grid, surface.nodes()[v.nodes[0]]));
+        out.normals.push_back(normals.empty() ? Vec3(v.normal.cast<double>()) : normals[i]);
+        out.vertex_piece.push_back(pieces.piece_of(grid, surface.carrier(v)));
     }
     out.mesh.triangles.reserve(surface.triangle_count());
     out.triangle_origin.reserve(surface.triangle_count());

@@ -19,28 +19,26 @@ GridEdge edge_from_id(std::uint64_t id) {
 }
 
 NodeGrid::NodeGrid(const RestGrid& rest)
-    : rest_(rest), layout_(rest.node_count), inside_(layout_.total(), 0), edge_slots_(layout_) {
-    for (auto& words : cut_) words.assign(layout_.total(), 0);
-}
+    : rest_(rest), layout_(rest.node_count), words_(layout_.total()), edge_slots_(layout_) {}
 
 void NodeGrid::set_inside_row(int y, int z, int first, int last) {
     assert(crossings_.empty() || first >= last);
     for (int x = first; x < last; ++x) {
         const Vec3i node(x, y, z);
-        inside_[layout_.brick_of(node)] |= std::uint64_t{1} << BrickLayout::local(node);
+        words_[layout_.brick_of(node)].inside |= std::uint64_t{1} << BrickLayout::local(node);
     }
 }
 
 std::size_t NodeGrid::inside_count() const {
     std::size_t count = 0;
-    for (const std::uint64_t word : inside_) count += static_cast<std::size_t>(std::popcount(word));
+    for (const BrickWords& words : words_) count += static_cast<std::size_t>(std::popcount(words.inside));
     return count;
 }
 
 std::int32_t NodeGrid::cut(const GridEdge& edge, double parameter, const Vec3& normal, Origin origin,
                            std::int32_t cut_number) {
     assert(has_edge(edge));
-    std::uint64_t& word = cut_[static_cast<std::size_t>(edge.axis)][layout_.brick_of(edge.node)];
+    std::uint64_t& word = words_[layout_.brick_of(edge.node)].cut[static_cast<std::size_t>(edge.axis)];
     const std::uint64_t bit = std::uint64_t{1} << BrickLayout::local(edge.node);
     if (word & bit) return -1;
     word |= bit;
@@ -69,21 +67,47 @@ Vec3 NodeGrid::crossing_position(const Crossing& crossing) const {
     return rest_.origin + rest_.cell_size * at;
 }
 
-CellMask NodeGrid::cell_mask(const Vec3i& cell) const {
-    CellMask mask = 0;
-    for (int e = 0; e < edge_count; ++e)
-        if (is_cut(cell_edge(cell, e))) mask = static_cast<CellMask>(mask | 1 << e);
-    return mask;
-}
-
-unsigned NodeGrid::cell_inside(const Vec3i& cell) const {
-    unsigned bits = 0;
-    for (int c = 0; c < corner_count; ++c) bits |= static_cast<unsigned>(inside(corner_node(cell, c))) << c;
-    return bits;
+CellEdges NodeGrid::cell_edges(const Vec3i& cell) const {
+    // Brick and place within it of the corners, from the lowest by carries.
+    const std::size_t first_brick = layout_.brick_of(cell);
+    const unsigned first_local = BrickLayout::local(cell);
+    const std::size_t brick_strides[3] = {
+        1, static_cast<std::size_t>(layout_.brick_count[0]),
+        static_cast<std::size_t>(layout_.brick_count[0]) * static_cast<std::size_t>(layout_.brick_count[1])};
+    std::size_t brick_step[3];
+    unsigned local_step[3];  // modulo 64
+    for (int axis = 0; axis < 3; ++axis) {
+        const unsigned stride = 1U << (2 * axis);
+        const bool carries = (cell[axis] & 3) == 3;
+        brick_step[axis] = carries ? brick_strides[axis] : 0;
+        local_step[axis] = carries ? brick_places - 3 * stride : stride;
+    }
+    CellEdges out;
+    std::array<std::size_t, corner_count> brick;
+    std::array<unsigned, corner_count> local;
+    for (unsigned c = 0; c < corner_count; ++c) {
+        brick[c] = first_brick;
+        local[c] = first_local;
+        for (unsigned axis = 0; axis < 3; ++axis)
+            if (c >> axis & 1U) {
+                brick[c] += brick_step[axis];
+                local[c] += local_step[axis];
+            }
+        local[c] %= brick_places;
+        out.inside = static_cast<std::uint8_t>(out.inside | (words_[brick[c]].inside >> local[c] & 1U) << c);
+    }
+    for (std::size_t e = 0; e < edge_count; ++e) {
+        const auto c = static_cast<std::size_t>(edge_corners[e][0]);
+        const int axis = edge_axis(static_cast<int>(e));
+        const bool cut = cut_word(brick[c], axis) >> local[c] & 1U;
+        out.mask = static_cast<CellMask>(out.mask | cut << e);
+        out.slots[e] = cut ? edge_slots_.get_at(brick[c], local[c], axis) : -1;
+    }
+    return out;
 }
 
 std::size_t NodeGrid::bytes() const {
-    return inside_.size() * sizeof(std::uint64_t) * 4 + edge_slots_.bytes() +
+    return words_.size() * sizeof(BrickWords) + edge_slots_.bytes() +
            crossings_.capacity() * sizeof(Crossing);
 }
 

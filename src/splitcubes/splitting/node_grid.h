@@ -43,6 +43,13 @@ struct Crossing {
     std::int32_t cut;  // which cut made it; -1 for the boundary
 };
 
+/// What a cell's corners and edges are.
+struct CellEdges {
+    CellMask mask = 0;                           // bit e: edge e is cut
+    std::uint8_t inside = 0;                     // bit c: corner c is inside
+    std::array<std::int32_t, edge_count> slots;  // -1 where uncut
+};
+
 /// No crossing comes nearer to a node than this share of the edge, so that no
 /// node lies on the surface.
 inline constexpr double min_parameter = 0.02;
@@ -59,20 +66,18 @@ class NodeGrid {
     const BrickLayout& bricks() const { return layout_; }
 
     bool inside(const Vec3i& node) const {
-        return inside_[layout_.brick_of(node)] >> BrickLayout::local(node) & 1U;
+        return words_[layout_.brick_of(node)].inside >> BrickLayout::local(node) & 1U;
     }
     /// Sets all nodes first <= x < last of a row. Only before the first cut.
     void set_inside_row(int y, int z, int first, int last);
-    std::uint64_t inside_word(std::size_t brick) const { return inside_[brick]; }
+    std::uint64_t inside_word(std::size_t brick) const { return words_[brick].inside; }
     std::uint64_t cut_word(std::size_t brick, int axis) const {
-        return cut_[static_cast<std::size_t>(axis)][brick];
+        return words_[brick].cut[static_cast<std::size_t>(axis)];
     }
     std::size_t inside_count() const;
 
     bool is_cut(const GridEdge& edge) const {
-        return cut_[static_cast<std::size_t>(edge.axis)][layout_.brick_of(edge.node)] >>
-                   BrickLayout::local(edge.node) &
-               1U;
+        return cut_word(layout_.brick_of(edge.node), edge.axis) >> BrickLayout::local(edge.node) & 1U;
     }
     /// Slot of a cut edge, -1 where uncut.
     std::int32_t slot(const GridEdge& edge) const {
@@ -98,19 +103,23 @@ class NodeGrid {
     bool has_cell(const Vec3i& cell) const {
         return (cell.array() >= 0).all() && (cell.array() + 1 < rest_.node_count.array()).all();
     }
-    CellMask cell_mask(const Vec3i& cell) const;
+    CellMask cell_mask(const Vec3i& cell) const { return cell_edges(cell).mask; }
     /// Bit c: corner c is inside.
-    unsigned cell_inside(const Vec3i& cell) const;
+    unsigned cell_inside(const Vec3i& cell) const { return cell_edges(cell).inside; }
+    CellEdges cell_edges(const Vec3i& cell) const;
 
     std::size_t bytes() const;
 
   private:
     RestGrid rest_;
     BrickLayout layout_;
-    std::vector<std::uint64_t> inside_;              // per brick, a bit per node
-    std::array<std::vector<std::uint64_t>, 3> cut_;  // per axis and brick, a bit per edge, at its lower node
-    SlotMap<3> edge_slots_;                          // per edge, at its lower node
-    std::vector<Crossing> crossings_;                // one per cut edge, in the order they were cut
+    struct BrickWords {
+        std::uint64_t inside = 0;            // a bit per node
+        std::array<std::uint64_t, 3> cut{};  // per axis, a bit per edge, at its lower node
+    };
+    std::vector<BrickWords> words_;    // per brick
+    SlotMap<3> edge_slots_;            // per edge, at its lower node
+    std::vector<Crossing> crossings_;  // one per cut edge, in the order they were cut
 };
 
 /// Corner c of a cell as a node.

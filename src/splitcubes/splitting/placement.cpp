@@ -18,8 +18,8 @@ constexpr double crease_widening = 0.5;
 // Where a cut meets the skin (or an older cut) just beyond the face, the face
 // vertex goes there: a crease that stopped short at the face would be jagged.
 constexpr double meeting_widening = 0.5;
-// Three planes, or a sheet and what cuts it, fix their meeting however far off; a tilted cube's corner was seen to
-// lie up to 0.8 of a cell outside the nearest cell that meets all three.
+// Three planes, or a sheet and what cuts it, fix their meeting however far off; a tilted cube's corner was
+// seen to lie up to 0.8 of a cell outside the nearest cell that meets all three.
 constexpr double corner_widening = 1.0;
 constexpr double grazing_cosine = 0.05;
 

@@ -59,6 +59,12 @@ class SlotMap {
         const std::int32_t block = block_[layout_.brick_of(place)];
         return block < 0 ? -1 : blocks_[static_cast<std::size_t>(block)][index(place, channel)];
     }
+    std::int32_t get_at(std::size_t brick, unsigned local, int channel) const {
+        const std::int32_t block = block_[brick];
+        return block < 0 ? -1
+                         : blocks_[static_cast<std::size_t>(block)]
+                                  [static_cast<std::size_t>(channel) * brick_places + local];
+    }
     void set(const Vec3i& place, int channel, std::int32_t slot) {
         std::int32_t& block = block_[layout_.brick_of(place)];
         if (block < 0) {

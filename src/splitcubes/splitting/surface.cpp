@@ -46,15 +46,49 @@ Vec3 unit_or(const Vec3& v, const Vec3& fallback) {
 
 }  // namespace
 
-// Slots of the cell's cut edges; -1 where uncut.
-struct Surface::Gathered {
-    std::array<std::int32_t, edge_count> slot;
+// What update_cell knows of its cell.
+struct Surface::CellContext {
+    std::uint32_t cell;
+    CellEdges edges;
+    const Table& table;
+    const CellConfiguration& configuration;
+
+    const Crossing& crossing(const NodeGrid& grid, int edge) const {
+        return grid.crossing(edges.slots[static_cast<std::size_t>(edge)]);
+    }
 };
 
+namespace {
+
+// The slots of all cut edges, brick by brick, so that what is near in space is
+// near in memory.
+std::vector<std::int32_t> slots_by_brick(const NodeGrid& grid) {
+    std::vector<std::int32_t> slots;
+    slots.reserve(grid.crossings().size());
+    for (std::size_t brick = 0; brick < grid.bricks().total(); ++brick)
+        for (int axis = 0; axis < 3; ++axis)
+            for (std::uint64_t word = grid.cut_word(brick, axis); word != 0; word &= word - 1) {
+                const auto local = static_cast<unsigned>(std::countr_zero(word));
+                slots.push_back(
+                    grid.slot({grid.bricks().base(brick) + BrickLayout::local_place(local), axis}));
+            }
+    return slots;
+}
+
+}  // namespace
+
 Surface::Surface(const NodeGrid& grid) : slots_(grid.bricks()) {
-    std::vector<std::int32_t> all(grid.crossings().size());
-    for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::int32_t>(i);
-    retessellate(grid, all);
+    // Room for as much again in cuts before anything is copied; pages that are
+    // never written cost nothing.
+    const std::size_t crossings = grid.crossings().size();
+    cells_.reserve(3 * crossings);
+    cell_stamp_.reserve(3 * crossings);
+    faces_.reserve(8 * crossings);
+    vertices_.reserve(12 * crossings);
+    quads_.reserve(12 * crossings);
+    nodes_.reserve(4 * crossings);
+    edge_vertices_.reserve(2 * crossings);
+    retessellate(grid, slots_by_brick(grid));
 }
 
 const std::vector<std::uint32_t>& Surface::retessellate(const NodeGrid& grid,
@@ -63,24 +97,25 @@ const std::vector<std::uint32_t>& Surface::retessellate(const NodeGrid& grid,
     if (new_slots.empty()) return touched_;
     ++revision_;
     edge_vertices_.resize(grid.crossings().size(), {-1, -1});
-    for (const std::int32_t slot : new_slots) {
-        const GridEdge& edge = grid.crossing(slot).edge;
-        const int u = (edge.axis + 1) % 3, v = (edge.axis + 2) % 3;
-        for (int k = 0; k < 4; ++k) {
-            Vec3i place = edge.node;
-            place[u] -= 1 - (k & 1);
-            place[v] -= 1 - (k >> 1);
-            if (!grid.has_cell(place)) continue;
-            const std::uint32_t cell = cell_at(place);
-            if (cell_stamp_[cell] == revision_) continue;
-            cell_stamp_[cell] = revision_;
-            touched_.push_back(cell);
-        }
-    }
-    for (const std::uint32_t cell : touched_) update_cell(grid, cells_[cell]);
+    for (const std::int32_t slot : new_slots) touch_cells_around(grid, grid.crossing(slot).edge);
+    for (const std::uint32_t cell : touched_) update_cell(grid, cell);
     const std::size_t updated = touched_.size();
     for (std::size_t i = 0; i < updated; ++i) settle_faces(grid, touched_[i]);
     return touched_;
+}
+
+void Surface::touch_cells_around(const NodeGrid& grid, const GridEdge& edge) {
+    const int u = (edge.axis + 1) % 3, v = (edge.axis + 2) % 3;
+    for (int k = 0; k < 4; ++k) {
+        Vec3i place = edge.node;
+        place[u] -= 1 - (k & 1);
+        place[v] -= 1 - (k >> 1);
+        if (!grid.has_cell(place)) continue;
+        const std::uint32_t cell = cell_at(place);
+        if (cell_stamp_[cell] == revision_) continue;
+        cell_stamp_[cell] = revision_;
+        touched_.push_back(cell);
+    }
 }
 
 std::uint32_t Surface::cell_at(const Vec3i& place) {
@@ -91,19 +126,21 @@ std::uint32_t Surface::cell_at(const Vec3i& place) {
         SurfaceCell& cell = cells_.emplace_back();
         cell.place = place;
         cell.centre.fill(-1);
+        cell.face.fill(-1);
+        cell.node.fill(-1);
         cell_stamp_.push_back(0);
     }
     return static_cast<std::uint32_t>(slot);
 }
 
-std::uint32_t Surface::node_slot(const Vec3i& node) {
-    std::int32_t slot = slots_.get(node, node_channel);
+std::int32_t Surface::face_at(const Vec3i& place, int axis) {
+    std::int32_t slot = slots_.get(place, face_x + axis);
     if (slot < 0) {
-        slot = static_cast<std::int32_t>(nodes_.size());
-        slots_.set(node, node_channel, slot);
-        nodes_.push_back(node);
+        slot = static_cast<std::int32_t>(faces_.size());
+        slots_.set(place, face_x + axis, slot);
+        faces_.emplace_back();
     }
-    return static_cast<std::uint32_t>(slot);
+    return slot;
 }
 
 std::uint32_t Surface::new_vertex(VertexKind kind, const Vec3i& place, int axis, int instance) {
@@ -120,29 +157,52 @@ std::uint32_t Surface::new_vertex(VertexKind kind, const Vec3i& place, int axis,
     v.place = place;
     v.axis = static_cast<std::uint8_t>(axis);
     v.instance = static_cast<std::uint8_t>(instance);
-    v.alive = true;
     ++alive_count_;
     return index;
 }
 
-void Surface::bind(SurfaceVertex& vertex, const Vec3& in_cell, const Vec3i& cell, unsigned corners) {
-    const Vec3 p = in_cell.cwiseMax(weight_inset).cwiseMin(1 - weight_inset);
-    double total = 0;
-    std::array<double, 8> weights{};
-    vertex.node_count = 0;
-    for (int c = 0; c < corner_count; ++c) {
-        if (!(corners >> c & 1U)) continue;
-        double w = 1;
-        for (int axis = 0; axis < 3; ++axis) w *= corner_bit(c, axis) ? p[axis] : 1 - p[axis];
-        vertex.nodes[vertex.node_count] = node_slot(corner_node(cell, c));
-        weights[vertex.node_count++] = w;
-        total += w;
+// Makes the corners of a cell carry a vertex.
+void Surface::carry(SurfaceVertex& vertex, std::uint32_t cell, unsigned corners) {
+    vertex.cell = cell;
+    vertex.corners = static_cast<std::uint8_t>(corners);
+    SurfaceCell& at = cells_[cell];
+    for (; corners != 0; corners &= corners - 1) {
+        const auto c = static_cast<std::size_t>(std::countr_zero(corners));
+        if (at.node[c] >= 0) continue;
+        const Vec3i node = corner_node(at.place, static_cast<int>(c));
+        at.node[c] = slots_.get(node, node_channel);
+        if (at.node[c] >= 0) continue;
+        at.node[c] = static_cast<std::int32_t>(nodes_.size());
+        slots_.set(node, node_channel, at.node[c]);
+        nodes_.push_back(node);
     }
-    for (std::size_t k = 0; k < vertex.node_count; ++k)
-        vertex.weights[k] = static_cast<float>(weights[k] / total);
 }
 
-std::uint32_t Surface::edge_vertex(const NodeGrid& grid, std::int32_t slot, int end) {
+Carriers Surface::carriers(const RestGrid& rest, const SurfaceVertex& vertex) const {
+    const SurfaceCell& cell = cells_[vertex.cell];
+    const Vec3 in_cell = rest.to_grid(vertex.rest) - cell.place.cast<double>();
+    const Vec3 p = in_cell.cwiseMax(weight_inset).cwiseMin(1 - weight_inset);
+    Carriers out;
+    double total = 0;
+    for (unsigned rest_of = vertex.corners; rest_of != 0; rest_of &= rest_of - 1) {
+        const int c = std::countr_zero(rest_of);
+        double w = 1;
+        for (int axis = 0; axis < 3; ++axis) w *= corner_bit(c, axis) ? p[axis] : 1 - p[axis];
+        out.nodes[out.count] = static_cast<std::uint32_t>(cell.node[static_cast<std::size_t>(c)]);
+        out.weights[out.count++] = w;
+        total += w;
+    }
+    for (std::size_t k = 0; k < out.count; ++k) out.weights[k] /= total;
+    return out;
+}
+
+const Vec3i& Surface::carrier(const SurfaceVertex& vertex) const {
+    const auto corner = static_cast<std::size_t>(std::countr_zero(vertex.corners));
+    return nodes_[static_cast<std::size_t>(cells_[vertex.cell].node[corner])];
+}
+
+std::uint32_t Surface::edge_vertex(const NodeGrid& grid, std::int32_t slot, int corner, int end,
+                                   const CellContext& context) {
     std::int32_t& known = edge_vertices_[static_cast<std::size_t>(slot)][static_cast<std::size_t>(end)];
     if (known >= 0) return static_cast<std::uint32_t>(known);
     const Crossing& crossing = grid.crossing(slot);
@@ -150,39 +210,31 @@ std::uint32_t Surface::edge_vertex(const NodeGrid& grid, std::int32_t slot, int 
     known = static_cast<std::int32_t>(index);
     SurfaceVertex& v = vertices_[index];
     v.rest = grid.crossing_position(crossing);
-    v.normal = outward_normal(crossing, end == 0);
-    v.node_count = 1;
-    v.nodes[0] = node_slot(end == 0 ? crossing.edge.node : crossing.edge.upper());
-    v.weights[0] = 1;
+    v.normal = outward_normal(crossing, end == 0).cast<float>();
+    carry(v, context.cell, 1U << corner);
     return index;
 }
 
-std::int32_t Surface::face_at(const Vec3i& place, int axis) {
-    std::int32_t slot = slots_.get(place, face_x + axis);
-    if (slot < 0) {
-        slot = static_cast<std::int32_t>(faces_.size());
-        slots_.set(place, face_x + axis, slot);
-        faces_.emplace_back();
-    }
-    return slot;
-}
-
 namespace {
+
 Vec3i face_place(const Vec3i& cell, int face) {
     Vec3i place = cell;
     place[face_axis(face)] += face & 1;
     return place;
 }
+
 }  // namespace
 
 // Brings a face up to the mask it has now: its position, and the vertices that
 // stand for its instances (they keep their numbers; their nodes may get fewer).
-void Surface::update_face(const NodeGrid& grid, const SurfaceCell& cell, int face) {
+void Surface::update_face(const NodeGrid& grid, int face, const CellContext& context) {
+    SurfaceCell& cell = cells_[context.cell];
     const unsigned mask = face_mask(cell.mask, face);
     if (mask == 0) return;
-    const Vec3i place = face_place(cell.place, face);
+    const auto f = static_cast<std::size_t>(face);
     const int axis = face_axis(face);
-    Face& record = faces_[static_cast<std::size_t>(face_at(place, axis))];
+    if (cell.face[f] < 0) cell.face[f] = face_at(face_place(cell.place, face), axis);
+    Face& record = faces_[static_cast<std::size_t>(cell.face[f])];
     if (record.mask == mask) return;
     record.mask = static_cast<std::uint8_t>(mask);
     const int u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -191,37 +243,38 @@ void Surface::update_face(const NodeGrid& grid, const SurfaceCell& cell, int fac
     for (int k = 0; k < 4; ++k) {
         if (!(mask >> k & 1U)) continue;
         const auto i = static_cast<std::size_t>(k);
-        raw[i] =
-            &grid.crossing(grid.slot(cell_edge(cell.place, face_edges[static_cast<std::size_t>(face)][i])));
+        raw[i] = &context.crossing(grid, face_edges[f][i]);
         crossings[i] = face_crossing(k, raw[i]->hit, raw[i]->normal[u], raw[i]->normal[v], raw[i]->cut);
     }
     const FacePlacement placement = place_face_vertex(mask, crossings);
     record.position = placement.point;
     record.smooth = placement.smooth;
+    update_face_vertices(grid, face, record, context, raw);
+}
 
-    const FaceConfiguration& configuration = Table::get().face(mask);
+void Surface::update_face_vertices(const NodeGrid& grid, int face, Face& record, const CellContext& context,
+                                   const std::array<const Crossing*, 4>& crossings) {
+    const Vec3i place = face_place(cells_[context.cell].place, face);
+    const int axis = face_axis(face);
+    const FaceConfiguration& configuration = context.table.face(record.mask);
     for (int instance = 0; instance < 4; ++instance) {
         if (configuration.instance[static_cast<std::size_t>(instance)] != instance) continue;
-        if (!(cell.inside >> face_corner(face, instance) & 1U)) continue;
+        if (!(context.edges.inside >> face_corner(face, instance) & 1U)) continue;
         std::int32_t& vertex = record.vertex[static_cast<std::size_t>(instance)];
         if (vertex < 0)
             vertex = static_cast<std::int32_t>(new_vertex(VertexKind::face, place, axis, instance));
         SurfaceVertex& out = vertices_[static_cast<std::size_t>(vertex)];
-        const Vec3 in_cell = face_point(axis, face & 1, record.position);
         out.rest = face_rest(grid.rest(), place, axis, record.position);
-        bind(out, in_cell, cell.place, face_corners(face, instance, configuration));
+        carry(out, context.cell, face_corners(face, instance, configuration));
         Vec3 normal = Vec3::Zero();
-        for (int k = 0; k < 4; ++k) {
-            if (!(mask >> k & 1U)) continue;
+        for (std::size_t k = 0; k < 4; ++k) {
+            if (!crossings[k]) continue;
             // Ring edge k runs from ring corner k to k+1; edges 2 and 3 against their axis.
-            const bool home_first = configuration.instance[static_cast<std::size_t>(k)] == instance;
-            const bool home_second =
-                configuration.instance[static_cast<std::size_t>((k + 1) % 4)] == instance;
-            const Vec3& n = raw[static_cast<std::size_t>(k)]->normal;
-            if (home_first) normal += k < 2 ? n : Vec3(-n);
-            if (home_second) normal += k < 2 ? Vec3(-n) : n;
+            const double sign = k < 2 ? 1 : -1;
+            if (configuration.instance[k] == instance) normal += sign * crossings[k]->normal;
+            if (configuration.instance[(k + 1) % 4] == instance) normal -= sign * crossings[k]->normal;
         }
-        out.normal = unit_or(normal, Vec3::Unit(axis));
+        out.normal = unit_or(normal, Vec3::Unit(axis)).cast<float>();
     }
 }
 
@@ -249,11 +302,11 @@ bool Surface::centre_of_face(const SurfaceCell& cell, int face, Vec3& centre) co
 void Surface::settle_faces(const NodeGrid& grid, std::uint32_t cell) {
     for (int face = 0; face < face_count; ++face) {
         const int axis = face_axis(face);
-        const Vec3i place = face_place(cells_[cell].place, face);
-        const std::int32_t slot = slots_.get(place, face_x + axis);
+        const std::int32_t slot = cells_[cell].face[static_cast<std::size_t>(face)];
         if (slot < 0) continue;
         Face& record = faces_[static_cast<std::size_t>(slot)];
-        if (record.smooth || record.mask == 0) continue;
+        if (record.smooth) continue;
+        const Vec3i place = face_place(cells_[cell].place, face);
         Vec3i below = place;
         --below[axis];
         const std::int32_t low = slots_.get(below, cell_channel), high = slots_.get(place, cell_channel);
@@ -278,57 +331,104 @@ void Surface::settle_faces(const NodeGrid& grid, std::uint32_t cell) {
     }
 }
 
-void Surface::gather(const NodeGrid& grid, const SurfaceCell& cell, Gathered& out) {
-    for (int e = 0; e < edge_count; ++e)
-        out.slot[static_cast<std::size_t>(e)] = cell.mask >> e & 1 ? grid.slot(cell_edge(cell.place, e)) : -1;
+// Where the centre vertices of a group of linked crossings lie; cells, in the cell.
+Vec3 Surface::place_group(const NodeGrid& grid, unsigned group, const CellContext& context) const {
+    const CellConfiguration& configuration = context.configuration;
+    std::array<CellCrossing, edge_count> crossings;
+    std::size_t count = 0;
+    for (int e = 0; e < edge_count; ++e) {
+        const auto i = static_cast<std::size_t>(e);
+        if (configuration.edge_group[i] != group) continue;
+        const Crossing& raw = context.crossing(grid, e);
+        CellCrossing& c = crossings[count++];
+        const int axis = edge_axis(e);
+        for (int k = 0; k < 3; ++k) c.point[k] = corner_bit(edge_corners[i][0], k);
+        c.point[axis] += raw.hit;
+        c.normal = configuration.edge_side[i] < 0 ? Vec3(-raw.normal) : raw.normal;
+        c.grazing = std::abs(raw.normal[axis]) < grazing_cosine;
+        c.cut = raw.cut;
+    }
+    const unsigned faces = configuration.group_faces[group];
+    Vec3 mean = Vec3::Zero();
+    for (int f = 0; f < face_count; ++f)
+        if (faces >> f & 1U)
+            mean += face_point(
+                face_axis(f), f & 1,
+                faces_[static_cast<std::size_t>(cells_[context.cell].face[static_cast<std::size_t>(f)])]
+                    .position);
+    mean /= std::popcount(faces);
+    return place_centre({crossings.data(), count}, configuration.group_oriented[group], mean);
 }
 
-void Surface::place_centres(const NodeGrid& grid, const SurfaceCell& cell, const Gathered& gathered,
-                            std::array<Vec3, 8>& positions) const {
-    const CellConfiguration& configuration = Table::get().cell(cell.mask);
-    for (unsigned group = 0; group < configuration.group_count; ++group) {
-        std::array<CellCrossing, edge_count> crossings;
-        std::size_t count = 0;
-        unsigned faces = 0;
-        for (int e = 0; e < edge_count; ++e) {
-            const auto i = static_cast<std::size_t>(e);
-            if (configuration.edge_group[i] != group) continue;
-            const Crossing& raw = grid.crossing(gathered.slot[i]);
-            CellCrossing& c = crossings[count++];
-            const int axis = edge_axis(e);
-            for (int k = 0; k < 3; ++k) c.point[k] = corner_bit(edge_corner(e, 0), k);
-            c.point[axis] += raw.hit;
-            c.normal = configuration.edge_side[i] < 0 ? Vec3(-raw.normal) : raw.normal;
-            c.grazing = std::abs(raw.normal[axis]) < grazing_cosine;
-            c.cut = raw.cut;
-            for (unsigned f = 0; f < face_count; ++f)
-                for (const std::int8_t face_edge_index : face_edges[f])
-                    if (face_edge_index == e) faces |= 1U << f;
+// A fan keeps its centre vertex where the quad that names it is still its first;
+// others are released and made again.
+void Surface::update_fans(const NodeGrid& grid, const CellContext& context) {
+    SurfaceCell& cell = cells_[context.cell];
+    const CellConfiguration& configuration = context.configuration;
+    const std::span<const TableQuad> table = context.table.quads(cell.mask);
+    std::array<std::uint8_t, 8> names{};
+    for (std::size_t i = table.size(); i-- > 0;)
+        names[table[i].fan] = static_cast<std::uint8_t>(16 * table[i].corner + table[i].edge);
+    std::array<std::int32_t, 8> kept;
+    kept.fill(-1);
+    for (std::size_t k = 0; k < cell.fan_count; ++k) {
+        if (cell.centre[k] < 0) continue;
+        const auto same = std::find(names.begin(), names.begin() + configuration.fan_count, cell.fan_name[k]);
+        if (same != names.begin() + configuration.fan_count) {
+            kept[static_cast<std::size_t>(same - names.begin())] = cell.centre[k];
+        } else {
+            vertices_[static_cast<std::size_t>(cell.centre[k])].corners = 0;
+            free_vertices_.push_back(static_cast<std::uint32_t>(cell.centre[k]));
+            --alive_count_;
         }
-        Vec3 mean = Vec3::Zero();
-        for (int f = 0; f < face_count; ++f) {
-            if (!(faces >> f & 1U)) continue;
-            const Vec3i place = face_place(cell.place, f);
-            const Face& face = faces_[static_cast<std::size_t>(slots_.get(place, face_x + face_axis(f)))];
-            mean += face_point(face_axis(f), f & 1, face.position);
-        }
-        mean /= std::popcount(faces);
-        positions[group] = place_centre({crossings.data(), count}, configuration.group_oriented[group], mean);
+    }
+    cell.fan_count = configuration.fan_count;
+    cell.fan_name = names;
+    cell.centre = kept;
+    std::array<Vec3, 8> positions;
+    for (unsigned group = 0; group < configuration.group_count; ++group)
+        positions[group] = place_group(grid, group, context);
+    for (std::size_t fan = 0; fan < configuration.fan_count; ++fan) {
+        if (!(cell.inside >> configuration.fan_corner[fan] & 1U)) continue;
+        if (cell.centre[fan] < 0)
+            cell.centre[fan] =
+                static_cast<std::int32_t>(new_vertex(VertexKind::centre, cell.place, 0, names[fan]));
+        SurfaceVertex& v = vertices_[static_cast<std::size_t>(cell.centre[fan])];
+        v.rest = grid.rest().origin + grid.rest().cell_size * (cell.place.cast<double>() +
+                                                               positions[configuration.fan_group[fan]]);
+        carry(v, context.cell, configuration.fan_corners[fan]);
     }
 }
 
-void Surface::set_centre(const NodeGrid& grid, SurfaceCell& cell, const CellConfiguration& configuration,
-                         int fan, const Vec3& position, std::int32_t vertex) {
-    const auto f = static_cast<std::size_t>(fan);
-    cell.centre[f] = vertex;
-    SurfaceVertex& v = vertices_[static_cast<std::size_t>(vertex)];
-    v.rest = grid.rest().origin + grid.rest().cell_size * (cell.place.cast<double>() + position);
-    unsigned corners = 0;
-    const std::uint8_t component = configuration.component[configuration.fan_corner[f]];
-    for (unsigned c = 0; c < corner_count; ++c)
-        if (configuration.component[c] == component) corners |= 1U << c;
-    bind(v, position, cell.place, corners);
-    v.normal = Vec3::Zero();  // summed over the quads by update_cell
+void Surface::update_quads(const NodeGrid& grid, const CellContext& context) {
+    SurfaceCell& cell = cells_[context.cell];
+    const std::span<const TableQuad> table = context.table.quads(cell.mask);
+    std::size_t count = 0;
+    for (const TableQuad& q : table) count += cell.inside >> q.corner & 1U;
+    quad_count_ += count - cell.quad_count;
+    reserve_quads(cell, count);
+    cell.quad_count = static_cast<std::uint8_t>(count);
+    const auto face_vertex = [&](std::uint8_t face, std::uint8_t instance) {
+        return static_cast<std::uint32_t>(faces_[static_cast<std::size_t>(cell.face[face])].vertex[instance]);
+    };
+    std::array<Vec3, 8> normals;
+    normals.fill(Vec3::Zero());
+    std::uint32_t next = cell.first_quad;
+    for (const TableQuad& q : table) {
+        if (!(cell.inside >> q.corner & 1U)) continue;
+        const std::int32_t slot = context.edges.slots[q.edge];
+        const int end = edge_corners[q.edge][0] == q.corner ? 0 : 1;
+        SurfaceQuad& quad = quads_[next++];
+        quad.crossing = slot;
+        quad.vertices = {
+            edge_vertex(grid, slot, q.corner, end, context), face_vertex(q.first_face, q.first_instance),
+            static_cast<std::uint32_t>(cell.centre[q.fan]), face_vertex(q.second_face, q.second_instance)};
+        normals[q.fan] += outward_normal(grid.crossing(slot), end == 0);
+    }
+    for (std::size_t fan = 0; fan < cell.fan_count; ++fan)
+        if (cell.centre[fan] >= 0)
+            vertices_[static_cast<std::size_t>(cell.centre[fan])].normal =
+                unit_or(normals[fan], Vec3::UnitZ()).cast<float>();
 }
 
 void Surface::reserve_quads(SurfaceCell& cell, std::size_t count) {
@@ -345,84 +445,23 @@ void Surface::reserve_quads(SurfaceCell& cell, std::size_t count) {
     cell.quad_capacity = static_cast<std::uint8_t>(capacity);
 }
 
-void Surface::update_cell(const NodeGrid& grid, SurfaceCell& cell) {
-    const CellMask mask = grid.cell_mask(cell.place);
-    cell.mask = mask;
-    cell.inside = static_cast<std::uint8_t>(grid.cell_inside(cell.place));
-    const CellConfiguration& configuration = Table::get().cell(mask);
-    const std::span<const TableQuad> table = Table::get().quads(mask);
-    for (int f = 0; f < face_count; ++f) update_face(grid, cell, f);
-    Gathered gathered;
-    gather(grid, cell, gathered);
-    std::array<Vec3, 8> positions;
-    place_centres(grid, cell, gathered, positions);
-
-    // A fan keeps its centre vertex where the quad that names it is still its
-    // first; others are released and made again.
-    std::array<std::uint8_t, 8> names{};
-    for (std::size_t i = table.size(); i-- > 0;)
-        names[table[i].fan] = static_cast<std::uint8_t>(16 * table[i].corner + table[i].edge);
-    std::array<std::int32_t, 8> old = cell.centre;
-    const std::array<std::uint8_t, 8> old_names = cell.fan_name;
-    const int old_count = cell.fan_count;
-    cell.centre.fill(-1);
-    cell.fan_count = configuration.fan_count;
-    cell.fan_name = names;
-    std::array<std::int32_t, 8> kept;
-    kept.fill(-1);
-    for (std::size_t fan = 0; fan < configuration.fan_count; ++fan)
-        for (std::size_t k = 0; k < static_cast<std::size_t>(old_count); ++k)
-            if (old[k] >= 0 && old_names[k] == names[fan]) std::swap(kept[fan], old[k]);
-    for (std::size_t k = 0; k < static_cast<std::size_t>(old_count); ++k) {
-        if (old[k] < 0) continue;
-        vertices_[static_cast<std::size_t>(old[k])].alive = false;
-        free_vertices_.push_back(static_cast<std::uint32_t>(old[k]));
-        --alive_count_;
-    }
-    for (std::size_t fan = 0; fan < configuration.fan_count; ++fan) {
-        if (!(cell.inside >> configuration.fan_corner[fan] & 1U)) continue;
-        if (kept[fan] < 0)
-            kept[fan] = static_cast<std::int32_t>(new_vertex(VertexKind::centre, cell.place, 0, names[fan]));
-        set_centre(grid, cell, configuration, static_cast<int>(fan), positions[configuration.fan_group[fan]],
-                   kept[fan]);
-    }
-
-    std::size_t count = 0;
-    for (const TableQuad& q : table) count += cell.inside >> q.corner & 1U;
-    quad_count_ += count - cell.quad_count;
-    reserve_quads(cell, count);
-    cell.quad_count = static_cast<std::uint8_t>(count);
-    std::uint32_t next = cell.first_quad;
-    for (const TableQuad& q : table) {
-        if (!(cell.inside >> q.corner & 1U)) continue;
-        const std::int32_t slot = gathered.slot[q.edge];
-        const int end = edge_corner(q.edge, 0) == q.corner ? 0 : 1;
-        SurfaceQuad& quad = quads_[next++];
-        quad.crossing = slot;
-        quad.vertices = {edge_vertex(grid, slot, end),
-                         face_vertex(grid, cell, q.first_face, q.first_instance),
-                         static_cast<std::uint32_t>(cell.centre[q.fan]),
-                         face_vertex(grid, cell, q.second_face, q.second_instance)};
-        vertices_[quad.vertices[2]].normal += outward_normal(grid.crossing(slot), end == 0);
-    }
-    for (const std::int32_t centre : cell.centre)
-        if (centre >= 0) {
-            Vec3& normal = vertices_[static_cast<std::size_t>(centre)].normal;
-            normal = unit_or(normal, Vec3::UnitZ());
-        }
-}
-
-std::uint32_t Surface::face_vertex(const NodeGrid&, const SurfaceCell& cell, int face, int instance) {
-    const std::int32_t slot = slots_.get(face_place(cell.place, face), face_x + face_axis(face));
-    return static_cast<std::uint32_t>(
-        faces_[static_cast<std::size_t>(slot)].vertex[static_cast<std::size_t>(instance)]);
+void Surface::update_cell(const NodeGrid& grid, std::uint32_t index) {
+    SurfaceCell& cell = cells_[index];
+    const Table& table = Table::get();
+    const CellEdges edges = grid.cell_edges(cell.place);
+    cell.mask = edges.mask;
+    cell.inside = edges.inside;
+    const CellContext context{index, edges, table, table.cell(edges.mask)};
+    for (int face = 0; face < face_count; ++face) update_face(grid, face, context);
+    update_fans(grid, context);
+    update_quads(grid, context);
 }
 
 std::size_t Surface::bytes() const {
-    return slots_.bytes() + cells_.capacity() * sizeof(SurfaceCell) + faces_.capacity() * sizeof(Face) +
-           edge_vertices_.capacity() * sizeof(edge_vertices_[0]) +
-           vertices_.capacity() * sizeof(SurfaceVertex) + quads_.capacity() * sizeof(SurfaceQuad) +
-           nodes_.capacity() * sizeof(Vec3i) + cell_stamp_.capacity() * sizeof(std::uint64_t);
+    return slots_.bytes() + cells_.size() * sizeof(SurfaceCell) + faces_.size() * sizeof(Face) +
+           edge_vertices_.size() * sizeof(edge_vertices_[0]) + vertices_.size() * sizeof(SurfaceVertex) +
+           quads_.size() * sizeof(SurfaceQuad) + nodes_.size() * sizeof(Vec3i) +
+           cell_stamp_.size() * sizeof(std::uint64_t);
 }
 
 void deform(const Surface& surface, const RestGrid& rest, std::span<const geometry::Frame> frames,
@@ -434,28 +473,29 @@ void deform(const Surface& surface, const RestGrid& rest, std::span<const geomet
     normals.resize(vertices.size());
     parallel.for_each(vertices.size(), 512, [&](std::size_t i) {
         const SurfaceVertex& v = vertices[i];
-        Vec3 x = Vec3::Zero();
-        Mat3 jacobian = Mat3::Zero();
-        double total = 0;
-        if (!v.alive) {
+        const Vec3 rest_normal = v.normal.cast<double>();
+        if (!v.alive()) {
             positions[i] = v.rest;
-            normals[i] = v.normal;
+            normals[i] = rest_normal;
             return;
         }
-        for (std::size_t k = 0; k < v.node_count; ++k) {
-            const geometry::Frame& frame = frames[v.nodes[k]];
-            const double w = v.weights[k];
-            x += w * (frame.position + frame.jacobian * (v.rest - rest.node_position(nodes[v.nodes[k]])));
+        Vec3 x = Vec3::Zero();
+        Mat3 jacobian = Mat3::Zero();
+        const Carriers carriers = surface.carriers(rest, v);
+        for (std::size_t k = 0; k < carriers.count; ++k) {
+            const geometry::Frame& frame = frames[carriers.nodes[k]];
+            const double w = carriers.weights[k];
+            x += w *
+                 (frame.position + frame.jacobian * (v.rest - rest.node_position(nodes[carriers.nodes[k]])));
             jacobian += w * frame.jacobian;
-            total += w;
         }
-        positions[i] = x / total;
+        positions[i] = x;
         // Cofactor: columns are cross products of the other two columns.
         Mat3 cofactor;
         cofactor.col(0) = jacobian.col(1).cross(jacobian.col(2));
         cofactor.col(1) = jacobian.col(2).cross(jacobian.col(0));
         cofactor.col(2) = jacobian.col(0).cross(jacobian.col(1));
-        normals[i] = unit_or(cofactor * v.normal, v.normal);
+        normals[i] = unit_or(cofactor * rest_normal, rest_normal);
     });
 }
 

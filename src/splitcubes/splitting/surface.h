@@ -18,18 +18,25 @@ namespace splitcubes::splitting {
 enum class VertexKind : std::uint8_t { edge = 0, face = 1, centre = 2 };
 
 /// A vertex of the surface. Never renumbered; a centre whose fan has merged with
-/// another goes out of use (quad_count of its cell no longer refers to it).
+/// another goes out of use.
 struct SurfaceVertex {
-    Vec3 rest;                           // m, rest space
-    Vec3 normal;                         // unit, outward, rest space: mean over its quads
-    std::array<std::uint32_t, 8> nodes;  // slots of the surface nodes that carry it
-    std::array<float, 8> weights;        // theirs; sum 1
-    std::uint8_t node_count;             // 1..8
+    Vec3 rest;             // m, rest space
+    Vec3f normal;          // unit, outward, rest space: mean over its quads
+    Vec3i place;           // lower node of the edge, face or cell
+    std::uint32_t cell;    // one that it lies in or on, whose corners carry it
+    std::uint8_t corners;  // bit c: corner c of that cell carries it; 0: out of use
     VertexKind kind;
     std::uint8_t instance;  // edge: end; face: ring corner; centre: 16 * corner + edge of its first quad
-    bool alive;
-    Vec3i place;        // lower node of the edge, face or cell
-    std::uint8_t axis;  // of the edge or of the face's normal; 0 for a centre
+    std::uint8_t axis;      // of the edge or of the face's normal; 0 for a centre
+
+    bool alive() const { return corners != 0; }
+};
+
+/// The nodes that carry a vertex, with their trilinear weights, which sum to one.
+struct Carriers {
+    std::array<std::uint32_t, 8> nodes;  // indices into Surface::nodes()
+    std::array<double, 8> weights;
+    std::size_t count = 0;  // 1..8
 };
 
 /// A quad (edge vertex, face vertex, centre, face vertex), counter-clockwise from
@@ -50,6 +57,8 @@ struct SurfaceCell {
     std::uint32_t first_quad = 0;
     std::array<std::uint8_t, 8> fan_name;  // instance of each fan's centre vertex
     std::array<std::int32_t, 8> centre;    // vertex of each fan; -1: fan outside
+    std::array<std::int32_t, 6> face;      // numbers of the faces that sheets cross; -1: none
+    std::array<std::int32_t, 8> node;  // index into Surface::nodes() of each corner that carries; -1: none
 };
 
 /// Cells, faces, vertices and quads of a grid's surface.
@@ -69,9 +78,11 @@ class Surface {
     std::span<const SurfaceQuad> quads(const SurfaceCell& cell) const {
         return {quads_.data() + cell.first_quad, cell.quad_count};
     }
-    /// Inside nodes that carry a vertex, in order of first use; the slots that
-    /// SurfaceVertex::nodes refers to.
+    /// Inside nodes that carry a vertex, in order of first use.
     const std::vector<Vec3i>& nodes() const { return nodes_; }
+    Carriers carriers(const RestGrid& rest, const SurfaceVertex& vertex) const;
+    /// One of the nodes that carry a vertex.
+    const Vec3i& carrier(const SurfaceVertex& vertex) const;
     std::size_t quad_count() const { return quad_count_; }
     std::size_t triangle_count() const { return 2 * quad_count_; }
     std::size_t vertex_count() const { return alive_count_; }
@@ -82,30 +93,31 @@ class Surface {
 
   private:
     struct Face {
-        std::uint8_t mask = 0;
-        bool smooth = true;                                  // see FacePlacement
         Vec2 position = Vec2::Zero();                        // by its own crossings; in the face, cells
         std::array<std::int32_t, 4> vertex{-1, -1, -1, -1};  // per instance
+        std::uint8_t mask = 0;
+        bool smooth = true;  // see FacePlacement
     };
-    struct Gathered;
+    struct CellContext;
 
     std::uint32_t cell_at(const Vec3i& place);
-    void gather(const NodeGrid& grid, const SurfaceCell& cell, Gathered& out);
-    void update_cell(const NodeGrid& grid, SurfaceCell& cell);
-    std::uint32_t edge_vertex(const NodeGrid& grid, std::int32_t slot, int end);
     std::int32_t face_at(const Vec3i& place, int axis);
-    void update_face(const NodeGrid& grid, const SurfaceCell& cell, int face);
-    void settle_faces(const NodeGrid& grid, std::uint32_t cell);
-    bool centre_of_face(const SurfaceCell& cell, int face, Vec3& centre) const;
-    std::uint32_t face_vertex(const NodeGrid& grid, const SurfaceCell& cell, int face, int instance);
-    void set_centre(const NodeGrid& grid, SurfaceCell& cell, const CellConfiguration& configuration, int fan,
-                    const Vec3& position, std::int32_t vertex);
-    void place_centres(const NodeGrid& grid, const SurfaceCell& cell, const Gathered& gathered,
-                       std::array<Vec3, 8>& positions) const;
-    void reserve_quads(SurfaceCell& cell, std::size_t count);
-    std::uint32_t node_slot(const Vec3i& node);
+    void touch_cells_around(const NodeGrid& grid, const GridEdge& edge);
     std::uint32_t new_vertex(VertexKind kind, const Vec3i& place, int axis, int instance);
-    void bind(SurfaceVertex& vertex, const Vec3& in_cell, const Vec3i& cell, unsigned corners);
+    void carry(SurfaceVertex& vertex, std::uint32_t cell, unsigned corners);
+
+    void update_cell(const NodeGrid& grid, std::uint32_t cell);
+    void update_face(const NodeGrid& grid, int face, const CellContext& context);
+    void update_face_vertices(const NodeGrid& grid, int face, Face& record, const CellContext& context,
+                              const std::array<const Crossing*, 4>& crossings);
+    Vec3 place_group(const NodeGrid& grid, unsigned group, const CellContext& context) const;
+    void update_fans(const NodeGrid& grid, const CellContext& context);
+    void update_quads(const NodeGrid& grid, const CellContext& context);
+    std::uint32_t edge_vertex(const NodeGrid& grid, std::int32_t slot, int corner, int end,
+                              const CellContext& context);
+    void reserve_quads(SurfaceCell& cell, std::size_t count);
+    bool centre_of_face(const SurfaceCell& cell, int face, Vec3& centre) const;
+    void settle_faces(const NodeGrid& grid, std::uint32_t cell);
 
     enum Channel { face_x = 0, face_y = 1, face_z = 2, cell_channel = 3, node_channel = 4 };
     SlotMap<5> slots_;

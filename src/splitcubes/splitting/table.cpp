@@ -159,6 +159,16 @@ void Table::make_cell(CellMask mask) {
         quads[i].fan = fan_number[fans.find(i)];
         cell.edge_group[quads[i].edge] = group_number[groups.find(i)];
     }
+    cell.fan_corners.fill(0);
+    cell.group_faces.fill(0);
+    for (std::size_t fan = 0; fan < cell.fan_count; ++fan)
+        for (std::size_t c = 0; c < corner_count; ++c)
+            if (cell.component[c] == cell.component[cell.fan_corner[fan]])
+                cell.fan_corners[fan] = static_cast<std::uint8_t>(cell.fan_corners[fan] | 1U << c);
+    for (const TableQuad& q : quads) {
+        std::uint8_t& faces = cell.group_faces[cell.edge_group[q.edge]];
+        faces = static_cast<std::uint8_t>(faces | 1U << q.first_face | 1U << q.second_face);
+    }
 
     // A consistent side per sheet: neighbouring quads of a fan on different edges
     // look out of the same side. Repeated until nothing changes; a contradiction

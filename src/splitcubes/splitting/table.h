@@ -56,8 +56,10 @@ struct CellConfiguration {
     std::uint8_t group_count;
     /// Per fan: the first quad (of the whole table entry) that belongs to it. Two
     /// configurations name the same fan the same way when this quad agrees.
-    std::array<std::uint8_t, 8> fan_corner;  // a corner of the fan's component
-    std::array<std::uint8_t, 8> fan_group;   // the sheet group that places its centre
+    std::array<std::uint8_t, 8> fan_corner;   // a corner of the fan's component
+    std::array<std::uint8_t, 8> fan_group;    // the sheet group that places its centre
+    std::array<std::uint8_t, 8> fan_corners;  // bit c: corner c is of the fan's component
+    std::array<std::uint8_t, 8> group_faces;  // bit f: an edge of the group lies on face f
     /// Per edge: the group of cut edges linked through fans; 255 where uncut.
     std::array<std::uint8_t, edge_count> edge_group;
     /// Per edge: sense along its axis that points to one side of its sheet; signs
