@@ -176,46 +176,103 @@ Lattice snap(const Vec3& steps) {
             static_cast<Int>(std::llround(steps[2]))};
 }
 
-bool crossing_before(const EdgeCrossing& a, const EdgeCrossing& b) {
-    const int u = (a.axis + 1) % 3;
-    const int v = (a.axis + 2) % 3;
-    if (a.axis != b.axis) return a.axis < b.axis;
-    return std::make_tuple(a.node[v], a.node[u], a.node[a.axis], a.parameter, a.triangle) <
-           std::make_tuple(b.node[v], b.node[u], b.node[b.axis], b.parameter, b.triangle);
+void sweep_triangle(const RestGrid& grid, const TriangleMesh& mesh, std::uint32_t t, Sweeper& sweeper) {
+    const double steps = static_cast<double>(steps_per_cell);
+    Vec3 corner[3];
+    double reach = 0;
+    for (int k = 0; k < 3; ++k) {
+        corner[k] = grid.to_grid(mesh.positions[mesh.triangles[t][static_cast<std::size_t>(k)]]) * steps;
+        reach = std::max(reach, corner[k].cwiseAbs().maxCoeff());
+    }
+    if (reach <= max_lattice) {
+        const Lattice snapped[3] = {snap(corner[0]), snap(corner[1]), snap(corner[2])};
+        sweeper.add_triangle(snapped, t);
+        return;
+    }
+    std::vector<Vec3> polygon(corner, corner + 3);
+    for (int axis = 0; axis < 3; ++axis)
+        for (const double side : {-1.0, 1.0}) clip_axis(polygon, axis, max_lattice, side);
+    for (std::size_t k = 2; k < polygon.size(); ++k) {
+        const Lattice snapped[3] = {snap(polygon[0]), snap(polygon[k - 1]), snap(polygon[k])};
+        sweeper.add_triangle(snapped, t);
+    }
 }
 
-}  // namespace
-
-GridCrossings sweep_grid(const RestGrid& grid, const TriangleMesh& mesh) {
-    GridCrossings out;
-    Sweeper sweeper(grid, out);
-    const double steps = static_cast<double>(steps_per_cell);
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-        Vec3 corner[3];
-        double reach = 0;
-        for (int k = 0; k < 3; ++k) {
-            corner[k] = grid.to_grid(mesh.positions[mesh.triangles[t][static_cast<std::size_t>(k)]]) * steps;
-            reach = std::max(reach, corner[k].cwiseAbs().maxCoeff());
-        }
-        if (reach <= max_lattice) {
-            const Lattice snapped[3] = {snap(corner[0]), snap(corner[1]), snap(corner[2])};
-            sweeper.add_triangle(snapped, t);
-            continue;
-        }
-        std::vector<Vec3> polygon(corner, corner + 3);
-        for (int axis = 0; axis < 3; ++axis)
-            for (const double side : {-1.0, 1.0}) clip_axis(polygon, axis, max_lattice, side);
-        for (std::size_t k = 2; k < polygon.size(); ++k) {
-            const Lattice snapped[3] = {snap(polygon[0]), snap(polygon[k - 1]), snap(polygon[k])};
-            sweeper.add_triangle(snapped, t);
-        }
+// Sorts by line with one counting pass, then each line by itself.
+void sort_by_line(const RestGrid& grid, const std::vector<GridCrossings>& parts, GridCrossings& out,
+                  const Parallel& parallel) {
+    const Vec3i n = grid.node_count;
+    const auto lines_along = [&](int axis) {
+        return static_cast<std::size_t>(n[(axis + 1) % 3]) * static_cast<std::size_t>(n[(axis + 2) % 3]);
+    };
+    const std::size_t first_line[4] = {0, lines_along(0), lines_along(0) + lines_along(1),
+                                       lines_along(0) + lines_along(1) + lines_along(2)};
+    const auto line_of = [&](const EdgeCrossing& c) {
+        const int u = (c.axis + 1) % 3, v = (c.axis + 2) % 3;
+        return first_line[c.axis] + static_cast<std::size_t>(c.node[v]) * static_cast<std::size_t>(n[u]) +
+               static_cast<std::size_t>(c.node[u]);
+    };
+    std::vector<std::uint32_t> begin(first_line[3] + 1, 0);
+    for (const GridCrossings& part : parts) {
+        out.beyond_grid += part.beyond_grid;
+        for (const EdgeCrossing& c : part.crossings) ++begin[line_of(c) + 1];
     }
-    std::sort(out.crossings.begin(), out.crossings.end(), crossing_before);
+    for (std::size_t line = 0; line < first_line[3]; ++line) begin[line + 1] += begin[line];
+    out.crossings.resize(begin.back());
+    std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+    for (const GridCrossings& part : parts)
+        for (const EdgeCrossing& c : part.crossings) out.crossings[next[line_of(c)]++] = c;
+    parallel.for_each(first_line[3], 1024, [&](std::size_t line) {
+        if (begin[line + 1] - begin[line] < 2) return;
+        std::sort(out.crossings.begin() + begin[line], out.crossings.begin() + begin[line + 1],
+                  [](const EdgeCrossing& a, const EdgeCrossing& b) {
+                      return std::make_tuple(a.node[a.axis], a.parameter, a.triangle) <
+                             std::make_tuple(b.node[b.axis], b.parameter, b.triangle);
+                  });
+    });
+    for (std::size_t axis = 0; axis <= 3; ++axis) out.axis_begin[axis] = begin[first_line[axis]];
+}
+
+// A cut of a few triangles must not cost a pass over all lines of a large grid.
+void sort_few(std::vector<GridCrossings>& parts, GridCrossings& out) {
+    for (GridCrossings& part : parts) {
+        out.beyond_grid += part.beyond_grid;
+        out.crossings.insert(out.crossings.end(), part.crossings.begin(), part.crossings.end());
+    }
+    std::sort(out.crossings.begin(), out.crossings.end(), [](const EdgeCrossing& a, const EdgeCrossing& b) {
+        const int u = (a.axis + 1) % 3, v = (a.axis + 2) % 3;
+        if (a.axis != b.axis) return a.axis < b.axis;
+        return std::make_tuple(a.node[v], a.node[u], a.node[a.axis], a.parameter, a.triangle) <
+               std::make_tuple(b.node[v], b.node[u], b.node[b.axis], b.parameter, b.triangle);
+    });
     for (int axis = 0; axis <= 3; ++axis)
         out.axis_begin[axis] = static_cast<std::size_t>(
             std::partition_point(out.crossings.begin(), out.crossings.end(),
                                  [axis](const EdgeCrossing& c) { return c.axis < axis; }) -
             out.crossings.begin());
+}
+
+}  // namespace
+
+GridCrossings sweep_grid(const RestGrid& grid, const TriangleMesh& mesh, const Parallel& parallel) {
+    constexpr std::size_t grain = 4096;
+    std::vector<GridCrossings> parts((mesh.triangles.size() + grain - 1) / grain);
+    parallel.for_chunks(mesh.triangles.size(), grain, [&](std::size_t begin, std::size_t end) {
+        Sweeper sweeper(grid, parts[begin / grain]);
+        for (std::size_t t = begin; t < end; ++t)
+            sweep_triangle(grid, mesh, static_cast<std::uint32_t>(t), sweeper);
+    });
+    std::size_t count = 0;
+    for (const GridCrossings& part : parts) count += part.crossings.size();
+    GridCrossings out;
+    const Vec3i n = grid.node_count;
+    const std::size_t line_count = static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) +
+                                   static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]) +
+                                   static_cast<std::size_t>(n[2]) * static_cast<std::size_t>(n[0]);
+    if (count < line_count / 4)
+        sort_few(parts, out);
+    else
+        sort_by_line(grid, parts, out, parallel);
     return out;
 }
 

@@ -1,6 +1,7 @@
 // Where the edges of a regular grid cross a triangle mesh, exactly.
 #pragma once
 
+#include <splitcubes/core/parallel.h>
 #include <splitcubes/geometry/rest_grid.h>
 #include <splitcubes/geometry/triangle_mesh.h>
 
@@ -39,7 +40,8 @@ struct GridCrossings {
 /// closed oriented mesh with directions that sum to zero, and the three families
 /// agree on which nodes are inside. Triangles far outside the grid are clipped.
 /// Triangles without area in a projection cross no line of that family.
-GridCrossings sweep_grid(const RestGrid& grid, const TriangleMesh& mesh);
+GridCrossings sweep_grid(const RestGrid& grid, const TriangleMesh& mesh,
+                         const Parallel& parallel = Parallel(1));
 
 /// Unit normal of a triangle of the mesh; zero where it has no area.
 Vec3 triangle_normal(const TriangleMesh& mesh, std::uint32_t triangle);

@@ -2,6 +2,7 @@
 #include <splitcubes/geometry/mesh_check.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace splitcubes::geometry {
@@ -18,20 +19,29 @@ bool is_degenerate(const Triangle& t) {
     return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
 }
 
+// By low end, then high end, then triangle: a counting pass, then short sorts.
 std::vector<HalfEdge> sorted_half_edges(const TriangleMesh& mesh) {
-    std::vector<HalfEdge> edges;
-    edges.reserve(3 * mesh.triangles.size());
-    for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-        const Triangle& t = mesh.triangles[i];
-        if (is_degenerate(t)) continue;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-            edges.push_back({std::min(a, b), std::max(a, b), a < b, i});
+    std::vector<std::uint32_t> begin(mesh.positions.size() + 1, 0);
+    const auto for_each_edge = [&](const auto& visit) {
+        for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+            const Triangle& t = mesh.triangles[i];
+            if (is_degenerate(t)) continue;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+                visit(HalfEdge{std::min(a, b), std::max(a, b), a < b, i});
+            }
         }
-    }
-    std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
-        return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
-    });
+    };
+    for_each_edge([&](const HalfEdge& e) { ++begin[e.low + 1]; });
+    for (std::size_t v = 0; v + 1 < begin.size(); ++v) begin[v + 1] += begin[v];
+    std::vector<HalfEdge> edges(begin.back());
+    std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+    for_each_edge([&](const HalfEdge& e) { edges[next[e.low]++] = e; });
+    for (std::size_t v = 0; v + 1 < begin.size(); ++v)
+        std::sort(edges.begin() + begin[v], edges.begin() + begin[v + 1],
+                  [](const HalfEdge& a, const HalfEdge& b) {
+                      return std::tie(a.high, a.triangle) < std::tie(b.high, b.triangle);
+                  });
     return edges;
 }
 
@@ -133,20 +143,62 @@ MeshCheck check_mesh(const TriangleMesh& mesh) {
     return check;
 }
 
-TriangleMesh weld_equal_vertices(const TriangleMesh& mesh) {
-    std::vector<std::uint32_t> order(mesh.positions.size());
-    std::iota(order.begin(), order.end(), std::uint32_t{0});
-    const auto before = [&](std::uint32_t a, std::uint32_t b) {
-        const Vec3& p = mesh.positions[a];
-        const Vec3& q = mesh.positions[b];
-        return std::tie(p[0], p[1], p[2], a) < std::tie(q[0], q[1], q[2], b);
-    };
-    std::sort(order.begin(), order.end(), before);
-    std::vector<std::uint32_t> first(mesh.positions.size());
-    for (std::size_t i = 0; i < order.size(); ++i) {
-        const bool same = i > 0 && mesh.positions[order[i]] == mesh.positions[order[i - 1]];
-        first[order[i]] = same ? first[order[i - 1]] : order[i];
+std::vector<UnbalancedEdge> unbalanced_edges(const TriangleMesh& mesh) {
+    const std::vector<HalfEdge> edges = sorted_half_edges(mesh);
+    std::vector<UnbalancedEdge> out;
+    for (std::size_t i = 0; i < edges.size();) {
+        std::size_t end = i;
+        int balance = 0;
+        for (; end < edges.size() && edges[end].low == edges[i].low && edges[end].high == edges[i].high;
+             ++end)
+            balance += edges[end].forward ? 1 : -1;
+        if (balance != 0)
+            out.push_back({edges[i].low, edges[i].high, static_cast<std::uint32_t>(std::abs(balance))});
+        i = end;
     }
+    return out;
+}
+
+bool is_closed(const TriangleMesh& mesh) {
+    for (const Triangle& t : mesh.triangles)
+        if (is_degenerate(t)) return false;
+    return !mesh.triangles.empty() && unbalanced_edges(mesh).empty();
+}
+
+namespace {
+
+std::uint64_t hash_of(const Vec3& p) {
+    std::uint64_t hash = 0x9e3779b97f4a7c15ULL;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double value = p[axis] + 0.0;  // -0 becomes 0
+        hash = (hash ^ std::bit_cast<std::uint64_t>(value)) * 0xff51afd7ed558ccdULL;
+        hash ^= hash >> 32;
+    }
+    return hash;
+}
+
+// Per vertex: the first one at the same place. Vertices that are not finite stay alone.
+std::vector<std::uint32_t> first_at_same_place(const std::vector<Vec3>& positions) {
+    const std::size_t size = std::bit_ceil(2 * positions.size() + 1);
+    std::vector<std::uint32_t> table(size, UINT32_MAX);  // open addressing
+    std::vector<std::uint32_t> first(positions.size());
+    for (std::uint32_t v = 0; v < positions.size(); ++v) {
+        if (!positions[v].allFinite()) {
+            first[v] = v;
+            continue;
+        }
+        std::size_t at = hash_of(positions[v]) & (size - 1);
+        while (table[at] != UINT32_MAX && positions[table[at]] != positions[v]) at = (at + 1) & (size - 1);
+        if (table[at] == UINT32_MAX) table[at] = v;
+        first[v] = table[at];
+    }
+    return first;
+}
+
+}  // namespace
+
+TriangleMesh weld_equal_vertices(const TriangleMesh& mesh) {
+    const std::vector<std::uint32_t> first = first_at_same_place(mesh.positions);
     TriangleMesh out;
     std::vector<std::uint32_t> number(mesh.positions.size());
     for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) {

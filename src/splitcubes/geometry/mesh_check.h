@@ -44,6 +44,17 @@ struct MeshCheck {
 /// (weld first where a format keeps none). O(n log n).
 MeshCheck check_mesh(const TriangleMesh& mesh);
 
+/// An edge that is run along more often one way than the other: |balance| times.
+/// They are the boundary of the mesh as a chain; a closed mesh has none.
+struct UnbalancedEdge {
+    std::uint32_t low, high;  // vertices
+    std::uint32_t balance;
+};
+std::vector<UnbalancedEdge> unbalanced_edges(const TriangleMesh& mesh);
+
+/// MeshCheck::closed() alone, faster. O(n).
+bool is_closed(const TriangleMesh& mesh);
+
 /// The mesh with vertices of bitwise equal position merged (0 and -0 equal) and
 /// triangles that collapse left out. Order is kept.
 TriangleMesh weld_equal_vertices(const TriangleMesh& mesh);

@@ -39,4 +39,20 @@ void TriangleMesh::append(const TriangleMesh& other) {
     for (const Triangle& t : other.triangles) triangles.push_back({t[0] + shift, t[1] + shift, t[2] + shift});
 }
 
+TriangleMesh part_of(const TriangleMesh& mesh, std::span<const std::uint32_t> triangles) {
+    TriangleMesh out;
+    std::vector<std::uint32_t> number(mesh.positions.size(), UINT32_MAX);
+    for (const std::uint32_t t : triangles) {
+        Triangle& copy = out.triangles.emplace_back(mesh.triangles[t]);
+        for (std::uint32_t& v : copy) {
+            if (number[v] == UINT32_MAX) {
+                number[v] = static_cast<std::uint32_t>(out.positions.size());
+                out.positions.push_back(mesh.positions[v]);
+            }
+            v = number[v];
+        }
+    }
+    return out;
+}
+
 }  // namespace splitcubes::geometry

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace splitcubes::geometry {
@@ -25,6 +26,9 @@ struct TriangleMesh {
     /// Appends another mesh; its indices are shifted.
     void append(const TriangleMesh& other);
 };
+
+/// The triangles of the given numbers, with the vertices that they use.
+TriangleMesh part_of(const TriangleMesh& mesh, std::span<const std::uint32_t> triangles);
 
 /// Where a triangle of a body's surface comes from.
 enum class Origin : std::uint8_t {

@@ -23,9 +23,12 @@ NodeGrid::NodeGrid(const RestGrid& rest)
 
 void NodeGrid::set_inside_row(int y, int z, int first, int last) {
     assert(crossings_.empty() || first >= last);
-    for (int x = first; x < last; ++x) {
+    for (int x = first; x < last;) {
         const Vec3i node(x, y, z);
-        words_[layout_.brick_of(node)].inside |= std::uint64_t{1} << BrickLayout::local(node);
+        const int end = std::min(last, (x / brick_side + 1) * brick_side);
+        const std::uint64_t run = (std::uint64_t{1} << (end - x)) - 1;
+        words_[layout_.brick_of(node)].inside |= run << BrickLayout::local(node);
+        x = end;
     }
 }
 

@@ -108,6 +108,8 @@ class NodeGrid {
     unsigned cell_inside(const Vec3i& cell) const { return cell_edges(cell).inside; }
     CellEdges cell_edges(const Vec3i& cell) const;
 
+    /// Room for that many cut edges, so that cuts copy nothing until then.
+    void reserve(std::size_t crossing_count) { crossings_.reserve(crossing_count); }
     std::size_t bytes() const;
 
   private:

@@ -1,0 +1,119 @@
+#include <splitcubes/splitting/skin.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace splitcubes::splitting {
+
+using geometry::EdgeCrossing;
+
+namespace {
+
+bool same_edge(const EdgeCrossing& a, const EdgeCrossing& b) {
+    return a.axis == b.axis && a.node == b.node;
+}
+
+bool same_line(const EdgeCrossing& a, const EdgeCrossing& b) {
+    const int u = (a.axis + 1) % 3, v = (a.axis + 2) % 3;
+    return a.axis == b.axis && a.node[u] == b.node[u] && a.node[v] == b.node[v];
+}
+
+}  // namespace
+
+void SkinPart::append(SkinPart&& other) {
+    if (cuts.empty())
+        cuts = std::move(other.cuts);
+    else
+        cuts.insert(cuts.end(), other.cuts.begin(), other.cuts.end());
+    lost.insert(lost.end(), other.lost.begin(), other.lost.end());
+    gap_edges += other.gap_edges;
+    bisected_edges += other.bisected_edges;
+    overlap = overlap || other.overlap;
+}
+
+SkinPart for_each_edge(const geometry::GridCrossings& sweep, const Parallel& parallel,
+                       const std::function<void(SkinPart&, std::span<const EdgeCrossing>, int&)>& visit) {
+    const std::vector<EdgeCrossing>& all = sweep.crossings;
+    constexpr std::size_t grain = 4096;
+    // A part begins with the first line that begins in its chunk.
+    const auto line_begin = [&](std::size_t i) {
+        while (i > 0 && i < all.size() && same_line(all[i - 1], all[i])) ++i;
+        return std::min(i, all.size());
+    };
+    std::vector<SkinPart> parts((all.size() + grain - 1) / grain);
+    parallel.for_chunks(all.size(), grain, [&](std::size_t begin, std::size_t end) {
+        SkinPart& part = parts[begin / grain];
+        const std::size_t last = line_begin(end);
+        int state = 0;
+        for (std::size_t i = line_begin(begin); i < last;) {
+            std::size_t next = i + 1;
+            while (next < last && same_edge(all[i], all[next])) ++next;
+            if (i == 0 || !same_line(all[i - 1], all[i])) state = 0;
+            visit(part, {all.data() + i, next - i}, state);
+            i = next;
+        }
+    });
+    SkinPart whole;
+    for (SkinPart& part : parts) whole.append(std::move(part));
+    return whole;
+}
+
+void cut_skin(NodeGrid& grid, const std::vector<SkinCut>& cuts) {
+    const BrickLayout& layout = grid.bricks();
+    std::vector<std::uint32_t> begin(layout.total() + 1, 0);
+    for (const SkinCut& cut : cuts) ++begin[layout.brick_of(cut.edge.node) + 1];
+    for (std::size_t brick = 0; brick < layout.total(); ++brick) begin[brick + 1] += begin[brick];
+    std::vector<std::uint32_t> order(cuts.size());
+    for (std::uint32_t i = 0; i < cuts.size(); ++i) order[begin[layout.brick_of(cuts[i].edge.node)]++] = i;
+    grid.reserve(2 * cuts.size());
+    for (const std::uint32_t i : order)
+        grid.cut(cuts[i].edge, cuts[i].parameter, cuts[i].normal, Origin::boundary, -1);
+}
+
+namespace {
+
+bool inside_node_around(const NodeGrid& grid, const GridEdge& edge) {
+    const int u = (edge.axis + 1) % 3, v = (edge.axis + 2) % 3;
+    for (int k = 0; k < 9; ++k) {
+        Vec3i node = edge.node;
+        node[u] += k % 3 - 1;
+        node[v] += k / 3 - 1;
+        for (int end = 0; end < 2; ++end, ++node[edge.axis])
+            if (grid.rest().contains(node) && grid.inside(node)) return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+void note_thin(const NodeGrid& grid, const geometry::TriangleMesh& mesh, const EdgeCrossing& enter,
+               const EdgeCrossing& leave, SkinPart& part) {
+    const Vec3 in = geometry::triangle_normal(mesh, enter.triangle);
+    const Vec3 out = geometry::triangle_normal(mesh, leave.triangle);
+    constexpr double slab_cosine = -0.9;
+    if (in.dot(out) > slab_cosine && inside_node_around(grid, {enter.node, enter.axis})) return;
+    const double along = (leave.parameter - enter.parameter) * grid.rest().cell_size;
+    // The sheet is at most as thick as its steeper side says.
+    const double cosine = std::max(std::abs(in[enter.axis]), std::abs(out[enter.axis]));
+    part.lost.push_back({along * cosine, {enter.triangle, leave.triangle}});
+}
+
+void report_thin(const geometry::TriangleMesh& mesh, const RestGrid& rest, std::vector<ThinMaterial>& lost,
+                 SolidifyReport& report) {
+    report.lost_thin_edges = lost.size();
+    if (lost.empty()) return;
+    std::vector<std::uint32_t> triangles;
+    for (const ThinMaterial& thin : lost)
+        triangles.insert(triangles.end(), thin.triangles, thin.triangles + 2);
+    std::sort(triangles.begin(), triangles.end());
+    triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
+    report.lost = geometry::part_of(mesh, triangles);
+    std::sort(lost.begin(), lost.end(),
+              [](const ThinMaterial& a, const ThinMaterial& b) { return a.thickness < b.thickness; });
+    // A slab is met by a node on every grid line across it when the cell is not
+    // larger than its thickness, and holds together when it is somewhat smaller.
+    report.lost_thickness = lost[lost.size() / 2].thickness;
+    report.keeping_cell_size = 0.7 * std::min(rest.cell_size, lost[lost.size() / 10].thickness);
+}
+
+}  // namespace splitcubes::splitting

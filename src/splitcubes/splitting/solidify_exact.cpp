@@ -1,0 +1,128 @@
+// The solid of a closed mesh, by integer winding numbers along the grid's lines:
+// no tolerance anywhere.
+#include <splitcubes/splitting/skin.h>
+
+#include <cstdlib>
+
+namespace splitcubes::splitting {
+
+using geometry::EdgeCrossing;
+using geometry::GridCrossings;
+using geometry::TriangleMesh;
+
+namespace {
+
+// Inside rows from the crossings along x: where the winding number is not zero.
+void set_inside(const GridCrossings& sweep, NodeGrid& grid) {
+    for (std::size_t i = 0; i < sweep.axis_begin[1];) {
+        const EdgeCrossing& first = sweep.crossings[i];
+        int winding = 0;
+        int from = 0;
+        for (; i < sweep.axis_begin[1] && sweep.crossings[i].node[1] == first.node[1] &&
+               sweep.crossings[i].node[2] == first.node[2];
+             ++i) {
+            const EdgeCrossing& c = sweep.crossings[i];
+            if (winding != 0) grid.set_inside_row(first.node[1], first.node[2], from, c.node[0] + 1);
+            winding -= c.direction;
+            from = c.node[0] + 1;
+        }
+    }
+}
+
+// One edge; `winding` is that of its lower node. Material is where it is not zero.
+class ExactEdge {
+  public:
+    ExactEdge(const NodeGrid& grid, const TriangleMesh& mesh, SkinPart& part)
+        : grid_(grid), mesh_(mesh), part_(part) {}
+
+    /// Returns the winding number of the upper node.
+    int process(std::span<const EdgeCrossing> crossings, int winding) {
+        int after = winding;
+        for (const EdgeCrossing& c : crossings) after -= c.direction;
+        part_.overlap = part_.overlap || std::abs(winding) > 1;
+        const bool lower = winding != 0, upper = after != 0;
+        if (lower != upper)
+            cut_boundary(crossings, winding, lower);
+        else if (lower)
+            cut_gap(crossings, winding);
+        else
+            note_material(crossings);
+        return after;
+    }
+
+  private:
+    void cut(const EdgeCrossing& at, double parameter) {
+        part_.cuts.push_back({{at.node, at.axis}, parameter, geometry::triangle_normal(mesh_, at.triangle)});
+    }
+
+    // The material of the inside node ends at the first change of state seen from it.
+    void cut_boundary(std::span<const EdgeCrossing> crossings, int winding, bool lower) {
+        int w = winding;
+        const EdgeCrossing* chosen = nullptr;
+        for (const EdgeCrossing& c : crossings) {
+            const int next = w - c.direction;
+            if ((w != 0) != (next != 0) && (!lower || !chosen)) chosen = &c;
+            w = next;
+        }
+        cut(*chosen, chosen->parameter);
+    }
+
+    // The widest stretch of void between two inside nodes is cut at its middle.
+    void cut_gap(std::span<const EdgeCrossing> crossings, int winding) {
+        int w = winding;
+        const EdgeCrossing* begin = nullptr;
+        const EdgeCrossing* at = nullptr;
+        double widest = -1, middle = 0;
+        for (const EdgeCrossing& c : crossings) {
+            const int next = w - c.direction;
+            if (w != 0 && next == 0) begin = &c;
+            if (w == 0 && next != 0 && begin && c.parameter - begin->parameter > widest) {
+                widest = c.parameter - begin->parameter;
+                middle = 0.5 * (c.parameter + begin->parameter);
+                at = begin;
+            }
+            w = next;
+        }
+        if (!at) return;
+        ++part_.gap_edges;
+        cut(*at, middle);
+    }
+
+    void note_material(std::span<const EdgeCrossing> crossings) {
+        int w = 0;
+        const EdgeCrossing* enter = nullptr;
+        for (const EdgeCrossing& c : crossings) {
+            const int next = w - c.direction;
+            if (w == 0) enter = &c;
+            if (w != 0 && next == 0) {
+                note_thin(grid_, mesh_, *enter, c, part_);
+                return;
+            }
+            w = next;
+        }
+    }
+
+    const NodeGrid& grid_;
+    const TriangleMesh& mesh_;
+    SkinPart& part_;
+};
+
+}  // namespace
+
+NodeGrid solidify_exact(const TriangleMesh& mesh, const RestGrid& rest, SolidifyReport& report,
+                        const Parallel& parallel) {
+    const GridCrossings sweep = geometry::sweep_grid(rest, mesh, parallel);
+    NodeGrid grid(rest);
+    set_inside(sweep, grid);
+    SkinPart skin = for_each_edge(sweep, parallel,
+                                  [&](SkinPart& part, std::span<const EdgeCrossing> crossings, int& winding) {
+                                      winding = ExactEdge(grid, mesh, part).process(crossings, winding);
+                                  });
+    cut_skin(grid, skin.cuts);
+    report.gap_edges = skin.gap_edges;
+    report.overlap = skin.overlap;
+    report_thin(mesh, rest, skin.lost, report);
+    return grid;
+}
+
+}  // namespace splitcubes::splitting

@@ -1,0 +1,257 @@
+// The solid of a mesh that is not closed or not consistently oriented: inside is
+// where its generalised winding number exceeds one half.
+#include <splitcubes/geometry/mesh_check.h>
+#include <splitcubes/geometry/winding_number.h>
+#include <splitcubes/splitting/skin.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <queue>
+
+namespace splitcubes::splitting {
+
+using geometry::EdgeCrossing;
+using geometry::GridCrossings;
+using geometry::TriangleMesh;
+
+namespace {
+
+// How fast the winding number can change where no triangle is crossed. There it is
+// the solid angle of the mesh's boundary (its unbalanced edges), over 4 pi, and its
+// gradient the Biot-Savart integral over that curve: at most length / (4 pi d^2) at
+// a distance d from all of it.
+class GradientBound {
+  public:
+    GradientBound(const TriangleMesh& mesh, const RestGrid& rest) : layout_(rest.node_count) {
+        distance_.assign(layout_.total(), -1);
+        std::vector<std::size_t> front;
+        double length = 0;
+        for (const geometry::UnbalancedEdge& edge : geometry::unbalanced_edges(mesh)) {
+            const Vec3 a = rest.to_grid(mesh.positions[edge.low]);
+            const Vec3 b = rest.to_grid(mesh.positions[edge.high]);
+            length += edge.balance * (b - a).norm();
+            mark(a, b, front);
+        }
+        spread(std::move(front));
+        factor_ = length / (4 * std::numbers::pi);
+    }
+
+    /// Per cell of distance, anywhere in the node's brick or within a cell of it.
+    double at(const Vec3i& node) const {
+        const int bricks = distance_[layout_.brick_of(node)];
+        if (bricks < 0) return 0;  // the mesh has no boundary
+        // One brick for where in its brick the edge is, half for the marks' spacing,
+        // a quarter for the cell around.
+        const double cells = brick_side * (bricks - 1.75);
+        return cells > 0 ? factor_ / (cells * cells) : std::numeric_limits<double>::infinity();
+    }
+
+  private:
+    // Marks bricks along an edge at steps of half a brick.
+    void mark(const Vec3& a, const Vec3& b, std::vector<std::size_t>& front) {
+        const Vec3 top = (brick_side * layout_.brick_count - Vec3i::Ones()).cast<double>();
+        const double steps = std::clamp(std::ceil((b - a).norm() / (0.5 * brick_side)), 1.0, 4096.0);
+        for (double k = 0; k <= steps; ++k) {
+            // What lies outside the grid is further away than where it is moved to.
+            const Vec3 at = (a + k / steps * (b - a)).cwiseMax(0).cwiseMin(top);
+            const std::size_t brick = layout_.brick_of(at.cast<int>());
+            if (distance_[brick] == 0) continue;
+            distance_[brick] = 0;
+            front.push_back(brick);
+        }
+    }
+
+    // Distances in bricks, by the largest coordinate, ring by ring.
+    void spread(std::vector<std::size_t> front) {
+        for (int distance = 1; !front.empty(); ++distance) {
+            std::vector<std::size_t> next;
+            for (const std::size_t brick : front) {
+                const Vec3i base = layout_.base(brick) / brick_side;
+                for (int k = 0; k < 27; ++k) {
+                    const Vec3i near = base + Vec3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+                    if ((near.array() < 0).any() || (near.array() >= layout_.brick_count.array()).any())
+                        continue;
+                    const std::size_t at = layout_.brick_of(brick_side * near);
+                    if (distance_[at] >= 0) continue;
+                    distance_[at] = distance;
+                    next.push_back(at);
+                }
+            }
+            front = std::move(next);
+        }
+    }
+
+    BrickLayout layout_;
+    std::vector<int> distance_;  // per brick
+    double factor_ = 0;          // cells
+};
+
+class WindingSolid {
+  public:
+    WindingSolid(const TriangleMesh& mesh, const RestGrid& rest, const Parallel& parallel)
+        : mesh_(mesh),
+          parallel_(parallel),
+          winding_(mesh),
+          sweep_(geometry::sweep_grid(rest, mesh, parallel)),
+          grid_(rest) {}
+
+    NodeGrid solidify(SolidifyReport& report) {
+        set_inside();
+        SkinPart skin = for_each_edge(
+            sweep_, parallel_,
+            [&](SkinPart& part, std::span<const EdgeCrossing> crossings, int&) { process(part, crossings); });
+        cut_skin(grid_, skin.cuts);
+        const SkinPart holes = close_holes();
+        cut_skin(grid_, holes.cuts);
+        report.gap_edges = skin.gap_edges;
+        report.bisected_edges = holes.cuts.size();
+        report_thin(mesh_, grid_.rest(), skin.lost, report);
+        return std::move(grid_);
+    }
+
+  private:
+    Vec3 point(const GridEdge& edge, double parameter) const {
+        return grid_.rest().node_position(edge.node) +
+               parameter * grid_.rest().cell_size * Vec3::Unit(edge.axis);
+    }
+    bool inside_at(const GridEdge& edge, double parameter) const {
+        return std::abs(winding_.at(point(edge, parameter))) > 0.5;
+    }
+
+    void set_inside() {
+        const Vec3i n = grid_.rest().node_count;
+        const GradientBound bound(mesh_, grid_.rest());
+        const auto row_count = static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]);
+        // First crossing of each row along x.
+        std::vector<std::uint32_t> first(row_count + 1, 0);
+        for (std::size_t i = 0; i < sweep_.axis_begin[1]; ++i) {
+            const Vec3i& node = sweep_.crossings[i].node;
+            ++first[static_cast<std::size_t>(node[2] * n[1] + node[1]) + 1];
+        }
+        for (std::size_t row = 0; row < row_count; ++row) first[row + 1] += first[row];
+        const auto length = static_cast<std::size_t>(n[0]);
+        std::vector<std::uint8_t> inside(row_count * length, 0);
+        parallel_.for_each(row_count, 4, [&](std::size_t row) {
+            const Vec3i start(0, static_cast<int>(row) % n[1], static_cast<int>(row) / n[1]);
+            if (start[1] == 0 || start[2] == 0 || start[1] == n[1] - 1 || start[2] == n[2] - 1) return;
+            follow_row(start, {sweep_.crossings.data() + first[row], first[row + 1] - first[row]}, bound,
+                       inside.data() + row * length);
+        });
+        for (std::size_t row = 0; row < row_count; ++row)
+            for (int x = 0; x < n[0]; ++x) {
+                int end = x;
+                while (end < n[0] && inside[row * length + static_cast<std::size_t>(end)]) ++end;
+                grid_.set_inside_row(static_cast<int>(row) % n[1], static_cast<int>(row) / n[1], x, end);
+                x = end;
+            }
+    }
+
+    // The winding number jumps by one at every triangle and else changes slowly: it
+    // is evaluated anew only where the bound on the change could matter.
+    void follow_row(const Vec3i& start, std::span<const EdgeCrossing> crossings, const GradientBound& bound,
+                    std::uint8_t* inside) const {
+        constexpr double evaluation_error = 5e-3;
+        double winding = 0, error = std::numeric_limits<double>::infinity();
+        std::size_t next = 0;
+        const int count = grid_.rest().node_count[0];
+        for (int x = 1; x + 1 < count; ++x) {
+            const Vec3i node(x, start[1], start[2]);
+            for (; next < crossings.size() && crossings[next].node[0] < x; ++next)
+                winding -= crossings[next].direction;
+            error += bound.at(node);
+            if (!(std::abs(std::abs(winding) - 0.5) > error)) {
+                winding = winding_.at(grid_.rest().node_position(node));
+                error = evaluation_error;
+            }
+            inside[x] = std::abs(winding) > 0.5;
+        }
+    }
+
+    void cut_at(SkinPart& part, const EdgeCrossing& c, double parameter) const {
+        part.cuts.push_back({{c.node, c.axis}, parameter, geometry::triangle_normal(mesh_, c.triangle)});
+    }
+
+    // An edge that triangles meet.
+    void process(SkinPart& part, std::span<const EdgeCrossing> crossings) const {
+        const GridEdge edge{crossings[0].node, crossings[0].axis};
+        const bool lower = grid_.inside(edge.node), upper = grid_.inside(edge.upper());
+        if (lower != upper && crossings.size() == 1)
+            return cut_at(part, crossings[0], crossings[0].parameter);
+        if (lower == upper && crossings.size() == 1) return;
+        // State of each stretch between crossings.
+        std::vector<std::uint8_t> state;
+        state.push_back(lower);
+        for (std::size_t k = 0; k + 1 < crossings.size(); ++k)
+            state.push_back(inside_at(edge, 0.5 * (crossings[k].parameter + crossings[k + 1].parameter)));
+        state.push_back(upper);
+        if (lower != upper) {
+            std::size_t chosen = crossings.size();
+            for (std::size_t k = 0; k < crossings.size(); ++k)
+                if (state[k] != state[k + 1] && (!lower || chosen == crossings.size())) chosen = k;
+            return cut_at(part, crossings[chosen], crossings[chosen].parameter);
+        }
+        for (std::size_t k = 1; k + 1 < state.size(); ++k) {
+            if (state[k] == lower) continue;
+            if (!lower) return note_thin(grid_, mesh_, crossings[k - 1], crossings[k], part);
+            ++part.gap_edges;
+            return cut_at(part, crossings[k - 1],
+                          0.5 * (crossings[k - 1].parameter + crossings[k].parameter));
+        }
+    }
+
+    // Edges between inside and outside that no triangle meets: the level set of the
+    // winding number passes through a hole of the mesh.
+    SkinPart close_holes() const {
+        const Vec3i n = grid_.rest().node_count;
+        const auto row_count = static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]);
+        constexpr std::size_t grain = 64;
+        std::vector<SkinPart> parts((row_count + grain - 1) / grain);
+        parallel_.for_each(row_count, grain, [&](std::size_t row) {
+            for (int x = 0; x < n[0]; ++x)
+                for (int axis = 0; axis < 3; ++axis) {
+                    const GridEdge edge{{x, static_cast<int>(row) % n[1], static_cast<int>(row) / n[1]},
+                                        axis};
+                    if (!grid_.has_edge(edge) || grid_.is_cut(edge)) continue;
+                    if (grid_.inside(edge.node) != grid_.inside(edge.upper()))
+                        bisect(edge, parts[row / grain]);
+                }
+        });
+        SkinPart whole;
+        for (SkinPart& part : parts) whole.append(std::move(part));
+        return whole;
+    }
+
+    void bisect(const GridEdge& edge, SkinPart& part) const {
+        const bool lower = grid_.inside(edge.node);
+        double a = 0, b = 1;
+        for (int k = 0; k < 20; ++k) {
+            const double middle = 0.5 * (a + b);
+            (inside_at(edge, middle) == lower ? a : b) = middle;
+        }
+        const double parameter = 0.5 * (a + b);
+        const Vec3 at = point(edge, parameter);
+        const double step = 0.05 * grid_.rest().cell_size;
+        Vec3 gradient;
+        for (int axis = 0; axis < 3; ++axis)
+            gradient[axis] = std::abs(winding_.at(at + step * Vec3::Unit(axis))) -
+                             std::abs(winding_.at(at - step * Vec3::Unit(axis)));
+        part.cuts.push_back({edge, parameter, -gradient});
+    }
+
+    const TriangleMesh& mesh_;
+    const Parallel& parallel_;
+    const geometry::WindingNumber winding_;
+    const GridCrossings sweep_;
+    NodeGrid grid_;
+};
+
+}  // namespace
+
+NodeGrid solidify_by_winding(const TriangleMesh& mesh, const RestGrid& rest, SolidifyReport& report,
+                             const Parallel& parallel) {
+    return WindingSolid(mesh, rest, parallel).solidify(report);
+}
+
+}  // namespace splitcubes::splitting
