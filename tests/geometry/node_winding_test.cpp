@@ -47,7 +47,7 @@ void expect_solid_angles(const TriangleMesh& mesh, const char* what) {
 
 TEST(NodeWinding, IsTheSolidAngleOverFourPi) {
     Random random(11);
-    for (int trial = 0; trial < 12; ++trial) {
+    for (int trial = 0; trial < 8; ++trial) {
         SCOPED_TRACE(trial);
         const Vec3 at = random_vector(random, 0.6);
         const double size = std::pow(10, random.uniform(-1.5, 1));

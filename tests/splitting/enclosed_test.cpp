@@ -55,7 +55,7 @@ TriangleMesh some_cutter(Random& random, int kind) {
 TEST(Enclosed, NoPieceIsEverHalfInWhatCutIt) {
     Random random(5);
     std::size_t inside = 0;
-    for (int trial = 0; trial < 24; ++trial) {
+    for (int trial = 0; trial < 14; ++trial) {
         NodeGrid grid = solid(geometry::make_box(Vec3(1, 0.9, 0.8)), 20);
         std::vector<TriangleMesh> cutters;
         for (int k = 0; k < 4; ++k) {
@@ -74,7 +74,7 @@ TEST(Enclosed, NoPieceIsEverHalfInWhatCutIt) {
             inside += count(where, Enclosure::inside);
         }
     }
-    EXPECT_GT(inside, 100U);
+    EXPECT_GT(inside, 60U);
 }
 
 TEST(Enclosed, AgreesWithTheSolidAngleAtEveryNode) {
@@ -121,7 +121,7 @@ TEST(Enclosed, MeasuresOfPiecesAreThoseOfTheirMeshes) {
     for (std::int32_t k = 0; k < 2; ++k) {
         const geometry::SurfaceMesh part = extract_piece(whole, k);
         const PieceMeasure& m = measures[static_cast<std::size_t>(k)];
-        EXPECT_NEAR(m.volume, part.mesh.volume(), 1e-12);
+        EXPECT_NEAR(m.volume, part.mesh.volume(), 1e-14);
         EXPECT_EQ(m.bounds.min, part.mesh.bounds().min);
         EXPECT_EQ(m.bounds.max, part.mesh.bounds().max);
         // A box cut across: the part's middle, but for the corners that the grid takes off.

@@ -1,3 +1,4 @@
+#include <splitcubes/core/compensated_sum.h>
 #include <splitcubes/splitting/extract.h>
 
 #include <algorithm>
@@ -65,22 +66,25 @@ std::vector<PieceMeasure> measure_pieces(const geometry::SurfaceMesh& whole, std
     std::vector<PieceMeasure> out(piece_count);
     if (whole.mesh.positions.empty()) return out;
     const Vec3 origin = whole.mesh.positions.front();
+    std::vector<CompensatedSum> volumes(piece_count);
     std::vector<Vec3> moments(piece_count, Vec3::Zero());  // m^4, about the origin above
     for (std::size_t t = 0; t < whole.mesh.triangles.size(); ++t) {
         const geometry::Triangle& tri = whole.mesh.triangles[t];
         const Vec3 a = whole.mesh.positions[tri[0]] - origin;
         const Vec3 b = whole.mesh.positions[tri[1]] - origin;
         const Vec3 c = whole.mesh.positions[tri[2]] - origin;
-        PieceMeasure& piece = out[static_cast<std::size_t>(whole.vertex_piece[tri[0]])];
+        const auto k = static_cast<std::size_t>(whole.vertex_piece[tri[0]]);
+        PieceMeasure& piece = out[k];
         ++piece.triangles;
         const double volume = a.dot(b.cross(c)) / 6;
-        piece.volume += volume;
-        moments[static_cast<std::size_t>(whole.vertex_piece[tri[0]])] += volume / 4 * (a + b + c);
+        volumes[k].add(volume);
+        moments[k] += volume / 4 * (a + b + c);
         for (const std::uint32_t v : tri) piece.bounds.add(whole.mesh.positions[v]);
         const double area = (b - a).cross(c - a).norm() / 2;
         (whole.triangle_origin[t] == Origin::cut ? piece.cut_area : piece.boundary_area) += area;
     }
     for (std::size_t k = 0; k < piece_count; ++k) {
+        out[k].volume = volumes[k].value();
         out[k].center_of_mass = origin + moments[k] / out[k].volume;
         // No comparison with what is not a number is true.
         if (!out[k].bounds.contains(out[k].center_of_mass)) out[k].center_of_mass = out[k].bounds.center();
