@@ -70,8 +70,8 @@ class Candidates {
     }
 
     void add_edges(const Box& box) {
-        // Lower nodes of edges that reach into the box begin a cell before it.
-        const Vec3i low = (box.min.cwiseMax(space_.min).array().floor().cast<int>() - 1).max(0);
+        // An edge that reaches into the box has its lower node in the same cell or later.
+        const Vec3i low = box.min.cwiseMax(space_.min).array().floor().cast<int>();
         const Vec3i high = box.max.cwiseMin(space_.max).array().floor().cast<int>();
         for (int z = low[2]; z <= high[2]; ++z)
             for (int y = low[1]; y <= high[1]; ++y)
