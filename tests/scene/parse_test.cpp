@@ -324,5 +324,45 @@ TEST(ParseScene, damaged_texts_are_read_or_refused) {
     EXPECT_LT(refused, 3000);
 }
 
+// The tools of a scene, on their own, are a path.
+TEST(ParsePath, reads_the_tools_of_a_scene) {
+    SceneDescription scene = parse(full_scene);
+    const auto json = nlohmann::ordered_json::parse(full_scene);
+    nlohmann::ordered_json path;
+    for (const auto& tool : json["tools"]) {
+        path["tools"].push_back(tool);
+        path["tools"].back().erase("bodies");
+    }
+    for (ToolDescription& tool : scene.tools) tool.bodies.clear();
+    EXPECT_EQ(parse_path_text(path.dump(), "path.json"), scene.tools);
+    path["name"] = "All";
+    path["$schema"] = "schema.json";
+    EXPECT_EQ(parse_path_text("// a comment\n" + path.dump(), "path.json"), scene.tools);
+    EXPECT_EQ(parse_path_file(SPLITCUBES_SCENES "/paths/pear_wire.json").size(), 2u);
+}
+
+std::string path_error_of(const std::string& text) {
+    try {
+        parse_path_text(text, "path.json");
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+TEST(ParsePath, refuses_with_file_and_line) {
+    const std::string tool = R"({"name": "a", "blades": [{"straight": {"to": [0, 0, 1]}}],
+"motion": {"path": {"keyframes": [{"time": 0}]}}})";
+    EXPECT_THAT(path_error_of("{\n\"tools\": [" + tool + "]}"), HasSubstr("path.json:2"));  // no from
+    EXPECT_THAT(path_error_of("{}"), AllOf(HasSubstr("path.json:1"), HasSubstr("tools")));
+    EXPECT_THAT(path_error_of("{\n\n\"tools\": []}"), HasSubstr("path.json:3"));
+    EXPECT_THAT(path_error_of("{\"tools\": [" + tool + "],\n\"bodies\": []}"), HasSubstr("'bodies'"));
+    EXPECT_THAT(path_error_of(R"({"tools": [{"name": "a",
+"bodies": ["b"]}]})"),
+                AllOf(HasSubstr("path.json:2"), HasSubstr("a path has no bodies")));
+    EXPECT_THAT(path_error_of("[]"), HasSubstr("an array"));
+    EXPECT_THAT(path_error_of("{"), HasSubstr("path.json"));
+}
+
 }  // namespace
 }  // namespace splitcubes::scene

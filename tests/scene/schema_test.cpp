@@ -126,6 +126,20 @@ TEST(Schema, has_the_keys_of_the_parser) {
     }
 }
 
+TEST(Schema, path_files_have_the_keys_of_the_parser) {
+    std::ifstream file(SPLITCUBES_SCENES "/paths/schema.json");
+    const Json json = Json::parse(file);
+    std::set<std::string> in_schema;
+    for (const auto& item : json.at("properties").items()) in_schema.insert(item.key());
+    ASSERT_EQ(path_keys().size(), 1u);
+    const auto& keys = path_keys()[0].keys;
+    EXPECT_EQ(in_schema, std::set<std::string>(keys.begin(), keys.end()));
+    EXPECT_EQ(json.at("additionalProperties"), false);
+    EXPECT_EQ(json.at("required"), Json::array({"tools"}));
+    EXPECT_EQ(json.at("properties").at("tools").at("items").at("$ref"), "../schema.json#/$defs/tool");
+    EXPECT_EQ(json.at("properties").at("tools").at("maxItems"), ParseLimits::tools);
+}
+
 TEST(Schema, all_of_it_is_in_the_full_scenes) {
     std::set<std::string> seen;
     for_each_property([&](const Json& scene, const Property& p) {

@@ -1,3 +1,4 @@
+#include <splitcubes/core/compensated_sum.h>
 #include <splitcubes/geometry/triangle_mesh.h>
 
 namespace splitcubes::geometry {
@@ -13,14 +14,14 @@ double TriangleMesh::volume() const {
     if (triangles.empty()) return 0;
     // About a vertex of the mesh itself, so that a body far from the origin loses no digits.
     const Vec3 origin = positions[triangles.front()[0]];
-    double six_volumes = 0;
+    CompensatedSum six_volumes;
     for (const Triangle& t : triangles) {
         const Vec3 a = positions[t[0]] - origin;
         const Vec3 b = positions[t[1]] - origin;
         const Vec3 c = positions[t[2]] - origin;
-        six_volumes += a.dot(b.cross(c));
+        six_volumes.add(a.dot(b.cross(c)));
     }
-    return six_volumes / 6;
+    return six_volumes.value() / 6;
 }
 
 double TriangleMesh::area() const {

@@ -1,4 +1,5 @@
-// The keys of the scene format, by kind of object; scenes/schema.json describes them.
+// The keys of the scene format, by kind of object; scenes/schema.json describes
+// them, and scenes/paths/schema.json what path files have besides.
 #include <splitcubes/scene/parse.h>
 
 namespace splitcubes::scene {
@@ -45,6 +46,11 @@ const std::vector<ObjectKeys>& scene_keys() {
         {"output", {"every_nth_frame", "format", "pictures"}},
         {"camera", {"eye", "target", "direction", "up", "vertical_fov_degrees", "width", "height"}},
     };
+    return keys;
+}
+
+const std::vector<ObjectKeys>& path_keys() {
+    static const std::vector<ObjectKeys> keys = {{"path_file", {"$schema", "name", "tools"}}};
     return keys;
 }
 

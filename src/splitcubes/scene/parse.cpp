@@ -87,11 +87,11 @@ void apply_overrides(std::span<const std::string> texts, Json& scene, Source& so
     }
 }
 
-std::string read_text(const std::filesystem::path& path) {
+std::string read_text(const std::filesystem::path& path, const char* kind) {
     const std::string name = path.string();
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error)) {
-        throw InputError(name, "there is no such file", "give the path of a scene file");
+        throw InputError(name, "there is no such file", std::string("give the path of a ") + kind + " file");
     }
     std::ifstream file(path, std::ios::binary);
     std::string text(ParseLimits::bytes + 1, '\0');
@@ -102,17 +102,22 @@ std::string read_text(const std::filesystem::path& path) {
     return text;
 }
 
-}  // namespace
-
-SceneDescription parse_scene_text(std::string_view text, const std::string& name,
-                                  const std::filesystem::path& folder,
-                                  std::span<const std::string> overrides) {
+// Text that is not too long and good JSON.
+Json parse_json(std::string_view text, const std::string& name) {
     if (text.size() > ParseLimits::bytes) {
         throw InputError(name, "is longer than " + std::to_string(ParseLimits::bytes) + " bytes",
                          "a scene is a short text, meshes stand in files of their own");
     }
     check_json(text, name, ParseLimits::nesting_depth);
-    Json json = parse_checked(text, name);
+    return parse_checked(text, name);
+}
+
+}  // namespace
+
+SceneDescription parse_scene_text(std::string_view text, const std::string& name,
+                                  const std::filesystem::path& folder,
+                                  std::span<const std::string> overrides) {
+    Json json = parse_json(text, name);
     Source source{
         text, name, std::filesystem::absolute(folder.empty() ? "." : folder).lexically_normal(), {}};
     apply_overrides(overrides, json, source);
@@ -120,8 +125,18 @@ SceneDescription parse_scene_text(std::string_view text, const std::string& name
 }
 
 SceneDescription parse_scene_file(const std::filesystem::path& path, std::span<const std::string> overrides) {
-    return parse_scene_text(read_text(path), path.string(), std::filesystem::absolute(path).parent_path(),
-                            overrides);
+    return parse_scene_text(read_text(path, "scene"), path.string(),
+                            std::filesystem::absolute(path).parent_path(), overrides);
+}
+
+std::vector<ToolDescription> parse_path_text(std::string_view text, const std::string& name) {
+    const Json json = parse_json(text, name);
+    const Source source{text, name, {}, {}};
+    return read_path(Value(source, json, {}));
+}
+
+std::vector<ToolDescription> parse_path_file(const std::filesystem::path& path) {
+    return parse_path_text(read_text(path, "path"), path.string());
 }
 
 }  // namespace splitcubes::scene

@@ -42,13 +42,24 @@ SceneDescription parse_scene_text(std::string_view text, const std::string& name
                                   const std::filesystem::path& folder,
                                   std::span<const std::string> overrides = {});
 
+/// Reads a path file: blades on their paths without a scene around them, to cut
+/// a body at rest. Its `tools` are written as those of a scene, but name no
+/// bodies; at least one. Coordinates are those of the mesh that is cut. Limits
+/// and errors are those of scenes.
+std::vector<ToolDescription> parse_path_file(const std::filesystem::path& path);
+
+/// The same from text; `name` stands for the file in messages.
+std::vector<ToolDescription> parse_path_text(std::string_view text, const std::string& name);
+
 /// The keys that one kind of object may have.
 struct ObjectKeys {
-    std::string_view object;  // name under $defs in scenes/schema.json; "scene" is the whole file
+    std::string_view object;  // name under $defs in scenes/schema.json; "scene", "path_file": a whole file
     std::vector<std::string_view> keys;
 };
 
-/// All kinds of objects that the parser knows.
+/// All kinds of objects that scenes have.
 const std::vector<ObjectKeys>& scene_keys();
+/// Those that only path files have; see scenes/paths/schema.json.
+const std::vector<ObjectKeys>& path_keys();
 
 }  // namespace splitcubes::scene

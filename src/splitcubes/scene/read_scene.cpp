@@ -107,12 +107,15 @@ void read_bodies(const Object& object, SceneDescription& out) {
     }
 }
 
-void read_tools(const Object& object, SceneDescription& out) {
+std::vector<ToolDescription> read_tools(const Object& object, std::size_t least,
+                                        const std::vector<BodyDescription>& bodies) {
+    std::vector<ToolDescription> out;
     std::set<std::string> names;
-    for (const Value& element : object.at("tools").elements(0, ParseLimits::tools)) {
-        out.tools.push_back(read_tool(element, out.bodies));
-        check_new_name(element, out.tools.back().name, names);
+    for (const Value& element : object.at("tools").elements(least, ParseLimits::tools)) {
+        out.push_back(read_tool(element, bodies));
+        check_new_name(element, out.back().name, names);
     }
+    return out;
 }
 
 GroundDescription read_ground(const Value& value) {
@@ -145,12 +148,26 @@ SceneDescription read_scene(const Value& value) {
             out.constraints.push_back(read_constraint(element, out.bodies));
         }
     }
-    if (object.has("tools")) read_tools(object, out);
+    if (object.has("tools")) out.tools = read_tools(object, 0, out.bodies);
     if (object.has("solver")) out.solver = read_solver(object.at("solver"));
     if (object.has("occlusion")) out.occlusion = read_occlusion(object.at("occlusion"));
     if (object.has("output")) out.output = read_output(object.at("output"));
     if (object.has("camera")) out.camera = read_camera(object.at("camera"));
     return out;
+}
+
+std::vector<ToolDescription> read_path(const Value& value) {
+    const Object object(value, "path_file");
+    if (object.has("$schema")) object.at("$schema").text();
+    if (object.has("name")) object.at("name").label();
+    // Before the tools are read, as these would say that a body is not there.
+    for (const Value& element : object.at("tools").elements(1, ParseLimits::tools)) {
+        const Object tool(element, "tool");
+        if (tool.has("bodies"))
+            tool.at("bodies").fail("is given, but a path has no bodies",
+                                   "take it out: all that is cut is one");
+    }
+    return read_tools(object, 1, {});
 }
 
 }  // namespace splitcubes::scene

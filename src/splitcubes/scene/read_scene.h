@@ -17,6 +17,8 @@ inline const std::vector<std::string_view> occlusion_backend_names = {"cpu"};
 
 /// All of it; the value is the whole file's.
 SceneDescription read_scene(const Value& value);
+/// The tools of a path file; the value is the whole file's.
+std::vector<ToolDescription> read_path(const Value& value);
 
 // Its parts.
 BodyDescription read_body(const Value& value);

@@ -82,10 +82,11 @@ JsonPath extended(JsonPath path, PathStep step) {
 }
 
 const std::vector<std::string_view>& keys_of(std::string_view kind) {
-    const auto& all = scene_keys();
-    const auto found = std::find_if(all.begin(), all.end(), [&](const auto& o) { return o.object == kind; });
-    assert(found != all.end());
-    return found->keys;
+    for (const std::vector<ObjectKeys>* all : {&scene_keys(), &path_keys()})
+        for (const ObjectKeys& object : *all)
+            if (object.object == kind) return object.keys;
+    assert(false && "no kind of object has that name");
+    return scene_keys().front().keys;
 }
 
 }  // namespace

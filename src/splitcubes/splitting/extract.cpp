@@ -1,5 +1,7 @@
+#include <splitcubes/core/compensated_sum.h>
 #include <splitcubes/splitting/extract.h>
 
+#include <algorithm>
 #include <cassert>
 
 namespace splitcubes::splitting {
@@ -32,14 +34,24 @@ geometry::SurfaceMesh extract(const NodeGrid& grid, const Surface& surface, cons
 }
 
 geometry::SurfaceMesh extract_piece(const geometry::SurfaceMesh& whole, std::int32_t piece) {
+    assert(piece >= 0);
+    std::int32_t last = piece;
+    for (const std::int32_t p : whole.vertex_piece) last = std::max(last, p);
+    std::vector<std::uint8_t> wanted(static_cast<std::size_t>(last) + 1, 0);
+    wanted[static_cast<std::size_t>(piece)] = 1;
+    return extract_pieces(whole, wanted);
+}
+
+geometry::SurfaceMesh extract_pieces(const geometry::SurfaceMesh& whole,
+                                     std::span<const std::uint8_t> wanted) {
     geometry::SurfaceMesh out;
     std::vector<std::uint32_t> number(whole.mesh.positions.size(), UINT32_MAX);
     for (std::size_t v = 0; v < whole.mesh.positions.size(); ++v) {
-        if (whole.vertex_piece[v] != piece) continue;
+        if (!wanted[static_cast<std::size_t>(whole.vertex_piece[v])]) continue;
         number[v] = static_cast<std::uint32_t>(out.mesh.positions.size());
         out.mesh.positions.push_back(whole.mesh.positions[v]);
         out.normals.push_back(whole.normals[v]);
-        out.vertex_piece.push_back(piece);
+        out.vertex_piece.push_back(whole.vertex_piece[v]);
     }
     for (std::size_t t = 0; t < whole.mesh.triangles.size(); ++t) {
         const geometry::Triangle& tri = whole.mesh.triangles[t];
@@ -54,16 +66,28 @@ std::vector<PieceMeasure> measure_pieces(const geometry::SurfaceMesh& whole, std
     std::vector<PieceMeasure> out(piece_count);
     if (whole.mesh.positions.empty()) return out;
     const Vec3 origin = whole.mesh.positions.front();
+    std::vector<CompensatedSum> volumes(piece_count);
+    std::vector<Vec3> moments(piece_count, Vec3::Zero());  // m^4, about the origin above
     for (std::size_t t = 0; t < whole.mesh.triangles.size(); ++t) {
         const geometry::Triangle& tri = whole.mesh.triangles[t];
         const Vec3 a = whole.mesh.positions[tri[0]] - origin;
         const Vec3 b = whole.mesh.positions[tri[1]] - origin;
         const Vec3 c = whole.mesh.positions[tri[2]] - origin;
-        PieceMeasure& piece = out[static_cast<std::size_t>(whole.vertex_piece[tri[0]])];
+        const auto k = static_cast<std::size_t>(whole.vertex_piece[tri[0]]);
+        PieceMeasure& piece = out[k];
         ++piece.triangles;
-        piece.volume += a.dot(b.cross(c)) / 6;
+        const double volume = a.dot(b.cross(c)) / 6;
+        volumes[k].add(volume);
+        moments[k] += volume / 4 * (a + b + c);
+        for (const std::uint32_t v : tri) piece.bounds.add(whole.mesh.positions[v]);
         const double area = (b - a).cross(c - a).norm() / 2;
         (whole.triangle_origin[t] == Origin::cut ? piece.cut_area : piece.boundary_area) += area;
+    }
+    for (std::size_t k = 0; k < piece_count; ++k) {
+        out[k].volume = volumes[k].value();
+        out[k].center_of_mass = origin + moments[k] / out[k].volume;
+        // No comparison with what is not a number is true.
+        if (!out[k].bounds.contains(out[k].center_of_mass)) out[k].center_of_mass = out[k].bounds.center();
     }
     return out;
 }

@@ -20,11 +20,18 @@ geometry::SurfaceMesh extract(const NodeGrid& grid, const Surface& surface, cons
 /// The closed mesh of one piece of an extracted surface.
 geometry::SurfaceMesh extract_piece(const geometry::SurfaceMesh& whole, std::int32_t piece);
 
+/// The pieces whose flag in `wanted` is not zero, together; `wanted` has one a piece.
+geometry::SurfaceMesh extract_pieces(const geometry::SurfaceMesh& whole,
+                                     std::span<const std::uint8_t> wanted);
+
 struct PieceMeasure {
     std::size_t triangles = 0;
-    double volume = 0;         // m^3
-    double boundary_area = 0;  // m^2
-    double cut_area = 0;       // m^2
+    double volume = 0;                   // m^3
+    double boundary_area = 0;            // m^2
+    double cut_area = 0;                 // m^2
+    geometry::Box bounds;                // m
+    Vec3 center_of_mass = Vec3::Zero();  // m, of uniform material; the bounds' centre for a
+                                         // crumb whose volume is too near zero to have one
 };
 
 /// Measures of each piece, by number.
