@@ -41,12 +41,12 @@ class ExactEdge {
         for (const EdgeCrossing& c : crossings) after -= c.direction;
         part_.overlap = part_.overlap || std::abs(winding) > 1;
         const bool lower = winding != 0, upper = after != 0;
-        if (lower != upper)
-            cut_boundary(crossings, winding, lower);
-        else if (lower)
+        if (lower && upper) {
             cut_gap(crossings, winding);
-        else
-            note_material(crossings);
+            return after;
+        }
+        if (lower != upper) cut_boundary(crossings, winding, lower);
+        note_detached(crossings, winding);
         return after;
     }
 
@@ -88,16 +88,14 @@ class ExactEdge {
         cut(*at, middle);
     }
 
-    void note_material(std::span<const EdgeCrossing> crossings) {
-        int w = 0;
+    // Material that begins and ends on the edge reaches neither node.
+    void note_detached(std::span<const EdgeCrossing> crossings, int winding) {
+        int w = winding;
         const EdgeCrossing* enter = nullptr;
         for (const EdgeCrossing& c : crossings) {
             const int next = w - c.direction;
             if (w == 0) enter = &c;
-            if (w != 0 && next == 0) {
-                note_thin(grid_, mesh_, *enter, c, part_);
-                return;
-            }
+            if (w != 0 && next == 0 && enter) return note_thin(grid_, mesh_, *enter, c, part_);
             w = next;
         }
     }

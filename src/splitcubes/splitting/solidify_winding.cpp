@@ -186,19 +186,27 @@ class WindingSolid {
         for (std::size_t k = 0; k + 1 < crossings.size(); ++k)
             state.push_back(inside_at(edge, 0.5 * (crossings[k].parameter + crossings[k + 1].parameter)));
         state.push_back(upper);
+        if (!lower || !upper) note_detached(part, crossings, state);
         if (lower != upper) {
             std::size_t chosen = crossings.size();
             for (std::size_t k = 0; k < crossings.size(); ++k)
                 if (state[k] != state[k + 1] && (!lower || chosen == crossings.size())) chosen = k;
             return cut_at(part, crossings[chosen], crossings[chosen].parameter);
         }
-        for (std::size_t k = 1; k + 1 < state.size(); ++k) {
-            if (state[k] == lower) continue;
-            if (!lower) return note_thin(grid_, mesh_, crossings[k - 1], crossings[k], part);
+        for (std::size_t k = 1; lower && k + 1 < state.size(); ++k) {
+            if (state[k]) continue;
             ++part.gap_edges;
             return cut_at(part, crossings[k - 1],
                           0.5 * (crossings[k - 1].parameter + crossings[k].parameter));
         }
+    }
+
+    // Material that begins and ends on the edge reaches neither node.
+    void note_detached(SkinPart& part, std::span<const EdgeCrossing> crossings,
+                       const std::vector<std::uint8_t>& state) const {
+        for (std::size_t k = 1; k + 1 < state.size(); ++k)
+            if (state[k] && !state[k - 1] && !state[k + 1])
+                return note_thin(grid_, mesh_, crossings[k - 1], crossings[k], part);
     }
 
     // Edges between inside and outside that no triangle meets: the level set of the
