@@ -189,7 +189,7 @@ Locality local_cut(int cells, int runs) {
         const double cut = watch.lap();
         surface.retessellate(grid, slots);
         const double retessellate = watch.lap();
-        pieces.update(grid);
+        pieces.update(grid, slots);
         const double update = watch.lap();
         if (pieces.count() != 1) throw JobError("the incision severs");
         out.new_edges = slots.size();

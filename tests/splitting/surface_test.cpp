@@ -325,9 +325,13 @@ TEST(Pieces, AgreeWithAFloodFillAndKeepTheirNumbers) {
                     for (int x = 1; x <= 9; ++x) visit(Vec3i(x, y, z));
         };
         for_nodes([&](const Vec3i& n) { before[{n[0], n[1], n[2]}] = pieces.piece_of(grid, n); });
+        std::vector<std::int32_t> slots;
         for (std::size_t k = 0; k < 60 && next < edges.size(); ++k)
-            grid.cut(edges[next++], 0.5, Vec3::UnitX(), Origin::cut, 0);
-        const std::vector<PieceSplit> splits = pieces.update(grid);
+            slots.push_back(grid.cut(edges[next++], 0.5, Vec3::UnitX(), Origin::cut, 0));
+        Pieces all_bricks = pieces;
+        const std::vector<PieceSplit> splits = pieces.update(grid, slots);
+        ASSERT_EQ(splits, all_bricks.update(grid));
+        ASSERT_EQ(pieces.node_counts(), all_bricks.node_counts());
         // Flood fill from every node, slowly.
         std::map<std::array<int, 3>, int> label;
         int labels = 0;
@@ -357,6 +361,7 @@ TEST(Pieces, AgreeWithAFloodFillAndKeepTheirNumbers) {
             const std::int32_t piece = pieces.piece_of(grid, n);
             const auto [it, fresh] = piece_of_label.emplace(label[{n[0], n[1], n[2]}], piece);
             ASSERT_EQ(it->second, piece);
+            ASSERT_EQ(all_bricks.piece_of(grid, n), piece);
             kept += before[{n[0], n[1], n[2]}] == piece;
         });
         for (const PieceSplit& s : splits)

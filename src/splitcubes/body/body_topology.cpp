@@ -58,7 +58,7 @@ void Body::track_surface_nodes() {
 void Body::label_pieces(StepReport&) {
     splits_.clear();
     if (new_slots_.empty()) return;
-    splits_ = pieces_->update(grid_);
+    splits_ = pieces_->update(grid_, new_slots_);
     if (splits_.empty()) return;
     for (std::size_t i = 0; i < inside_nodes_.size(); ++i)
         inside_piece_[i] = pieces_->piece_of(grid_, inside_nodes_[i]);
