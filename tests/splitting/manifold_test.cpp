@@ -212,7 +212,7 @@ TEST(AnyCut, ThousandsOfGridsAreClosedOrientedManifolds) {
 // The Surface itself, on fewer grids, checked both ways; the table's quads are its.
 TEST(AnyCut, TheSurfaceIsWhatTheTableSays) {
     Random random(43);
-    for (int trial = 0; trial < 1500; ++trial) {
+    for (int trial = 0; trial < 800; ++trial) {
         TableGrid table(2 + static_cast<int>(random.below(4)));
         table.randomise(random, 64 + random.below(193), random.below(257));
         const CutCase c = table.as_case();
