@@ -45,13 +45,20 @@ struct Symmetry {
         for (int a = 0; a < 3; ++a) out[axis(a)] = flips(a) ? 1 - p[a] : p[a];
         return out;
     }
-    /// Of a crossing of the cell at (0, 0, 0).
-    EdgeCut crossing(const EdgeCut& c) const {
+    /// Of a node of a grid with `side` nodes an axis.
+    Vec3i node(const Vec3i& n, int side) const {
+        Vec3i out;
+        for (int a = 0; a < 3; ++a) out[axis(a)] = flips(a) ? side - 1 - n[a] : n[a];
+        return out;
+    }
+    /// Of an edge of such a grid.
+    GridEdge edge(const GridEdge& e, int side) const {
+        return {node(e.node, side).cwiseMin(node(e.upper(), side)), axis(e.axis)};
+    }
+    /// Of a crossing in such a grid; of a cell at (0, 0, 0): side 2.
+    EdgeCut crossing(const EdgeCut& c, int side = 2) const {
         EdgeCut out = c;
-        for (int a = 0; a < 3; ++a)
-            if (a != c.edge.axis) out.edge.node[axis(a)] = c.edge.node[a] ^ static_cast<int>(flips(a));
-        out.edge.axis = axis(c.edge.axis);
-        out.edge.node[out.edge.axis] = 0;
+        out.edge = edge(c.edge, side);
         if (flips(c.edge.axis)) out.parameter = 1 - c.parameter;
         out.normal = direction(c.normal);
         return out;

@@ -24,7 +24,7 @@ using geometry::TriangleMesh;
 // A cut moves only face and centre vertices of cells in which it meets the skin.
 // Not more than this share of such a cell's volume comes or goes, on average over
 // a cut's cells; the largest share seen is written down by the test.
-constexpr double share_of_skin_cells = 0.05;
+constexpr double share_of_skin_cells = 0.02;
 
 std::size_t cells_with_both(const NodeGrid& grid, const Surface& surface) {
     std::size_t count = 0;

@@ -36,7 +36,7 @@ struct FaceCase {
         }
     }
     const FaceCrossing& at(int ring_edge) const { return crossings[static_cast<std::size_t>(ring_edge)]; }
-    Vec2 vertex() const { return place_face_vertex(mask, crossings); }
+    Vec2 vertex() const { return place_face_vertex(mask, crossings).point; }
 };
 
 Vec2 tangent_of(const FaceCrossing& c) {
@@ -55,6 +55,7 @@ Vec2 where_tangents_meet(const FaceCrossing& a, const FaceCrossing& b) {
 }
 
 const Style construction{.stroke = red, .width = 1.2, .dashes = "4 3"};
+const Style old_line{.stroke = "#2a7a36", .width = 2};
 const Style result_line{.stroke = "#1f5fa0", .width = 2.5};
 
 void draw_square(Svg& svg, const Panel& panel, double margin, const Style& style) {
@@ -153,15 +154,19 @@ void draw_pull_back(Svg& svg, const Panel& panel) {
     draw_result(svg, panel, face);
 }
 
-void draw_first_alone(Svg& svg, const Panel& panel) {
-    const FaceCase face({{1, 0.64, 176, -1}, {3, 0.66, 4, -1}, {0, 0.3, 24, 0}});
-    draw_frame(svg, panel, "different cuts, too far", "the first is placed alone");
-    draw_tangents(svg, panel, face, 0, 0.45);
+void draw_slide(Svg& svg, const Panel& panel) {
+    const FaceCase face({{1, 0.68, 177, -1}, {3, 0.62, 6, -1}, {0, 0.45, 62, 0}});
+    draw_frame(svg, panel, "skin and cut", "slides along the skin to the cut");
+    std::array<FaceCrossing, 4> crossings = face.crossings;
+    const Vec2 alone = place_face_vertex(face.mask & ~1U, crossings).point;
     const FaceCrossing& later = face.at(0);
     svg.line(panel.at(later.point), panel.at(later.point + 0.95 * inward_tangent(later)), construction);
+    svg.line(panel.at(face.at(3).point), panel.at(alone), old_line);
+    svg.line(panel.at(face.at(1).point), panel.at(alone), old_line);
+    svg.circle(panel.at(alone), 3, {.fill = "#2a7a36"});
     draw_result(svg, panel, face);
-    svg.text(panel.at({0.5, 0.83}), "skin", Anchor::middle, 12, "#555555");
-    svg.text(panel.at({0.86, 0.18}), "cut", Anchor::middle, 12, "#555555");
+    svg.text(panel.at({0.22, 0.78}), "skin", Anchor::middle, 12, "#555555");
+    svg.text(panel.at({0.72, 0.24}), "cut", Anchor::middle, 12, "#555555");
 }
 
 // A ball below the cell whose top is in it, and the crossings it makes.
@@ -215,7 +220,7 @@ void draw_legend(Svg& svg, double y) {
     svg.line({140, y}, {166, y}, construction);
     svg.text({174, y}, "tangent", Anchor::start);
     svg.line({252, y}, {278, y}, {.stroke = "#2a7a36", .width = 2});
-    svg.text({286, y}, "arc, ball, way back to the mean", Anchor::start);
+    svg.text({286, y}, "arc, skin alone, way back, ball", Anchor::start);
     svg.line({530, y}, {556, y}, result_line);
     svg.text({564, y}, "surface", Anchor::start);
     draw_face_vertex(svg, {646, y}, ink);
@@ -239,7 +244,7 @@ Svg draw_placement() {
     draw_least_squares(svg, panel(0, 1), "four crossings",
                        {{0, 0.62, 100}, {2, 0.4, -84}, {1, 0.6, 186}, {3, 0.42, 10}});
     draw_pull_back(svg, panel(1, 1));
-    draw_first_alone(svg, panel(2, 1));
+    draw_slide(svg, panel(2, 1));
     draw_lift(svg, panel(3, 1));
     draw_legend(svg, 536);
     return svg;
