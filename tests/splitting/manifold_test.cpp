@@ -187,7 +187,8 @@ void check_grids(int grids, std::uint64_t seed) {
     for (int trial = 0; trial < grids; ++trial) {
         const std::uint32_t dice = random.below(100);
         TableGrid& grid = sides[dice < 5 ? 0 : dice < 80 ? 1 : dice < 95 ? 2 : 3];
-        grid.randomise(random, random.below(4) == 0 ? 256 : random.below(257), random.below(257));
+        const std::uint32_t fill = random.below(4) == 0 ? 256 : random.below(257);
+        grid.randomise(random, fill, random.below(257));
         check.reset(grid.vertex_count());
         grid.quads([&](const std::array<std::uint32_t, 4>& q) {
             check.add_quad(q);
@@ -214,7 +215,8 @@ TEST(AnyCut, TheSurfaceIsWhatTheTableSays) {
     Random random(43);
     for (int trial = 0; trial < 800; ++trial) {
         TableGrid table(2 + static_cast<int>(random.below(4)));
-        table.randomise(random, 64 + random.below(193), random.below(257));
+        const std::uint32_t fill = 64 + random.below(193);
+        table.randomise(random, fill, random.below(257));
         const CutCase c = table.as_case();
         const NodeGrid grid = grid_of(c);
         ASSERT_TRUE(validate(grid).empty());
@@ -271,7 +273,8 @@ TEST(AnyCut, TheFastCheckSaysWhatTheSlowOneSays) {
     int sound = 0, faulty = 0;
     for (int trial = 0; trial < 4000; ++trial) {
         TableGrid grid(2 + static_cast<int>(random.below(3)));
-        grid.randomise(random, 128 + random.below(129), random.below(200));
+        const std::uint32_t fill = 128 + random.below(129);
+        grid.randomise(random, fill, random.below(200));
         std::vector<std::array<std::uint32_t, 4>> quads;
         grid.quads([&](const auto& q) { quads.push_back(q); });
         if (quads.empty()) continue;

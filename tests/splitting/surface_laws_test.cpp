@@ -243,7 +243,8 @@ TEST(SurfaceLaws, APartForEachRegionBesideEachSheet) {
 TEST(SurfaceLaws, TheSkinHasOnePartLessThanThereAreRegions) {
     Random random(54);
     for (int trial = 0; trial < 500; ++trial) {
-        const CutCase c = random_case(random, 1 + static_cast<int>(random.below(5)), random.unit(), 0);
+        const int side = 1 + static_cast<int>(random.below(5));
+        const CutCase c = random_case(random, side, random.unit(), 0);
         if (c.inside.empty()) continue;
         const NodeGrid grid = grid_of(c);
         const Vec3i n = grid.rest().node_count;

@@ -270,7 +270,8 @@ std::vector<EdgeCut> anywhere(CellMask mask, Random& random) {
 // Crossings of up to three smooth sheets: normals of a sheet within 6 degrees of
 // one of three directions that stand within 30 degrees of square on each other.
 std::vector<EdgeCut> of_three_sheets(CellMask mask, Random& random) {
-    const Quat turn(Eigen::AngleAxisd(random.uniform(0, 3), random_normal(random).normalized()));
+    const Vec3 about = random_normal(random).normalized();
+    const Quat turn(Eigen::AngleAxisd(random.uniform(0, 3), about));
     std::vector<EdgeCut> cuts = anywhere(mask, random);
     for (EdgeCut& c : cuts) {
         const Vec3 sheet = turn * Vec3::Unit(static_cast<int>(random.below(3)));
@@ -356,12 +357,15 @@ TEST(PlacementSymmetry, OfWholeGrids) {
     const std::vector<Symmetry> all = all_symmetries();
     Random random(34);
     for (int trial = 0; trial < 700; ++trial) {
-        CutCase c =
-            random_case(random, 1 + static_cast<int>(random.below(4)), random.uniform(0.6, 1), random.unit());
-        const Quat turn(Eigen::AngleAxisd(random.uniform(0, 3), random_normal(random).normalized()));
-        for (EdgeCut& cut : c.cuts)
-            cut.normal = turn * Vec3::Unit(static_cast<int>(random.below(3))) +
-                         0.1 / std::sqrt(3.0) * random_normal(random);
+        const int side = 1 + static_cast<int>(random.below(4));
+        const double fill = random.uniform(0.6, 1);
+        CutCase c = random_case(random, side, fill, random.unit());
+        const Vec3 about = random_normal(random).normalized();
+        const Quat turn(Eigen::AngleAxisd(random.uniform(0, 3), about));
+        for (EdgeCut& cut : c.cuts) {
+            const Vec3 sheet = turn * Vec3::Unit(static_cast<int>(random.below(3)));
+            cut.normal = sheet + 0.1 / std::sqrt(3.0) * random_normal(random);
+        }
         const Symmetry& g = all[random.below(48)];
         const auto trouble = [&](const CutCase& some) { return grid_trouble(g, some); };
         ASSERT_EQ(trouble(c), "") << "axes to " << g.to[0] << g.to[1] << g.to[2] << " flipped " << g.flip[0]

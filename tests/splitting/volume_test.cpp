@@ -42,9 +42,12 @@ std::size_t cells_with_both(const NodeGrid& grid, const Surface& surface) {
 
 TriangleMesh random_body(Random& random, int kind) {
     if (kind == 0) return geometry::make_sphere(random.uniform(0.4, 0.5), 4);
-    if (kind == 1)
-        return turned(geometry::make_torus(0.35, random.uniform(0.1, 0.16), 64, 32), random_rotation(random));
-    const Vec3 size(1, random.uniform(0.5, 1), random.uniform(0.4, 0.8));
+    if (kind == 1) {
+        const double tube = random.uniform(0.1, 0.16);
+        return turned(geometry::make_torus(0.35, tube, 64, 32), random_rotation(random));
+    }
+    const double depth = random.uniform(0.5, 1);
+    const Vec3 size(1, depth, random.uniform(0.4, 0.8));
     return turned(geometry::make_box(size), random_rotation(random));
 }
 
