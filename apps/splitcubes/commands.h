@@ -15,6 +15,7 @@ void add_run_command(CLI::App& app, Run& run);
 void add_render_command(CLI::App& app, Run& run);
 void add_validate_command(CLI::App& app, Run& run);
 void add_bench_command(CLI::App& app, Run& run);
+void add_figure_command(CLI::App& app, Run& run);
 void add_info_command(CLI::App& app, Run& run);
 
 }  // namespace splitcubes::app

@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
     splitcubes::app::add_render_command(app, run);
     splitcubes::app::add_validate_command(app, run);
     splitcubes::app::add_bench_command(app, run);
+    splitcubes::app::add_figure_command(app, run);
     splitcubes::app::add_info_command(app, run);
     try {
         const auto is_named = [&](const CLI::App* command) { return command->check_name(argv[1]); };

@@ -94,6 +94,19 @@ TEST(Table, FansOfACentreInstance) {
     EXPECT_EQ(most_vertices, 56U);
 }
 
+TEST(Table, AComponentHasOneFanOfEachSheetThatItTouches) {
+    // The sheets of a cell draw separate connected figures on its surface; a component
+    // sees each of them from one side.
+    for (int m = 0; m < mask_count; ++m) {
+        const auto mask = static_cast<CellMask>(m);
+        const CellConfiguration& cell = Table::get().cell(mask);
+        std::set<std::array<int, 2>> known;
+        for (std::size_t fan = 0; fan < cell.fan_count; ++fan)
+            ASSERT_TRUE(known.insert({cell.component[cell.fan_corner[fan]], cell.fan_group[fan]}).second)
+                << "mask " << m;
+    }
+}
+
 TEST(Table, FaceInstancesDependOnTheFaceAlone) {
     // Two cells that share a face see the same ring mask and so the same instances;
     // reaching around through the cell would give others for 3100 masks.

@@ -1,0 +1,54 @@
+#include "commands.h"
+#include "figures/figures.h"
+
+#include <splitcubes/core/error.h>
+#include <splitcubes/io/atomic_file.h>
+
+#include <algorithm>
+#include <iostream>
+#include <memory>
+
+namespace splitcubes::app {
+
+namespace {
+
+struct Options {
+    std::string name, out;
+    bool list = false;
+};
+
+int list_figures() {
+    for (const figures::Figure& figure : figures::all_figures())
+        std::cout << figure.name << ": " << figure.shows << '\n';
+    return 0;
+}
+
+int draw_figure(const Options& options) {
+    if (options.list) return list_figures();
+    if (options.name.empty()) throw InputError("figure", "no name given", "see splitcubes figure --list");
+    const auto all = figures::all_figures();
+    const auto found = std::find_if(
+        all.begin(), all.end(), [&](const figures::Figure& figure) { return figure.name == options.name; });
+    if (found == all.end()) throw InputError(options.name, "is no figure", "see splitcubes figure --list");
+    if (std::filesystem::path(options.out).extension() != ".svg")
+        throw InputError(options.out.empty() ? "figure " + options.name : options.out,
+                         "no output that ends in .svg", "give -o FILE.svg");
+    io::AtomicFile file(options.out);
+    file.write(found->draw().document());
+    file.commit();
+    std::cout << options.out << ": " << found->shows << '\n';
+    return 0;
+}
+
+}  // namespace
+
+void add_figure_command(CLI::App& app, Run& run) {
+    const auto options = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("figure", "Draws a figure of the algorithm as SVG");
+    CLI::Option* name = command->add_option("name", options->name, "Which figure");
+    CLI::Option* out = command->add_option("-o,--output", options->out, "Drawing out: .svg");
+    command->add_flag("--list", options->list, "Lists the figures")->excludes(name)->excludes(out);
+    command->callback([options, &run] { run = [options] { return draw_figure(*options); }; });
+}
+
+}  // namespace splitcubes::app

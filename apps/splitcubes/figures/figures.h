@@ -1,0 +1,26 @@
+// The drawings of docs/algorithms/splitting-cubes.md. Their makers choose crossings;
+// where anything lies that follows from crossings, the library computes.
+#pragma once
+
+#include "svg.h"
+
+#include <span>
+
+namespace splitcubes::app::figures {
+
+Svg draw_faces();
+Svg draw_quads();
+Svg draw_fans();
+Svg draw_placement();
+Svg draw_skin();
+
+struct Figure {
+    const char* name;
+    const char* shows;
+    Svg (*draw)();
+};
+
+/// All there are, in the order of the document.
+std::span<const Figure> all_figures();
+
+}  // namespace splitcubes::app::figures

@@ -1,0 +1,130 @@
+// figure: every drawing is made, is well-formed, and is the one in the documents.
+#include "app/program.h"
+
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+
+namespace splitcubes::app_test {
+namespace {
+
+class Figures : public Program {
+  protected:
+    std::vector<std::string> names() const {
+        const Ended listed = run({"figure", "--list"});
+        EXPECT_EQ(listed.code, 0) << listed.err;
+        std::vector<std::string> out;
+        for (const std::string& line : lines_of(listed.out)) out.push_back(line.substr(0, line.find(':')));
+        return out;
+    }
+    std::string drawn(const std::string& name) const {
+        const Ended ended = run({"figure", name, "-o", name + ".svg"});
+        EXPECT_EQ(ended.code, 0) << ended.err;
+        EXPECT_EQ(lines_of(ended.out).size(), 1U);
+        return text_of(in(name + ".svg"));
+    }
+};
+
+// Why the text is no well-formed XML, as far as these drawings use it; empty where it is.
+std::string malformed(const std::string& xml) {
+    std::vector<std::string> open;
+    std::size_t elements = 0;
+    for (std::size_t at = 0; at < xml.size();) {
+        if (xml[at] != '<') {
+            if (xml[at] == '>') return "a bare >";
+            if (xml[at] == '&' && xml.compare(at, 4, "&lt;") != 0 && xml.compare(at, 4, "&gt;") != 0 &&
+                xml.compare(at, 5, "&amp;") != 0)
+                return "a bare &";
+            if (open.empty() && !std::isspace(static_cast<unsigned char>(xml[at]))) return "text outside";
+            ++at;
+            continue;
+        }
+        const std::size_t end = xml.find('>', at);
+        if (end == std::string::npos) return "a tag that does not end";
+        const std::string tag = xml.substr(at + 1, end - at - 1);
+        at = end + 1;
+        if (tag.empty() || tag.find('<') != std::string::npos) return "a < in a tag";
+        if (std::count(tag.begin(), tag.end(), '"') % 2 != 0) return "an odd quote in " + tag;
+        if (tag[0] == '/') {
+            if (open.empty() || open.back() != tag.substr(1))
+                return "</" + tag.substr(1) + "> closes nothing";
+            open.pop_back();
+            continue;
+        }
+        if (open.empty() && elements > 0) return "a second root";
+        ++elements;
+        if (tag.back() != '/') open.push_back(tag.substr(0, tag.find_first_of(" \n")));
+    }
+    if (!open.empty()) return open.back() + " is not closed";
+    return elements == 0 ? "nothing" : "";
+}
+
+TEST(WellFormed, TellsWhatIsNot) {
+    EXPECT_EQ(malformed("<a b=\"1\"><c/>x &lt; y</a>\n"), "");
+    for (const char* bad : {"", "<a>", "<a></b>", "<a/><a/>", "<a b=\"1/>", "<a>&nbsp;</a>", "x<a/>", "<a"})
+        EXPECT_NE(malformed(bad), "") << bad;
+}
+
+TEST_F(Figures, AreWellFormedDrawings) {
+    const std::vector<std::string> all = names();
+    EXPECT_GE(all.size(), 5U);
+    for (const std::string& name : all) {
+        const std::string svg = drawn(name);
+        EXPECT_EQ(malformed(svg), "") << name;
+        EXPECT_EQ(svg.rfind("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"", 0), 0U) << name;
+        EXPECT_GT(lines_of(svg).size(), 30U) << name;
+        for (const char* wrong : {"nan", "inf", "-0\"", "-0,"})
+            EXPECT_EQ(svg.find(wrong), std::string::npos) << name << ": " << wrong;
+        EXPECT_EQ(svg, drawn(name)) << name;
+    }
+    EXPECT_EQ(unfinished_files(), 0U);
+}
+
+// Splits a text into its numbers and what lies between them.
+void split(const std::string& text, std::vector<double>& numbers, std::string& between) {
+    const char* at = text.c_str();
+    while (*at != '\0') {
+        const bool number = std::isdigit(static_cast<unsigned char>(*at)) ||
+                            (*at == '-' && std::isdigit(static_cast<unsigned char>(at[1])));
+        char* end = nullptr;
+        if (number) {
+            numbers.push_back(std::strtod(at, &end));
+            between += '#';
+            at = end;
+        } else {
+            between += *at++;
+        }
+    }
+}
+
+// Up to a last written digit, which another maths library may round otherwise.
+TEST_F(Figures, InTheDocumentsAreUpToDate) {
+    for (const std::string& name : names()) {
+        const fs::path kept = fs::path(SPLITCUBES_DOCS) / "images" / "splitting-cubes" / (name + ".svg");
+        std::vector<double> new_numbers, old_numbers;
+        std::string new_text, old_text;
+        split(drawn(name), new_numbers, new_text);
+        split(text_of(kept), old_numbers, old_text);
+        const std::string remake = "remake it: splitcubes figure " + name + " -o " + kept.string();
+        ASSERT_EQ(new_text, old_text) << remake;
+        ASSERT_EQ(new_numbers.size(), old_numbers.size()) << remake;
+        for (std::size_t i = 0; i < new_numbers.size(); ++i)
+            ASSERT_LT(std::abs(new_numbers[i] - old_numbers[i]), 0.015) << remake;
+    }
+}
+
+TEST_F(Figures, RefusesWhatIsNone) {
+    expect_refused({"figure", "sketch", "-o", "a.svg"}, "sketch");
+    expect_refused({"figure", "-o", "a.svg"}, "figure");
+    expect_refused({"figure"}, "figure");
+    expect_refused({"figure", "faces"}, "faces");
+    expect_refused({"figure", "faces", "-o", "faces.png"}, "faces.png");
+    expect_refused({"figure", "faces", "-o", "nowhere/faces.svg"}, "nowhere");
+    expect_refused({"figure", "faces", "--list"}, "--list");
+    EXPECT_FALSE(fs::exists(in("a.svg")));
+    EXPECT_FALSE(fs::exists(in("faces.png")));
+    EXPECT_EQ(unfinished_files(), 0U);
+}
+
+}  // namespace
+}  // namespace splitcubes::app_test
