@@ -113,8 +113,16 @@ Tangent tangent(const Material& material, const Mat3& F, const Mat3& R, const Ma
     Tangent out;
     out.frame = R;
     if (material.volume_stiffness > 0) out.cofactor = cofactor_of(F);
-    if (material.model == MaterialModel::corotated) return out;
+    if (material.model == MaterialModel::corotated && !material.plasticity) return out;
     const SymmetricEigen stretch = eigen_symmetric(symmetric(R.transpose() * F));
+    if (material.model == MaterialModel::corotated) {
+        const Vec3 s = stretch.values.cwiseMax(0.5 * least_stretch_sum);
+        out.axes = stretch.vectors;
+        out.frame = R * stretch.vectors * s.asDiagonal();
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) out.weights(i, j) = 2 / (s[i] + s[j]);
+        return out;
+    }
     if (stretch.values[2] < least_stretch) {
         const Vec3 raised = stretch.values.cwiseMax(least_stretch);
         out.frame = R * stretch.vectors * raised.asDiagonal() * stretch.vectors.transpose();
@@ -124,6 +132,21 @@ Tangent tangent(const Material& material, const Mat3& F, const Mat3& R, const Ma
     const Mat3 stress = second_piola(material, elastic_green(material, F, plastic_strain));
     out.prestress = with_eigenvalues(stress, [](double value) { return std::max(value, 0.0); });
     return out;
+}
+
+Mat3 stress_change(const Material& material, const Tangent& t, const Mat3& dF) {
+    Mat3 change;
+    if (material.model == MaterialModel::corotated && material.plasticity) {
+        const Mat3 dS = t.weights.cwiseProduct(symmetric(t.frame.transpose() * dF * t.axes));
+        Mat3 stress = 2 * material.lame_mu() * dS;
+        stress.diagonal().array() += material.lame_lambda() * dS.trace();
+        change = t.frame * t.weights.cwiseProduct(stress) * t.axes.transpose();
+    } else {
+        change = stress_change(material, t.frame, dF) + dF * t.prestress;
+    }
+    if (material.volume_stiffness > 0)
+        change += material.volume_stiffness * t.cofactor.cwiseProduct(dF).sum() * t.cofactor;
+    return change;
 }
 
 Mat3 flow(const Plasticity& plasticity, const Mat3& total_strain, const Mat3& plastic_strain, double dt) {

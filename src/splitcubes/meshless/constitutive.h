@@ -27,26 +27,49 @@ double energy_density(const Material& material, const Mat3& F, const Mat3& R,
 Mat3 piola_stress(const Material& material, const Mat3& F, const Mat3& R,
                   const Mat3& plastic_strain = Mat3::Zero());
 
-/// The linear map from a change of F to that of the stress that implicit steps use:
-/// dP = f (2 mu sym(f^T dF) + lambda tr(f^T dF) I) + dF p + k (c : dF) c,
-/// symmetric and positive semi-definite.
+/// The linear map from a change of F to that of the stress that implicit steps use,
+/// symmetric and positive semi-definite:
+/// dP = f (2 mu sym(f^T dF) + lambda tr(f^T dF) I) + dF p + k (c : dF) c.
 ///
 /// Corotated: f = R, p = 0. The derivative of the rotation is left out, so it is d P
 /// where F = R and does not resist turning. (With R held, dP = 2 mu dF + ..., the
 /// energy's majorizer, one solve a step keeps what pivots on a support from turning: a
 /// stiff bar would hang in the air.)
+/// Corotated with plasticity, where F is far from R without stress: the exact d S in
+/// place of sym(R^T dF), so that it is d P wherever there is no stress. In the axes Q
+/// of S, f = F Q, dS = w o sym(f^T (dF Q)) with w_ij = 2 / (s_i + s_j), o by elements,
+/// and dP = f (w o (2 mu dS + lambda tr(dS) I)) Q^T; stretches s are raised to 0.1.
 /// St. Venant-Kirchhoff: f = F, its stretches raised to at least 0.7, p the second
 /// Piola-Kirchhoff stress without its compression: d P itself where nothing is
 /// compressed; elsewhere it is bounded from below, since the true one is indefinite
 /// and vanishes with F, and a step would be thrown far beyond rest.
 /// k: c is the cofactor matrix; the change of the cofactor, indefinite, is left out.
 struct Tangent {
-    Mat3 frame = Mat3::Identity();  // f
-    Mat3 prestress = Mat3::Zero();  // p, Pa, of St. Venant-Kirchhoff
-    Mat3 cofactor = Mat3::Zero();   // c, where k > 0
+    Mat3 frame = Mat3::Identity();    // f
+    Mat3 prestress = Mat3::Zero();    // p, Pa, of St. Venant-Kirchhoff
+    Mat3 cofactor = Mat3::Zero();     // c, where k > 0
+    Mat3 axes = Mat3::Identity();     // Q, of a corotated plastic material
+    Mat3 weights = Mat3::Identity();  // w, of a corotated plastic material
 };
 Tangent tangent(const Material& material, const Mat3& F, const Mat3& R,
                 const Mat3& plastic_strain = Mat3::Zero());
+
+/// Whether a material's tangents are their frame alone.
+inline bool frame_is_all(const Material& material) {
+    return material.model == MaterialModel::corotated && !material.plasticity &&
+           !(material.volume_stiffness > 0);
+}
+
+/// dP of dF by a frame alone.
+inline Mat3 stress_change(const Material& material, const Mat3& frame, const Mat3& dF) {
+    const Mat3 S = frame.transpose() * dF;
+    Mat3 stress = material.lame_mu() * (S + S.transpose());
+    stress.diagonal().array() += material.lame_lambda() * S.trace();
+    return frame * stress;
+}
+
+/// dP of dF by the whole tangent.
+Mat3 stress_change(const Material& material, const Tangent& tangent, const Mat3& dF);
 
 /// The plastic strain after dt seconds at F. Where |e - e_pl| is above the yield, e_pl
 /// goes on by dt creep (e - e_pl), but never past where the elastic strain is at the

@@ -205,30 +205,17 @@ void ElasticForces::forces(const Neighbourhoods& neighbourhoods, const Material&
 void ElasticForces::linearise(const Neighbourhoods& neighbourhoods, const Material& material,
                               const ElasticState& state, const Parallel& parallel) {
     const std::size_t n = neighbourhoods.size();
-    frame_.resize(n);
-    prestress_.resize(material.model == MaterialModel::st_venant_kirchhoff ? n : 0);
-    cofactor_.resize(material.volume_stiffness > 0 ? n : 0);
+    frame_.clear();
+    tangent_.clear();
+    if (frame_is_all(material)) {
+        frame_.assign(state.rotation.begin(), state.rotation.end());
+        return;
+    }
+    tangent_.resize(n);
     for_phyxels(parallel, n, [&](std::size_t i) {
-        const Tangent here = tangent(material, state.deformation[i], state.rotation[i],
-                                     plastic_strain_of(neighbourhoods, material, state, i));
-        frame_[i] = here.frame;
-        if (!prestress_.empty()) prestress_[i] = here.prestress;
-        if (!cofactor_.empty()) cofactor_[i] = here.cofactor;
+        tangent_[i] = tangent(material, state.deformation[i], state.rotation[i],
+                              plastic_strain_of(neighbourhoods, material, state, i));
     });
-}
-
-// dP of dF = gradient_[i], by the tangent of phyxel i.
-Mat3 ElasticForces::stress_change(const Material& material, std::size_t i) const {
-    const Mat3 dF = gradient_[i].topRows<3>();
-    const Mat3& f = frame_[i];
-    const Mat3 S = f.transpose() * dF;
-    Mat3 stress = material.lame_mu() * (S + S.transpose());
-    stress.diagonal().array() += material.lame_lambda() * S.trace();
-    Mat3 change = f * stress;
-    if (!prestress_.empty()) change += dF * prestress_[i];
-    if (!cofactor_.empty())
-        change += material.volume_stiffness * cofactor_[i].cwiseProduct(dF).sum() * cofactor_[i];
-    return change;
 }
 
 double ElasticForces::apply_stiffness(const Neighbourhoods& neighbourhoods, const Material& material,
@@ -236,7 +223,7 @@ double ElasticForces::apply_stiffness(const Neighbourhoods& neighbourhoods, cons
                                       std::span<const Vec3> dx, std::span<Vec3> out,
                                       const Parallel& parallel) {
     const std::size_t n = neighbourhoods.size();
-    assert(frame_.size() == n);
+    assert(frame_.size() + tangent_.size() == n);
     displacement_.resize(n);
     gradient_.resize(n);
     tension_.resize(n);
@@ -246,7 +233,10 @@ double ElasticForces::apply_stiffness(const Neighbourhoods& neighbourhoods, cons
     for_phyxels(parallel, n, [&](std::size_t i) {
         PaddedMatrix tension = PaddedMatrix::Zero();
         pair_terms(neighbourhoods, i, tension, pair_force_[i]);
-        tension.topRows<3>() += neighbourhoods.volume()[i] * stress_change(material, i);
+        const Mat3 dF = gradient_[i].topRows<3>();
+        tension.topRows<3>() +=
+            neighbourhoods.volume()[i] * (frame_.empty() ? stress_change(material, tangent_[i], dF)
+                                                         : stress_change(material, frame_[i], dF));
         tension_[i] = factor * tension;
         pair_force_[i] *= factor;
     });

@@ -75,15 +75,13 @@ class ElasticForces {
     void pair_terms(const Neighbourhoods& neighbourhoods, std::size_t i, PaddedMatrix& tension,
                     Vec3& pair_force) const;
     Vec3 gather_force(const Neighbourhoods& neighbourhoods, std::size_t i) const;
-    Mat3 stress_change(const Material& material, std::size_t i) const;
 
     std::vector<Padded> displacement_;    // per phyxel, dx, m
     std::vector<PaddedMatrix> gradient_;  // per phyxel, sum_j (dx_j - dx_i) g_ij^T
     std::vector<PaddedMatrix> tension_;   // per phyxel, V P + sum_j k s e x^T, N m
     std::vector<Vec3> pair_force_;        // per phyxel, sum_j k e, N
-    std::vector<Mat3> frame_;             // per phyxel, Tangent::frame
-    std::vector<Mat3> prestress_;         // per phyxel, Pa, Tangent::prestress; empty of the corotated model
-    std::vector<Mat3> cofactor_;          // per phyxel, Tangent::cofactor; empty without volume stiffness
+    std::vector<Mat3> frame_;             // per phyxel, where frame_is_all
+    std::vector<Tangent> tangent_;        // per phyxel, else
     ChunkSum sum_;
 };
 
