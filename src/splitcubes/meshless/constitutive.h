@@ -35,6 +35,9 @@ Mat3 piola_stress(const Material& material, const Mat3& F, const Mat3& R,
 /// where F = R and does not resist turning. (With R held, dP = 2 mu dF + ..., the
 /// energy's majorizer, one solve a step keeps what pivots on a support from turning: a
 /// stiff bar would hang in the air.)
+/// Where |F - R| is above 0.7, far from any state that lasts, it is that majorizer all
+/// the same: a crumb that a contact flips over within a step, or that was dealt an
+/// impossible shape, would be turned by so much that the linear motion tears it apart.
 /// Corotated with plasticity, where F is far from R without stress: the exact d S in
 /// place of sym(R^T dF), so that it is d P wherever there is no stress. In the axes Q
 /// of S, f = F Q, dS = w o sym(f^T (dF Q)) with w_ij = 2 / (s_i + s_j), o by elements,
@@ -45,6 +48,7 @@ Mat3 piola_stress(const Material& material, const Mat3& F, const Mat3& R,
 /// and vanishes with F, and a step would be thrown far beyond rest.
 /// k: c is the cofactor matrix; the change of the cofactor, indefinite, is left out.
 struct Tangent {
+    double turning = 0;               // 1: the majorizer
     Mat3 frame = Mat3::Identity();    // f
     Mat3 prestress = Mat3::Zero();    // p, Pa, of St. Venant-Kirchhoff
     Mat3 cofactor = Mat3::Zero();     // c, where k > 0
@@ -54,16 +58,21 @@ struct Tangent {
 Tangent tangent(const Material& material, const Mat3& F, const Mat3& R,
                 const Mat3& plastic_strain = Mat3::Zero());
 
-/// Whether a material's tangents are their frame alone.
+/// Whether a material's tangents are their frame and turning alone.
 inline bool frame_is_all(const Material& material) {
     return material.model == MaterialModel::corotated && !material.plasticity &&
            !(material.volume_stiffness > 0);
 }
 
-/// dP of dF by a frame alone.
-inline Mat3 stress_change(const Material& material, const Mat3& frame, const Mat3& dF) {
+/// Tangent::turning of the corotated material.
+inline double turning_resistance(const Mat3& F, const Mat3& R) {
+    return (F - R).squaredNorm() > 0.5 ? 1 : 0;
+}
+
+/// dP of dF by frame and turning alone.
+inline Mat3 stress_change(const Material& material, const Mat3& frame, double turning, const Mat3& dF) {
     const Mat3 S = frame.transpose() * dF;
-    Mat3 stress = material.lame_mu() * (S + S.transpose());
+    Mat3 stress = material.lame_mu() * ((1 + turning) * S + (1 - turning) * S.transpose());
     stress.diagonal().array() += material.lame_lambda() * S.trace();
     return frame * stress;
 }

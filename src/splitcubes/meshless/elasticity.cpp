@@ -206,9 +206,12 @@ void ElasticForces::linearise(const Neighbourhoods& neighbourhoods, const Materi
                               const ElasticState& state, const Parallel& parallel) {
     const std::size_t n = neighbourhoods.size();
     frame_.clear();
+    turning_.clear();
     tangent_.clear();
     if (frame_is_all(material)) {
         frame_.assign(state.rotation.begin(), state.rotation.end());
+        turning_.resize(n);
+        for (std::size_t i = 0; i < n; ++i) turning_[i] = turning_resistance(state.deformation[i], frame_[i]);
         return;
     }
     tangent_.resize(n);
@@ -234,9 +237,9 @@ double ElasticForces::apply_stiffness(const Neighbourhoods& neighbourhoods, cons
         PaddedMatrix tension = PaddedMatrix::Zero();
         pair_terms(neighbourhoods, i, tension, pair_force_[i]);
         const Mat3 dF = gradient_[i].topRows<3>();
-        tension.topRows<3>() +=
-            neighbourhoods.volume()[i] * (frame_.empty() ? stress_change(material, tangent_[i], dF)
-                                                         : stress_change(material, frame_[i], dF));
+        tension.topRows<3>() += neighbourhoods.volume()[i] *
+                                (frame_.empty() ? stress_change(material, tangent_[i], dF)
+                                                : stress_change(material, frame_[i], turning_[i], dF));
         tension_[i] = factor * tension;
         pair_force_[i] *= factor;
     });

@@ -81,6 +81,7 @@ class ElasticForces {
     std::vector<PaddedMatrix> tension_;   // per phyxel, V P + sum_j k s e x^T, N m
     std::vector<Vec3> pair_force_;        // per phyxel, sum_j k e, N
     std::vector<Mat3> frame_;             // per phyxel, where frame_is_all
+    std::vector<double> turning_;         // per phyxel, where frame_is_all
     std::vector<Tangent> tangent_;        // per phyxel, else
     ChunkSum sum_;
 };

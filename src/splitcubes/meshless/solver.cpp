@@ -10,6 +10,8 @@ namespace {
 
 // Corrections below this share of the support radius are rounding: a solve ends there.
 constexpr double smallest_correction = 1e-10;
+// Corrections above this share of the support radius may have turned something by far.
+constexpr double far_share = 0.2;
 
 }  // namespace
 
@@ -25,13 +27,19 @@ SolverReport ImplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighb
     predict(job);
     momenta_.begin(phyxels, input.piece_count);
     meet_ground(job);
-    compute_deformation(neighbourhoods, phyxels.rest_position, base_, phyxels.rotation, deformation_,
-                        rotation_, parallel);
-    elastic_.linearise(neighbourhoods, material, base_state(job), parallel);
-    right_side(job);
+    linearise(job);
     start_guess(job);
-    solve(job);
-    for (int pass = 0; pass < max_contact_passes && revise_contacts(job); ++pass) solve(job);
+    solve_with_contacts(job);
+    for (int pass = 0; pass < max_distorted_passes && is_torn(job); ++pass) {
+        for_phyxels(parallel, phyxels.size(), [&](std::size_t i) {
+            base_[i] += d_[i];
+            d_[i].setZero();
+            // Found from the pressure of a solve that tore: it would fling what it holds.
+            friction_[i].setZero();
+        });
+        linearise(job);
+        solve_with_contacts(job);
+    }
     for_phyxels(parallel, phyxels.size(), [&](std::size_t i) { finish_phyxel(job, i); });
     for (std::size_t i = 0; i < phyxels.size(); ++i) report_.non_finite += failed_[i];
     break_histories(job);
@@ -41,6 +49,36 @@ SolverReport ImplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighb
     describe_state(phyxels, neighbourhoods, material, elastic_, report_, parallel);
     for (const Mode mode : mode_) report_.contacts += mode == Mode::stick || mode == Mode::slide;
     return report_;
+}
+
+void ImplicitSolver::linearise(const Job& job) {
+    compute_deformation(job.neighbourhoods, job.phyxels.rest_position, base_, job.phyxels.rotation,
+                        deformation_, rotation_, job.parallel);
+    elastic_.linearise(job.neighbourhoods, job.material, base_state(job), job.parallel);
+    right_side(job);
+}
+
+void ImplicitSolver::solve_with_contacts(const Job& job) {
+    solve(job);
+    for (int pass = 0; pass < max_contact_passes && revise_contacts(job); ++pass) solve(job);
+}
+
+// Whether the solve has torn a neighbourhood that was whole where it began: one that it
+// turns by far in a step grows, since it is turned along straight lines.
+bool ImplicitSolver::is_torn(const Job& job) {
+    const Phyxels& phyxels = job.phyxels;
+    const std::size_t n = phyxels.size();
+    bool far = false;
+    for (std::size_t i = 0; i < n && !far; ++i) far = d_[i].norm() > far_share * phyxels.support_radius[i];
+    if (!far) return false;
+    for_phyxels(job.parallel, n, [&](std::size_t i) { p_[i] = base_[i] + d_[i]; });
+    whole_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) whole_[i] = turning_resistance(deformation_[i], rotation_[i]) == 0;
+    compute_deformation(job.neighbourhoods, phyxels.rest_position, p_, phyxels.rotation, deformation_,
+                        rotation_, job.parallel);
+    for (std::size_t i = 0; i < n; ++i)
+        if (whole_[i] != 0 && turning_resistance(deformation_[i], rotation_[i]) > 0) return true;
+    return false;
 }
 
 void ImplicitSolver::size_buffers(std::size_t count) {

@@ -13,7 +13,8 @@ namespace splitcubes::meshless {
 /// Implicit steps in predict-correct form. Predict y without elastic force by
 /// BDF2 (b = 2/3 dt), or backward Euler (b = dt) for phyxels whose history is
 /// broken, whose piece has just met or left the ground, that are held or lie beside an inverted one; take F
-/// and R at y; solve (M/b^2 + K) dx = f(y) by conjugate gradients; x = y + dx. All state is in Phyxels, the
+/// and R at y; solve (M/b^2 + K) dx = f(y) by conjugate gradients; x = y + dx. Where that
+/// tears what was whole, once more from there. All state is in Phyxels, the
 /// object holds buffers only.
 ///
 /// Ground: an active set. A phyxel whose prediction is below its contact radius
@@ -36,6 +37,7 @@ class ImplicitSolver {
     enum class Mode : std::uint8_t { free, held, stick, slide };
 
     static constexpr int max_contact_passes = 3;
+    static constexpr int max_distorted_passes = 3;
 
     /// The arguments of a step, passed on.
     struct Job {
@@ -55,6 +57,9 @@ class ImplicitSolver {
     void meet_ground(const Job& job);
     Vec3 touch_ground(const Job& job, std::size_t i, const Vec3& reached);
     bool below_ground(const Job& job, std::size_t i, const Vec3& place) const;
+    void linearise(const Job& job);
+    void solve_with_contacts(const Job& job);
+    bool is_torn(const Job& job);
     void right_side(const Job& job);
     void start_guess(const Job& job);
     double wanted_residual(const Job& job);
@@ -86,6 +91,7 @@ class ImplicitSolver {
     std::vector<Vec3> d_, r_, p_, q_;     // conjugate gradients: x - base_ (m), residual (N), direction, A p
     std::vector<std::uint8_t> inverted_;  // per phyxel, det F <= 0 before the step
     std::vector<std::uint8_t> touched_;   // per phyxel, met the ground in this step, if only for a solve
+    std::vector<std::uint8_t> whole_;     // per phyxel, not distorted at base_
     std::vector<std::uint8_t> met_;       // per phyxel, met or left the ground in this step
     std::vector<std::uint8_t> failed_;    // per phyxel, went non-finite in this step
     std::vector<std::uint8_t> broken_;    // per piece, met or left the ground in this step
