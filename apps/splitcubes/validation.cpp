@@ -37,9 +37,9 @@ body::HoldConstraint moved(const Vec3& point, const Vec3& normal, const Isometry
 // Steps until the body is at rest; what holds it may have moved it at once.
 body::StepReport settle(body::World& world) {
     body::StepReport report = world.step();
-    for (int k = 0; k < 400; ++k) {
+    for (int k = 0; k < 600; ++k) {
         report = world.step();
-        if (k > 20 && report.top_speed < 1e-5) break;
+        if (k > 20 && report.top_speed < 1e-7) break;
     }
     return report;
 }
@@ -47,7 +47,7 @@ body::StepReport settle(body::World& world) {
 body::WorldSettings still(const Vec3& gravity) {
     body::WorldSettings settings;
     settings.gravity = gravity;
-    settings.solver.tolerance = 1e-5;
+    settings.solver.tolerance = 1e-7;
     settings.solver.bdf2 = false;  // comes to rest sooner
     settings.validate_each_step = false;
     return settings;
