@@ -1,10 +1,12 @@
 #include "commands.h"
 #include "report.h"
+#include "validation.h"
 
 #include <splitcubes/body/world.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/stopwatch.h>
 #include <splitcubes/geometry/shapes.h>
+#include <splitcubes/io/atomic_file.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -16,7 +18,7 @@ namespace splitcubes::app {
 namespace {
 
 struct Options {
-    std::string name, json;
+    std::string name, json, plot;
     int threads = 0;
     int runs = 5;
 };
@@ -127,10 +129,45 @@ int bench_paper(const Options& options) {
     return 0;
 }
 
+int bench_validation(const Options& options) {
+    const auto parallel = std::make_shared<const Parallel>(options.threads);
+    const std::vector<ValidationPoint> points = validate_mechanics(parallel);
+    Json rows = Json::array();
+    std::printf("| %-10s | across | phyxels |   measured |   expected | unit | error %% | stiffness seen |\n",
+                "test");
+    std::printf("|---|---|---|---|---|---|---|---|\n");
+    for (const ValidationPoint& p : points) {
+        std::printf("| %-10s | %6d | %7zu | %10.4g | %10.4g | %4s | %+7.1f | ", p.test.c_str(), p.across,
+                    p.count, p.measured, p.expected, p.unit.c_str(), 100 * p.error());
+        if (p.seen > 0)
+            std::printf("%.2f |\n", p.seen);
+        else
+            std::printf("|\n");
+        rows.push_back({{"test", p.test},
+                        {"across", p.across},
+                        {"phyxels", p.count},
+                        {"measured", p.measured},
+                        {"expected", p.expected},
+                        {"unit", p.unit},
+                        {"error", p.error()},
+                        {"stiffness_seen", p.seen}});
+    }
+    const Json json = {{"bench", "validation"}, {"points", rows}};
+    std::cout << json.dump() << '\n';
+    write_json(options.json, json);
+    if (!options.plot.empty()) {
+        io::AtomicFile file(options.plot);
+        file.write(error_plot(points));
+        file.commit();
+    }
+    return 0;
+}
+
 int bench(const Options& options) {
     if (options.runs < 1) throw InputError("--runs", "must be at least 1");
     if (options.name == "paper") return bench_paper(options);
-    throw InputError("bench", "there is no benchmark '" + options.name + "'", "known: paper");
+    if (options.name == "validation") return bench_validation(options);
+    throw InputError("bench", "there is no benchmark '" + options.name + "'", "known: paper, validation");
 }
 
 }  // namespace
@@ -139,7 +176,11 @@ void add_bench_command(CLI::App& app, Run& run) {
     const auto options = std::make_shared<Options>();
     CLI::App* command =
         app.add_subcommand("bench", "Runs a benchmark; prints a table, then one line of JSON");
-    command->add_option("name", options->name, "paper: the published size, a blade passing")->required();
+    command
+        ->add_option("name", options->name,
+                     "paper: the published size, a blade passing; validation: linear elasticity")
+        ->required();
+    command->add_option("--plot", options->plot, "Of validation: an SVG picture of the errors");
     command->add_option("--threads", options->threads, "Threads (all)")->check(CLI::Range(1, 1024));
     command->add_option("--runs", options->runs, "Runs to take medians over (5)");
     command->add_option("--json", options->json, "Writes the JSON to a file too");

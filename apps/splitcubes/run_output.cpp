@@ -82,7 +82,7 @@ RunOutput::RunOutput(const fs::path& folder, const scene::SceneDescription& desc
     metrics_ +=
         ",step_ms,phyxels,pairs,cut_edges,new_cut_edges,surface_cells,triangles,pieces,disks,mass,momentum_x,"
         "momentum_y,momentum_z,angular_momentum_x,angular_momentum_y,angular_momentum_z,kinetic_energy,"
-        "elastic_energy,top_speed,solver_iterations,contacts,flags\n";
+        "elastic_energy,top_speed,solver_iterations,substeps,contacts,flags\n";
 }
 
 RunOutput::~RunOutput() = default;
@@ -102,7 +102,8 @@ void RunOutput::add_metrics(const body::StepReport& r, int frame) {
     for (const Vec3& v : {r.momentum, r.angular_momentum})
         for (int k = 0; k < 3; ++k) row << ',' << v[k];
     row << ',' << r.kinetic_energy << ',' << r.elastic_energy << ',' << r.top_speed << ','
-        << r.solver_iterations << ',' << r.contacts << ',' << body::flag_text(r.flags) << '\n';
+        << r.solver_iterations << ',' << r.substeps << ',' << r.contacts << ',' << body::flag_text(r.flags)
+        << '\n';
     metrics_ += row.str();
 }
 

@@ -76,6 +76,22 @@ TEST(Scenes, TheIncisionLeavesOnePiece) {
     EXPECT_TRUE(geometry::check_mesh(mesh.mesh).valid());
 }
 
+double lowest_of(const Outcome& out) {
+    double lowest = 1;
+    for (const Vec3& p : out.world->surface_mesh().mesh.positions) lowest = std::min(lowest, p.z());
+    return lowest;
+}
+
+TEST(Scenes, TheBarBentPastItsYieldKeepsItsBendTheOtherSpringsBack) {
+    const std::vector<std::string> coarse = {"bodies[0].cells=32"};
+    const Outcome past = run("bar_bent_past_yield.json", coarse);
+    const Outcome below = run("bar_bent_below_yield.json", coarse);
+    // The end was 12 and 1.2 cm down; the bar is 5 cm thick.
+    EXPECT_LT(lowest_of(past), -0.025 - 0.07);
+    EXPECT_GT(lowest_of(past), -0.025 - 0.121);
+    EXPECT_NEAR(lowest_of(below), -0.025, 6e-4);
+}
+
 TEST(Scenes, AFrameComesBackFromItsFile) {
     const Outcome out =
         run("pear_halves.json", {"bodies[0].cells=14", "bodies[0].phyxel_count=80", "frames=50"});

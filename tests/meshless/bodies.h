@@ -2,7 +2,7 @@
 #pragma once
 
 #include <splitcubes/core/random.h>
-#include <splitcubes/meshless/solver.h>
+#include <splitcubes/meshless/any_solver.h>
 
 #include <cmath>
 #include <cstddef>
@@ -18,7 +18,7 @@ struct Specimen {
     Pairs pairs;
     Neighbourhoods neighbourhoods;
     Material material;
-    ImplicitSolver solver;
+    AnySolver solver;
     StepInput input;
     SolverOptions options;
 

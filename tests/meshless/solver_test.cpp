@@ -222,6 +222,27 @@ TEST(Step, FiniteForAnyStiffness) {
     }
 }
 
+// Four phyxels half a centimetre apart that the ground turns over within a step or two;
+// taken for linear, that turn would tear them apart.
+TEST(Step, ACrumbIsTumbledByTheGroundAndStaysWhole) {
+    const Parallel parallel(1);
+    Random random(31);
+    for (int trial = 0; trial < 20; ++trial) {
+        Specimen body;
+        body.material = soft();
+        const Mat3 turn = fixtures::random_rotation(random);
+        for (const Vec3& place : {Vec3(0, -1, 0), Vec3(-1, 0, 0), Vec3(0, 0, 1), Vec3(0, 0, 0)})
+            body.add(0.005 * (turn * place) + Vec3(0, 0, 0.008), 0.005);
+        body.connect(parallel);
+        body.input.gravity = Vec3(0, 0, -9.81);
+        body.input.ground = GroundPlane{Vec3::UnitZ(), 0, 0.6};
+        body.move(stay, [](const Vec3&) { return Vec3(0.7, 0.2, -1.2); });
+        for (int k = 0; k < 60; ++k)
+            ASSERT_LT(body.step(parallel).top_speed, 20) << "trial " << trial << ", step " << k;
+        EXPECT_LT(fixtures::largest_strain(body), 0.1);
+    }
+}
+
 TEST(Step, HeldPhyxelsFollowTheirPath) {
     const Parallel parallel(1);
     Specimen body = block(6, 3, 3, 0.05, soft(), parallel);

@@ -12,7 +12,8 @@ inline constexpr const char* full_scene = R"json({
     {"name": "a", "shape": {"box": {"size": [1, 2, 3]}},
      "placement": {"position": [1, 2, 3], "rotation": {"axis": [1, 1, 0], "angle_degrees": 33.3}, "scale": 0.1},
      "cells": 20, "phyxel_count": 99,
-     "material": {"density": 900, "youngs_modulus": 1.25e4, "poisson_ratio": 0.45, "mass_damping": 0.1,
+     "material": {"model": "st-venant-kirchhoff", "volume_stiffness": 1e3, "plasticity": {"yield": 0.1, "creep": 2,
+                  "maximum": 0.3}, "density": 900, "youngs_modulus": 1.25e4, "poisson_ratio": 0.45, "mass_damping": 0.1,
                   "stiffness_damping": 0.2, "zero_energy": 0.05},
      "velocity": [1, 0, 0.1], "angular_velocity": [0, 2, 0]},
     {"name": "b", "shape": {"sphere": {"radius": 0.5}}, "cell_size": 0.05, "phyxel_spacing": 0.1},
@@ -42,7 +43,7 @@ inline constexpr const char* full_scene = R"json({
      "motion": {"circular": {"center": [0, 0, 1], "axis": [0, 0, -1], "radius": 0.4, "start_angle_degrees": 90,
                              "turns": -1.5, "from_time": 0.2, "until_time": 1.2, "turn_with_path": false}}}
   ],
-  "solver": {"kind": "implicit", "integrator": "backward_euler", "tolerance": 1e-4, "max_iterations": 50},
+  "solver": {"kind": "explicit", "integrator": "backward_euler", "tolerance": 1e-4, "max_iterations": 50},
   "occlusion": {"backend": "cpu", "disk_size": 32},
   "output": {"every_nth_frame": 3, "format": "glb", "pictures": true},
   "camera": {"eye": [1, -4, 2], "target": [0, 0, 1], "direction": [0, 1, 0.5], "up": [0, 1, 1],

@@ -67,7 +67,8 @@ TEST(ParseScene, reads_every_field) {
                                             {},
                                             99,
                                             {},
-                                            {900, 1.25e4, 0.45, 0.1, 0.2, 0.05},
+                                            {MaterialModel::st_venant_kirchhoff, 900, 1.25e4, 0.45, 1e3, 0.1,
+                                             0.2, 0.05, PlasticityDescription{0.1, 2, 0.3}},
                                             Vec3(1, 0, 0.1),
                                             Vec3(0, 2, 0)}));
     BodyDescription b;
@@ -108,7 +109,8 @@ TEST(ParseScene, reads_every_field) {
     EXPECT_EQ(s.tools[1].motion, Motion(circle));
     EXPECT_EQ(s.tools[1].active_from, 0.2);
     EXPECT_EQ(s.tools[1].active_until, 1.2);
-    EXPECT_EQ(s.solver, (SolverDescription{SolverKind::implicit, Integrator::backward_euler, 1e-4, 50}));
+    EXPECT_EQ(s.solver,
+              (SolverDescription{SolverKind::explicit_steps, Integrator::backward_euler, 1e-4, 50}));
     EXPECT_EQ(s.occlusion, (OcclusionDescription{"cpu", 32}));
     EXPECT_EQ(s.output, (OutputDescription{3, SurfaceFormat::glb, true}));
     EXPECT_EQ(s.camera, (CameraDescription{Vec3(1, -4, 2), Vec3(0, 0, 1), Vec3(0, 1, 0.5), Vec3(0, 1, 1), 50,
@@ -207,7 +209,8 @@ TEST(ParseScene, what_belongs_together_must_fit) {
         {"\"file\": \"schema.json\"", "\"file\": \"none.obj\"",
          "bodies[6].shape.mesh.file is \"none.obj\", but there is no"},
         {"\"kind\": \"move\"", "\"kind\": \"hold\"", "keyframes is given, but the kind is \"hold\""},
-        {"\"kind\": \"implicit\"", "\"kind\": \"explicit\"", "solver.kind is \"explicit\", which is unknown"},
+        {"\"kind\": \"explicit\"", "\"kind\": \"magic\"", "solver.kind is \"magic\", which is unknown"},
+        {"\"maximum\": 0.3", "\"maximum\": 0.5", "plasticity.maximum is 0.5; give at most 0.45"},
     };
     for (const auto& [old_text, new_text, message] : cases) {
         EXPECT_THAT(error_of(with(old_text, new_text)), AllOf(HasSubstr(message), HasSubstr("x.json:")))

@@ -248,6 +248,9 @@ void Body::add_to_hash(StateHash& hash) const {
     };
     add(phyxels_.position);
     add(phyxels_.velocity);
+    if (settings_.material.plasticity)
+        for (const Mat3& strain : phyxels_.plastic_strain)
+            for (int k = 0; k < 9; ++k) hash.add(strain(k / 3, k % 3));
     for (const std::int32_t piece : phyxels_.piece) hash.add(piece);
     for (const double mass : phyxels_.mass) hash.add(mass);
     for (const float v : pairs_.visibility) hash.add(static_cast<double>(v));

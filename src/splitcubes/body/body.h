@@ -9,10 +9,10 @@
 #include <splitcubes/cutting/sweep.h>
 #include <splitcubes/geometry/occluder_grid.h>
 #include <splitcubes/geometry/triangle_mesh.h>
+#include <splitcubes/meshless/any_solver.h>
 #include <splitcubes/meshless/booking.h>
 #include <splitcubes/meshless/material.h>
 #include <splitcubes/meshless/neighbourhoods.h>
-#include <splitcubes/meshless/solver.h>
 #include <splitcubes/occlusion/visibility.h>
 #include <splitcubes/splitting/extract.h>
 #include <splitcubes/splitting/pieces.h>
@@ -153,7 +153,7 @@ class Body {
     meshless::Pairs pairs_;
     meshless::Neighbourhoods neighbourhoods_;
     meshless::Booking booking_;
-    meshless::ImplicitSolver solver_;
+    meshless::AnySolver solver_;
     std::vector<Vec3i> owner_;                // per phyxel: the inside node that decides its piece
     std::vector<Mat3> previous_deformation_;  // per phyxel, one step ago
     double spacing_ = 0;                      // m, between phyxels

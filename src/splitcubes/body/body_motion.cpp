@@ -1,6 +1,8 @@
 // The last stages of a step: the body moves, its surface follows.
 #include <splitcubes/body/body.h>
 
+#include <algorithm>
+
 namespace splitcubes::body {
 
 void Body::integrate(const StepContext& context, StepReport& report) {
@@ -34,6 +36,7 @@ void Body::integrate(const StepContext& context, StepReport& report) {
     ++step_;
 
     report.solver_iterations += solved.iterations;
+    report.substeps = std::max(report.substeps, solved.substeps);
     report.contacts += solved.contacts;
     report.kinetic_energy += solved.kinetic_energy;
     report.elastic_energy += solved.elastic_energy;

@@ -174,6 +174,7 @@ void Body::add_samples(std::int32_t piece, std::size_t wanted) {
                 phyxels_.position[nearest] + start.deformation * (rest - phyxels_.rest_position[nearest]);
         }
         start.velocity = phyxels_.velocity[nearest];
+        start.plastic_strain = phyxels_.plastic_strain[nearest];
         phyxels_.append(start);
         owner_.push_back(inside_nodes_[n]);
         previous_deformation_.push_back(start.deformation);
@@ -183,8 +184,9 @@ void Body::add_samples(std::int32_t piece, std::size_t wanted) {
 
 // A crumb starts as an undeformed body: its nodes were carried by phyxels on both
 // sides of what was cut, so their places may be far apart, and taken as they are
-// they would be released as elastic energy. Keeps the centre, the mean rotation
-// and the mean velocity; rebook gives back the momenta.
+// they would be released as elastic energy. Keeps the centre, the mean rotation, the
+// mean velocity and the mean plastic strain, in the shape of which it is without
+// stress; rebook gives back the momenta.
 void Body::make_rigid(std::int32_t piece) {
     std::vector<std::size_t> members;
     double total = 0;
@@ -197,21 +199,25 @@ void Body::make_rigid(std::int32_t piece) {
     const bool all_new = !(total > 0);
     if (all_new) total = static_cast<double>(members.size());
     Vec3 rest = Vec3::Zero(), position = Vec3::Zero(), velocity = Vec3::Zero();
-    Mat3 deformation = Mat3::Zero();
+    Mat3 deformation = Mat3::Zero(), plastic_strain = Mat3::Zero();
     for (const std::size_t i : members) {
         const double weight = (all_new ? 1 : phyxels_.mass[i]) / total;
         rest += weight * phyxels_.rest_position[i];
         position += weight * phyxels_.position[i];
         velocity += weight * phyxels_.velocity[i];
         deformation += weight * phyxels_.deformation[i];
+        plastic_strain += weight * phyxels_.plastic_strain[i];
     }
     const Mat3 rotation = rotation_of(deformation);
+    const Mat3 shape = rotation * meshless::stretch_of(settings_.material, plastic_strain);
     for (const std::size_t i : members) {
-        phyxels_.position[i] = position + rotation * (phyxels_.rest_position[i] - rest);
+        phyxels_.position[i] = position + shape * (phyxels_.rest_position[i] - rest);
         phyxels_.velocity[i] = velocity;
         phyxels_.previous_position[i] = phyxels_.position[i];
         phyxels_.previous_velocity[i] = phyxels_.velocity[i];
-        phyxels_.deformation[i] = phyxels_.rotation[i] = previous_deformation_[i] = rotation;
+        phyxels_.deformation[i] = previous_deformation_[i] = shape;
+        phyxels_.rotation[i] = rotation;
+        phyxels_.plastic_strain[i] = plastic_strain;
         phyxels_.history_broken[i] = 1;
     }
 }

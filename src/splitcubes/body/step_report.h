@@ -63,6 +63,7 @@ struct StepReport {
     std::size_t disks = 0;  // pairs whose visibility was evaluated
     std::size_t new_phyxels = 0;
     int solver_iterations = 0;
+    int substeps = 0;  // of the explicit solver, the most of any body; 1 of the implicit one
     std::size_t contacts = 0;
     std::uint32_t flags = 0;
 

@@ -72,26 +72,32 @@ void update_deformation(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, 
                         phyxels.deformation, phyxels.rotation, parallel);
 }
 
-Mat3 piola_stress(const Material& material, const Mat3& deformation, const Mat3& rotation) {
-    const double stretch = rotation.cwiseProduct(deformation).sum() - 3;
-    return 2 * material.lame_mu() * (deformation - rotation) + material.lame_lambda() * stretch * rotation;
+namespace {
+
+// The part of the plastic strain in the directions that a phyxel's neighbours tell:
+// across them the material has no strain, and stress there would make a torque.
+Mat3 plastic_strain_of(const Neighbourhoods& neighbourhoods, const Material& material,
+                       const ElasticState& state, std::size_t i) {
+    if (!material.plasticity) return Mat3::Zero();
+    if (neighbourhoods.rank()[i] == 3) return state.plastic_strain[i];
+    const Mat3 projection = neighbourhoods.kept_directions(i);
+    return projection * state.plastic_strain[i] * projection;
 }
 
+}  // namespace
+
 double ElasticForces::energy(const Neighbourhoods& neighbourhoods, const Material& material,
-                             std::span<const Vec3> position, std::span<const Mat3> deformation,
-                             std::span<const Mat3> rotation, const Parallel& parallel) {
-    const double mu = material.lame_mu();
-    const double lambda = material.lame_lambda();
+                             const ElasticState& state, const Parallel& parallel) {
     const auto of_phyxel = [&](std::size_t i) {
-        const double stretch = rotation[i].cwiseProduct(deformation[i]).sum() - 3;
-        double energy = neighbourhoods.volume()[i] * (mu * (deformation[i] - rotation[i]).squaredNorm() +
-                                                      0.5 * lambda * stretch * stretch);
+        double energy = neighbourhoods.volume()[i] *
+                        energy_density(material, state.deformation[i], state.rotation[i],
+                                       plastic_strain_of(neighbourhoods, material, state, i));
         for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
             const std::uint32_t j = neighbourhoods.neighbour()[l];
             const double s = neighbourhoods.share()[l];
             const Vec3 error =
-                (s * deformation[i] + (1 - s) * deformation[j]) * neighbourhoods.rest_edge()[l] -
-                (position[j] - position[i]);
+                (s * state.deformation[i] + (1 - s) * state.deformation[j]) * neighbourhoods.rest_edge()[l] -
+                (state.position[j] - state.position[i]);
             // A quarter: each pair is met from both ends.
             energy += 0.25 * neighbourhoods.pair_stiffness()[l] * error.squaredNorm();
         }
@@ -172,20 +178,21 @@ Vec3 ElasticForces::gather_force(const Neighbourhoods& neighbourhoods, std::size
 }
 
 void ElasticForces::forces(const Neighbourhoods& neighbourhoods, const Material& material,
-                           std::span<const Vec3> position, std::span<const Mat3> deformation,
-                           std::span<const Mat3> rotation, std::span<Vec3> force, const Parallel& parallel) {
+                           const ElasticState& state, std::span<Vec3> force, const Parallel& parallel) {
     const std::size_t n = neighbourhoods.size();
     tension_.resize(n);
     pair_force_.resize(n);
+    const std::span<const Mat3> F = state.deformation;
     for_phyxels(parallel, n, [&](std::size_t i) {
-        Mat3 tension = neighbourhoods.volume()[i] * piola_stress(material, deformation[i], rotation[i]);
+        Mat3 tension =
+            neighbourhoods.volume()[i] * piola_stress(material, F[i], state.rotation[i],
+                                                      plastic_strain_of(neighbourhoods, material, state, i));
         pair_force_[i].setZero();
         // Each error as a whole, so that it is exactly zero at rest.
         for_links(neighbourhoods, i, [&](std::uint32_t l, std::uint32_t j) {
             const double s = neighbourhoods.share()[l];
             const Vec3& edge = neighbourhoods.rest_edge()[l];
-            const Vec3 error =
-                (s * deformation[i] + (1 - s) * deformation[j]) * edge - (position[j] - position[i]);
+            const Vec3 error = (s * F[i] + (1 - s) * F[j]) * edge - (state.position[j] - state.position[i]);
             pair_force_[i] += neighbourhoods.pair_stiffness()[l] * error;
             tension += neighbourhoods.pair_stiffness()[l] * s * error * edge.transpose();
         });
@@ -195,30 +202,45 @@ void ElasticForces::forces(const Neighbourhoods& neighbourhoods, const Material&
     for_phyxels(parallel, n, [&](std::size_t i) { force[i] = gather_force(neighbourhoods, i); });
 }
 
-double ElasticForces::apply_stiffness(const Neighbourhoods& neighbourhoods, const Material& material,
-                                      double factor, std::span<const Mat3> rotation,
-                                      std::span<const double> diagonal, std::span<const Vec3> dx,
-                                      std::span<Vec3> out, const Parallel& parallel) {
+void ElasticForces::linearise(const Neighbourhoods& neighbourhoods, const Material& material,
+                              const ElasticState& state, const Parallel& parallel) {
     const std::size_t n = neighbourhoods.size();
+    frame_.clear();
+    turning_.clear();
+    tangent_.clear();
+    if (frame_is_all(material)) {
+        frame_.assign(state.rotation.begin(), state.rotation.end());
+        turning_.resize(n);
+        for (std::size_t i = 0; i < n; ++i) turning_[i] = turning_resistance(state.deformation[i], frame_[i]);
+        return;
+    }
+    tangent_.resize(n);
+    for_phyxels(parallel, n, [&](std::size_t i) {
+        tangent_[i] = tangent(material, state.deformation[i], state.rotation[i],
+                              plastic_strain_of(neighbourhoods, material, state, i));
+    });
+}
+
+double ElasticForces::apply_stiffness(const Neighbourhoods& neighbourhoods, const Material& material,
+                                      double factor, std::span<const double> diagonal,
+                                      std::span<const Vec3> dx, std::span<Vec3> out,
+                                      const Parallel& parallel) {
+    const std::size_t n = neighbourhoods.size();
+    assert(frame_.size() + tangent_.size() == n);
     displacement_.resize(n);
     gradient_.resize(n);
     tension_.resize(n);
     pair_force_.resize(n);
     for_phyxels(parallel, n, [&](std::size_t i) { displacement_[i] << dx[i], 0; });
     for_phyxels(parallel, n, [&](std::size_t i) { gradient_[i] = displacement_gradient(neighbourhoods, i); });
-    const double lambda = factor * material.lame_lambda();
-    const double mu = factor * material.lame_mu();
     for_phyxels(parallel, n, [&](std::size_t i) {
-        const Mat3& R = rotation[i];
-        // R^T dF = S: the stress is R (mu (S + S^T) + lambda tr(S)).
-        const Mat3 S = R.transpose() * gradient_[i].topRows<3>();
-        Mat3 stress = mu * (S + S.transpose());
-        stress.diagonal().array() += lambda * S.trace();
         PaddedMatrix tension = PaddedMatrix::Zero();
         pair_terms(neighbourhoods, i, tension, pair_force_[i]);
-        tension *= factor;
-        tension.topRows<3>() += neighbourhoods.volume()[i] * (R * stress);
-        tension_[i] = tension;
+        const Mat3 dF = gradient_[i].topRows<3>();
+        tension.topRows<3>() += neighbourhoods.volume()[i] *
+                                (frame_.empty() ? stress_change(material, tangent_[i], dF)
+                                                : stress_change(material, frame_[i], turning_[i], dF));
+        tension_[i] = factor * tension;
         pair_force_[i] *= factor;
     });
     return sum_(parallel, n, [&](std::size_t begin, std::size_t end) {

@@ -1,15 +1,15 @@
-// Fixed corotated elasticity on moving least squares gradients: deformation,
-// energy, force and the stiffness for the implicit step.
+// Elasticity on moving least squares gradients: deformation, energy, force and the
+// stiffness for implicit steps, of any material.
 //
-// E = sum_i V_i (mu |F_i - R_i|^2 + lambda/2 tr(R_i^T F_i - I)^2)
+// E = sum_i V_i psi(F_i)  (constitutive.h)
 //   + sum_pairs k_ij/2 |e_ij|^2,
 // e_ij = (s F_i + (1 - s) F_j) x_ij - (x_j - x_i), s one half as a rule
 // (Kugelstadt et al. 2021; zero-energy modes after Ganzenmueller 2015).
 #pragma once
 
 #include <splitcubes/core/parallel.h>
+#include <splitcubes/meshless/constitutive.h>
 #include <splitcubes/meshless/loops.h>
-#include <splitcubes/meshless/material.h>
 #include <splitcubes/meshless/neighbourhoods.h>
 
 #include <span>
@@ -33,35 +33,38 @@ std::size_t compute_deformation(const Neighbourhoods& neighbourhoods, std::span<
 /// where something is to read them before the next step.
 void update_deformation(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Parallel& parallel);
 
-/// First Piola-Kirchhoff stress 2 mu (F - R) + lambda tr(R^T F - I) R, Pa.
-Mat3 piola_stress(const Material& material, const Mat3& deformation, const Mat3& rotation);
+/// Where a body is, one entry a phyxel; compute_deformation gave `deformation` and
+/// `rotation` at `position`.
+struct ElasticState {
+    std::span<const Vec3> position;        // m, world
+    std::span<const Mat3> deformation;     // F
+    std::span<const Mat3> rotation;        // R
+    std::span<const Mat3> plastic_strain;  // rest space; read only of a material with plasticity
+};
 
 /// Forces and stiffness, with the buffers they need. One per solver: a call
 /// uses the buffers, so calls of one object must not overlap.
 class ElasticForces {
   public:
-    /// -dE/dx in N, where compute_deformation gave `deformation` and `rotation`
-    /// at `position`. Completed directions are held in the derivative of e_ij.
-    /// Sums to zero to rounding.
-    void forces(const Neighbourhoods& neighbourhoods, const Material& material,
-                std::span<const Vec3> position, std::span<const Mat3> deformation,
-                std::span<const Mat3> rotation, std::span<Vec3> force, const Parallel& parallel);
+    /// -dE/dx in N. Completed directions are held in the derivative of e_ij; plastic
+    /// strain counts in the directions that are kept only. Sums to zero to rounding.
+    void forces(const Neighbourhoods& neighbourhoods, const Material& material, const ElasticState& state,
+                std::span<Vec3> force, const Parallel& parallel);
 
     /// E in J, of the formula at the head of this file.
-    double energy(const Neighbourhoods& neighbourhoods, const Material& material,
-                  std::span<const Vec3> position, std::span<const Mat3> deformation,
-                  std::span<const Mat3> rotation, const Parallel& parallel);
+    double energy(const Neighbourhoods& neighbourhoods, const Material& material, const ElasticState& state,
+                  const Parallel& parallel);
+
+    /// Takes the tangents (constitutive.h) at a state, for apply_stiffness.
+    void linearise(const Neighbourhoods& neighbourhoods, const Material& material, const ElasticState& state,
+                   const Parallel& parallel);
 
     /// out = (diagonal + factor K) dx, in N for dx in m and diagonal in N/m. K is the
-    /// stiffness of the corotated material near its rotations,
-    /// dP = 2 mu R sym(R^T dF) + lambda tr(R^T dF) R: symmetric, positive
-    /// semi-definite, exact where F = R, and without resistance to turning. (With
-    /// R held, dP = 2 mu dF + ..., the energy's majorizer, one solve a step keeps
-    /// what pivots on a support from turning: a stiff bar would hang in the air.)
-    /// Returns dx . out.
+    /// stiffness by the tangents of the last linearise and by the pairs: symmetric and
+    /// positive semi-definite. Returns dx . out.
     double apply_stiffness(const Neighbourhoods& neighbourhoods, const Material& material, double factor,
-                           std::span<const Mat3> rotation, std::span<const double> diagonal,
-                           std::span<const Vec3> dx, std::span<Vec3> out, const Parallel& parallel);
+                           std::span<const double> diagonal, std::span<const Vec3> dx, std::span<Vec3> out,
+                           const Parallel& parallel);
 
   private:
     /// Padded to whole vector registers.
@@ -77,6 +80,9 @@ class ElasticForces {
     std::vector<PaddedMatrix> gradient_;  // per phyxel, sum_j (dx_j - dx_i) g_ij^T
     std::vector<PaddedMatrix> tension_;   // per phyxel, V P + sum_j k s e x^T, N m
     std::vector<Vec3> pair_force_;        // per phyxel, sum_j k e, N
+    std::vector<Mat3> frame_;             // per phyxel, where frame_is_all
+    std::vector<double> turning_;         // per phyxel, where frame_is_all
+    std::vector<Tangent> tangent_;        // per phyxel, else
     ChunkSum sum_;
 };
 

@@ -17,6 +17,11 @@ void require(bool good, const std::string& where, double value, const std::strin
 
 }  // namespace
 
+double largest_plastic_strain(MaterialModel model) {
+    // Below the strain of nothing at all, -1/2 of Green's and -1 of the stretch.
+    return model == MaterialModel::st_venant_kirchhoff ? 0.45 : 0.9;
+}
+
 void check_material(const Material& material, const std::string& where) {
     const auto positive = [&](double value, const char* name) {
         require(std::isfinite(value) && value > 0, where + "." + name, value, "give a positive number");
@@ -29,9 +34,19 @@ void check_material(const Material& material, const std::string& where) {
     const double nu = material.poisson_ratio;
     require(nu >= 0 && nu < 0.5, where + ".poisson_ratio", nu,
             "give a number from 0 to below 0.5 (0.49 is nearly incompressible)");
+    not_negative(material.volume_stiffness, "volume_stiffness");
     not_negative(material.mass_damping, "mass_damping");
     not_negative(material.stiffness_damping, "stiffness_damping");
     not_negative(material.zero_energy, "zero_energy");
+    if (!material.plasticity) return;
+    const Plasticity& plasticity = *material.plasticity;
+    positive(plasticity.yield, "plasticity.yield");
+    require(plasticity.creep > 0, where + ".plasticity.creep", plasticity.creep, "give a positive number");
+    const double largest = largest_plastic_strain(material.model);
+    require(plasticity.maximum > 0 && plasticity.maximum <= largest, where + ".plasticity.maximum",
+            plasticity.maximum,
+            "give a positive number up to " + std::string(largest < 0.9 ? "0.45" : "0.9") +
+                ", the most for this material model");
 }
 
 }  // namespace splitcubes::meshless

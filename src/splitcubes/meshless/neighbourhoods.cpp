@@ -148,7 +148,8 @@ void Neighbourhoods::compute_sums(const Material& material, std::size_t i) {
     }
     pair_first_[i] = first;
     pair_second_[i] = second;
-    diagonal_[i] = (4 * material.lame_mu() + material.lame_lambda()) / 3 * squares + pairs;
+    diagonal_[i] =
+        (4 * material.lame_mu() + material.lame_lambda() + material.volume_stiffness) / 3 * squares + pairs;
 }
 
 void Neighbourhoods::rebuild(const Phyxels& phyxels, const Pairs& pairs, const Material& material,

@@ -68,6 +68,13 @@ class Neighbourhoods {
     /// Columns: the kept directions first, then the dropped ones; rest space,
     /// right-handed.
     std::span<const Mat3> basis() const { return basis_; }
+    /// The projection onto the kept directions of phyxel i; the identity exactly with rank 3.
+    Mat3 kept_directions(std::size_t i) const {
+        if (rank_[i] == 3) return Mat3::Identity();
+        Mat3 projection = Mat3::Zero();
+        for (int k = 0; k < rank_[i]; ++k) projection += basis_[i].col(k) * basis_[i].col(k).transpose();
+        return projection;
+    }
     /// sum_j g_ij, 1/m.
     std::span<const Vec3> gradient_sum() const { return gradient_sum_; }
     /// m^3, as of the last rebuild, update or refresh.

@@ -38,6 +38,7 @@ void Phyxels::append(const PhyxelStart& start) {
     contact_radius.push_back(start.contact_radius);
     deformation.push_back(start.deformation);
     rotation.push_back(rotation_of(start.deformation));
+    plastic_strain.push_back(start.plastic_strain);
     piece.push_back(start.piece);
     history_broken.push_back(1);
     touching.push_back(0);

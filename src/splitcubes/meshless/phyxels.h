@@ -15,6 +15,7 @@ struct PhyxelStart {
     Vec3 position = Vec3::Zero();         // m, world
     Vec3 velocity = Vec3::Zero();         // m/s, world
     Mat3 deformation = Mat3::Identity();  // d world / d rest
+    Mat3 plastic_strain = Mat3::Zero();   // rest space
     std::int32_t piece = 0;
     double support_radius = 0;  // m
     double contact_radius = 0;  // m
@@ -34,12 +35,14 @@ struct Phyxels {
     std::vector<double> contact_radius;        // m, distance at which it touches other things
     std::vector<Mat3> deformation;             // d world / d rest, completed where rank is lost
     std::vector<Mat3> rotation;                // rotation part of `deformation`, det = +1
+    std::vector<Mat3> plastic_strain;          // strain that stays, rest space, symmetric (Plasticity)
     std::vector<std::int32_t> piece;           // number of its piece, 0..piece_count-1
     std::vector<std::uint8_t> history_broken;  // 1: next step starts afresh (backward Euler)
     std::vector<std::uint8_t> touching;        // 1: on the ground, written by ImplicitSolver
     /// s, the step between previous_position and position; 0 before the first step.
     /// Another step size starts BDF2 afresh.
     double history_step = 0;
+    int substeps = 0;  // that the last explicit step was divided into; 0 before the first
 
     std::size_t size() const { return rest_position.size(); }
     /// Appends one phyxel without mass and volume, its history broken.

@@ -1,10 +1,8 @@
-#include <splitcubes/core/error.h>
 #include <splitcubes/meshless/solver.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <string>
 
 namespace splitcubes::meshless {
 
@@ -12,47 +10,75 @@ namespace {
 
 // Corrections below this share of the support radius are rounding: a solve ends there.
 constexpr double smallest_correction = 1e-10;
-
-void check_length(std::size_t length, std::size_t wanted, const char* name) {
-    if (length == wanted) return;
-    throw InputError(std::string("StepInput.") + name,
-                     "has " + std::to_string(length) + " entries for " + std::to_string(wanted) + " phyxels",
-                     "give one a phyxel");
-}
+// Corrections above this share of the support radius may have turned something by far.
+constexpr double far_share = 0.2;
 
 }  // namespace
 
 SolverReport ImplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
                                   const Material& material, const StepInput& input,
                                   const SolverOptions& options, const Parallel& parallel) {
-    if (!(input.dt > 0) || !std::isfinite(input.dt))
-        throw InputError("StepInput.dt", "is not positive (" + std::to_string(input.dt) + ")",
-                         "give the step in seconds");
-    if (!input.held.empty()) {
-        check_length(input.held.size(), phyxels.size(), "held");
-        check_length(input.held_position.size(), phyxels.size(), "held_position");
-    }
+    check_step_input(phyxels, input);
     assert(neighbourhoods.size() == phyxels.size());
     const Job job{phyxels, neighbourhoods, material, input, options, parallel};
     report_ = SolverReport{};
     size_buffers(phyxels.size());
     choose_steps(job);
     predict(job);
-    piece_momenta(phyxels, input.piece_count, before_);
+    momenta_.begin(phyxels, input.piece_count);
     meet_ground(job);
-    compute_deformation(neighbourhoods, phyxels.rest_position, base_, phyxels.rotation, deformation_,
-                        rotation_, parallel);
-    right_side(job);
+    linearise(job);
     start_guess(job);
-    solve(job);
-    for (int pass = 0; pass < max_contact_passes && revise_contacts(job); ++pass) solve(job);
+    solve_with_contacts(job);
+    for (int pass = 0; pass < max_distorted_passes && is_torn(job); ++pass) {
+        for_phyxels(parallel, phyxels.size(), [&](std::size_t i) {
+            base_[i] += d_[i];
+            d_[i].setZero();
+            // Found from the pressure of a solve that tore: it would fling what it holds.
+            friction_[i].setZero();
+        });
+        linearise(job);
+        solve_with_contacts(job);
+    }
     for_phyxels(parallel, phyxels.size(), [&](std::size_t i) { finish_phyxel(job, i); });
     for (std::size_t i = 0; i < phyxels.size(); ++i) report_.non_finite += failed_[i];
     break_histories(job);
     if (options.restore_momentum) restore_momenta(job);
     phyxels.history_step = input.dt;
-    report_state(job);
+    deform_and_flow(phyxels, neighbourhoods, material, input.dt, parallel);
+    describe_state(phyxels, neighbourhoods, material, elastic_, report_, parallel);
+    for (const Mode mode : mode_) report_.contacts += mode == Mode::stick || mode == Mode::slide;
     return report_;
+}
+
+void ImplicitSolver::linearise(const Job& job) {
+    compute_deformation(job.neighbourhoods, job.phyxels.rest_position, base_, job.phyxels.rotation,
+                        deformation_, rotation_, job.parallel);
+    elastic_.linearise(job.neighbourhoods, job.material, base_state(job), job.parallel);
+    right_side(job);
+}
+
+void ImplicitSolver::solve_with_contacts(const Job& job) {
+    solve(job);
+    for (int pass = 0; pass < max_contact_passes && revise_contacts(job); ++pass) solve(job);
+}
+
+// Whether the solve has torn a neighbourhood that was whole where it began: one that it
+// turns by far in a step grows, since it is turned along straight lines.
+bool ImplicitSolver::is_torn(const Job& job) {
+    const Phyxels& phyxels = job.phyxels;
+    const std::size_t n = phyxels.size();
+    bool far = false;
+    for (std::size_t i = 0; i < n && !far; ++i) far = d_[i].norm() > far_share * phyxels.support_radius[i];
+    if (!far) return false;
+    for_phyxels(job.parallel, n, [&](std::size_t i) { p_[i] = base_[i] + d_[i]; });
+    whole_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) whole_[i] = turning_resistance(deformation_[i], rotation_[i]) == 0;
+    compute_deformation(job.neighbourhoods, phyxels.rest_position, p_, phyxels.rotation, deformation_,
+                        rotation_, job.parallel);
+    for (std::size_t i = 0; i < n; ++i)
+        if (whole_[i] != 0 && turning_resistance(deformation_[i], rotation_[i]) > 0) return true;
+    return false;
 }
 
 void ImplicitSolver::size_buffers(std::size_t count) {
@@ -123,15 +149,14 @@ void ImplicitSolver::predict(const Job& job) {
 // distance from prediction to base.
 void ImplicitSolver::right_side(const Job& job) {
     const Phyxels& phyxels = job.phyxels;
-    elastic_.forces(job.neighbourhoods, job.material, base_, deformation_, rotation_, right_, job.parallel);
+    elastic_.forces(job.neighbourhoods, job.material, base_state(job), right_, job.parallel);
     const double damping = job.material.stiffness_damping;
     if (damping > 0) {
         for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
             p_[i] = predicted_velocity_[i] + (base_[i] - predicted_[i]) / b_[i];
             inverse_[i] = 0;
         });
-        elastic_.apply_stiffness(job.neighbourhoods, job.material, damping, rotation_, inverse_, p_, q_,
-                                 job.parallel);
+        elastic_.apply_stiffness(job.neighbourhoods, job.material, damping, inverse_, p_, q_, job.parallel);
     }
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
         right_[i] -= diagonal_[i] * (base_[i] - predicted_[i]);
@@ -218,8 +243,8 @@ void ImplicitSolver::solve(const Job& job) {
     const std::size_t n = job.phyxels.size();
     const double factor = 1 + damping_ratio(job);
     const auto apply = [&](std::span<const Vec3> in) {
-        return elastic_.apply_stiffness(job.neighbourhoods, job.material, factor, rotation_, diagonal_, in,
-                                        q_, job.parallel);
+        return elastic_.apply_stiffness(job.neighbourhoods, job.material, factor, diagonal_, in, q_,
+                                        job.parallel);
     };
     ++report_.solves;
     apply(d_);
@@ -288,11 +313,11 @@ void ImplicitSolver::finish_phyxel(const Job& job, std::size_t i) {
 void ImplicitSolver::break_histories(const Job& job) {
     Phyxels& phyxels = job.phyxels;
     if (!job.input.ground) return;
-    bound_.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
+    broken_.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
     for (std::size_t i = 0; i < phyxels.size(); ++i)
-        if (met_[i] != 0) bound_[piece_of(job, i)] = 1;
+        if (met_[i] != 0) broken_[piece_of(job, i)] = 1;
     for (std::size_t i = 0; i < phyxels.size(); ++i)
-        if (bound_[piece_of(job, i)] != 0) phyxels.history_broken[i] = 1;
+        if (broken_[piece_of(job, i)] != 0) phyxels.history_broken[i] = 1;
 }
 
 // The phyxel's piece; piece_count for those outside the range.
@@ -303,56 +328,14 @@ std::size_t ImplicitSolver::piece_of(const Job& job, std::size_t i) const {
 }
 
 // Gives every piece that is on its own the momenta that gravity and mass damping
-// leave it: by moving it (the solve's error), then by velocities to rounding.
+// leave it.
 void ImplicitSolver::restore_momenta(const Job& job) {
-    Phyxels& phyxels = job.phyxels;
-    const auto piece_count = static_cast<std::size_t>(job.input.piece_count);
-    bound_.assign(piece_count + 1, 0);
-    bound_[piece_count] = 1;
-    for (std::size_t i = 0; i < phyxels.size(); ++i)
-        if (mode_[i] != Mode::free || touched_[i] != 0 || failed_[i] != 0) bound_[piece_of(job, i)] = 1;
+    for (std::size_t i = 0; i < job.phyxels.size(); ++i)
+        if (mode_[i] != Mode::free || touched_[i] != 0 || failed_[i] != 0)
+            momenta_.bind(job.phyxels.piece[i]);
     const double dt = job.input.dt;
-    const double kept = 1 / (1 + dt * job.material.mass_damping);
-    for (const bool move : {true, false}) {
-        piece_momenta(phyxels, job.input.piece_count, after_);
-        for (std::size_t k = 0; k < piece_count; ++k) {
-            if (!(after_[k].mass > 0)) bound_[k] = 1;
-            if (bound_[k] != 0) continue;
-            const Vec3 linear = kept * (before_[k].linear + dt * before_[k].mass * job.input.gravity);
-            const Vec3 spin = kept * before_[k].spin;
-            // The correction replaces the momenta it was made from.
-            after_[k].linear = (linear - after_[k].linear) / after_[k].mass;
-            after_[k].spin = angular_velocity(after_[k].inertia, spin - after_[k].spin);
-        }
-        for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
-            const std::size_t k = piece_of(job, i);
-            if (bound_[k] != 0) return;
-            const Vec3 change =
-                after_[k].linear + after_[k].spin.cross(phyxels.position[i] - after_[k].centre);
-            phyxels.velocity[i] += change;
-            if (move) phyxels.position[i] += b_[i] * change;
-        });
-    }
-}
-
-void ImplicitSolver::report_state(const Job& job) {
-    Phyxels& phyxels = job.phyxels;
-    compute_deformation(job.neighbourhoods, phyxels.rest_position, phyxels.position, phyxels.rotation,
-                        phyxels.deformation, phyxels.rotation, job.parallel);
-    report_.elastic_energy = elastic_.energy(job.neighbourhoods, job.material, phyxels.position,
-                                             phyxels.deformation, phyxels.rotation, job.parallel);
-    for (std::size_t i = 0; i < phyxels.size(); ++i) {
-        const double speed_squared = phyxels.velocity[i].squaredNorm();
-        report_.inverted += !(phyxels.deformation[i].determinant() > 0);
-        report_.rank_deficient += job.neighbourhoods.rank()[i] < 3;
-        report_.contacts += mode_[i] == Mode::stick || mode_[i] == Mode::slide;
-        report_.kinetic_energy += 0.5 * phyxels.mass[i] * speed_squared;
-        report_.top_speed = std::max(report_.top_speed, speed_squared);
-    }
-    report_.top_speed = std::sqrt(report_.top_speed);
-    const Momenta total = total_momenta(phyxels);
-    report_.momentum = total.linear;
-    report_.angular_momentum = total.angular();
+    momenta_.restore(job.phyxels, 1 / (1 + dt * job.material.mass_damping), dt * job.input.gravity, b_,
+                     job.parallel);
 }
 
 }  // namespace splitcubes::meshless

@@ -1,62 +1,20 @@
 // One time step of the elastic body: implicit, predict and correct.
 #pragma once
 
-#include <splitcubes/core/parallel.h>
-#include <splitcubes/meshless/elasticity.h>
-#include <splitcubes/meshless/material.h>
-#include <splitcubes/meshless/neighbourhoods.h>
-#include <splitcubes/meshless/phyxels.h>
+#include <splitcubes/meshless/solver_types.h>
+#include <splitcubes/meshless/step_results.h>
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
 namespace splitcubes::meshless {
 
-/// Half-space normal . x >= offset is free.
-struct GroundPlane {
-    Vec3 normal = Vec3::UnitZ();  // unit, world
-    double offset = 0;            // m
-    double friction = 0;          // Coulomb coefficient, >= 0
-};
-
-struct StepInput {
-    double dt = 1.0 / 60;                 // s, > 0
-    Vec3 gravity = Vec3::Zero();          // m/s^2, world
-    std::span<const std::uint8_t> held;   // per phyxel, 1 = position is prescribed; or empty
-    std::span<const Vec3> held_position;  // per phyxel, m, world, at the end of the step; or empty
-    std::optional<GroundPlane> ground;
-    int piece_count = 1;
-};
-
-struct SolverOptions {
-    double tolerance = 1e-3;       // of the residual, relative to the forces of the step
-    int max_iterations = 200;      // of conjugate gradients, per solve
-    bool bdf2 = true;              // false: backward Euler throughout
-    bool warm_start = true;        // from the last step's acceleration
-    bool restore_momentum = true;  // of pieces without held or touching phyxels
-};
-
-struct SolverReport {
-    int iterations = 0;                    // of conjugate gradients, all solves of the step
-    int solves = 0;                        // 1, more where contacts changed
-    double residual = 0;                   // relative to the forces of the step, after the last solve
-    std::size_t inverted = 0;              // phyxels with det F <= 0 after the step
-    std::size_t rank_deficient = 0;        // phyxels with fewer than 3 directions
-    std::size_t non_finite = 0;            // phyxels that went on without elastic force
-    std::size_t contacts = 0;              // phyxels on the ground
-    double kinetic_energy = 0;             // J
-    double elastic_energy = 0;             // J
-    Vec3 momentum = Vec3::Zero();          // kg m/s
-    Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the origin
-    double top_speed = 0;                  // m/s
-};
-
 /// Implicit steps in predict-correct form. Predict y without elastic force by
 /// BDF2 (b = 2/3 dt), or backward Euler (b = dt) for phyxels whose history is
 /// broken, whose piece has just met or left the ground, that are held or lie beside an inverted one; take F
-/// and R at y; solve (M/b^2 + K) dx = f(y) by conjugate gradients; x = y + dx. All state is in Phyxels, the
+/// and R at y; solve (M/b^2 + K) dx = f(y) by conjugate gradients; x = y + dx. Where that
+/// tears what was whole, once more from there. All state is in Phyxels, the
 /// object holds buffers only.
 ///
 /// Ground: an active set. A phyxel whose prediction is below its contact radius
@@ -79,6 +37,7 @@ class ImplicitSolver {
     enum class Mode : std::uint8_t { free, held, stick, slide };
 
     static constexpr int max_contact_passes = 3;
+    static constexpr int max_distorted_passes = 3;
 
     /// The arguments of a step, passed on.
     struct Job {
@@ -89,12 +48,18 @@ class ImplicitSolver {
         const SolverOptions& options;
         const Parallel& parallel;
     };
+    ElasticState base_state(const Job& job) const {
+        return {base_, deformation_, rotation_, job.phyxels.plastic_strain};
+    }
     void size_buffers(std::size_t count);
     void choose_steps(const Job& job);
     void predict(const Job& job);
     void meet_ground(const Job& job);
     Vec3 touch_ground(const Job& job, std::size_t i, const Vec3& reached);
     bool below_ground(const Job& job, std::size_t i, const Vec3& place) const;
+    void linearise(const Job& job);
+    void solve_with_contacts(const Job& job);
+    bool is_torn(const Job& job);
     void right_side(const Job& job);
     void start_guess(const Job& job);
     double wanted_residual(const Job& job);
@@ -106,7 +71,6 @@ class ImplicitSolver {
     void break_histories(const Job& job);
     std::size_t piece_of(const Job& job, std::size_t i) const;
     void restore_momenta(const Job& job);
-    void report_state(const Job& job);
     Vec3 filtered(const Job& job, std::size_t i, const Vec3& force) const;
 
     ElasticForces elastic_;
@@ -124,13 +88,14 @@ class ImplicitSolver {
     std::vector<Mat3> rotation_;            // at base_
     std::vector<Vec3> right_;               // N
     std::vector<Vec3> friction_;            // N, on sliding phyxels
-    std::vector<Vec3> d_, r_, p_, q_;      // conjugate gradients: x - base_ (m), residual (N), direction, A p
-    std::vector<std::uint8_t> inverted_;   // per phyxel, det F <= 0 before the step
-    std::vector<std::uint8_t> touched_;    // per phyxel, met the ground in this step, if only for a solve
-    std::vector<std::uint8_t> met_;        // per phyxel, met or left the ground in this step
-    std::vector<std::uint8_t> failed_;     // per phyxel, went non-finite in this step
-    std::vector<std::uint8_t> bound_;      // per piece, held or touching
-    std::vector<Momenta> before_, after_;  // per piece
+    std::vector<Vec3> d_, r_, p_, q_;     // conjugate gradients: x - base_ (m), residual (N), direction, A p
+    std::vector<std::uint8_t> inverted_;  // per phyxel, det F <= 0 before the step
+    std::vector<std::uint8_t> touched_;   // per phyxel, met the ground in this step, if only for a solve
+    std::vector<std::uint8_t> whole_;     // per phyxel, not distorted at base_
+    std::vector<std::uint8_t> met_;       // per phyxel, met or left the ground in this step
+    std::vector<std::uint8_t> failed_;    // per phyxel, went non-finite in this step
+    std::vector<std::uint8_t> broken_;    // per piece, met or left the ground in this step
+    MomentumKeeper momenta_;
     SolverReport report_;
 };
 

@@ -102,6 +102,26 @@ cutting::BladeShape blade_shape(const BladeDescription& blade) {
         blade);
 }
 
+meshless::Material material_of(const MaterialDescription& m) {
+    meshless::Material out{.model = m.model == MaterialModel::st_venant_kirchhoff
+                                        ? meshless::MaterialModel::st_venant_kirchhoff
+                                        : meshless::MaterialModel::corotated,
+                           .density = m.density,
+                           .youngs_modulus = m.youngs_modulus,
+                           .poisson_ratio = m.poisson_ratio,
+                           .volume_stiffness = m.volume_stiffness,
+                           .mass_damping = m.mass_damping,
+                           .stiffness_damping = m.stiffness_damping,
+                           .zero_energy = m.zero_energy,
+                           .plasticity = {}};
+    if (!m.plasticity) return out;
+    out.plasticity = meshless::Plasticity{};
+    out.plasticity->yield = m.plasticity->yield;
+    if (m.plasticity->creep) out.plasticity->creep = *m.plasticity->creep;
+    out.plasticity->maximum = m.plasticity->maximum;
+    return out;
+}
+
 body::BodySettings body_settings(const BodyDescription& b, const geometry::TriangleMesh& mesh,
                                  const SceneDescription& scene) {
     body::BodySettings s;
@@ -109,12 +129,7 @@ body::BodySettings body_settings(const BodyDescription& b, const geometry::Trian
     s.cell_size = b.cell_size ? *b.cell_size : geometry::cell_size_for(mesh.bounds(), *b.cells);
     s.phyxel_spacing = b.phyxel_spacing.value_or(0);
     s.phyxel_count = b.phyxel_count.value_or(0);
-    s.material = {.density = b.material.density,
-                  .youngs_modulus = b.material.youngs_modulus,
-                  .poisson_ratio = b.material.poisson_ratio,
-                  .mass_damping = b.material.mass_damping,
-                  .stiffness_damping = b.material.stiffness_damping,
-                  .zero_energy = b.material.zero_energy};
+    s.material = material_of(b.material);
     s.velocity = b.velocity;
     s.angular_velocity = b.angular_velocity;
     s.visibility.disk_size = scene.occlusion.disk_size;
@@ -159,6 +174,8 @@ std::unique_ptr<body::World> build_world(const SceneDescription& scene,
     settings.gravity = scene.gravity;
     if (scene.ground)
         settings.ground = meshless::GroundPlane{Vec3::UnitZ(), scene.ground->height, scene.ground->friction};
+    if (scene.solver.kind == SolverKind::explicit_steps)
+        settings.solver.kind = meshless::SolverKind::explicit_steps;
     settings.solver.tolerance = scene.solver.tolerance;
     settings.solver.max_iterations = scene.solver.max_iterations;
     settings.solver.bdf2 = scene.solver.integrator == Integrator::bdf2;

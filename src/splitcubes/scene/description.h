@@ -64,13 +64,26 @@ struct PlacementDescription {
     bool operator==(const PlacementDescription&) const = default;
 };
 
+enum class MaterialModel { corotated, st_venant_kirchhoff };
+
+/// Strain that stays; strains as the material's model measures them.
+struct PlasticityDescription {
+    double yield = 0.02;          // norm of the elastic strain above which it flows
+    std::optional<double> creep;  // rate of flow, 1/s; none: at once
+    double maximum = 0.4;         // of the plastic strain's norm
+    bool operator==(const PlasticityDescription&) const = default;
+};
+
 struct MaterialDescription {
+    MaterialModel model = MaterialModel::corotated;
     double density = 1000;         // kg/m^3
     double youngs_modulus = 1e5;   // Pa
     double poisson_ratio = 0.3;    // [0, 0.49]
+    double volume_stiffness = 0;   // Pa, against change of volume in large deformation
     double mass_damping = 0;       // 1/s
     double stiffness_damping = 0;  // s
     double zero_energy = 0.1;      // dimensionless weight of the penalty on zero-energy modes
+    std::optional<PlasticityDescription> plasticity;  // none: elastic
     bool operator==(const MaterialDescription&) const = default;
 };
 
@@ -203,11 +216,12 @@ struct ToolDescription {
     bool operator==(const ToolDescription&) const = default;
 };
 
-enum class SolverKind { implicit };
+enum class SolverKind { implicit_steps, explicit_steps };
 enum class Integrator { bdf2, backward_euler };
 
 struct SolverDescription {
-    SolverKind kind = SolverKind::implicit;
+    SolverKind kind = SolverKind::implicit_steps;
+    // The rest is read by implicit steps only.
     Integrator integrator = Integrator::bdf2;
     double tolerance = 1e-3;   // of the linear solve, relative to the right-hand side
     int max_iterations = 200;  // of the linear solve

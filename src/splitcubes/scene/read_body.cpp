@@ -58,15 +58,35 @@ PlacementDescription read_placement(const Value& value) {
     return out;
 }
 
+PlasticityDescription read_plasticity(const Value& value, MaterialModel model) {
+    const Object object(value, "plasticity");
+    PlasticityDescription out;
+    out.yield = object.at("yield").number({0, 10, true});
+    object.read_optional("creep", out.creep, {0, 1e6, true});
+    object.read("maximum", out.maximum, {0, 0.9, true});
+    if (model == MaterialModel::st_venant_kirchhoff && out.maximum > 0.45) {
+        object.at("maximum").fail("is " + object.at("maximum").shown(),
+                                  "give at most 0.45 with the model st-venant-kirchhoff");
+    }
+    return out;
+}
+
 MaterialDescription read_material(const Value& value) {
     const Object object(value, "material");
     MaterialDescription out;
+    if (object.has("model")) {
+        out.model = static_cast<MaterialModel>(object.at("model").choice(material_model_names));
+    }
     object.read("density", out.density, {0, 1e6, true});
     object.read("youngs_modulus", out.youngs_modulus, {0, 1e13, true});
     object.read("poisson_ratio", out.poisson_ratio, {0, 0.49});
+    object.read("volume_stiffness", out.volume_stiffness, {0, 1e13});
     object.read("mass_damping", out.mass_damping, {0, 1e6});
     object.read("stiffness_damping", out.stiffness_damping, {0, 1e6});
     object.read("zero_energy", out.zero_energy, {0, 100});
+    if (const auto plasticity = object.find("plasticity")) {
+        out.plasticity = read_plasticity(*plasticity, out.model);
+    }
     return out;
 }
 

@@ -62,6 +62,24 @@ Json to_json(const Shape& shape) {
         shape);
 }
 
+Json to_json(const MaterialDescription& material) {
+    Json plasticity;
+    if (material.plasticity) {
+        plasticity = {{"yield", material.plasticity->yield},
+                      {"creep", or_null(material.plasticity->creep)},
+                      {"maximum", material.plasticity->maximum}};
+    }
+    return {{"model", name_of(material.model, material_model_names)},
+            {"density", material.density},
+            {"youngs_modulus", material.youngs_modulus},
+            {"poisson_ratio", material.poisson_ratio},
+            {"volume_stiffness", material.volume_stiffness},
+            {"mass_damping", material.mass_damping},
+            {"stiffness_damping", material.stiffness_damping},
+            {"zero_energy", material.zero_energy},
+            {"plasticity", plasticity}};
+}
+
 Json to_json(const BodyDescription& body) {
     Json out;
     out["name"] = body.name;
@@ -73,13 +91,7 @@ Json to_json(const BodyDescription& body) {
         body.cell_size ? Json(*body.cell_size) : or_null(body.cells);
     out[body.phyxel_spacing ? "phyxel_spacing" : "phyxel_count"] =
         body.phyxel_spacing ? Json(*body.phyxel_spacing) : or_null(body.phyxel_count);
-    const MaterialDescription& material = body.material;
-    out["material"] = {{"density", material.density},
-                       {"youngs_modulus", material.youngs_modulus},
-                       {"poisson_ratio", material.poisson_ratio},
-                       {"mass_damping", material.mass_damping},
-                       {"stiffness_damping", material.stiffness_damping},
-                       {"zero_energy", material.zero_energy}};
+    out["material"] = to_json(body.material);
     out["velocity"] = to_json(body.velocity);
     out["angular_velocity"] = to_json(body.angular_velocity);
     return out;

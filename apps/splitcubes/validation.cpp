@@ -1,0 +1,238 @@
+#include "validation.h"
+
+#include <splitcubes/body/world.h>
+#include <splitcubes/geometry/shapes.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace splitcubes::app {
+
+namespace {
+
+constexpr double density = 1000;   // kg/m^3
+constexpr double stiffness = 1e6;  // Pa
+constexpr double poisson = 0.3;
+
+using Space = std::shared_ptr<const Parallel>;
+
+body::BodySettings settings_of(double spacing) {
+    body::BodySettings s;
+    s.cell_size = 0.5 * spacing;
+    s.phyxel_spacing = spacing;
+    s.material.density = density;
+    s.material.youngs_modulus = stiffness;
+    s.material.poisson_ratio = poisson;
+    return s;
+}
+
+body::HoldConstraint moved(const Vec3& point, const Vec3& normal, const Isometry& to) {
+    body::HoldConstraint hold;
+    hold.region = [point, normal](const Vec3& rest) { return normal.dot(rest - point) >= 0; };
+    hold.motion = [to](double) { return to; };
+    return hold;
+}
+
+// Steps until the body is at rest; what holds it may have moved it at once.
+body::StepReport settle(body::World& world) {
+    body::StepReport report = world.step();
+    for (int k = 0; k < 600; ++k) {
+        report = world.step();
+        if (k > 20 && report.top_speed < 1e-7) break;
+    }
+    return report;
+}
+
+body::WorldSettings still(const Vec3& gravity) {
+    body::WorldSettings settings;
+    settings.gravity = gravity;
+    settings.solver.tolerance = 1e-7;
+    settings.solver.bdf2 = false;  // comes to rest sooner
+    settings.validate_each_step = false;
+    return settings;
+}
+
+// A square bar along x, held at its low end up to the first phyxels beyond x = 0.
+constexpr double bar_side = 0.05, bar_length = 0.25, bar_root = 0.05;
+
+struct Bar {
+    Bar(int across, const Vec3& gravity, const Space& parallel) : world(still(gravity), parallel) {
+        const double spacing = bar_side / across;
+        geometry::TriangleMesh box = geometry::make_box(Vec3(bar_length + bar_root, bar_side, bar_side));
+        for (Vec3& p : box.positions) p[0] += 0.5 * (bar_length - bar_root);
+        body = &world.add_body(box, settings_of(spacing));
+        body->add_constraint(moved(Vec3::Zero(), -Vec3::UnitX(), Isometry::Identity()));
+    }
+    // Of the end face's middle, and the free length up to the phyxels that are held.
+    double end_displacement(int axis) const {
+        const meshless::Phyxels& p = body->phyxels();
+        double far = 0, sum = 0, count = 0;
+        for (const Vec3& rest : p.rest_position) far = std::max(far, rest.x());
+        for (std::size_t i = 0; i < p.size(); ++i) {
+            if (p.rest_position[i].x() < far - 1e-6) continue;
+            sum += p.position[i][axis] - p.rest_position[i][axis];
+            ++count;
+        }
+        return sum / count;
+    }
+    double held_up_to() const {
+        double last = -1;
+        for (const Vec3& rest : body->phyxels().rest_position)
+            if (rest.x() <= 0) last = std::max(last, rest.x());
+        return last;
+    }
+    body::World world;
+    body::Body* body = nullptr;
+};
+
+// Share of a bent bar's energy that the gradients see, for the displacement of pure
+// bending u = (-x z, 0, (x^2 + nu (z^2 - y^2)) / 2): uniaxial stress E z is expected.
+double bending_seen(const body::Body& body) {
+    const meshless::Neighbourhoods& n = body.neighbourhoods();
+    const meshless::Phyxels& p = body.phyxels();
+    double seen = 0, all = 0;
+    for (std::size_t i = 0; i < p.size(); ++i) {
+        const Vec3& X = p.rest_position[i];
+        if (X.x() < 0.08 || X.x() > 0.17) continue;
+        double strain = 0;
+        for (std::uint32_t l = n.offsets()[i]; l < n.offsets()[i + 1]; ++l) {
+            const Vec3& Y = p.rest_position[n.neighbour()[l]];
+            strain += (Y.x() * Y.z() - X.x() * X.z()) * n.gradient()[l].x();
+        }
+        seen += p.volume[i] * strain * strain;
+        all += p.volume[i] * bar_side * bar_side / 12;
+    }
+    return seen / all;
+}
+
+ValidationPoint cantilever(int across, const Space& parallel) {
+    Bar bar(across, Vec3(0, 0, -0.5), parallel);
+    settle(bar.world);
+    const double length = bar_length - bar.held_up_to(), side = bar_side;
+    const double end = length - 0.5 * bar_side / across;  // where the last phyxels are
+    const double load = density * 0.5 * side * side;      // N/m
+    const double bending = stiffness * std::pow(side, 4) / 12;
+    const double shear = 5.0 / 6 * stiffness / (2 * (1 + poisson)) * side * side;
+    // Timoshenko's beam under its own weight, at x = end.
+    const double sag =
+        load / (24 * bending) *
+            (std::pow(end, 4) - 4 * length * std::pow(end, 3) + 6 * length * length * end * end) +
+        load / shear * (length * end - 0.5 * end * end);
+    return {"cantilever", across, bar.body->phyxels().size(), -bar.end_displacement(2),
+            sag,          "m",    bending_seen(*bar.body)};
+}
+
+ValidationPoint tension(int across, const Space& parallel) {
+    Bar bar(across, Vec3(50, 0, 0), parallel);
+    settle(bar.world);
+    const double length = bar_length - bar.held_up_to();
+    const double end = length - 0.5 * bar_side / across;
+    const double stretch = density * 50 / stiffness * (length * end - 0.5 * end * end);
+    return {"tension", across, bar.body->phyxels().size(), bar.end_displacement(0), stretch, "m"};
+}
+
+// The end is turned by three degrees: the energy is G J angle^2 / 2 L, J = 0.1406 a^4
+// of a square (Timoshenko and Goodier, Theory of Elasticity, section 109).
+ValidationPoint torsion(int across, const Space& parallel) {
+    Bar bar(across, Vec3::Zero(), parallel);
+    const double angle = 3 * std::numbers::pi / 180;
+    Isometry turn = Isometry::Identity();
+    turn.linear() = Eigen::AngleAxisd(angle, Vec3::UnitX()).toRotationMatrix();
+    const double from = bar_length - bar_root;
+    bar.body->add_constraint(moved(Vec3(from, 0, 0), Vec3::UnitX(), turn));
+    const body::StepReport report = settle(bar.world);
+    double first = 1;
+    for (const Vec3& rest : bar.body->phyxels().rest_position)
+        if (rest.x() >= from) first = std::min(first, rest.x());
+    const double length = first - bar.held_up_to();
+    const double shear = stiffness / (2 * (1 + poisson));
+    const double energy = shear * 0.1406 * std::pow(bar_side, 4) * angle * angle / (2 * length);
+    return {"torsion", across, bar.body->phyxels().size(), report.elastic_energy, energy, "J"};
+}
+
+// The breathing of a free sphere: w R / c_L is the first root of
+// x cot x = 1 - x^2 / (4 k^2), k = c_T / c_L (Lamb 1882). Explicit steps.
+ValidationPoint sphere(int across, const Space& parallel) {
+    const double radius = 0.05;
+    body::WorldSettings settings = still(Vec3::Zero());
+    settings.solver.kind = meshless::SolverKind::explicit_steps;
+    settings.time_step = 1e-4;
+    body::World world(settings, parallel);
+    body::Body& ball = world.add_body(geometry::make_sphere(radius, 4), settings_of(2 * radius / across));
+    meshless::Phyxels& p = ball.phyxels();
+    for (std::size_t i = 0; i < p.size(); ++i) p.velocity[i] = 0.1 * p.rest_position[i];
+    const auto swelling = [&] {
+        double sum = 0;
+        for (std::size_t i = 0; i < p.size(); ++i)
+            sum += p.mass[i] * p.rest_position[i].dot(p.position[i] - p.rest_position[i]);
+        return sum;
+    };
+    std::vector<double> crossings;
+    double last = 0;
+    for (int k = 0; k < 2000 && crossings.size() < 9; ++k) {
+        world.step();
+        const double now = swelling();
+        if (k > 0 && (now > 0) != (last > 0)) crossings.push_back(world.time() - 1e-4 * now / (now - last));
+        last = now;
+    }
+    const double lambda_2mu = stiffness * (1 - poisson) / ((1 + poisson) * (1 - 2 * poisson));
+    const double k2 = (1 - 2 * poisson) / (2 * (1 - poisson));
+    double low = 0.1, high = 3.1;  // brackets the first root for any k
+    for (int k = 0; k < 60; ++k) {
+        const double x = 0.5 * (low + high);
+        (x / std::tan(x) - 1 + x * x / (4 * k2) > 0 ? low : high) = x;
+    }
+    const double expected = low * std::sqrt(lambda_2mu / density) / radius / (2 * std::numbers::pi);
+    const double half_periods = static_cast<double>(crossings.size()) - 1;
+    const double measured = half_periods / (2 * (crossings.back() - crossings.front()));
+    return {"sphere", across, p.size(), measured, expected, "Hz"};
+}
+
+// A plate with a slit through its middle is pulled: the slit opens by 4 strain a
+// (Tada, Paris and Irwin, The stress analysis of cracks: an infinite plate under plane
+// stress), a being half its length, a tenth of the plate's width.
+ValidationPoint crack(int across, const Space& parallel) {
+    const double width = 0.4, height = 0.4, half = 0.05, strain = 0.01;
+    const double spacing = half / across;
+    body::World world(still(Vec3::Zero()), parallel);
+    body::Body& plate =
+        world.add_body(geometry::make_box(Vec3(width, height, 2 * spacing)), settings_of(spacing));
+    geometry::TriangleMesh slit;
+    slit.positions = {{-half, 1e-4, -1}, {half, 1e-4, -1}, {half, 1e-4, 1}, {-half, 1e-4, 1}};
+    slit.triangles = {{0, 1, 2}, {0, 2, 3}};
+    plate.cut_with_sheet(slit, 0, *parallel);
+    double top = 0;
+    for (const Vec3& rest : plate.phyxels().rest_position) top = std::max(top, rest.y());
+    for (const double side : {1.0, -1.0}) {
+        Isometry pull = Isometry::Identity();
+        pull.translation() = side * strain * top * Vec3::UnitY();
+        plate.add_constraint(moved(Vec3(0, side * (top - 1e-4), 0), side * Vec3::UnitY(), pull));
+    }
+    settle(world);
+    const geometry::SurfaceMesh mesh = plate.surface_mesh();
+    double upper = -1, lower = 1;
+    for (std::size_t t = 0; t < mesh.mesh.triangles.size(); ++t) {
+        if (mesh.triangle_origin[t] == geometry::Origin::boundary) continue;
+        for (const auto v : mesh.mesh.triangles[t]) {
+            const Vec3& p = mesh.mesh.positions[static_cast<std::size_t>(v)];
+            if (std::abs(p.x()) > 0.1 * half) continue;
+            upper = std::max(upper, p.y());
+            lower = std::min(lower, p.y());
+        }
+    }
+    return {"crack", across, plate.phyxels().size(), upper - lower, 4 * strain * half, "m"};
+}
+
+}  // namespace
+
+std::vector<ValidationPoint> validate_mechanics(const Space& parallel) {
+    std::vector<ValidationPoint> out;
+    for (const auto test : {cantilever, tension, torsion})
+        for (const int across : {2, 3, 4, 6, 8}) out.push_back(test(across, parallel));
+    for (const int across : {6, 8, 12, 16}) out.push_back(sphere(across, parallel));
+    for (const int across : {3, 4, 6, 8}) out.push_back(crack(across, parallel));
+    return out;
+}
+
+}  // namespace splitcubes::app

@@ -1,0 +1,253 @@
+#include <splitcubes/core/error.h>
+#include <splitcubes/core/random.h>
+#include <splitcubes/meshless/explicit_solver.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace splitcubes::meshless {
+
+namespace {
+
+// Shares of the longest stable step: what is taken, and between which others the number
+// of substeps stays as it was. Where steps keep changing, leapfrog gains energy.
+constexpr double safety = 0.5, least_safety = 0.35, most_safety = 0.65;
+// Rounds of power iteration from nothing, and again within a step.
+constexpr int first_rounds = 12;
+constexpr int further_rounds = 4;
+// After so many substeps, or when the largest |F|^2 has grown by this factor, a
+// stiffness that depends on the stretch is looked at again.
+constexpr int substeps_between = 8;
+constexpr double growth_between = 1.15;
+constexpr int most_substeps = 100000;
+// Share of the mean mass that a phyxel moves as if it held at least.
+constexpr double least_mass_share = 0.02;
+// Share of a depth that a phyxel found below the ground is lifted by in a step.
+constexpr double lift_share = 0.2;
+
+}  // namespace
+
+SolverReport ExplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                  const Material& material, const StepInput& input,
+                                  const SolverOptions& options, const Parallel& parallel) {
+    check_step_input(phyxels, input);
+    const Job job{phyxels, neighbourhoods, material, input, parallel};
+    SolverReport report;
+    begin(job);
+    report.substeps = take_substeps(job);
+    if (options.restore_momentum) restore_momenta(job);
+    for (std::size_t i = 0; i < phyxels.size(); ++i) {
+        phyxels.previous_position[i] = start_position_[i];
+        phyxels.previous_velocity[i] = start_velocity_[i];
+        phyxels.history_broken[i] = held_[i] != 0 || failed_[i] != 0;
+        report.non_finite += failed_[i];
+        report.contacts += phyxels.touching[i];
+    }
+    phyxels.history_step = input.dt;
+    describe_state(phyxels, neighbourhoods, material, elastic_, report, parallel);
+    return report;
+}
+
+void ExplicitSolver::begin(const Job& job) {
+    const Phyxels& phyxels = job.phyxels;
+    const std::size_t n = phyxels.size();
+    momenta_.begin(phyxels, job.input.piece_count);
+    double total = 0;
+    for (const double m : phyxels.mass) total += m;
+    const double least = total > 0 ? least_mass_share * total / static_cast<double>(n) : 1;
+    inertia_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) inertia_[i] = std::max(phyxels.mass[i], least);
+    none_.assign(n, 0);
+    for (auto* array : {&force_, &damping_, &mode_, &image_}) array->assign(n, Vec3::Zero());
+    start_position_ = phyxels.position;
+    start_velocity_ = phyxels.velocity;
+    failed_.assign(n, 0);
+    touched_.assign(n, 0);
+    if (job.input.held.empty())
+        held_.assign(n, 0);
+    else
+        held_.assign(job.input.held.begin(), job.input.held.end());
+    pull_ = 0;
+}
+
+// A first guess that has a part of every mode; always the same.
+void ExplicitSolver::draw_mode(const Job& job) {
+    Random random(1);
+    for (std::size_t i = 0; i < job.phyxels.size(); ++i)
+        for (int axis = 0; axis < 3; ++axis) mode_[i][axis] = random.uniform(-1, 1);
+}
+
+// w, rad/s, from below, going on from mode_, which goes over to that of w.
+double ExplicitSolver::highest_frequency(const Job& job, int rounds) {
+    const std::size_t n = job.phyxels.size();
+    double frequency = 0;
+    for (int round = 0; round < rounds; ++round) {
+        elastic_.apply_stiffness(job.neighbourhoods, job.material, 1, none_, mode_, image_, job.parallel);
+        const auto norm = [&](const std::vector<Vec3>& of) {
+            return std::sqrt(sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
+                double sum = 0;
+                for (std::size_t i = begin; i < end; ++i) sum += inertia_[i] * of[i].squaredNorm();
+                return sum;
+            }));
+        };
+        const double before = norm(mode_);
+        for_phyxels(job.parallel, n, [&](std::size_t i) { image_[i] /= inertia_[i]; });
+        const double after = norm(image_);
+        if (!(after > 0) || !(before > 0) || !std::isfinite(after)) return frequency;
+        frequency = std::sqrt(after / before);
+        for_phyxels(job.parallel, n, [&](std::size_t i) { mode_[i] = image_[i] / after; });
+    }
+    return frequency;
+}
+
+double ExplicitSolver::longest_step(const Job& job, int rounds) {
+    elastic_.linearise(job.neighbourhoods, job.material, state_of(job.phyxels), job.parallel);
+    const double frequency = highest_frequency(job, rounds);
+    if (!(frequency > 0)) return std::numeric_limits<double>::infinity();
+    const double z = 0.5 * job.material.stiffness_damping * frequency;
+    return 2 / frequency / (std::sqrt(1 + z * z) + z);
+}
+
+// Substeps in a whole step of dt: as many as `before` where that will do.
+int ExplicitSolver::substeps_for(const Job& job, int before, int rounds) {
+    const double least = job.input.dt / longest_step(job, rounds);  // at the limit of stability
+    if (before > 0 && before >= least / most_safety && before <= least / least_safety) return before;
+    const double wanted = std::ceil(least / safety);
+    if (!(wanted <= most_substeps))
+        throw JobError("the explicit solver needs over " + std::to_string(most_substeps) +
+                       " substeps a time step; take the implicit one, or a softer material");
+    return std::max(1, static_cast<int>(wanted));
+}
+
+// Takes the whole step; returns the number of substeps.
+int ExplicitSolver::take_substeps(const Job& job) {
+    const double dt = job.input.dt;
+    const bool changes =
+        job.material.model == MaterialModel::st_venant_kirchhoff || job.material.volume_stiffness > 0;
+    const bool known = job.phyxels.history_step == dt;
+    update_deformation(job.phyxels, job.neighbourhoods, job.parallel);
+    draw_mode(job);
+    int per_step = substeps_for(job, known ? job.phyxels.substeps : 0, first_rounds);
+    find_forces(job);
+    double done = 0;  // share of the step
+    int taken = 0;
+    while (done < 1) {
+        const int count = std::max(1, static_cast<int>(std::ceil((1 - done) * per_step - 1e-6)));
+        const double share = (1 - done) / count;
+        const double bound = changes ? growth_between * largest_stretch(job) : 0;
+        int k = 0;
+        do {
+            ++k;
+            substep(job, share * dt, k == count ? 1 : done + k * share);
+        } while (k < count && (!changes || (k < substeps_between && largest_stretch(job) < bound)));
+        taken += k;
+        done = k == count ? 1 : done + k * share;
+        // Within a step they can only become shorter.
+        if (done < 1) per_step = std::max(per_step, substeps_for(job, per_step, further_rounds));
+    }
+    job.phyxels.substeps = per_step;
+    return taken;
+}
+
+// The largest |F|^2 of any phyxel: the stiffness of St. Venant-Kirchhoff goes with it.
+double ExplicitSolver::largest_stretch(const Job& job) const {
+    double largest = 0;
+    for (const Mat3& F : job.phyxels.deformation) largest = std::max(largest, F.squaredNorm());
+    return largest;
+}
+
+void ExplicitSolver::substep(const Job& job, double h, double done) {
+    kick(job, 0.5 * h);
+    drift(job, h, done);
+    deform_and_flow(job.phyxels, job.neighbourhoods, job.material, h, job.parallel);
+    find_forces(job);
+    kick(job, 0.5 * h);
+    stop_at_ground(job);
+}
+
+// Elastic force here, and stiffness damping at the velocity half a substep ago.
+void ExplicitSolver::find_forces(const Job& job) {
+    const ElasticState state = state_of(job.phyxels);
+    elastic_.forces(job.neighbourhoods, job.material, state, force_, job.parallel);
+    if (!(job.material.stiffness_damping > 0)) return;
+    elastic_.linearise(job.neighbourhoods, job.material, state, job.parallel);
+    elastic_.apply_stiffness(job.neighbourhoods, job.material, job.material.stiffness_damping, none_,
+                             job.phyxels.velocity, damping_, job.parallel);
+}
+
+void ExplicitSolver::kick(const Job& job, double h) {
+    const double kept = std::exp(-job.material.mass_damping * h);
+    pull_ = (pull_ + h) * kept;
+    for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) {
+        if (held_[i] != 0) return;
+        Vec3 acceleration = (force_[i] - damping_[i]) / inertia_[i];
+        if (!acceleration.allFinite()) {
+            acceleration.setZero();
+            failed_[i] = 1;
+        }
+        acceleration += job.input.gravity;
+        job.phyxels.velocity[i] = (job.phyxels.velocity[i] + h * acceleration) * kept;
+    });
+}
+
+// done: share of the step that is over when the drift is.
+void ExplicitSolver::drift(const Job& job, double h, double done) {
+    Phyxels& phyxels = job.phyxels;
+    for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
+        phyxels.touching[i] = 0;
+        if (held_[i] != 0) {
+            const Vec3 way = job.input.held_position[i] - start_position_[i];
+            phyxels.position[i] =
+                done == 1 ? job.input.held_position[i] : Vec3(start_position_[i] + done * way);
+            phyxels.velocity[i] = way / job.input.dt;
+            return;
+        }
+        phyxels.position[i] += h * phyxels.velocity[i];
+        if (!phyxels.position[i].allFinite()) {
+            failed_[i] = 1;
+            phyxels.position[i] = start_position_[i];
+            phyxels.velocity[i].setZero();
+        }
+        if (job.input.ground) meet_ground(job, i, done);
+    });
+}
+
+void ExplicitSolver::meet_ground(const Job& job, std::size_t i, double done) {
+    const GroundPlane& ground = *job.input.ground;
+    const auto gap_at = [&](const Vec3& x) {
+        return ground.normal.dot(x) - ground.offset - job.phyxels.contact_radius[i];
+    };
+    // One that was already below is lifted gently: a jump would make energy.
+    const double allowed = (1 - lift_share * done) * std::min(gap_at(start_position_[i]), 0.0);
+    const double gap = gap_at(job.phyxels.position[i]);
+    if (!(gap < allowed)) return;
+    job.phyxels.position[i] += (allowed - gap) * ground.normal;
+    job.phyxels.touching[i] = touched_[i] = 1;
+}
+
+// What the ground takes from a substep's velocity: inelastic, with Coulomb friction.
+void ExplicitSolver::stop_at_ground(const Job& job) {
+    if (!job.input.ground) return;
+    const GroundPlane& ground = *job.input.ground;
+    for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) {
+        if (job.phyxels.touching[i] == 0) return;
+        Vec3& v = job.phyxels.velocity[i];
+        const double normal = ground.normal.dot(v);
+        if (!(normal < 0)) return;
+        v -= normal * ground.normal;
+        const double speed = v.norm();
+        const double friction = -ground.friction * normal;
+        v *= speed > friction ? 1 - friction / speed : 0;
+    });
+}
+
+void ExplicitSolver::restore_momenta(const Job& job) {
+    for (std::size_t i = 0; i < job.phyxels.size(); ++i)
+        if (held_[i] != 0 || touched_[i] != 0 || failed_[i] != 0) momenta_.bind(job.phyxels.piece[i]);
+    const double kept = std::exp(-job.material.mass_damping * job.input.dt);
+    if (kept > 0) momenta_.restore(job.phyxels, kept, pull_ / kept * job.input.gravity, {}, job.parallel);
+}
+
+}  // namespace splitcubes::meshless
