@@ -37,7 +37,8 @@ int cut(const Options& options) {
     const Parallel parallel(options.threads);
     Json seconds;
     Stopwatch watch;
-    const geometry::TriangleMesh mesh = read_noted(options.mesh);
+    const io::Model model = read_model_noted(options.mesh);
+    const geometry::TriangleMesh& mesh = model.mesh;
     std::vector<geometry::TriangleMesh> sheets;
     for (const std::string& name : options.sheets) sheets.push_back(read_noted(name));
     seconds["read"] = watch.lap();
@@ -57,13 +58,15 @@ int cut(const Options& options) {
     }
     seconds["cut"] = watch.lap();
     const splitting::Pieces pieces(grid);
-    const geometry::SurfaceMesh out = splitting::extract(grid, surface, pieces);
+    geometry::SurfaceMesh out = splitting::extract(grid, surface, pieces);
     seconds["extract"] = watch.lap();
     if (!options.pieces_folder.empty()) {
         std::error_code error;
         std::filesystem::create_directories(options.pieces_folder, error);
         if (error) throw InputError(options.pieces_folder, "cannot be made: " + error.message());
     }
+    carry_attributes(model, rest.cell_size, options.out, parallel, out);
+    seconds["attributes"] = watch.lap();
     io::write_mesh(options.out, out);
     Json report = surface_report(grid, surface, pieces, solid, out);
     if (!options.pieces_folder.empty())
