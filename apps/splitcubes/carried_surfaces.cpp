@@ -25,8 +25,12 @@ void CarriedSurfaces::write_images(const std::filesystem::path& folder) {
 void CarriedSurfaces::update(Carried& carried, const body::Body& body, const geometry::SurfaceMesh& surface,
                              const Parallel& parallel) const {
     if (carried.known && carried.revision == body.surface().revision()) return;
-    carried.attributes = carried.transfer ? carried.transfer->onto(surface, parallel)
-                                          : geometry::attributes_by_origin(surface);
+    carried.attributes = carried.transfer
+                             ? carried.transfer->onto(surface, parallel, carried.surface, carried.attributes)
+                             : geometry::attributes_by_origin(surface);
+    carried.surface.mesh.triangles = surface.mesh.triangles;
+    carried.surface.triangle_origin = surface.triangle_origin;
+    carried.surface.rest = surface.rest;
     // Added materials come behind the input's.
     std::copy(carried.materials.begin(), carried.materials.end(), carried.attributes.materials.begin());
     carried.revision = body.surface().revision();

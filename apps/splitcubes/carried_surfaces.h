@@ -30,6 +30,7 @@ class CarriedSurfaces {
         std::optional<geometry::AttributeTransfer> transfer;
         std::vector<geometry::Material> materials;  // of the input, as files are to refer to them
         geometry::MeshAttributes attributes;
+        geometry::SurfaceMesh surface;  // that they belong to: triangles, origins and rest only
         std::uint64_t revision = 0;
         bool known = false;
     };

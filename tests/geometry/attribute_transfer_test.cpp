@@ -205,6 +205,16 @@ TEST(AttributeTransfer, SameBitsForAnyThreadCountAndWhateverStandsBeside) {
     surface.mesh = make_pear(1.9, 48);
     const MeshAttributes one = transfer.onto(surface, Parallel(1));
     EXPECT_EQ(transfer.onto(surface, Parallel(3)), one);
+    // Starting from what is known of a part of it, in another order, among others.
+    SurfaceMesh before;
+    before.mesh = make_sphere(0.7, 2);
+    for (std::size_t t = 0; t < surface.mesh.triangles.size(); t += 3) {
+        const auto first = static_cast<std::uint32_t>(before.mesh.positions.size());
+        for (const std::uint32_t v : surface.mesh.triangles[t])
+            before.mesh.positions.push_back(surface.mesh.positions[v]);
+        before.mesh.triangles.insert(before.mesh.triangles.begin(), {first, first + 1, first + 2});
+    }
+    EXPECT_EQ(transfer.onto(surface, Parallel(2), before, transfer.onto(before, Parallel(2))), one);
     std::reverse(surface.mesh.triangles.begin(), surface.mesh.triangles.end());
     MeshAttributes turned = transfer.onto(surface, Parallel(2));
     std::reverse(turned.corner_colour.begin(), turned.corner_colour.end());

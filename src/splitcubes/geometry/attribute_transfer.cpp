@@ -2,6 +2,7 @@
 #include <splitcubes/geometry/srgb.h>
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 namespace splitcubes::geometry {
@@ -37,6 +38,55 @@ bool any_origin(const SurfaceMesh& surface, Origin origin) {
 bool is_cut(const SurfaceMesh& surface, std::size_t t) {
     return !surface.triangle_origin.empty() && surface.triangle_origin[t] == Origin::cut;
 }
+
+std::array<Vec3, 3> rest_corners(const SurfaceMesh& surface, std::size_t t) {
+    const std::vector<Vec3>& rest = surface.rest.empty() ? surface.mesh.positions : surface.rest;
+    const Triangle& tri = surface.mesh.triangles[t];
+    return {rest[tri[0]], rest[tri[1]], rest[tri[2]]};
+}
+
+/// Finds a surface's boundary triangles by their corners at rest, bit for bit. A
+/// triangle's share in a transfer depends on these alone.
+class PlacesAtRest {
+  public:
+    static constexpr std::size_t none = static_cast<std::size_t>(-1);
+
+    explicit PlacesAtRest(const SurfaceMesh& surface) : surface_(surface) {
+        const std::size_t count = surface.mesh.triangles.size();
+        if (count == 0) return;
+        table_.assign(std::bit_ceil(2 * count), empty);
+        for (std::uint32_t t = 0; t < count; ++t) {
+            if (is_cut(surface, t)) continue;
+            std::size_t slot = hash(rest_corners(surface, t)) & (table_.size() - 1);
+            while (table_[slot] != empty) slot = (slot + 1) & (table_.size() - 1);
+            table_[slot] = t;
+        }
+    }
+    std::size_t find(const std::array<Vec3, 3>& corners) const {
+        if (table_.empty()) return none;
+        for (std::size_t slot = hash(corners) & (table_.size() - 1); table_[slot] != empty;
+             slot = (slot + 1) & (table_.size() - 1))
+            if (rest_corners(surface_, table_[slot]) == corners) return table_[slot];
+        return none;
+    }
+
+  private:
+    static constexpr std::uint32_t empty = 0xffffffff;
+
+    static std::size_t hash(const std::array<Vec3, 3>& corners) {
+        std::uint64_t h = 0;
+        for (const Vec3& corner : corners)
+            for (const double x : corner) {
+                // 0 and -0 are equal, so they must hash alike; the constant is SplitMix64's.
+                h = (h ^ std::bit_cast<std::uint64_t>(x + 0.0)) * 0x9e3779b97f4a7c15ULL;
+                h ^= h >> 29;
+            }
+        return static_cast<std::size_t>(h);
+    }
+
+    const SurfaceMesh& surface_;
+    std::vector<std::uint32_t> table_;  // triangles, by hash; open addressing
+};
 
 }  // namespace
 
@@ -86,10 +136,9 @@ void AttributeTransfer::carry(const std::array<Vec3, 3>& rest, std::size_t to, M
     }
 }
 
-MeshAttributes AttributeTransfer::onto(const SurfaceMesh& surface, const Parallel& parallel) const {
+MeshAttributes AttributeTransfer::prepared(const SurfaceMesh& surface, std::int32_t& cut) const {
     MeshAttributes out;
-    const std::vector<Triangle>& triangles = surface.mesh.triangles;
-    if (attributes_.empty()) return out;
+    const std::size_t count = surface.mesh.triangles.size();
     out.materials = attributes_.materials;
     const std::vector<std::int32_t>& own = attributes_.triangle_material;
     const bool coloured = !attributes_.corner_colour.empty();
@@ -98,23 +147,42 @@ MeshAttributes AttributeTransfer::onto(const SurfaceMesh& surface, const Paralle
     const std::int32_t boundary =
         bare ? material_named(out.materials, boundary_material, coloured ? white : boundary_colour) : 0;
     // With vertex colours the cut's colour is in them, which more programs show.
-    const std::int32_t cut = any_origin(surface, Origin::cut)
-                                 ? material_named(out.materials, cut_material, coloured ? white : cut_colour)
-                                 : 0;
+    if (any_origin(surface, Origin::cut))
+        cut = material_named(out.materials, cut_material, coloured ? white : cut_colour);
     Rgba cut_srgb = cut_colour;
     for (std::size_t i = 0; i < 3; ++i) cut_srgb[i] = srgb_from_linear(cut_colour[i]);
-    out.triangle_material.assign(triangles.size(), boundary);
-    if (!attributes_.corner_uv.empty()) out.corner_uv.resize(triangles.size());
-    if (coloured) out.corner_colour.assign(triangles.size(), {cut_srgb, cut_srgb, cut_srgb});
-    const std::vector<Vec3>& rest = surface.rest.empty() ? surface.mesh.positions : surface.rest;
-    parallel.for_chunks(triangles.size(), 256, [&](std::size_t begin, std::size_t end) {
+    out.triangle_material.assign(count, boundary);
+    if (!attributes_.corner_uv.empty()) out.corner_uv.resize(count);
+    if (coloured) out.corner_colour.assign(count, {cut_srgb, cut_srgb, cut_srgb});
+    return out;
+}
+
+MeshAttributes AttributeTransfer::onto(const SurfaceMesh& surface, const Parallel& parallel) const {
+    return onto(surface, parallel, {}, {});
+}
+
+MeshAttributes AttributeTransfer::onto(const SurfaceMesh& surface, const Parallel& parallel,
+                                       const SurfaceMesh& before, const MeshAttributes& known) const {
+    if (attributes_.empty()) return {};
+    std::int32_t cut = -1;
+    MeshAttributes out = prepared(surface, cut);
+    const PlacesAtRest places(before);
+    parallel.for_chunks(surface.mesh.triangles.size(), 256, [&](std::size_t begin, std::size_t end) {
         std::uint32_t guess = NearestPoint::none;
         for (std::size_t t = begin; t < end; ++t) {
-            const Triangle& tri = triangles[t];
-            if (is_cut(surface, t))
+            if (is_cut(surface, t)) {
                 out.triangle_material[t] = cut;
-            else
-                carry({rest[tri[0]], rest[tri[1]], rest[tri[2]]}, t, out, guess);
+                continue;
+            }
+            const std::array<Vec3, 3> rest = rest_corners(surface, t);
+            const std::size_t same = places.find(rest);
+            if (same == PlacesAtRest::none) {
+                carry(rest, t, out, guess);
+                continue;
+            }
+            out.triangle_material[t] = known.triangle_material[same];
+            if (!out.corner_uv.empty()) out.corner_uv[t] = known.corner_uv[same];
+            if (!out.corner_colour.empty()) out.corner_colour[t] = known.corner_colour[same];
         }
     });
     return out;

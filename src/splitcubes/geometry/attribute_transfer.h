@@ -47,9 +47,17 @@ class AttributeTransfer {
     /// for any number of threads; each triangle's share depends on nothing else of the surface.
     MeshAttributes onto(const SurfaceMesh& surface, const Parallel& parallel) const;
 
+    /// The same, faster where most boundary triangles stand at the same place at rest
+    /// in `before`, for which this transfer has made `known`.
+    MeshAttributes onto(const SurfaceMesh& surface, const Parallel& parallel, const SurfaceMesh& before,
+                        const MeshAttributes& known) const;
+
     const MeshAttributes& input_attributes() const { return attributes_; }
 
   private:
+    /// What stands there before a triangle's share is found: the materials, and every
+    /// triangle as if it were cut or had nothing near.
+    MeshAttributes prepared(const SurfaceMesh& surface, std::int32_t& cut) const;
     void carry(const std::array<Vec3, 3>& rest, std::size_t to, MeshAttributes& out,
                std::uint32_t& guess) const;
 
