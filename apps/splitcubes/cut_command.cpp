@@ -176,7 +176,8 @@ int cut(const Options& options) {
     const Parallel parallel(options.threads);
     Json seconds;
     Stopwatch watch;
-    const geometry::TriangleMesh mesh = read_noted(options.mesh);
+    const io::Model model = read_model_noted(options.mesh);
+    const geometry::TriangleMesh& mesh = model.mesh;
     std::vector<Cutter> cutters = read_cutters(options);
     seconds["read"] = watch.lap();
 
@@ -198,8 +199,11 @@ int cut(const Options& options) {
     const splitting::Pieces pieces(grid);
     const std::vector<std::uint8_t> removed = options.remove() ? pieces_to_remove(cutters, grid, pieces)
                                                                : std::vector<std::uint8_t>(pieces.count(), 0);
-    const CutResult result = arrange_pieces(splitting::extract(grid, surface, pieces), pieces, removed);
+    geometry::SurfaceMesh whole = splitting::extract(grid, surface, pieces);
     seconds["extract"] = watch.lap();
+    carry_attributes(model, rest.cell_size, options.out, parallel, whole);
+    seconds["attributes"] = watch.lap();
+    const CutResult result = arrange_pieces(std::move(whole), pieces, removed);
     stages.next("files");
     note_idle_cutters(cutters);
     Json report = surface_report(grid, surface, pieces, solid, result.kept());

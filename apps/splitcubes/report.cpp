@@ -1,10 +1,12 @@
 #include "report.h"
 
 #include <splitcubes/core/error.h>
+#include <splitcubes/geometry/attribute_transfer.h>
 #include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/io/atomic_file.h>
 #include <splitcubes/io/mesh_format.h>
 #include <splitcubes/io/read_mesh.h>
+#include <splitcubes/io/write_mesh.h>
 #include <splitcubes/splitting/extract.h>
 
 #include <iostream>
@@ -58,10 +60,28 @@ void print_notes(const std::string& name, const std::vector<std::string>& notes)
 }
 
 geometry::TriangleMesh read_noted(const std::string& name) {
+    return std::move(read_model_noted(name).mesh);
+}
+
+io::Model read_model_noted(const std::string& name) {
     io::ReadMeshReport read;
-    geometry::TriangleMesh mesh = io::read_mesh(name, &read);
+    io::Model model = io::read_model(name, &read);
     print_notes(name, read.notes);
-    return mesh;
+    return model;
+}
+
+void carry_attributes(const io::Model& from, double cell_size, const std::filesystem::path& out,
+                      const Parallel& parallel, geometry::SurfaceMesh& surface) {
+    if (from.attributes.empty()) {
+        surface.rest.clear();
+        return;
+    }
+    // Half a cell: nearer walls than that the grid does not tell apart.
+    const geometry::AttributeTransfer transfer(from.mesh, from.attributes, cell_size / 2);
+    surface.attributes = transfer.onto(surface, parallel);
+    const auto format = io::format_of_extension(out);
+    if (format == io::MeshFormat::obj || format == io::MeshFormat::ply)
+        io::write_images(out.parent_path(), out.stem().string(), surface.attributes.materials);
 }
 
 namespace {

@@ -2,7 +2,9 @@
 // (docs/reports.md lists them).
 #pragma once
 
+#include <splitcubes/core/parallel.h>
 #include <splitcubes/geometry/triangle_mesh.h>
+#include <splitcubes/io/read_mesh.h>
 #include <splitcubes/splitting/pieces.h>
 #include <splitcubes/splitting/solidify.h>
 #include <splitcubes/splitting/surface.h>
@@ -27,6 +29,16 @@ void print_notes(const std::string& name, const std::vector<std::string>& notes)
 
 /// Reads a mesh and prints what the reader noted.
 geometry::TriangleMesh read_noted(const std::string& name);
+
+/// The same with the mesh's texture coordinates, colours and materials.
+io::Model read_model_noted(const std::string& name);
+
+/// Gives a surface at rest, to be written to `out`, the attributes of the mesh that
+/// it was made of; a mesh without any leaves it without rest positions too, which at
+/// rest say nothing new. Pictures that the mesh's file held are written beside `out`
+/// where its format cannot hold them.
+void carry_attributes(const io::Model& from, double cell_size, const std::filesystem::path& out,
+                      const Parallel& parallel, geometry::SurfaceMesh& surface);
 
 /// Throws InputError where a mesh cannot be written to `path` (its ending, its
 /// folder): asked before the work, so that nothing is computed in vain.

@@ -35,7 +35,7 @@ int run_scene(const Options& options) {
     const std::unique_ptr<body::World> world = scene::build_world(description, parallel, built);
     for (const auto& [name, note] : built.notes) print_notes(name, {note});
 
-    RunOutput output(options.out, description, *world);
+    RunOutput output(options.out, description, *world, built.models);
     output.seconds().setup = watch.lap();
     watch_interrupts();
     output.write_frame(*world, body::StepReport{}, 0);

@@ -71,12 +71,16 @@ struct RunOutput::Pictures {
 #endif
 };
 
-RunOutput::RunOutput(const fs::path& folder, const scene::SceneDescription& description, const body::World&)
-    : folder_(folder), description_(description) {
+RunOutput::RunOutput(const fs::path& folder, const scene::SceneDescription& description,
+                     const body::World& world, const std::vector<io::Model>& models)
+    : folder_(folder), description_(description), surfaces_(world, models) {
     make_folder(folder_ / "surface");
     remove_old_frames(folder_ / "surface");
     remove_old_frames(folder_ / "pictures");
     write_json(folder_ / "scene.json", scene::resolved_scene(description_));
+    if (description_.output.format == scene::SurfaceFormat::ply ||
+        description_.output.format == scene::SurfaceFormat::obj)
+        surfaces_.write_images(folder_ / "surface");
     metrics_ = "frame,time";
     for (const char* name : body::stage_names) metrics_ += std::string(",") + name + "_ms";
     metrics_ +=
@@ -117,7 +121,7 @@ void RunOutput::write_frame(const body::World& world, const body::StepReport& re
     Stopwatch watch;
     if (frame > 0) add_metrics(report, frame);
     if (frame % description_.output.every_nth_frame == 0) {
-        const geometry::SurfaceMesh surface = world.surface_mesh();
+        const geometry::SurfaceMesh surface = surfaces_.now(world);
         const fs::path file =
             folder_ / "surface" / (frame_name(frame) + extension(description_.output.format));
         io::write_mesh(file, surface);

@@ -1,6 +1,7 @@
 // The files of a run: surfaces, metrics, summary, the resolved scene.
 #pragma once
 
+#include "carried_surfaces.h"
 #include "report.h"
 
 #include <splitcubes/body/world.h>
@@ -9,6 +10,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace splitcubes::app {
 
@@ -20,9 +22,10 @@ class RunOutput {
     };
 
     /// Makes the folder, takes the frames of an earlier run out of it and writes
-    /// scene.json. Throws InputError where the folder cannot be made.
+    /// scene.json. models: per body, what build_world reports; their attributes go
+    /// with the surfaces. Throws InputError where the folder cannot be made.
     RunOutput(const std::filesystem::path& folder, const scene::SceneDescription& description,
-              const body::World& world);
+              const body::World& world, const std::vector<io::Model>& models);
     ~RunOutput();
 
     /// Frame 0 is the state before the first step. Surfaces are written every
@@ -42,6 +45,7 @@ class RunOutput {
     const scene::SceneDescription& description_;
     std::string metrics_;
     Seconds seconds_;
+    CarriedSurfaces surfaces_;
     struct Pictures;
     std::unique_ptr<Pictures> pictures_;
 };

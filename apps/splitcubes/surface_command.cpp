@@ -26,7 +26,8 @@ int surface(const Options& options) {
     const Parallel parallel(options.threads);
     Json seconds;
     Stopwatch watch;
-    const geometry::TriangleMesh mesh = read_noted(options.mesh);
+    const io::Model model = read_model_noted(options.mesh);
+    const geometry::TriangleMesh& mesh = model.mesh;
     seconds["read"] = watch.lap();
     const geometry::RestGrid rest = geometry::grid_around(
         mesh.bounds(), chosen_cell_size(mesh.bounds(), options.cells, options.cell_size));
@@ -37,8 +38,10 @@ int surface(const Options& options) {
     const splitting::Surface surface(grid);
     seconds["tessellate"] = watch.lap();
     const splitting::Pieces pieces(grid);
-    const geometry::SurfaceMesh out = splitting::extract(grid, surface, pieces);
+    geometry::SurfaceMesh out = splitting::extract(grid, surface, pieces);
     seconds["extract"] = watch.lap();
+    carry_attributes(model, rest.cell_size, options.out, parallel, out);
+    seconds["attributes"] = watch.lap();
     io::write_mesh(options.out, out);
     seconds["write"] = watch.lap();
     Json report = surface_report(grid, surface, pieces, solid, out);

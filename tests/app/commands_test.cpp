@@ -79,6 +79,41 @@ TEST_F(Commands, CutWritesThePieces) {
     EXPECT_EQ(unfinished_files(), 0U);
 }
 
+TEST_F(Commands, CutCarriesTexturesAndMaterials) {
+    write_text(in("cube.mtl"), "newmtl wood\nKd 0.5 0.25 0.125\nmap_Kd planks.png\n");
+    std::string cube =
+        "mtllib cube.mtl\nusemtl wood\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 "
+        "1\n"
+        "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
+    for (const char* face : {"1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"}) {
+        cube += "f";
+        for (int k = 0; k < 4; ++k) cube += std::string(" ") + face[2 * k] + "/" + std::to_string(k + 1);
+        cube += "\n";
+    }
+    write_text(in("cube.obj"), cube);
+    write_text(in("planks.png"), "no picture is opened");
+    write("middle.obj", geometry::make_plane_sheet({0.47, 0.5, 0.5}, Vec3(1, 0.2, 0.1), 2));
+    std::vector<geometry::Material> materials;
+    for (const std::string ending : {"ply", "obj", "glb"}) {
+        const Ended ended = run({"cut", "cube.obj", "--with", "middle.obj", "-o", "out." + ending, "--cells",
+                                 "16", "--pieces", "parts"});
+        ASSERT_EQ(ended.code, 0) << ended.err;
+        EXPECT_EQ(ended.err.find("note"), std::string::npos);
+        const io::Model out = io::read_model(in("out." + ending));
+        ASSERT_EQ(out.attributes.materials.size(), 2U) << ending;
+        EXPECT_EQ(out.attributes.materials[0].name, "wood");
+        EXPECT_EQ(out.attributes.materials[0].texture, in("planks.png").string());
+        EXPECT_EQ(out.attributes.materials[1].name, "cut");
+        EXPECT_EQ(out.attributes.corner_uv.size(), out.mesh.triangles.size());
+        const io::Model part = io::read_model(in("parts/piece-0001." + ending));
+        EXPECT_EQ(part.attributes.materials, out.attributes.materials);
+        EXPECT_TRUE(geometry::check_mesh(geometry::weld_equal_vertices(part.mesh)).valid());
+    }
+    const geometry::SurfaceMesh surface = io::read_surface(in("out.ply"));
+    EXPECT_EQ(surface.rest, surface.mesh.positions);
+    EXPECT_EQ(unfinished_files(), 0U);
+}
+
 TEST_F(Commands, ACutThatMeetsNothingSaysSo) {
     write("far.obj", geometry::make_plane_sheet({9, 0, 0}, Vec3::UnitX(), 2));
     const Ended ended = run({"cut", "ball.obj", "--with", "far.obj", "-o", "out.ply", "--cells", "12"});

@@ -57,6 +57,42 @@ std::size_t cells_of(const std::string& line) {
     return 1 + static_cast<std::size_t>(std::count(line.begin(), line.end(), ','));
 }
 
+TEST_F(Run, FramesKeepTheColoursOfTheirMeshes) {
+    // A mesh with materials beside a built-in shape, which has none.
+    std::string obj;
+    for (int c = 0; c < 8; ++c)
+        obj += "v " + std::to_string(0.1 * (c & 1)) + " " + std::to_string(0.1 * (c >> 1 & 1)) + " " +
+               std::to_string(0.1 * (c >> 2)) + "\n";
+    obj += "usemtl a\nf 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nusemtl b\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    write_text(in("cube.obj"), obj);
+    Json scene = Json::parse(scene_text);
+    scene["bodies"].push_back({{"name", "cube"},
+                               {"shape", {{"mesh", {{"file", "cube.obj"}}}}},
+                               {"cells", 8},
+                               {"phyxel_count", 40},
+                               {"material", {{"youngs_modulus", 2e5}}},
+                               {"placement", {{"position", {0.3, 0, 0}}}}});
+    write_text(in("two.json"), scene.dump());
+    ASSERT_EQ(run({"run", "two.json", "-o", "out"}).code, 0);
+    const geometry::SurfaceMesh first = io::read_surface(in("out/surface/000000.ply"));
+    const geometry::SurfaceMesh last = io::read_surface(in("out/surface/000012.ply"));
+    const auto names = [](const geometry::SurfaceMesh& surface) {
+        std::set<std::string> out;
+        for (const std::int32_t m : surface.attributes.triangle_material)
+            out.insert(m < 0 ? "" : surface.attributes.materials[static_cast<std::size_t>(m)].name);
+        return out;
+    };
+    EXPECT_EQ(names(first), (std::set<std::string>{"boundary", "a", "b"}));
+    EXPECT_EQ(names(last), (std::set<std::string>{"boundary", "cut", "a", "b"}));
+    // At rest still where the bodies began, which they have left.
+    ASSERT_EQ(last.rest.size(), last.mesh.positions.size());
+    geometry::Box began, is;
+    for (const Vec3& p : last.rest) began.add(p);
+    for (const Vec3& p : last.mesh.positions) is.add(p);
+    EXPECT_NEAR(began.min[2], first.mesh.bounds().min[2], 1e-9);
+    EXPECT_LT(is.min[2], began.min[2] - 0.01);
+}
+
 TEST_F(Run, LeavesAllItsFiles) {
     const Ended ended = run({"run", "block.json", "-o", "out"});
     ASSERT_EQ(ended.code, 0) << ended.err;

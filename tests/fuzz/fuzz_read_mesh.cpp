@@ -6,11 +6,13 @@
 #include <splitcubes/io/write_mesh.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <span>
 #include <string>
+#include <utility>
 
 using namespace splitcubes;
 using namespace splitcubes::io;
@@ -35,6 +37,21 @@ void require_sound(const geometry::TriangleMesh& mesh) {
     }
 }
 
+void require_sound(const geometry::MeshAttributes& attributes, std::size_t triangles) {
+    for (const std::size_t length :
+         {attributes.corner_uv.size(), attributes.corner_colour.size(), attributes.triangle_material.size()})
+        require(length == 0 || length == triangles, "attributes are none or one each");
+    for (const auto& corners : attributes.corner_uv)
+        for (const geometry::Uv& uv : corners)
+            require(std::isfinite(uv[0]) && std::isfinite(uv[1]), "texture coordinates are finite");
+    for (const auto& corners : attributes.corner_colour)
+        for (const geometry::Rgba& colour : corners)
+            for (const float value : colour) require(value >= 0 && value <= 1, "colours are in range");
+    for (const std::int32_t material : attributes.triangle_material)
+        require(material >= -1 && material < static_cast<std::int64_t>(attributes.materials.size()),
+                "materials are in range");
+}
+
 /// Double precision comes back as it was; single precision may not hold it.
 void require_round_trips(const geometry::SurfaceMesh& surface) {
     const std::string ply = encode_mesh(surface, MeshFormat::ply, "ply");
@@ -44,6 +61,12 @@ void require_round_trips(const geometry::SurfaceMesh& surface) {
     require(again.vertex_piece == surface.vertex_piece, "PLY keeps pieces");
     require(again.triangle_origin == surface.triangle_origin, "PLY keeps origins");
     require(again.normals.size() == surface.normals.size(), "PLY keeps normals");
+    require(again.rest == surface.rest, "PLY keeps rest positions");
+    require(again.attributes.corner_uv == surface.attributes.corner_uv, "PLY keeps texture coordinates");
+    require(again.attributes.triangle_material == surface.attributes.triangle_material,
+            "PLY keeps material numbers");
+    require(again.attributes.corner_colour.empty() == surface.attributes.corner_colour.empty(),
+            "PLY keeps colours");
     if (surface.mesh.triangles.empty()) return;
     const std::string obj = encode_mesh(surface, MeshFormat::obj, "obj");
     const geometry::TriangleMesh from_obj = read_mesh_from_memory(bytes_of(obj), MeshFormat::obj, "obj");
@@ -61,6 +84,13 @@ void require_round_trips(const geometry::SurfaceMesh& surface) {
     }
 }
 
+geometry::SurfaceMesh with_attributes(Model model) {
+    geometry::SurfaceMesh surface;
+    surface.mesh = std::move(model.mesh);
+    surface.attributes = std::move(model.attributes);
+    return surface;
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -73,8 +103,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (choice == 4)
             surface = read_surface_from_memory(bytes, "fuzz");
         else
-            surface.mesh = read_mesh_from_memory(bytes, formats[choice], "fuzz");
+            surface = with_attributes(read_model_from_memory(bytes, formats[choice], "fuzz"));
         require_sound(surface.mesh);
+        require_sound(surface.attributes, surface.mesh.triangles.size());
         // Beyond single precision a normal would be written as infinite.
         const bool writable = std::all_of(surface.normals.begin(), surface.normals.end(),
                                           [](const Vec3& n) { return n.cwiseAbs().maxCoeff() < 1e38; });

@@ -66,6 +66,37 @@ inline geometry::SurfaceMesh box_surface(std::uint64_t seed) {
     return surface;
 }
 
+/// The box with all of the above, rest positions and, by corner, texture coordinates
+/// and colours that a byte a channel holds, three materials, one of them unused, and
+/// triangles without one.
+inline geometry::SurfaceMesh textured_surface(std::uint64_t seed) {
+    Random random(seed);
+    geometry::SurfaceMesh surface = box_surface(seed);
+    for (const Vec3& p : surface.mesh.positions) surface.rest.emplace_back(2 * p);
+    geometry::MeshAttributes& a = surface.attributes;
+    std::vector<geometry::Rgba> colours;
+    for (std::size_t v = 0; v < surface.mesh.positions.size(); ++v) {
+        geometry::Rgba& colour = colours.emplace_back();
+        for (float& value : colour) value = static_cast<float>(random.below(256)) / 255.0F;
+        colour[3] = 1;  // OBJ has no more
+    }
+    for (const geometry::Triangle& t : surface.mesh.triangles) {
+        auto& uv = a.corner_uv.emplace_back();
+        // Multiples of 2^-10 survive being counted from the other end.
+        for (geometry::Uv& corner : uv)
+            corner = {static_cast<float>(random.below(1025)) / 1024,
+                      static_cast<float>(random.below(1025)) / 1024};
+        a.corner_colour.push_back({colours[t[0]], colours[t[1]], colours[t[2]]});
+        a.triangle_material.push_back(static_cast<std::int32_t>(random.below(3)) - 1);
+    }
+    a.triangle_material[0] = 0;
+    a.triangle_material[1] = 1;
+    a.materials = {{.name = "skin of a pear", .colour = {0.5F, 0.25F, 1, 1}, .texture = {}, .image = {}},
+                   {.name = "leaf", .colour = {0.1F, 0.2F, 0.3F, 0.5F}, .texture = {}, .image = {}},
+                   {.name = "unused", .texture = {}, .image = {}}};
+    return surface;
+}
+
 /// The message of the InputError that reading gives; fails the test when it gives none.
 inline std::string complaint(const std::string& content, MeshFormat format) {
     try {

@@ -4,6 +4,8 @@
 #include <splitcubes/io/read_surface.h>
 #include <splitcubes/io/write_mesh.h>
 
+#include <cmath>
+
 #include "gltf_samples.h"
 
 using namespace splitcubes;
@@ -21,6 +23,9 @@ std::vector<Sample> valid_files() {
     std::vector<Sample> samples;
     for (const MeshFormat format : {MeshFormat::obj, MeshFormat::ply, MeshFormat::stl, MeshFormat::gltf})
         samples.push_back({format, encode_mesh(surface, format, "sample")});
+    const geometry::SurfaceMesh textured = textured_surface(12);
+    for (const MeshFormat format : {MeshFormat::obj, MeshFormat::ply, MeshFormat::gltf})
+        samples.push_back({format, encode_mesh(textured, format, "sample")});
     samples.push_back(
         {MeshFormat::ply,
          "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
@@ -40,7 +45,24 @@ std::vector<Sample> valid_files() {
     return samples;
 }
 
-void expect_sound(const geometry::TriangleMesh& mesh) {
+void expect_sound(const geometry::MeshAttributes& attributes, std::size_t triangles) {
+    for (const std::size_t length :
+         {attributes.corner_uv.size(), attributes.corner_colour.size(), attributes.triangle_material.size()})
+        ASSERT_TRUE(length == 0 || length == triangles) << length;
+    for (const auto& corners : attributes.corner_uv)
+        for (const geometry::Uv& uv : corners) ASSERT_TRUE(std::isfinite(uv[0]) && std::isfinite(uv[1]));
+    for (const auto& corners : attributes.corner_colour)
+        for (const geometry::Rgba& colour : corners)
+            for (const float value : colour) ASSERT_TRUE(value >= 0 && value <= 1);
+    for (const std::int32_t material : attributes.triangle_material) {
+        ASSERT_GE(material, -1);
+        ASSERT_LT(material, static_cast<std::int64_t>(attributes.materials.size()));
+    }
+}
+
+void expect_sound(const Model& model) {
+    const geometry::TriangleMesh& mesh = model.mesh;
+    expect_sound(model.attributes, mesh.triangles.size());
     EXPECT_FALSE(mesh.triangles.empty());
     for (const Vec3& p : mesh.positions) ASSERT_TRUE(p.allFinite());
     for (const geometry::Triangle& t : mesh.triangles) {
@@ -53,7 +75,7 @@ void expect_sound(const geometry::TriangleMesh& mesh) {
 bool read_or_complain(const Sample& sample) {
     bool good = false;
     try {
-        expect_sound(read_mesh_from_memory(bytes_of(sample.content), sample.format, "sample"));
+        expect_sound(read_model_from_memory(bytes_of(sample.content), sample.format, "sample"));
         good = true;
     } catch (const InputError& error) {
         EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
@@ -61,6 +83,7 @@ bool read_or_complain(const Sample& sample) {
     if (sample.format != MeshFormat::ply) return good;
     try {
         const geometry::SurfaceMesh surface = read_surface_from_memory(bytes_of(sample.content), "sample");
+        expect_sound(surface.attributes, surface.mesh.triangles.size());
         const std::string again = encode_mesh(surface, MeshFormat::ply, "sample");
         EXPECT_EQ(read_surface_from_memory(bytes_of(again), "again").mesh.positions, surface.mesh.positions);
     } catch (const InputError&) {

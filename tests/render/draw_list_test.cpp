@@ -182,4 +182,31 @@ TEST(FrameCamera, StraightDownAndBadInput) {
     EXPECT_THROW(frame_camera(box, Vec3::UnitX(), 30, 0), InputError);
 }
 
+TEST(AddSurface, VertexAndMaterialColoursAreDrawnWhereThereAreSome) {
+    geometry::SurfaceMesh surface = cut_block(0.02, 0.5);
+    const std::size_t count = surface.mesh.triangles.size();
+    const auto boundary_colors = [&] {
+        DrawList list;
+        add_surface(list, surface);
+        return list.meshes.at(0).corner_colors;
+    };
+    EXPECT_TRUE(boundary_colors().empty());
+    const Color skin = SurfacePalette{}.skin;
+    surface.attributes.triangle_material.assign(count, 0);
+    surface.attributes.materials = {
+        {.name = "a", .colour = {1, 0.2140411F, 0, 1}, .texture = {}, .image = {}}};
+    for (const Color& color : boundary_colors()) EXPECT_LT((color - Color(1, 0.5, 0)).norm(), 1e-5);
+    surface.attributes.materials[0].texture = "a.png";
+    EXPECT_EQ(boundary_colors().front(), skin);
+    surface.attributes.materials[0].texture.clear();
+    const geometry::Rgba green{0.25F, 1, 0.5F, 1};
+    surface.attributes.corner_colour.assign(count, {green, green, green});
+    for (const Color& color : boundary_colors()) EXPECT_LT((color - Color(0.25, 0.5, 0)).norm(), 1e-5);
+    surface.attributes.corner_colour.pop_back();
+    EXPECT_THROW(boundary_colors(), InputError);
+    surface.attributes.corner_colour.clear();
+    surface.attributes.triangle_material[2] = 1;
+    EXPECT_THROW(boundary_colors(), InputError);
+}
+
 }  // namespace

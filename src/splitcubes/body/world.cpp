@@ -80,11 +80,7 @@ geometry::SurfaceMesh World::surface_mesh() const {
         geometry::SurfaceMesh one = body->surface_mesh();
         for (std::int32_t& piece : one.vertex_piece) piece += first_piece;
         first_piece += static_cast<std::int32_t>(body->pieces().count());
-        all.mesh.append(one.mesh);
-        all.normals.insert(all.normals.end(), one.normals.begin(), one.normals.end());
-        all.vertex_piece.insert(all.vertex_piece.end(), one.vertex_piece.begin(), one.vertex_piece.end());
-        all.triangle_origin.insert(all.triangle_origin.end(), one.triangle_origin.begin(),
-                                   one.triangle_origin.end());
+        all.append(one);
     }
     return all;
 }

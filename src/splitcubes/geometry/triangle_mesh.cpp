@@ -56,4 +56,29 @@ TriangleMesh part_of(const TriangleMesh& mesh, std::span<const std::uint32_t> tr
     return out;
 }
 
+namespace {
+
+/// Arrays are empty or whole, so one half alone cannot be kept.
+template <class Value>
+void append_or_drop(std::vector<Value>& own, std::size_t own_count, const std::vector<Value>& other,
+                    std::size_t other_count) {
+    if (own.size() == own_count && other.size() == other_count)
+        own.insert(own.end(), other.begin(), other.end());
+    else
+        own.clear();
+}
+
+}  // namespace
+
+void SurfaceMesh::append(const SurfaceMesh& other) {
+    const std::size_t vertices = mesh.positions.size(), more_vertices = other.mesh.positions.size();
+    const std::size_t triangles = mesh.triangles.size(), more_triangles = other.mesh.triangles.size();
+    append_or_drop(normals, vertices, other.normals, more_vertices);
+    append_or_drop(vertex_piece, vertices, other.vertex_piece, more_vertices);
+    append_or_drop(rest, vertices, other.rest, more_vertices);
+    append_or_drop(triangle_origin, triangles, other.triangle_origin, more_triangles);
+    attributes.append(triangles, other.attributes, more_triangles);
+    mesh.append(other.mesh);
+}
+
 }  // namespace splitcubes::geometry

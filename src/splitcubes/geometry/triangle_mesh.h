@@ -2,6 +2,7 @@
 #pragma once
 
 #include <splitcubes/geometry/box.h>
+#include <splitcubes/geometry/mesh_attributes.h>
 #include <splitcubes/math/types.h>
 
 #include <array>
@@ -43,6 +44,12 @@ struct SurfaceMesh {
     std::vector<Vec3> normals;               // per vertex, unit, outward
     std::vector<std::int32_t> vertex_piece;  // per vertex, number of the connected part
     std::vector<Origin> triangle_origin;     // per triangle
+    std::vector<Vec3> rest = {};             // per vertex, m, rest space
+    MeshAttributes attributes = {};          // of the mesh's triangles
+
+    /// Appends another surface; what only one of the two has is dropped, but for
+    /// `attributes`, see there.
+    void append(const SurfaceMesh& other);
 };
 
 }  // namespace splitcubes::geometry

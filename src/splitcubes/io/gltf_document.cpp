@@ -45,7 +45,8 @@ int hex_digit(char c) {
     return -1;
 }
 
-/// %20 and the like (RFC 3986, section 2.1).
+}  // namespace
+
 std::string percent_decoded(const std::string& text) {
     std::string out;
     for (std::size_t i = 0; i < text.size(); ++i) {
@@ -60,8 +61,6 @@ std::string percent_decoded(const std::string& text) {
     }
     return out;
 }
-
-}  // namespace
 
 GltfDocument::GltfDocument(Bytes bytes, std::string name, fs::path folder)
     : name_(std::move(name)), folder_(std::move(folder)), byte_total_(bytes.size()) {
@@ -167,14 +166,9 @@ Bytes GltfDocument::bytes_of_file(const std::string& relative, const std::string
     if (folder_.empty())
         fail(where, "refers to " + in_quotes(relative) + ", which data from memory cannot",
              "use GLB or base64");
-    // Only what lies beside the file or below, so that a mesh from elsewhere
-    // cannot make the program read whatever it names.
-    const fs::path path = fs::path(relative).lexically_normal();
-    const bool outside = relative.empty() || relative.find('\0') != relative.npos || path.is_absolute() ||
-                         relative.find("://") != relative.npos ||
-                         std::find(path.begin(), path.end(), fs::path("..")) != path.end();
-    if (outside)
+    if (!is_beside_or_below(relative))
         fail(where, "refers to " + in_quotes(relative) + ", outside of the file's folder", "copy it there");
+    const fs::path path = fs::path(relative).lexically_normal();
     // A document that names one file a thousand times gets it once.
     const auto known = files_.find(path);
     if (known != files_.end()) return known->second;
@@ -340,6 +334,31 @@ std::vector<Vec3> GltfDocument::read_vectors(std::uint64_t index, const std::str
             fail(from.where, "element " + std::to_string(i) + " is not finite", "coordinates must be finite");
     }
     return values;
+}
+
+std::vector<float> GltfDocument::read_floats(std::uint64_t index, const char* type, std::size_t components,
+                                             const std::string& user) const {
+    const Accessor from = accessor(index, type, components, user);
+    std::vector<float> values;
+    values.reserve(from.count * components);
+    for (std::size_t i = 0; i < from.count; ++i)
+        for (std::size_t k = 0; k < components; ++k) {
+            const std::optional<float> value = finite_float(component(from, i, k));
+            if (!value) fail(from.where, "element " + std::to_string(i) + " is not finite", "it must be");
+            values.push_back(*value);
+        }
+    return values;
+}
+
+std::string GltfDocument::type_of(std::uint64_t index, const std::string& user) const {
+    const Json& json = element("accessors", index, user);
+    const auto type = json.find("type");
+    return type != json.end() && type->is_string() ? type->get<std::string>() : std::string();
+}
+
+Bytes GltfDocument::view(std::uint64_t index, const std::string& user) const {
+    std::size_t stride = 0;
+    return view_bytes(index, 1, stride, user);
 }
 
 std::vector<std::uint32_t> GltfDocument::read_indices(std::uint64_t index, const std::string& user) const {

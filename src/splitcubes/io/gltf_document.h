@@ -12,13 +12,18 @@
 #include <deque>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace splitcubes::io {
 
 using Json = nlohmann::json;
+
+/// %20 and the like (RFC 3986, section 2.1).
+std::string percent_decoded(const std::string& text);
 
 /// Access by name and number that throws InputError with the path of what is
 /// wrong, as `name: accessors[3].count`.
@@ -50,6 +55,15 @@ class GltfDocument {
     std::size_t index_count(std::uint64_t accessor, const std::string& user) const;
     /// VEC3 of any component type, normalized integers mapped to their range (section 3.6.2.2).
     std::vector<Vec3> read_vectors(std::uint64_t accessor, const std::string& user) const;
+    /// `components` numbers an element, of an accessor of this type (VEC2, VEC4), as above.
+    std::vector<float> read_floats(std::uint64_t accessor, const char* type, std::size_t components,
+                                   const std::string& user) const;
+    /// The accessor's type, as VEC3; empty where it has none.
+    std::string type_of(std::uint64_t accessor, const std::string& user) const;
+    /// The bytes of a whole buffer view.
+    Bytes view(std::uint64_t index, const std::string& user) const;
+    /// The folder of the files that it may refer to; may be empty.
+    const std::filesystem::path& folder() const { return folder_; }
     /// SCALAR of an unsigned type.
     std::vector<std::uint32_t> read_indices(std::uint64_t accessor, const std::string& user) const;
 
@@ -86,6 +100,32 @@ class GltfDocument {
     std::map<std::filesystem::path, Bytes> files_;  // of owned_, by path
     std::vector<Bytes> buffers_;                    // one per buffer of the document
     std::size_t byte_total_ = 0;
+};
+
+/// The materials of the document, one for each, with their base colours and
+/// textures. Images inside of the file are kept where they fit its size; what
+/// cannot be used is noted.
+class GltfMaterials {
+  public:
+    GltfMaterials(const GltfDocument& document, ReadMeshReport& report);
+    const std::vector<geometry::Material>& materials() const { return materials_; }
+    std::vector<geometry::Material> take() { return std::move(materials_); }
+    /// Which set of texture coordinates the material's base colour goes by.
+    std::uint64_t uv_set(std::int32_t material) const;
+
+  private:
+    void read_texture(const Json& info, const std::string& where, geometry::Material& material);
+    void read_image(std::uint64_t index, const std::string& where, geometry::Material& material);
+    void keep_image(const Json& image, std::uint64_t index, Bytes bytes, const std::string& mime_type,
+                    geometry::Material& material);
+
+    const GltfDocument& document_;
+    ReadMeshReport& report_;
+    std::vector<geometry::Material> materials_;
+    std::vector<std::uint64_t> uv_sets_;  // per material
+    std::map<std::uint64_t, std::shared_ptr<const geometry::EmbeddedImage>> images_;
+    std::size_t image_budget_;  // bytes that may still be kept
+    std::size_t transforms_ = 0, dropped_ = 0;
 };
 
 }  // namespace splitcubes::io

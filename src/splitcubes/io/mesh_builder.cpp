@@ -16,10 +16,10 @@ bool MeshBuilder::add_triangle(const geometry::Triangle& triangle) {
 
 std::size_t MeshBuilder::add_polygon(std::span<const std::uint32_t> corners) {
     if (corners.size() > 3) ++polygon_count_;
-    std::size_t added = 0;
-    for (std::size_t i = 2; i < corners.size(); ++i)
-        added += add_triangle({corners[0], corners[i - 1], corners[i]}) ? 1 : 0;
-    return added;
+    added_.clear();
+    for (std::uint32_t i = 2; i < corners.size(); ++i)
+        if (add_triangle({corners[0], corners[i - 1], corners[i]})) added_.push_back({0, i - 1, i});
+    return added_.size();
 }
 
 geometry::TriangleMesh MeshBuilder::finish(const std::string& name, ReadMeshReport& report,

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -26,7 +27,25 @@ std::vector<std::byte> read_file_bytes(const std::filesystem::path& path);
 /// A place in a binary file, for messages: `name at byte 84`.
 std::string at_byte(const std::string& name, std::size_t offset);
 
-geometry::TriangleMesh read_obj(Bytes bytes, const std::string& name, ReadMeshReport& report);
+/// The file of a texture that a mesh file in `folder` names; the name as it stands
+/// where the folder is empty. A note where there is no such file.
+std::string resolved_texture(const std::string& written, const std::filesystem::path& folder,
+                             ReadMeshReport& report);
+
+/// Whether a name that a mesh file gives stays in the file's folder. Only such files
+/// are opened, so that a mesh from elsewhere cannot make the program read whatever it names.
+bool is_beside_or_below(const std::string& relative);
+
+// The readers below are given the file's folder; an empty one means that the file
+// may not refer to others.
+
+Model read_obj(Bytes bytes, const std::string& name, const std::filesystem::path& folder,
+               ReadMeshReport& report);
+
+/// Adds what a material library (.mtl) defines, after what is in `materials`
+/// already or into those of the same name. Statements that make no sense are noted.
+void read_mtl(Bytes bytes, const std::string& name, const std::filesystem::path& folder,
+              std::vector<geometry::Material>& materials, ReadMeshReport& report);
 
 geometry::TriangleMesh read_stl(Bytes bytes, const std::string& name, ReadMeshReport& report);
 
@@ -36,11 +55,17 @@ bool is_binary_stl(Bytes bytes);
 
 /// surface: also take the attributes that write_mesh leaves, and allow that there are no triangles.
 enum class PlyContent { mesh, surface };
-geometry::SurfaceMesh read_ply(Bytes bytes, const std::string& name, PlyContent content,
-                               ReadMeshReport& report);
+geometry::SurfaceMesh read_ply(Bytes bytes, const std::string& name, const std::filesystem::path& folder,
+                               PlyContent content, ReadMeshReport& report);
 
-/// Both containers. An empty folder means that the file may not refer to others.
-geometry::TriangleMesh read_gltf(Bytes bytes, const std::string& name, const std::filesystem::path& folder,
-                                 ReadMeshReport& report);
+/// Both containers.
+Model read_gltf(Bytes bytes, const std::string& name, const std::filesystem::path& folder,
+                ReadMeshReport& report);
+
+/// In single precision; an optional without value where it would be infinite or is not a number.
+std::optional<float> finite_float(double value);
+
+/// As vertex colours are stored: within [0, 1].
+float channel(double value);
 
 }  // namespace splitcubes::io

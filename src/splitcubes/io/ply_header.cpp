@@ -55,7 +55,9 @@ class HeaderReader {
                 read_element();
             else if (keyword == "property")
                 read_property();
-            else if (keyword != "comment" && keyword != "obj_info" && !keyword.empty())
+            else if (keyword == "comment")
+                header_.comments.push_back(comment());
+            else if (keyword != "obj_info" && !keyword.empty())
                 fail(in_quotes(keyword) + " is no header line",
                      "it should be element, property, comment or end_header");
         }
@@ -74,6 +76,7 @@ class HeaderReader {
         if (end == text_.npos) return false;
         words_.clear();
         const std::string_view line = text_.substr(at_, end - at_);
+        line_text_ = line;
         for (std::size_t begin = line.find_first_not_of(" \t"); begin != line.npos;
              begin = line.find_first_not_of(" \t", begin)) {
             const std::size_t stop = std::min(line.find_first_of(" \t", begin), line.size());
@@ -85,6 +88,12 @@ class HeaderReader {
         return true;
     }
     std::string_view word(std::size_t i) const { return i < words_.size() ? words_[i] : std::string_view(); }
+
+    /// What follows the line's first word.
+    std::string comment() const {
+        if (words_.size() < 2) return {};
+        return std::string(line_text_.substr(static_cast<std::size_t>(words_[1].data() - line_text_.data())));
+    }
 
     void read_format() {
         while (next_line() && (word(0) == "comment" || word(0) == "obj_info" || word(0).empty())) continue;
@@ -161,6 +170,7 @@ class HeaderReader {
     std::string_view line_end_;
     std::size_t at_ = 0;    // byte behind the current line
     std::size_t line_ = 0;  // the current line, counted from 1
+    std::string_view line_text_;
     std::vector<std::string_view> words_;
 };
 

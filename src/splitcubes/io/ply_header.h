@@ -38,8 +38,9 @@ struct PlyElement {
 struct PlyHeader {
     PlyEncoding encoding = PlyEncoding::ascii;
     std::vector<PlyElement> elements;
-    std::size_t body_offset = 0;  // byte of the file
-    std::size_t body_line = 0;    // counted from 1
+    std::vector<std::string> comments;  // without the word itself and the blanks behind it
+    std::size_t body_offset = 0;        // byte of the file
+    std::size_t body_line = 0;          // counted from 1
 
     const PlyElement* find(const std::string& element) const;
 };

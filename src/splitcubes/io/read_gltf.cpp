@@ -1,3 +1,4 @@
+#include <splitcubes/geometry/srgb.h>
 #include <splitcubes/io/gltf_document.h>
 #include <splitcubes/io/mesh_builder.h>
 #include <splitcubes/io/mesh_readers.h>
@@ -7,11 +8,13 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <utility>
 
 namespace splitcubes::io {
 
 namespace {
 
+using geometry::srgb_from_linear;
 using geometry::Triangle;
 
 // How many vertices, corners and primitives may come out for each byte that goes
@@ -26,6 +29,8 @@ constexpr std::array<std::string_view, 6> harmless_extensions = {"KHR_materials_
                                                                  "KHR_lights_",    "KHR_mesh_quantization",
                                                                  "EXT_texture_",   "KHR_node_visibility"};
 
+constexpr std::array<geometry::Rgba, 3> white = {{{1, 1, 1, 1}, {1, 1, 1, 1}, {1, 1, 1, 1}}};
+
 enum Mode : std::uint64_t { mode_triangles = 4, mode_strip = 5, mode_fan = 6 };
 
 class GltfReader {
@@ -35,9 +40,10 @@ class GltfReader {
         : document_(bytes, name, folder),
           name_(name),
           report_(report),
-          budget_(std::max(least_budget, elements_per_byte * document_.byte_total())) {}
+          budget_(std::max(least_budget, elements_per_byte * document_.byte_total())),
+          materials_(document_, report) {}
 
-    geometry::TriangleMesh read() {
+    Model read() {
         check_extensions();
         if (document_.element_count("nodes") == 0)
             add_all_meshes();
@@ -47,10 +53,21 @@ class GltfReader {
         note(skinned_nodes_, "skinned meshes were taken in their bind pose");
         note(morphed_, "primitives with morph targets were taken without them");
         note(unreached_, "nodes outside of the scene were passed over");
-        return builder_.finish(name_, report_);
+        Model model;
+        model.mesh = builder_.finish(name_, report_);
+        model.attributes = std::move(attributes_);
+        fill_up(model.mesh.triangles.size(), model.attributes);
+        if (!model.attributes.triangle_material.empty()) model.attributes.materials = materials_.take();
+        return model;
     }
 
   private:
+    /// What the corners of a primitive have, by its vertices; empty where it has none.
+    struct VertexAttributes {
+        std::vector<float> uv;      // two a vertex
+        std::vector<float> colour;  // four a vertex, linear
+        std::int32_t material = -1;
+    };
     struct Visit {
         std::uint64_t node;
         Eigen::Affine3d world_from_parent;
@@ -200,10 +217,49 @@ class GltfReader {
         const std::uint32_t first =
             add_positions(*position, where, world_from_mesh, first_vertex_of_accessor);
         const std::size_t vertex_count = document_.vector_count(*position, where);
-        std::vector<std::uint32_t> corners = corner_indices(primitive, where, vertex_count);
-        for (std::uint32_t& corner : corners) corner += first;
+        const std::vector<std::uint32_t> corners = corner_indices(primitive, where, vertex_count);
+        const VertexAttributes carried = vertex_attributes(primitive, *attributes, where, vertex_count);
         // Section 3.7.4: a transform that mirrors turns the triangles round.
-        add_triangles(corners, mode, world_from_mesh.linear().determinant() < 0, where);
+        add_triangles(corners, first, carried, mode, world_from_mesh.linear().determinant() < 0, where);
+    }
+
+    VertexAttributes vertex_attributes(const Json& primitive, const Json& attributes,
+                                       const std::string& where, std::size_t vertex_count) {
+        VertexAttributes out;
+        if (const auto material = document_.count(primitive, "material", where)) {
+            document_.element("materials", *material, where);  // for its check
+            out.material = static_cast<std::int32_t>(*material);
+        }
+        const std::string uv_name = "TEXCOORD_" + std::to_string(materials_.uv_set(out.material));
+        if (const auto uv = document_.count(attributes, uv_name.c_str(), where)) {
+            spend(vertex_count, where);
+            out.uv = document_.read_floats(*uv, "VEC2", 2, where);
+            check_count(out.uv.size() / 2, vertex_count, where + "." + uv_name);
+            // Here the picture's upper left corner is (0, 0).
+            for (std::size_t i = 1; i < out.uv.size(); i += 2) out.uv[i] = 1 - out.uv[i];
+        }
+        if (const auto colour = document_.count(attributes, "COLOR_0", where)) {
+            spend(vertex_count, where);
+            const bool opaque = document_.type_of(*colour, where) == "VEC3";
+            const std::size_t width = opaque ? 3 : 4;
+            const std::vector<float> values =
+                document_.read_floats(*colour, opaque ? "VEC3" : "VEC4", width, where);
+            check_count(values.size() / width, vertex_count, where + ".COLOR_0");
+            for (std::size_t i = 0; i < values.size(); i += width) {
+                out.colour.insert(out.colour.end(), values.begin() + static_cast<std::ptrdiff_t>(i),
+                                  values.begin() + static_cast<std::ptrdiff_t>(i + width));
+                if (opaque) out.colour.push_back(1);
+            }
+        }
+        return out;
+    }
+
+    void check_count(std::size_t count, std::size_t vertex_count, const std::string& where) const {
+        if (count != vertex_count)
+            document_.fail(where,
+                           "has " + std::to_string(count) + " elements for " + std::to_string(vertex_count) +
+                               " vertices",
+                           "there must be one each");
     }
 
     std::uint32_t add_positions(std::uint64_t accessor, const std::string& where,
@@ -247,11 +303,14 @@ class GltfReader {
         return corners;
     }
 
-    /// Section 3.7.2.1.
-    void add_triangles(const std::vector<std::uint32_t>& corners, std::uint64_t mode, bool mirrored,
+    /// Section 3.7.2.1. corners: of the primitive's own vertices, the first of which is number `first`.
+    void add_triangles(const std::vector<std::uint32_t>& corners, std::uint32_t first,
+                       const VertexAttributes& carried, std::uint64_t mode, bool mirrored,
                        const std::string& where) {
         const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-            builder_.add_triangle(mirrored ? Triangle{a, c, b} : Triangle{a, b, c});
+            const Triangle own = mirrored ? Triangle{a, c, b} : Triangle{a, b, c};
+            if (builder_.add_triangle({own[0] + first, own[1] + first, own[2] + first}))
+                add_attributes(own, carried);
         };
         const std::size_t count = corners.size();
         if (count < 3 || (mode == mode_triangles && count % 3 != 0))
@@ -266,6 +325,37 @@ class GltfReader {
             for (std::size_t i = 1; i + 1 < count; ++i) add(corners[i], corners[i + 1], corners[0]);
     }
 
+    /// Of the triangle that was added last.
+    void add_attributes(const Triangle& own, const VertexAttributes& carried) {
+        const std::size_t before = builder_.mesh.triangles.size() - 1;
+        if (!carried.uv.empty()) {
+            attributes_.corner_uv.resize(before);
+            auto& to = attributes_.corner_uv.emplace_back();
+            for (std::size_t k = 0; k < 3; ++k)
+                to[k] = {carried.uv[std::size_t{2} * own[k]], carried.uv[std::size_t{2} * own[k] + 1]};
+        }
+        if (!carried.colour.empty()) {
+            attributes_.corner_colour.resize(before, white);
+            auto& to = attributes_.corner_colour.emplace_back();
+            for (std::size_t k = 0; k < 3; ++k)
+                for (std::size_t i = 0; i < 4; ++i) {
+                    const float value = carried.colour[std::size_t{4} * own[k] + i];
+                    to[k][i] = i < 3 ? srgb_from_linear(value) : channel(value);
+                }
+        }
+        if (carried.material >= 0) {
+            attributes_.triangle_material.resize(before, -1);
+            attributes_.triangle_material.push_back(carried.material);
+        }
+    }
+
+    /// Arrays end with the last triangle that has the attribute.
+    static void fill_up(std::size_t count, geometry::MeshAttributes& attributes) {
+        if (!attributes.corner_uv.empty()) attributes.corner_uv.resize(count);
+        if (!attributes.corner_colour.empty()) attributes.corner_colour.resize(count, white);
+        if (!attributes.triangle_material.empty()) attributes.triangle_material.resize(count, -1);
+    }
+
     void spend(std::size_t amount, const std::string& where) {
         if (amount > budget_)
             document_.fail(where, "the nodes unfold the meshes to far more than the file holds",
@@ -277,7 +367,9 @@ class GltfReader {
     const std::string& name_;
     ReadMeshReport& report_;
     std::size_t budget_;  // vertices, corners and primitives that may still be added
+    GltfMaterials materials_;
     MeshBuilder builder_;
+    geometry::MeshAttributes attributes_;
     std::size_t skipped_primitives_ = 0;
     std::size_t skinned_nodes_ = 0;
     std::size_t morphed_ = 0;
@@ -286,8 +378,8 @@ class GltfReader {
 
 }  // namespace
 
-geometry::TriangleMesh read_gltf(Bytes bytes, const std::string& name, const std::filesystem::path& folder,
-                                 ReadMeshReport& report) {
+Model read_gltf(Bytes bytes, const std::string& name, const std::filesystem::path& folder,
+                ReadMeshReport& report) {
     return GltfReader(bytes, name, folder, report).read();
 }
 

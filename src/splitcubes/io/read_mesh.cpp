@@ -3,7 +3,10 @@
 #include <splitcubes/io/read_mesh.h>
 #include <splitcubes/io/read_surface.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
+#include <limits>
 #include <system_error>
 
 namespace splitcubes::io {
@@ -16,25 +19,60 @@ namespace {
 // that claims terabytes from being asked for.
 constexpr std::uintmax_t max_file_bytes = std::uintmax_t{16} << 30;
 
-geometry::TriangleMesh read_bytes(Bytes bytes, MeshFormat format, const std::string& name,
-                                  const fs::path& folder, ReadMeshReport* report) {
+Model read_bytes(Bytes bytes, MeshFormat format, const std::string& name, const fs::path& folder,
+                 ReadMeshReport* report) {
     if (bytes.empty()) throw InputError(name, "is empty", "give a file with a triangle mesh");
     ReadMeshReport ignored;
     ReadMeshReport& notes = report ? *report : ignored;
     switch (format) {
         case MeshFormat::obj:
-            return read_obj(bytes, name, notes);
-        case MeshFormat::ply:
-            return std::move(read_ply(bytes, name, PlyContent::mesh, notes).mesh);
+            return read_obj(bytes, name, folder, notes);
+        case MeshFormat::ply: {
+            geometry::SurfaceMesh surface = read_ply(bytes, name, folder, PlyContent::mesh, notes);
+            return {std::move(surface.mesh), std::move(surface.attributes)};
+        }
         case MeshFormat::stl:
-            return read_stl(bytes, name, notes);
+            return {read_stl(bytes, name, notes), {}};
         case MeshFormat::gltf:
             return read_gltf(bytes, name, folder, notes);
     }
     throw InputError(name, "unknown mesh format " + std::to_string(static_cast<int>(format)), "");
 }
 
+fs::path folder_of(const fs::path& path) {
+    return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
 }  // namespace
+
+std::optional<float> finite_float(double value) {
+    if (!(std::abs(value) <= static_cast<double>(std::numeric_limits<float>::max()))) return std::nullopt;
+    return static_cast<float>(value);
+}
+
+float channel(double value) {
+    return static_cast<float>(std::clamp(value, 0.0, 1.0));
+}
+
+std::string resolved_texture(const std::string& written, const fs::path& folder, ReadMeshReport& report) {
+    // What programs on Windows wrote. Names on the web stay names.
+    std::string name = written;
+    std::replace(name.begin(), name.end(), '\\', '/');
+    if (folder.empty() || name.empty() || name.find("://") != name.npos || name.find('\0') != name.npos)
+        return name;
+    const fs::path path = (folder / name).lexically_normal();
+    std::error_code ignored;
+    if (!fs::exists(path, ignored))
+        report.notes.push_back("texture '" + printable(name) + "' is not there; its name is kept");
+    return path.generic_string();
+}
+
+bool is_beside_or_below(const std::string& relative) {
+    const fs::path path = fs::path(relative).lexically_normal();
+    return !relative.empty() && relative.find('\0') == relative.npos && !path.is_absolute() &&
+           relative.find("://") == relative.npos &&
+           std::find(path.begin(), path.end(), fs::path("..")) == path.end();
+}
 
 std::string at_byte(const std::string& name, std::size_t offset) {
     return name + " at byte " + std::to_string(offset);
@@ -65,7 +103,7 @@ std::vector<std::byte> read_file_bytes(const fs::path& path) {
     return bytes;
 }
 
-geometry::TriangleMesh read_mesh(const fs::path& path, ReadMeshReport* report) {
+Model read_model(const fs::path& path, ReadMeshReport* report) {
     const std::vector<std::byte> bytes = read_file_bytes(path);
     std::optional<MeshFormat> format = format_of_extension(path);
     if (!format) format = format_of_content(bytes);
@@ -74,26 +112,36 @@ geometry::TriangleMesh read_mesh(const fs::path& path, ReadMeshReport* report) {
             path.string(),
             "neither its name (" + path.extension().string() + ") nor its content tells a format",
             "OBJ, PLY, STL, glTF and GLB can be read");
-    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-    return read_bytes(bytes, *format, path.string(), folder, report);
+    return read_bytes(bytes, *format, path.string(), folder_of(path), report);
+}
+
+Model read_model_from_memory(Bytes bytes, MeshFormat format, const std::string& name,
+                             ReadMeshReport* report) {
+    return read_bytes(bytes, format, name, {}, report);
+}
+
+geometry::TriangleMesh read_mesh(const fs::path& path, ReadMeshReport* report) {
+    return std::move(read_model(path, report).mesh);
 }
 
 geometry::TriangleMesh read_mesh_from_memory(Bytes bytes, MeshFormat format, const std::string& name,
                                              ReadMeshReport* report) {
-    return read_bytes(bytes, format, name, {}, report);
+    return std::move(read_model_from_memory(bytes, format, name, report).mesh);
 }
 
 geometry::SurfaceMesh read_surface(const fs::path& path) {
     if (format_of_extension(path) != MeshFormat::ply)
         throw InputError(path.string(), "surfaces with their attributes are read from PLY files only",
                          "give a .ply file");
-    return read_surface_from_memory(read_file_bytes(path), path.string());
+    const std::vector<std::byte> bytes = read_file_bytes(path);
+    ReadMeshReport ignored;
+    return read_ply(bytes, path.string(), folder_of(path), PlyContent::surface, ignored);
 }
 
 geometry::SurfaceMesh read_surface_from_memory(Bytes bytes, const std::string& name) {
     if (bytes.empty()) throw InputError(name, "is empty", "give a PLY file");
     ReadMeshReport ignored;
-    return read_ply(bytes, name, PlyContent::surface, ignored);
+    return read_ply(bytes, name, {}, PlyContent::surface, ignored);
 }
 
 }  // namespace splitcubes::io

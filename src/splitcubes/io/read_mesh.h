@@ -1,6 +1,7 @@
 // Triangle meshes out of files: OBJ, PLY, STL, glTF.
 #pragma once
 
+#include <splitcubes/geometry/mesh_attributes.h>
 #include <splitcubes/geometry/triangle_mesh.h>
 #include <splitcubes/io/mesh_format.h>
 
@@ -36,5 +37,25 @@ geometry::TriangleMesh read_mesh(const std::filesystem::path& path, ReadMeshRepo
 /// refer to other files here.
 geometry::TriangleMesh read_mesh_from_memory(std::span<const std::byte> bytes, MeshFormat format,
                                              const std::string& name, ReadMeshReport* report = nullptr);
+
+struct Model {
+    geometry::TriangleMesh mesh;
+    geometry::MeshAttributes attributes;  // of the mesh's triangles
+};
+
+/// Reads a mesh as read_mesh does, and with it what the file says about its surface:
+/// - OBJ: vt; r g b behind a vertex; usemtl, and newmtl, Kd, d, map_Kd of its mtllib files.
+/// - PLY: s t, u v or texture_u texture_v and red green blue alpha of vertices; texcoord, texnumber
+///   and material of faces; `comment TextureFile`.
+/// - glTF: TEXCOORD_n of the base colour, COLOR_0, baseColorFactor, baseColorTexture; images inside of
+///   the file are kept as they are.
+/// STL has none. Pictures are not opened. Files that a mesh refers to and that are
+/// not there, cannot be used or lie outside of its folder become notes; numbers out
+/// of range are an InputError as everywhere.
+Model read_model(const std::filesystem::path& path, ReadMeshReport* report = nullptr);
+
+/// The same from bytes. Names of other files are kept as they are written.
+Model read_model_from_memory(std::span<const std::byte> bytes, MeshFormat format, const std::string& name,
+                             ReadMeshReport* report = nullptr);
 
 }  // namespace splitcubes::io

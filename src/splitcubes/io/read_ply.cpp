@@ -2,12 +2,15 @@
 #include <splitcubes/io/byte_reader.h>
 #include <splitcubes/io/mesh_builder.h>
 #include <splitcubes/io/mesh_readers.h>
+#include <splitcubes/io/ply_attributes.h>
 #include <splitcubes/io/ply_header.h>
 #include <splitcubes/io/text_cursor.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace splitcubes::io {
 
@@ -101,13 +104,14 @@ template <class Body>
 class PlyReader {
   public:
     /// The header must have an element `vertex`.
-    PlyReader(Body body, const PlyHeader& header, const std::string& name, PlyContent content,
-              ReadMeshReport& report)
+    PlyReader(Body body, const PlyHeader& header, const std::string& name,
+              const std::filesystem::path& folder, PlyContent content, ReadMeshReport& report)
         : body_(std::move(body)),
           header_(header),
           name_(name),
-          with_attributes_(content == PlyContent::surface),
-          report_(report) {}
+          with_surface_(content == PlyContent::surface),
+          report_(report),
+          attributes_(header, folder, report) {}
 
     geometry::SurfaceMesh read() {
         vertex_count_ = header_.find("vertex")->count;
@@ -124,7 +128,8 @@ class PlyReader {
                 skip_element(element);
         }
         body_.expect_end();
-        surface_.mesh = builder_.finish(name_, report_, with_attributes_);
+        surface_.mesh = builder_.finish(name_, report_, with_surface_);
+        surface_.attributes = attributes_.finish(surface_.mesh);
         return std::move(surface_);
     }
 
@@ -144,39 +149,79 @@ class PlyReader {
 
     void read_vertices(const PlyElement& element) {
         const std::vector<int> slots = vertex_slots(element);
-        const bool has_normals =
-            with_attributes_ && element.find("nx") && element.find("ny") && element.find("nz");
-        const bool has_pieces = with_attributes_ && element.find("piece");
+        const auto has = [&](int first, int last) {
+            for (int s = first; s <= last; ++s)
+                if (std::find(slots.begin(), slots.end(), s) == slots.end()) return false;
+            return true;
+        };
+        const bool has_normals = has(slot_normal, slot_normal + 2), has_pieces = has(slot_piece, slot_piece),
+                   has_rest = has(slot_rest, slot_rest + 2), has_uv = has(slot_uv, slot_uv + 1),
+                   has_colours = has(slot_colour, slot_colour + 2);
         builder_.mesh.positions.reserve(element.count);
-        if (has_normals) surface_.normals.reserve(element.count);
-        if (has_pieces) surface_.vertex_piece.reserve(element.count);
         for (std::uint64_t v = 0; v < element.count; ++v) {
             double values[slot_count] = {};
+            values[slot_colour + 3] = 1;
             for (std::size_t p = 0; p < slots.size(); ++p) {
                 const PlyProperty& property = element.properties[p];
                 if (slots[p] < 0)
                     skip_property(property);
                 else
-                    values[slots[p]] = finite(body_.scalar(property.type, "a vertex"), property.name);
+                    values[slots[p]] = vertex_value(property, slots[p]);
             }
-            builder_.mesh.positions.emplace_back(values[0], values[1], values[2]);
-            if (has_normals) surface_.normals.emplace_back(values[3], values[4], values[5]);
-            if (has_pieces) surface_.vertex_piece.push_back(piece_number(values[6]));
+            const auto vector_at = [&](int s) { return Vec3(values[s], values[s + 1], values[s + 2]); };
+            builder_.mesh.positions.push_back(vector_at(0));
+            if (has_normals) surface_.normals.push_back(vector_at(slot_normal));
+            if (has_pieces) surface_.vertex_piece.push_back(piece_number(values[slot_piece]));
+            if (has_rest) surface_.rest.push_back(vector_at(slot_rest));
+            if (has_uv) attributes_.add_vertex_uv(uv_number(values[slot_uv]), uv_number(values[slot_uv + 1]));
+            if (has_colours) attributes_.add_vertex_colour(values + slot_colour);
         }
     }
 
-    /// Where the value of each property goes: x y z nx ny nz piece, or -1.
+    double vertex_value(const PlyProperty& property, int slot) {
+        const double value = finite(body_.scalar(property.type, "a vertex"), property.name);
+        if (slot < slot_colour || slot > slot_colour + 3) return value;
+        // Whole numbers run to 255, whatever holds them, but for those of 16 bits.
+        if (property.type >= PlyType::float32) return value;
+        return property.type == PlyType::uint16 ? value / 65535 : value / 255;
+    }
+
+    /// Where the value of each property goes, or -1.
     std::vector<int> vertex_slots(const PlyElement& element) const {
-        static const char* const names[slot_count] = {"x", "y", "z", "nx", "ny", "nz", "piece"};
+        static const std::pair<const char*, int> names[] = {{"x", 0},
+                                                            {"y", 1},
+                                                            {"z", 2},
+                                                            {"nx", slot_normal},
+                                                            {"ny", slot_normal + 1},
+                                                            {"nz", slot_normal + 2},
+                                                            {"piece", slot_piece},
+                                                            {"rest_x", slot_rest},
+                                                            {"rest_y", slot_rest + 1},
+                                                            {"rest_z", slot_rest + 2},
+                                                            {"red", slot_colour},
+                                                            {"green", slot_colour + 1},
+                                                            {"blue", slot_colour + 2},
+                                                            {"alpha", slot_colour + 3},
+                                                            {"s", slot_uv},
+                                                            {"t", slot_uv + 1},
+                                                            {"u", slot_uv},
+                                                            {"v", slot_uv + 1},
+                                                            {"texture_u", slot_uv},
+                                                            {"texture_v", slot_uv + 1}};
         std::vector<int> slots(element.properties.size(), -1);
-        const int wanted = with_attributes_ ? slot_count : 3;
-        for (int s = 0; s < wanted; ++s) {
-            const PlyProperty* found = element.find(names[s]);
-            if ((!found && s < 3) || (found && found->is_list))
+        for (const auto& [property, slot] : names) {
+            const PlyProperty* found = element.find(property);
+            const bool needed = slot < 3;
+            // Those for surfaces only keep the demand that they be numbers.
+            const bool for_surface = slot >= slot_normal && slot <= slot_piece;
+            if ((!found && needed) || (found && found->is_list && (needed || (for_surface && with_surface_))))
                 throw InputError(name_ + ":" + std::to_string(element.line),
-                                 "vertices have no number " + in_quotes(names[s]),
+                                 "vertices have no number " + in_quotes(property),
                                  "they need properties x, y and z");
-            if (found) slots[static_cast<std::size_t>(found - element.properties.data())] = s;
+            if (!found || found->is_list || (slot >= 3 && slot < slot_colour && !with_surface_)) continue;
+            // Of several pairs of texture coordinates the first.
+            if (std::find(slots.begin(), slots.end(), slot) == slots.end())
+                slots[static_cast<std::size_t>(found - element.properties.data())] = slot;
         }
         return slots;
     }
@@ -187,23 +232,65 @@ class PlyReader {
         if (!indices || !indices->is_list)
             throw InputError(name_ + ":" + std::to_string(element.line),
                              "faces have no list 'vertex_indices' or 'vertex_index'", "they need one");
-        const PlyProperty* origin = with_attributes_ ? element.find("origin") : nullptr;
-        if (origin && origin->is_list) origin = nullptr;
+        const auto scalar_property = [&](const char* property) {
+            const PlyProperty* found = element.find(property);
+            return found && !found->is_list ? found : nullptr;
+        };
+        const PlyProperty* origin = with_surface_ ? scalar_property("origin") : nullptr;
+        const PlyProperty* material = scalar_property("material");
+        const bool by_texture = !material;
+        if (!material) material = scalar_property("texnumber");
+        const PlyProperty* uv = element.find("texcoord");
+        if (uv && !uv->is_list) uv = nullptr;
         for (std::uint64_t f = 0; f < element.count; ++f) {
-            double origin_value = 0;
+            double origin_value = 0, material_value = -1;
             for (const PlyProperty& property : element.properties) {
                 if (&property == indices)
                     read_corners(property);
                 else if (&property == origin)
                     origin_value = body_.scalar(property.type, "a face's origin");
+                else if (&property == material)
+                    material_value = body_.scalar(property.type, "a face's material");
+                else if (&property == uv)
+                    read_face_uv(property);
                 else
                     skip_property(property);
             }
+            const std::size_t before = builder_.mesh.triangles.size();
             const std::size_t added = builder_.add_polygon(corners_);
             if (origin)
                 surface_.triangle_origin.insert(surface_.triangle_origin.end(), added,
                                                 origin_of(origin_value));
+            if (uv) add_face_uv(before);
+            if (material) attributes_.add_material(material_number(material_value), added, by_texture);
         }
+    }
+
+    void read_face_uv(const PlyProperty& property) {
+        const std::uint64_t count = list_count(property);
+        face_uv_.clear();
+        for (std::uint64_t i = 0; i < count; ++i)
+            face_uv_.push_back(uv_number(finite(body_.scalar(property.type, "a face"), property.name)));
+    }
+
+    /// Two numbers a corner, or none for a face without.
+    void add_face_uv(std::size_t first_triangle) {
+        if (!face_uv_.empty() && face_uv_.size() != 2 * corners_.size())
+            body_.fail("a face of " + std::to_string(corners_.size()) + " corners has a texcoord of " +
+                           std::to_string(face_uv_.size()) + " numbers",
+                       "it must have two a corner or none");
+        if (!face_uv_.empty()) attributes_.add_face_uv(first_triangle, builder_.added(), face_uv_);
+    }
+
+    float uv_number(double value) const {
+        const std::optional<float> number = finite_float(value);
+        if (!number) body_.fail("a texture coordinate is too large for single precision", "scale it down");
+        return *number;
+    }
+    std::int32_t material_number(double value) const {
+        if (!(value >= -1 && value <= std::numeric_limits<std::int32_t>::max()) || std::floor(value) != value)
+            body_.fail("a face's material is " + number_text(value), "it must be a whole number, -1 or more");
+        return static_cast<std::int32_t>(value);
     }
 
     void read_corners(const PlyProperty& property) {
@@ -265,30 +352,34 @@ class PlyReader {
                    : std::to_string(value);
     }
 
-    static constexpr int slot_count = 7;
+    // Where a vertex's values lie; x y z come first.
+    static constexpr int slot_normal = 3, slot_piece = 6, slot_rest = 7, slot_colour = 10, slot_uv = 14,
+                         slot_count = 16;
 
     Body body_;
     const PlyHeader& header_;
     const std::string& name_;
-    const bool with_attributes_;
+    const bool with_surface_;
     ReadMeshReport& report_;
     MeshBuilder builder_;
     geometry::SurfaceMesh surface_;
+    PlyAttributes attributes_;
     std::vector<std::uint32_t> corners_;  // of the face being read
+    std::vector<float> face_uv_;          // its texcoord
     std::uint64_t vertex_count_ = 0;      // as claimed: the faces may come first
 };
 
 }  // namespace
 
-geometry::SurfaceMesh read_ply(Bytes bytes, const std::string& name, PlyContent content,
-                               ReadMeshReport& report) {
+geometry::SurfaceMesh read_ply(Bytes bytes, const std::string& name, const std::filesystem::path& folder,
+                               PlyContent content, ReadMeshReport& report) {
     const PlyHeader header = read_ply_header(bytes, name);
     if (!header.find("vertex"))
         throw InputError(name + ":" + std::to_string(header.body_line - 1),
                          "the header has no element 'vertex'", "give a file with a triangle mesh");
     if (header.encoding == PlyEncoding::ascii)
-        return PlyReader(AsciiBody(bytes, name, header), header, name, content, report).read();
-    return PlyReader(BinaryBody(bytes, name, header), header, name, content, report).read();
+        return PlyReader(AsciiBody(bytes, name, header), header, name, folder, content, report).read();
+    return PlyReader(BinaryBody(bytes, name, header), header, name, folder, content, report).read();
 }
 
 }  // namespace splitcubes::io

@@ -25,6 +25,15 @@ class TextCursor {
             ++at_;
         return text_.substr(begin, at_ - begin);
     }
+    /// What is left of this line, without the blanks around it.
+    std::string_view rest_of_line() {
+        skip_blanks();
+        const std::size_t begin = at_;
+        std::size_t end = at_;
+        for (; at_ < text_.size() && !is_line_end(text_[at_]); ++at_)
+            if (!is_blank(text_[at_])) end = at_ + 1;
+        return text_.substr(begin, end - begin);
+    }
     /// The next word of the file; empty at its end.
     std::string_view word() {
         for (;;) {

@@ -3,12 +3,14 @@
 #include <splitcubes/io/mesh_writers.h>
 #include <splitcubes/io/write_mesh.h>
 
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace splitcubes::io {
+
+namespace fs = std::filesystem;
 
 using geometry::Origin;
 using geometry::SurfaceMesh;
@@ -23,6 +25,34 @@ void check_length(std::size_t length, std::size_t wanted, const char* what, cons
             "give none or one each");
 }
 
+template <class Corners>
+bool all_finite(const std::vector<Corners>& corners) {
+    for (const Corners& three : corners)
+        for (const auto& values : three)
+            for (const float value : values)
+                if (!std::isfinite(value)) return false;
+    return true;
+}
+
+void check_attributes(const SurfaceMesh& surface, const std::string& name) {
+    const geometry::MeshAttributes& a = surface.attributes;
+    const std::size_t triangles = surface.mesh.triangles.size();
+    check_length(surface.rest.size(), surface.mesh.positions.size(), "rest positions", name);
+    check_length(a.corner_uv.size(), triangles, "texture coordinates", name);
+    check_length(a.corner_colour.size(), triangles, "colours", name);
+    check_length(a.triangle_material.size(), triangles, "material numbers", name);
+    for (const Vec3& rest : surface.rest)
+        if (!rest.allFinite()) throw InputError(name, "a rest position is not finite", "");
+    if (!all_finite(a.corner_uv) || !all_finite(a.corner_colour))
+        throw InputError(name, "a texture coordinate or colour is not finite", "");
+    for (const std::int32_t material : a.triangle_material)
+        if (material < -1 || material >= static_cast<std::int64_t>(a.materials.size()))
+            throw InputError(name,
+                             "a triangle has material " + std::to_string(material) + " of " +
+                                 std::to_string(a.materials.size()),
+                             "");
+}
+
 /// A file that no reader takes is not written.
 void check_surface(const SurfaceMesh& surface, const std::string& name) {
     const std::size_t vertices = surface.mesh.positions.size();
@@ -35,6 +65,7 @@ void check_surface(const SurfaceMesh& surface, const std::string& name) {
     for (std::size_t v = 0; v < surface.normals.size(); ++v)
         if (!surface.normals[v].allFinite())
             throw InputError(name, "the normal of vertex " + std::to_string(v) + " is not finite", "");
+    check_attributes(surface, name);
     for (std::size_t t = 0; t < surface.mesh.triangles.size(); ++t)
         for (const std::uint32_t v : surface.mesh.triangles[t])
             if (v >= vertices)
@@ -44,20 +75,33 @@ void check_surface(const SurfaceMesh& surface, const std::string& name) {
                                  "");
 }
 
-/// The fewest digits that give the same number back, in the classic locale.
-template <class Number>
-void put_text(std::string& out, Number value) {
-    char digits[32];
-    out.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
+}  // namespace
+
+namespace {
+
+std::string encode(const Output& output, MeshFormat format, const std::string& library) {
+    check_surface(output.surface, output.name);
+    switch (format) {
+        case MeshFormat::obj:
+            return encode_obj(output, library);
+        case MeshFormat::ply:
+            return encode_ply(output);
+        case MeshFormat::stl:
+            return encode_stl(output.surface, output.name);
+        case MeshFormat::gltf:
+            return encode_glb(output);
+    }
+    throw InputError(output.name, "unknown mesh format " + std::to_string(static_cast<int>(format)), "");
 }
 
-void put_line(std::string& out, const char* keyword, const Vec3& v) {
-    out += keyword;
-    for (const double value : v) {
-        out += ' ';
-        put_text(out, value);
-    }
-    out += '\n';
+/// The name by which a file in `folder` refers to a texture.
+std::string texture_from(const fs::path& folder, const std::string& texture) {
+    if (texture.empty() || texture.find("://") != texture.npos) return texture;
+    std::error_code why;
+    const fs::path from = fs::absolute(folder, why).lexically_normal();
+    const fs::path to = fs::absolute(texture, why).lexically_normal();
+    const fs::path relative = to.lexically_relative(from);
+    return why || relative.empty() ? texture : relative.generic_string();
 }
 
 }  // namespace
@@ -75,59 +119,6 @@ float to_float(double value, const std::string& name) {
         throw InputError(name, "a number is too large for single precision (" + std::to_string(value) + ")",
                          "scale it down, or write positions as PLY or OBJ");
     return static_cast<float>(value);
-}
-
-std::string encode_ply(const SurfaceMesh& surface, const std::string& name) {
-    const geometry::TriangleMesh& mesh = surface.mesh;
-    std::string out = "ply\nformat binary_little_endian 1.0\ncomment splitcubes surface, metres\n";
-    out += "element vertex " + std::to_string(mesh.positions.size()) + "\n";
-    out += "property double x\nproperty double y\nproperty double z\n";
-    if (!surface.normals.empty()) out += "property float nx\nproperty float ny\nproperty float nz\n";
-    if (!surface.vertex_piece.empty()) out += "property int piece\n";
-    out += "element face " + std::to_string(mesh.triangles.size()) + "\n";
-    out += "property list uchar int vertex_indices\n";
-    if (!surface.triangle_origin.empty()) out += "property uchar origin\n";
-    out += "end_header\n";
-    out.reserve(out.size() + mesh.positions.size() * 40 + mesh.triangles.size() * 14);
-    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-        for (const double value : mesh.positions[v]) put_number(out, value);
-        if (!surface.normals.empty())
-            for (const double value : surface.normals[v]) put_number(out, to_float(value, name));
-        if (!surface.vertex_piece.empty()) put_number(out, surface.vertex_piece[v]);
-    }
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        put_number(out, std::uint8_t{3});
-        for (const std::uint32_t v : mesh.triangles[t]) put_number(out, v);
-        if (!surface.triangle_origin.empty())
-            put_number(out, static_cast<std::uint8_t>(surface.triangle_origin[t]));
-    }
-    return out;
-}
-
-std::string encode_obj(const SurfaceMesh& surface) {
-    const geometry::TriangleMesh& mesh = surface.mesh;
-    std::string out = "# splitcubes surface, metres\n";
-    out.reserve(mesh.positions.size() * 120 + mesh.triangles.size() * 40);
-    for (const Vec3& position : mesh.positions) put_line(out, "v", position);
-    for (const Vec3& normal : surface.normals) put_line(out, "vn", normal);
-    for (const Origin origin : {Origin::boundary, Origin::cut}) {
-        bool begun = false;
-        for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-            if (origin_of(surface, t) != origin) continue;
-            if (!begun) out += std::string("g ") + name_of(origin) + "\nusemtl " + name_of(origin) + "\n";
-            begun = true;
-            out += 'f';
-            for (const std::uint32_t v : mesh.triangles[t]) {
-                out += ' ';
-                put_text(out, std::uint64_t{v} + 1);
-                if (surface.normals.empty()) continue;
-                out += "//";
-                put_text(out, std::uint64_t{v} + 1);
-            }
-            out += '\n';
-        }
-    }
-    return out;
 }
 
 std::string encode_stl(const SurfaceMesh& surface, const std::string& name) {
@@ -157,21 +148,11 @@ std::string encode_stl(const SurfaceMesh& surface, const std::string& name) {
 }
 
 std::string encode_mesh(const SurfaceMesh& surface, MeshFormat format, const std::string& name) {
-    check_surface(surface, name);
-    switch (format) {
-        case MeshFormat::obj:
-            return encode_obj(surface);
-        case MeshFormat::ply:
-            return encode_ply(surface, name);
-        case MeshFormat::stl:
-            return encode_stl(surface, name);
-        case MeshFormat::gltf:
-            return encode_glb(surface, name);
-    }
-    throw InputError(name, "unknown mesh format " + std::to_string(static_cast<int>(format)), "");
+    std::vector<geometry::Material> materials = surface.attributes.materials;
+    return encode({surface, std::move(materials), name}, format, fs::path(name).stem().string() + ".mtl");
 }
 
-void write_mesh(const std::filesystem::path& path, const SurfaceMesh& surface) {
+void write_mesh(const fs::path& path, const SurfaceMesh& surface) {
     const std::optional<MeshFormat> format = format_of_extension(path);
     const std::string extension = path.extension().string();
     // JSON glTF would need a second file beside it, and two are not written at once.
@@ -179,8 +160,26 @@ void write_mesh(const std::filesystem::path& path, const SurfaceMesh& surface) {
     if (!format || text_gltf)
         throw InputError(path.string(), "meshes are not written as '" + printable(extension) + "'",
                          "use .ply, .obj, .stl or .glb");
+    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+    std::vector<geometry::Material> materials = surface.attributes.materials;
+    const bool to_files = *format == MeshFormat::obj || *format == MeshFormat::ply;
+    if (to_files) check_surface(surface, path.string());
+    if (to_files) write_images(folder, path.stem().string(), materials);
+    for (geometry::Material& material : materials)
+        if (!material.image) material.texture = texture_from(folder, material.texture);
+    const fs::path library = path.stem().string() + ".mtl";
+    const bool with_library = *format == MeshFormat::obj && !materials.empty();
+    const std::string library_text = with_library ? encode_mtl(materials) : std::string();
+    const std::string text =
+        encode({surface, std::move(materials), path.string()}, *format, library.string());
     AtomicFile file(path);
-    file.write(encode_mesh(surface, *format, path.string()));
+    file.write(text);
+    if (with_library) {
+        // First, so that the mesh never refers to a library that is not there.
+        AtomicFile library_file(folder / library);
+        library_file.write(library_text);
+        library_file.commit();
+    }
     file.commit();
 }
 

@@ -6,18 +6,26 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace splitcubes::io {
 
 /// Writes a surface in the format of the extension, whole or not at all:
-/// - .ply  binary little endian; vertex x y z (double), nx ny nz (float), piece (int); face
-///         vertex_indices (uchar, int), origin (uchar). Read back by read_surface.
-/// - .obj  v and vn with all their digits, the faces in one group and material an origin
-///         (`boundary`, `cut`).
+/// - .ply  binary little endian; vertex x y z (double), nx ny nz (float), piece (int), red green blue
+///         alpha (uchar), rest_x rest_y rest_z (double); face vertex_indices (uchar, int), origin (uchar),
+///         texcoord (uchar, float), material (int), texnumber (int, with several textures). Read back
+///         by read_surface.
+/// - .obj  v and vn with all their digits, vt; the faces in one group and material an origin
+///         (`boundary`, `cut`), or by the surface's own materials and a .mtl file of the same name.
+///         Cut faces have their rest position as a vt of three components.
 /// - .stl  binary, single precision, no attributes.
-/// - .glb  glTF 2.0, single precision, one primitive and material an origin.
-/// Attributes that the surface does not have are left out. A surface without
-/// triangles gives a valid file without triangles.
+/// - .glb  glTF 2.0, single precision, one primitive and material an origin, or one for each of the
+///         surface's own materials; TEXCOORD_0, COLOR_0, _REST. Vertices are split where they differ.
+/// What the surface does not have is left out; docs/meshes.md has the details. A
+/// surface without triangles gives a valid file without triangles.
+///
+/// Textures are referred to relative to the file; pictures that came inside of a
+/// file are put into a GLB again, and into files of their own beside the others (see write_images).
 ///
 /// Throws InputError for another extension, for a folder that does not exist,
 /// for a surface that no reader could take (index out of range, an attribute
@@ -25,7 +33,13 @@ namespace splitcubes::io {
 /// cannot hold; JobError where the file cannot be written.
 void write_mesh(const std::filesystem::path& path, const geometry::SurfaceMesh& surface);
 
-/// The bytes of that file; `name` stands in messages for it. MeshFormat::gltf gives a GLB.
+/// Writes the pictures that materials carry as files `PREFIX-NAME` into a folder,
+/// whole or not at all, and makes the materials refer to them.
+void write_images(const std::filesystem::path& folder, const std::string& prefix,
+                  std::vector<geometry::Material>& materials);
+
+/// The bytes of that file, textures by the names that the materials have; `name` stands in messages for it.
+/// MeshFormat::gltf gives a GLB.
 std::string encode_mesh(const geometry::SurfaceMesh& surface, MeshFormat format, const std::string& name);
 
 }  // namespace splitcubes::io

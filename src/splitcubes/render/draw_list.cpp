@@ -1,4 +1,6 @@
 #include <splitcubes/core/error.h>
+#include <splitcubes/geometry/attribute_transfer.h>
+#include <splitcubes/geometry/srgb.h>
 #include <splitcubes/render/draw_list.h>
 
 #include <algorithm>
@@ -106,6 +108,26 @@ bool is_cut(const SurfaceMesh& surface, std::size_t triangle) {
     return !surface.triangle_origin.empty() && surface.triangle_origin[triangle] == Origin::cut;
 }
 
+/// sRGB colours of a boundary triangle's corners: its vertices' times its material's.
+std::array<Color, 3> corner_colors(const SurfaceMesh& surface, std::size_t triangle, const Color& skin) {
+    const geometry::MeshAttributes& a = surface.attributes;
+    const std::int32_t number = a.triangle_material.empty() ? -1 : a.triangle_material[triangle];
+    const geometry::Material* material =
+        number < 0 ? nullptr : &a.materials[static_cast<std::size_t>(number)];
+    const bool coloured = !a.corner_colour.empty();
+    // What a textured face looks like is in its picture, and the added material stands for none.
+    const bool plain = material && material->texture.empty() && material->name != geometry::boundary_material;
+    if (!coloured && !plain) return {skin, skin, skin};
+    std::array<Color, 3> out;
+    for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t i = 0; i < 3; ++i) {
+            float linear = coloured ? geometry::linear_from_srgb(a.corner_colour[triangle][k][i]) : 1.0F;
+            if (material) linear *= material->colour[i];
+            out[k][static_cast<Eigen::Index>(i)] = static_cast<double>(geometry::srgb_from_linear(linear));
+        }
+    return out;
+}
+
 /// Edges with a boundary triangle on one side and a cut triangle on the other.
 std::vector<std::array<std::uint32_t, 2>> rim_segments(const SurfaceMesh& surface) {
     struct Side {
@@ -160,6 +182,15 @@ void check_surface(const SurfaceMesh& surface) {
         throw InputError(
             "add_surface: triangle_origin",
             "has not one entry a triangle (" + std::to_string(surface.triangle_origin.size()) + ")");
+    }
+    const geometry::MeshAttributes& a = surface.attributes;
+    const auto known = [&](std::int32_t material) {
+        return material < static_cast<std::int64_t>(a.materials.size());
+    };
+    if (!fits(a.corner_colour.size(), surface.mesh.triangles.size()) ||
+        !fits(a.triangle_material.size(), surface.mesh.triangles.size()) ||
+        !std::all_of(a.triangle_material.begin(), a.triangle_material.end(), known)) {
+        throw InputError("add_surface: attributes", "do not fit the triangles");
     }
 }
 
@@ -237,6 +268,9 @@ void add_surface(DrawList& list, const SurfaceMesh& surface, const SurfacePalett
             const std::int32_t piece = surface.vertex_piece.empty() ? 0 : surface.vertex_piece[triangle[0]];
             mesh.triangles.push_back(triangle);
             mesh.triangle_colors.push_back(cut ? palette.cut : piece_color(palette, piece));
+            if (!cut && !surface.attributes.empty())
+                for (const Color& color : corner_colors(surface, t, mesh.triangle_colors.back()))
+                    mesh.corner_colors.push_back(color);
             for (std::size_t k = 0; k < 3; ++k) mesh.corner_normals.push_back(normals[3 * t + k]);
         }
         if (mesh.triangles.empty()) continue;

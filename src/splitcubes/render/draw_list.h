@@ -22,6 +22,7 @@ struct ShadedMesh {
     std::vector<geometry::Triangle> triangles;  // into positions, counter-clockwise from outside
     std::vector<Vec3> corner_normals;           // unit, world; 3 a triangle, in corner order
     std::vector<Color> triangle_colors;         // one a triangle
+    std::vector<Color> corner_colors = {};      // instead: 3 a triangle, in corner order; may be empty
     double roughness = 0.5;                     // of the gloss: 0 mirror .. 1 chalk
     bool recessed = false;                      // loses against another mesh at equal depth
 };
@@ -54,8 +55,9 @@ struct SurfacePalette {
     double crease_degrees = 35.0;          // sharper edges stay sharp
 };
 
-/// Appends a surface: boundary faces in skin colour (a slightly different hue
-/// for each piece), cut faces in their own, and the edges between the two as thin
+/// Appends a surface: boundary faces in the colours of their vertices and
+/// materials, where they have none or a texture, which is not drawn, in skin colour
+/// (a slightly different hue for each piece); cut faces in their own, and the edges between the two as thin
 /// lines. Normals are those of the positions given. Attribute arrays that are
 /// empty count as piece 0 and boundary. Throws InputError when an array has the
 /// wrong length or an index is out of range.

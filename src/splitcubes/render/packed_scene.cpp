@@ -30,6 +30,8 @@ void pack_mesh(PackedScene& scene, const ShadedMesh& mesh, const std::string& wh
             "has not three entries a triangle");
     require(mesh.triangle_colors.size() == mesh.triangles.size(), where + ".triangle_colors",
             "has not one entry a triangle");
+    require(mesh.corner_colors.empty() || mesh.corner_colors.size() == 3 * mesh.triangles.size(),
+            where + ".corner_colors", "has not three entries a triangle");
     check_points(where, mesh.positions);
     const std::size_t first = scene.vertices.size();
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -40,7 +42,7 @@ void pack_mesh(PackedScene& scene, const ShadedMesh& mesh, const std::string& wh
             PackedScene::Vertex vertex;
             store(vertex.position, mesh.positions[index] - origin);
             store(vertex.normal, mesh.corner_normals[3 * t + k]);
-            store(vertex.color, color);
+            store(vertex.color, mesh.corner_colors.empty() ? color : linear(mesh.corner_colors[3 * t + k]));
             scene.vertices.push_back(vertex);
         }
     }

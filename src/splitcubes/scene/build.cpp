@@ -24,15 +24,16 @@ Quat quaternion(const Rotation& rotation) {
     return Quat(Eigen::AngleAxisd(rotation.angle_degrees * radians, rotation.axis.normalized()));
 }
 
-geometry::TriangleMesh own_mesh(const BodyDescription& body, BuildReport& report) {
-    return std::visit(
+io::Model own_model(const BodyDescription& body, BuildReport& report) {
+    if (const auto* shape = std::get_if<MeshShape>(&body.shape)) {
+        io::ReadMeshReport read;
+        io::Model model = io::read_model(shape->file, &read);
+        for (const std::string& note : read.notes) report.notes.push_back({body.name, note});
+        return model;
+    }
+    geometry::TriangleMesh mesh = std::visit(
         Overloaded{
-            [&](const MeshShape& s) {
-                io::ReadMeshReport read;
-                geometry::TriangleMesh mesh = io::read_mesh(s.file, &read);
-                for (const std::string& note : read.notes) report.notes.push_back({body.name, note});
-                return mesh;
-            },
+            [](const MeshShape&) { return geometry::TriangleMesh{}; },
             [](const BoxShape& s) { return geometry::make_box(s.size); },
             [](const SphereShape& s) { return geometry::make_sphere(s.radius, 5); },
             [](const CylinderShape& s) { return geometry::make_cylinder(s.radius, s.height, 128); },
@@ -40,6 +41,7 @@ geometry::TriangleMesh own_mesh(const BodyDescription& body, BuildReport& report
             [](const CapsuleShape& s) { return geometry::make_capsule(s.radius, s.straight_height, 96); },
             [](const PearShape& s) { return geometry::make_pear(s.height, 96); }},
         body.shape);
+    return {std::move(mesh), {}};
 }
 
 std::function<bool(const Vec3&)> region_test(const Region& region) {
@@ -138,11 +140,11 @@ body::BodySettings body_settings(const BodyDescription& b, const geometry::Trian
 
 }  // namespace
 
-geometry::TriangleMesh placed_mesh(const BodyDescription& body, BuildReport& report) {
-    geometry::TriangleMesh mesh = own_mesh(body, report);
+io::Model placed_model(const BodyDescription& body, BuildReport& report) {
+    io::Model model = own_model(body, report);
     const Mat3 turn = quaternion(body.placement.rotation).toRotationMatrix();
-    for (Vec3& p : mesh.positions) p = body.placement.position + turn * (body.placement.scale * p);
-    return mesh;
+    for (Vec3& p : model.mesh.positions) p = body.placement.position + turn * (body.placement.scale * p);
+    return model;
 }
 
 cutting::Blade make_blade(const ToolDescription& tool) {
@@ -181,9 +183,11 @@ std::unique_ptr<body::World> build_world(const SceneDescription& scene,
     settings.solver.bdf2 = scene.solver.integrator == Integrator::bdf2;
     auto world = std::make_unique<body::World>(settings, std::move(parallel));
     for (const BodyDescription& b : scene.bodies) {
-        const geometry::TriangleMesh mesh = placed_mesh(b, report);
-        const body::Body& made = world->add_body(mesh, body_settings(b, mesh, scene));
+        io::Model model = placed_model(b, report);
+        const body::Body& made = world->add_body(model.mesh, body_settings(b, model.mesh, scene));
         for (const std::string& note : made.solidify_report().notes) report.notes.push_back({b.name, note});
+        if (model.attributes.empty()) model.mesh = {};
+        report.models.push_back(std::move(model));
     }
     const auto number_of = [&](const std::string& name) {
         for (std::size_t k = 0; k < scene.bodies.size(); ++k)

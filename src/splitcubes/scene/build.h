@@ -2,6 +2,7 @@
 #pragma once
 
 #include <splitcubes/body/world.h>
+#include <splitcubes/io/read_mesh.h>
 #include <splitcubes/scene/description.h>
 
 #include <memory>
@@ -14,10 +15,13 @@ namespace splitcubes::scene {
 struct BuildReport {
     /// What was found in meshes and done about it: (body name, one line).
     std::vector<std::pair<std::string, std::string>> notes;
+    /// Per body the mesh that it was made of, placed, with its attributes; empty for
+    /// bodies whose mesh has none. The bodies themselves know nothing of colours.
+    std::vector<io::Model> models;
 };
 
-/// The body's mesh where the scene places it: world at time 0. Reads mesh files.
-geometry::TriangleMesh placed_mesh(const BodyDescription& body, BuildReport& report);
+/// The body's mesh where the scene places it, world at time 0, with its attributes. Reads mesh files.
+io::Model placed_model(const BodyDescription& body, BuildReport& report);
 
 /// The tool's blade with its path.
 cutting::Blade make_blade(const ToolDescription& tool);

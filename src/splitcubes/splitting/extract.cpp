@@ -19,6 +19,7 @@ geometry::SurfaceMesh extract(const NodeGrid& grid, const Surface& surface, cons
         number[i] = static_cast<std::uint32_t>(out.mesh.positions.size());
         out.mesh.positions.push_back(positions.empty() ? v.rest : positions[i]);
         out.normals.push_back(normals.empty() ? Vec3(v.normal.cast<double>()) : normals[i]);
+        out.rest.push_back(v.rest);
         out.vertex_piece.push_back(pieces.piece_of(grid, surface.carrier(v)));
     }
     out.mesh.triangles.reserve(surface.triangle_count());
@@ -52,12 +53,19 @@ geometry::SurfaceMesh extract_pieces(const geometry::SurfaceMesh& whole,
         out.mesh.positions.push_back(whole.mesh.positions[v]);
         out.normals.push_back(whole.normals[v]);
         out.vertex_piece.push_back(whole.vertex_piece[v]);
+        if (!whole.rest.empty()) out.rest.push_back(whole.rest[v]);
     }
+    const geometry::MeshAttributes& from = whole.attributes;
+    geometry::MeshAttributes& to = out.attributes;
+    to.materials = from.materials;
     for (std::size_t t = 0; t < whole.mesh.triangles.size(); ++t) {
         const geometry::Triangle& tri = whole.mesh.triangles[t];
         if (number[tri[0]] == UINT32_MAX) continue;
         out.mesh.triangles.push_back({number[tri[0]], number[tri[1]], number[tri[2]]});
         out.triangle_origin.push_back(whole.triangle_origin[t]);
+        if (!from.corner_uv.empty()) to.corner_uv.push_back(from.corner_uv[t]);
+        if (!from.corner_colour.empty()) to.corner_colour.push_back(from.corner_colour[t]);
+        if (!from.triangle_material.empty()) to.triangle_material.push_back(from.triangle_material[t]);
     }
     return out;
 }

@@ -11,13 +11,14 @@
 namespace splitcubes::splitting {
 
 /// The surface as an indexed mesh. positions and normals: one per
-/// surface.vertices() (see deform); empty spans take the rest state. Vertices
+/// surface.vertices() (see deform); empty spans take the rest state. `rest` is
+/// filled either way. Vertices
 /// are shared between cells, so the mesh is closed by index; the two sides of a
 /// cut have vertices of their own, at the same place at rest.
 geometry::SurfaceMesh extract(const NodeGrid& grid, const Surface& surface, const Pieces& pieces,
                               std::span<const Vec3> positions = {}, std::span<const Vec3> normals = {});
 
-/// The closed mesh of one piece of an extracted surface.
+/// The closed mesh of one piece of an extracted surface, with its share of all attributes.
 geometry::SurfaceMesh extract_piece(const geometry::SurfaceMesh& whole, std::int32_t piece);
 
 /// The pieces whose flag in `wanted` is not zero, together; `wanted` has one a piece.

@@ -1,0 +1,59 @@
+#include "carried_surfaces.h"
+
+#include <splitcubes/io/write_mesh.h>
+
+#include <algorithm>
+
+namespace splitcubes::app {
+
+CarriedSurfaces::CarriedSurfaces(const body::World& world, const std::vector<io::Model>& models)
+    : bodies_(world.bodies().size()) {
+    for (std::size_t k = 0; k < std::min(models.size(), bodies_.size()); ++k) {
+        if (models[k].attributes.empty()) continue;
+        bodies_[k].transfer.emplace(models[k].mesh, models[k].attributes,
+                                    world.bodies()[k]->settings().cell_size / 2);
+        bodies_[k].materials = models[k].attributes.materials;
+        any_ = true;
+    }
+}
+
+void CarriedSurfaces::write_images(const std::filesystem::path& folder) {
+    for (std::size_t k = 0; k < bodies_.size(); ++k)
+        io::write_images(folder, "body" + std::to_string(k), bodies_[k].materials);
+}
+
+void CarriedSurfaces::update(Carried& carried, const body::Body& body, const geometry::SurfaceMesh& surface,
+                             const Parallel& parallel) const {
+    if (carried.known && carried.revision == body.surface().revision()) return;
+    carried.attributes = carried.transfer
+                             ? carried.transfer->onto(surface, parallel, carried.surface, carried.attributes)
+                             : geometry::attributes_by_origin(surface);
+    carried.surface.mesh.triangles = surface.mesh.triangles;
+    carried.surface.triangle_origin = surface.triangle_origin;
+    carried.surface.rest = surface.rest;
+    // Added materials come behind the input's.
+    std::copy(carried.materials.begin(), carried.materials.end(), carried.attributes.materials.begin());
+    carried.revision = body.surface().revision();
+    carried.known = true;
+}
+
+geometry::SurfaceMesh CarriedSurfaces::now(const body::World& world) {
+    geometry::SurfaceMesh all;
+    std::int32_t first_piece = 0;
+    for (std::size_t k = 0; k < bodies_.size(); ++k) {
+        const body::Body& body = *world.bodies()[k];
+        geometry::SurfaceMesh one = body.surface_mesh();
+        for (std::int32_t& piece : one.vertex_piece) piece += first_piece;
+        first_piece += static_cast<std::int32_t>(body.pieces().count());
+        if (any_) {
+            update(bodies_[k], body, one, world.parallel());
+            one.attributes = bodies_[k].attributes;
+        } else {
+            one.rest.clear();
+        }
+        all.append(one);
+    }
+    return all;
+}
+
+}  // namespace splitcubes::app
