@@ -294,16 +294,7 @@ TEST(PlacementSymmetry, OfAFewCrossings) {
     });
 }
 
-// Disabled: fails, because place_centre sorts crossings into sheets greedily, in
-// the order of the cell's edges. Where a is smooth with b and b with c but a not
-// with c, the sheets are {a b} {c} or {a} {b c}, whichever edge has the lower
-// number, and the centre can lie 0.4 of a cell elsewhere. Least case, under the
-// turn that takes x, y, z to x, z, y and then turns x and z round:
-//   {{{0, 0, 1}, 0}, 0.5, {0, 0, 0}, -1}
-//   {{{0, 0, 0}, 1}, 0.5, {0.944, 0.903, 0.482}, 0}
-//   {{{0, 0, 1}, 1}, 0.5, {0.423, 0.282, 0.810}, 0}
-//   {{{1, 0, 1}, 1}, 0.5, {-0.444, -0.483, -0.546}, 0}
-TEST(PlacementSymmetry, DISABLED_OfAnyCrossings) {
+TEST(PlacementSymmetry, OfAnyCrossings) {
     expect_equivariant_placement(5, 33, anywhere);
 }
 

@@ -261,26 +261,37 @@ struct Planes {
 };
 
 // One plane a smooth sheet: the normals of a curved skin differ a little, and
-// taken one by one they would pretend to a corner far along the crease.
+// taken one by one they would pretend to a corner far along the crease. Crossings
+// that agree pairwise, directly or through others, are one sheet, so the order of
+// the edges does not matter.
 Planes planes_of(std::span<const CellCrossing> crossings) {
-    Planes out;
-    std::array<Vec3, 12> first_normals;
-    std::array<double, 12> weights{};
-    for (const CellCrossing& c : crossings) {
-        std::size_t k = 0;
-        while (k < out.count && std::abs(c.normal.dot(first_normals[k])) < sharp_cosine) ++k;
-        if (k == out.count) {
-            out.points[k] = out.normals[k] = Vec3::Zero();
-            first_normals[k] = c.normal;
-            ++out.count;
+    std::array<std::size_t, 12> sheet;
+    for (std::size_t i = 0; i < crossings.size(); ++i) {
+        sheet[i] = i;
+        for (std::size_t j = 0; j < i; ++j) {
+            if (std::abs(crossings[i].normal.dot(crossings[j].normal)) < sharp_cosine) continue;
+            const std::size_t into = std::min(sheet[i], sheet[j]), from = std::max(sheet[i], sheet[j]);
+            std::replace(sheet.begin(), sheet.begin() + static_cast<std::ptrdiff_t>(i) + 1, from, into);
         }
-        out.points[k] += c.point;
-        out.normals[k] += c.normal.dot(first_normals[k]) < 0 ? Vec3(-c.normal) : c.normal;
-        ++weights[k];
     }
-    for (std::size_t k = 0; k < out.count; ++k) {
-        out.points[k] /= weights[k];
-        out.normals[k] *= std::sqrt(weights[k]) / out.normals[k].norm();  // weighs as its crossings did
+    Planes out;
+    for (std::size_t first = 0; first < crossings.size(); ++first) {
+        if (sheet[first] != first) continue;
+        Vec3 point = Vec3::Zero();
+        Mat3 matrix = Mat3::Zero();
+        double weight = 0;
+        for (std::size_t i = first; i < crossings.size(); ++i) {
+            if (sheet[i] != first) continue;
+            point += crossings[i].point;
+            matrix += crossings[i].normal * crossings[i].normal.transpose();
+            ++weight;
+        }
+        // The mean direction, whatever the normals' signs.
+        const Eigen::SelfAdjointEigenSolver<Mat3> eigen(matrix);
+        out.points[out.count] = point / weight;
+        // Weighs as its crossings did.
+        out.normals[out.count++] =
+            weight == 1 ? crossings[first].normal : Vec3(std::sqrt(weight) * eigen.eigenvectors().col(2));
     }
     return out;
 }
