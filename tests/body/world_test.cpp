@@ -192,6 +192,7 @@ struct Shredded {
     std::uint64_t seed;
     std::size_t strays = 0;                    // phyxels that went over to a piece that was there before
     double first_energy = 0, most_energy = 0;  // J, after the first step; of all steps
+    double most_kinetic = 0;                   // J, of all steps
     int step = 0;                              // of the most energy
 };
 
@@ -215,6 +216,7 @@ const std::vector<Shredded>& shredded() {
                 if (step == 0) one.first_energy = energy;
                 if (energy > one.most_energy) one.step = step;
                 one.most_energy = std::max(one.most_energy, energy);
+                one.most_kinetic = std::max(one.most_kinetic, report.kinetic_energy);
             }
         }
         return out;
@@ -229,9 +231,12 @@ TEST(World, MaterialNeverGoesOverToAPieceThatHasParted) {
 }
 
 TEST(World, EnergyDoesNotComeFromCutting) {
-    // Spin that is shared out anew may gain a little.
-    for (const Shredded& one : shredded())
-        EXPECT_LT(one.most_energy, 2 * one.first_energy) << "seed " << one.seed << ", step " << one.step;
+    // Spin that is shared out anew may gain a little. A crumb that turns by half a
+    // radian a step is strained for a step or two and gives that back as heat.
+    for (const Shredded& one : shredded()) {
+        EXPECT_LT(one.most_kinetic, 1.1 * one.first_energy) << "seed " << one.seed;
+        EXPECT_LT(one.most_energy, 3 * one.first_energy) << "seed " << one.seed << ", step " << one.step;
+    }
 }
 
 TEST(World, SmallPiecesOfASpinningBodyFlyHardlyFasterThanItSpun) {

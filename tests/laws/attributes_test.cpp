@@ -134,7 +134,7 @@ TEST(Attributes, NoTriangleOfACutCubeSpansASeam) {
 }
 
 TEST(Attributes, ColoursOfABallFollowItsCells) {
-    const TriangleMesh ball = geometry::make_sphere(0.5, 5);
+    const TriangleMesh ball = geometry::make_sphere(0.5, 6);
     MeshAttributes attributes;
     for (const Triangle& t : ball.triangles)
         attributes.corner_colour.push_back({colour_at(ball.positions[t[0]]), colour_at(ball.positions[t[1]]),
