@@ -1,5 +1,7 @@
 #include "other_tools.h"
 
+#include <splitcubes/geometry/triangle_mesh.h>
+
 #ifdef SPLITCUBES_WITH_OPENVDB
 
 #include <openvdb/openvdb.h>

@@ -3,11 +3,14 @@
 #pragma once
 
 #include <splitcubes/geometry/rest_grid.h>
-#include <splitcubes/geometry/triangle_mesh.h>
 
 #include <cstddef>
 #include <string>
 #include <vector>
+
+namespace splitcubes::geometry {
+struct TriangleMesh;  // not included: VTK 9.1's headers need C++17, ours C++20
+}
 
 namespace splitcubes::bench {
 
