@@ -16,9 +16,14 @@
 #include <splitcubes/splitting/solidify.h>
 #include <nlohmann/json.hpp>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
+#include <limits>
 
 namespace splitcubes::bench {
 namespace {
@@ -74,9 +79,9 @@ Built our_surface(const Options& options, const geometry::TriangleMesh& made, co
         const double read = watch.lap();
         if (from_file) note(read);
         const geometry::TriangleMesh welded = geometry::weld_equal_vertices(mesh);
-        const bool closed = geometry::check_mesh(welded).closed();
+        const bool closed = geometry::is_closed(welded);
         const double checked = watch.lap();
-        const std::size_t crossings = geometry::sweep_grid(rest, welded).crossings.size();
+        const std::size_t crossings = geometry::sweep_grid(rest, welded, parallel).crossings.size();
         const double swept = watch.lap();
         if (!closed || crossings == 0) throw InputError("bench_build", "needs a closed mesh");
         watch.lap();
@@ -90,7 +95,7 @@ Built our_surface(const Options& options, const geometry::TriangleMesh& made, co
         note(watch.lap());
         const splitting::Pieces pieces(grid);
         note(watch.lap());
-        const geometry::SurfaceMesh extracted = splitting::extract(grid, surface, pieces);
+        const geometry::SurfaceMesh extracted = splitting::extract(grid, surface, pieces, {}, {}, parallel);
         note(watch.lap());
         out.timed.triangles = extracted.mesh.triangles.size();
         out.cells = surface.cells().size();
@@ -279,6 +284,13 @@ int run(const Options& options) {
 }  // namespace splitcubes::bench
 
 int main(int argc, char** argv) {
+#ifdef __GLIBC__
+    // Memory that was freed is kept: else the small body's arrays are recycled and the
+    // large one's come fresh from the system, page fault by page fault, and the
+    // locality rows compare that.
+    mallopt(M_MMAP_THRESHOLD, 1 << 30);
+    mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+#endif
     try {
         return splitcubes::bench::run(splitcubes::bench::parse({argv + 1, argv + argc}));
     } catch (const splitcubes::InputError& error) {

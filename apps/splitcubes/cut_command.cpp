@@ -199,7 +199,7 @@ int cut(const Options& options) {
     const splitting::Pieces pieces(grid);
     const std::vector<std::uint8_t> removed = options.remove() ? pieces_to_remove(cutters, grid, pieces)
                                                                : std::vector<std::uint8_t>(pieces.count(), 0);
-    geometry::SurfaceMesh whole = splitting::extract(grid, surface, pieces);
+    geometry::SurfaceMesh whole = splitting::extract(grid, surface, pieces, {}, {}, parallel);
     seconds["extract"] = watch.lap();
     carry_attributes(model, rest.cell_size, options.out, parallel, whole);
     seconds["attributes"] = watch.lap();

@@ -38,7 +38,7 @@ int surface(const Options& options) {
     const splitting::Surface surface(grid);
     seconds["tessellate"] = watch.lap();
     const splitting::Pieces pieces(grid);
-    geometry::SurfaceMesh out = splitting::extract(grid, surface, pieces);
+    geometry::SurfaceMesh out = splitting::extract(grid, surface, pieces, {}, {}, parallel);
     seconds["extract"] = watch.lap();
     carry_attributes(model, rest.cell_size, options.out, parallel, out);
     seconds["attributes"] = watch.lap();

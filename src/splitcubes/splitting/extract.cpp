@@ -7,30 +7,42 @@
 namespace splitcubes::splitting {
 
 geometry::SurfaceMesh extract(const NodeGrid& grid, const Surface& surface, const Pieces& pieces,
-                              std::span<const Vec3> positions, std::span<const Vec3> normals) {
+                              std::span<const Vec3> positions, std::span<const Vec3> normals,
+                              const Parallel& parallel) {
     const std::vector<SurfaceVertex>& vertices = surface.vertices();
     assert(positions.empty() || positions.size() == vertices.size());
-    geometry::SurfaceMesh out;
     std::vector<std::uint32_t> number(vertices.size(), UINT32_MAX);
-    out.mesh.positions.reserve(surface.vertex_count());
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
+    std::uint32_t vertex_count = 0;
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+        if (vertices[i].alive()) number[i] = vertex_count++;
+    geometry::SurfaceMesh out;
+    out.mesh.positions.resize(vertex_count);
+    out.normals.resize(vertex_count);
+    out.rest.resize(vertex_count);
+    out.vertex_piece.resize(vertex_count);
+    parallel.for_each(vertices.size(), 4096, [&](std::size_t i) {
+        if (number[i] == UINT32_MAX) return;
         const SurfaceVertex& v = vertices[i];
-        if (!v.alive()) continue;
-        number[i] = static_cast<std::uint32_t>(out.mesh.positions.size());
-        out.mesh.positions.push_back(positions.empty() ? v.rest : positions[i]);
-        out.normals.push_back(normals.empty() ? Vec3(v.normal.cast<double>()) : normals[i]);
-        out.rest.push_back(v.rest);
-        out.vertex_piece.push_back(pieces.piece_of(grid, surface.carrier(v)));
-    }
-    out.mesh.triangles.reserve(surface.triangle_count());
-    out.triangle_origin.reserve(surface.triangle_count());
-    for (const SurfaceCell& cell : surface.cells())
-        for (const SurfaceQuad& q : surface.quads(cell)) {
+        out.mesh.positions[number[i]] = positions.empty() ? v.rest : positions[i];
+        out.normals[number[i]] = normals.empty() ? Vec3(v.normal.cast<double>()) : normals[i];
+        out.rest[number[i]] = v.rest;
+        out.vertex_piece[number[i]] = pieces.piece_of(grid, surface.carrier(v));
+    });
+    const std::vector<SurfaceCell>& cells = surface.cells();
+    std::vector<std::uint32_t> first_quad(cells.size() + 1, 0);
+    for (std::size_t c = 0; c < cells.size(); ++c) first_quad[c + 1] = first_quad[c] + cells[c].quad_count;
+    out.mesh.triangles.resize(2 * static_cast<std::size_t>(first_quad.back()));
+    out.triangle_origin.resize(out.mesh.triangles.size());
+    parallel.for_each(cells.size(), 1024, [&](std::size_t c) {
+        std::size_t t = 2 * static_cast<std::size_t>(first_quad[c]);
+        for (const SurfaceQuad& q : surface.quads(cells[c])) {
             const auto at = [&](std::size_t k) { return number[q.vertices[k]]; };
-            out.mesh.triangles.push_back({at(0), at(1), at(2)});
-            out.mesh.triangles.push_back({at(0), at(2), at(3)});
-            out.triangle_origin.insert(out.triangle_origin.end(), 2, grid.crossing(q.crossing).origin);
+            const Origin origin = grid.crossing(q.crossing).origin;
+            out.triangle_origin[t] = out.triangle_origin[t + 1] = origin;
+            out.mesh.triangles[t++] = {at(0), at(1), at(2)};
+            out.mesh.triangles[t++] = {at(0), at(2), at(3)};
         }
+    });
     return out;
 }
 

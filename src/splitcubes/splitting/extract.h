@@ -16,7 +16,8 @@ namespace splitcubes::splitting {
 /// are shared between cells, so the mesh is closed by index; the two sides of a
 /// cut have vertices of their own, at the same place at rest.
 geometry::SurfaceMesh extract(const NodeGrid& grid, const Surface& surface, const Pieces& pieces,
-                              std::span<const Vec3> positions = {}, std::span<const Vec3> normals = {});
+                              std::span<const Vec3> positions = {}, std::span<const Vec3> normals = {},
+                              const Parallel& parallel = Parallel(1));
 
 /// The closed mesh of one piece of an extracted surface, with its share of all attributes.
 geometry::SurfaceMesh extract_piece(const geometry::SurfaceMesh& whole, std::int32_t piece);
