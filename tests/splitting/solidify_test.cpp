@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 #include <splitcubes/core/error.h>
+#include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/geometry/shapes.h>
 #include <splitcubes/geometry/winding_number.h>
 #include <splitcubes/splitting/extract.h>
@@ -273,6 +274,46 @@ TEST(Solidify, AnOpenMeshGoesByItsWindingNumber) {
         if (std::abs(w - 0.5) < 2e-3) return;
         ASSERT_EQ(grid.inside(node), w > 0.5);
     });
+}
+
+TEST(Solidify, WindingNumbersFollowedAlongRowsEqualThoseOfEveryNode) {
+    // A ball with a hole, with triangles turned round, doubled in part, and torn apart.
+    Random random(5);
+    for (int kind = 0; kind < 5; ++kind) {
+        TriangleMesh mesh = moved(geometry::make_sphere(5.3, 3), Vec3(7.1, 7.2, 7.3));
+        const std::size_t count = mesh.triangles.size();
+        if (kind == 0) std::erase_if(mesh.triangles, [&](auto& t) { return mesh.positions[t[0]][2] > 11; });
+        for (std::size_t t = 0; kind == 1 && t < count; t += 40)
+            std::swap(mesh.triangles[t][0], mesh.triangles[t][1]);
+        for (std::size_t t = 0; kind == 2 && t < count / 3; ++t) mesh.triangles.push_back(mesh.triangles[t]);
+        if (kind == 3) std::erase_if(mesh.triangles, [&](auto&) { return random.unit() < 0.1; });
+        if (kind == 4) {  // a soup with gaps everywhere
+            TriangleMesh soup;
+            for (const geometry::Triangle& t : mesh.triangles) {
+                const auto first = static_cast<std::uint32_t>(soup.positions.size());
+                const Vec3 middle = (mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) / 3;
+                for (const std::uint32_t v : t)
+                    soup.positions.push_back(mesh.positions[v] + 0.02 * (middle - mesh.positions[v]));
+                soup.triangles.push_back({first, first + 1, first + 2});
+            }
+            mesh = soup;
+        }
+        SolidifyReport report;
+        const NodeGrid grid = solid(mesh, unit_grid(14), report);
+        ASSERT_FALSE(report.exact) << kind;
+        const geometry::WindingNumber winding(geometry::weld_equal_vertices(mesh));
+        std::size_t sure = 0;
+        for (int z = 1; z < 14; ++z)
+            for (int y = 1; y < 14; ++y)
+                for (int x = 1; x < 14; ++x) {
+                    const double w = std::abs(winding.at(grid.rest().node_position({x, y, z})));
+                    if (std::abs(w - 0.5) < 0.01) continue;
+                    ++sure;
+                    ASSERT_EQ(grid.inside({x, y, z}), w > 0.5) << kind << ": " << x << " " << y << " " << z;
+                }
+        EXPECT_GT(sure, 2100U) << kind;
+        EXPECT_EQ(trouble(grid), "") << kind;
+    }
 }
 
 TEST(Solidify, AMeshWithATurnedTriangleGoesByItsWindingNumber) {

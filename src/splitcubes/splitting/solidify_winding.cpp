@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <queue>
 
 namespace splitcubes::splitting {
 
@@ -20,72 +19,67 @@ namespace {
 
 // How fast the winding number can change where no triangle is crossed. There it is
 // the solid angle of the mesh's boundary (its unbalanced edges), over 4 pi, and its
-// gradient the Biot-Savart integral over that curve: at most length / (4 pi d^2) at
-// a distance d from all of it.
+// gradient the Biot-Savart integral over that curve: at most the integral of
+// 1 / (4 pi d^2) over its length. Per brick of nodes, the boundary summed by bricks.
 class GradientBound {
   public:
-    GradientBound(const TriangleMesh& mesh, const RestGrid& rest) : layout_(rest.node_count) {
-        distance_.assign(layout_.total(), -1);
-        std::vector<std::size_t> front;
-        double length = 0;
-        for (const geometry::UnbalancedEdge& edge : geometry::unbalanced_edges(mesh)) {
-            const Vec3 a = rest.to_grid(mesh.positions[edge.low]);
-            const Vec3 b = rest.to_grid(mesh.positions[edge.high]);
-            length += edge.balance * (b - a).norm();
-            mark(a, b, front);
-        }
-        spread(std::move(front));
-        factor_ = length / (4 * std::numbers::pi);
+    GradientBound(const TriangleMesh& mesh, const RestGrid& rest, const Parallel& parallel)
+        : layout_(rest.node_count), bound_(layout_.total(), 0) {
+        for (const geometry::UnbalancedEdge& edge : geometry::unbalanced_edges(mesh))
+            mark(rest.to_grid(mesh.positions[edge.low]), rest.to_grid(mesh.positions[edge.high]),
+                 edge.balance);
+        std::vector<Mark> marks;
+        for (std::size_t brick = 0; brick < length_.size(); ++brick)
+            if (length_[brick] > 0) marks.push_back({layout_.base(brick) / brick_side, length_[brick]});
+        constexpr double most_work = 1e8;
+        const bool boundary_everywhere =
+            endless_ || static_cast<double>(marks.size()) * static_cast<double>(layout_.total()) > most_work;
+        if (marks.empty() && !endless_) return;
+        parallel.for_each(layout_.total(), 64, [&](std::size_t brick) {
+            bound_[brick] = boundary_everywhere ? std::numeric_limits<double>::infinity()
+                                                : sum_at(layout_.base(brick) / brick_side, marks);
+        });
     }
 
     /// Per cell of distance, anywhere in the node's brick or within a cell of it.
-    double at(const Vec3i& node) const {
-        const int bricks = distance_[layout_.brick_of(node)];
-        if (bricks < 0) return 0;  // the mesh has no boundary
-        // One brick for where in its brick the edge is, half for the marks' spacing,
-        // a quarter for the cell around.
-        const double cells = brick_side * (bricks - 1.75);
-        return cells > 0 ? factor_ / (cells * cells) : std::numeric_limits<double>::infinity();
-    }
+    double at(const Vec3i& node) const { return bound_[layout_.brick_of(node)]; }
 
   private:
-    // Marks bricks along an edge at steps of half a brick.
-    void mark(const Vec3& a, const Vec3& b, std::vector<std::size_t>& front) {
+    struct Mark {
+        Vec3i brick;
+        double length;  // cells, times how often the edge is unbalanced
+    };
+
+    static double sum_at(const Vec3i& brick, const std::vector<Mark>& marks) {
+        double sum = 0;
+        for (const Mark& mark : marks) {
+            // One brick for where in theirs the node and the edge are, half for the
+            // marks' spacing, a quarter for the cell around.
+            const Vec3 apart = (brick - mark.brick).cwiseAbs().cast<double>();
+            const Vec3 gap = brick_side * (apart - Vec3::Constant(1.75)).cwiseMax(0);
+            sum += mark.length / gap.squaredNorm();  // infinite where they may touch
+        }
+        return sum / (4 * std::numbers::pi);
+    }
+
+    // Books an edge's length in bricks along it, at steps of half a brick.
+    void mark(const Vec3& a, const Vec3& b, std::uint32_t balance) {
+        if (length_.empty()) length_.assign(layout_.total(), 0);
         const Vec3 top = (brick_side * layout_.brick_count - Vec3i::Ones()).cast<double>();
-        const double steps = std::clamp(std::ceil((b - a).norm() / (0.5 * brick_side)), 1.0, 4096.0);
+        const double steps = std::max(1.0, std::ceil((b - a).norm() / (0.5 * brick_side)));
+        endless_ = endless_ || !(steps < 10000);
+        if (endless_) return;
         for (double k = 0; k <= steps; ++k) {
             // What lies outside the grid is further away than where it is moved to.
             const Vec3 at = (a + k / steps * (b - a)).cwiseMax(0).cwiseMin(top);
-            const std::size_t brick = layout_.brick_of(at.cast<int>());
-            if (distance_[brick] == 0) continue;
-            distance_[brick] = 0;
-            front.push_back(brick);
-        }
-    }
-
-    // Distances in bricks, by the largest coordinate, ring by ring.
-    void spread(std::vector<std::size_t> front) {
-        for (int distance = 1; !front.empty(); ++distance) {
-            std::vector<std::size_t> next;
-            for (const std::size_t brick : front) {
-                const Vec3i base = layout_.base(brick) / brick_side;
-                for (int k = 0; k < 27; ++k) {
-                    const Vec3i near = base + Vec3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
-                    if ((near.array() < 0).any() || (near.array() >= layout_.brick_count.array()).any())
-                        continue;
-                    const std::size_t at = layout_.brick_of(brick_side * near);
-                    if (distance_[at] >= 0) continue;
-                    distance_[at] = distance;
-                    next.push_back(at);
-                }
-            }
-            front = std::move(next);
+            length_[layout_.brick_of(at.cast<int>())] += balance * (b - a).norm() / steps;
         }
     }
 
     BrickLayout layout_;
-    std::vector<int> distance_;  // per brick
-    double factor_ = 0;          // cells
+    std::vector<double> length_;  // per brick, cells
+    std::vector<double> bound_;   // per brick
+    bool endless_ = false;        // an edge is too long to follow
 };
 
 class WindingSolid {
@@ -122,7 +116,7 @@ class WindingSolid {
 
     void set_inside() {
         const Vec3i n = grid_.rest().node_count;
-        const GradientBound bound(mesh_, grid_.rest());
+        const GradientBound bound(mesh_, grid_.rest(), parallel_);
         const auto row_count = static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]);
         // First crossing of each row along x.
         std::vector<std::uint32_t> first(row_count + 1, 0);
