@@ -1,3 +1,4 @@
+#include "accuracy_bench.h"
 #include "commands.h"
 #include "report.h"
 #include "validation.h"
@@ -19,6 +20,7 @@ namespace {
 
 struct Options {
     std::string name, json, plot;
+    std::vector<std::string> meshes;
     int threads = 0;
     int runs = 5;
 };
@@ -163,11 +165,24 @@ int bench_validation(const Options& options) {
     return 0;
 }
 
+int bench_surface(const Options& options) {
+    const Json json = bench_accuracy(options.meshes, Parallel(options.threads));
+    std::cout << json.dump() << '\n';
+    write_json(options.json, json);
+    return 0;
+}
+
 int bench(const Options& options) {
     if (options.runs < 1) throw InputError("--runs", "must be at least 1");
+    check_report_output(options.json);
+    if (options.name == "surface") return bench_surface(options);
+    if (!options.meshes.empty())
+        throw InputError(options.meshes.front(), "is not asked for by benchmark '" + options.name + "'",
+                         "meshes go with: surface");
     if (options.name == "paper") return bench_paper(options);
     if (options.name == "validation") return bench_validation(options);
-    throw InputError("bench", "there is no benchmark '" + options.name + "'", "known: paper, validation");
+    throw InputError("bench", "there is no benchmark '" + options.name + "'",
+                     "known: paper, surface, validation");
 }
 
 }  // namespace
@@ -178,8 +193,10 @@ void add_bench_command(CLI::App& app, Run& run) {
         app.add_subcommand("bench", "Runs a benchmark; prints a table, then one line of JSON");
     command
         ->add_option("name", options->name,
-                     "paper: the published size, a blade passing; validation: linear elasticity")
+                     "paper: the published size, a blade passing; surface: accuracy of surfaces; validation: "
+                     "linear elasticity")
         ->required();
+    command->add_option("meshes", options->meshes, "Of surface: meshes to count folded triangles of, too");
     command->add_option("--plot", options->plot, "Of validation: an SVG picture of the errors");
     command->add_option("--threads", options->threads, "Threads (all)")->check(CLI::Range(1, 1024));
     command->add_option("--runs", options->runs, "Runs to take medians over (5)");

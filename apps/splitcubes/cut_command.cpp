@@ -1,5 +1,6 @@
 #include "commands.h"
 #include "cut_pieces.h"
+#include "lost_material.h"
 #include "progress.h"
 #include "report.h"
 
@@ -25,6 +26,7 @@ namespace {
 
 struct Options {
     std::string mesh, out, report, pieces_folder;
+    LostMaterialOptions lost;
     std::vector<std::string> sheets, paths;
     std::string mode = "separate";
     int cells = 0;
@@ -47,6 +49,7 @@ struct Cutter {
 void check_options(const Options& options) {
     check_mesh_output(options.out);
     check_report_output(options.report);
+    check_lost_material_options(options.lost);
     check_pieces_folder(options.pieces_folder);
     if (options.sheets.empty() && options.paths.empty())
         throw InputError("cut", "has nothing to cut with", "give --with SHEET or --path FILE");
@@ -211,6 +214,7 @@ int cut(const Options& options) {
     const std::string extension = std::filesystem::path(options.out).extension().string();
     if (!options.pieces_folder.empty())
         write_pieces(options.pieces_folder, extension, result, report["pieces"]);
+    write_lost_material(options.lost, solid, result.kept(), mesh.bounds(), rest.cell_size);
     io::write_mesh(options.out, result.kept());
     seconds["write"] = watch.lap();
     stages.finish();
@@ -240,6 +244,7 @@ void add_cut_command(CLI::App& app, Run& run) {
     command->add_option("--cell-size", options->cell_size, "Cell size in metres")->excludes(cells);
     command->add_option("--pieces", options->pieces_folder, "Folder for one closed mesh a piece");
     command->add_option("--report", options->report, "Writes a JSON report");
+    add_lost_material_options(*command, options->lost);
     command->add_option("--threads", options->threads, "Threads (all)")->check(CLI::Range(1, 1024));
     command->callback([options, &run] { run = [options] { return cut(*options); }; });
 }

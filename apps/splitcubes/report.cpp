@@ -42,6 +42,8 @@ Json surface_report(const splitting::NodeGrid& grid, const splitting::Surface& s
     out["manifold"] = check.manifold();
     out["exact"] = solid.exact;
     out["lost_thin_edges"] = solid.lost_thin_edges;
+    out["lost_thickness"] = solid.lost_thickness;
+    out["keeping_cell_size"] = solid.keeping_cell_size;
     out["gap_edges"] = solid.gap_edges;
     out["bisected_edges"] = solid.bisected_edges;
     out["notes"] = solid.notes;

@@ -1,4 +1,5 @@
 #include "commands.h"
+#include "lost_material.h"
 #include "report.h"
 
 #include <splitcubes/core/stopwatch.h>
@@ -15,6 +16,7 @@ namespace {
 
 struct Options {
     std::string mesh, out, report;
+    LostMaterialOptions lost;
     int cells = 0;
     double cell_size = 0;
     int threads = 0;
@@ -23,6 +25,7 @@ struct Options {
 int surface(const Options& options) {
     check_mesh_output(options.out);
     check_report_output(options.report);
+    check_lost_material_options(options.lost);
     const Parallel parallel(options.threads);
     Json seconds;
     Stopwatch watch;
@@ -42,6 +45,7 @@ int surface(const Options& options) {
     seconds["extract"] = watch.lap();
     carry_attributes(model, rest.cell_size, options.out, parallel, out);
     seconds["attributes"] = watch.lap();
+    write_lost_material(options.lost, solid, out, mesh.bounds(), rest.cell_size);
     io::write_mesh(options.out, out);
     seconds["write"] = watch.lap();
     Json report = surface_report(grid, surface, pieces, solid, out);
@@ -63,6 +67,7 @@ void add_surface_command(CLI::App& app, Run& run) {
                              ->check(CLI::Range(2, geometry::max_cells_per_axis));
     command->add_option("--cell-size", options->cell_size, "Cell size in metres")->excludes(cells);
     command->add_option("--report", options->report, "Writes a JSON report");
+    add_lost_material_options(*command, options->lost);
     command->add_option("--threads", options->threads, "Threads (all)")->check(CLI::Range(1, 1024));
     command->callback([options, &run] { run = [options] { return surface(*options); }; });
 }

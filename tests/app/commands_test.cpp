@@ -150,6 +150,8 @@ TEST_F(Commands, BadUsageIsOneLine) {
     expect_refused({"surface", "ball.obj", "-o", "x.ply", "--cells", "8", "--cell-size", "1"}, "--cell");
     expect_refused({"surface", "ball.obj", "-o", "x.ply", "--colour", "red"}, "--colour");
     expect_refused({"bench", "nothing"}, "nothing");
+    expect_refused({"bench", "paper", "ball.obj"}, "ball.obj");
+    expect_refused({"bench", "surface", "missing.obj"}, "missing.obj");
     EXPECT_FALSE(fs::exists(in("x.ply")));
 }
 

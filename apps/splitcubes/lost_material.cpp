@@ -1,0 +1,110 @@
+#include "lost_material.h"
+#include "report.h"
+
+#include <splitcubes/core/error.h>
+#include <splitcubes/io/write_mesh.h>
+
+#include <algorithm>
+
+#ifdef SPLITCUBES_WITH_RENDER
+#include <splitcubes/gl/context.h>
+#include <splitcubes/render/image.h>
+#include <splitcubes/render/renderer.h>
+#endif
+
+namespace splitcubes::app {
+
+void add_lost_material_options(CLI::App& command, LostMaterialOptions& options) {
+    command.add_option("--lost", options.mesh,
+                       "Mesh out of the input's triangles on either side of material too thin for the grid");
+    command.add_option("--picture", options.picture,
+                       "PNG out: the surface, and the material too thin for the grid in magenta");
+}
+
+void check_lost_material_options(const LostMaterialOptions& options) {
+    if (!options.mesh.empty()) check_mesh_output(options.mesh);
+    if (options.picture.empty()) return;
+    if (options.picture.extension() != ".png")
+        throw InputError(options.picture.string(), "has an unknown ending", "give --picture FILE.png");
+    check_report_output(options.picture);
+#ifndef SPLITCUBES_WITH_RENDER
+    throw JobError("--picture: this build has no renderer (SPLITCUBES_BUILD_RENDER is off)");
+#endif
+}
+
+#ifdef SPLITCUBES_WITH_RENDER
+namespace {
+
+constexpr int width = 1280, height = 800;  // pixels
+constexpr double field_of_view = 30;       // degrees
+
+// Raised along its normals: where lost triangles are part of a face that is kept
+// besides, the surface lies on them.
+geometry::TriangleMesh raised(geometry::TriangleMesh mesh, double by) {
+    std::vector<Vec3> normals(mesh.positions.size(), Vec3::Zero());
+    for (const geometry::Triangle& t : mesh.triangles) {
+        const Vec3& a = mesh.positions[t[0]];
+        const Vec3 normal = (mesh.positions[t[1]] - a).cross(mesh.positions[t[2]] - a);
+        for (const std::uint32_t v : t) normals[v] += normal;
+    }
+    for (std::size_t v = 0; v < normals.size(); ++v) mesh.positions[v] += by * normals[v].stableNormalized();
+    return mesh;
+}
+
+// From above at an angle, of four sides the one that sees most of what is lost: the
+// area that faces the eye, that in front counting twice, that behind everything nothing.
+Vec3 view_direction(const geometry::TriangleMesh& lost, const geometry::Box& bounds) {
+    const Vec3 sides[] = {{0.9, -1.6, 0.8}, {1.6, 0.9, 0.8}, {-0.9, 1.6, 0.8}, {-1.6, -0.9, 0.8}};
+    Vec3 best = sides[0];
+    double most = 0;
+    for (const Vec3& side : sides) {
+        const Vec3 to_eye = side.normalized();
+        double seen = 0;
+        for (const geometry::Triangle& t : lost.triangles) {
+            const Vec3 &a = lost.positions[t[0]], &b = lost.positions[t[1]], &c = lost.positions[t[2]];
+            const double nearer =
+                ((a + b + c) / 3 - bounds.center()).dot(to_eye) / (0.5 * bounds.size().norm());
+            seen += std::max(0.0, (b - a).cross(c - a).dot(to_eye)) * (1 + nearer);
+        }
+        if (seen <= most) continue;
+        most = seen;
+        best = side;
+    }
+    return best;
+}
+
+render::Picture picture_of(const geometry::SurfaceMesh& surface, const geometry::TriangleMesh& lost,
+                           const geometry::Box& bounds, double cell_size) {
+    std::string why_not;
+    const auto context = gl::HeadlessContext::create(&why_not);
+    if (!context) throw JobError("OpenGL cannot start: " + why_not);
+    render::DrawList list;
+    if (!surface.mesh.triangles.empty()) render::add_surface(list, surface);
+    for (render::ShadedMesh& mesh : list.meshes) mesh.recessed = true;
+    const render::Color signal(0.85, 0.05, 0.75);
+    if (!lost.triangles.empty()) render::add_mesh(list, raised(lost, 0.05 * cell_size), signal);
+    render::RenderOptions options;
+    options.width = width;
+    options.height = height;
+    options.ground = false;
+    render::Renderer renderer(*context, options);
+    return renderer.draw(list, render::frame_camera(bounds, view_direction(lost, bounds), field_of_view,
+                                                    double{width} / height));
+}
+
+}  // namespace
+#endif
+
+void write_lost_material(const LostMaterialOptions& options, const splitting::SolidifyReport& solid,
+                         const geometry::SurfaceMesh& surface, const geometry::Box& bounds,
+                         double cell_size) {
+    if (!options.mesh.empty()) io::write_mesh(options.mesh, geometry::SurfaceMesh{solid.lost, {}, {}, {}});
+#ifdef SPLITCUBES_WITH_RENDER
+    if (!options.picture.empty())
+        render::write_png(options.picture, picture_of(surface, solid.lost, bounds, cell_size));
+#else
+    static_cast<void>(surface), static_cast<void>(bounds), static_cast<void>(cell_size);
+#endif
+}
+
+}  // namespace splitcubes::app
