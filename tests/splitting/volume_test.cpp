@@ -21,11 +21,10 @@ namespace {
 using namespace laws;
 using geometry::TriangleMesh;
 
-// A cut moves only vertices of cells in which it meets the skin, or beside them,
-// where it trims slivers off. Not more than this share of such a cell's volume comes
-// or goes, on average over a cut's cells; the largest seen, of coarse spheres, is
-// 0.021, and the test writes its own down.
-constexpr double share_of_skin_cells = 0.05;
+// A cut moves only face and centre vertices of cells in which it meets the skin.
+// Not more than this share of such a cell's volume comes or goes, on average over
+// a cut's cells; the largest share seen is written down by the test.
+constexpr double share_of_skin_cells = 0.02;
 
 std::size_t cells_with_both(const NodeGrid& grid, const Surface& surface) {
     std::size_t count = 0;

@@ -37,7 +37,7 @@ geometry::SurfaceMesh extract(const NodeGrid& grid, const Surface& surface, cons
         std::size_t t = 2 * static_cast<std::size_t>(first_quad[c]);
         for (const SurfaceQuad& q : surface.quads(cells[c])) {
             const auto at = [&](std::size_t k) { return number[q.vertices[k]]; };
-            const Origin origin = surface.crossing(grid, q.crossing).origin;
+            const Origin origin = grid.crossing(q.crossing).origin;
             out.triangle_origin[t] = out.triangle_origin[t + 1] = origin;
             out.mesh.triangles[t++] = {at(0), at(1), at(2)};
             out.mesh.triangles[t++] = {at(0), at(2), at(3)};

@@ -5,7 +5,6 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
-#include <limits>
 
 namespace splitcubes::splitting {
 
@@ -53,6 +52,10 @@ struct Surface::CellContext {
     CellEdges edges;
     const Table& table;
     const CellConfiguration& configuration;
+
+    const Crossing& crossing(const NodeGrid& grid, int edge) const {
+        return grid.crossing(edges.slots[static_cast<std::size_t>(edge)]);
+    }
 };
 
 namespace {
@@ -94,11 +97,7 @@ const std::vector<std::uint32_t>& Surface::retessellate(const NodeGrid& grid,
     if (new_slots.empty()) return touched_;
     ++revision_;
     edge_vertices_.resize(grid.crossings().size(), {-1, -1});
-    trim_of_slot_.resize(grid.crossings().size(), -1);
-    for (const std::int32_t slot : new_slots) {
-        touch_cells_around(grid, grid.crossing(slot).edge);
-        trim_skin_around(grid, slot);
-    }
+    for (const std::int32_t slot : new_slots) touch_cells_around(grid, grid.crossing(slot).edge);
     for (const std::uint32_t cell : touched_) update_cell(grid, cell);
     const std::size_t updated = touched_.size();
     for (std::size_t i = 0; i < updated; ++i) settle_faces(grid, touched_[i]);
@@ -117,100 +116,6 @@ void Surface::touch_cells_around(const NodeGrid& grid, const GridEdge& edge) {
         cell_stamp_[cell] = revision_;
         touched_.push_back(cell);
     }
-}
-
-namespace {
-
-// The four edges at a node that are perpendicular to `axis`.
-std::array<GridEdge, 4> edges_beside(const Vec3i& node, int axis) {
-    std::array<GridEdge, 4> out;
-    for (int k = 0; k < 4; ++k) {
-        GridEdge& edge = out[static_cast<std::size_t>(k)];
-        edge = {node, (axis + 1 + k % 2) % 3};
-        if (k >= 2) --edge.node[edge.axis];
-    }
-    return out;
-}
-
-bool is_skin(const NodeGrid& grid, const GridEdge& edge) {
-    return grid.inside(edge.node) != grid.inside(edge.upper());
-}
-
-}  // namespace
-
-void Surface::trim_skin_around(const NodeGrid& grid, std::int32_t slot) {
-    const Crossing& cut = grid.crossing(slot);
-    if (cut.origin != Origin::cut || is_skin(grid, cut.edge)) return;
-    for (const Vec3i& node : {cut.edge.node, cut.edge.upper()})
-        for (const GridEdge& beside : edges_beside(node, cut.edge.axis))
-            if (grid.has_edge(beside) && is_skin(grid, beside)) trim_skin_at(grid, node, beside);
-}
-
-// An edge of the skin holds the crossing of the skin, and no node beyond it could
-// hold what a cut leaves between the two: the sliver would stay on the wrong piece as
-// a flap. So where cuts sever the edges beside it from the same node, and their
-// planes meet the edge before the skin does, the node's material ends there. A function
-// of the crossings that the grid has now, as all placement is.
-void Surface::trim_skin_at(const NodeGrid& grid, const Vec3i& node, const GridEdge& skin) {
-    const std::int32_t slot = grid.slot(skin);
-    const Crossing& own = grid.crossing(slot);
-    const bool lower = skin.node == node;
-    const double to_skin = lower ? own.hit : 1 - own.hit;
-    double sum = 0, count = 0;
-    Vec3 normal = Vec3::Zero();
-    std::int32_t first_cut = std::numeric_limits<std::int32_t>::max();
-    for (const GridEdge& beside : edges_beside(node, skin.axis)) {
-        if (!grid.has_edge(beside) || is_skin(grid, beside)) continue;
-        const std::int32_t other = grid.slot(beside);
-        if (other < 0 || grid.crossing(other).origin != Origin::cut) continue;
-        const Crossing& cut = grid.crossing(other);
-        const double to_cut = cut.hit - (beside.node == node ? 0 : 1);  // along its axis, from the node
-        if (std::abs(cut.normal[skin.axis]) < grazing_cosine) continue;
-        const double along = cut.normal[beside.axis] * to_cut / cut.normal[skin.axis] * (lower ? 1 : -1);
-        if (!(along > 0) || !(along < to_skin)) continue;
-        sum += along;
-        normal += cut.normal[skin.axis] < 0 ? Vec3(-cut.normal) : cut.normal;
-        first_cut = std::min(first_cut, cut.cut);
-        ++count;
-    }
-    if (count == 0) return;
-    Crossing trimmed = own;
-    trimmed.hit = lower ? sum / count : 1 - sum / count;
-    trimmed.parameter = std::clamp(trimmed.hit, min_parameter, 1 - min_parameter);
-    trimmed.normal = unit_or(normal, own.normal);
-    trimmed.cut = first_cut;
-    std::int32_t& trim = trim_of_slot_[static_cast<std::size_t>(slot)];
-    if (trim < 0) {
-        trim = static_cast<std::int32_t>(trims_.size());
-        trims_.push_back(trimmed);
-    } else {
-        trims_[static_cast<std::size_t>(trim)] = trimmed;
-    }
-    touch_cells_around(grid, skin);
-    forget_placement(grid, slot);
-}
-
-// A crossing that moved moves what lies on its edge and on the faces around.
-void Surface::forget_placement(const NodeGrid& grid, std::int32_t slot) {
-    const Crossing& moved = crossing(grid, slot);
-    for (const int k : {1, 2}) {
-        const int normal = (moved.edge.axis + k) % 3, across = (moved.edge.axis + 3 - k) % 3;
-        Vec3i place = moved.edge.node;
-        for (int side = 0; side < 2 && place[across] >= 0; ++side, --place[across]) {
-            const std::int32_t face = slots_.get(place, face_x + normal);
-            if (face >= 0) faces_[static_cast<std::size_t>(face)].mask = 0;
-        }
-    }
-    for (const int end : {0, 1}) {
-        const std::int32_t vertex =
-            edge_vertices_[static_cast<std::size_t>(slot)][static_cast<std::size_t>(end)];
-        if (vertex >= 0) place_edge_vertex(grid, moved, end, vertices_[static_cast<std::size_t>(vertex)]);
-    }
-}
-
-void Surface::place_edge_vertex(const NodeGrid& grid, const Crossing& crossing, int end, SurfaceVertex& out) {
-    out.rest = grid.crossing_position(crossing);
-    out.normal = outward_normal(crossing, end == 0).cast<float>();
 }
 
 std::uint32_t Surface::cell_at(const Vec3i& place) {
@@ -300,11 +205,12 @@ std::uint32_t Surface::edge_vertex(const NodeGrid& grid, std::int32_t slot, int 
                                    const CellContext& context) {
     std::int32_t& known = edge_vertices_[static_cast<std::size_t>(slot)][static_cast<std::size_t>(end)];
     if (known >= 0) return static_cast<std::uint32_t>(known);
-    const GridEdge& edge = grid.crossing(slot).edge;
-    const std::uint32_t index = new_vertex(VertexKind::edge, edge.node, edge.axis, end);
+    const Crossing& crossing = grid.crossing(slot);
+    const std::uint32_t index = new_vertex(VertexKind::edge, crossing.edge.node, crossing.edge.axis, end);
     known = static_cast<std::int32_t>(index);
     SurfaceVertex& v = vertices_[index];
-    place_edge_vertex(grid, crossing(grid, slot), end, v);
+    v.rest = grid.crossing_position(crossing);
+    v.normal = outward_normal(crossing, end == 0).cast<float>();
     carry(v, context.cell, 1U << corner);
     return index;
 }
@@ -337,7 +243,7 @@ void Surface::update_face(const NodeGrid& grid, int face, const CellContext& con
     for (int k = 0; k < 4; ++k) {
         if (!(mask >> k & 1U)) continue;
         const auto i = static_cast<std::size_t>(k);
-        raw[i] = &crossing(grid, context.edges.slots[static_cast<std::size_t>(face_edges[f][i])]);
+        raw[i] = &context.crossing(grid, face_edges[f][i]);
         crossings[i] = face_crossing(k, raw[i]->hit, raw[i]->normal[u], raw[i]->normal[v], raw[i]->cut);
     }
     const FacePlacement placement = place_face_vertex(mask, crossings);
@@ -433,7 +339,7 @@ Vec3 Surface::place_group(const NodeGrid& grid, unsigned group, const CellContex
     for (int e = 0; e < edge_count; ++e) {
         const auto i = static_cast<std::size_t>(e);
         if (configuration.edge_group[i] != group) continue;
-        const Crossing& raw = crossing(grid, context.edges.slots[i]);
+        const Crossing& raw = context.crossing(grid, e);
         CellCrossing& c = crossings[count++];
         const int axis = edge_axis(e);
         for (int k = 0; k < 3; ++k) c.point[k] = corner_bit(edge_corners[i][0], k);
@@ -517,7 +423,7 @@ void Surface::update_quads(const NodeGrid& grid, const CellContext& context) {
         quad.vertices = {
             edge_vertex(grid, slot, q.corner, end, context), face_vertex(q.first_face, q.first_instance),
             static_cast<std::uint32_t>(cell.centre[q.fan]), face_vertex(q.second_face, q.second_instance)};
-        normals[q.fan] += outward_normal(crossing(grid, slot), end == 0);
+        normals[q.fan] += outward_normal(grid.crossing(slot), end == 0);
     }
     for (std::size_t fan = 0; fan < cell.fan_count; ++fan)
         if (cell.centre[fan] >= 0)

@@ -83,13 +83,6 @@ class Surface {
     Carriers carriers(const RestGrid& rest, const SurfaceVertex& vertex) const;
     /// One of the nodes that carry a vertex.
     const Vec3i& carrier(const SurfaceVertex& vertex) const;
-    /// The crossing of a cut edge as the surface shows it: of an edge of the skin
-    /// beside a cut, where the cut ends the node's material before the skin does (see
-    /// trim_skin_at in the source); else the grid's own.
-    const Crossing& crossing(const NodeGrid& grid, std::int32_t slot) const {
-        const std::int32_t trim = trim_of_slot_[static_cast<std::size_t>(slot)];
-        return trim < 0 ? grid.crossing(slot) : trims_[static_cast<std::size_t>(trim)];
-    }
     std::size_t quad_count() const { return quad_count_; }
     std::size_t triangle_count() const { return 2 * quad_count_; }
     std::size_t vertex_count() const { return alive_count_; }
@@ -113,12 +106,6 @@ class Surface {
     std::uint32_t new_vertex(VertexKind kind, const Vec3i& place, int axis, int instance);
     void carry(SurfaceVertex& vertex, std::uint32_t cell, unsigned corners);
 
-    void trim_skin_at(const NodeGrid& grid, const Vec3i& node, const GridEdge& skin);
-    void trim_skin_around(const NodeGrid& grid, std::int32_t slot);
-    void forget_placement(const NodeGrid& grid, std::int32_t slot);
-    static void place_edge_vertex(const NodeGrid& grid, const Crossing& crossing, int end,
-                                  SurfaceVertex& out);
-
     void update_cell(const NodeGrid& grid, std::uint32_t cell);
     void update_face(const NodeGrid& grid, int face, const CellContext& context);
     void update_face_vertices(const NodeGrid& grid, int face, Face& record, const CellContext& context,
@@ -137,8 +124,6 @@ class Surface {
     std::vector<SurfaceCell> cells_;
     std::vector<Face> faces_;
     std::vector<std::array<std::int32_t, 2>> edge_vertices_;  // per crossing slot and end; -1: none
-    std::vector<std::int32_t> trim_of_slot_;  // per crossing slot: index into trims_, -1: none
-    std::vector<Crossing> trims_;
     std::vector<SurfaceVertex> vertices_;
     std::vector<SurfaceQuad> quads_;
     std::array<std::vector<std::uint32_t>, 25> free_quads_;  // per capacity: freed first quads
