@@ -16,6 +16,7 @@
 #include <splitcubes/splitting/extract.h>
 #include <splitcubes/splitting/sheet_cut.h>
 
+#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -51,6 +52,12 @@ void check_options(const Options& options) {
     check_report_output(options.report);
     check_lost_material_options(options.lost);
     check_pieces_folder(options.pieces_folder);
+    const std::vector<std::string> written{options.mesh, options.out, options.report,
+                                           options.lost.mesh.string(), options.lost.picture.string()};
+    check_distinct(written);
+    for (const std::vector<std::string>& cutters : {options.sheets, options.paths})
+        for (const std::string& cutter : cutters)
+            for (std::size_t k = 1; k < written.size(); ++k) check_distinct({cutter, written[k]});
     if (options.sheets.empty() && options.paths.empty())
         throw InputError("cut", "has nothing to cut with", "give --with SHEET or --path FILE");
     if (options.remove() && !options.paths.empty())
@@ -190,8 +197,7 @@ int cut(const Options& options) {
     stages.shown_for(rest, cutters.size() + 4);
     stages.next("solid");
     splitting::SolidifyReport solid;
-    splitting::NodeGrid grid = splitting::solidify(mesh, rest, solid, parallel);
-    print_notes(options.mesh, solid.notes);
+    splitting::NodeGrid grid = solid_of(options.mesh, mesh, rest, solid, parallel);
     seconds["solidify"] = watch.lap();
     stages.next("surface");
     splitting::Surface surface(grid);
@@ -202,6 +208,11 @@ int cut(const Options& options) {
     const splitting::Pieces pieces(grid);
     const std::vector<std::uint8_t> removed = options.remove() ? pieces_to_remove(cutters, grid, pieces)
                                                                : std::vector<std::uint8_t>(pieces.count(), 0);
+    const bool all_cut =
+        std::all_of(cutters.begin(), cutters.end(), [](const Cutter& c) { return c.cut_edges > 0; });
+    if (options.remove() && all_cut && std::find(removed.begin(), removed.end(), 1) == removed.end())
+        print_notes(options.mesh, {"nothing was removed: no node of the grid lies inside a cutter; a cutter "
+                                   "thinner than a cell needs a smaller cell size"});
     geometry::SurfaceMesh whole = splitting::extract(grid, surface, pieces, {}, {}, parallel);
     seconds["extract"] = watch.lap();
     carry_attributes(model, rest.cell_size, options.out, parallel, whole);
@@ -241,7 +252,9 @@ void add_cut_command(CLI::App& app, Run& run) {
     command->add_option("-o,--output", options->out, "Whole surface out: .ply .obj .stl .glb")->required();
     CLI::Option* cells = command->add_option("--cells", options->cells, "Cells along the longest side (48)")
                              ->check(CLI::Range(2, geometry::max_cells_per_axis));
-    command->add_option("--cell-size", options->cell_size, "Cell size in metres")->excludes(cells);
+    command->add_option("--cell-size", options->cell_size, "Cell size in metres")
+        ->check(CLI::PositiveNumber)
+        ->excludes(cells);
     command->add_option("--pieces", options->pieces_folder, "Folder for one closed mesh a piece");
     command->add_option("--report", options->report, "Writes a JSON report");
     add_lost_material_options(*command, options->lost);

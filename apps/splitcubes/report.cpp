@@ -10,6 +10,7 @@
 #include <splitcubes/splitting/extract.h>
 
 #include <iostream>
+#include <map>
 
 namespace splitcubes::app {
 
@@ -113,6 +114,33 @@ double chosen_cell_size(const geometry::Box& box, int cells, double cell_size) {
         return cell_size;
     }
     return geometry::cell_size_for(box, cells == 0 ? 48 : cells);
+}
+
+splitting::NodeGrid solid_of(const std::string& name, const geometry::TriangleMesh& mesh,
+                             const geometry::RestGrid& rest, splitting::SolidifyReport& report,
+                             const Parallel& parallel) {
+    try {
+        splitting::NodeGrid grid = splitting::solidify(mesh, rest, report, parallel);
+        print_notes(name, report.notes);
+        return grid;
+    } catch (const InputError& error) {
+        // The library knows the mesh, not its file.
+        const std::string text = error.what(), where = "mesh: ";
+        if (text.rfind(where, 0) != 0) throw;
+        throw InputError(name, text.substr(where.size()));
+    }
+}
+
+void check_distinct(const std::vector<std::string>& files) {
+    std::map<std::filesystem::path, std::string> seen;
+    for (const std::string& file : files) {
+        if (file.empty()) continue;
+        std::error_code error;
+        const std::filesystem::path path = std::filesystem::weakly_canonical(file, error);
+        if (!seen.emplace(error ? std::filesystem::path(file) : path, file).second)
+            throw InputError(file, "is named twice among the files to read and to write",
+                             "give each a name of its own");
+    }
 }
 
 }  // namespace splitcubes::app

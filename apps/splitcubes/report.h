@@ -49,4 +49,13 @@ void check_report_output(const std::filesystem::path& path);
 /// Cell size from the options --cells and --cell-size (0: not given; both 0: 48 cells).
 double chosen_cell_size(const geometry::Box& box, int cells, double cell_size);
 
+/// splitting::solidify with the notes printed, its errors saying the file's name.
+splitting::NodeGrid solid_of(const std::string& name, const geometry::TriangleMesh& mesh,
+                             const geometry::RestGrid& rest, splitting::SolidifyReport& report,
+                             const Parallel& parallel);
+
+/// Throws InputError where two of the files are one: what one holds would be lost.
+/// Empty names are no files.
+void check_distinct(const std::vector<std::string>& files);
+
 }  // namespace splitcubes::app

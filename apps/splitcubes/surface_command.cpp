@@ -26,6 +26,8 @@ int surface(const Options& options) {
     check_mesh_output(options.out);
     check_report_output(options.report);
     check_lost_material_options(options.lost);
+    check_distinct({options.mesh, options.out, options.report, options.lost.mesh.string(),
+                    options.lost.picture.string()});
     const Parallel parallel(options.threads);
     Json seconds;
     Stopwatch watch;
@@ -35,8 +37,7 @@ int surface(const Options& options) {
     const geometry::RestGrid rest = geometry::grid_around(
         mesh.bounds(), chosen_cell_size(mesh.bounds(), options.cells, options.cell_size));
     splitting::SolidifyReport solid;
-    const splitting::NodeGrid grid = splitting::solidify(mesh, rest, solid, parallel);
-    print_notes(options.mesh, solid.notes);
+    const splitting::NodeGrid grid = solid_of(options.mesh, mesh, rest, solid, parallel);
     seconds["solidify"] = watch.lap();
     const splitting::Surface surface(grid);
     seconds["tessellate"] = watch.lap();
@@ -65,7 +66,9 @@ void add_surface_command(CLI::App& app, Run& run) {
     command->add_option("-o,--output", options->out, "Surface out: .ply .obj .stl .glb")->required();
     CLI::Option* cells = command->add_option("--cells", options->cells, "Cells along the longest side (48)")
                              ->check(CLI::Range(2, geometry::max_cells_per_axis));
-    command->add_option("--cell-size", options->cell_size, "Cell size in metres")->excludes(cells);
+    command->add_option("--cell-size", options->cell_size, "Cell size in metres")
+        ->check(CLI::PositiveNumber)
+        ->excludes(cells);
     command->add_option("--report", options->report, "Writes a JSON report");
     add_lost_material_options(*command, options->lost);
     command->add_option("--threads", options->threads, "Threads (all)")->check(CLI::Range(1, 1024));

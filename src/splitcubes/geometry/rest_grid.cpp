@@ -1,6 +1,7 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/geometry/rest_grid.h>
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -19,6 +20,9 @@ RestGrid grid_around(const Box& box, double cell_size) {
     if (box.empty()) throw InputError("grid", "there is nothing to cover", "give a mesh with triangles");
     if (!(cell_size > 0) || !std::isfinite(cell_size))
         throw InputError("cell size", "must be a positive number of metres, got " + text_of(cell_size));
+    // Beyond this a volume would not fit a double.
+    if (!(std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff()) < 1e75))
+        throw InputError("mesh", "reaches beyond 1e75 m", "give smaller coordinates");
     RestGrid grid;
     grid.cell_size = cell_size;
     for (int axis = 0; axis < 3; ++axis) {

@@ -48,6 +48,9 @@ AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
                          "create it or write somewhere else");
     if (!path_.has_filename() || fs::is_directory(path_, ignored))
         throw InputError(path_.string(), "is a folder", "give the name of a file");
+    // A device or a pipe would be replaced by the file, not written to.
+    if (fs::exists(path_, ignored) && !fs::is_regular_file(path_, ignored))
+        throw InputError(path_.string(), "is not a regular file", "write to another name");
     temporary_ = create_temporary(path_, folder);
     errno = 0;
     stream_.open(temporary_, std::ios::binary | std::ios::trunc);

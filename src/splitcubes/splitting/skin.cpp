@@ -29,6 +29,8 @@ void SkinPart::append(SkinPart&& other) {
     gap_edges += other.gap_edges;
     bisected_edges += other.bisected_edges;
     overlap = overlap || other.overlap;
+    positive = positive || other.positive;
+    negative = negative || other.negative;
 }
 
 SkinPart for_each_edge(const geometry::GridCrossings& sweep, const Parallel& parallel,

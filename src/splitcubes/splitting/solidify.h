@@ -15,6 +15,7 @@ namespace splitcubes::splitting {
 struct SolidifyReport {
     bool exact = false;    // closed: integer winding, no tolerance
     bool overlap = false;  // the mesh winds more than once somewhere; exact only
+    bool opposed = false;  // it winds one way here and the other way there; exact only
     std::size_t nodes_inside = 0;
     std::size_t gap_edges = 0;       // both ends inside, void in between: cut, so that the gap separates
     std::size_t bisected_edges = 0;  // cross a hole of the mesh: found by bisection of the winding number
@@ -26,6 +27,8 @@ struct SolidifyReport {
     std::vector<std::string> notes;  // one line each: what was found and what was done
 };
 
+/// Copies of a triangle count once, and triangles that are turned both ways are turned
+/// to one where that makes the mesh closed (geometry/repair.h).
 /// A node is inside where the mesh winds around it (winding number not zero: parts
 /// that overlap are united, a reversed inner shell is a cavity, an inside-out mesh
 /// a solid). For a mesh that is not closed or not consistently oriented, inside is

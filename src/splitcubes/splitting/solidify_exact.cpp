@@ -40,6 +40,8 @@ class ExactEdge {
         int after = winding;
         for (const EdgeCrossing& c : crossings) after -= c.direction;
         part_.overlap = part_.overlap || std::abs(winding) > 1;
+        part_.positive = part_.positive || winding > 0;
+        part_.negative = part_.negative || winding < 0;
         const bool lower = winding != 0, upper = after != 0;
         if (lower && upper) {
             cut_gap(crossings, winding);
@@ -119,6 +121,7 @@ NodeGrid solidify_exact(const TriangleMesh& mesh, const RestGrid& rest, Solidify
     cut_skin(grid, skin.cuts);
     report.gap_edges = skin.gap_edges;
     report.overlap = skin.overlap;
+    report.opposed = skin.positive && skin.negative;
     report_thin(mesh, rest, skin.lost, report);
     return grid;
 }

@@ -309,6 +309,7 @@ void Surface::settle_faces(const NodeGrid& grid, std::uint32_t cell) {
         const Vec3i place = face_place(cells_[cell].place, face);
         Vec3i below = place;
         --below[axis];
+        if (below[axis] < 0) continue;  // a face of the grid's rim: one cell only
         const std::int32_t low = slots_.get(below, cell_channel), high = slots_.get(place, cell_channel);
         if (low < 0 || high < 0) continue;
         Vec3 centre[2];
