@@ -75,9 +75,10 @@ stage_debug() {
 
 stage_tsan() {
   # Races can only be where threads are: the modules that are given a Parallel.
-  build tsan && TSAN_OPTIONS=${TSAN_OPTIONS:-halt_on_error=1} \
+  local modules=(core meshless occlusion cutting splitting body)
+  build tsan "${modules[@]/#/test_}" && TSAN_OPTIONS=${TSAN_OPTIONS:-halt_on_error=1} \
     ctest --test-dir build/tsan --output-on-failure -j "$jobs" \
-    -R '^(core|meshless|occlusion|cutting|splitting|body)$'
+    -R "^($(IFS='|'; echo "${modules[*]}"))\$"
 }
 
 stage_fuzz() {
