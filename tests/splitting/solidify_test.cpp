@@ -3,12 +3,14 @@
 #include "laws/solids.h"
 
 #include <gtest/gtest.h>
+
 #include <splitcubes/core/error.h>
 #include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/geometry/shapes.h>
 #include <splitcubes/geometry/winding_number.h>
 #include <splitcubes/splitting/extract.h>
 #include <splitcubes/splitting/validate.h>
+#include <numbers>
 
 #include <cmath>
 #include <functional>
@@ -353,6 +355,23 @@ TEST(Solidify, ATriangleThatIsMissingAndOneThatIsTurnedGoByTheWindingNumber) {
     std::size_t different = 0;
     for (std::size_t i = 0; i < a.size(); ++i) different += a[i] != b[i];
     EXPECT_LE(different, 12U) << "only beside the triangles";
+}
+
+TEST(Solidify, SheetsAreRefusedAndShellsAreNot) {
+    for (const double height : {0.0, 0.05, 0.2, 0.3, 0.5}) {
+        TriangleMesh hills = geometry::make_plane_sheet(Vec3(0, 0, 0), Vec3::UnitZ(), 1.5, 20);
+        for (Vec3& p : hills.positions) p[2] += height * std::sin(3 * p[0]) * std::cos(4 * p[1]);
+        EXPECT_THROW(solid(hills, geometry::grid_around(hills.bounds(), 0.06)), InputError) << height;
+    }
+    TriangleMesh half = geometry::make_sphere(1, 4);
+    std::erase_if(half.triangles, [&](const geometry::Triangle& t) {
+        return half.positions[t[0]][2] + half.positions[t[1]][2] + half.positions[t[2]][2] < 0;
+    });
+    SolidifyReport report;
+    const NodeGrid grid = solid(half, geometry::grid_around(half.bounds(), 0.06), report);
+    EXPECT_NEAR(static_cast<double>(report.nodes_inside) * std::pow(0.06, 3), 2.0 / 3 * std::numbers::pi,
+                0.1);
+    EXPECT_EQ(trouble(grid), "");
 }
 
 TEST(Solidify, ScaleAndPlaceDoNotMatter) {

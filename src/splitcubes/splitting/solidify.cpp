@@ -111,8 +111,9 @@ void note_findings(const TriangleMesh& welded, const RestGrid& rest, SolidifyRep
 }
 
 // A sheet has a winding number of about 1/2 close to it, but no inside: more of
-// its skin would be made up than given. A half sphere without its base is at 1/3.
-constexpr double most_made_up = 0.4;
+// its skin would be made up than of a body with holes. Of the grid edges that cross the
+// skin, a half sphere without its base has a quarter in the hole; hilly sheets a third.
+constexpr double most_made_up = 0.3;
 
 void refuse_sheet(const NodeGrid& grid, const SolidifyReport& report) {
     const double share =

@@ -35,7 +35,7 @@ struct SolidifyReport {
 /// where the generalised winding number exceeds one half (Jacobson et al. 2013).
 /// The grid must cover the mesh with a layer of nodes to spare (grid_around).
 /// Throws InputError where a position is not finite, an index out of range, nothing
-/// is inside, or the mesh is a sheet: more than 40 % of the surface would have to be
+/// is inside, or the mesh is a sheet: more than 30 % of the surface would have to be
 /// made up.
 NodeGrid solidify(const geometry::TriangleMesh& mesh, const RestGrid& rest, SolidifyReport& report,
                   const Parallel& parallel);
