@@ -10,11 +10,11 @@
 #include <splitcubes/geometry/winding_number.h>
 #include <splitcubes/splitting/extract.h>
 #include <splitcubes/splitting/validate.h>
-#include <numbers>
 
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <string>
 
 namespace splitcubes::splitting {
