@@ -25,7 +25,9 @@ void check_input(const TriangleMesh& mesh) {
                 throw InputError("mesh", "triangle " + std::to_string(t) + " refers to vertex " +
                                              std::to_string(v) + " of " +
                                              std::to_string(mesh.positions.size()));
-            if (!(mesh.positions[v].cwiseAbs().maxCoeff() < largest_coordinate))
+            // maxCoeff may pass over what is not a number.
+            if (!mesh.positions[v].allFinite() ||
+                mesh.positions[v].cwiseAbs().maxCoeff() >= largest_coordinate)
                 throw InputError("mesh", "vertex " + std::to_string(v) + " is not finite or beyond 1e75 m",
                                  "give coordinates that volumes can be computed from");
         }
