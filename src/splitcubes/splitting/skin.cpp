@@ -27,7 +27,6 @@ void SkinPart::append(SkinPart&& other) {
         cuts.insert(cuts.end(), other.cuts.begin(), other.cuts.end());
     lost.insert(lost.end(), other.lost.begin(), other.lost.end());
     gap_edges += other.gap_edges;
-    bisected_edges += other.bisected_edges;
     overlap = overlap || other.overlap;
     positive = positive || other.positive;
     negative = negative || other.negative;

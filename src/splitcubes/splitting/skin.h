@@ -30,7 +30,6 @@ struct SkinPart {
     std::vector<SkinCut> cuts;
     std::vector<ThinMaterial> lost;
     std::size_t gap_edges = 0;
-    std::size_t bisected_edges = 0;
     bool overlap = false;                     // somewhere the mesh winds more than once
     bool positive = false, negative = false;  // which winding numbers there are
 
