@@ -1,4 +1,5 @@
 #include <splitcubes/core/disjoint_sets.h>
+#include <splitcubes/geometry/half_edges.h>
 #include <splitcubes/geometry/mesh_check.h>
 
 #include <algorithm>
@@ -8,42 +9,6 @@
 namespace splitcubes::geometry {
 
 namespace {
-
-struct HalfEdge {
-    std::uint32_t low, high;  // the undirected edge
-    bool forward;             // runs low to high
-    std::uint32_t triangle;
-};
-
-bool is_degenerate(const Triangle& t) {
-    return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
-}
-
-// By low end, then high end, then triangle: a counting pass, then short sorts.
-std::vector<HalfEdge> sorted_half_edges(const TriangleMesh& mesh) {
-    std::vector<std::uint32_t> begin(mesh.positions.size() + 1, 0);
-    const auto for_each_edge = [&](const auto& visit) {
-        for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-            const Triangle& t = mesh.triangles[i];
-            if (is_degenerate(t)) continue;
-            for (std::size_t k = 0; k < 3; ++k) {
-                const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-                visit(HalfEdge{std::min(a, b), std::max(a, b), a < b, i});
-            }
-        }
-    };
-    for_each_edge([&](const HalfEdge& e) { ++begin[e.low + 1]; });
-    for (std::size_t v = 0; v + 1 < begin.size(); ++v) begin[v + 1] += begin[v];
-    std::vector<HalfEdge> edges(begin.back());
-    std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
-    for_each_edge([&](const HalfEdge& e) { edges[next[e.low]++] = e; });
-    for (std::size_t v = 0; v + 1 < begin.size(); ++v)
-        std::sort(edges.begin() + begin[v], edges.begin() + begin[v + 1],
-                  [](const HalfEdge& a, const HalfEdge& b) {
-                      return std::tie(a.high, a.triangle) < std::tie(b.high, b.triangle);
-                  });
-    return edges;
-}
 
 void count_edges(const std::vector<HalfEdge>& edges, MeshCheck& check) {
     for (std::size_t i = 0; i < edges.size();) {

@@ -1,3 +1,4 @@
+#include <splitcubes/geometry/half_edges.h>
 #include <splitcubes/geometry/repair.h>
 
 #include <algorithm>
@@ -18,36 +19,6 @@ Triangle sorted(Triangle t, bool& even) {
     return t;
 }
 
-struct EdgeUse {
-    std::uint32_t other;  // end of the edge, the lower one being its bucket
-    std::uint32_t triangle;
-    bool forward;  // runs from the lower end to the higher
-};
-
-// Uses of each edge, in buckets of their lower ends, then by higher end.
-struct EdgeUses {
-    std::vector<std::uint32_t> begin;
-    std::vector<EdgeUse> uses;
-
-    explicit EdgeUses(const TriangleMesh& mesh) : begin(mesh.positions.size() + 1, 0) {
-        for (const Triangle& t : mesh.triangles)
-            for (std::size_t k = 0; k < 3; ++k) ++begin[std::min(t[k], t[(k + 1) % 3]) + 1];
-        for (std::size_t v = 0; v + 1 < begin.size(); ++v) begin[v + 1] += begin[v];
-        uses.resize(begin.back());
-        std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
-        for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
-            for (std::size_t k = 0; k < 3; ++k) {
-                const std::uint32_t a = mesh.triangles[i][k], b = mesh.triangles[i][(k + 1) % 3];
-                uses[next[std::min(a, b)]++] = {std::max(a, b), i, a < b};
-            }
-        for (std::size_t v = 0; v + 1 < begin.size(); ++v)
-            std::sort(uses.begin() + begin[v], uses.begin() + begin[v + 1],
-                      [](const EdgeUse& a, const EdgeUse& b) {
-                          return std::pair(a.other, a.triangle) < std::pair(b.other, b.triangle);
-                      });
-    }
-};
-
 struct Neighbour {
     std::uint32_t triangle;
     bool agrees;  // runs along the common edge the other way
@@ -56,18 +27,18 @@ struct Neighbour {
 // Neighbours over the three edges of each triangle; empty where an edge does not
 // have exactly two triangles.
 std::vector<std::array<Neighbour, 3>> neighbours_of(const TriangleMesh& mesh) {
-    const EdgeUses edges(mesh);
+    const std::vector<HalfEdge> edges = sorted_half_edges(mesh);
+    const auto same = [&](std::size_t i, std::size_t j) {
+        return j < edges.size() && edges[i].low == edges[j].low && edges[i].high == edges[j].high;
+    };
     std::vector<std::array<Neighbour, 3>> out(mesh.triangles.size());
     std::vector<std::uint8_t> known(mesh.triangles.size(), 0);
-    for (std::size_t v = 0; v + 1 < edges.begin.size(); ++v)
-        for (std::uint32_t i = edges.begin[v]; i < edges.begin[v + 1]; i += 2) {
-            const bool pair = i + 1 < edges.begin[v + 1] && edges.uses[i].other == edges.uses[i + 1].other;
-            const bool more = i + 2 < edges.begin[v + 1] && edges.uses[i].other == edges.uses[i + 2].other;
-            if (!pair || more) return {};
-            const EdgeUse &a = edges.uses[i], &b = edges.uses[i + 1];
-            out[a.triangle][known[a.triangle]++] = {b.triangle, a.forward != b.forward};
-            out[b.triangle][known[b.triangle]++] = {a.triangle, a.forward != b.forward};
-        }
+    for (std::size_t i = 0; i < edges.size(); i += 2) {
+        if (!same(i, i + 1) || same(i, i + 2)) return {};
+        const HalfEdge &a = edges[i], &b = edges[i + 1];
+        out[a.triangle][known[a.triangle]++] = {b.triangle, a.forward != b.forward};
+        out[b.triangle][known[b.triangle]++] = {a.triangle, a.forward != b.forward};
+    }
     return out;
 }
 
