@@ -36,6 +36,15 @@ void complete(const Mat3& H, int rank, const Mat3& basis, const Mat3& last, Mat3
 
 }  // namespace
 
+bool complete_deformation(const Neighbourhoods& neighbourhoods, std::size_t i, const Mat3& H,
+                          const Mat3& last_rotation, Mat3& deformation, Mat3& rotation) {
+    const Mat3 last = last_rotation;
+    complete(H, neighbourhoods.rank()[i], neighbourhoods.basis()[i], last, deformation, rotation);
+    if (deformation.allFinite() && rotation.allFinite()) return true;
+    deformation = rotation = last;
+    return false;
+}
+
 std::size_t compute_deformation(const Neighbourhoods& neighbourhoods, std::span<const Vec3> rest_position,
                                 std::span<const Vec3> position, std::span<const Mat3> last_rotation,
                                 std::span<Mat3> deformation, std::span<Mat3> rotation,
@@ -57,12 +66,8 @@ std::size_t compute_deformation(const Neighbourhoods& neighbourhoods, std::span<
     };
     std::atomic<std::size_t> bad = 0;
     for_phyxels(parallel, n, [&](std::size_t i) {
-        const Mat3 last = last_rotation[i];
-        complete(displacement_gradient(i), neighbourhoods.rank()[i], neighbourhoods.basis()[i], last,
-                 deformation[i], rotation[i]);
-        if (deformation[i].allFinite() && rotation[i].allFinite()) return;
-        deformation[i] = rotation[i] = last;
-        ++bad;
+        bad += !complete_deformation(neighbourhoods, i, displacement_gradient(i), last_rotation[i],
+                                     deformation[i], rotation[i]);
     });
     return bad;
 }
@@ -72,49 +77,36 @@ void update_deformation(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, 
                         phyxels.deformation, phyxels.rotation, parallel);
 }
 
-namespace {
-
-// The part of the plastic strain in the directions that a phyxel's neighbours tell:
-// across them the material has no strain, and stress there would make a torque.
-Mat3 plastic_strain_of(const Neighbourhoods& neighbourhoods, const Material& material,
-                       const ElasticState& state, std::size_t i) {
+Mat3 told_plastic_strain(const Neighbourhoods& neighbourhoods, const Material& material, std::size_t i,
+                         std::span<const Mat3> plastic_strain) {
     if (!material.plasticity) return Mat3::Zero();
-    if (neighbourhoods.rank()[i] == 3) return state.plastic_strain[i];
+    if (neighbourhoods.rank()[i] == 3) return plastic_strain[i];
     const Mat3 projection = neighbourhoods.kept_directions(i);
-    return projection * state.plastic_strain[i] * projection;
+    return projection * plastic_strain[i] * projection;
 }
 
-}  // namespace
-
-double penalty_energy(const Neighbourhoods& neighbourhoods, const ElasticState& state,
-                      const Parallel& parallel, ChunkSum& sum) {
-    return sum(parallel, neighbourhoods.size(), [&](std::size_t begin, std::size_t end) {
-        double energy = 0;
-        for (std::size_t i = begin; i < end; ++i) {
-            double squares = 0;
-            for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
-                const std::uint32_t j = neighbourhoods.neighbour()[l];
-                const Vec3 error = state.deformation[i] * neighbourhoods.rest_edge()[l] -
-                                   (state.position[j] - state.position[i]);
-                squares += neighbourhoods.weight()[l] * error.squaredNorm();
-            }
-            energy += 0.5 * neighbourhoods.penalty()[i] * squares;
-        }
-        return energy;
-    });
+double penalty_energy(const Neighbourhoods& neighbourhoods, std::size_t i, const Mat3& deformation,
+                      std::span<const Vec3> position) {
+    double squares = 0;
+    for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
+        const std::uint32_t j = neighbourhoods.neighbour()[l];
+        const Vec3 error = deformation * neighbourhoods.rest_edge()[l] - (position[j] - position[i]);
+        squares += neighbourhoods.weight()[l] * error.squaredNorm();
+    }
+    return 0.5 * neighbourhoods.penalty()[i] * squares;
 }
 
 double ElasticForces::energy(const Neighbourhoods& neighbourhoods, const Material& material,
                              const ElasticState& state, const Parallel& parallel) {
-    const double elastic = sum_(parallel, neighbourhoods.size(), [&](std::size_t begin, std::size_t end) {
+    return sum_(parallel, neighbourhoods.size(), [&](std::size_t begin, std::size_t end) {
         double energy = 0;
         for (std::size_t i = begin; i < end; ++i)
             energy += neighbourhoods.volume()[i] *
-                      energy_density(material, state.deformation[i], state.rotation[i],
-                                     plastic_strain_of(neighbourhoods, material, state, i));
+                          energy_density(material, state.deformation[i], state.rotation[i],
+                                         told_plastic_strain(neighbourhoods, material, i, state.plastic_strain)) +
+                      penalty_energy(neighbourhoods, i, state.deformation[i], state.position);
         return energy;
     });
-    return elastic + penalty_energy(neighbourhoods, state, parallel, sum_);
 }
 
 // Sum over the links of row i of body(link, neighbour).
@@ -148,7 +140,7 @@ void ElasticForces::forces(const Neighbourhoods& neighbourhoods, const Material&
     for_phyxels(parallel, n, [&](std::size_t i) {
         tension_[i] = neighbourhoods.volume()[i] *
                       piola_stress(material, state.deformation[i], state.rotation[i],
-                                   plastic_strain_of(neighbourhoods, material, state, i));
+                                   told_plastic_strain(neighbourhoods, material, i, state.plastic_strain));
     });
     for_phyxels(parallel, n, [&](std::size_t i) {
         force[i] = gather_force(neighbourhoods, i, state.deformation, state.position);
@@ -170,7 +162,7 @@ void ElasticForces::linearise(const Neighbourhoods& neighbourhoods, const Materi
     tangent_.resize(n);
     for_phyxels(parallel, n, [&](std::size_t i) {
         tangent_[i] = tangent(material, state.deformation[i], state.rotation[i],
-                              plastic_strain_of(neighbourhoods, material, state, i));
+                              told_plastic_strain(neighbourhoods, material, i, state.plastic_strain));
     });
 }
 

@@ -34,6 +34,16 @@ std::size_t compute_deformation(const Neighbourhoods& neighbourhoods, std::span<
                                 std::span<Mat3> deformation, std::span<Mat3> rotation,
                                 const Parallel& parallel);
 
+/// The same of one phyxel, from H = sum_j (u_j - u_i) g_ij^T, u = x - X. False where it
+/// was not finite.
+bool complete_deformation(const Neighbourhoods& neighbourhoods, std::size_t i, const Mat3& H,
+                          const Mat3& last_rotation, Mat3& deformation, Mat3& rotation);
+
+/// The part of a plastic strain in the directions that phyxel i's neighbours tell: across
+/// them the material has no strain, and stress there would make a torque.
+Mat3 told_plastic_strain(const Neighbourhoods& neighbourhoods, const Material& material, std::size_t i,
+                         std::span<const Mat3> plastic_strain);
+
 /// Writes phyxels.deformation and rotation from its positions: after a rebuild,
 /// where something is to read them before the next step.
 void update_deformation(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Parallel& parallel);
@@ -47,9 +57,9 @@ struct ElasticState {
     std::span<const Mat3> plastic_strain;  // rest space; read only of a material with plasticity
 };
 
-/// The sum of c_i w_ij / 2 |e_ij|^2, J.
-double penalty_energy(const Neighbourhoods& neighbourhoods, const ElasticState& state,
-                      const Parallel& parallel, ChunkSum& sum);
+/// sum_j c_i w_ij / 2 |e_ij|^2 of phyxel i, J.
+double penalty_energy(const Neighbourhoods& neighbourhoods, std::size_t i, const Mat3& deformation,
+                      std::span<const Vec3> position);
 
 /// Forces and stiffness, with the buffers they need. One per solver: a call
 /// uses the buffers, so calls of one object must not overlap.

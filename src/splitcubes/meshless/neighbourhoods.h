@@ -103,6 +103,9 @@ class Neighbourhoods {
     /// The link j -> i.
     std::span<const std::uint32_t> reverse() const { return reverse_; }
 
+    /// Whether phyxel i is of rank 2 with neighbours off its plane.
+    bool leans(std::size_t i) const { return leans_[i] != 0; }
+
     const LinkSlices& slices() const { return slices_; }
     /// Another number after every change; equal numbers mean equal contents.
     std::uint64_t revision() const { return revision_; }
@@ -137,6 +140,7 @@ class Neighbourhoods {
     std::vector<double> base_weight_;         // per link, w_ij, 1/m^3
     std::vector<double> weight_;              // per link, w_ij * visibility, 1/m^3
     std::vector<std::uint8_t> rank_;          // per phyxel
+    std::vector<std::uint8_t> leans_;         // per phyxel
     std::vector<Mat3> basis_;                 // per phyxel
     std::vector<Vec3> gradient_sum_;          // per phyxel, 1/m
     std::vector<Mat3> moment_;                // per phyxel, 1/m
