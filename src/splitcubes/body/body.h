@@ -2,6 +2,7 @@
 // stages of a step that keep the three together.
 #pragma once
 
+#include <splitcubes/body/moving_bricks.h>
 #include <splitcubes/body/node_tracker.h>
 #include <splitcubes/body/step_report.h>
 #include <splitcubes/core/parallel.h>
@@ -120,11 +121,12 @@ class Body {
     void set_contact_radii(std::size_t first);
     void rebuild_samples(const Parallel& parallel);
     void evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& parallel);
-    std::vector<std::uint32_t> candidate_bricks(std::span<const cutting::SweptBlade> blades) const;
-    geometry::Box bounds_of_brick(const Vec3& centre, double radius, std::vector<std::uint32_t>& near) const;
+    std::vector<std::uint32_t> candidate_bricks(std::span<const cutting::SweptBlade> blades,
+                                                const Parallel& parallel);
     std::vector<cutting::CandidateEdge> candidate_edges(std::span<const std::uint32_t> bricks,
                                                         const StepContext& context);
     void update_owners(std::span<const geometry::Box> boxes);
+    std::vector<std::uint32_t> changed_sights(std::span<const std::int32_t> piece_before) const;
     void track_surface_nodes();
     void add_samples(std::int32_t piece, std::size_t wanted);
     void make_rigid(std::int32_t piece);
@@ -161,6 +163,8 @@ class Body {
     NodeTracker tracker_;
     std::vector<std::uint32_t> surface_to_tracked_;  // per surface node
     std::vector<geometry::Frame> frames_;            // per tracked node, now
+    std::vector<geometry::Frame> frames_before_;     // per tracked node, a step ago, of candidate_edges
+    MovingBricks moving_bricks_;
     std::vector<Vec3> cut_position_;                 // per tracked node, m, at its last cut_edges
     std::vector<std::int64_t> cut_step_;             // per tracked node, the step of that
     std::int64_t step_ = 0;

@@ -50,7 +50,7 @@ SolverReport ExplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighb
         report.contacts += phyxels.touching[i];
     }
     phyxels.history_step = input.dt;
-    describe_(phyxels, neighbourhoods, material, report, parallel);
+    describe_(phyxels, neighbourhoods, elastic_, report, parallel);
     return report;
 }
 

@@ -19,20 +19,23 @@ struct Entry {
 
 }  // namespace
 
-void LinkSlices::build(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> neighbour) {
+void LinkSlices::build(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> neighbour,
+                       std::span<const Vec3> rest_position) {
     rows_ = offsets.empty() ? 0 : offsets.size() - 1;
     const std::size_t slices = (rows_ + lanes - 1) / lanes;
-    first_column_.assign(1, 0);
     run_.clear();
     index_.clear();
     place_.assign(neighbour.size(), 0);
-    for (std::size_t slice = 0; slice < slices; ++slice) {
-        first_column_.push_back(0);  // the stride is known from here on
-    }
+    first_column_.assign(slices + 1, 0);  // the stride is known from here on
     for (std::size_t slice = 0; slice < slices; ++slice) build_slice(offsets, neighbour, slice);
     forward_.assign(run_.size() * 4 * lanes, 0);
     backward_.assign(run_.size() * 3 * lanes, 0);
     volume_.assign(stride(), 0);
+    rest_position_.assign(3 * stride(), 0);
+    for (std::size_t i = 0; i < rows_; ++i)
+        for (std::size_t k = 0; k < 3; ++k)
+            rest_position_[k * stride() + i] =
+                static_cast<float>((rest_position[i] - rest_position[0])[static_cast<int>(k)]);
     gradient_sum_.assign(3 * stride(), 0);
     penalty_moment_.assign(6 * stride(), 0);
     deficient_.assign(slices, 0);

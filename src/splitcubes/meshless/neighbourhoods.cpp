@@ -78,7 +78,7 @@ void Neighbourhoods::build_structure(const Phyxels& phyxels, const Pairs& pairs,
             base_trace_[i] += base_weight_[l] * rest_edge_[l].squaredNorm();
         }
     });
-    slices_.build(offsets_, neighbour_);
+    slices_.build(offsets_, neighbour_, phyxels.rest_position);
 }
 
 void Neighbourhoods::compute_row(const Pairs& pairs, std::size_t i) {

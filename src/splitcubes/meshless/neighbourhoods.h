@@ -106,6 +106,9 @@ class Neighbourhoods {
     /// Whether phyxel i is of rank 2 with neighbours off its plane.
     bool leans(std::size_t i) const { return leans_[i] != 0; }
 
+    /// The link's pair, in the list that was given.
+    std::span<const std::uint32_t> pair() const { return pair_; }
+
     const LinkSlices& slices() const { return slices_; }
     /// Another number after every change; equal numbers mean equal contents.
     std::uint64_t revision() const { return revision_; }

@@ -209,13 +209,12 @@ HWY_INLINE M rotate(const Nine& H, Nine& Y) {
     return hn::And(done, hn::Not(lost));
 }
 
-// c H A
-HWY_INLINE Nine penalty_tension(const Nine& H, const float* moment, std::size_t stride) {
+// From its upper triangle.
+HWY_INLINE Nine symmetric_at(const float* moment, std::size_t stride) {
     const V xx = hn::LoadU(d, moment), xy = hn::LoadU(d, moment + stride), xz = hn::LoadU(d, moment + 2 * stride);
     const V yy = hn::LoadU(d, moment + 3 * stride), yz = hn::LoadU(d, moment + 4 * stride);
     const V zz = hn::LoadU(d, moment + 5 * stride);
-    const Nine A{{xx, xy, xz, xy, yy, yz, xz, yz, zz}};
-    return product<false>(H, A);
+    return {{xx, xy, xz, xy, yy, yz, xz, yz, zz}};
 }
 
 // 2 mu (F - R) + lambda tr(R^T F - I) R, where D = F - R is exact.
@@ -264,7 +263,7 @@ HWY_INLINE M store_tension(const LinkSlices& slices, std::size_t row, const Nine
                            float* tension) {
     const std::size_t n = slices.stride();
     const V volume = hn::LoadU(d, slices.volume() + row);
-    const Nine held = penalty_tension(H, slices.penalty_moment() + row, n);
+    const Nine held = product<false>(H, symmetric_at(slices.penalty_moment() + row, n));  // c H A
     Nine T;
     V sum = hn::Zero(d);
     for (int k = 0; k < 9; ++k) {
@@ -412,6 +411,63 @@ class LaneSums {
 using N = decltype(LaneSums::narrow);
 using Narrow = hn::Vec<hn::Rebind<float, hn::CappedTag<double, 8>>>;
 
+// sum_j c_i w_ij |H_i x_ij - (u_j - u_i)|^2, c_i w_ij |x_ij|^2 being (c_i A_i g_ij) . x_ij.
+HWY_INLINE V penalties(const LinkSlices& slices, std::size_t slice, std::size_t lane, const SliceState& state,
+                       const Nine& H) {
+    const std::size_t n = slices.stride();
+    const std::size_t row = slice * LinkSlices::lanes + lane;
+    const float* const rest = slices.rest_position();
+    const float *const high = state.high, *const low = state.low;
+    const Three X = load3(rest + row, n), u = load3(high + row, n), v = load3(low + row, n);
+    const Nine A = symmetric_at(slices.penalty_moment() + row, n);
+    V sum = hn::Zero(d);
+    for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
+        const Three g = load3(slices.forward() + column * 4 * LinkSlices::lanes + lane, LinkSlices::lanes);
+        const V x[3] = {hn::Sub(read(rest), X.x), hn::Sub(read(rest + n), X.y), hn::Sub(read(rest + 2 * n), X.z)};
+        const V way[3] = {hn::Add(hn::Sub(read(high), u.x), hn::Sub(read(low), v.x)),
+                          hn::Add(hn::Sub(read(high + n), u.y), hn::Sub(read(low + n), v.y)),
+                          hn::Add(hn::Sub(read(high + 2 * n), u.z), hn::Sub(read(low + 2 * n), v.z))};
+        V error = hn::Zero(d), weight = hn::Zero(d), length = hn::Set(d, 1e-30F);
+        for (int k = 0; k < 3; ++k) {
+            const V fitted = add_product(add_product(hn::Mul(H.m[3 * k], x[0]), H.m[3 * k + 1], x[1]), H.m[3 * k + 2], x[2]);
+            const V off = hn::Sub(fitted, way[k]);
+            error = add_product(error, off, off);
+            const V Ag = add_product(add_product(hn::Mul(A.m[3 * k], g.x), A.m[3 * k + 1], g.y), A.m[3 * k + 2], g.z);
+            weight = add_product(weight, Ag, x[k]);
+            length = add_product(length, x[k], x[k]);
+        }
+        sum = hn::Add(sum, hn::Div(hn::Mul(weight, error), length));
+    });
+    return sum;
+}
+
+double energy_slices(const LinkSlices& slices, const SliceRange& range, const SliceState& state, const Lame& lame) {
+    const std::size_t n = slices.stride();
+    const V half = hn::Set(d, 0.5F);
+    double total = 0;
+    for (std::size_t slice = range.begin; slice < range.end; ++slice) {
+        alignas(64) float energy[LinkSlices::lanes];
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d)) {
+            const std::size_t row = slice * LinkSlices::lanes + lane;
+            const Nine H = load9(state.gradient + row, n), Y = load9(state.turn + row, n);
+            V distortion = hn::Zero(d), trace = hn::Zero(d);
+            for (int k = 0; k < 9; ++k) {
+                const V strain = hn::Sub(H.m[k], Y.m[k]);
+                distortion = add_product(distortion, strain, strain);
+                trace = add_product(trace, strain, k % 4 == 0 ? hn::Add(Y.m[k], hn::Set(d, 1.0F)) : Y.m[k]);
+            }
+            const V density = add_product(hn::Mul(hn::Set(d, lame.mu), distortion),
+                                          hn::Mul(half, hn::Set(d, lame.lambda)), hn::Mul(trace, trace));
+            const V held = penalties(slices, slice, lane, state, H);
+            hn::StoreU(add_product(hn::Mul(half, held), hn::LoadU(d, slices.volume() + row), density), d,
+                       energy + lane);
+        }
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; ++lane)
+            if ((state.odd[slice] >> lane & 1U) == 0) total += static_cast<double>(energy[lane]);
+    }
+    return total;
+}
+
 double product_slices(std::size_t stride, const SliceRange& range, const float* diagonal, float factor,
                       const float* p, float* force) {
     LaneSums sums;
@@ -499,6 +555,7 @@ namespace splitcubes::meshless {
 HWY_EXPORT(state_slices);
 HWY_EXPORT(direction_slices);
 HWY_EXPORT(force_slices);
+HWY_EXPORT(energy_slices);
 HWY_EXPORT(product_slices);
 HWY_EXPORT(advance_slices);
 HWY_EXPORT(begin_slices);
@@ -519,6 +576,10 @@ void direction_pass(const LinkSlices& slices, const SliceRange& range, const flo
 
 void force_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state, float* force) {
     HWY_DYNAMIC_DISPATCH(force_slices)(slices, range, state, force);
+}
+
+double energy_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state, const Lame& lame) {
+    return HWY_DYNAMIC_DISPATCH(energy_slices)(slices, range, state, lame);
 }
 
 double finish_product(std::size_t stride, const SliceRange& range, const float* diagonal, float factor,

@@ -136,6 +136,26 @@ void SlicedElasticity::read_deformation(std::span<Mat3> deformation, std::span<M
     });
 }
 
+double SlicedElasticity::row_energy(const Place& place, std::size_t i) const {
+    return neighbourhoods_->volume()[i] *
+               energy_density(material_, deformation_[i], rotation_[i],
+                              told_plastic_strain(*neighbourhoods_, material_, i, place.plastic_strain)) +
+           penalty_energy(*neighbourhoods_, i, deformation_[i], place.position);
+}
+
+double SlicedElasticity::energy(const Place& place, const Parallel& parallel) {
+    const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
+    return sum_(parallel, slice_count(), slice_grain, [&](std::size_t begin, std::size_t end) {
+        double energy = corotated_ ? energy_pass(*slices_, {begin, end}, arrays(), lame) : 0;
+        for (std::size_t slice = begin; slice < end; ++slice)
+            for (unsigned odd = odd_[slice]; odd != 0; odd &= odd - 1) {
+                const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(odd));
+                if (i < slices_->row_count()) energy += row_energy(place, i);
+            }
+        return energy;
+    });
+}
+
 // Of phyxels that know a plane only, their neighbours off it: what the plane's normal says of
 // those, which the fitted gradient does not.
 void SlicedElasticity::add_leaning(float* force) const {

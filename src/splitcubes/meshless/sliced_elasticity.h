@@ -41,6 +41,8 @@ class SlicedElasticity {
     void read_deformation(std::span<Mat3> deformation, std::span<Mat3> rotation, const Parallel& parallel) const;
     /// Tangent::turning of phyxel i.
     bool is_distorted(std::size_t i) const { return turning_[i] > 0; }
+    /// E of elasticity.h, J; `place` is what the state was taken of.
+    double energy(const Place& place, const Parallel& parallel);
     /// -dE/dx, N, into `force`.
     void forces(std::span<Vec3> force, const Parallel& parallel);
     /// The same; component k of phyxel i is at k * stride() + i. Valid until the next call.
@@ -62,6 +64,7 @@ class SlicedElasticity {
     void take_displacement(const Place& place, const Parallel& parallel);
     void take_rows(const Place& place, const SliceRange& range, std::size_t& bad);
     bool take_row(const Place& place, std::size_t i);
+    double row_energy(const Place& place, std::size_t i) const;
     void change_stress(const SliceRange& range);
     Mat3 matrix_at(const FloatArray& array, std::size_t i) const;
     void set_matrix(FloatArray& array, std::size_t i, const Mat3& matrix) const;

@@ -52,7 +52,7 @@ SolverReport ImplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighb
     if (options.restore_momentum) restore_momenta(job);
     phyxels.history_step = input.dt;
     deform_and_flow(phyxels, neighbourhoods, material, input.dt, elastic_, parallel);
-    describe_(phyxels, neighbourhoods, material, report_, parallel);
+    describe_(phyxels, neighbourhoods, elastic_, report_, parallel);
     for (const Mode mode : mode_) report_.contacts += mode == Mode::stick || mode == Mode::slide;
     return report_;
 }

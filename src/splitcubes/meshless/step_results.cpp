@@ -81,7 +81,6 @@ StateSums& StateSums::operator+=(const StateSums& other) {
     inverted += other.inverted;
     rank_deficient += other.rank_deficient;
     kinetic_energy += other.kinetic_energy;
-    elastic_energy += other.elastic_energy;
     top_speed = std::max(top_speed, other.top_speed);
     linear += other.linear;
     angular += other.angular;
@@ -90,8 +89,7 @@ StateSums& StateSums::operator+=(const StateSums& other) {
 
 namespace {
 
-void add_state(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-               std::size_t i, StateSums& sums) {
+void add_state(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, std::size_t i, StateSums& sums) {
     const Vec3& v = phyxels.velocity[i];
     sums.inverted += !(phyxels.deformation[i].determinant() > 0);
     sums.rank_deficient += neighbourhoods.rank()[i] < 3;
@@ -99,27 +97,22 @@ void add_state(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, con
     sums.top_speed = std::max(sums.top_speed, v.squaredNorm());
     sums.linear += phyxels.mass[i] * v;
     sums.angular += phyxels.mass[i] * phyxels.position[i].cross(v);
-    sums.elastic_energy +=
-        neighbourhoods.volume()[i] *
-            energy_density(material, phyxels.deformation[i], phyxels.rotation[i],
-                           told_plastic_strain(neighbourhoods, material, i, phyxels.plastic_strain)) +
-        penalty_energy(neighbourhoods, i, phyxels.deformation[i], phyxels.position);
 }
 
 }  // namespace
 
 void StateDescriber::operator()(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
-                                const Material& material, SolverReport& report, const Parallel& parallel) {
+                                SlicedElasticity& elastic, SolverReport& report, const Parallel& parallel) {
     const StateSums sums =
         sums_(parallel, phyxels.size(), phyxel_grain, [&](std::size_t begin, std::size_t end) {
             StateSums sum;
-            for (std::size_t i = begin; i < end; ++i) add_state(phyxels, neighbourhoods, material, i, sum);
+            for (std::size_t i = begin; i < end; ++i) add_state(phyxels, neighbourhoods, i, sum);
             return sum;
         });
     report.inverted += sums.inverted;
     report.rank_deficient += sums.rank_deficient;
     report.kinetic_energy += sums.kinetic_energy;
-    report.elastic_energy = sums.elastic_energy;
+    report.elastic_energy = elastic.energy(place_of(phyxels), parallel);
     report.top_speed = std::sqrt(sums.top_speed);
     report.momentum = sums.linear;
     report.angular_momentum = sums.angular;

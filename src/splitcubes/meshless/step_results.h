@@ -48,7 +48,7 @@ std::size_t deform_and_flow(Phyxels& phyxels, const Neighbourhoods& neighbourhoo
 /// What describe_state sums.
 struct StateSums {
     std::size_t inverted = 0, rank_deficient = 0;
-    double kinetic_energy = 0, elastic_energy = 0;  // J
+    double kinetic_energy = 0;                      // J
     double top_speed = 0;                           // m/s, squared
     Vec3 linear = Vec3::Zero();                     // kg m/s
     Vec3 angular = Vec3::Zero();                    // kg m^2/s, about the origin
@@ -56,10 +56,10 @@ struct StateSums {
 };
 
 /// Adds energies, momenta, top speed and counts of inverted and rank-deficient
-/// phyxels to a report; deformation and rotation are those of the positions.
+/// phyxels to a report; `elastic` has taken the phyxels' state, as deform_and_flow does.
 class StateDescriber {
   public:
-    void operator()(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+    void operator()(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, SlicedElasticity& elastic,
                     SolverReport& report, const Parallel& parallel);
 
   private:
