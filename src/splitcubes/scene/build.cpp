@@ -138,6 +138,16 @@ body::BodySettings body_settings(const BodyDescription& b, const geometry::Trian
     return s;
 }
 
+// What is wrong with one of several bodies says with which.
+const body::Body& add_body(body::World& world, const BodyDescription& b, const geometry::TriangleMesh& mesh,
+                           const SceneDescription& scene) {
+    try {
+        return world.add_body(mesh, body_settings(b, mesh, scene));
+    } catch (const InputError& error) {
+        throw InputError("body '" + b.name + "'", error.what());
+    }
+}
+
 }  // namespace
 
 io::Model placed_model(const BodyDescription& body, BuildReport& report) {
@@ -184,7 +194,7 @@ std::unique_ptr<body::World> build_world(const SceneDescription& scene,
     auto world = std::make_unique<body::World>(settings, std::move(parallel));
     for (const BodyDescription& b : scene.bodies) {
         io::Model model = placed_model(b, report);
-        const body::Body& made = world->add_body(model.mesh, body_settings(b, model.mesh, scene));
+        const body::Body& made = add_body(*world, b, model.mesh, scene);
         for (const std::string& note : made.solidify_report().notes) report.notes.push_back({b.name, note});
         if (model.attributes.empty()) model.mesh = {};
         report.models.push_back(std::move(model));
