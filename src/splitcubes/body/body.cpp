@@ -93,6 +93,15 @@ void Body::set_occluders(std::uint32_t cell_number) {
     occluders_.set_cell(cell.place, triangles);
 }
 
+void Body::restore(const Parallel& parallel) {
+    occluders_ = geometry::OccluderGrid(grid_.rest().origin, grid_.rest().cell_size, grid_.rest().node_count);
+    occluder_box_.clear();
+    build_occluders();
+    locator_ = meshless::PhyxelLocator(phyxels_.rest_position, 1.6 * spacing_);
+    neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
+    constrained_.clear();
+}
+
 void Body::list_inside_nodes() {
     for (std::size_t brick = 0; brick < grid_.bricks().total(); ++brick)
         for (std::uint64_t word = grid_.inside_word(brick); word; word &= word - 1) {

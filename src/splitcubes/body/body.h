@@ -105,6 +105,16 @@ class Body {
     std::size_t cut_edge_count() const { return cut_edge_count_; }
 
     void add_to_hash(StateHash& hash) const;
+    /// For checkpoints: all that a step reads and no settings tell. After reading into
+    /// a body made with the same settings, restore() derives the rest.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(grid_, *surface_, *pieces_, inside_piece_, phyxels_, pairs_, booking_, owner_);
+        archive(previous_deformation_, tracker_, surface_to_tracked_, frames_, cut_position_, cut_step_,
+                step_);
+        archive(surface_frames_, vertex_positions_, vertex_normals_, cut_edge_count_);
+    }
+    void restore(const Parallel& parallel);
     /// Empty where grid, surface, pieces and samples agree; for tests and debug builds.
     std::vector<std::string> validate() const;
 
