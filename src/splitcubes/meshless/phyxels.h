@@ -1,6 +1,7 @@
 // The samples of the material and their state, one array a quantity.
 #pragma once
 
+#include <splitcubes/core/parallel.h>
 #include <splitcubes/math/types.h>
 
 #include <cstddef>
@@ -72,6 +73,9 @@ struct Momenta {
 /// Per piece, in the order of phyxels. Phyxels with a piece outside
 /// 0..piece_count-1 are left out. `out` is resized.
 void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out);
+/// The same but for rounding, on several threads; `partial` is a buffer.
+void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out,
+                   std::vector<Momenta>& partial, const Parallel& parallel);
 
 /// Of all phyxels together.
 Momenta total_momenta(const Phyxels& phyxels);
