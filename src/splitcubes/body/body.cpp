@@ -55,9 +55,19 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
       tracker_(grid_.bricks()) {
     check_settings(settings_);
     meshless::check_material(settings_.material, "body '" + settings_.name + "' material");
+    if (settings_.tearing && settings_.deformation)
+        throw InputError("body '" + settings_.name + "'", "only an elastic body of phyxels tears",
+                         "take out its tearing or its deformation");
+    if (settings_.tearing) {
+        check_tearing(*settings_.tearing, "body '" + settings_.name + "' tearing");
+        tearing_ = std::make_unique<Tearing>(*settings_.tearing, settings_.material, grid_);
+    }
     build_occluders();
     list_inside_nodes();
+    // Phyxels that only go along need not be many.
+    if (settings_.deformation) settings_.phyxel_count = std::min(settings_.phyxel_count, 64);
     sample(parallel);
+    if (settings_.deformation) make_deformation();
     track_surface_nodes();
     const StepContext at_rest{0, 0, Vec3::Zero(), std::nullopt, {}, parallel};
     StepReport report;
