@@ -178,7 +178,9 @@ TEST(MassSpring, ARigidTurnGivesRotationsAsFramesDownToOneNode) {
             EXPECT_LT((frames[n].position - at[n]).norm(), 1e-15);
             EXPECT_LT((frames[n].jacobian.transpose() * frames[n].jacobian - Mat3::Identity()).norm(), 1e-9);
             EXPECT_GT(frames[n].jacobian.determinant(), 0.99);
-            if (count.minCoeff() > 1) EXPECT_LT((frames[n].jacobian - turn).norm(), 1e-9);
+            if (count.minCoeff() > 1) {
+                EXPECT_LT((frames[n].jacobian - turn).norm(), 1e-9);
+            }
         }
     }
 }

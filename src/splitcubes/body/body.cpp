@@ -1,4 +1,5 @@
 #include <splitcubes/body/body.h>
+#include <splitcubes/body/tearing.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/meshless/sampling.h>
 #include <splitcubes/splitting/sheet_cut.h>
@@ -74,6 +75,8 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
     update_node_frames(at_rest, report);
     update_surface(at_rest, report);
 }
+
+Body::~Body() = default;
 
 void Body::build_occluders() {
     for (std::uint32_t c = 0; c < surface_->cells().size(); ++c) set_occluders(c);

@@ -4,7 +4,7 @@
 
 #include <splitcubes/body/node_tracker.h>
 #include <splitcubes/body/step_report.h>
-#include <splitcubes/body/tearing.h>
+#include <splitcubes/body/tear_settings.h>
 #include <splitcubes/core/parallel.h>
 #include <splitcubes/core/state_hash.h>
 #include <splitcubes/cutting/sweep.h>
@@ -28,6 +28,8 @@
 #include <vector>
 
 namespace splitcubes::body {
+
+class Tearing;
 
 struct BodySettings {
     std::string name = "body";
@@ -68,6 +70,7 @@ class Body {
   public:
     /// Throws InputError for a mesh that encloses nothing and for settings out of range.
     Body(const geometry::TriangleMesh& placed, const BodySettings& settings, const Parallel& parallel);
+    ~Body();
 
     void add_constraint(HoldConstraint constraint);
 

@@ -109,7 +109,10 @@ Tearing::Tearing(const TearSettings& settings, const meshless::Material& materia
       wave_speed_(std::sqrt((material.lame_lambda() + 2 * material.lame_mu()) / material.density)),
       crack_speed_(settings.crack_speed > 0 ? settings.crack_speed
                                             : 0.4 * std::sqrt(material.lame_mu() / material.density)),
-      cell_size_(grid.rest().cell_size) {
+      cell_size_(grid.rest().cell_size),
+      // Half again as long at the least: the frames of a rough crack's edges are rough.
+      break_stretch_(1 + std::max(0.5, 3 * settings.strength / material.youngs_modulus) +
+                     (material.plasticity ? material.plasticity->maximum : 0)) {
     if (!settings_.strength_factor) return;
     weakest_all_ = std::numeric_limits<double>::infinity();
     for (std::size_t brick = 0; brick < grid.bricks().total(); ++brick)
@@ -397,15 +400,15 @@ std::vector<Tearing::Key> Tearing::grow_once(NodeGrid& grid, const TearContext& 
     }
     std::stable_sort(merged.begin(), merged.end(),
                      [](const Proposal& a, const Proposal& b) { return a.load > b.load; });
-    const std::size_t known = crack_cells_.size();
     const std::size_t before = slots.size();
     for (const Proposal& proposal : merged) cut(grid, proposal, slots);
     if (slots.size() == before) return {};
     note_crossings(grid, context);
-    // Cells that the crack has entered, and those of the front: their planes have moved.
-    std::vector<Key> next(crack_cells_.begin() + static_cast<std::ptrdiff_t>(known), crack_cells_.end());
-    next.insert(next.end(), front.begin(), front.end());
-    return next;
+    std::set<Key> next;
+    for (std::size_t k = before; k < slots.size(); ++k)
+        for (const Vec3i& cell : cells_around(grid, grid.crossing(slots[k]).edge))
+            next.insert({cell[0], cell[1], cell[2]});
+    return {next.begin(), next.end()};
 }
 
 // The samples on both sides of a crack no longer see each other, so what holds there
@@ -432,6 +435,42 @@ void Tearing::close_gaps(NodeGrid& grid, const TearContext& context, std::vector
         for (const Proposal& proposal : proposals) cut(grid, proposal, slots);
         if (slots.size() == before) return;
         note_crossings(grid, context);
+    }
+}
+
+// Edges beside cracks that are stretched beyond all measure; of those that share a
+// node the most stretched one.
+void Tearing::break_strands(NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots) {
+    std::vector<Proposal> proposals;
+    const auto place_of = [&](const Vec3i& node) -> const Vec3* {
+        const std::int32_t index = context.nodes.find(node);
+        if (index < 0 || static_cast<std::size_t>(index) >= context.frames.size()) return nullptr;
+        return &context.frames[static_cast<std::size_t>(index)].position;
+    };
+    for (const Key& key : crack_cells_)
+        for (int e = 0; e < splitting::edge_count; ++e) {
+            const GridEdge edge = splitting::cell_edge({key[0], key[1], key[2]}, e);
+            if (grid.is_cut(edge) || !grid.inside(edge.node) || !grid.inside(edge.upper())) continue;
+            const Vec3 *a = place_of(edge.node), *b = place_of(edge.upper());
+            if (!a || !b) continue;
+            const double stretch = (*b - *a).norm() / cell_size_;
+            if (stretch > break_stretch_)
+                proposals.push_back({splitting::edge_id(edge), stretch, 0.5, Vec3::Unit(edge.axis)});
+        }
+    std::sort(proposals.begin(), proposals.end(), [](const Proposal& x, const Proposal& y) {
+        return x.load != y.load ? x.load > y.load : x.id < y.id;
+    });
+    std::set<Key> parted;
+    for (const Proposal& proposal : proposals) {
+        const GridEdge edge = splitting::edge_from_id(proposal.id);
+        const Vec3i low = edge.node, high = edge.upper();
+        const Key a{low[0], low[1], low[2]}, b{high[0], high[1], high[2]};
+        if (parted.count(a) || parted.count(b)) continue;
+        parted.insert(a);
+        parted.insert(b);
+        const std::int32_t slot =
+            grid.cut(edge, proposal.parameter, proposal.normal, splitting::Origin::cut, tear_cut_number);
+        if (slot >= 0) slots.push_back(slot);
     }
 }
 
@@ -527,11 +566,12 @@ std::vector<std::int32_t> Tearing::tear(NodeGrid& grid, const TearContext& conte
     std::vector<std::int32_t> slots;
     top_load_ = 0;
     if (context.neighbourhoods.size() != context.phyxels.size()) return slots;
+    note_crossings(grid, context);
+    break_strands(grid, context, slots);
     find_weakest(grid, context);
     if (measure_phyxels(context) < settings_.toughness * settings_.strength * weakest_all_) return slots;
     find_loads(context);
     if (top_load_ < 0.8 * settings_.toughness) return slots;
-    note_crossings(grid, context);
     phyxels_of_.assign(context.pieces.count(), 0);
     for (const std::int32_t piece : context.phyxels.piece) ++phyxels_of_[static_cast<std::size_t>(piece)];
     torn_now_.clear();

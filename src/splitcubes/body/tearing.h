@@ -3,6 +3,8 @@
 // here it is the largest principal stress (Rankine), and a crack grows as a sheet.
 #pragma once
 
+#include <splitcubes/body/node_tracker.h>
+#include <splitcubes/body/tear_settings.h>
 #include <splitcubes/core/parallel.h>
 #include <splitcubes/geometry/occluder_grid.h>
 #include <splitcubes/meshless/locator.h>
@@ -11,34 +13,13 @@
 #include <splitcubes/splitting/pieces.h>
 
 #include <cstdint>
-#include <functional>
-#include <limits>
 #include <optional>
 #include <span>
-#include <string>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
 
 namespace splitcubes::body {
-
-struct TearSettings {
-    /// Pa, the largest principal Cauchy stress that uncracked material bears, > 0.
-    double strength = std::numeric_limits<double>::infinity();
-    /// Share of the strength that the material bears at a crack's tip, (0, 1].
-    double toughness = 0.6;
-    /// m/s at rest, > 0; 0: two fifths of the speed of shear waves, as fast as cracks
-    /// are seen to run in brittle material. Slower is tougher to watch: a tear.
-    double crack_speed = 0;
-    /// Strength at a rest position as a multiple of `strength`, >= 0; empty: 1.
-    std::function<double(const Vec3& rest)> strength_factor;
-};
-
-/// Throws InputError(where + ".strength", ...) and so on for what is out of range.
-void check_tearing(const TearSettings& settings, const std::string& where);
-
-/// `cut` number of the crossings that tearing makes; tools count from 0.
-inline constexpr std::int32_t tear_cut_number = 1 << 20;
 
 /// What Tearing reads of its body, as the last step left it.
 struct TearContext {
@@ -48,9 +29,11 @@ struct TearContext {
     const meshless::Neighbourhoods& neighbourhoods;
     const meshless::PhyxelLocator& locator;
     const meshless::Material& material;
-    std::span<const std::uint8_t> held;  // per phyxel, 1: its position is prescribed; or empty
-    double spacing;                      // m, between phyxels
-    double dt;                           // s
+    const NodeTracker& nodes;
+    std::span<const geometry::Frame> frames;  // per tracked node
+    std::span<const std::uint8_t> held;       // per phyxel, 1: its position is prescribed; or empty
+    double spacing;                           // m, between phyxels
+    double dt;                                // s
     const Parallel& parallel;
 };
 
@@ -75,6 +58,10 @@ struct TearContext {
 /// crack_speed allows, under the stress at the step's beginning. Edges that a crack has
 /// passed on all sides, or that join two cracks which run side by side, part too: the
 /// samples on both sides no longer see each other, so nothing could bear their load.
+///
+/// A strand that holds on all the same, its ends being carried by samples that do not see
+/// each other, parts when its edge is stretched to much more than any stress that the
+/// material bears.
 ///
 /// Pieces too small to have a stress field do not tear.
 class Tearing {
@@ -127,6 +114,8 @@ class Tearing {
     bool shadowed(const splitting::NodeGrid& grid, const splitting::GridEdge& edge, const Vec3& normal) const;
     bool beside_crack(const Vec3& rest, const Vec3& rest_normal, double load) const;
     std::optional<Plane> seam_at(const Vec3& rest) const;
+    void break_strands(splitting::NodeGrid& grid, const TearContext& context,
+                       std::vector<std::int32_t>& slots);
     void close_gaps(splitting::NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots);
     void propose_from(const splitting::NodeGrid& grid, const TearContext& context, const Key& cell,
                       std::vector<Proposal>& out) const;
@@ -142,10 +131,11 @@ class Tearing {
     std::int32_t cut(splitting::NodeGrid& grid, const Proposal& proposal, std::vector<std::int32_t>& slots);
 
     TearSettings settings_;
-    double wave_speed_ = 0;   // m/s, of pressure waves
-    double crack_speed_ = 0;  // m/s
-    double weakest_all_ = 1;  // of strength_factor over the nodes
-    double cell_size_ = 0;    // m
+    double wave_speed_ = 0;     // m/s, of pressure waves
+    double crack_speed_ = 0;    // m/s
+    double weakest_all_ = 1;    // of strength_factor over the nodes
+    double cell_size_ = 0;      // m
+    double break_stretch_ = 2;  // of an edge beside a crack
     double top_load_ = 0;
 
     std::vector<double> weakest_;  // per phyxel, Pa: the least strength of the nodes around it
