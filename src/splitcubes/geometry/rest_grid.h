@@ -20,6 +20,9 @@ struct RestGrid {
     }
 };
 
+/// m; beyond this a volume would not fit a double.
+inline constexpr double largest_coordinate = 1e75;
+
 /// The largest number of cells along an axis of a grid.
 inline constexpr int max_cells_per_axis = 1024;
 
@@ -27,7 +30,8 @@ inline constexpr int max_cells_per_axis = 1024;
 /// side, its nodes placed symmetrically about the box's centre and, where that
 /// leaves a choice, as far as can be from the box's faces (a surface that runs
 /// exactly through nodes is legal but wastes accuracy).
-/// Throws InputError when cell_size is not positive or gives too many cells.
+/// Throws InputError when cell_size is not positive or gives too many cells, and for a
+/// box beyond largest_coordinate.
 RestGrid grid_around(const Box& box, double cell_size);
 
 /// The cell size that puts `cells` cells along the longest side of `box`.

@@ -155,8 +155,18 @@ body::BodySettings body_settings(const BodyDescription& b, const io::Model& mode
     s.angular_velocity = b.angular_velocity;
     s.visibility.disk_size = scene.occlusion.disk_size;
     if (b.deformation) s.deformation = deformation_of(b, model.mesh.bounds());
-    if (b.material.tearing) s.tearing = tear_settings(*b.material.tearing, model, b.name);
+    if (b.material.tearing) s.tearing = tear_settings(*b.material.tearing, model);
     return s;
+}
+
+// What is wrong with one of several bodies says with which.
+const body::Body& add_body(body::World& world, const BodyDescription& b, const io::Model& model,
+                           const SceneDescription& scene) {
+    try {
+        return world.add_body(model.mesh, body_settings(b, model, scene));
+    } catch (const InputError& error) {
+        throw InputError("body '" + b.name + "'", error.what());
+    }
 }
 
 }  // namespace
@@ -205,7 +215,7 @@ std::unique_ptr<body::World> build_world(const SceneDescription& scene,
     auto world = std::make_unique<body::World>(settings, std::move(parallel));
     for (const BodyDescription& b : scene.bodies) {
         io::Model model = placed_model(b, report);
-        const body::Body& made = world->add_body(model.mesh, body_settings(b, model, scene));
+        const body::Body& made = add_body(*world, b, model, scene);
         for (const std::string& note : made.solidify_report().notes) report.notes.push_back({b.name, note});
         if (model.attributes.empty()) model.mesh = {};
         report.models.push_back(std::move(model));

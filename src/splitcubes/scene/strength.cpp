@@ -30,9 +30,9 @@ struct Painted {
     std::vector<std::array<geometry::Rgba, 3>> colour;
 };
 
-Factor painted_factor(const StrengthPaint& paint, const io::Model& model, const std::string& body) {
+Factor painted_factor(const StrengthPaint& paint, const io::Model& model) {
     if (model.attributes.corner_colour.empty())
-        throw InputError("body '" + body + "'", "its strength is painted, but its mesh has no vertex colours",
+        throw InputError("tearing", "the strength is painted, but the mesh has no vertex colours",
                          "give it a mesh with colours, or take the paint out of its strength_map");
     const auto painted = std::make_shared<const Painted>(
         Painted{geometry::NearestPoint(model.mesh), model.attributes.corner_colour});
@@ -73,8 +73,7 @@ std::function<bool(const Vec3&)> region_test(const Region& region) {
                       region);
 }
 
-body::TearSettings tear_settings(const TearingDescription& tearing, const io::Model& model,
-                                 const std::string& body) {
+body::TearSettings tear_settings(const TearingDescription& tearing, const io::Model& model) {
     body::TearSettings out;
     out.strength = tearing.strength;
     out.toughness = tearing.toughness;
@@ -83,7 +82,7 @@ body::TearSettings tear_settings(const TearingDescription& tearing, const io::Mo
     std::vector<Factor> factors;
     for (const StrengthLayer& layer : tearing.strength_map) {
         if (const auto* paint = std::get_if<StrengthPaint>(&layer)) {
-            factors.push_back(painted_factor(*paint, model, body));
+            factors.push_back(painted_factor(*paint, model));
             continue;
         }
         const auto& patch = std::get<StrengthPatch>(layer);

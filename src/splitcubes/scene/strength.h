@@ -6,7 +6,6 @@
 #include <splitcubes/scene/description.h>
 
 #include <functional>
-#include <string>
 
 namespace splitcubes::scene {
 
@@ -15,7 +14,6 @@ std::function<bool(const Vec3&)> region_test(const Region& region);
 
 /// model: the body's, as it is placed. Throws InputError for a paint where it has no
 /// vertex colours.
-body::TearSettings tear_settings(const TearingDescription& tearing, const io::Model& model,
-                                 const std::string& body);
+body::TearSettings tear_settings(const TearingDescription& tearing, const io::Model& model);
 
 }  // namespace splitcubes::scene
