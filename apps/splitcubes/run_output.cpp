@@ -89,7 +89,7 @@ RunOutput::RunOutput(const fs::path& folder, const scene::SceneDescription& desc
     metrics_ = "frame,time";
     for (const char* name : body::stage_names) metrics_ += std::string(",") + name + "_ms";
     metrics_ +=
-        ",step_ms,phyxels,pairs,cut_edges,new_cut_edges,surface_cells,triangles,pieces,disks,mass,momentum_x,"
+        ",step_ms,phyxels,pairs,cut_edges,new_cut_edges,torn_edges,surface_cells,triangles,pieces,disks,mass,momentum_x,"
         "momentum_y,momentum_z,angular_momentum_x,angular_momentum_y,angular_momentum_z,kinetic_energy,"
         "elastic_energy,top_speed,solver_iterations,substeps,contacts,flags\n";
 }
@@ -106,7 +106,7 @@ void RunOutput::add_metrics(const body::StepReport& r, int frame) {
         seconds_.stages[k] += r.seconds[k];
     }
     row << ',' << 1e3 * r.total_seconds() << ',' << r.phyxels << ',' << r.pairs << ',' << r.cut_edges << ','
-        << r.new_cut_edges << ',' << r.surface_cells << ',' << r.triangles << ',' << r.pieces << ','
+        << r.new_cut_edges << ',' << r.torn_edges << ',' << r.surface_cells << ',' << r.triangles << ',' << r.pieces << ','
         << r.disks << ',' << r.mass;
     for (const Vec3& v : {r.momentum, r.angular_momentum})
         for (int k = 0; k < 3; ++k) row << ',' << v[k];
