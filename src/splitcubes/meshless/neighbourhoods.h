@@ -19,6 +19,11 @@ struct Pairs {
     std::vector<float> visibility;    // 0 (cut apart) .. 1 (see each other)
 
     std::size_t size() const { return a.size(); }
+    /// For checkpoints.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(a, b, visibility);
+    }
 };
 
 struct SupportOptions {

@@ -46,6 +46,13 @@ struct Phyxels {
     int substeps = 0;  // that the last explicit step was divided into; 0 before the first
 
     std::size_t size() const { return rest_position.size(); }
+    /// For checkpoints.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(rest_position, position, velocity, previous_position, previous_velocity, mass, volume);
+        archive(support_radius, contact_radius, deformation, rotation, plastic_strain, piece);
+        archive(history_broken, touching, history_step, substeps);
+    }
     /// Appends one phyxel without mass and volume, its history broken.
     void append(const PhyxelStart& start);
     /// Appends one phyxel at rest.
