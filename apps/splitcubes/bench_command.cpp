@@ -210,7 +210,8 @@ void add_bench_command(CLI::App& app, Run& run) {
         ->required();
     command->add_option("meshes", options->meshes, "Of surface: meshes to count folded triangles of, too");
     command->add_option("--plot", options->plot, "Of validation: an SVG picture of the errors");
-    command->add_option("--threads", options->threads, "Threads (all; of mechanics: one, then two)")->check(CLI::Range(1, 1024));
+    command->add_option("--threads", options->threads, "Threads (all; of mechanics: one, then two)")
+        ->check(CLI::Range(1, 1024));
     command->add_option("--runs", options->runs, "Runs to take medians over (5)");
     command->add_option("--json", options->json, "Writes the JSON to a file too");
     command->callback([options, &run] { run = [options] { return bench(*options); }; });

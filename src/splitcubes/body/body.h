@@ -194,8 +194,8 @@ class Body {
     std::vector<geometry::Frame> frames_;            // per tracked node, now
     std::vector<geometry::Frame> frames_before_;     // per tracked node, a step ago, of candidate_edges
     MovingBricks moving_bricks_;
-    std::vector<Vec3> cut_position_;                 // per tracked node, m, at its last cut_edges
-    std::vector<std::int64_t> cut_step_;             // per tracked node, the step of that
+    std::vector<Vec3> cut_position_;      // per tracked node, m, at its last cut_edges
+    std::vector<std::int64_t> cut_step_;  // per tracked node, the step of that
     std::int64_t step_ = 0;
     std::vector<geometry::Frame> surface_frames_;  // per surface node, now
     std::vector<Vec3> vertex_positions_, vertex_normals_;

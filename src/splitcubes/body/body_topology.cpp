@@ -125,7 +125,8 @@ std::vector<std::uint32_t> Body::changed_sights(std::span<const std::int32_t> pi
             if (b < a) continue;
             const geometry::Box cone =
                 occlusion::double_cone_bounds({phyxels_.rest_position[a], phyxels_.rest_position[b]});
-            if (cone.meets(all) && meets_any(cone, changed_boxes_)) asked.push_back(neighbourhoods_.pair()[l]);
+            if (cone.meets(all) && meets_any(cone, changed_boxes_))
+                asked.push_back(neighbourhoods_.pair()[l]);
         }
     }
     std::sort(asked.begin(), asked.end());

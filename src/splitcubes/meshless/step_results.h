@@ -48,10 +48,10 @@ std::size_t deform_and_flow(Phyxels& phyxels, const Neighbourhoods& neighbourhoo
 /// What describe_state sums.
 struct StateSums {
     std::size_t inverted = 0, rank_deficient = 0;
-    double kinetic_energy = 0;                      // J
-    double top_speed = 0;                           // m/s, squared
-    Vec3 linear = Vec3::Zero();                     // kg m/s
-    Vec3 angular = Vec3::Zero();                    // kg m^2/s, about the origin
+    double kinetic_energy = 0;    // J
+    double top_speed = 0;         // m/s, squared
+    Vec3 linear = Vec3::Zero();   // kg m/s
+    Vec3 angular = Vec3::Zero();  // kg m^2/s, about the origin
     StateSums& operator+=(const StateSums& other);
 };
 
