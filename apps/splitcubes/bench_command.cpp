@@ -1,5 +1,6 @@
 #include "accuracy_bench.h"
 #include "commands.h"
+#include "occlusion_bench.h"
 #include "report.h"
 #include "validation.h"
 
@@ -180,9 +181,13 @@ int bench(const Options& options) {
         throw InputError(options.meshes.front(), "is not asked for by benchmark '" + options.name + "'",
                          "meshes go with: surface");
     if (options.name == "paper") return bench_paper(options);
+    if (options.name == "occlusion") {
+        write_json(options.json, bench_occlusion(options.runs));
+        return 0;
+    }
     if (options.name == "validation") return bench_validation(options);
     throw InputError("bench", "there is no benchmark '" + options.name + "'",
-                     "known: paper, surface, validation");
+                     "known: occlusion, paper, surface, validation");
 }
 
 }  // namespace
@@ -193,8 +198,8 @@ void add_bench_command(CLI::App& app, Run& run) {
         app.add_subcommand("bench", "Runs a benchmark; prints a table, then one line of JSON");
     command
         ->add_option("name", options->name,
-                     "paper: the published size, a blade passing; surface: accuracy of surfaces; validation: "
-                     "linear elasticity")
+                     "paper: the published size, a blade passing; occlusion: disks by backend; surface: accuracy of "
+                     "surfaces; validation: linear elasticity")
         ->required();
     command->add_option("meshes", options->meshes, "Of surface: meshes to count folded triangles of, too");
     command->add_option("--plot", options->plot, "Of validation: an SVG picture of the errors");

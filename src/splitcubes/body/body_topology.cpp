@@ -84,7 +84,6 @@ void Body::update_owners(std::span<const geometry::Box> boxes) {
 }
 
 void Body::evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& parallel) {
-    std::vector<occlusion::PairQuery> queries;
     std::vector<std::uint32_t> asked;
     for (const std::uint32_t k : pairs) {
         if (phyxels_.piece[pairs_.a[k]] != phyxels_.piece[pairs_.b[k]]) {
@@ -92,10 +91,9 @@ void Body::evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& 
             continue;
         }
         asked.push_back(k);
-        queries.push_back({phyxels_.rest_position[pairs_.a[k]], phyxels_.rest_position[pairs_.b[k]]});
     }
-    std::vector<float> visibility(queries.size());
-    visibility_->evaluate(occluders_, queries, visibility, parallel);
+    std::vector<float> visibility(asked.size());
+    criterion_->evaluate(occluders_, pair_set(), asked, visibility, parallel);
     for (std::size_t q = 0; q < asked.size(); ++q) pairs_.visibility[asked[q]] = visibility[q];
 }
 
@@ -110,13 +108,13 @@ void Body::update_visibility(const StepContext& context, StepReport& report) {
     geometry::Box all;
     for (const geometry::Box& box : changed_boxes_) all.add(box);
     std::vector<std::uint32_t> asked;
+    const occlusion::PairSet pairs = pair_set();
     for (std::uint32_t k = 0; k < pairs_.size(); ++k) {
         const std::uint32_t a = pairs_.a[k], b = pairs_.b[k];
         const bool moved = phyxels_.piece[a] != piece_before[a] || phyxels_.piece[b] != piece_before[b];
         if (!moved) {
-            const geometry::Box cone =
-                occlusion::double_cone_bounds({phyxels_.rest_position[a], phyxels_.rest_position[b]});
-            if (!cone.meets(all) || !meets_any(cone, changed_boxes_)) continue;
+            const geometry::Box region = criterion_->region(pairs, k);
+            if (!region.meets(all) || !meets_any(region, changed_boxes_)) continue;
         }
         asked.push_back(k);
     }

@@ -135,6 +135,7 @@ body::BodySettings body_settings(const BodyDescription& b, const geometry::Trian
     s.velocity = b.velocity;
     s.angular_velocity = b.angular_velocity;
     s.visibility.disk_size = scene.occlusion.disk_size;
+    s.criterion = scene.occlusion.criterion;
     return s;
 }
 
@@ -169,8 +170,13 @@ cutting::Blade make_blade(const ToolDescription& tool) {
     return {tool.name, std::move(shape), std::move(keyframes), options};
 }
 
-std::unique_ptr<body::World> build_world(const SceneDescription& scene,
-                                         std::shared_ptr<const Parallel> parallel, BuildReport& report) {
+std::unique_ptr<body::World> build_world(
+    const SceneDescription& scene, std::shared_ptr<const Parallel> parallel, BuildReport& report,
+    const decltype(body::BodySettings::make_visibility_backend)& make_opengl_backend) {
+    const bool opengl = scene.occlusion.backend == "opengl";
+    if (opengl && !make_opengl_backend)
+        throw InputError("scene occlusion.backend", "is \"opengl\", which is not built in",
+                         "take \"cpu\", or build with SPLITCUBES_BUILD_RENDER");
     body::WorldSettings settings;
     settings.time_step = scene.time_step;
     settings.gravity = scene.gravity;
@@ -184,7 +190,9 @@ std::unique_ptr<body::World> build_world(const SceneDescription& scene,
     auto world = std::make_unique<body::World>(settings, std::move(parallel));
     for (const BodyDescription& b : scene.bodies) {
         io::Model model = placed_model(b, report);
-        const body::Body& made = world->add_body(model.mesh, body_settings(b, model.mesh, scene));
+        body::BodySettings body = body_settings(b, model.mesh, scene);
+        if (opengl) body.make_visibility_backend = make_opengl_backend;
+        const body::Body& made = world->add_body(model.mesh, body);
         for (const std::string& note : made.solidify_report().notes) report.notes.push_back({b.name, note});
         if (model.attributes.empty()) model.mesh = {};
         report.models.push_back(std::move(model));

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <splitcubes/math/types.h>
+#include <splitcubes/occlusion/criterion.h>
 
 #include <filesystem>
 #include <optional>
@@ -231,6 +232,7 @@ struct SolverDescription {
 struct OcclusionDescription {
     std::string backend = "cpu";
     int disk_size = 16;  // texels a side: 8, 16 or 32
+    occlusion::CriterionKind criterion = occlusion::CriterionKind::occlusion_disk;
     bool operator==(const OcclusionDescription&) const = default;
 };
 
