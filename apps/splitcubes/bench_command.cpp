@@ -197,9 +197,10 @@ void add_bench_command(CLI::App& app, Run& run) {
     CLI::App* command =
         app.add_subcommand("bench", "Runs a benchmark; prints a table, then one line of JSON");
     command
-        ->add_option("name", options->name,
-                     "paper: the published size, a blade passing; occlusion: disks by backend; surface: accuracy of "
-                     "surfaces; validation: linear elasticity")
+        ->add_option(
+            "name", options->name,
+            "paper: the published size, a blade passing; occlusion: disks by backend; surface: accuracy of "
+            "surfaces; validation: linear elasticity")
         ->required();
     command->add_option("meshes", options->meshes, "Of surface: meshes to count folded triangles of, too");
     command->add_option("--plot", options->plot, "Of validation: an SVG picture of the errors");

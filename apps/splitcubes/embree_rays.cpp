@@ -115,13 +115,15 @@ void EmbreeRays::count(std::span<const occlusion::PairQuery> pairs, const occlus
             for (std::size_t w = 0; w < raster.words; ++w)
                 for (std::uint64_t open = raster.samples[w] & ~obscured[w]; open; open &= open - 1) {
                     const int bit = static_cast<int>(64 * w) + std::countr_zero(open);
-                    packet.add(raster.coordinate(bit % raster.size), raster.coordinate(bit / raster.size), bit);
+                    packet.add(raster.coordinate(bit % raster.size), raster.coordinate(bit / raster.size),
+                               bit);
                     if (packet.count() == 16) packet.trace(impl_->scene, obscured);
                 }
             if (packet.count() > 0) packet.trace(impl_->scene, obscured);
         }
         int left = 0;
-        for (std::size_t w = 0; w < raster.words; ++w) left += std::popcount(raster.samples[w] & ~obscured[w]);
+        for (std::size_t w = 0; w < raster.words; ++w)
+            left += std::popcount(raster.samples[w] & ~obscured[w]);
         visible[p] = left;
     }
 }

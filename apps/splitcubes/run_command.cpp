@@ -36,7 +36,8 @@ int run_scene(const Options& options) {
     Stopwatch watch;
     const auto parallel = std::make_shared<const Parallel>(description.threads);
     scene::BuildReport built;
-    const std::unique_ptr<body::World> world = scene::build_world(description, parallel, built, opengl_backend_maker(description.occlusion.backend == "opengl"));
+    const std::unique_ptr<body::World> world = scene::build_world(
+        description, parallel, built, opengl_backend_maker(description.occlusion.backend == "opengl"));
     for (const auto& [name, note] : built.notes) print_notes(name, {note});
 
     RunOutput output(options.out, description, *world, built.models);
@@ -75,11 +76,13 @@ void add_run_command(CLI::App& app, Run& run) {
         ->check(CLI::Range(1, 100000000));
     command->add_option("--threads", options->threads, "Threads; default: the scene's, or all")
         ->check(CLI::Range(1, 1024));
-    command->add_option("--occlusion", options->occlusion, "What computes occlusion disks; default: the scene's")
+    command
+        ->add_option("--occlusion", options->occlusion, "What computes occlusion disks; default: the scene's")
         ->check(CLI::IsMember({"cpu", "opengl"}));
-    command->add_option("--criterion", options->criterion, "What weakens links past cuts; default: the scene's")
-        ->check(CLI::IsMember(std::vector<std::string>(occlusion::criterion_names.begin(),
-                                                       occlusion::criterion_names.end())));
+    command
+        ->add_option("--criterion", options->criterion, "What weakens links past cuts; default: the scene's")
+        ->check(CLI::IsMember(
+            std::vector<std::string>(occlusion::criterion_names.begin(), occlusion::criterion_names.end())));
     command->add_option("--set", options->overrides, "Overrides a value: path.to[0].value=json")
         ->allow_extra_args(false);
     command->add_flag("--pictures", options->pictures, "Draws each written frame to DIR/pictures");

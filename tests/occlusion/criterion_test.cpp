@@ -44,7 +44,8 @@ Cloud lattice(Random& random, int n, double spacing, double jitter) {
 class Criteria : public ::testing::TestWithParam<CriterionKind> {
   protected:
     std::unique_ptr<Criterion> criterion() const { return make_criterion(GetParam(), make_cpu_backend({})); }
-    std::vector<float> evaluate(const geometry::OccluderGrid& grid, const Cloud& cloud, int threads = 1) const {
+    std::vector<float> evaluate(const geometry::OccluderGrid& grid, const Cloud& cloud,
+                                int threads = 1) const {
         std::vector<std::uint32_t> all(cloud.a.size());
         for (std::uint32_t k = 0; k < all.size(); ++k) all[k] = k;
         std::vector<float> out(all.size(), -1.0F);
@@ -73,8 +74,9 @@ TEST_P(Criteria, ACompleteCutIsZeroAcross) {
     for (int round = 0; round < rounds(6); ++round) {
         const Cloud cloud = lattice(random, 5, 0.2, round == 0 ? 0 : 0.04);
         const double at = random.uniform(-0.02, 0.02), tilt = random.uniform(-0.02, 0.02);
-        const auto cut = sheet(random, -1.5, 1.5, -1.5, 1.5, 17,
-                               [&](double u, double v) { return Vec3(at + tilt * u - 0.1 + tilt * v, u, v); });
+        const auto cut = sheet(random, -1.5, 1.5, -1.5, 1.5, 17, [&](double u, double v) {
+            return Vec3(at + tilt * u - 0.1 + tilt * v, u, v);
+        });
         const auto side = [&](const Vec3& p) { return p[0] < at + tilt * p[1] - 0.1 + tilt * p[2]; };
         const auto factors = evaluate(grid_of(cut), cloud);
         int across = 0;
@@ -163,8 +165,9 @@ TEST(VisibilityCriterion, IsAJump) {
     for (const double front : {-0.01, 0.01}) {
         float f = -1;
         make_criterion(CriterionKind::visibility, nullptr)
-            ->evaluate(grid_of(sheet(random, -1, front, -1, 1, 4, [](double u, double v) { return Vec3(0, u, v); })),
-                       cloud.set(), {&pair, 1}, {&f, 1}, Parallel(1));
+            ->evaluate(
+                grid_of(sheet(random, -1, front, -1, 1, 4, [](double u, double v) { return Vec3(0, u, v); })),
+                cloud.set(), {&pair, 1}, {&f, 1}, Parallel(1));
         EXPECT_EQ(f, front < 0 ? 1.0F : 0.0F);
     }
 }
@@ -182,7 +185,8 @@ TEST(TransparencyCriterion, FallsWithTheDepthBehindTheFront) {
             counts_as < h ? std::pow((h * h - counts_as * counts_as) / (h * h - r * r), 3) : 0.0;
         EXPECT_NEAR(transparency_factor(grid, pair, h), expected, 1e-9) << depth;
         // Skin is opaque.
-        auto skin = sheet(random, -1, 0.01 + depth, -1, 1, 9, [](double u, double v) { return Vec3(0, u, v); });
+        auto skin =
+            sheet(random, -1, 0.01 + depth, -1, 1, 9, [](double u, double v) { return Vec3(0, u, v); });
         for (auto& t : skin) t.boundary = true;
         EXPECT_EQ(transparency_factor(grid_of(skin), pair, h), 0);
     }

@@ -35,9 +35,7 @@ struct Side {
     Edge edge;  // ends in order
     bool cut;
 
-    bool same_edge(const Side& other) const {
-        return edge[0] == other.edge[0] && edge[1] == other.edge[1];
-    }
+    bool same_edge(const Side& other) const { return edge[0] == other.edge[0] && edge[1] == other.edge[1]; }
 };
 
 // Edges of one cut triangle and no other that lie near the box.

@@ -17,7 +17,7 @@ inline const std::vector<std::string_view> integrator_names = {"bdf2", "backward
 inline const std::vector<std::string_view> surface_format_names = {"ply", "obj", "stl", "glb"};
 inline const std::vector<std::string_view> occlusion_backend_names = {"cpu", "opengl"};
 inline const std::vector<std::string_view> occlusion_criterion_names(occlusion::criterion_names.begin(),
-                                                                      occlusion::criterion_names.end());
+                                                                     occlusion::criterion_names.end());
 
 /// All of it; the value is the whole file's.
 SceneDescription read_scene(const Value& value);
