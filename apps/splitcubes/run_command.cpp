@@ -22,7 +22,7 @@ struct Options {
     int threads = 0;
     std::string occlusion, criterion;
     std::vector<std::string> overrides;
-    bool pictures = false;
+    bool pictures = false, links = false;
 };
 
 int run_scene(const Options& options) {
@@ -32,6 +32,7 @@ int run_scene(const Options& options) {
     if (!options.occlusion.empty()) overrides.push_back("occlusion.backend=\"" + options.occlusion + '"');
     if (!options.criterion.empty()) overrides.push_back("occlusion.criterion=\"" + options.criterion + '"');
     if (options.pictures) overrides.push_back("output.pictures=true");
+    if (options.links) overrides.push_back("output.links=true");
     const scene::SceneDescription description = scene::parse_scene_file(options.scene, overrides);
     Stopwatch watch;
     const auto parallel = std::make_shared<const Parallel>(description.threads);
@@ -85,6 +86,8 @@ void add_run_command(CLI::App& app, Run& run) {
             std::vector<std::string>(occlusion::criterion_names.begin(), occlusion::criterion_names.end())));
     command->add_option("--set", options->overrides, "Overrides a value: path.to[0].value=json")
         ->allow_extra_args(false);
+    command->add_flag("--links", options->links,
+                      "Writes the links between phyxels to DIR/links, for render --links");
     command->add_flag("--pictures", options->pictures, "Draws each written frame to DIR/pictures");
     command->callback([options, &run] { run = [options] { return run_scene(*options); }; });
 }

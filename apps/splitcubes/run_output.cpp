@@ -1,5 +1,7 @@
 #include "run_output.h"
 
+#include "links.h"
+
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/stopwatch.h>
 #include <splitcubes/geometry/mesh_check.h>
@@ -77,6 +79,8 @@ RunOutput::RunOutput(const fs::path& folder, const scene::SceneDescription& desc
     make_folder(folder_ / "surface");
     remove_old_frames(folder_ / "surface");
     remove_old_frames(folder_ / "pictures");
+    remove_old_frames(folder_ / "links");
+    if (description_.output.links) make_folder(folder_ / "links");
     write_json(folder_ / "scene.json", scene::resolved_scene(description_));
     if (description_.output.format == scene::SurfaceFormat::ply ||
         description_.output.format == scene::SurfaceFormat::obj)
@@ -125,6 +129,8 @@ void RunOutput::write_frame(const body::World& world, const body::StepReport& re
         const fs::path file =
             folder_ / "surface" / (frame_name(frame) + extension(description_.output.format));
         io::write_mesh(file, surface);
+        if (description_.output.links)
+            write_links(folder_ / "links" / (frame_name(frame) + ".ply"), links_of(world));
 #ifdef SPLITCUBES_WITH_RENDER
         if (description_.output.pictures) {
             make_folder(folder_ / "pictures");

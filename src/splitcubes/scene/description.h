@@ -242,6 +242,7 @@ struct OutputDescription {
     int every_nth_frame = 1;                    // 1: all
     SurfaceFormat format = SurfaceFormat::ply;  // of the surface meshes
     bool pictures = false;                      // also draw each written frame
+    bool links = false;                         // also write the links between phyxels
     bool operator==(const OutputDescription&) const = default;
 };
 

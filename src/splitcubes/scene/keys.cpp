@@ -45,7 +45,7 @@ const std::vector<ObjectKeys>& scene_keys() {
           "turn_with_path"}},
         {"solver", {"kind", "integrator", "tolerance", "max_iterations"}},
         {"occlusion", {"backend", "criterion", "disk_size"}},
-        {"output", {"every_nth_frame", "format", "pictures"}},
+        {"output", {"every_nth_frame", "format", "pictures", "links"}},
         {"camera", {"eye", "target", "direction", "up", "vertical_fov_degrees", "width", "height"}},
     };
     return keys;

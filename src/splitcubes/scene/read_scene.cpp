@@ -57,6 +57,7 @@ OutputDescription read_output(const Value& value) {
         out.format = static_cast<SurfaceFormat>(object.at("format").choice(surface_format_names));
     }
     object.read("pictures", out.pictures);
+    object.read("links", out.links);
     return out;
 }
 

@@ -236,7 +236,8 @@ nlohmann::ordered_json resolved_scene(const SceneDescription& scene) {
                         {"disk_size", scene.occlusion.disk_size}};
     out["output"] = {{"every_nth_frame", scene.output.every_nth_frame},
                      {"format", name_of(scene.output.format, surface_format_names)},
-                     {"pictures", scene.output.pictures}};
+                     {"pictures", scene.output.pictures},
+                     {"links", scene.output.links}};
     out["camera"] = to_json(scene.camera);
     return out;
 }
