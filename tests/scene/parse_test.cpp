@@ -280,6 +280,12 @@ TEST(ParseScene, sizes_are_bounded) {
 TEST(ParseScene, files_that_cannot_be_read_are_named) {
     EXPECT_THROW(parse_scene_file("/no/such/scene.json"), InputError);
     EXPECT_THROW(parse_scene_file(SPLITCUBES_SCENES), InputError);
+    try {
+        parse_scene_file("somewhere/bunny.OBJ");
+        ADD_FAILURE() << "a mesh was taken for a scene";
+    } catch (const InputError& error) {
+        EXPECT_THAT(error.what(), HasSubstr("is a mesh, where a scene is wanted"));
+    }
 }
 
 TEST(ParseScene, a_file_gives_name_folder_and_place_of_errors) {

@@ -1,4 +1,5 @@
 #include <splitcubes/body/body.h>
+#include <splitcubes/body/tearing.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/meshless/sampling.h>
 #include <splitcubes/splitting/sheet_cut.h>
@@ -63,15 +64,27 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
       tracker_(grid_.bricks()) {
     check_settings(settings_);
     meshless::check_material(settings_.material, "body '" + settings_.name + "' material");
+    if (settings_.tearing && settings_.deformation)
+        throw InputError("body '" + settings_.name + "'", "only an elastic body of phyxels tears",
+                         "take out its tearing or its deformation");
+    if (settings_.tearing) {
+        check_tearing(*settings_.tearing, "body '" + settings_.name + "' tearing");
+        tearing_ = std::make_unique<Tearing>(*settings_.tearing, settings_.material, grid_);
+    }
     build_occluders();
     list_inside_nodes();
+    // Phyxels that only go along need not be many.
+    if (settings_.deformation) settings_.phyxel_count = std::min(settings_.phyxel_count, 64);
     sample(parallel);
+    if (settings_.deformation) make_deformation();
     track_surface_nodes();
     const StepContext at_rest{0, 0, Vec3::Zero(), std::nullopt, {}, parallel};
     StepReport report;
     update_node_frames(at_rest, report);
     update_surface(at_rest, report);
 }
+
+Body::~Body() = default;
 
 void Body::build_occluders() {
     for (std::uint32_t c = 0; c < surface_->cells().size(); ++c) set_occluders(c);
@@ -99,6 +112,15 @@ void Body::set_occluders(std::uint32_t cell_number) {
     if (occluder_box_.size() <= cell_number) occluder_box_.resize(cell_number + 1);
     occluder_box_[cell_number] = box;
     occluders_.set_cell(cell.place, triangles);
+}
+
+void Body::restore(const Parallel& parallel) {
+    occluders_ = geometry::OccluderGrid(grid_.rest().origin, grid_.rest().cell_size, grid_.rest().node_count);
+    occluder_box_.clear();
+    build_occluders();
+    locator_ = meshless::PhyxelLocator(phyxels_.rest_position, 1.6 * spacing_);
+    neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
+    constrained_.clear();
 }
 
 void Body::list_inside_nodes() {

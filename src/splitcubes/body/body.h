@@ -4,9 +4,11 @@
 
 #include <splitcubes/body/node_tracker.h>
 #include <splitcubes/body/step_report.h>
+#include <splitcubes/body/tear_settings.h>
 #include <splitcubes/core/parallel.h>
 #include <splitcubes/core/state_hash.h>
 #include <splitcubes/cutting/sweep.h>
+#include <splitcubes/deformation/deformation.h>
 #include <splitcubes/geometry/occluder_grid.h>
 #include <splitcubes/geometry/triangle_mesh.h>
 #include <splitcubes/meshless/any_solver.h>
@@ -27,6 +29,8 @@
 
 namespace splitcubes::body {
 
+class Tearing;
+
 struct BodySettings {
     std::string name = "body";
     double cell_size = 0;       // m, > 0
@@ -40,6 +44,10 @@ struct BodySettings {
     /// Makes what computes the occlusion disks; empty: the CPU backend.
     std::function<std::unique_ptr<occlusion::VisibilityBackend>(const occlusion::VisibilityOptions&)>
         make_visibility_backend;
+    /// What moves the nodes in place of the phyxels' elasticity; empty: that. Such a
+    /// body cannot tear; its phyxels go along with their nodes.
+    deformation::MakeDeformation deformation;
+    std::optional<TearSettings> tearing;  // none: whatever the stress, only tools cut
 };
 
 /// Holds the phyxels whose rest position is in a region, at rest or on a path.
@@ -66,6 +74,7 @@ class Body {
   public:
     /// Throws InputError for a mesh that encloses nothing and for settings out of range.
     Body(const geometry::TriangleMesh& placed, const BodySettings& settings, const Parallel& parallel);
+    ~Body();
 
     void add_constraint(HoldConstraint constraint);
 
@@ -75,6 +84,8 @@ class Body {
     /// and blades both moving. last_normal: the stroke's, carried between steps.
     void cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t cut_number, Vec3& last_normal,
                    const StepContext& context, StepReport& report);
+    /// Cuts the grid edges that cannot bear the stress of the last step.
+    void tear(const StepContext& context, StepReport& report);
     void retessellate(StepReport& report);
     void label_pieces(StepReport& report);
     void update_visibility(const StepContext& context, StepReport& report);
@@ -115,6 +126,16 @@ class Body {
     std::size_t cut_edge_count() const { return cut_edge_count_; }
 
     void add_to_hash(StateHash& hash) const;
+    /// For checkpoints: all that a step reads and no settings tell. After reading into
+    /// a body made with the same settings, restore() derives the rest.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(grid_, *surface_, *pieces_, inside_piece_, phyxels_, pairs_, booking_, owner_);
+        archive(previous_deformation_, tracker_, surface_to_tracked_, frames_, cut_position_, cut_step_,
+                step_);
+        archive(surface_frames_, vertex_positions_, vertex_normals_, cut_edge_count_);
+    }
+    void restore(const Parallel& parallel);
     /// Empty where grid, surface, pieces and samples agree; for tests and debug builds.
     std::vector<std::string> validate() const;
 
@@ -134,6 +155,14 @@ class Body {
     geometry::Box bounds_of_brick(const Vec3& centre, double radius, std::vector<std::uint32_t>& near) const;
     std::vector<cutting::CandidateEdge> candidate_edges(std::span<const std::uint32_t> bricks,
                                                         const StepContext& context);
+    void make_deformation();
+    void advance_deformation(const StepContext& context, StepReport& report);
+    void carry_phyxels(double dt);
+    void tell_deformation();
+    void pick_frames(const std::vector<geometry::Frame>& nodes, std::vector<geometry::Frame>& out) const;
+    void evaluate_frames_now(const TrackerContext& context);
+    void evaluate_frames_before(const TrackerContext& context, std::vector<geometry::Frame>& out);
+    std::vector<std::uint32_t> bricks_of_nodes_in(const geometry::Box& box) const;
     void update_owners(std::span<const geometry::Box> boxes);
     void track_surface_nodes();
     void add_samples(std::int32_t piece, std::size_t wanted);
@@ -177,6 +206,14 @@ class Body {
     std::vector<geometry::Frame> surface_frames_;  // per surface node, now
     std::vector<Vec3> vertex_positions_, vertex_normals_;
     std::size_t cut_edge_count_ = 0;
+
+    // Where something other than the phyxels moves the nodes.
+    std::unique_ptr<deformation::Deformation> deformation_;
+    splitting::SlotMap<1> node_number_;                // of inside nodes, per grid node
+    std::vector<geometry::Frame> node_frames_;         // per inside node, now
+    std::vector<geometry::Frame> node_frames_before_;  // the same, a step ago
+
+    std::unique_ptr<Tearing> tearing_;  // none: does not tear
 
     std::vector<HoldConstraint> constraints_;
     std::vector<std::vector<std::uint32_t>> constrained_;  // per constraint: its phyxels

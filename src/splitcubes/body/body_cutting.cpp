@@ -39,6 +39,7 @@ std::vector<std::uint32_t> Body::candidate_bricks(std::span<const cutting::Swept
     for (const cutting::SweptBlade& swept : blades) blade.add(swept.bounds);
     std::vector<std::uint32_t> out;
     if (blade.empty()) return out;
+    if (deformation_) return bricks_of_nodes_in(blade);
     const splitting::BrickLayout& layout = grid_.bricks();
     const double h = grid_.rest().cell_size;
     // A node without a kernel of its own follows a neighbour: one more cell of reach.
@@ -89,14 +90,14 @@ std::vector<cutting::CandidateEdge> Body::candidate_edges(std::span<const std::u
     const std::size_t known = frames_.size();
     tracker_.refresh(tracker);
     if (tracker_.size() != known)
-        tracker_.evaluate(tracker, phyxels_.position, phyxels_.deformation, frames_);
+        evaluate_frames_now(tracker);
     cut_position_.resize(tracker_.size());
     cut_step_.resize(tracker_.size(), -2);
     // Where a node was at the start of the interval: as the last step saw it, so
     // that intervals join without a gap; from the last state of the phyxels where
     // it was not looked at.
     std::vector<geometry::Frame> before;
-    tracker_.evaluate(tracker, phyxels_.previous_position, previous_deformation_, before);
+    evaluate_frames_before(tracker, before);
     std::vector<cutting::CandidateEdge> out;
     out.reserve(edges.size());
     const auto start_of = [&](std::uint32_t node) {

@@ -246,6 +246,7 @@ void Body::resample(const StepContext& context, StepReport& report) {
 }
 
 void Body::rebuild_neighbourhoods(const StepContext& context) {
+    if (deformation_) tell_deformation();
     if (pairs_rebuilt_) {
         neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, context.parallel);
     } else {

@@ -26,6 +26,7 @@ std::vector<ToolDescription> read_path(const Value& value);
 
 // Its parts.
 BodyDescription read_body(const Value& value);
+Region read_region(const Value& value);
 Rotation read_rotation(const Value& value);
 /// Keyframes with strictly increasing times, at least one.
 std::vector<MotionKeyframe> read_keyframes(const Value& value);
