@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
 
 namespace splitcubes::body {
 
@@ -43,6 +44,13 @@ double node_extent(const splitting::NodeGrid& grid, const Vec3i& node, int axis)
     return extent;
 }
 
+std::unique_ptr<occlusion::Criterion> criterion_of(const BodySettings& settings) {
+    return occlusion::make_criterion(settings.criterion,
+                                     settings.make_visibility_backend
+                                         ? settings.make_visibility_backend(settings.visibility)
+                                         : occlusion::make_cpu_backend(settings.visibility));
+}
+
 }  // namespace
 
 Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, const Parallel& parallel)
@@ -52,7 +60,7 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
       surface_(std::make_unique<splitting::Surface>(grid_)),
       pieces_(std::make_unique<splitting::Pieces>(grid_)),
       occluders_(grid_.rest().origin, grid_.rest().cell_size, grid_.rest().node_count),
-      visibility_(occlusion::make_cpu_backend(settings.visibility)),
+      criterion_(criterion_of(settings)),
       tracker_(grid_.bricks()) {
     check_settings(settings_);
     meshless::check_material(settings_.material, "body '" + settings_.name + "' material");
@@ -246,7 +254,11 @@ void Body::rebuild_samples(const Parallel& parallel) {
     meshless::compute_support_radii(phyxels_, locator_, parallel, {}, known);
     const meshless::Pairs before = std::move(pairs_);
     pairs_ = meshless::find_pairs(phyxels_, locator_, parallel);
-    const std::vector<std::uint32_t> unknown = meshless::carry_visibility(before, pairs_);
+    std::vector<std::uint32_t> unknown = meshless::carry_visibility(before, pairs_);
+    if (criterion_->depends_on_others()) {
+        unknown.resize(pairs_.size());
+        std::iota(unknown.begin(), unknown.end(), 0U);
+    }
     evaluate_pairs(unknown, parallel);
 }
 

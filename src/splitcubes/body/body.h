@@ -16,7 +16,7 @@
 #include <splitcubes/meshless/booking.h>
 #include <splitcubes/meshless/material.h>
 #include <splitcubes/meshless/neighbourhoods.h>
-#include <splitcubes/occlusion/visibility.h>
+#include <splitcubes/occlusion/criterion.h>
 #include <splitcubes/splitting/extract.h>
 #include <splitcubes/splitting/pieces.h>
 #include <splitcubes/splitting/solidify.h>
@@ -41,6 +41,10 @@ struct BodySettings {
     Vec3 velocity = Vec3::Zero();          // m/s, at time 0
     Vec3 angular_velocity = Vec3::Zero();  // rad/s, about the centre of mass, at time 0
     occlusion::VisibilityOptions visibility;
+    occlusion::CriterionKind criterion = occlusion::CriterionKind::occlusion_disk;
+    /// Makes what computes the occlusion disks; empty: the CPU backend.
+    std::function<std::unique_ptr<occlusion::VisibilityBackend>(const occlusion::VisibilityOptions&)>
+        make_visibility_backend;
     /// What moves the nodes in place of the phyxels' elasticity; empty: that. Such a
     /// body cannot tear; its phyxels go along with their nodes.
     deformation::MakeDeformation deformation;
@@ -107,6 +111,12 @@ class Body {
     meshless::Phyxels& phyxels() { return phyxels_; }
     const meshless::Pairs& pairs() const { return pairs_; }
     const meshless::Neighbourhoods& neighbourhoods() const { return neighbourhoods_; }
+    /// What can stand between phyxels, rest space.
+    const geometry::OccluderGrid& occluders() const { return occluders_; }
+    /// Phyxels and pairs as the weights' criteria see them.
+    occlusion::PairSet pair_set() const {
+        return {phyxels_.rest_position, phyxels_.support_radius, phyxels_.piece, pairs_.a, pairs_.b};
+    }
     const NodeTracker& nodes() const { return tracker_; }
     double phyxel_spacing() const { return spacing_; }
     /// Per surface vertex, world frame, as of the last update_surface.
@@ -171,7 +181,7 @@ class Body {
     std::unique_ptr<splitting::Pieces> pieces_;
     geometry::OccluderGrid occluders_;
     std::vector<geometry::Box> occluder_box_;  // per surface cell: of its occluders, m, rest space
-    std::unique_ptr<occlusion::VisibilityBackend> visibility_;
+    std::unique_ptr<occlusion::Criterion> criterion_;
 
     // Inside nodes, brick by brick, written at construction (pieces by label_pieces).
     std::vector<Vec3i> inside_nodes_;

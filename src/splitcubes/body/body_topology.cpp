@@ -87,7 +87,6 @@ void Body::update_owners(std::span<const geometry::Box> boxes) {
 }
 
 void Body::evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& parallel) {
-    std::vector<occlusion::PairQuery> queries;
     std::vector<std::uint32_t> asked;
     for (const std::uint32_t k : pairs) {
         if (phyxels_.piece[pairs_.a[k]] != phyxels_.piece[pairs_.b[k]]) {
@@ -95,21 +94,21 @@ void Body::evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& 
             continue;
         }
         asked.push_back(k);
-        queries.push_back({phyxels_.rest_position[pairs_.a[k]], phyxels_.rest_position[pairs_.b[k]]});
     }
-    std::vector<float> visibility(queries.size());
-    visibility_->evaluate(occluders_, queries, visibility, parallel);
+    std::vector<float> visibility(asked.size());
+    criterion_->evaluate(occluders_, pair_set(), asked, visibility, parallel);
     for (std::size_t q = 0; q < asked.size(); ++q) pairs_.visibility[asked[q]] = visibility[q];
 }
 
-// The pairs, ascending, whose phyxels changed piece or whose double cone meets a change.
+// The pairs, ascending, whose phyxels changed piece or whose factor a change can reach.
 std::vector<std::uint32_t> Body::changed_sights(std::span<const std::int32_t> piece_before) const {
     geometry::Box all;
     for (const geometry::Box& box : changed_boxes_) all.add(box);
     double longest = 0;
     for (const double h : phyxels_.support_radius) longest = std::max(longest, h);
-    // A double cone goes no farther from either end than it is long, but for a thousandth.
-    const geometry::Box reached = all.grown(1.1 * longest);
+    // No criterion looks farther from a pair than its reach.
+    const geometry::Box reached = all.grown(2.1 * longest);
+    const occlusion::PairSet pairs = pair_set();
     std::vector<std::uint32_t> asked;
     const std::span<const std::uint32_t> offsets = neighbourhoods_.offsets();
     for (std::uint32_t a = 0; a < phyxels_.size(); ++a) {
@@ -123,9 +122,9 @@ std::vector<std::uint32_t> Body::changed_sights(std::span<const std::int32_t> pi
                 continue;
             }
             if (b < a) continue;
-            const geometry::Box cone =
-                occlusion::double_cone_bounds({phyxels_.rest_position[a], phyxels_.rest_position[b]});
-            if (cone.meets(all) && meets_any(cone, changed_boxes_)) asked.push_back(neighbourhoods_.pair()[l]);
+            const std::uint32_t pair = neighbourhoods_.pair()[l];
+            const geometry::Box region = criterion_->region(pairs, pair);
+            if (region.meets(all) && meets_any(region, changed_boxes_)) asked.push_back(pair);
         }
     }
     std::sort(asked.begin(), asked.end());
