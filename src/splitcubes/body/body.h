@@ -23,6 +23,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace splitcubes::body {
@@ -126,8 +127,29 @@ class Body {
                                                         const StepContext& context);
     void update_owners(std::span<const geometry::Box> boxes);
     void track_surface_nodes();
-    void add_samples(std::int32_t piece, std::size_t wanted);
-    void make_rigid(std::int32_t piece);
+    /// Where the phyxels carry a node.
+    struct NodeMotion {
+        Vec3 position = Vec3::Zero();        // m, world
+        Mat3 jacobian = Mat3::Zero();        // d world / d rest
+        Vec3 velocity = Vec3::Zero();        // m/s
+        Mat3 plastic_strain = Mat3::Zero();  // rest space
+        double weight = 0;
+    };
+    NodeMotion motion_of(std::uint32_t node, std::int32_t side) const;
+    Vec3 extents_of(std::span<const std::uint32_t> nodes) const;
+    std::pair<Vec3, Vec3> node_reach(const Vec3i& node) const;
+    void add_sample(std::uint32_t node, std::int32_t piece);
+    void add_samples(std::int32_t piece, std::span<const std::uint32_t> nodes, std::size_t wanted);
+    std::size_t widen(std::uint32_t phyxel, std::span<const std::uint32_t> nodes);
+    void refresh_links(const StepContext& context, std::size_t known);
+    void fill_pieces(const StepContext& context, std::span<const std::vector<std::uint32_t>> nodes,
+                     std::span<const std::uint8_t> rigid);
+    bool is_string(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
+    meshless::RigidPiece rigid_start(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
+    std::vector<Vec3> contact_points(const meshless::RigidPiece& body,
+                                     std::span<const std::uint32_t> nodes) const;
+    void make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const std::uint8_t> rigid);
+    std::vector<meshless::RigidHold> rigid_holds(const StepContext& context) const;
     void settle_topology(const Parallel& parallel, StepReport& report);
     TrackerContext tracker_context(const Parallel& parallel) const {
         return {grid_, *pieces_, occluders_, phyxels_, locator_, parallel};
@@ -172,13 +194,13 @@ class Body {
     std::vector<std::vector<std::uint32_t>> constrained_;  // per constraint: its phyxels
     std::vector<std::uint8_t> held_;                       // per phyxel, of this step
     std::vector<Vec3> held_position_;                      // per phyxel, m, world
+    std::vector<meshless::RigidHold> rigid_holds_;         // of this step
 
     // Passed from stage to stage within a step.
     std::vector<std::int32_t> new_slots_;
     std::vector<geometry::Box> changed_boxes_;  // rest space, where the surface changed
     std::vector<splitting::PieceSplit> splits_;
     std::vector<std::uint32_t> changed_pairs_;
-    bool pairs_rebuilt_ = false;
     bool volumes_changed_ = false;
 };
 

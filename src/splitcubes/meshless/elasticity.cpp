@@ -89,6 +89,8 @@ Mat3 plastic_strain_of(const Neighbourhoods& neighbourhoods, const Material& mat
 double ElasticForces::energy(const Neighbourhoods& neighbourhoods, const Material& material,
                              const ElasticState& state, const Parallel& parallel) {
     const auto of_phyxel = [&](std::size_t i) {
+        // One without neighbours is as it was left: nothing works against it.
+        if (neighbourhoods.rank()[i] == 0) return 0.0;
         double energy = neighbourhoods.volume()[i] *
                         energy_density(material, state.deformation[i], state.rotation[i],
                                        plastic_strain_of(neighbourhoods, material, state, i));

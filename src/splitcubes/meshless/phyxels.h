@@ -2,9 +2,11 @@
 #pragma once
 
 #include <splitcubes/math/types.h>
+#include <splitcubes/meshless/rigid_pieces.h>
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace splitcubes::meshless {
@@ -43,6 +45,9 @@ struct Phyxels {
     /// Another step size starts BDF2 afresh.
     double history_step = 0;
     int substeps = 0;  // that the last explicit step was divided into; 0 before the first
+    /// Pieces that are too small to deform; what the arrays say of their phyxels but mass,
+    /// volume and plastic strain follows from it (write_phyxels).
+    RigidPieces rigid;
 
     std::size_t size() const { return rest_position.size(); }
     /// Appends one phyxel without mass and volume, its history broken.
@@ -62,11 +67,14 @@ struct Momenta {
     Vec3 angular() const { return spin + centre.cross(linear); }
 };
 
-/// Per piece, in the order of phyxels. Phyxels with a piece outside
-/// 0..piece_count-1 are left out. `out` is resized.
+/// Per piece, in the order of phyxels; of rigid pieces their own. Phyxels with a piece
+/// outside 0..piece_count-1 are left out. `out` is resized.
 void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out);
 
-/// Of all phyxels together.
+/// Of several bodies together.
+Momenta together(std::span<const Momenta> parts);
+
+/// Of all phyxels, and of rigid pieces, together.
 Momenta total_momenta(const Phyxels& phyxels);
 
 /// Angular velocity that gives a body of this inertia this angular momentum;
