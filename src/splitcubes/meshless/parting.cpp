@@ -24,14 +24,15 @@ std::vector<Momenta> Parting::of_families(const Phyxels& phyxels) const {
 
 void Parting::settle(Phyxels& phyxels) const {
     struct Change {
-        Vec3 centre, velocity, turning;  // m, m/s, rad/s
+        Vec3 centre, way, velocity, turning;  // m, m, m/s, rad/s
     };
     const std::vector<Momenta> after = of_families(phyxels);
     std::vector<Change> changes;
     for (std::size_t k = 0; k < after.size(); ++k) {
-        Change change{after[k].centre, Vec3::Zero(), Vec3::Zero()};
+        Change change{after[k].centre, Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
         if (after[k].mass > 0 && before_[k].mass > 0) {
             // Of that mass: what is booked in sum may differ by rounding.
+            change.way = before_[k].centre - after[k].centre;
             change.velocity = before_[k].linear / before_[k].mass - after[k].linear / after[k].mass;
             change.turning = angular_velocity(after[k].inertia, before_[k].spin - after[k].spin);
         }
@@ -46,12 +47,15 @@ void Parting::settle(Phyxels& phyxels) const {
         const Change* change = change_of(phyxels.piece[i]);
         if (change == nullptr || phyxels.rigid.index(phyxels.piece[i]) >= 0) continue;
         phyxels.velocity[i] += change->velocity + change->turning.cross(phyxels.position[i] - change->centre);
+        phyxels.position[i] += change->way;
+        phyxels.previous_position[i] += change->way;
     }
     for (RigidPiece& body : phyxels.rigid.bodies) {
         const Change* change = change_of(body.piece);
         if (change == nullptr) continue;
         body.momentum +=
             body.mass * (change->velocity + change->turning.cross(body.centre - change->centre));
+        body.centre += change->way;
         body.spin += body.rotation * body.inertia * body.rotation.transpose() * change->turning;
     }
 }

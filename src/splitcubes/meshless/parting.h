@@ -11,15 +11,16 @@ namespace splitcubes::meshless {
 /// A family is a piece as it was and all that came off it. While pieces are resampled,
 /// booked anew and made rigid, its momenta change a little: a rigid piece holds the
 /// spin of its nodes, its phyxels before it that of samples an h wide. The difference
-/// goes to the family as a whole, as one rigid velocity, so that none of it is spun up.
+/// goes to the family as a whole, as one rigid velocity, so that none of it is spun up;
+/// its centre, which moves when mass does, is put back by moving all of it.
 class Parting {
   public:
     /// Notes the momenta. `family`: per piece, its family's number, or -1 where it stays
     /// as it is; phyxels.piece are the new pieces, masses and velocities those of before.
     Parting(const Phyxels& phyxels, std::vector<std::int32_t> family);
 
-    /// Gives every family back its linear momentum, and its angular momentum about the
-    /// centre of mass, to rounding.
+    /// Gives every family back its centre of mass, its linear momentum and its angular
+    /// momentum about that centre, to rounding.
     void settle(Phyxels& phyxels) const;
 
   private:
