@@ -126,6 +126,9 @@ class Body {
     std::vector<cutting::CandidateEdge> candidate_edges(std::span<const std::uint32_t> bricks,
                                                         const StepContext& context);
     void update_owners(std::span<const geometry::Box> boxes);
+    std::vector<std::uint32_t> hanging_together(std::uint32_t phyxel) const;
+    std::size_t bridge(std::uint32_t phyxel, std::span<const std::uint32_t> strand);
+    void bridge_strands(std::span<const std::uint32_t> asked);
     void track_surface_nodes();
     /// Where the phyxels carry a node.
     struct NodeMotion {

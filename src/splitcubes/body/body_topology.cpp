@@ -123,6 +123,10 @@ void Body::update_visibility(const StepContext& context, StepReport& report) {
     std::vector<float> before;
     for (const std::uint32_t k : asked) before.push_back(pairs_.visibility[k]);
     evaluate_pairs(asked, context.parallel);
+    // Cuts only add up: what moves within a cell that is cut again gives no sight back.
+    for (std::size_t q = 0; q < asked.size(); ++q)
+        pairs_.visibility[asked[q]] = std::min(pairs_.visibility[asked[q]], before[q]);
+    bridge_strands(asked);
     for (std::size_t q = 0; q < asked.size(); ++q)
         if (pairs_.visibility[asked[q]] != before[q]) changed_pairs_.push_back(asked[q]);
     report.disks += asked.size();
