@@ -130,6 +130,8 @@ class Body {
     std::size_t bridge(std::uint32_t phyxel, std::span<const std::uint32_t> strand);
     void bridge_strands(std::span<const std::uint32_t> asked);
     void track_surface_nodes();
+    /// What becomes of a piece in a step that parts some.
+    enum class Kind : std::uint8_t { untouched, rigid, small, large };
     /// Where the phyxels carry a node.
     struct NodeMotion {
         Vec3 position = Vec3::Zero();        // m, world
@@ -146,12 +148,16 @@ class Body {
     std::size_t widen(std::uint32_t phyxel, std::span<const std::uint32_t> nodes);
     void refresh_links(const StepContext& context, std::size_t known);
     void fill_pieces(const StepContext& context, std::span<const std::vector<std::uint32_t>> nodes,
-                     std::span<const std::uint8_t> rigid);
+                     std::span<const Kind> kinds);
+    std::vector<std::size_t> phyxel_counts() const;
+    std::vector<Kind> kinds_of(std::span<const std::vector<std::uint32_t>> nodes) const;
+    void undeform_small(std::span<const Kind> kinds, std::size_t known, const Parallel& parallel);
+    void undeform(std::span<const std::size_t> members);
     bool is_string(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
     meshless::RigidPiece rigid_start(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
     std::vector<Vec3> contact_points(const meshless::RigidPiece& body,
                                      std::span<const std::uint32_t> nodes) const;
-    void make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const std::uint8_t> rigid);
+    void make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
     std::vector<meshless::RigidHold> rigid_holds(const StepContext& context) const;
     void settle_topology(const Parallel& parallel, StepReport& report);
     TrackerContext tracker_context(const Parallel& parallel) const {

@@ -19,6 +19,10 @@ constexpr int phyxels_per_round = 3;
 // A piece whose length is below so many phyxel spacings, about one support radius, is
 // rigid: all of its phyxels would see all of it, and its deformation would not be seen.
 constexpr double rigid_length = 2;
+// A piece of fewer phyxels than this and less than so many spacings long is small: it is
+// filled up, and starts without strain where that, or the cut, would give it some.
+constexpr std::size_t few_phyxels = 64;
+constexpr double small_length = 6;
 
 // Per piece, the family it belongs to: what was one piece before; -1 of untouched ones.
 std::vector<std::int32_t> families_of(std::span<const splitting::PieceSplit> splits, std::size_t pieces) {
@@ -276,15 +280,16 @@ void Body::refresh_links(const StepContext& context, std::size_t known) {
     changed_pairs_.clear();
 }
 
-// Elastic pieces of the families get phyxels until every neighbourhood spans space, or
-// there are no more nodes to put them at.
+// Small elastic pieces of the families get phyxels until every neighbourhood spans space,
+// or there are no more nodes to put them at. In large ones the few at thin ends that lost
+// a direction go without it: what new ones would change in the strain around would be
+// released as energy.
 void Body::fill_pieces(const StepContext& context, std::span<const std::vector<std::uint32_t>> nodes,
-                       std::span<const std::uint8_t> rigid) {
+                       std::span<const Kind> kinds) {
     std::size_t known = phyxels_.size();
-    std::vector<std::size_t> count(nodes.size(), 0);
-    for (const std::int32_t piece : phyxels_.piece) ++count[static_cast<std::size_t>(piece)];
+    const std::vector<std::size_t> count = phyxel_counts();
     for (std::size_t k = 0; k < nodes.size(); ++k) {
-        const std::size_t wanted = rigid[k] != 0 ? 1 : std::min(enough_phyxels, nodes[k].size());
+        const std::size_t wanted = kinds[k] == Kind::rigid ? 1 : std::min(enough_phyxels, nodes[k].size());
         if (count[k] < wanted) add_samples(static_cast<std::int32_t>(k), nodes[k], wanted);
     }
     refresh_links(context, known);
@@ -292,8 +297,7 @@ void Body::fill_pieces(const StepContext& context, std::span<const std::vector<s
         known = phyxels_.size();
         for (std::uint32_t i = 0; i < known; ++i) {
             const auto piece = static_cast<std::size_t>(phyxels_.piece[i]);
-            if (nodes[piece].empty() || rigid[piece] != 0 || neighbourhoods_.rank()[i] == 3) continue;
-            widen(i, nodes[piece]);
+            if (kinds[piece] == Kind::small && neighbourhoods_.rank()[i] < 3) widen(i, nodes[piece]);
         }
         if (phyxels_.size() == known) break;
         refresh_links(context, known);
@@ -312,13 +316,35 @@ bool Body::is_string(std::int32_t piece, std::span<const std::uint32_t> nodes) c
     return 2 * flat >= all && extents_of(nodes)[1] < rigid_length * spacing_;
 }
 
-void Body::make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const std::uint8_t> rigid) {
+std::vector<std::size_t> Body::phyxel_counts() const {
+    std::vector<std::size_t> count(pieces_->count(), 0);
+    for (const std::int32_t piece : phyxels_.piece) ++count[static_cast<std::size_t>(piece)];
+    return count;
+}
+
+// What becomes of the pieces; of those without nodes nothing.
+std::vector<Body::Kind> Body::kinds_of(std::span<const std::vector<std::uint32_t>> nodes) const {
+    const std::vector<std::size_t> count = phyxel_counts();
+    std::vector<Kind> kinds(nodes.size(), Kind::untouched);
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        if (nodes[k].empty()) continue;
+        const double length = extents_of(nodes[k])[0] / spacing_;
+        const bool was_rigid = phyxels_.rigid.index(booking_.piece[nodes[k].front()]) >= 0;
+        if (was_rigid || length < rigid_length)
+            kinds[k] = Kind::rigid;
+        else
+            kinds[k] = count[k] < few_phyxels && length < small_length ? Kind::small : Kind::large;
+    }
+    return kinds;
+}
+
+void Body::make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds) {
     meshless::RigidPieces all;
     const meshless::RigidPieces& old = phyxels_.rigid;
     for (const meshless::RigidPiece& body : old.bodies)
-        if (nodes[static_cast<std::size_t>(body.piece)].empty()) all.put(body, old.points_of(body));
+        if (kinds[static_cast<std::size_t>(body.piece)] == Kind::untouched) all.put(body, old.points_of(body));
     for (std::size_t k = 0; k < nodes.size(); ++k) {
-        if (rigid[k] == 0) continue;
+        if (kinds[k] != Kind::rigid) continue;
         const meshless::RigidPiece body = rigid_start(static_cast<std::int32_t>(k), nodes[k]);
         all.put(body, contact_points(body, nodes[k]));
     }
@@ -328,6 +354,76 @@ void Body::make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::sp
         if (!(pairs_.visibility[k] > 0) || phyxels_.rigid.index(phyxels_.piece[pairs_.a[k]]) < 0) continue;
         pairs_.visibility[k] = 0;
         changed_pairs_.push_back(k);
+    }
+}
+
+// Small pieces that got phyxels, or whose strain has come to hold more energy by other
+// neighbours: they would release it, and it is none that they had.
+void Body::undeform_small(std::span<const Kind> kinds, std::size_t known, const Parallel& parallel) {
+    std::vector<Mat3> deformation(phyxels_.size()), rotation(phyxels_.size());
+    meshless::compute_deformation(neighbourhoods_, phyxels_.rest_position, phyxels_.position, phyxels_.rotation,
+                                  deformation, rotation, parallel);
+    std::vector<double> before(kinds.size(), 0), after(kinds.size(), 0);  // J
+    std::vector<std::vector<std::size_t>> members(kinds.size());
+    std::vector<std::uint8_t> grown(kinds.size(), 0);
+    for (std::size_t i = 0; i < phyxels_.size(); ++i) {
+        const auto piece = static_cast<std::size_t>(phyxels_.piece[i]);
+        if (kinds[piece] != Kind::small) continue;
+        members[piece].push_back(i);
+        if (i >= known) grown[piece] = 1;
+        const auto energy = [&](const Mat3& F, const Mat3& R) {
+            return phyxels_.volume[i] *
+                   meshless::energy_density(settings_.material, F, R, phyxels_.plastic_strain[i]);
+        };
+        before[piece] += energy(phyxels_.deformation[i], phyxels_.rotation[i]);
+        after[piece] += energy(deformation[i], rotation[i]);
+    }
+    for (std::size_t k = 0; k < kinds.size(); ++k)
+        if (grown[k] != 0 || after[k] > 1.01 * before[k]) undeform(members[k]);
+}
+
+// Puts phyxels as they would lie without strain; centre, momenta, mean rotation and mean
+// plastic strain stay.
+void Body::undeform(std::span<const std::size_t> members) {
+    std::vector<meshless::Momenta> parts;
+    Vec3 rest = Vec3::Zero();
+    Mat3 mean = Mat3::Zero(), plastic_strain = Mat3::Zero();
+    double total = 0;
+    for (const std::size_t i : members) {
+        meshless::Momenta one;
+        one.mass = phyxels_.mass[i];
+        one.centre = phyxels_.position[i];
+        one.linear = one.mass * phyxels_.velocity[i];
+        parts.push_back(one);
+        total += one.mass;
+        rest += one.mass * phyxels_.rest_position[i];
+        mean += one.mass * phyxels_.deformation[i];
+        plastic_strain += one.mass * phyxels_.plastic_strain[i];
+    }
+    if (!(total > 0)) return;
+    rest /= total;
+    plastic_strain /= total;
+    const meshless::Momenta sum = meshless::together(parts);
+    const Mat3 stretch = meshless::stretch_of(settings_.material, plastic_strain);
+    Mat3 turned = 0.01 * spacing_ * spacing_ * mean * stretch;
+    for (const std::size_t i : members)
+        turned += phyxels_.mass[i] * (phyxels_.position[i] - sum.centre) *
+                  (stretch * (phyxels_.rest_position[i] - rest)).transpose();
+    const Mat3 rotation = rotation_of(turned, rotation_of(mean));
+    Mat3 inertia = Mat3::Zero();
+    for (const std::size_t i : members) {
+        const Vec3 arm = rotation * stretch * (phyxels_.rest_position[i] - rest);
+        inertia += phyxels_.mass[i] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+    }
+    const Vec3 turning = meshless::angular_velocity(inertia, sum.spin);
+    for (const std::size_t i : members) {
+        const Vec3 arm = rotation * stretch * (phyxels_.rest_position[i] - rest);
+        phyxels_.position[i] = phyxels_.previous_position[i] = sum.centre + arm;
+        phyxels_.velocity[i] = phyxels_.previous_velocity[i] = sum.linear / sum.mass + turning.cross(arm);
+        phyxels_.deformation[i] = previous_deformation_[i] = rotation * stretch;
+        phyxels_.rotation[i] = rotation;
+        phyxels_.plastic_strain[i] = plastic_strain;
+        phyxels_.history_broken[i] = 1;
     }
 }
 
@@ -343,27 +439,25 @@ void Body::resample(const StepContext& context, StepReport& report) {
         const auto piece = static_cast<std::size_t>(inside_piece_[n]);
         if (family[piece] >= 0) nodes[piece].push_back(n);
     }
-    std::vector<std::uint8_t> rigid(nodes.size(), 0);
+    std::vector<Kind> kinds = kinds_of(nodes);
     std::vector<std::int32_t> elastic_family = family;  // a rigid one's parts make it up exactly
-    for (std::size_t k = 0; k < nodes.size(); ++k) {
-        if (nodes[k].empty()) continue;
-        const bool was = phyxels_.rigid.index(booking_.piece[nodes[k].front()]) >= 0;
-        if (was) elastic_family[k] = -1;
-        rigid[k] = was || extents_of(nodes[k])[0] < rigid_length * spacing_;
-    }
-    const meshless::Parting parting(phyxels_, elastic_family);
-    fill_pieces(context, nodes, rigid);
     for (std::size_t k = 0; k < nodes.size(); ++k)
-        if (!nodes[k].empty() && rigid[k] == 0 && is_string(static_cast<std::int32_t>(k), nodes[k]))
-            rigid[k] = 1;
-    make_rigid(nodes, rigid);
+        if (!nodes[k].empty() && phyxels_.rigid.index(booking_.piece[nodes[k].front()]) >= 0)
+            elastic_family[k] = -1;
+    const meshless::Parting parting(phyxels_, elastic_family);
+    fill_pieces(context, nodes, kinds);
+    for (std::size_t k = 0; k < nodes.size(); ++k)
+        if ((kinds[k] == Kind::small || kinds[k] == Kind::large) &&
+            is_string(static_cast<std::int32_t>(k), nodes[k]))
+            kinds[k] = Kind::rigid;
+    make_rigid(nodes, kinds);
     meshless::rebook(booking_, {inside_rest_, inside_volume_, inside_piece_}, settings_.material.density,
                      locator_, phyxels_);
+    undeform_small(kinds, before, context.parallel);
     parting.settle(phyxels_);
     meshless::write_phyxels(phyxels_);
     for (std::size_t i = 0; i < phyxels_.size(); ++i) {
-        const auto piece = static_cast<std::size_t>(phyxels_.piece[i]);
-        if (rigid[piece] == 0) continue;
+        if (kinds[static_cast<std::size_t>(phyxels_.piece[i])] != Kind::rigid) continue;
         phyxels_.previous_position[i] = phyxels_.position[i];
         phyxels_.previous_velocity[i] = phyxels_.velocity[i];
         previous_deformation_[i] = phyxels_.deformation[i];
