@@ -20,8 +20,8 @@ std::vector<std::uint32_t> Body::candidate_bricks(std::span<const cutting::Swept
     double reach = 0;
     for (const double h : phyxels_.support_radius) reach = std::max(reach, h);
     // A node without a kernel of its own follows a neighbour: one more cell of reach.
-    return moving_bricks_.meeting({grid_, phyxels_, previous_deformation_, reach + grid_.rest().cell_size}, blade,
-                                  parallel);
+    return moving_bricks_.meeting({grid_, phyxels_, previous_deformation_, reach + grid_.rest().cell_size},
+                                  blade, parallel);
 }
 
 // The uncut edges between inside nodes of the bricks, each with its motion over
@@ -46,8 +46,7 @@ std::vector<cutting::CandidateEdge> Body::candidate_edges(std::span<const std::u
     const TrackerContext tracker = tracker_context(context.parallel);
     const std::size_t known = frames_.size();
     tracker_.refresh(tracker);
-    if (tracker_.size() != known)
-        evaluate_frames_now(tracker);
+    if (tracker_.size() != known) evaluate_frames_now(tracker);
     cut_position_.resize(tracker_.size());
     cut_step_.resize(tracker_.size(), -2);
     // Where a node was at the start of the interval: as the last step saw it, so

@@ -38,7 +38,8 @@ void MovingBricks::sort_phyxels(const State& state) {
     for (std::size_t b = 0; b < layout.total(); ++b) begin_[b + 1] += begin_[b];
     std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
     phyxels_.resize(rest.size());
-    for (std::size_t i = 0; i < rest.size(); ++i) phyxels_[next[brick_of(i)]++] = static_cast<std::uint32_t>(i);
+    for (std::size_t i = 0; i < rest.size(); ++i)
+        phyxels_[next[brick_of(i)]++] = static_cast<std::uint32_t>(i);
     sorted_ = rest.size();
 }
 

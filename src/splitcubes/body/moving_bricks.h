@@ -25,7 +25,8 @@ class MovingBricks {
         double reach;  // m, how far from a phyxel's rest position a node may lie that it carries
     };
     /// The bricks with inside nodes that may meet the box (world), ascending.
-    std::vector<std::uint32_t> meeting(const State& state, const geometry::Box& box, const Parallel& parallel);
+    std::vector<std::uint32_t> meeting(const State& state, const geometry::Box& box,
+                                       const Parallel& parallel);
 
   private:
     void sort_phyxels(const State& state);

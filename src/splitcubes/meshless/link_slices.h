@@ -34,9 +34,9 @@ class LinkSlices {
     };
     /// What a row carries.
     struct Row {
-        double volume = 0;                        // m^3
-        Vec3 gradient_sum = Vec3::Zero();         // 1/m
-        Mat3 penalty_moment = Mat3::Zero();       // c_i A_i, N m, symmetric
+        double volume = 0;                   // m^3
+        Vec3 gradient_sum = Vec3::Zero();    // 1/m
+        Mat3 penalty_moment = Mat3::Zero();  // c_i A_i, N m, symmetric
     };
 
     /// Rows of links as Neighbourhoods has them (CSR), and where the phyxels rest (m). All

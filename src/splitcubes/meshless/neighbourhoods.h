@@ -159,7 +159,7 @@ class Neighbourhoods {
     std::vector<std::uint8_t> mark_;          // scratch of update: 1 own row, 2 beside one
     std::vector<std::uint32_t> rows_, ring_;  // scratch of update
     LinkSlices slices_;
-    MaterialKey material_key_;                // of the penalties and diagonals
+    MaterialKey material_key_;  // of the penalties and diagonals
     std::uint64_t revision_ = 0;
 };
 

@@ -38,7 +38,8 @@ class SlicedElasticity {
     // Of the state taken last.
 
     /// F and R of all phyxels.
-    void read_deformation(std::span<Mat3> deformation, std::span<Mat3> rotation, const Parallel& parallel) const;
+    void read_deformation(std::span<Mat3> deformation, std::span<Mat3> rotation,
+                          const Parallel& parallel) const;
     /// Tangent::turning of phyxel i.
     bool is_distorted(std::size_t i) const { return turning_[i] > 0; }
     /// E of elasticity.h, J; `place` is what the state was taken of.
@@ -73,7 +74,7 @@ class SlicedElasticity {
     const Neighbourhoods* neighbourhoods_ = nullptr;
     const LinkSlices* slices_ = nullptr;
     Material material_;
-    bool corotated_ = false;  // frame_is_all
+    bool corotated_ = false;                                    // frame_is_all
     FloatArray high_, low_;                                     // 3, m
     FloatArray gradient_, turn_, turning_, tension_, penalty_;  // as in SliceState
     FloatArray direction_, force_, diagonal_;                   // 3, 3, 1

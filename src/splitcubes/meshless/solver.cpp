@@ -414,7 +414,7 @@ void ImplicitSolver::restore_momenta(const Job& job) {
             momenta_.bind(job.phyxels.piece[i]);
     const double dt = job.input.dt;
     momenta_.restore(job.phyxels, 1 / (1 + dt * job.material.mass_damping), dt * job.input.gravity, b_,
-                     job.parallel);
+                     dt, job.parallel);
 }
 
 }  // namespace splitcubes::meshless
