@@ -134,6 +134,7 @@ void Body::restore(const Parallel& parallel) {
     locator_ = meshless::PhyxelLocator(phyxels_.rest_position, 1.6 * spacing_);
     neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
     constrained_.clear();
+    if (deformation_) restore_deformation();
 }
 
 void Body::list_inside_nodes() {

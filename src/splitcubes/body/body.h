@@ -136,6 +136,8 @@ class Body {
         archive(previous_deformation_, tracker_, surface_to_tracked_, frames_, cut_position_, cut_step_,
                 step_);
         archive(surface_frames_, vertex_positions_, vertex_normals_, cut_edge_count_);
+        if (deformation_) deformation_state_ = deformation_->state();
+        archive(deformation_state_, node_frames_, node_frames_before_);
     }
     void restore(const Parallel& parallel);
     /// Empty where grid, surface, pieces and samples agree; for tests and debug builds.
@@ -160,7 +162,9 @@ class Body {
     void make_deformation();
     void advance_deformation(const StepContext& context, StepReport& report);
     void carry_phyxels(double dt);
+    deformation::NodeEdge between_nodes(const splitting::GridEdge& edge) const;
     void tell_deformation();
+    void restore_deformation();
     void pick_frames(const std::vector<geometry::Frame>& nodes, std::vector<geometry::Frame>& out) const;
     void evaluate_frames_now(const TrackerContext& context);
     void evaluate_frames_before(const TrackerContext& context, std::vector<geometry::Frame>& out);
@@ -244,6 +248,7 @@ class Body {
 
     // Where something other than the phyxels moves the nodes.
     std::unique_ptr<deformation::Deformation> deformation_;
+    std::vector<double> deformation_state_;            // of a checkpoint
     splitting::SlotMap<1> node_number_;                // of inside nodes, per grid node
     std::vector<geometry::Frame> node_frames_;         // per inside node, now
     std::vector<geometry::Frame> node_frames_before_;  // the same, a step ago
