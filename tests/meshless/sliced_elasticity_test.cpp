@@ -44,8 +44,8 @@ Found exact(const Specimen& body, const Motion& motion, const Parallel& parallel
     elastic.forces(body.neighbourhoods, body.material, state, out.force, parallel);
     out.energy = elastic.energy(body.neighbourhoods, body.material, state, parallel);
     elastic.linearise(body.neighbourhoods, body.material, state, parallel);
-    out.square = elastic.apply_stiffness(body.neighbourhoods, body.material, 1.5, motion.diagonal, motion.direction,
-                                         out.product, parallel);
+    out.square = elastic.apply_stiffness(body.neighbourhoods, body.material, 1.5, motion.diagonal,
+                                         motion.direction, out.product, parallel);
     return out;
 }
 

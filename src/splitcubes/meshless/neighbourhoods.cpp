@@ -158,7 +158,8 @@ void Neighbourhoods::finish_row(const Material& material, std::size_t i) {
                      penalty_[j] * weight_[reverse_[l]] * (1 + reverse_gradient_[l].dot(rest_edge_[l]));
     }
     diagonal_[i] =
-        (4 * material.lame_mu() + material.lame_lambda() + material.volume_stiffness) / 3 * squares + penalties;
+        (4 * material.lame_mu() + material.lame_lambda() + material.volume_stiffness) / 3 * squares +
+        penalties;
     slices_.set_row(i, {volume_[i], gradient_sum_[i], penalty_[i] * moment_[i]});
 }
 
