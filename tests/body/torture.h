@@ -29,9 +29,9 @@ struct Torture {
     meshless::SolverKind solver = meshless::SolverKind::implicit_steps;
     std::uint64_t seed = 1;
     int blades = 300;
-    double seconds = 1.5;
-    double cell_size = 0.0141;
-    int phyxels = 220;
+    double seconds = 1;
+    double cell_size = 0.02;
+    int phyxels = 120;
 };
 
 /// What a run showed; the worst of all steps.
@@ -43,6 +43,7 @@ struct Sufferings {
     std::size_t cut_edges = 0;
     double energy_put_in = 0;     // J, first energy and all work, that which could have been
     double most_gain = -1e300;    // J, energy above what was put in
+    double most_motion = -1e300;  // J, the same without the elastic energy
     double top_speed = 0;         // m/s
     double top_piece_speed = 0;   // m/s, of a centre of mass
     double worst_flight = 0;      // m, of a free centre of mass from its parabola, in a step
@@ -51,7 +52,7 @@ struct Sufferings {
     double worst_spin = 0;        // kg m^2/s, spinning: change of the total in a step
     double first_spin = 0;        // kg m^2/s
     double mass = 0;              // kg
-    double lowest = 0;            // m, standing: of what belongs to no piece below it
+    double lowest = 0;            // m, of a rigid piece's centre below the ground
     double seconds = 0;           // wall clock
 };
 
@@ -185,6 +186,7 @@ inline Sufferings run(const Torture& torture) {
         const double energy =
             report.kinetic_energy + report.elastic_energy + potential_energy(now, gravity);
         out.most_gain = std::max(out.most_gain, energy - put_in);
+        out.most_motion = std::max(out.most_motion, energy - report.elastic_energy - put_in);
         out.energy_put_in = std::max(out.energy_put_in, put_in - floor);
         out.top_speed = std::max(out.top_speed, report.top_speed);
         const std::vector<std::uint8_t> free = free_pieces(body, torture);
@@ -198,6 +200,9 @@ inline Sufferings run(const Torture& torture) {
                 std::max(out.worst_flight,
                          (now[k].centre - before[k].centre - 0.5 * dt * (old + velocity)).norm());
         }
+        if (torture.torment == Torment::standing)
+            for (const meshless::RigidPiece& piece : body.phyxels().rigid.bodies)
+                out.lowest = std::min(out.lowest, piece.centre.z());
         std::swap(before, now);
     }
     out.pieces = body.pieces().count();

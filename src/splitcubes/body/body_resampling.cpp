@@ -290,7 +290,9 @@ void Body::fill_pieces(const StepContext& context, std::span<const std::vector<s
     std::size_t known = phyxels_.size();
     const std::vector<std::size_t> count = phyxel_counts();
     for (std::size_t k = 0; k < nodes.size(); ++k) {
-        const std::size_t wanted = kinds[k] == Kind::rigid ? 1 : std::min(enough_phyxels, nodes[k].size());
+        const std::size_t wanted = kinds[k] == Kind::small   ? std::min(enough_phyxels, nodes[k].size())
+                                   : kinds[k] == Kind::rigid ? 1
+                                                             : 0;
         if (count[k] < wanted) add_samples(static_cast<std::int32_t>(k), nodes[k], wanted);
     }
     refresh_links(context, known);
@@ -326,6 +328,10 @@ std::vector<std::size_t> Body::phyxel_counts() const {
 // What becomes of the pieces; of those without nodes nothing.
 std::vector<Body::Kind> Body::kinds_of(std::span<const std::vector<std::uint32_t>> nodes) const {
     const std::vector<std::size_t> count = phyxel_counts();
+    // What is held stays where it is held: it cannot start without strain, so it is not filled up.
+    std::vector<std::uint8_t> held(nodes.size(), 0);
+    for (std::size_t i = 0; i < held_.size(); ++i)
+        if (held_[i] != 0) held[static_cast<std::size_t>(phyxels_.piece[i])] = 1;
     std::vector<Kind> kinds(nodes.size(), Kind::untouched);
     for (std::size_t k = 0; k < nodes.size(); ++k) {
         if (nodes[k].empty()) continue;
@@ -334,7 +340,8 @@ std::vector<Body::Kind> Body::kinds_of(std::span<const std::vector<std::uint32_t
         if (was_rigid || length < rigid_length)
             kinds[k] = Kind::rigid;
         else
-            kinds[k] = count[k] < few_phyxels && length < small_length ? Kind::small : Kind::large;
+            kinds[k] = held[k] == 0 && count[k] < few_phyxels && length < small_length ? Kind::small
+                                                                                       : Kind::large;
     }
     return kinds;
 }
