@@ -13,8 +13,8 @@ std::vector<meshless::RigidHold> Body::rigid_holds(const StepContext& context) c
     if (found.empty()) return holds;
     for (std::size_t c = 0; c < constraints_.size(); ++c) {
         if (context.time < constraints_[c].from || context.time >= constraints_[c].until) continue;
-        const Isometry motion =
-            constraints_[c].motion(context.time + context.dt) * constraints_[c].motion(context.time).inverse();
+        const Isometry motion = constraints_[c].motion(context.time + context.dt) *
+                                constraints_[c].motion(context.time).inverse();
         for (const std::uint32_t i : constrained_[c]) {
             const std::int32_t index = phyxels_.rigid.index(phyxels_.piece[i]);
             if (index < 0 || found[static_cast<std::size_t>(index)] != 0) continue;

@@ -81,8 +81,8 @@ Body::NodeMotion Body::motion_of(std::uint32_t node, std::int32_t side) const {
             const std::uint32_t i = row[k];
             if (own_side && phyxels_.piece[i] != side) continue;
             sum.weight += weights[k];
-            sum.position +=
-                weights[k] * (phyxels_.position[i] + phyxels_.deformation[i] * (rest - phyxels_.rest_position[i]));
+            sum.position += weights[k] * (phyxels_.position[i] +
+                                          phyxels_.deformation[i] * (rest - phyxels_.rest_position[i]));
             sum.jacobian += weights[k] * phyxels_.deformation[i];
             sum.velocity += weights[k] * phyxels_.velocity[i];
             sum.plastic_strain += weights[k] * phyxels_.plastic_strain[i];
@@ -158,7 +158,8 @@ std::size_t Body::widen(std::uint32_t phyxel, std::span<const std::uint32_t> nod
     };
     const std::int32_t piece = phyxels_.piece[phyxel];
     for (std::size_t i = 0; i < phyxels_.size(); ++i)
-        if (phyxels_.piece[i] == piece && (phyxels_.rest_position[i] - rest).squaredNorm() < 4 * reach * reach)
+        if (phyxels_.piece[i] == piece &&
+            (phyxels_.rest_position[i] - rest).squaredNorm() < 4 * reach * reach)
             take_in(phyxels_.rest_position[i]);
     std::size_t added = 0;
     for (int k = 0; k < phyxels_per_round; ++k) {
@@ -339,8 +340,8 @@ std::vector<Body::Kind> Body::kinds_of(std::span<const std::vector<std::uint32_t
         if (was_rigid || length < rigid_length)
             kinds[k] = Kind::rigid;
         else
-            kinds[k] = held[k] == 0 && count[k] < few_phyxels && length < small_length ? Kind::small
-                                                                                       : Kind::large;
+            kinds[k] =
+                held[k] == 0 && count[k] < few_phyxels && length < small_length ? Kind::small : Kind::large;
     }
     return kinds;
 }
@@ -349,7 +350,8 @@ void Body::make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::sp
     meshless::RigidPieces all;
     const meshless::RigidPieces& old = phyxels_.rigid;
     for (const meshless::RigidPiece& body : old.bodies)
-        if (kinds[static_cast<std::size_t>(body.piece)] == Kind::untouched) all.put(body, old.points_of(body));
+        if (kinds[static_cast<std::size_t>(body.piece)] == Kind::untouched)
+            all.put(body, old.points_of(body));
     for (std::size_t k = 0; k < nodes.size(); ++k) {
         if (kinds[k] != Kind::rigid) continue;
         const meshless::RigidPiece body = rigid_start(static_cast<std::int32_t>(k), nodes[k]);
@@ -368,8 +370,8 @@ void Body::make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::sp
 // neighbours: they would release it, and it is none that they had.
 void Body::undeform_small(std::span<const Kind> kinds, std::size_t known, const Parallel& parallel) {
     std::vector<Mat3> deformation(phyxels_.size()), rotation(phyxels_.size());
-    meshless::compute_deformation(neighbourhoods_, phyxels_.rest_position, phyxels_.position, phyxels_.rotation,
-                                  deformation, rotation, parallel);
+    meshless::compute_deformation(neighbourhoods_, phyxels_.rest_position, phyxels_.position,
+                                  phyxels_.rotation, deformation, rotation, parallel);
     std::vector<double> before(kinds.size(), 0), after(kinds.size(), 0);  // J
     std::vector<std::vector<std::size_t>> members(kinds.size());
     std::vector<std::uint8_t> grown(kinds.size(), 0);

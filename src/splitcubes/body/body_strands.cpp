@@ -107,7 +107,8 @@ void Body::bridge_strands(std::span<const std::uint32_t> asked) {
             if (fine[i] != 0 || phyxels_.rigid.index(phyxels_.piece[i]) >= 0) continue;
             const std::vector<std::uint32_t> strand = hanging_together(i);
             const bool whole = strand.size() == members[static_cast<std::size_t>(phyxels_.piece[i])];
-            if (!whole && strand.size() <= most_stranded) for (const std::uint32_t j : strand) bridge(j, strand);
+            if (!whole && strand.size() <= most_stranded)
+                for (const std::uint32_t j : strand) bridge(j, strand);
             for (const std::uint32_t j : strand) fine[j] = 1;
         }
     }

@@ -19,8 +19,7 @@ class AnySolver {
         check_step_input(phyxels, input);
         step_rigid(phyxels, input, material.mass_damping);
         const StepInput with_rigid = hold_rigid(phyxels, input);
-        SolverReport report =
-            step_elastic(phyxels, neighbourhoods, material, with_rigid, options, parallel);
+        SolverReport report = step_elastic(phyxels, neighbourhoods, material, with_rigid, options, parallel);
         write_phyxels(phyxels);
         for (const RigidPiece& body : phyxels.rigid.bodies) report.contacts += body.touching;
         return report;
@@ -28,8 +27,8 @@ class AnySolver {
 
   private:
     SolverReport step_elastic(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
-                              const Material& material, const StepInput& input,
-                              const SolverOptions& options, const Parallel& parallel) {
+                              const Material& material, const StepInput& input, const SolverOptions& options,
+                              const Parallel& parallel) {
         if (options.kind == SolverKind::explicit_steps)
             return explicit_.step(phyxels, neighbourhoods, material, input, options, parallel);
         return implicit_.step(phyxels, neighbourhoods, material, input, options, parallel);

@@ -16,17 +16,17 @@ struct Phyxels;
 /// One rigid body. Its own frame has its origin in the centre of mass; a rest point X is
 /// at centre + rotation * shape * (X - rest_centre).
 struct RigidPiece {
-    std::int32_t piece = -1;               // number of the piece
-    double mass = 0;                       // kg, > 0
-    Vec3 rest_centre = Vec3::Zero();       // m, rest space
-    Mat3 shape = Mat3::Identity();         // own frame from rest, symmetric: the stretch that it has kept
-    Mat3 inertia = Mat3::Identity();       // kg m^2, about the centre, own frame, positive definite
-    Vec3 centre = Vec3::Zero();            // m, world, of mass
-    Mat3 rotation = Mat3::Identity();      // world from own frame, det = +1
-    Vec3 momentum = Vec3::Zero();          // kg m/s, world
-    Vec3 spin = Vec3::Zero();              // kg m^2/s, world, angular momentum about the centre
-    std::uint8_t touching = 0;             // 1: on the ground at the end of the last step
-    std::uint32_t first_point = 0;         // its contact points: a run of RigidPieces::points
+    std::int32_t piece = -1;           // number of the piece
+    double mass = 0;                   // kg, > 0
+    Vec3 rest_centre = Vec3::Zero();   // m, rest space
+    Mat3 shape = Mat3::Identity();     // own frame from rest, symmetric: the stretch that it has kept
+    Mat3 inertia = Mat3::Identity();   // kg m^2, about the centre, own frame, positive definite
+    Vec3 centre = Vec3::Zero();        // m, world, of mass
+    Mat3 rotation = Mat3::Identity();  // world from own frame, det = +1
+    Vec3 momentum = Vec3::Zero();      // kg m/s, world
+    Vec3 spin = Vec3::Zero();          // kg m^2/s, world, angular momentum about the centre
+    std::uint8_t touching = 0;         // 1: on the ground at the end of the last step
+    std::uint32_t first_point = 0;     // its contact points: a run of RigidPieces::points
     std::uint32_t point_count = 0;
 
     Vec3 velocity() const { return momentum / mass; }
