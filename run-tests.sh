@@ -83,7 +83,7 @@ stage_tsan() {
 
 stage_fuzz() {
   configure fuzz || return 1
-  local fuzzers name
+  local fuzzers name seeds
   # Building the fuzzers alone spares building all tests once more.
   mapfile -t fuzzers < <(ninja -C build/fuzz -t targets all | sed -n 's/^\(fuzz_[a-z0-9_]*\): phony$/\1/p')
   if ((${#fuzzers[@]} == 0)); then
@@ -94,8 +94,10 @@ stage_fuzz() {
   for name in "${fuzzers[@]}"; do
     mkdir -p "build/fuzz/corpus/$name"
     echo "$name for $fuzz_seconds s"
+    seeds=()
+    if [[ $name == fuzz_parse_scene ]]; then seeds=(scenes); fi
     if ! "build/fuzz/bin/$name" -max_total_time="$fuzz_seconds" -timeout=20 -rss_limit_mb=2048 \
-      -print_final_stats=1 -artifact_prefix="build/fuzz/$name-" "build/fuzz/corpus/$name" \
+      -print_final_stats=1 -artifact_prefix="build/fuzz/$name-" "build/fuzz/corpus/$name" "${seeds[@]}" \
       >"build/fuzz/$name.log" 2>&1; then
       tail -n 60 "build/fuzz/$name.log"
       return 1

@@ -111,7 +111,7 @@ TEST(ParseScene, reads_every_field) {
     EXPECT_EQ(s.tools[1].active_until, 1.2);
     EXPECT_EQ(s.solver,
               (SolverDescription{SolverKind::explicit_steps, Integrator::backward_euler, 1e-4, 50}));
-    EXPECT_EQ(s.occlusion, (OcclusionDescription{"cpu", 32}));
+    EXPECT_EQ(s.occlusion, (OcclusionDescription{"cpu", 32, occlusion::CriterionKind::transparency}));
     EXPECT_EQ(s.output, (OutputDescription{3, SurfaceFormat::glb, true}));
     EXPECT_EQ(s.camera, (CameraDescription{Vec3(1, -4, 2), Vec3(0, 0, 1), Vec3(0, 1, 0.5), Vec3(0, 1, 1), 50,
                                            640, 480}));
@@ -280,6 +280,12 @@ TEST(ParseScene, sizes_are_bounded) {
 TEST(ParseScene, files_that_cannot_be_read_are_named) {
     EXPECT_THROW(parse_scene_file("/no/such/scene.json"), InputError);
     EXPECT_THROW(parse_scene_file(SPLITCUBES_SCENES), InputError);
+    try {
+        parse_scene_file("somewhere/bunny.OBJ");
+        ADD_FAILURE() << "a mesh was taken for a scene";
+    } catch (const InputError& error) {
+        EXPECT_THAT(error.what(), HasSubstr("is a mesh, where a scene is wanted"));
+    }
 }
 
 TEST(ParseScene, a_file_gives_name_folder_and_place_of_errors) {

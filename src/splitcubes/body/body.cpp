@@ -1,4 +1,5 @@
 #include <splitcubes/body/body.h>
+#include <splitcubes/body/tearing.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/meshless/sampling.h>
 #include <splitcubes/splitting/sheet_cut.h>
@@ -7,6 +8,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
 
 namespace splitcubes::body {
 
@@ -42,6 +44,13 @@ double node_extent(const splitting::NodeGrid& grid, const Vec3i& node, int axis)
     return extent;
 }
 
+std::unique_ptr<occlusion::Criterion> criterion_of(const BodySettings& settings) {
+    return occlusion::make_criterion(settings.criterion,
+                                     settings.make_visibility_backend
+                                         ? settings.make_visibility_backend(settings.visibility)
+                                         : occlusion::make_cpu_backend(settings.visibility));
+}
+
 }  // namespace
 
 Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, const Parallel& parallel)
@@ -51,19 +60,31 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
       surface_(std::make_unique<splitting::Surface>(grid_)),
       pieces_(std::make_unique<splitting::Pieces>(grid_)),
       occluders_(grid_.rest().origin, grid_.rest().cell_size, grid_.rest().node_count),
-      visibility_(occlusion::make_cpu_backend(settings.visibility)),
+      criterion_(criterion_of(settings)),
       tracker_(grid_.bricks()) {
     check_settings(settings_);
     meshless::check_material(settings_.material, "body '" + settings_.name + "' material");
+    if (settings_.tearing && settings_.deformation)
+        throw InputError("body '" + settings_.name + "'", "only an elastic body of phyxels tears",
+                         "take out its tearing or its deformation");
+    if (settings_.tearing) {
+        check_tearing(*settings_.tearing, "body '" + settings_.name + "' tearing");
+        tearing_ = std::make_unique<Tearing>(*settings_.tearing, settings_.material, grid_);
+    }
     build_occluders();
     list_inside_nodes();
+    // Phyxels that only go along need not be many.
+    if (settings_.deformation) settings_.phyxel_count = std::min(settings_.phyxel_count, 64);
     sample(parallel);
+    if (settings_.deformation) make_deformation();
     track_surface_nodes();
     const StepContext at_rest{0, 0, Vec3::Zero(), std::nullopt, {}, parallel};
     StepReport report;
     update_node_frames(at_rest, report);
     update_surface(at_rest, report);
 }
+
+Body::~Body() = default;
 
 // How far a node's material reaches down and up each axis, in cells: to what cuts the
 // edge, be it boundary or cut, else half way to the next node.
@@ -104,6 +125,16 @@ void Body::set_occluders(std::uint32_t cell_number) {
     if (occluder_box_.size() <= cell_number) occluder_box_.resize(cell_number + 1);
     occluder_box_[cell_number] = box;
     occluders_.set_cell(cell.place, triangles);
+}
+
+void Body::restore(const Parallel& parallel) {
+    occluders_ = geometry::OccluderGrid(grid_.rest().origin, grid_.rest().cell_size, grid_.rest().node_count);
+    occluder_box_.clear();
+    build_occluders();
+    locator_ = meshless::PhyxelLocator(phyxels_.rest_position, 1.6 * spacing_);
+    neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
+    constrained_.clear();
+    if (deformation_) restore_deformation();
 }
 
 void Body::list_inside_nodes() {
@@ -237,7 +268,11 @@ void Body::rebuild_samples(const Parallel& parallel) {
     meshless::compute_support_radii(phyxels_, locator_, parallel, {}, known);
     const meshless::Pairs before = std::move(pairs_);
     pairs_ = meshless::find_pairs(phyxels_, locator_, parallel);
-    const std::vector<std::uint32_t> unknown = meshless::carry_visibility(before, pairs_);
+    std::vector<std::uint32_t> unknown = meshless::carry_visibility(before, pairs_);
+    if (criterion_->depends_on_others()) {
+        unknown.resize(pairs_.size());
+        std::iota(unknown.begin(), unknown.end(), 0U);
+    }
     evaluate_pairs(unknown, parallel);
 }
 

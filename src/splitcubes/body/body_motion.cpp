@@ -26,6 +26,7 @@ std::vector<meshless::RigidHold> Body::rigid_holds(const StepContext& context) c
 }
 
 void Body::integrate(const StepContext& context, StepReport& report) {
+    if (deformation_) return advance_deformation(context, report);
     if (constrained_.size() != constraints_.size()) {
         constrained_.assign(constraints_.size(), {});
         for (std::size_t c = 0; c < constraints_.size(); ++c)
@@ -74,8 +75,8 @@ void Body::integrate(const StepContext& context, StepReport& report) {
 void Body::update_node_frames(const StepContext& context, StepReport& report) {
     const TrackerContext tracker = tracker_context(context.parallel);
     tracker_.refresh(tracker);
-    tracker_.evaluate(tracker, phyxels_.position, phyxels_.deformation, frames_);
-    if (tracker_.fallback_count() > 0) report.flags |= flag_frame_fallback;
+    evaluate_frames_now(tracker);
+    if (!deformation_ && tracker_.fallback_count() > 0) report.flags |= flag_frame_fallback;
 }
 
 void Body::update_surface(const StepContext& context, StepReport& report) {

@@ -69,9 +69,12 @@ void Body::label_pieces(StepReport&) {
 // its piece now, but never over to a piece that has parted earlier and moved away.
 void Body::update_owners(std::span<const geometry::Box> boxes) {
     const double reach = 1.8 * grid_.rest().cell_size;  // to the farthest of the nodes around
+    geometry::Box all;
+    for (const geometry::Box& box : boxes) all.add(box);
+    all = all.grown(reach);
     for (std::size_t i = 0; i < phyxels_.size(); ++i) {
         const Vec3& rest = phyxels_.rest_position[i];
-        if (!meets_any(geometry::Box{rest, rest}.grown(reach), boxes)) continue;
+        if (!all.contains(rest) || !meets_any(geometry::Box{rest, rest}.grown(reach), boxes)) continue;
         const std::int32_t own = phyxels_.piece[i];
         owner_[i] = owner_of(rest, owner_[i], [&](std::int32_t piece) {
             return piece == own ||
@@ -83,7 +86,6 @@ void Body::update_owners(std::span<const geometry::Box> boxes) {
 }
 
 void Body::evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& parallel) {
-    std::vector<occlusion::PairQuery> queries;
     std::vector<std::uint32_t> asked;
     for (const std::uint32_t k : pairs) {
         const std::int32_t piece = phyxels_.piece[pairs_.a[k]];
@@ -92,11 +94,42 @@ void Body::evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& 
             continue;
         }
         asked.push_back(k);
-        queries.push_back({phyxels_.rest_position[pairs_.a[k]], phyxels_.rest_position[pairs_.b[k]]});
     }
-    std::vector<float> visibility(queries.size());
-    visibility_->evaluate(occluders_, queries, visibility, parallel);
+    std::vector<float> visibility(asked.size());
+    criterion_->evaluate(occluders_, pair_set(), asked, visibility, parallel);
     for (std::size_t q = 0; q < asked.size(); ++q) pairs_.visibility[asked[q]] = visibility[q];
+}
+
+// The pairs, ascending, whose phyxels changed piece or whose factor a change can reach.
+std::vector<std::uint32_t> Body::changed_sights(std::span<const std::int32_t> piece_before) const {
+    geometry::Box all;
+    for (const geometry::Box& box : changed_boxes_) all.add(box);
+    double longest = 0;
+    for (const double h : phyxels_.support_radius) longest = std::max(longest, h);
+    // No criterion looks farther from a pair than its reach.
+    const geometry::Box reached = all.grown(2.1 * longest);
+    const occlusion::PairSet pairs = pair_set();
+    std::vector<std::uint32_t> asked;
+    const std::span<const std::uint32_t> offsets = neighbourhoods_.offsets();
+    for (std::uint32_t a = 0; a < phyxels_.size(); ++a) {
+        const bool moved = phyxels_.piece[a] != piece_before[a];
+        const bool near = reached.contains(phyxels_.rest_position[a]);
+        if (!moved && !near) continue;
+        for (std::uint32_t l = offsets[a]; l < offsets[a + 1]; ++l) {
+            const std::uint32_t b = neighbourhoods_.neighbour()[l];
+            if (moved || phyxels_.piece[b] != piece_before[b]) {
+                asked.push_back(neighbourhoods_.pair()[l]);
+                continue;
+            }
+            if (b < a) continue;
+            const std::uint32_t pair = neighbourhoods_.pair()[l];
+            const geometry::Box region = criterion_->region(pairs, pair);
+            if (region.meets(all) && meets_any(region, changed_boxes_)) asked.push_back(pair);
+        }
+    }
+    std::sort(asked.begin(), asked.end());
+    asked.erase(std::unique(asked.begin(), asked.end()), asked.end());
+    return asked;
 }
 
 void Body::update_visibility(const StepContext& context, StepReport& report) {
@@ -107,19 +140,7 @@ void Body::update_visibility(const StepContext& context, StepReport& report) {
     for (std::size_t i = 0; i < phyxels_.size(); ++i) phyxels_.piece[i] = pieces_->piece_of(grid_, owner_[i]);
     if (phyxels_.piece != piece_before) tracker_.mark_pieces_changed();
 
-    geometry::Box all;
-    for (const geometry::Box& box : changed_boxes_) all.add(box);
-    std::vector<std::uint32_t> asked;
-    for (std::uint32_t k = 0; k < pairs_.size(); ++k) {
-        const std::uint32_t a = pairs_.a[k], b = pairs_.b[k];
-        const bool moved = phyxels_.piece[a] != piece_before[a] || phyxels_.piece[b] != piece_before[b];
-        if (!moved) {
-            const geometry::Box cone =
-                occlusion::double_cone_bounds({phyxels_.rest_position[a], phyxels_.rest_position[b]});
-            if (!cone.meets(all) || !meets_any(cone, changed_boxes_)) continue;
-        }
-        asked.push_back(k);
-    }
+    const std::vector<std::uint32_t> asked = changed_sights(piece_before);
     std::vector<float> before;
     for (const std::uint32_t k : asked) before.push_back(pairs_.visibility[k]);
     evaluate_pairs(asked, context.parallel);
@@ -137,6 +158,7 @@ void Body::update_visibility(const StepContext& context, StepReport& report) {
 }
 
 void Body::rebuild_neighbourhoods(const StepContext& context) {
+    if (deformation_) tell_deformation();
     if (!changed_pairs_.empty())
         neighbourhoods_.update(phyxels_, pairs_, changed_pairs_, settings_.material, context.parallel);
     if (volumes_changed_) neighbourhoods_.refresh_volumes(phyxels_, settings_.material, context.parallel);

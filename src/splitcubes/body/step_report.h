@@ -15,6 +15,7 @@ namespace splitcubes::body {
 enum class Stage : std::uint8_t {
     move_tools,
     cut_edges,
+    tear,
     retessellate,
     label_pieces,
     update_visibility,
@@ -24,11 +25,11 @@ enum class Stage : std::uint8_t {
     update_node_frames,
     update_surface,
 };
-inline constexpr std::size_t stage_count = 10;
+inline constexpr std::size_t stage_count = 11;
 inline constexpr std::array<const char*, stage_count> stage_names = {
-    "move_tools",         "cut_edges",     "retessellate",           "label_pieces",
-    "update_visibility",  "resample",      "rebuild_neighbourhoods", "integrate",
-    "update_node_frames", "update_surface"};
+    "move_tools",   "cut_edges",          "tear",          "retessellate",
+    "label_pieces", "update_visibility",  "resample",      "rebuild_neighbourhoods",
+    "integrate",    "update_node_frames", "update_surface"};
 
 /// Things that went wrong in a step and were mended; bits of StepReport::flags.
 enum Flag : std::uint32_t {
@@ -58,7 +59,8 @@ struct StepReport {
     double elastic_energy = 0;             // J
     double top_speed = 0;                  // m/s
     // Of this step.
-    std::size_t new_cut_edges = 0;
+    std::size_t new_cut_edges = 0;  // by tools and by tearing
+    std::size_t torn_edges = 0;     // by tearing
     std::size_t changed_cells = 0;
     std::size_t disks = 0;  // pairs whose visibility was evaluated
     std::size_t new_phyxels = 0;

@@ -45,6 +45,8 @@ StepReport World::step() {
                                       report);
         }
     done(Stage::cut_edges);
+    for (auto& body : bodies_) body->tear(context, report);
+    done(Stage::tear);
 
     for (auto& body : bodies_) body->retessellate(report);
     done(Stage::retessellate);

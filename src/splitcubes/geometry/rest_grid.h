@@ -18,7 +18,15 @@ struct RestGrid {
     bool contains(const Vec3i& node) const {
         return (node.array() >= 0).all() && (node.array() < node_count.array()).all();
     }
+    /// For checkpoints.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(origin, cell_size, node_count);
+    }
 };
+
+/// m; beyond this a volume would not fit a double.
+inline constexpr double largest_coordinate = 1e75;
 
 /// The largest number of cells along an axis of a grid.
 inline constexpr int max_cells_per_axis = 1024;
@@ -27,7 +35,8 @@ inline constexpr int max_cells_per_axis = 1024;
 /// side, its nodes placed symmetrically about the box's centre and, where that
 /// leaves a choice, as far as can be from the box's faces (a surface that runs
 /// exactly through nodes is legal but wastes accuracy).
-/// Throws InputError when cell_size is not positive or gives too many cells.
+/// Throws InputError when cell_size is not positive or gives too many cells, and for a
+/// box beyond largest_coordinate.
 RestGrid grid_around(const Box& box, double cell_size);
 
 /// The cell size that puts `cells` cells along the longest side of `box`.

@@ -2,6 +2,7 @@
 #include <splitcubes/meshless/phyxels.h>
 
 #include <algorithm>
+#include <functional>
 
 namespace splitcubes::meshless {
 
@@ -85,6 +86,43 @@ Momenta together(std::span<const Momenta> parts) {
             part.inertia + part.mass * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
     }
     return sum;
+}
+
+void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out,
+                   std::vector<Momenta>& partial, const Parallel& parallel) {
+    constexpr std::size_t grain = 1024;
+    const auto pieces = static_cast<std::size_t>(piece_count);
+    const std::size_t chunks = (phyxels.size() + grain - 1) / grain;
+    // With many pieces, as where some are rigid, the chunks' sums would cost more than they save.
+    if (chunks < 2 || pieces > 64 || !phyxels.rigid.empty()) return piece_momenta(phyxels, piece_count, out);
+    partial.resize(chunks * pieces);
+    const auto each = [&](const auto& add) {
+        const auto chunk = [&](std::size_t begin, std::size_t end) {
+            Momenta* const sums = partial.data() + begin / grain * pieces;
+            for (std::size_t i = begin; i < end; ++i) {
+                const std::int32_t piece = phyxels.piece[i];
+                if (piece >= 0 && piece < piece_count) add(phyxels, i, sums[static_cast<std::size_t>(piece)]);
+            }
+        };
+        parallel.for_chunks(phyxels.size(), grain, std::cref(chunk));
+    };
+    out.assign(pieces, Momenta{});
+    partial.assign(chunks * pieces, Momenta{});
+    each(add_linear);
+    for (std::size_t k = 0; k < partial.size(); ++k) {
+        Momenta& sum = out[k % pieces];
+        sum.mass += partial[k].mass;
+        sum.centre += partial[k].centre;
+        sum.linear += partial[k].linear;
+    }
+    for (Momenta& sum : out)
+        if (sum.mass > 0) sum.centre /= sum.mass;
+    for (std::size_t k = 0; k < partial.size(); ++k) partial[k] = out[k % pieces];
+    each(add_angular);
+    for (std::size_t k = 0; k < partial.size(); ++k) {
+        out[k % pieces].spin += partial[k].spin;
+        out[k % pieces].inertia += partial[k].inertia;
+    }
 }
 
 Momenta total_momenta(const Phyxels& phyxels) {

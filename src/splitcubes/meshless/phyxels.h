@@ -1,6 +1,7 @@
 // The samples of the material and their state, one array a quantity.
 #pragma once
 
+#include <splitcubes/core/parallel.h>
 #include <splitcubes/math/types.h>
 #include <splitcubes/meshless/rigid_pieces.h>
 
@@ -50,6 +51,13 @@ struct Phyxels {
     RigidPieces rigid;
 
     std::size_t size() const { return rest_position.size(); }
+    /// For checkpoints.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(rest_position, position, velocity, previous_position, previous_velocity, mass, volume);
+        archive(support_radius, contact_radius, deformation, rotation, plastic_strain, piece);
+        archive(history_broken, touching, history_step, substeps, rigid);
+    }
     /// Appends one phyxel without mass and volume, its history broken.
     void append(const PhyxelStart& start);
     /// Appends one phyxel at rest.
@@ -70,6 +78,9 @@ struct Momenta {
 /// Per piece, in the order of phyxels; of rigid pieces their own. Phyxels with a piece
 /// outside 0..piece_count-1 are left out. `out` is resized.
 void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out);
+/// The same but for rounding, on several threads; `partial` is a buffer.
+void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out,
+                   std::vector<Momenta>& partial, const Parallel& parallel);
 
 /// Of several bodies together.
 Momenta together(std::span<const Momenta> parts);

@@ -48,6 +48,12 @@ struct RigidPiece {
         spin += (place - centre).cross(impulse);
     }
     double kinetic_energy() const;  // J
+    /// For checkpoints.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(piece, mass, rest_centre, shape, inertia, centre, rotation, momentum, spin, touching);
+        archive(first_point, point_count);
+    }
 };
 
 /// The rigid pieces of a body, by the numbers of their pieces. All their state.
@@ -68,6 +74,11 @@ struct RigidPieces {
     }
     /// Takes a body in, in place of the one that its piece was before.
     void put(RigidPiece body, std::span<const Vec3> own_points);
+    /// For checkpoints.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(bodies, points, of_piece);
+    }
 };
 
 /// A body of cubes: what nodes of the grid own of it.

@@ -1,7 +1,11 @@
 #include <splitcubes/core/error.h>
+#include <splitcubes/deformation/free_form.h>
+#include <splitcubes/deformation/mass_spring.h>
 #include <splitcubes/geometry/shapes.h>
 #include <splitcubes/io/read_mesh.h>
 #include <splitcubes/scene/build.h>
+#include <splitcubes/scene/implicit_model.h>
+#include <splitcubes/scene/strength.h>
 
 #include <algorithm>
 #include <cmath>
@@ -31,9 +35,11 @@ io::Model own_model(const BodyDescription& body, BuildReport& report) {
         for (const std::string& note : read.notes) report.notes.push_back({body.name, note});
         return model;
     }
+    if (const auto* shape = std::get_if<ImplicitShape>(&body.shape)) return implicit_model(*shape, body.name);
     geometry::TriangleMesh mesh = std::visit(
         Overloaded{
             [](const MeshShape&) { return geometry::TriangleMesh{}; },
+            [](const ImplicitShape&) { return geometry::TriangleMesh{}; },
             [](const BoxShape& s) { return geometry::make_box(s.size); },
             [](const SphereShape& s) { return geometry::make_sphere(s.radius, 5); },
             [](const CylinderShape& s) { return geometry::make_cylinder(s.radius, s.height, 128); },
@@ -42,21 +48,6 @@ io::Model own_model(const BodyDescription& body, BuildReport& report) {
             [](const PearShape& s) { return geometry::make_pear(s.height, 96); }},
         body.shape);
     return {std::move(mesh), {}};
-}
-
-std::function<bool(const Vec3&)> region_test(const Region& region) {
-    return std::visit(Overloaded{[](const BoxRegion& r) -> std::function<bool(const Vec3&)> {
-                                     return [r](const Vec3& p) {
-                                         return geometry::Box{r.min, r.max}.contains(p);
-                                     };
-                                 },
-                                 [](const SphereRegion& r) -> std::function<bool(const Vec3&)> {
-                                     return [r](const Vec3& p) { return (p - r.center).norm() <= r.radius; };
-                                 },
-                                 [](const HalfSpaceRegion& r) -> std::function<bool(const Vec3&)> {
-                                     return [r](const Vec3& p) { return (p - r.point).dot(r.normal) >= 0; };
-                                 }},
-                      region);
 }
 
 // World from rest at a time: about the pivot, linear between the keyframes.
@@ -124,18 +115,62 @@ meshless::Material material_of(const MaterialDescription& m) {
     return out;
 }
 
-body::BodySettings body_settings(const BodyDescription& b, const geometry::TriangleMesh& mesh,
+deformation::MakeDeformation free_form(const FreeFormDescription& form, const geometry::Box& box) {
+    deformation::FreeFormSettings settings;
+    settings.degree = form.degree;
+    const Vec3i count = form.degree + Vec3i::Ones();
+    for (const LatticeKeyframeDescription& key : form.keyframes) {
+        deformation::LatticeKeyframe out{
+            key.time, std::vector<Vec3>(static_cast<std::size_t>(count.prod()), Vec3::Zero())};
+        for (const LatticePoint& p : key.points)
+            out.displacement[static_cast<std::size_t>((p.index[2] * count[1] + p.index[1]) * count[0] +
+                                                      p.index[0])] = p.displacement;
+        settings.keyframes.push_back(std::move(out));
+    }
+    return [settings, box](deformation::NodeSet nodes) {
+        return std::make_unique<deformation::FreeForm>(std::move(nodes), settings, box);
+    };
+}
+
+deformation::MakeDeformation deformation_of(const BodyDescription& b, const geometry::Box& box) {
+    if (const auto* form = std::get_if<FreeFormDescription>(&*b.deformation)) return free_form(*form, box);
+    deformation::MassSpringSettings settings;
+    settings.youngs_modulus = b.material.youngs_modulus;
+    settings.mass_damping = b.material.mass_damping;
+    settings.stiffness_damping = b.material.stiffness_damping;
+    return [settings](deformation::NodeSet nodes) {
+        return std::make_unique<deformation::MassSpring>(std::move(nodes), settings);
+    };
+}
+
+body::BodySettings body_settings(const BodyDescription& b, const io::Model& model,
                                  const SceneDescription& scene) {
     body::BodySettings s;
     s.name = b.name;
-    s.cell_size = b.cell_size ? *b.cell_size : geometry::cell_size_for(mesh.bounds(), *b.cells);
+    s.cell_size = b.cell_size ? *b.cell_size : geometry::cell_size_for(model.mesh.bounds(), *b.cells);
     s.phyxel_spacing = b.phyxel_spacing.value_or(0);
     s.phyxel_count = b.phyxel_count.value_or(0);
     s.material = material_of(b.material);
     s.velocity = b.velocity;
     s.angular_velocity = b.angular_velocity;
     s.visibility.disk_size = scene.occlusion.disk_size;
+    s.criterion = scene.occlusion.criterion;
+    if (b.deformation) s.deformation = deformation_of(b, model.mesh.bounds());
+    if (b.material.tearing) s.tearing = tear_settings(*b.material.tearing, model);
     return s;
+}
+
+// What is wrong with one of several bodies says with which.
+const body::Body& add_body(body::World& world, const BodyDescription& b, const io::Model& model,
+                           const SceneDescription& scene,
+                           const decltype(body::BodySettings::make_visibility_backend)& make_opengl_backend) {
+    try {
+        body::BodySettings settings = body_settings(b, model, scene);
+        if (scene.occlusion.backend == "opengl") settings.make_visibility_backend = make_opengl_backend;
+        return world.add_body(model.mesh, settings);
+    } catch (const InputError& error) {
+        throw InputError("body '" + b.name + "'", error.what());
+    }
 }
 
 }  // namespace
@@ -169,8 +204,12 @@ cutting::Blade make_blade(const ToolDescription& tool) {
     return {tool.name, std::move(shape), std::move(keyframes), options};
 }
 
-std::unique_ptr<body::World> build_world(const SceneDescription& scene,
-                                         std::shared_ptr<const Parallel> parallel, BuildReport& report) {
+std::unique_ptr<body::World> build_world(
+    const SceneDescription& scene, std::shared_ptr<const Parallel> parallel, BuildReport& report,
+    const decltype(body::BodySettings::make_visibility_backend)& make_opengl_backend) {
+    if (scene.occlusion.backend == "opengl" && !make_opengl_backend)
+        throw InputError("scene occlusion.backend", "is \"opengl\", which is not built in",
+                         "take \"cpu\", or build with SPLITCUBES_BUILD_RENDER");
     body::WorldSettings settings;
     settings.time_step = scene.time_step;
     settings.gravity = scene.gravity;
@@ -184,7 +223,7 @@ std::unique_ptr<body::World> build_world(const SceneDescription& scene,
     auto world = std::make_unique<body::World>(settings, std::move(parallel));
     for (const BodyDescription& b : scene.bodies) {
         io::Model model = placed_model(b, report);
-        const body::Body& made = world->add_body(model.mesh, body_settings(b, model.mesh, scene));
+        const body::Body& made = add_body(*world, b, model, scene, make_opengl_backend);
         for (const std::string& note : made.solidify_report().notes) report.notes.push_back({b.name, note});
         if (model.attributes.empty()) model.mesh = {};
         report.models.push_back(std::move(model));

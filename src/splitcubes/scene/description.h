@@ -3,6 +3,7 @@
 #pragma once
 
 #include <splitcubes/math/types.h>
+#include <splitcubes/occlusion/criterion.h>
 
 #include <filesystem>
 #include <optional>
@@ -53,8 +54,35 @@ struct PearShape {
     double height = 1;  // m, whole, along z
     bool operator==(const PearShape&) const = default;
 };
-using Shape =
-    std::variant<MeshShape, BoxShape, SphereShape, CylinderShape, TorusShape, CapsuleShape, PearShape>;
+// Parts of an implicit shape.
+
+struct BallPart {
+    Vec3 center = Vec3::Zero();  // m
+    Vec3 radii = Vec3::Ones();   // m, half axes along x, y, z
+    bool operator==(const BallPart&) const = default;
+};
+/// A ball that moves from one point to another and changes its radius on the way.
+struct ConePart {
+    Vec3 from = Vec3::Zero();  // m
+    Vec3 to = Vec3::UnitZ();   // m
+    double from_radius = 1;    // m
+    double to_radius = 1;      // m
+    bool operator==(const ConePart&) const = default;
+};
+struct ImplicitPart {
+    std::variant<BallPart, ConePart> form;
+    Vec3 colour = Vec3::Constant(0.8);  // red, green, blue, sRGB, 0..1
+    bool operator==(const ImplicitPart&) const = default;
+};
+/// The union of its parts, which flow into each other over `smoothness`.
+struct ImplicitShape {
+    double smoothness = 0;  // m; 0: sharp
+    int cells = 96;         // of the grid that makes its mesh, along the longest side
+    std::vector<ImplicitPart> parts;
+    bool operator==(const ImplicitShape&) const = default;
+};
+using Shape = std::variant<MeshShape, BoxShape, SphereShape, CylinderShape, TorusShape, CapsuleShape,
+                           PearShape, ImplicitShape>;
 
 /// world = position + rotation (scale * own). The rotation is about the shape's origin.
 struct PlacementDescription {
@@ -62,51 +90,6 @@ struct PlacementDescription {
     Rotation rotation;
     double scale = 1;  // > 0
     bool operator==(const PlacementDescription&) const = default;
-};
-
-enum class MaterialModel { corotated, st_venant_kirchhoff };
-
-/// Strain that stays; strains as the material's model measures them.
-struct PlasticityDescription {
-    double yield = 0.02;          // norm of the elastic strain above which it flows
-    std::optional<double> creep;  // rate of flow, 1/s; none: at once
-    double maximum = 0.4;         // of the plastic strain's norm
-    bool operator==(const PlasticityDescription&) const = default;
-};
-
-struct MaterialDescription {
-    MaterialModel model = MaterialModel::corotated;
-    double density = 1000;         // kg/m^3
-    double youngs_modulus = 1e5;   // Pa
-    double poisson_ratio = 0.3;    // [0, 0.49]
-    double volume_stiffness = 0;   // Pa, against change of volume in large deformation
-    double mass_damping = 0;       // 1/s
-    double stiffness_damping = 0;  // s
-    double zero_energy = 0.1;      // dimensionless weight of the penalty on zero-energy modes
-    std::optional<PlasticityDescription> plasticity;  // none: elastic
-    bool operator==(const MaterialDescription&) const = default;
-};
-
-struct BodyDescription {
-    std::string name;
-    Shape shape = BoxShape{};
-    PlacementDescription placement;
-    // Exactly one of the two is set.
-    std::optional<int> cells = 32;    // grid cells along the longest side of the placed shape's box
-    std::optional<double> cell_size;  // m
-    // Exactly one of the two is set.
-    std::optional<int> phyxel_count = 800;  // wished for; the sampling comes close to it
-    std::optional<double> phyxel_spacing;   // m
-    MaterialDescription material;
-    Vec3 velocity = Vec3::Zero();          // m/s, world, at time 0
-    Vec3 angular_velocity = Vec3::Zero();  // rad/s, world, about the centre of mass, at time 0
-    bool operator==(const BodyDescription&) const = default;
-};
-
-struct GroundDescription {
-    double height = 0;      // m, the plane z = height; the free side is above
-    double friction = 0.5;  // Coulomb coefficient
-    bool operator==(const GroundDescription&) const = default;
 };
 
 // Regions of a body, in placed coordinates at time 0; closed sets.
@@ -127,7 +110,117 @@ struct HalfSpaceRegion {
     Vec3 normal = Vec3::UnitZ();  // of any length above zero, points into the region
     bool operator==(const HalfSpaceRegion&) const = default;
 };
-using Region = std::variant<BoxRegion, SphereRegion, HalfSpaceRegion>;
+/// Within `radius` of the segment's line, between its ends.
+struct CylinderRegion {
+    Vec3 from = Vec3::Zero();  // m
+    Vec3 to = Vec3::UnitZ();   // m
+    double radius = 1;         // m
+    bool operator==(const CylinderRegion&) const = default;
+};
+/// Within half of `thickness` of a plane.
+struct SlabRegion {
+    Vec3 point = Vec3::Zero();    // m, on the middle plane
+    Vec3 normal = Vec3::UnitZ();  // of any length above zero
+    double thickness = 1;         // m, whole
+    bool operator==(const SlabRegion&) const = default;
+};
+using Region = std::variant<BoxRegion, SphereRegion, HalfSpaceRegion, CylinderRegion, SlabRegion>;
+
+enum class MaterialModel { corotated, st_venant_kirchhoff };
+
+/// Strain that stays; strains as the material's model measures them.
+struct PlasticityDescription {
+    double yield = 0.02;          // norm of the elastic strain above which it flows
+    std::optional<double> creep;  // rate of flow, 1/s; none: at once
+    double maximum = 0.4;         // of the plastic strain's norm
+    bool operator==(const PlasticityDescription&) const = default;
+};
+
+/// Makes a part of the body weaker or stronger: `factor` within `region`.
+struct StrengthPatch {
+    Region region = BoxRegion{};
+    double factor = 1;
+    bool operator==(const StrengthPatch&) const = default;
+};
+/// Strength painted on the mesh: of each place the brightness (mean of red, green and
+/// blue) of the nearest place of the surface, 0 standing for `dark`, 1 for `light`.
+struct StrengthPaint {
+    double dark = 0.1;
+    double light = 1;
+    bool operator==(const StrengthPaint&) const = default;
+};
+using StrengthLayer = std::variant<StrengthPatch, StrengthPaint>;
+
+/// Stress above which the material parts.
+struct TearingDescription {
+    double strength = 1e5;                    // Pa, of the largest principal stress
+    double toughness = 0.6;                   // share of it that is borne at the tip of a crack
+    std::optional<double> crack_speed;        // m/s; none: as fast as in brittle material
+    std::vector<StrengthLayer> strength_map;  // factors of the strength, multiplied where they overlap
+    bool operator==(const TearingDescription&) const = default;
+};
+
+struct MaterialDescription {
+    MaterialModel model = MaterialModel::corotated;
+    double density = 1000;         // kg/m^3
+    double youngs_modulus = 1e5;   // Pa
+    double poisson_ratio = 0.3;    // [0, 0.49]
+    double volume_stiffness = 0;   // Pa, against change of volume in large deformation
+    double mass_damping = 0;       // 1/s
+    double stiffness_damping = 0;  // s
+    double zero_energy = 0.1;      // dimensionless weight of the penalty on zero-energy modes
+    std::optional<PlasticityDescription> plasticity;  // none: elastic
+    std::optional<TearingDescription> tearing;        // none: only tools cut it
+    bool operator==(const MaterialDescription&) const = default;
+};
+
+// What moves a body in place of its phyxels.
+
+/// A control point of a free-form lattice and where it is displaced to.
+struct LatticePoint {
+    Vec3i index = Vec3i::Zero();
+    Vec3 displacement = Vec3::Zero();  // m
+    bool operator==(const LatticePoint&) const = default;
+};
+struct LatticeKeyframeDescription {
+    double time = 0;                   // s, strictly increasing
+    std::vector<LatticePoint> points;  // those not named are not displaced
+    bool operator==(const LatticeKeyframeDescription&) const = default;
+};
+/// The body's box as a Bezier volume.
+struct FreeFormDescription {
+    Vec3i degree = Vec3i(1, 1, 1);  // per axis; one more control points
+    std::vector<LatticeKeyframeDescription> keyframes;
+    bool operator==(const FreeFormDescription&) const = default;
+};
+/// Springs between the grid's nodes, with the material's density, modulus and damping.
+struct MassSpringDescription {
+    bool operator==(const MassSpringDescription&) const = default;
+};
+using DeformationDescription = std::variant<FreeFormDescription, MassSpringDescription>;
+
+struct BodyDescription {
+    std::string name;
+    Shape shape = BoxShape{};
+    PlacementDescription placement;
+    // Exactly one of the two is set.
+    std::optional<int> cells = 32;    // grid cells along the longest side of the placed shape's box
+    std::optional<double> cell_size;  // m
+    // Exactly one of the two is set.
+    std::optional<int> phyxel_count = 800;  // wished for; the sampling comes close to it
+    std::optional<double> phyxel_spacing;   // m
+    MaterialDescription material;
+    std::optional<DeformationDescription> deformation;  // none: elastic phyxels
+    Vec3 velocity = Vec3::Zero();                       // m/s, world, at time 0
+    Vec3 angular_velocity = Vec3::Zero();               // rad/s, world, about the centre of mass, at time 0
+    bool operator==(const BodyDescription&) const = default;
+};
+
+struct GroundDescription {
+    double height = 0;      // m, the plane z = height; the free side is above
+    double friction = 0.5;  // Coulomb coefficient
+    bool operator==(const GroundDescription&) const = default;
+};
 
 /// A place on a path. Between keyframes positions are interpolated as the owner
 /// says and rotations take the short way round; before the first and after the
@@ -231,6 +324,7 @@ struct SolverDescription {
 struct OcclusionDescription {
     std::string backend = "cpu";
     int disk_size = 16;  // texels a side: 8, 16 or 32
+    occlusion::CriterionKind criterion = occlusion::CriterionKind::occlusion_disk;
     bool operator==(const OcclusionDescription&) const = default;
 };
 
@@ -240,6 +334,7 @@ struct OutputDescription {
     int every_nth_frame = 1;                    // 1: all
     SurfaceFormat format = SurfaceFormat::ply;  // of the surface meshes
     bool pictures = false;                      // also draw each written frame
+    bool links = false;                         // also write the links between phyxels
     bool operator==(const OutputDescription&) const = default;
 };
 

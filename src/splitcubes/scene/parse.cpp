@@ -1,4 +1,5 @@
 #include <splitcubes/core/error.h>
+#include <splitcubes/io/mesh_format.h>
 #include <splitcubes/scene/json_location.h>
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/read_scene.h>
@@ -125,6 +126,9 @@ SceneDescription parse_scene_text(std::string_view text, const std::string& name
 }
 
 SceneDescription parse_scene_file(const std::filesystem::path& path, std::span<const std::string> overrides) {
+    if (io::format_of_extension(path))
+        throw InputError(path.string(), "is a mesh, where a scene is wanted",
+                         "cut it as it is with 'splitcubes cut', or name it as a body's mesh in a scene");
     return parse_scene_text(read_text(path, "scene"), path.string(),
                             std::filesystem::absolute(path).parent_path(), overrides);
 }

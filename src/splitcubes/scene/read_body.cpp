@@ -31,12 +31,78 @@ Shape read_torus(const Value& value) {
     return torus;
 }
 
+ImplicitPart read_part(const Value& value) {
+    const Object object(value, "implicit_part");
+    ImplicitPart out;
+    if (object.has("ball") == object.has("cone")) value.fail("is not one part", "give a ball or a cone");
+    object.read("colour", out.colour, {0, 1});
+    if (object.has("ball")) {
+        const Object ball(object.at("ball"), "ball_part");
+        out.form = BallPart{ball.at("center").vector(), ball.at("radii").vector(positive)};
+        return out;
+    }
+    const Object cone(object.at("cone"), "cone_part");
+    const ConePart form{cone.at("from").vector(), cone.at("to").vector(),
+                        cone.at("from_radius").number(positive), cone.at("to_radius").number(positive)};
+    if (form.from == form.to) object.at("cone").fail("has no length", "give different points as from and to");
+    out.form = form;
+    return out;
+}
+
+ImplicitShape read_implicit(const Value& value) {
+    const Object object(value, "implicit_shape");
+    ImplicitShape out;
+    object.read("smoothness", out.smoothness, not_negative);
+    object.read("cells", out.cells, 8, 400);
+    for (const Value& part : object.at("parts").elements(1, ParseLimits::parts))
+        out.parts.push_back(read_part(part));
+    return out;
+}
+
+// Three whole numbers of a range.
+Vec3i read_integers(const Value& value, int low, const Vec3i& high) {
+    const std::vector<Value> elements = value.elements(3, 3);
+    Vec3i out;
+    for (int k = 0; k < 3; ++k) out[k] = elements[static_cast<std::size_t>(k)].integer(low, high[k]);
+    return out;
+}
+
+FreeFormDescription read_free_form(const Value& value) {
+    const Object object(value, "free_form");
+    FreeFormDescription out;
+    out.degree = read_integers(object.at("degree"), 1, Vec3i::Constant(12));
+    for (const Value& element : object.at("keyframes").elements(1, ParseLimits::keyframes)) {
+        const Object keyframe(element, "lattice_keyframe");
+        LatticeKeyframeDescription key;
+        key.time = keyframe.at("time").number(any_time);
+        if (!out.keyframes.empty() && key.time <= out.keyframes.back().time)
+            keyframe.at("time").fail("is not after the keyframe before", "give times that increase");
+        if (keyframe.has("points"))
+            for (const Value& point : keyframe.at("points").elements(0, 2197)) {
+                const Object one(point, "lattice_point");
+                key.points.push_back(
+                    {read_integers(one.at("index"), 0, out.degree), one.at("displacement").vector()});
+            }
+        out.keyframes.push_back(key);
+    }
+    return out;
+}
+
+DeformationDescription read_deformation(const Value& value) {
+    const Object object(value, "deformation");
+    const std::string_view kind = object.only_key();
+    if (kind == "free_form") return read_free_form(object.at(kind));
+    const Object none(object.at(kind), "mass_spring");
+    return MassSpringDescription{};
+}
+
 Shape read_shape(const Value& value) {
     const Object object(value, "shape");
     const std::string_view kind = object.only_key();
     const Value inner = object.at(kind);
     if (kind == "mesh") return read_mesh_shape(inner);
     if (kind == "torus") return read_torus(inner);
+    if (kind == "implicit") return read_implicit(inner);
     if (kind == "box") return BoxShape{Object(inner, "box_shape").at("size").vector(positive)};
     if (kind == "sphere") return SphereShape{Object(inner, "sphere_shape").at("radius").number(positive)};
     if (kind == "pear") return PearShape{Object(inner, "pear_shape").at("height").number(positive)};
@@ -71,6 +137,46 @@ PlasticityDescription read_plasticity(const Value& value, MaterialModel model) {
     return out;
 }
 
+StrengthLayer read_strength_layer(const Value& value) {
+    const Object object(value, "strength_layer");
+    const std::string_view kind = object.only_key();
+    const Value inner = object.at(kind);
+    constexpr Range any_factor{0, 1e6, true};
+    if (kind == "patch") {
+        const Object patch(inner, "strength_patch");
+        return StrengthPatch{read_region(patch.at("region")), patch.at("factor").number(any_factor)};
+    }
+    const Object paint(inner, "strength_paint");
+    StrengthPaint out;
+    paint.read("dark", out.dark, any_factor);
+    paint.read("light", out.light, any_factor);
+    return out;
+}
+
+TearingDescription read_tearing(const Value& value) {
+    const Object object(value, "tearing");
+    TearingDescription out;
+    out.strength = object.at("strength").number({0, 1e13, true});
+    object.read("toughness", out.toughness, {0, 1, true});
+    object.read_optional("crack_speed", out.crack_speed, {0, 1e5, true});
+    if (object.has("strength_map"))
+        for (const Value& layer : object.at("strength_map").elements(0, ParseLimits::strength_layers))
+            out.strength_map.push_back(read_strength_layer(layer));
+    return out;
+}
+
+// A paint needs a mesh that can be painted.
+void check_paint(const Object& material, const Shape& shape) {
+    const Value tearing = material.at("tearing");
+    const auto layers = Object(tearing, "tearing").find("strength_map");
+    if (!layers || std::holds_alternative<MeshShape>(shape) || std::holds_alternative<ImplicitShape>(shape))
+        return;
+    for (const Value& layer : layers->elements(0, ParseLimits::strength_layers))
+        if (Object(layer, "strength_layer").has("paint"))
+            layer.fail("paints a shape that has no colours",
+                       "give the body a mesh with colours, or a patch instead");
+}
+
 MaterialDescription read_material(const Value& value) {
     const Object object(value, "material");
     MaterialDescription out;
@@ -87,6 +193,7 @@ MaterialDescription read_material(const Value& value) {
     if (const auto plasticity = object.find("plasticity")) {
         out.plasticity = read_plasticity(*plasticity, out.model);
     }
+    if (const auto tearing = object.find("tearing")) out.tearing = read_tearing(*tearing);
     return out;
 }
 
@@ -115,6 +222,12 @@ BodyDescription read_body(const Value& value) {
     object.read_optional("phyxel_spacing", out.phyxel_spacing, positive);
     if (out.phyxel_spacing) out.phyxel_count.reset();
     if (object.has("material")) out.material = read_material(object.at("material"));
+    if (out.material.tearing) check_paint(Object(object.at("material"), "material"), out.shape);
+    if (const auto deformation = object.find("deformation")) {
+        out.deformation = read_deformation(*deformation);
+        if (out.material.tearing)
+            deformation->fail("is given to a body that tears", "take its material's tearing out");
+    }
     object.read("velocity", out.velocity);
     object.read("angular_velocity", out.angular_velocity);
     return out;

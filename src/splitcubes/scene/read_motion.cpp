@@ -28,6 +28,16 @@ Region read_box_region(const Value& value) {
     return box;
 }
 
+CylinderRegion read_cylinder_region(const Value& value) {
+    const Object object(value, "cylinder_region");
+    const CylinderRegion out{object.at("from").vector(), object.at("to").vector(),
+                             object.at("radius").number(positive)};
+    if (out.from == out.to) value.fail("has no length", "give different points as from and to");
+    return out;
+}
+
+}  // namespace
+
 Region read_region(const Value& value) {
     const Object object(value, "region");
     const std::string_view kind = object.only_key();
@@ -37,13 +47,24 @@ Region read_region(const Value& value) {
         const Object sphere(inner, "sphere_region");
         return SphereRegion{sphere.at("center").vector(), sphere.at("radius").number(positive)};
     }
+    if (kind == "cylinder") return read_cylinder_region(inner);
+    if (kind == "slab") {
+        const Object slab(inner, "slab_region");
+        return SlabRegion{slab.at("point").vector(), slab.at("normal").direction(),
+                          slab.at("thickness").number(positive)};
+    }
     const Object half_space(inner, "half_space_region");
     return HalfSpaceRegion{half_space.at("point").vector(), half_space.at("normal").direction()};
 }
 
+namespace {
+
 Vec3 region_center(const Region& region) {
     if (const auto* box = std::get_if<BoxRegion>(&region)) return 0.5 * (box->min + box->max);
     if (const auto* sphere = std::get_if<SphereRegion>(&region)) return sphere->center;
+    if (const auto* cylinder = std::get_if<CylinderRegion>(&region))
+        return 0.5 * (cylinder->from + cylinder->to);
+    if (const auto* slab = std::get_if<SlabRegion>(&region)) return slab->point;
     return std::get<HalfSpaceRegion>(region).point;
 }
 

@@ -34,6 +34,39 @@ Json to_json(const Rotation& rotation) {
     return {{"axis", to_json(rotation.axis)}, {"angle_degrees", rotation.angle_degrees}};
 }
 
+Json to_json(const Vec3i& v) {
+    return Json::array({v.x(), v.y(), v.z()});
+}
+
+Json to_json(const ImplicitPart& part) {
+    Json out;
+    if (const auto* ball = std::get_if<BallPart>(&part.form)) {
+        out["ball"] = {{"center", to_json(ball->center)}, {"radii", to_json(ball->radii)}};
+    } else {
+        const auto& cone = std::get<ConePart>(part.form);
+        out["cone"] = {{"from", to_json(cone.from)},
+                       {"to", to_json(cone.to)},
+                       {"from_radius", cone.from_radius},
+                       {"to_radius", cone.to_radius}};
+    }
+    out["colour"] = to_json(part.colour);
+    return out;
+}
+
+Json to_json(const DeformationDescription& deformation) {
+    if (std::holds_alternative<MassSpringDescription>(deformation)) return {{"mass_spring", Json::object()}};
+    const auto& form = std::get<FreeFormDescription>(deformation);
+    Json keyframes = Json::array();
+    for (const LatticeKeyframeDescription& key : form.keyframes) {
+        Json points = Json::array();
+        for (const LatticePoint& point : key.points)
+            points.push_back(
+                {{"index", to_json(point.index)}, {"displacement", to_json(point.displacement)}});
+        keyframes.push_back({{"time", key.time}, {"points", points}});
+    }
+    return {{"free_form", {{"degree", to_json(form.degree)}, {"keyframes", keyframes}}}};
+}
+
 Json to_json(const Shape& shape) {
     return std::visit(
         Overloaded{
@@ -58,8 +91,55 @@ Json to_json(const Shape& shape) {
             [](const PearShape& s) -> Json {
                 return {{"pear", {{"height", s.height}}}};
             },
+            [](const ImplicitShape& s) -> Json {
+                Json parts = Json::array();
+                for (const ImplicitPart& part : s.parts) parts.push_back(to_json(part));
+                return {{"implicit", {{"smoothness", s.smoothness}, {"cells", s.cells}, {"parts", parts}}}};
+            },
         },
         shape);
+}
+
+Json to_json(const Region& region) {
+    return std::visit(
+        Overloaded{
+            [](const BoxRegion& r) -> Json {
+                return {{"box", {{"min", to_json(r.min)}, {"max", to_json(r.max)}}}};
+            },
+            [](const SphereRegion& r) -> Json {
+                return {{"sphere", {{"center", to_json(r.center)}, {"radius", r.radius}}}};
+            },
+            [](const HalfSpaceRegion& r) -> Json {
+                return {{"half_space", {{"point", to_json(r.point)}, {"normal", to_json(r.normal)}}}};
+            },
+            [](const CylinderRegion& r) -> Json {
+                return {
+                    {"cylinder", {{"from", to_json(r.from)}, {"to", to_json(r.to)}, {"radius", r.radius}}}};
+            },
+            [](const SlabRegion& r) -> Json {
+                return {{"slab",
+                         {{"point", to_json(r.point)},
+                          {"normal", to_json(r.normal)},
+                          {"thickness", r.thickness}}}};
+            },
+        },
+        region);
+}
+
+Json to_json(const StrengthLayer& layer) {
+    if (const auto* patch = std::get_if<StrengthPatch>(&layer))
+        return {{"patch", {{"region", to_json(patch->region)}, {"factor", patch->factor}}}};
+    const auto& paint = std::get<StrengthPaint>(layer);
+    return {{"paint", {{"dark", paint.dark}, {"light", paint.light}}}};
+}
+
+Json to_json(const TearingDescription& tearing) {
+    Json map = Json::array();
+    for (const StrengthLayer& layer : tearing.strength_map) map.push_back(to_json(layer));
+    return {{"strength", tearing.strength},
+            {"toughness", tearing.toughness},
+            {"crack_speed", or_null(tearing.crack_speed)},
+            {"strength_map", map}};
 }
 
 Json to_json(const MaterialDescription& material) {
@@ -77,7 +157,8 @@ Json to_json(const MaterialDescription& material) {
             {"mass_damping", material.mass_damping},
             {"stiffness_damping", material.stiffness_damping},
             {"zero_energy", material.zero_energy},
-            {"plasticity", plasticity}};
+            {"plasticity", plasticity},
+            {"tearing", material.tearing ? to_json(*material.tearing) : Json()}};
 }
 
 Json to_json(const BodyDescription& body) {
@@ -92,6 +173,7 @@ Json to_json(const BodyDescription& body) {
     out[body.phyxel_spacing ? "phyxel_spacing" : "phyxel_count"] =
         body.phyxel_spacing ? Json(*body.phyxel_spacing) : or_null(body.phyxel_count);
     out["material"] = to_json(body.material);
+    out["deformation"] = body.deformation ? to_json(*body.deformation) : Json();
     out["velocity"] = to_json(body.velocity);
     out["angular_velocity"] = to_json(body.angular_velocity);
     return out;
@@ -105,22 +187,6 @@ Json to_json(const std::vector<MotionKeyframe>& keyframes) {
                        {"rotation", to_json(keyframe.rotation)}});
     }
     return out;
-}
-
-Json to_json(const Region& region) {
-    return std::visit(
-        Overloaded{
-            [](const BoxRegion& r) -> Json {
-                return {{"box", {{"min", to_json(r.min)}, {"max", to_json(r.max)}}}};
-            },
-            [](const SphereRegion& r) -> Json {
-                return {{"sphere", {{"center", to_json(r.center)}, {"radius", r.radius}}}};
-            },
-            [](const HalfSpaceRegion& r) -> Json {
-                return {{"half_space", {{"point", to_json(r.point)}, {"normal", to_json(r.normal)}}}};
-            },
-        },
-        region);
 }
 
 Json to_json(const ConstraintDescription& constraint) {
@@ -231,10 +297,13 @@ nlohmann::ordered_json resolved_scene(const SceneDescription& scene) {
                      {"integrator", name_of(scene.solver.integrator, integrator_names)},
                      {"tolerance", scene.solver.tolerance},
                      {"max_iterations", scene.solver.max_iterations}};
-    out["occlusion"] = {{"backend", scene.occlusion.backend}, {"disk_size", scene.occlusion.disk_size}};
+    out["occlusion"] = {{"backend", scene.occlusion.backend},
+                        {"criterion", name_of(scene.occlusion.criterion, occlusion_criterion_names)},
+                        {"disk_size", scene.occlusion.disk_size}};
     out["output"] = {{"every_nth_frame", scene.output.every_nth_frame},
                      {"format", name_of(scene.output.format, surface_format_names)},
-                     {"pictures", scene.output.pictures}};
+                     {"pictures", scene.output.pictures},
+                     {"links", scene.output.links}};
     out["camera"] = to_json(scene.camera);
     return out;
 }

@@ -13,9 +13,6 @@ using geometry::TriangleMesh;
 
 namespace {
 
-// Beyond this a volume would not fit a double.
-constexpr double largest_coordinate = 1e75;
-
 void check_input(const TriangleMesh& mesh) {
     if (mesh.triangles.empty())
         throw InputError("mesh", "has no triangles", "give a mesh that encloses volume");
@@ -27,7 +24,7 @@ void check_input(const TriangleMesh& mesh) {
                                              std::to_string(mesh.positions.size()));
             // maxCoeff may pass over what is not a number.
             if (!mesh.positions[v].allFinite() ||
-                mesh.positions[v].cwiseAbs().maxCoeff() >= largest_coordinate)
+                mesh.positions[v].cwiseAbs().maxCoeff() >= geometry::largest_coordinate)
                 throw InputError("mesh", "vertex " + std::to_string(v) + " is not finite or beyond 1e75 m",
                                  "give coordinates that volumes can be computed from");
         }

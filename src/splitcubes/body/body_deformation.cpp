@@ -1,0 +1,134 @@
+// Bodies whose nodes something other than their phyxels moves.
+#include <splitcubes/body/body.h>
+
+#include <algorithm>
+
+namespace splitcubes::body {
+
+using splitting::GridEdge;
+
+void Body::make_deformation() {
+    deformation::NodeSet nodes;
+    nodes.rest = grid_.rest();
+    nodes.place = inside_nodes_;
+    nodes.velocity = settings_.velocity;
+    nodes.spin = settings_.angular_velocity;
+    for (const double mass : phyxels_.mass) nodes.mass += mass;
+    node_number_ = splitting::SlotMap<1>(grid_.bricks());
+    for (std::size_t n = 0; n < inside_nodes_.size(); ++n)
+        node_number_.set(inside_nodes_[n], 0, static_cast<std::int32_t>(n));
+    for (std::uint32_t n = 0; n < inside_nodes_.size(); ++n)
+        for (int axis = 0; axis < 3; ++axis) {
+            const GridEdge edge{inside_nodes_[n], axis};
+            if (!grid_.has_edge(edge) || grid_.is_cut(edge) || !grid_.inside(edge.upper())) continue;
+            nodes.uncut_edges.push_back(
+                {n, static_cast<std::uint32_t>(node_number_.get(edge.upper(), 0)), axis});
+        }
+    deformation_ = settings_.deformation(std::move(nodes));
+    const Parallel one(1);
+    node_frames_.resize(inside_nodes_.size());
+    deformation_->node_frames(node_frames_, one);
+    node_frames_before_ = node_frames_;
+}
+
+void Body::advance_deformation(const StepContext& context, StepReport& report) {
+    std::vector<std::uint8_t> held(inside_nodes_.size(), 0);
+    std::vector<Vec3> held_position(inside_nodes_.size(), Vec3::Zero());
+    for (const HoldConstraint& constraint : constraints_) {
+        if (context.time < constraint.from || context.time >= constraint.until) continue;
+        const Isometry motion = constraint.motion(context.time + context.dt);
+        for (std::size_t n = 0; n < inside_nodes_.size(); ++n) {
+            if (!constraint.region(inside_rest_[n])) continue;
+            held[n] = 1;
+            held_position[n] = motion * inside_rest_[n];
+        }
+    }
+    deformation::Motion motion{context.time, context.dt,    context.gravity, std::nullopt,
+                               held,         held_position, context.parallel};
+    if (context.ground)
+        motion.ground = deformation::Motion::Ground{context.ground->normal, context.ground->offset,
+                                                    context.ground->friction};
+    const deformation::MotionReport moved = deformation_->advance(motion);
+    node_frames_before_ = node_frames_;
+    deformation_->node_frames(node_frames_, context.parallel);
+    carry_phyxels(context.dt);
+    ++step_;
+    report.substeps = std::max(report.substeps, moved.substeps);
+    report.contacts += moved.contacts;
+    report.kinetic_energy += moved.kinetic_energy;
+    report.elastic_energy += moved.elastic_energy;
+    report.momentum += moved.momentum;
+    report.angular_momentum += moved.angular_momentum;
+    report.top_speed = std::max(report.top_speed, moved.top_speed);
+    if (!moved.finite) report.flags |= flag_non_finite;
+}
+
+void Body::carry_phyxels(double dt) {
+    previous_deformation_ = phyxels_.deformation;
+    phyxels_.previous_position = phyxels_.position;
+    for (std::size_t i = 0; i < phyxels_.size(); ++i) {
+        const geometry::Frame& frame = node_frames_[static_cast<std::size_t>(node_number_.get(owner_[i], 0))];
+        const Vec3 from_node = phyxels_.rest_position[i] - grid_.rest().node_position(owner_[i]);
+        phyxels_.position[i] = frame.position + frame.jacobian * from_node;
+        phyxels_.deformation[i] = frame.jacobian;
+        phyxels_.velocity[i] = (phyxels_.position[i] - phyxels_.previous_position[i]) / dt;
+    }
+}
+
+deformation::NodeEdge Body::between_nodes(const GridEdge& edge) const {
+    return {static_cast<std::uint32_t>(node_number_.get(edge.node, 0)),
+            static_cast<std::uint32_t>(node_number_.get(edge.upper(), 0)), edge.axis};
+}
+
+void Body::tell_deformation() {
+    std::vector<deformation::NodeEdge> edges;
+    for (const std::int32_t slot : new_slots_) edges.push_back(between_nodes(grid_.crossing(slot).edge));
+    if (!edges.empty()) deformation_->edges_cut(edges);
+}
+
+void Body::restore_deformation() {
+    std::vector<deformation::NodeEdge> edges;
+    for (const splitting::Crossing& crossing : grid_.crossings())
+        if (grid_.inside(crossing.edge.node) && grid_.inside(crossing.edge.upper()))
+            edges.push_back(between_nodes(crossing.edge));
+    deformation_->edges_cut(edges);
+    deformation_->set_state(deformation_state_);
+}
+
+void Body::pick_frames(const std::vector<geometry::Frame>& nodes, std::vector<geometry::Frame>& out) const {
+    out.resize(tracker_.size());
+    for (std::size_t k = 0; k < out.size(); ++k)
+        out[k] = nodes[static_cast<std::size_t>(node_number_.get(tracker_.places()[k], 0))];
+}
+
+void Body::evaluate_frames_now(const TrackerContext& context) {
+    if (deformation_) return pick_frames(node_frames_, frames_);
+    tracker_.evaluate(context, phyxels_.position, phyxels_.deformation, frames_);
+}
+
+void Body::evaluate_frames_before(const TrackerContext& context, std::vector<geometry::Frame>& out) {
+    if (deformation_) return pick_frames(node_frames_before_, out);
+    tracker_.evaluate(context, phyxels_.previous_position, previous_deformation_, out);
+}
+
+// Bricks with an edge that may have been in the box, now or a step ago.
+std::vector<std::uint32_t> Body::bricks_of_nodes_in(const geometry::Box& box) const {
+    std::vector<geometry::Box> of_brick(grid_.bricks().total());
+    for (std::size_t n = 0; n < inside_nodes_.size(); ++n) {
+        // Edges go to the bricks of both ends.
+        for (int axis = -1; axis < 3; ++axis) {
+            Vec3i place = inside_nodes_[n];
+            if (axis >= 0) --place[axis];
+            if ((place.array() < 0).any()) continue;
+            geometry::Box& own = of_brick[grid_.bricks().brick_of(place)];
+            own.add(node_frames_[n].position);
+            own.add(node_frames_before_[n].position);
+        }
+    }
+    std::vector<std::uint32_t> out;
+    for (std::uint32_t brick = 0; brick < of_brick.size(); ++brick)
+        if (grid_.inside_word(brick) && of_brick[brick].meets(box)) out.push_back(brick);
+    return out;
+}
+
+}  // namespace splitcubes::body

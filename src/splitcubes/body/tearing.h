@@ -1,0 +1,159 @@
+// Tearing and fracture: which grid edges part because the material cannot bear its
+// stress. The paper names tearing (sections 1 and 6.3) and leaves its trigger open;
+// here it is the largest principal stress (Rankine), and a crack grows as a sheet.
+#pragma once
+
+#include <splitcubes/body/node_tracker.h>
+#include <splitcubes/body/tear_settings.h>
+#include <splitcubes/core/parallel.h>
+#include <splitcubes/geometry/occluder_grid.h>
+#include <splitcubes/meshless/locator.h>
+#include <splitcubes/meshless/material.h>
+#include <splitcubes/meshless/neighbourhoods.h>
+#include <splitcubes/splitting/pieces.h>
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+namespace splitcubes::body {
+
+/// What Tearing reads of its body, as the last step left it.
+struct TearContext {
+    const splitting::Pieces& pieces;
+    const geometry::OccluderGrid& occluders;
+    const meshless::Phyxels& phyxels;
+    const meshless::Neighbourhoods& neighbourhoods;
+    const meshless::PhyxelLocator& locator;
+    const meshless::Material& material;
+    const NodeTracker& nodes;
+    std::span<const geometry::Frame> frames;  // per tracked node
+    std::span<const std::uint8_t> held;       // per phyxel, 1: its position is prescribed; or empty
+    double spacing;                           // m, between phyxels
+    double dt;                                // s
+    const Parallel& parallel;
+};
+
+/// Cracks of one body.
+///
+/// The stress of a place is the kernel mean of the Cauchy stresses P F^T / det F of
+/// the phyxels of its piece that reach it and that it sees. Phyxels that are held,
+/// inverted, or without neighbours all around have no say.
+///
+/// A crack begins at the uncut edge with the largest stress relative to its strength,
+/// where that is above 1, in the plane across the principal direction, which must be
+/// within 45 degrees of the deformed edge. None begins within the support of a phyxel
+/// of a crack that runs alongside, which the samples could not tell apart (the less, the
+/// more the stress is above the strength: not at twice that); and those that begin in one step are as far
+/// apart as a wave travels within it: nearer ones would have relieved each other.
+///
+/// A crack goes on, cell by cell around its edges, where the stress is above
+/// toughness * strength and opens it (within 60 degrees), in its own plane turned
+/// towards that of the stress; so it is a sheet. Where the strength varies over a few
+/// cells and is least along a plane that the stress opens, a seam, it turns into
+/// that. In one step it goes as far as
+/// crack_speed allows, under the stress at the step's beginning. Edges that a crack has
+/// passed on all sides, or that join two cracks which run side by side, part too: the
+/// samples on both sides no longer see each other, so nothing could bear their load.
+///
+/// A strand that holds on all the same, its ends being carried by samples that do not see
+/// each other, parts when its edge is stretched to much more than any stress that the
+/// material bears.
+///
+/// Pieces too small to have a stress field do not tear.
+class Tearing {
+  public:
+    /// Settings must have been checked.
+    Tearing(const TearSettings& settings, const meshless::Material& material,
+            const splitting::NodeGrid& grid);
+
+    /// Cuts what the stress tears; returns the new slots. O(phyxels) where nothing is
+    /// near its strength.
+    std::vector<std::int32_t> tear(splitting::NodeGrid& grid, const TearContext& context);
+
+    /// Largest ratio of smoothed principal stress to strength at a phyxel, as of the
+    /// last call of tear; 0 where it was not near 1.
+    double top_load() const { return top_load_; }
+
+  private:
+    struct Stress {
+        double largest = 0;             // Pa, of the principal stresses
+        Vec3 direction = Vec3::Zero();  // unit, world; zero: no phyxel has a say
+        Mat3 world_from_rest = Mat3::Identity();
+    };
+    struct Proposal {
+        std::uint64_t id;
+        double load;  // stress over strength
+        double parameter;
+        Vec3 normal;
+    };
+    struct Plane {
+        Vec3 point, normal;  // m, unit; rest space
+    };
+    using Key = std::array<int, 3>;
+    struct KeyHash {
+        std::size_t operator()(const Key& key) const {
+            return static_cast<std::size_t>(key[0]) * 73856093U ^
+                   static_cast<std::size_t>(key[1]) * 19349663U ^
+                   static_cast<std::size_t>(key[2]) * 83492791U;
+        }
+    };
+
+    double strength_at(const Vec3& rest) const;
+    void note_crossings(const splitting::NodeGrid& grid, const TearContext& context);
+    void find_weakest(const splitting::NodeGrid& grid, const TearContext& context);
+    double measure_phyxels(const TearContext& context);
+    void find_loads(const TearContext& context);
+    Stress stress_at(const Vec3& rest, std::int32_t piece, const TearContext& context,
+                     std::vector<std::uint32_t>& near) const;
+    bool may_tear(const splitting::NodeGrid& grid, const splitting::GridEdge& edge,
+                  const TearContext& context) const;
+    bool shadowed(const splitting::NodeGrid& grid, const splitting::GridEdge& edge, const Vec3& normal) const;
+    bool beside_crack(const Vec3& rest, const Vec3& rest_normal, double load) const;
+    std::optional<Plane> seam_at(const Vec3& rest) const;
+    void break_strands(splitting::NodeGrid& grid, const TearContext& context,
+                       std::vector<std::int32_t>& slots);
+    void close_gaps(splitting::NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots);
+    void propose_from(const splitting::NodeGrid& grid, const TearContext& context, const Key& cell,
+                      std::vector<Proposal>& out) const;
+    std::vector<Key> grow_once(splitting::NodeGrid& grid, const TearContext& context,
+                               const std::vector<Key>& front, std::vector<std::int32_t>& slots);
+    void grow(splitting::NodeGrid& grid, const TearContext& context, std::vector<Key> front,
+              std::vector<std::int32_t>& slots);
+    std::vector<Key> loaded_front(const splitting::NodeGrid& grid, const TearContext& context) const;
+    bool begin_one(splitting::NodeGrid& grid, const TearContext& context, std::uint32_t phyxel,
+                   std::vector<std::int32_t>& slots);
+    void begin_cracks(splitting::NodeGrid& grid, const TearContext& context,
+                      std::vector<std::int32_t>& slots);
+    std::int32_t cut(splitting::NodeGrid& grid, const Proposal& proposal, std::vector<std::int32_t>& slots);
+
+    TearSettings settings_;
+    double wave_speed_ = 0;     // m/s, of pressure waves
+    double crack_speed_ = 0;    // m/s
+    double weakest_all_ = 1;    // of strength_factor over the nodes
+    double cell_size_ = 0;      // m
+    double break_stretch_ = 2;  // of an edge beside a crack
+    double top_load_ = 0;
+
+    std::vector<double> weakest_;  // per phyxel, Pa: the least strength of the nodes around it
+    std::vector<Mat3> stress_;     // per phyxel, Pa, Cauchy; zero where it has no say
+    std::vector<double> size_;     // per phyxel, Pa, Frobenius norm of it; negative: no say
+    std::vector<double> load_;     // per phyxel, smoothed stress over the weakest strength; 0: not near 1
+    std::vector<std::size_t> phyxels_of_;  // per piece
+    double reach_ = 0;                     // m, the largest support
+
+    std::size_t known_crossings_ = 0;
+    std::vector<Key> crack_cells_;  // around edges that were cut, not boundary, in order of first touch
+    std::unordered_set<Key, KeyHash> is_crack_cell_;
+    struct CrackPoint {
+        Vec3 rest, normal;
+    };
+    std::unordered_map<Key, std::vector<CrackPoint>, KeyHash> crack_points_;  // by cubes of side reach_
+    double cube_ = 0;                                                         // m, side of these
+    std::vector<Vec3> torn_now_;                                              // m, rest: edges of this step
+};
+
+}  // namespace splitcubes::body

@@ -1,0 +1,16 @@
+// Meshes of implicit shapes. Internal to scene.
+#pragma once
+
+#include <splitcubes/io/read_mesh.h>
+#include <splitcubes/scene/description.h>
+
+#include <string>
+
+namespace splitcubes::scene {
+
+/// The surface of the shape in its own frame, by splitting cubes on a grid of
+/// shape.cells, with its parts' colours as vertex colours. Throws InputError where
+/// the shape is too thin for the grid.
+io::Model implicit_model(const ImplicitShape& shape, const std::string& body);
+
+}  // namespace splitcubes::scene

@@ -1,0 +1,55 @@
+// Arbitrary text as a scene and as a path file. What is refused gets one line; a
+// scene that is taken comes back equal when it is written out and read again.
+#include <splitcubes/core/error.h>
+#include <splitcubes/scene/parse.h>
+#include <splitcubes/scene/resolve.h>
+
+#include <nlohmann/json.hpp>
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+using namespace splitcubes;
+using namespace splitcubes::scene;
+
+namespace {
+
+void require(bool holds, const char* what, const std::string& detail) {
+    if (holds) return;
+    std::fprintf(stderr, "broken promise: %s: %s\n", what, detail.c_str());
+    std::abort();
+}
+
+void read_scene_text(std::string_view text) {
+    const SceneDescription scene = parse_scene_text(text, "fuzz.json", "/");
+    const std::string once = resolved_scene(scene).dump();
+    try {
+        const std::string twice = resolved_scene(parse_scene_text(once, "fuzz.json", "/")).dump();
+        require(once == twice, "a scene comes back equal", once + "\n" + twice);
+    } catch (const InputError& error) {
+        require(false, "what was written can be read", error.what());
+    }
+}
+
+template <class Read>
+void try_to(const Read& read, std::string_view text) {
+    try {
+        read(text);
+    } catch (const InputError& error) {
+        const std::string_view what = error.what();
+        require(!what.empty() && what.find('\n') == std::string_view::npos, "an error is one line",
+                std::string(what));
+    }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    const std::string_view text(reinterpret_cast<const char*>(data), size);
+    try_to(read_scene_text, text);
+    try_to([](std::string_view t) { parse_path_text(t, "fuzz.json"); }, text);
+    return 0;
+}
