@@ -36,9 +36,9 @@ struct Torture {
 
 /// What a run showed; the worst of all steps.
 struct Sufferings {
-    std::string broken;           // the first finding that must not be; empty: none
-    std::size_t pieces = 0;       // at the end
-    std::size_t rigid = 0;        // of them
+    std::string broken;      // the first finding that must not be; empty: none
+    std::size_t pieces = 0;  // at the end
+    std::size_t rigid = 0;   // of them
     std::size_t new_phyxels = 0;
     std::size_t cut_edges = 0;
     double energy_put_in = 0;     // J, first energy and all work, that which could have been
@@ -92,8 +92,8 @@ inline void add_blades(const Torture& torture, const Vec3& center, body::World& 
             path.duration = random.uniform(0.02, 0.15);
         }
         paths.push_back(path);
-        world.add_tool(moving_blade(-path.half * path.along, path.half * path.along, path.from, path.to, start,
-                                    start + path.duration));
+        world.add_tool(moving_blade(-path.half * path.along, path.half * path.along, path.from, path.to,
+                                    start, start + path.duration));
     }
 }
 
@@ -167,7 +167,8 @@ inline Sufferings run(const Torture& torture) {
         out.new_phyxels += report.new_phyxels;
         const int count = static_cast<int>(body.pieces().count());
         meshless::piece_momenta(body.phyxels(), count, now);
-        if (!std::isfinite(report.kinetic_energy) || !std::isfinite(report.elastic_energy)) fail("not finite");
+        if (!std::isfinite(report.kinetic_energy) || !std::isfinite(report.elastic_energy))
+            fail("not finite");
         if (step % 16 == 15 || step + 1 == steps)
             for (const std::string& line : body.validate()) fail(line);
         if (std::abs(report.mass - out.mass) > 1e-9 * out.mass) fail("mass");
@@ -183,8 +184,7 @@ inline Sufferings run(const Torture& torture) {
             total.spin = after.spin;
         }
         total.linear = report.momentum;
-        const double energy =
-            report.kinetic_energy + report.elastic_energy + potential_energy(now, gravity);
+        const double energy = report.kinetic_energy + report.elastic_energy + potential_energy(now, gravity);
         out.most_gain = std::max(out.most_gain, energy - put_in);
         out.most_motion = std::max(out.most_motion, energy - report.elastic_energy - put_in);
         out.energy_put_in = std::max(out.energy_put_in, put_in - floor);
@@ -196,9 +196,8 @@ inline Sufferings run(const Torture& torture) {
             if (k >= before.size() || now[k].mass != before[k].mass || free[k] == 0) continue;
             const Vec3 old = before[k].linear / before[k].mass;
             out.worst_speed = std::max(out.worst_speed, (velocity - old - dt * gravity).norm());
-            out.worst_flight =
-                std::max(out.worst_flight,
-                         (now[k].centre - before[k].centre - 0.5 * dt * (old + velocity)).norm());
+            out.worst_flight = std::max(
+                out.worst_flight, (now[k].centre - before[k].centre - 0.5 * dt * (old + velocity)).norm());
         }
         if (torture.torment == Torment::standing)
             for (const meshless::RigidPiece& piece : body.phyxels().rigid.bodies)

@@ -340,8 +340,8 @@ std::vector<Body::Kind> Body::kinds_of(std::span<const std::vector<std::uint32_t
         if (was_rigid || length < rigid_length)
             kinds[k] = Kind::rigid;
         else
-            kinds[k] = held[k] == 0 && count[k] < few_phyxels && length < small_length ? Kind::small
-                                                                                       : Kind::large;
+            kinds[k] =
+                held[k] == 0 && count[k] < few_phyxels && length < small_length ? Kind::small : Kind::large;
     }
     return kinds;
 }

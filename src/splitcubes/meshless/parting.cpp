@@ -53,8 +53,7 @@ void Parting::settle(Phyxels& phyxels) const {
     for (RigidPiece& body : phyxels.rigid.bodies) {
         const Change* change = change_of(body.piece);
         if (change == nullptr) continue;
-        body.momentum +=
-            body.mass * (change->velocity + change->turning.cross(body.centre - change->centre));
+        body.momentum += body.mass * (change->velocity + change->turning.cross(body.centre - change->centre));
         body.centre += change->way;
         body.spin += body.rotation * body.inertia * body.rotation.transpose() * change->turning;
     }

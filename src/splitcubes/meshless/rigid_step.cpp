@@ -20,11 +20,11 @@ constexpr double lift_share = 0.2;
 
 // A point of a body that meets the plane within a substep.
 struct Contact {
-    Vec3 place;                   // m, world
-    Vec3 arm;                     // m, from the centre
-    double allowed = 0;           // m/s, normal velocity that it may have at least
-    double normal_mass = 0;       // kg
-    double pressure = 0;          // N s
+    Vec3 place;                    // m, world
+    Vec3 arm;                      // m, from the centre
+    double allowed = 0;            // m/s, normal velocity that it may have at least
+    double normal_mass = 0;        // kg
+    double pressure = 0;           // N s
     Vec3 friction = Vec3::Zero();  // N s
 };
 
@@ -132,7 +132,8 @@ void fall_on_ground(const RigidPieces& rigid, const StepInput& input, double kep
     const GroundPlane& ground = *input.ground;
     const double depth = std::min(lowest_gap(rigid, ground, body), 0.0);
     const double turn = body.angular_velocity().norm() * input.dt;
-    const int substeps = std::max(1, static_cast<int>(std::min<double>(std::ceil(turn / most_turn), most_substeps)));
+    const int substeps =
+        std::max(1, static_cast<int>(std::min<double>(std::ceil(turn / most_turn), most_substeps)));
     const double h = input.dt / substeps;
     const double kept_each = std::pow(kept, 1.0 / substeps);
     for (int k = 0; k < substeps; ++k) {
