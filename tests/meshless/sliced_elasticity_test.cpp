@@ -70,15 +70,16 @@ double largest(const std::vector<Vec3>& values) {
     return size;
 }
 
-void expect_close(const Found& a, const Found& b) {
+// tolerance: of forces, relative to the largest.
+void expect_close(const Found& a, const Found& b, double tolerance) {
     const double force = largest(a.force), product = largest(a.product);
     for (std::size_t i = 0; i < a.F.size(); ++i) {
         ASSERT_LT((a.F[i] - b.F[i]).norm(), 1e-5 * (1 + a.F[i].norm())) << i;
         ASSERT_LT((a.R[i] - b.R[i]).norm(), 1e-4) << i;
-        ASSERT_LT((a.force[i] - b.force[i]).norm(), 2e-5 * force) << i;
+        ASSERT_LT((a.force[i] - b.force[i]).norm(), tolerance * force) << i;
         ASSERT_LT((a.product[i] - b.product[i]).norm(), 2e-5 * product) << i;
     }
-    EXPECT_NEAR(a.energy, b.energy, 1e-4 * a.energy);
+    EXPECT_NEAR(a.energy, b.energy, std::max(1e-4, tolerance) * a.energy);
     EXPECT_NEAR(a.square, b.square, 1e-5 * a.square);
 }
 
@@ -107,10 +108,11 @@ TEST(Sliced, EqualsDoublePrecision) {
         body.neighbourhoods.rebuild(body.phyxels, body.pairs, body.material, parallel);
         const Motion motion =
             shaken(body, fixtures::random_rotation(random), trial % 5 == 4 ? 0.02 : 0.003, random);
-        expect_close(exact(body, motion, parallel), sliced(body, motion, parallel));
+        expect_close(exact(body, motion, parallel), sliced(body, motion, parallel), 2e-5);
     }
 }
 
+// Strains of a thousandth, of bodies that are turned: rounding is a share of 1e-4 of them.
 TEST(Sliced, FlatAndThinHandfulsEqualDoublePrecision) {
     const Parallel parallel(1);
     Random random(2);
@@ -123,7 +125,7 @@ TEST(Sliced, FlatAndThinHandfulsEqualDoublePrecision) {
         body.connect(parallel);
         for (const auto rank : body.neighbourhoods.rank()) deficient += rank < 3;
         Motion motion = shaken(body, fixtures::random_rotation(random), 1e-4, random);
-        expect_close(exact(body, motion, parallel), sliced(body, motion, parallel));
+        expect_close(exact(body, motion, parallel), sliced(body, motion, parallel), 5e-4);
     }
     EXPECT_GT(deficient, 40);
 }
@@ -155,13 +157,20 @@ bool same(const Found& a, const Found& b) {
 }
 
 TEST(Sliced, EveryInstructionSetAndNumberOfThreadsGivesTheSameBits) {
-    const Parallel one(1), three(3);
     Random random(4);
-    Specimen body = block(11, 9, 8, 0.05, Material{}, one);
-    fixtures::cut_randomly(body, 6, 0.15, 7, one);
-    const Motion motion = shaken(body, fixtures::random_rotation(random), 0.01, random);
+    Specimen body;
+    Motion motion;
+    Found of_three;
+    {
+        const Parallel three(3);
+        body = block(11, 9, 8, 0.05, Material{}, three);
+        fixtures::cut_randomly(body, 6, 0.15, 7, three);
+        motion = shaken(body, fixtures::random_rotation(random), 0.01, random);
+        of_three = sliced(body, motion, three);
+    }
+    const Parallel one(1);
     const Found first = sliced(body, motion, one);
-    EXPECT_TRUE(same(first, sliced(body, motion, three)));
+    EXPECT_TRUE(same(first, of_three));
     const Specimen start = body;
     const auto run = [&](SolverKind kind) {
         Specimen copy = start;

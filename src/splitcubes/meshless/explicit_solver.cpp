@@ -17,7 +17,7 @@ namespace {
 struct Margin {
     double taken, least, most;
 };
-constexpr Margin steady_margin{0.7, 0.55, 0.75}, growing_margin{0.5, 0.35, 0.65};
+constexpr Margin steady_margin{0.6, 0.45, 0.7}, growing_margin{0.5, 0.35, 0.65};
 // Rounds of power iteration from nothing, and again within a step.
 constexpr int first_rounds = 16;
 constexpr int further_rounds = 4;
