@@ -56,5 +56,33 @@ TEST_P(BodyCriterion, IsAFunctionOfThePresentSurface) {
     EXPECT_EQ(body.pieces().count(), 2U);
 }
 
+// Where a cut comes out of the skin it has no front: behind it nothing shines through.
+TEST(BodyTransparency, ACutEndsAtItsFrontOnly) {
+    const Parallel parallel(2);
+    BodySettings settings;
+    settings.cell_size = 0.0125;
+    settings.phyxel_count = 300;
+    settings.criterion = occlusion::CriterionKind::transparency;
+    Body body(geometry::make_box(Vec3::Constant(0.2)), settings, parallel);
+    constexpr double x = 0.0042, front = 0.05;
+    body.cut_with_sheet(plane_sheet(x, -1, front), 0, parallel);
+    const occlusion::PairSet pairs = body.pair_set();
+    int deep = 0, shallow = 0;
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+        const Vec3 &a = pairs.rest[pairs.a[k]], &b = pairs.rest[pairs.b[k]];
+        // The surface lies up to a part of a cell off the sheet.
+        if (std::max(a[0], b[0]) < x + 0.004 || std::min(a[0], b[0]) > x - 0.004) continue;
+        const double y = a[1] + (x - a[0]) / (b[0] - a[0]) * (b[1] - a[1]);
+        const double behind = front - y, opaque = 0.5 * pairs.reach(k);
+        if (behind > opaque + settings.cell_size) {
+            EXPECT_EQ(body.pairs().visibility[k], 0) << y << ' ' << a.transpose() << ", " << b.transpose();
+            ++deep;
+        }
+        shallow += body.pairs().visibility[k] > 0 && body.pairs().visibility[k] < 1;
+    }
+    EXPECT_GT(deep, 50);
+    EXPECT_GT(shallow, 10);
+}
+
 }  // namespace
 }  // namespace splitcubes::body
