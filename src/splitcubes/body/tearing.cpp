@@ -17,6 +17,8 @@ using splitting::NodeGrid;
 namespace {
 
 constexpr std::size_t grain = 256;
+// In place of the norm of a stress: what moves the phyxel is not its stress.
+constexpr double held_phyxel = -2;
 // Of principal direction and deformed edge where a crack begins: 45 degrees.
 constexpr double least_edge_cosine = 0.7071;
 // Of principal direction and a crack's normal where it goes on: 60 degrees.
@@ -178,7 +180,8 @@ double Tearing::measure_phyxels(const TearContext& context) {
     context.parallel.for_each(count, grain, [&](std::size_t i) {
         stress_[i].setZero();
         size_[i] = -1;
-        if (rank[i] < 3 || (some_held && context.held[i])) return;
+        if (some_held && context.held[i]) size_[i] = held_phyxel;
+        if (rank[i] < 3 || size_[i] == held_phyxel) return;
         const Mat3& F = p.deformation[i];
         const double volume = F.determinant();
         if (!(volume > 0.05)) return;
@@ -222,19 +225,23 @@ Tearing::Stress Tearing::stress_at(const Vec3& rest, std::int32_t piece, const T
                                    std::vector<std::uint32_t>& near) const {
     const meshless::Phyxels& p = context.phyxels;
     context.locator.near(rest, reach_, near);
-    double total = 0;
+    double total = 0, held = 0;
     Mat3 sum = Mat3::Zero(), gradient = Mat3::Zero();
     for (const std::uint32_t j : near) {
-        if (p.piece[j] != piece || size_[j] < 0) continue;
+        if (p.piece[j] != piece || (size_[j] < 0 && size_[j] != held_phyxel)) continue;
         const double weight =
             meshless::kernel((p.rest_position[j] - rest).squaredNorm(), p.support_radius[j]);
         if (!(weight > 0) || context.occluders.segment_blocked(rest, p.rest_position[j])) continue;
+        if (size_[j] == held_phyxel) {
+            held += weight;
+            continue;
+        }
         sum += weight * stress_[j];
         gradient += weight * p.deformation[j];
         total += weight;
     }
     Stress out;
-    if (!(total > 0)) return out;
+    if (!(total > held)) return out;
     const SymmetricEigen eigen = eigen_symmetric(sum / total);
     out.largest = eigen.values[0];
     out.direction = eigen.vectors.col(0);
