@@ -154,6 +154,10 @@ void Tearing::note_crossings(const NodeGrid& grid, const TearContext& context) {
 void Tearing::find_weakest(const NodeGrid& grid, const TearContext& context) {
     const std::size_t known = weakest_.size(), count = context.phyxels.size();
     weakest_.resize(count, settings_.strength);
+    // A sheet of one layer of phyxels has rank 2 from the start, and stress in its plane.
+    const auto rank = context.neighbourhoods.rank();
+    for (std::size_t i = known; i < count; ++i)
+        own_rank_.push_back(known > 0 ? std::uint8_t{3} : std::max<std::uint8_t>(rank[i], 2));
     if (!settings_.strength_factor) return;
     context.parallel.for_each(count - known, grain, [&](std::size_t k) {
         const Vec3& rest = context.phyxels.rest_position[known + k];
@@ -181,7 +185,7 @@ double Tearing::measure_phyxels(const TearContext& context) {
         stress_[i].setZero();
         size_[i] = -1;
         if (some_held && context.held[i]) size_[i] = held_phyxel;
-        if (rank[i] < 3 || size_[i] == held_phyxel) return;
+        if (rank[i] < own_rank_[i] || size_[i] == held_phyxel) return;
         const Mat3& F = p.deformation[i];
         const double volume = F.determinant();
         if (!(volume > 0.05)) return;
