@@ -1,5 +1,7 @@
 #include "accuracy_bench.h"
 #include "commands.h"
+#include "mechanics_bench.h"
+#include "occlusion_bench.h"
 #include "report.h"
 #include "validation.h"
 
@@ -172,6 +174,16 @@ int bench_surface(const Options& options) {
     return 0;
 }
 
+int bench_mechanics(const Options& options) {
+    MechanicsBenchSettings settings;
+    if (options.threads > 0) settings.threads = {options.threads};
+    settings.runs = options.runs;
+    const Json json = bench_mechanics(settings);
+    std::cout << json.dump() << '\n';
+    write_json(options.json, json);
+    return 0;
+}
+
 int bench(const Options& options) {
     if (options.runs < 1) throw InputError("--runs", "must be at least 1");
     check_report_output(options.json);
@@ -180,9 +192,14 @@ int bench(const Options& options) {
         throw InputError(options.meshes.front(), "is not asked for by benchmark '" + options.name + "'",
                          "meshes go with: surface");
     if (options.name == "paper") return bench_paper(options);
+    if (options.name == "occlusion") {
+        write_json(options.json, bench_occlusion(options.runs));
+        return 0;
+    }
     if (options.name == "validation") return bench_validation(options);
+    if (options.name == "mechanics") return bench_mechanics(options);
     throw InputError("bench", "there is no benchmark '" + options.name + "'",
-                     "known: paper, surface, validation");
+                     "known: mechanics, occlusion, paper, surface, validation");
 }
 
 }  // namespace
@@ -192,13 +209,16 @@ void add_bench_command(CLI::App& app, Run& run) {
     CLI::App* command =
         app.add_subcommand("bench", "Runs a benchmark; prints a table, then one line of JSON");
     command
-        ->add_option("name", options->name,
-                     "paper: the published size, a blade passing; surface: accuracy of surfaces; validation: "
-                     "linear elasticity")
+        ->add_option(
+            "name", options->name,
+            "mechanics: the elastic step and what bounds it; occlusion: disks by backend; paper: the "
+            "published size, a blade passing; surface: accuracy of surfaces; validation: linear "
+            "elasticity")
         ->required();
     command->add_option("meshes", options->meshes, "Of surface: meshes to count folded triangles of, too");
     command->add_option("--plot", options->plot, "Of validation: an SVG picture of the errors");
-    command->add_option("--threads", options->threads, "Threads (all)")->check(CLI::Range(1, 1024));
+    command->add_option("--threads", options->threads, "Threads (all; of mechanics: one, then two)")
+        ->check(CLI::Range(1, 1024));
     command->add_option("--runs", options->runs, "Runs to take medians over (5)");
     command->add_option("--json", options->json, "Writes the JSON to a file too");
     command->callback([options, &run] { run = [options] { return bench(*options); }; });

@@ -1,4 +1,6 @@
+#include "checkpoints.h"
 #include "commands.h"
+#include "opengl_backend.h"
 #include "progress.h"
 #include "report.h"
 #include "run_output.h"
@@ -8,10 +10,13 @@
 #include <splitcubes/scene/build.h>
 #include <splitcubes/scene/parse.h>
 
+#include <algorithm>
 #include <iostream>
 #include <memory>
 
 namespace splitcubes::app {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -19,33 +24,45 @@ struct Options {
     std::string scene, out;
     int frames = -1;
     int threads = 0;
+    std::string occlusion, criterion;
     std::vector<std::string> overrides;
-    bool pictures = false;
+    bool pictures = false, links = false;
+    int checkpoint_every = 0;  // frames; 0: never
+    std::string resume;        // a checkpoint; empty: from the start
 };
 
 int run_scene(const Options& options) {
     std::vector<std::string> overrides = options.overrides;
     if (options.frames >= 0) overrides.push_back("frames=" + std::to_string(options.frames));
     if (options.threads > 0) overrides.push_back("threads=" + std::to_string(options.threads));
+    if (!options.occlusion.empty()) overrides.push_back("occlusion.backend=\"" + options.occlusion + '"');
+    if (!options.criterion.empty()) overrides.push_back("occlusion.criterion=\"" + options.criterion + '"');
     if (options.pictures) overrides.push_back("output.pictures=true");
+    if (options.links) overrides.push_back("output.links=true");
     const scene::SceneDescription description = scene::parse_scene_file(options.scene, overrides);
     Stopwatch watch;
     const auto parallel = std::make_shared<const Parallel>(description.threads);
     scene::BuildReport built;
-    const std::unique_ptr<body::World> world = scene::build_world(description, parallel, built);
+    const std::unique_ptr<body::World> world = scene::build_world(
+        description, parallel, built, opengl_backend_maker(description.occlusion.backend == "opengl"));
     for (const auto& [name, note] : built.notes) print_notes(name, {note});
 
-    RunOutput output(options.out, description, *world, built.models);
+    const Checkpoints checkpoints(fs::path(options.out) / "checkpoint.bin", description, *world);
+    RunOutput::Past past;
+    if (!options.resume.empty()) past = checkpoints.restore(*world, options.resume, description.frames);
+    RunOutput output(options.out, description, *world, built.models, past);
     output.seconds().setup = watch.lap();
     watch_interrupts();
-    output.write_frame(*world, body::StepReport{}, 0);
+    if (past.frame < 0) output.write_frame(*world, body::StepReport{}, 0);
     Progress progress("run " + description.name, static_cast<std::size_t>(description.frames));
-    int frame = 0;
+    int frame = std::max(past.frame, 0);
     while (frame < description.frames && !interrupted()) {
         const body::StepReport report = world->step();
         ++frame;
         output.seconds().simulate += report.total_seconds();
         output.write_frame(*world, report, frame);
+        if (options.checkpoint_every > 0 && frame % options.checkpoint_every == 0)
+            checkpoints.write(*world, output.metrics());
         progress.show(static_cast<std::size_t>(frame),
                       std::to_string(report.pieces) + (report.pieces == 1 ? " piece" : " pieces"));
     }
@@ -53,8 +70,10 @@ int run_scene(const Options& options) {
     output.finish(*world, frame, interrupted());
     std::cout << options.out << ": " << frame << " frames, state " << world->state_hash().text() << '\n';
     if (interrupted()) {
+        checkpoints.write(*world, output.metrics());
         std::cerr << "interrupted after frame " << frame << " of " << description.frames
-                  << "; what was written is whole\n";
+                  << "; what was written is whole; go on with --resume " << checkpoints.file().string()
+                  << '\n';
         return 1;
     }
     return 0;
@@ -71,9 +90,24 @@ void add_run_command(CLI::App& app, Run& run) {
         ->check(CLI::Range(1, 100000000));
     command->add_option("--threads", options->threads, "Threads; default: the scene's, or all")
         ->check(CLI::Range(1, 1024));
+    command
+        ->add_option("--occlusion", options->occlusion, "What computes occlusion disks; default: the scene's")
+        ->check(CLI::IsMember({"cpu", "opengl"}));
+    command
+        ->add_option("--criterion", options->criterion, "What weakens links past cuts; default: the scene's")
+        ->check(CLI::IsMember(
+            std::vector<std::string>(occlusion::criterion_names.begin(), occlusion::criterion_names.end())));
     command->add_option("--set", options->overrides, "Overrides a value: path.to[0].value=json")
         ->allow_extra_args(false);
+    command->add_flag("--links", options->links,
+                      "Writes the links between phyxels to DIR/links, for render --links");
     command->add_flag("--pictures", options->pictures, "Draws each written frame to DIR/pictures");
+    command
+        ->add_option("--checkpoint-every", options->checkpoint_every,
+                     "Writes DIR/checkpoint.bin every so many frames; an interrupted run always does")
+        ->check(CLI::Range(1, 100000000));
+    command->add_option("--resume", options->resume,
+                        "Goes on from a checkpoint of the same scene, to the same last bit");
     command->callback([options, &run] { run = [options] { return run_scene(*options); }; });
 }
 

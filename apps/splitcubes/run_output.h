@@ -21,11 +21,17 @@ class RunOutput {
         std::array<double, body::stage_count> stages{};
     };
 
-    /// Makes the folder, takes the frames of an earlier run out of it and writes
-    /// scene.json. models: per body, what build_world reports; their attributes go
-    /// with the surfaces. Throws InputError where the folder cannot be made.
+    /// What an interrupted run had come to.
+    struct Past {
+        int frame = -1;       // the last that it finished; -1: there is no past
+        std::string metrics;  // table up to it
+    };
+
+    /// Makes the folder, takes the frames of an earlier run out of it that come after
+    /// the past, and writes scene.json. models: per body, what build_world reports; their attributes
+    /// go with the surfaces. Throws InputError where the folder cannot be made.
     RunOutput(const std::filesystem::path& folder, const scene::SceneDescription& description,
-              const body::World& world, const std::vector<io::Model>& models);
+              const body::World& world, const std::vector<io::Model>& models, const Past& past);
     ~RunOutput();
 
     /// Frame 0 is the state before the first step. Surfaces are written every
@@ -35,6 +41,8 @@ class RunOutput {
     void finish(const body::World& world, int frames, bool interrupted);
 
     Seconds& seconds() { return seconds_; }
+    /// The table so far.
+    const std::string& metrics() const { return metrics_; }
 
   private:
     void add_metrics(const body::StepReport& report, int frame);

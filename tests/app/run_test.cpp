@@ -232,6 +232,64 @@ TEST_F(Run, AnInterruptEndsItWithWholeFiles) {
     }
 }
 
+std::vector<std::string> cells_in(const std::string& line) {
+    std::vector<std::string> out(1);
+    for (const char c : line)
+        if (c == ',')
+            out.emplace_back();
+        else
+            out.back() += c;
+    return out;
+}
+
+// Names and contents of all frames, the table without its times, and the hash.
+std::string all_of(const fs::path& folder) {
+    std::set<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(folder / "surface")) files.insert(entry.path());
+    std::string out;
+    for (const fs::path& file : files) out += file.filename().string() + text_of(file);
+    const std::vector<std::string> rows = lines_of(text_of(folder / "metrics.csv"));
+    const std::vector<std::string> names = cells_in(rows.at(0));
+    for (const std::string& row : rows)
+        for (std::size_t k = 0; k < names.size(); ++k)
+            if (!names[k].ends_with("_ms")) out += cells_in(row).at(k) + ',';
+    return out + Json::parse(text_of(folder / "summary.json"))["state_hash"].get<std::string>();
+}
+
+TEST_F(Run, AKilledRunGoesOnFromItsCheckpoint) {
+    ASSERT_EQ(run({"run", "block.json", "-o", "whole", "--frames", "40"}).code, 0);
+    const Ended killed = run({"run", "block.json", "-o", "out", "--frames", "40", "--checkpoint-every", "2"},
+                             [&](pid_t child) {
+                                 if (!fs::exists(in("out/surface/000007.ply"))) return true;
+                                 kill(child, SIGKILL);
+                                 return false;
+                             });
+    ASSERT_EQ(killed.code, -1);
+    ASSERT_FALSE(fs::exists(in("out/summary.json")));
+    const Ended resumed = run({"run", "block.json", "-o", "out", "--frames", "40", "--threads", "1",
+                               "--resume", "out/checkpoint.bin"});
+    ASSERT_EQ(resumed.code, 0) << resumed.err;
+    // Megabytes: not to be printed where they differ.
+    EXPECT_TRUE(all_of(in("out")) == all_of(in("whole")));
+}
+
+TEST_F(Run, ACheckpointFitsItsOwnSceneOnly) {
+    ASSERT_EQ(run({"run", "block.json", "-o", "out", "--frames", "4", "--checkpoint-every", "3"}).code, 0);
+    const std::vector<std::string> resume = {"run", "block.json", "-o",
+                                             "x",   "--resume",   "out/checkpoint.bin"};
+    const auto with = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), resume.begin(), resume.end());
+        return more;
+    };
+    expect_refused(with({"--set", "bodies[0].cells=15"}), "out/checkpoint.bin");
+    expect_refused(with({"--set", "time_step=0.01"}), "out/checkpoint.bin");
+    expect_refused(with({"--frames", "2"}), "--frames");
+    expect_refused({"run", "block.json", "-o", "x", "--resume", "nowhere.bin"}, "nowhere.bin");
+    expect_refused({"run", "block.json", "-o", "x", "--resume", "block.json"}, "block.json");
+    EXPECT_FALSE(fs::exists(in("x")));
+    EXPECT_EQ(run(with({"--set", "output.every_nth_frame=2"})).code, 0);
+}
+
 TEST_F(Run, RenderNeedsARun) {
 #ifndef SPLITCUBES_WITH_RENDER
     EXPECT_EQ(run({"render", "nowhere", "-o", "x.png"}).code, 1);
@@ -294,7 +352,57 @@ TEST_F(Run, PicturesAreDrawnAlongWithTheRun) {
     EXPECT_GT(contrast(render::read_png(in("out/pictures/000002.png"))), 5);
 }
 
+TEST_F(Run, LinksAreWrittenAndDrawnByVisibility) {
+    const Ended ended = run({"run", "block.json", "-o", "out", "--frames", "6", "--links"});
+    ASSERT_EQ(ended.code, 0) << ended.err;
+    const std::string start = text_of(in("out/links/000006.ply")).substr(0, 400);
+    for (const char* line : {"element vertex 1", "element edge ", "property float visibility"})
+        EXPECT_NE(start.find(line), std::string::npos) << start;
+    const Ended drawn = run({"render", "out", "--links", "-o", "links.png"});
+    if (drawn.code == 1 && drawn.err.find("OpenGL cannot start") != std::string::npos)
+        GTEST_SKIP() << drawn.err;
+    ASSERT_EQ(drawn.code, 0) << drawn.err;
+    EXPECT_GT(contrast(render::read_png(in("links.png"))), 5);
+    // Cut off, and not there.
+    const std::string whole = text_of(in("out/links/000006.ply"));
+    write_text(in("out/links/000006.ply"), whole.substr(0, whole.size() - 5));
+    expect_refused({"render", "out", "--links", "-o", "again.png"}, "000006.ply");
+    fs::remove(in("out/links/000006.ply"));
+    expect_refused({"render", "out", "--links", "-o", "again.png"}, "000006.ply");
+    EXPECT_FALSE(fs::exists(in("again.png")));
+}
+
+// Another rasteriser differs by samples at edges: not in what is severed.
+TEST_F(Run, DisksByOpenGlSeverTheSame) {
+    const Ended drawn = run({"run", "block.json", "-o", "drawn", "--occlusion", "opengl"});
+    if (drawn.code == 1 && drawn.err.find("cannot start") != std::string::npos) GTEST_SKIP() << drawn.err;
+    ASSERT_EQ(drawn.code, 0) << drawn.err;
+    ASSERT_EQ(run({"run", "block.json", "-o", "plain"}).code, 0);
+    const Json a = summary("drawn"), b = summary("plain");
+    EXPECT_EQ(a["cut_edges"], b["cut_edges"]);
+    EXPECT_EQ(a["pieces"].size(), 2U);
+    EXPECT_NEAR(a["volume"].get<double>(), b["volume"].get<double>(), 1e-3 * b["volume"].get<double>());
+    EXPECT_EQ(Json::parse(text_of(in("drawn/scene.json")))["occlusion"]["backend"], "opengl");
+    // The same again.
+    ASSERT_EQ(run({"run", "block.json", "-o", "again", "--occlusion", "opengl"}).code, 0);
+    EXPECT_EQ(summary("again")["state_hash"], a["state_hash"]);
+}
+
 #endif
+
+TEST_F(Run, EveryCriterionSeversAtACompleteCut) {
+    std::set<std::string> states;
+    for (const char* criterion : {"occlusion-disk", "visibility", "transparency", "graph-distance"}) {
+        const Ended ended = run({"run", "block.json", "-o", criterion, "--criterion", criterion});
+        ASSERT_EQ(ended.code, 0) << ended.err;
+        EXPECT_EQ(summary(criterion)["pieces"].size(), 2U) << criterion;
+        EXPECT_EQ(Json::parse(text_of(in(criterion) / "scene.json"))["occlusion"]["criterion"], criterion);
+        states.insert(summary(criterion)["state_hash"].get<std::string>());
+    }
+    EXPECT_GE(states.size(), 3U);
+    expect_refused({"run", "block.json", "-o", "x", "--criterion", "euclid"}, "euclid");
+    expect_refused({"run", "block.json", "-o", "x", "--occlusion", "vulkan"}, "vulkan");
+}
 
 }  // namespace
 }  // namespace splitcubes::app_test

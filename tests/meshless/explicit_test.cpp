@@ -81,6 +81,8 @@ TEST(Explicit, EnergyOfAFreeVibrationDoesNotDrift) {
     }
 }
 
+// To the single precision of the forces: of what they give and take in two seconds, some
+// thousand times the momentum, a rounding error is left over.
 TEST(Explicit, MomentaAreKeptWithoutRestoring) {
     const Parallel parallel(1);
     Random random(2);
@@ -93,8 +95,8 @@ TEST(Explicit, MomentaAreKeptWithoutRestoring) {
         const Momenta before = total_momenta(body.phyxels);
         SolverReport report;
         for (int k = 0; k < 120; ++k) report = body.step(parallel);
-        EXPECT_LT((report.momentum - before.linear).norm(), 1e-9 * before.linear.norm());
-        EXPECT_LT((total_momenta(body.phyxels).spin - before.spin).norm(), 1e-9 * before.spin.norm());
+        EXPECT_LT((report.momentum - before.linear).norm(), 1e-5 * before.linear.norm());
+        EXPECT_LT((total_momenta(body.phyxels).spin - before.spin).norm(), 1e-5 * before.spin.norm());
     }
 }
 

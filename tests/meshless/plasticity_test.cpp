@@ -105,8 +105,9 @@ TEST(Plasticity, FlowLeavesMomentumAndTakesEnergy) {
         SolverReport report;
         for (int k = 0; k < 60; ++k) report = body.step(parallel);
         EXPECT_GT(largest_plastic_strain_of(body), 0.05) << "it has flowed";
-        EXPECT_LT((report.momentum - before.linear).norm(), 1e-9 * before.linear.norm());
-        EXPECT_LT((total_momenta(body.phyxels).spin - before.spin).norm(), 1e-8 * before.spin.norm());
+        // To the single precision of the forces.
+        EXPECT_LT((report.momentum - before.linear).norm(), 1e-6 * before.linear.norm());
+        EXPECT_LT((total_momenta(body.phyxels).spin - before.spin).norm(), 1e-5 * before.spin.norm());
         EXPECT_LT(report.kinetic_energy + report.elastic_energy, 0.97 * start);
     }
 }

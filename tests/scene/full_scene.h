@@ -56,8 +56,8 @@ inline constexpr const char* full_scene = R"json({
                              "turns": -1.5, "from_time": 0.2, "until_time": 1.2, "turn_with_path": false}}}
   ],
   "solver": {"kind": "explicit", "integrator": "backward_euler", "tolerance": 1e-4, "max_iterations": 50},
-  "occlusion": {"backend": "cpu", "disk_size": 32},
-  "output": {"every_nth_frame": 3, "format": "glb", "pictures": true},
+  "occlusion": {"backend": "cpu", "criterion": "transparency", "disk_size": 32},
+  "output": {"every_nth_frame": 3, "format": "glb", "pictures": true, "links": true},
   "camera": {"eye": [1, -4, 2], "target": [0, 0, 1], "direction": [0, 1, 0.5], "up": [0, 1, 1],
              "vertical_fov_degrees": 50, "width": 640, "height": 480}
 })json";

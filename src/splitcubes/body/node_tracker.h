@@ -59,6 +59,12 @@ class NodeTracker {
     const meshless::NodeKernels& kernels() const { return kernels_; }
     /// Nodes that use another node's frame.
     std::size_t fallback_count() const { return fallbacks_.size(); }
+    /// For checkpoints.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(index_, places_, rest_, piece_, task_, links_, boxes_, pieces_changed_, reach_);
+        archive(kernels_, fallbacks_);
+    }
 
   private:
     /// A phyxel whose support reaches a node.
@@ -66,14 +72,24 @@ class NodeTracker {
         std::uint32_t phyxel;
         bool sees;      // the segment between them meets no surface
         double weight;  // kernel, 1/m^3
+
+        template <class Archive>
+        void serialize(Archive& archive) {
+            archive(phyxel, sees, weight);
+        }
     };
     enum class Task : std::uint8_t { none, filter, look, build };  // what a kernel needs
     struct Fallback {
         std::uint32_t node;    // that sees no phyxel
         std::uint32_t source;  // whose frame it takes
+
+        template <class Archive>
+        void serialize(Archive& archive) {
+            archive(node, source);
+        }
     };
     void build_links(const TrackerContext& context, std::size_t node, std::vector<std::uint32_t>& near);
-    void look_again(const TrackerContext& context, std::size_t node);
+    void look_again(const TrackerContext& context, std::size_t node, std::vector<geometry::Box>& near);
     void write_row(const TrackerContext& context, std::size_t node);
     void do_tasks(const TrackerContext& context);
     void find_fallbacks(const TrackerContext& context);

@@ -106,7 +106,8 @@ void check_tearing(const TearSettings& s, const std::string& where) {
         throw InputError(where + ".crack_speed", "must be a positive number of metres a second");
 }
 
-Tearing::Tearing(const TearSettings& settings, const meshless::Material& material, const NodeGrid& grid)
+Tearing::Tearing(const TearSettings& settings, const meshless::Material& material, const NodeGrid& grid,
+                 const meshless::Phyxels& phyxels, const meshless::Neighbourhoods& neighbourhoods)
     : settings_(settings),
       wave_speed_(std::sqrt((material.lame_lambda() + 2 * material.lame_mu()) / material.density)),
       crack_speed_(settings.crack_speed > 0 ? settings.crack_speed
@@ -115,6 +116,11 @@ Tearing::Tearing(const TearSettings& settings, const meshless::Material& materia
       // Half again as long at the least: the frames of a rough crack's edges are rough.
       break_stretch_(1 + std::max(0.5, 3 * settings.strength / material.youngs_modulus) +
                      (material.plasticity ? material.plasticity->maximum : 0)) {
+    for (const double h : phyxels.support_radius) reach_ = std::max(reach_, h);
+    cube_ = reach_;
+    // A sheet of one layer of phyxels has rank 2 from the start, and stress in its plane.
+    for (const std::uint8_t rank : neighbourhoods.rank())
+        own_rank_.push_back(std::max<std::uint8_t>(rank, 2));
     if (!settings_.strength_factor) return;
     weakest_all_ = std::numeric_limits<double>::infinity();
     for (std::size_t brick = 0; brick < grid.bricks().total(); ++brick)
@@ -130,11 +136,7 @@ double Tearing::strength_at(const Vec3& rest) const {
 }
 
 // Takes in what blades, sheets and tearing have cut since the last step.
-void Tearing::note_crossings(const NodeGrid& grid, const TearContext& context) {
-    if (cube_ == 0) {
-        for (const double h : context.phyxels.support_radius) reach_ = std::max(reach_, h);
-        cube_ = reach_;
-    }
+void Tearing::note_crossings(const NodeGrid& grid) {
     const auto& crossings = grid.crossings();
     for (; known_crossings_ < crossings.size(); ++known_crossings_) {
         const splitting::Crossing& c = crossings[known_crossings_];
@@ -154,10 +156,7 @@ void Tearing::note_crossings(const NodeGrid& grid, const TearContext& context) {
 void Tearing::find_weakest(const NodeGrid& grid, const TearContext& context) {
     const std::size_t known = weakest_.size(), count = context.phyxels.size();
     weakest_.resize(count, settings_.strength);
-    // A sheet of one layer of phyxels has rank 2 from the start, and stress in its plane.
-    const auto rank = context.neighbourhoods.rank();
-    for (std::size_t i = known; i < count; ++i)
-        own_rank_.push_back(known > 0 ? std::uint8_t{3} : std::max<std::uint8_t>(rank[i], 2));
+    own_rank_.resize(count, 3);
     if (!settings_.strength_factor) return;
     context.parallel.for_each(count - known, grain, [&](std::size_t k) {
         const Vec3& rest = context.phyxels.rest_position[known + k];
@@ -414,7 +413,7 @@ std::vector<Tearing::Key> Tearing::grow_once(NodeGrid& grid, const TearContext& 
     const std::size_t before = slots.size();
     for (const Proposal& proposal : merged) cut(grid, proposal, slots);
     if (slots.size() == before) return {};
-    note_crossings(grid, context);
+    note_crossings(grid);
     std::set<Key> next;
     for (std::size_t k = before; k < slots.size(); ++k)
         for (const Vec3i& cell : cells_around(grid, grid.crossing(slots[k]).edge))
@@ -445,7 +444,7 @@ void Tearing::close_gaps(NodeGrid& grid, const TearContext& context, std::vector
         const std::size_t before = slots.size();
         for (const Proposal& proposal : proposals) cut(grid, proposal, slots);
         if (slots.size() == before) return;
-        note_crossings(grid, context);
+        note_crossings(grid);
     }
 }
 
@@ -550,7 +549,7 @@ bool Tearing::begin_one(NodeGrid& grid, const TearContext& context, std::uint32_
     if (!(best.normal.squaredNorm() > 0)) return false;
     const std::size_t known = crack_cells_.size();
     if (cut(grid, best, slots) < 0) return false;
-    note_crossings(grid, context);
+    note_crossings(grid);
     grow(grid, context, {crack_cells_.begin() + static_cast<std::ptrdiff_t>(known), crack_cells_.end()},
          slots);
     return true;
@@ -577,7 +576,7 @@ std::vector<std::int32_t> Tearing::tear(NodeGrid& grid, const TearContext& conte
     std::vector<std::int32_t> slots;
     top_load_ = 0;
     if (context.neighbourhoods.size() != context.phyxels.size()) return slots;
-    note_crossings(grid, context);
+    note_crossings(grid);
     break_strands(grid, context, slots);
     find_weakest(grid, context);
     if (measure_phyxels(context) < settings_.toughness * settings_.strength * weakest_all_) return slots;

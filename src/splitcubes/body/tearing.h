@@ -67,9 +67,9 @@ struct TearContext {
 /// Pieces too small to have a stress field do not tear.
 class Tearing {
   public:
-    /// Settings must have been checked.
-    Tearing(const TearSettings& settings, const meshless::Material& material,
-            const splitting::NodeGrid& grid);
+    /// Settings must have been checked; phyxels and neighbourhoods are those before any cut.
+    Tearing(const TearSettings& settings, const meshless::Material& material, const splitting::NodeGrid& grid,
+            const meshless::Phyxels& phyxels, const meshless::Neighbourhoods& neighbourhoods);
 
     /// Cuts what the stress tears; returns the new slots. O(phyxels) where nothing is
     /// near its strength.
@@ -104,7 +104,7 @@ class Tearing {
     };
 
     double strength_at(const Vec3& rest) const;
-    void note_crossings(const splitting::NodeGrid& grid, const TearContext& context);
+    void note_crossings(const splitting::NodeGrid& grid);
     void find_weakest(const splitting::NodeGrid& grid, const TearContext& context);
     double measure_phyxels(const TearContext& context);
     void find_loads(const TearContext& context);
@@ -139,7 +139,7 @@ class Tearing {
     double break_stretch_ = 2;  // of an edge beside a crack
     double top_load_ = 0;
 
-    std::vector<std::uint8_t> own_rank_;  // per phyxel, of its neighbourhood when first seen
+    std::vector<std::uint8_t> own_rank_;  // per phyxel, of its neighbourhood before any cut
     std::vector<double> weakest_;         // per phyxel, Pa: the least strength of the nodes around it
     std::vector<Mat3> stress_;            // per phyxel, Pa, Cauchy; zero where it has no say
     std::vector<double> size_;            // per phyxel, Pa, Frobenius norm of it; negative: no say

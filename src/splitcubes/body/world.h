@@ -55,6 +55,13 @@ class World {
     geometry::SurfaceMesh surface_mesh() const;
     /// Of the whole state: equal for equal runs, for any number of threads.
     StateHash state_hash() const;
+    /// For checkpoints (checkpoint.h), as Body's.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(step_count_);
+        for (Tool& tool : tools_) archive(tool.last_normal);
+        for (auto& body : bodies_) archive(*body);
+    }
 
   private:
     WorldSettings settings_;

@@ -24,6 +24,11 @@ struct Box {
     Box grown(double margin) const { return {min - Vec3::Constant(margin), max + Vec3::Constant(margin)}; }
     Vec3 size() const { return max - min; }
     Vec3 center() const { return 0.5 * (min + max); }
+    /// For checkpoints.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(min, max);
+    }
     bool contains(const Vec3& point) const {
         return (point.array() >= min.array()).all() && (point.array() <= max.array()).all();
     }

@@ -10,6 +10,12 @@ namespace splitcubes::geometry {
 struct Frame {
     Vec3 position = Vec3::Zero();      // m, world
     Mat3 jacobian = Mat3::Identity();  // d world / d rest
+
+    /// For checkpoints.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(position, jacobian);
+    }
 };
 
 }  // namespace splitcubes::geometry

@@ -18,6 +18,11 @@ struct RestGrid {
     bool contains(const Vec3i& node) const {
         return (node.array() >= 0).all() && (node.array() < node_count.array()).all();
     }
+    /// For checkpoints.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(origin, cell_size, node_count);
+    }
 };
 
 /// m; beyond this a volume would not fit a double.

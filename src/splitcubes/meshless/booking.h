@@ -28,6 +28,11 @@ struct Booking {
     std::size_t unbooked = 0;            // nodes of pieces without any phyxel: their row is empty
 
     std::size_t node_count() const { return offsets.empty() ? 0 : offsets.size() - 1; }
+    /// For checkpoints.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(offsets, phyxel, share, piece, unbooked);
+    }
 };
 
 /// Shares by kernel weight within the phyxels' support; a node out of everyone's

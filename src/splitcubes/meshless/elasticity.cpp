@@ -36,6 +36,15 @@ void complete(const Mat3& H, int rank, const Mat3& basis, const Mat3& last, Mat3
 
 }  // namespace
 
+bool complete_deformation(const Neighbourhoods& neighbourhoods, std::size_t i, const Mat3& H,
+                          const Mat3& last_rotation, Mat3& deformation, Mat3& rotation) {
+    const Mat3 last = last_rotation;
+    complete(H, neighbourhoods.rank()[i], neighbourhoods.basis()[i], last, deformation, rotation);
+    if (deformation.allFinite() && rotation.allFinite()) return true;
+    deformation = rotation = last;
+    return false;
+}
+
 std::size_t compute_deformation(const Neighbourhoods& neighbourhoods, std::span<const Vec3> rest_position,
                                 std::span<const Vec3> position, std::span<const Mat3> last_rotation,
                                 std::span<Mat3> deformation, std::span<Mat3> rotation,
@@ -57,12 +66,8 @@ std::size_t compute_deformation(const Neighbourhoods& neighbourhoods, std::span<
     };
     std::atomic<std::size_t> bad = 0;
     for_phyxels(parallel, n, [&](std::size_t i) {
-        const Mat3 last = last_rotation[i];
-        complete(displacement_gradient(i), neighbourhoods.rank()[i], neighbourhoods.basis()[i], last,
-                 deformation[i], rotation[i]);
-        if (deformation[i].allFinite() && rotation[i].allFinite()) return;
-        deformation[i] = rotation[i] = last;
-        ++bad;
+        bad += !complete_deformation(neighbourhoods, i, displacement_gradient(i), last_rotation[i],
+                                     deformation[i], rotation[i]);
     });
     return bad;
 }
@@ -72,40 +77,37 @@ void update_deformation(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, 
                         phyxels.deformation, phyxels.rotation, parallel);
 }
 
-namespace {
-
-// The part of the plastic strain in the directions that a phyxel's neighbours tell:
-// across them the material has no strain, and stress there would make a torque.
-Mat3 plastic_strain_of(const Neighbourhoods& neighbourhoods, const Material& material,
-                       const ElasticState& state, std::size_t i) {
+Mat3 told_plastic_strain(const Neighbourhoods& neighbourhoods, const Material& material, std::size_t i,
+                         std::span<const Mat3> plastic_strain) {
     if (!material.plasticity) return Mat3::Zero();
-    if (neighbourhoods.rank()[i] == 3) return state.plastic_strain[i];
+    if (neighbourhoods.rank()[i] == 3) return plastic_strain[i];
     const Mat3 projection = neighbourhoods.kept_directions(i);
-    return projection * state.plastic_strain[i] * projection;
+    return projection * plastic_strain[i] * projection;
 }
 
-}  // namespace
+double penalty_energy(const Neighbourhoods& neighbourhoods, std::size_t i, const Mat3& deformation,
+                      std::span<const Vec3> position) {
+    double squares = 0;
+    for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
+        const std::uint32_t j = neighbourhoods.neighbour()[l];
+        const Vec3 error = deformation * neighbourhoods.rest_edge()[l] - (position[j] - position[i]);
+        squares += neighbourhoods.weight()[l] * error.squaredNorm();
+    }
+    return 0.5 * neighbourhoods.penalty()[i] * squares;
+}
 
 double ElasticForces::energy(const Neighbourhoods& neighbourhoods, const Material& material,
                              const ElasticState& state, const Parallel& parallel) {
-    const auto of_phyxel = [&](std::size_t i) {
-        double energy = neighbourhoods.volume()[i] *
-                        energy_density(material, state.deformation[i], state.rotation[i],
-                                       plastic_strain_of(neighbourhoods, material, state, i));
-        for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
-            const std::uint32_t j = neighbourhoods.neighbour()[l];
-            const double s = neighbourhoods.share()[l];
-            const Vec3 error =
-                (s * state.deformation[i] + (1 - s) * state.deformation[j]) * neighbourhoods.rest_edge()[l] -
-                (state.position[j] - state.position[i]);
-            // A quarter: each pair is met from both ends.
-            energy += 0.25 * neighbourhoods.pair_stiffness()[l] * error.squaredNorm();
-        }
-        return energy;
-    };
     return sum_(parallel, neighbourhoods.size(), [&](std::size_t begin, std::size_t end) {
         double energy = 0;
-        for (std::size_t i = begin; i < end; ++i) energy += of_phyxel(i);
+        for (std::size_t i = begin; i < end; ++i)
+            // One without neighbours is as it was left: nothing works against it.
+            if (neighbourhoods.rank()[i] > 0)
+                energy += neighbourhoods.volume()[i] *
+                              energy_density(
+                                  material, state.deformation[i], state.rotation[i],
+                                  told_plastic_strain(neighbourhoods, material, i, state.plastic_strain)) +
+                          penalty_energy(neighbourhoods, i, state.deformation[i], state.position);
         return energy;
     });
 }
@@ -118,88 +120,34 @@ inline void for_links(const Neighbourhoods& neighbourhoods, std::size_t i, const
     for (std::uint32_t l = neighbourhoods.offsets()[i]; l < end; ++l) body(l, neighbour[l]);
 }
 
-// sum_j (u_j - u_i) g_ij^T. Differences first: a translation gives exactly zero.
-ElasticForces::PaddedMatrix ElasticForces::displacement_gradient(const Neighbourhoods& neighbourhoods,
-                                                                 std::size_t i) const {
-    const Vec3* const gradient = neighbourhoods.gradient().data();
-    const Padded* const u = displacement_.data();
-    const Padded here = u[i];
-    PaddedMatrix sum = PaddedMatrix::Zero();
+// T_i G_i - sum_j T_j g_ji + sum_j (c_j w_ji e_ji - c_i w_ij e_ij): the force on i, gathered.
+Vec3 ElasticForces::gather_force(const Neighbourhoods& neighbourhoods, std::size_t i,
+                                 std::span<const Mat3> gradient, std::span<const Vec3> displacement) const {
+    Vec3 force = tension_[i] * neighbourhoods.gradient_sum()[i];
     for_links(neighbourhoods, i, [&](std::uint32_t l, std::uint32_t j) {
-        const Padded difference = u[j] - here;
-        const Vec3& g = gradient[l];
-        sum.col(0) += difference * g.x();
-        sum.col(1) += difference * g.y();
-        sum.col(2) += difference * g.z();
+        force -= tension_[j] * neighbourhoods.reverse_gradient()[l];
+        const Vec3& edge = neighbourhoods.rest_edge()[l];
+        const Vec3 way = displacement[j] - displacement[i];
+        const double own = neighbourhoods.penalty()[i] * neighbourhoods.weight()[l];
+        const double other =
+            neighbourhoods.penalty()[j] * neighbourhoods.weight()[neighbourhoods.reverse()[l]];
+        force -= own * (gradient[i] * edge - way) + other * (gradient[j] * edge - way);
     });
-    return sum;
-}
-
-// Adds sum_j k s e x^T to the tension and writes sum_j k e, for the pair errors e
-// of gradient_ and displacement_. The part of F_i is summed beforehand.
-void ElasticForces::pair_terms(const Neighbourhoods& neighbourhoods, std::size_t i, PaddedMatrix& tension,
-                               Vec3& pair_force) const {
-    const Vec3* const rest_edge = neighbourhoods.rest_edge().data();
-    const double* const stiffness = neighbourhoods.pair_stiffness().data();
-    const double* const share = neighbourhoods.share().data();
-    const PaddedMatrix* const gradient = gradient_.data();
-    const Padded* const u = displacement_.data();
-    const Padded here = u[i];
-    PaddedMatrix sum = gradient[i] * neighbourhoods.pair_second()[i];
-    Padded force = gradient[i] * neighbourhoods.pair_first()[i];
-    for_links(neighbourhoods, i, [&](std::uint32_t l, std::uint32_t j) {
-        const Vec3& edge = rest_edge[l];
-        const double other = 1 - share[l];
-        const PaddedMatrix& far = gradient[j];
-        const Padded error = far.col(0) * (other * edge.x()) + far.col(1) * (other * edge.y()) +
-                             far.col(2) * (other * edge.z()) - (u[j] - here);
-        const Padded weighted = error * stiffness[l];
-        force += weighted;
-        const Vec3 shared = share[l] * edge;
-        sum.col(0) += weighted * shared.x();
-        sum.col(1) += weighted * shared.y();
-        sum.col(2) += weighted * shared.z();
-    });
-    tension += sum;
-    pair_force = force.head<3>();
-}
-
-// T_i G_i - sum_j T_j g_ji - sum_j k e: the force on i, gathered.
-Vec3 ElasticForces::gather_force(const Neighbourhoods& neighbourhoods, std::size_t i) const {
-    const Vec3* const reverse = neighbourhoods.reverse_gradient().data();
-    const PaddedMatrix* const tension = tension_.data();
-    Padded force = tension[i] * neighbourhoods.gradient_sum()[i];
-    for_links(neighbourhoods, i, [&](std::uint32_t l, std::uint32_t j) {
-        const PaddedMatrix& T = tension[j];
-        const Vec3& g = reverse[l];
-        force -= T.col(0) * g.x() + T.col(1) * g.y() + T.col(2) * g.z();
-    });
-    return force.head<3>() - pair_force_[i];
+    return force;
 }
 
 void ElasticForces::forces(const Neighbourhoods& neighbourhoods, const Material& material,
                            const ElasticState& state, std::span<Vec3> force, const Parallel& parallel) {
     const std::size_t n = neighbourhoods.size();
     tension_.resize(n);
-    pair_force_.resize(n);
-    const std::span<const Mat3> F = state.deformation;
     for_phyxels(parallel, n, [&](std::size_t i) {
-        Mat3 tension =
-            neighbourhoods.volume()[i] * piola_stress(material, F[i], state.rotation[i],
-                                                      plastic_strain_of(neighbourhoods, material, state, i));
-        pair_force_[i].setZero();
-        // Each error as a whole, so that it is exactly zero at rest.
-        for_links(neighbourhoods, i, [&](std::uint32_t l, std::uint32_t j) {
-            const double s = neighbourhoods.share()[l];
-            const Vec3& edge = neighbourhoods.rest_edge()[l];
-            const Vec3 error = (s * F[i] + (1 - s) * F[j]) * edge - (state.position[j] - state.position[i]);
-            pair_force_[i] += neighbourhoods.pair_stiffness()[l] * error;
-            tension += neighbourhoods.pair_stiffness()[l] * s * error * edge.transpose();
-        });
-        tension_[i].topRows<3>() = tension;
-        tension_[i].row(3).setZero();
+        tension_[i] = neighbourhoods.volume()[i] *
+                      piola_stress(material, state.deformation[i], state.rotation[i],
+                                   told_plastic_strain(neighbourhoods, material, i, state.plastic_strain));
     });
-    for_phyxels(parallel, n, [&](std::size_t i) { force[i] = gather_force(neighbourhoods, i); });
+    for_phyxels(parallel, n, [&](std::size_t i) {
+        force[i] = gather_force(neighbourhoods, i, state.deformation, state.position);
+    });
 }
 
 void ElasticForces::linearise(const Neighbourhoods& neighbourhoods, const Material& material,
@@ -217,7 +165,7 @@ void ElasticForces::linearise(const Neighbourhoods& neighbourhoods, const Materi
     tangent_.resize(n);
     for_phyxels(parallel, n, [&](std::size_t i) {
         tangent_[i] = tangent(material, state.deformation[i], state.rotation[i],
-                              plastic_strain_of(neighbourhoods, material, state, i));
+                              told_plastic_strain(neighbourhoods, material, i, state.plastic_strain));
     });
 }
 
@@ -227,26 +175,23 @@ double ElasticForces::apply_stiffness(const Neighbourhoods& neighbourhoods, cons
                                       const Parallel& parallel) {
     const std::size_t n = neighbourhoods.size();
     assert(frame_.size() + tangent_.size() == n);
-    displacement_.resize(n);
     gradient_.resize(n);
     tension_.resize(n);
-    pair_force_.resize(n);
-    for_phyxels(parallel, n, [&](std::size_t i) { displacement_[i] << dx[i], 0; });
-    for_phyxels(parallel, n, [&](std::size_t i) { gradient_[i] = displacement_gradient(neighbourhoods, i); });
     for_phyxels(parallel, n, [&](std::size_t i) {
-        PaddedMatrix tension = PaddedMatrix::Zero();
-        pair_terms(neighbourhoods, i, tension, pair_force_[i]);
-        const Mat3 dF = gradient_[i].topRows<3>();
-        tension.topRows<3>() += neighbourhoods.volume()[i] *
-                                (frame_.empty() ? stress_change(material, tangent_[i], dF)
-                                                : stress_change(material, frame_[i], turning_[i], dF));
-        tension_[i] = factor * tension;
-        pair_force_[i] *= factor;
+        // Differences first: a translation gives exactly zero.
+        Mat3 dF = Mat3::Zero();
+        for_links(neighbourhoods, i, [&](std::uint32_t l, std::uint32_t j) {
+            dF += (dx[j] - dx[i]) * neighbourhoods.gradient()[l].transpose();
+        });
+        gradient_[i] = dF;
+        tension_[i] = neighbourhoods.volume()[i] *
+                      (frame_.empty() ? stress_change(material, tangent_[i], dF)
+                                      : stress_change(material, frame_[i], turning_[i], dF));
     });
     return sum_(parallel, n, [&](std::size_t begin, std::size_t end) {
         double product = 0;
         for (std::size_t i = begin; i < end; ++i) {
-            out[i] = diagonal[i] * dx[i] - gather_force(neighbourhoods, i);
+            out[i] = diagonal[i] * dx[i] - factor * gather_force(neighbourhoods, i, gradient_, dx);
             product += dx[i].dot(out[i]);
         }
         return product;

@@ -2,9 +2,14 @@
 // stiffness for implicit steps, of any material.
 //
 // E = sum_i V_i psi(F_i)  (constitutive.h)
-//   + sum_pairs k_ij/2 |e_ij|^2,
-// e_ij = (s F_i + (1 - s) F_j) x_ij - (x_j - x_i), s one half as a rule
-// (Kugelstadt et al. 2021; zero-energy modes after Ganzenmueller 2015).
+//   + sum_i sum_j c_i w_ij / 2 |e_ij|^2,  e_ij = F_i x_ij - (x_j - x_i).
+// The second term holds down what the gradients do not see (Ganzenmueller 2015), with the
+// weights by which F_i was fitted. Hence sum_j w_ij e_ij x_ij^T = 0, its derivative
+// through F_i vanishes, and with w_ij x_ij = A_i g_ij the force comes down to
+// f_i = T_i G_i - sum_j T_j g_ji + sum_j m_ij (u_j - u_i),
+// T = V P - c H A, H = F - I, G_i = sum_j g_ij, m_ij = c_i w_ij + c_j w_ji, u = x - X:
+// one more number a link than without. Here it is written out by e_ij, in double
+// precision: what SlicedElasticity is measured against.
 #pragma once
 
 #include <splitcubes/core/parallel.h>
@@ -29,6 +34,16 @@ std::size_t compute_deformation(const Neighbourhoods& neighbourhoods, std::span<
                                 std::span<Mat3> deformation, std::span<Mat3> rotation,
                                 const Parallel& parallel);
 
+/// The same of one phyxel, from H = sum_j (u_j - u_i) g_ij^T, u = x - X. False where it
+/// was not finite.
+bool complete_deformation(const Neighbourhoods& neighbourhoods, std::size_t i, const Mat3& H,
+                          const Mat3& last_rotation, Mat3& deformation, Mat3& rotation);
+
+/// The part of a plastic strain in the directions that phyxel i's neighbours tell: across
+/// them the material has no strain, and stress there would make a torque.
+Mat3 told_plastic_strain(const Neighbourhoods& neighbourhoods, const Material& material, std::size_t i,
+                         std::span<const Mat3> plastic_strain);
+
 /// Writes phyxels.deformation and rotation from its positions: after a rebuild,
 /// where something is to read them before the next step.
 void update_deformation(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Parallel& parallel);
@@ -41,6 +56,10 @@ struct ElasticState {
     std::span<const Mat3> rotation;        // R
     std::span<const Mat3> plastic_strain;  // rest space; read only of a material with plasticity
 };
+
+/// sum_j c_i w_ij / 2 |e_ij|^2 of phyxel i, J.
+double penalty_energy(const Neighbourhoods& neighbourhoods, std::size_t i, const Mat3& deformation,
+                      std::span<const Vec3> position);
 
 /// Forces and stiffness, with the buffers they need. One per solver: a call
 /// uses the buffers, so calls of one object must not overlap.
@@ -60,29 +79,21 @@ class ElasticForces {
                    const Parallel& parallel);
 
     /// out = (diagonal + factor K) dx, in N for dx in m and diagonal in N/m. K is the
-    /// stiffness by the tangents of the last linearise and by the pairs: symmetric and
+    /// stiffness by the tangents of the last linearise and by the penalties: symmetric and
     /// positive semi-definite. Returns dx . out.
     double apply_stiffness(const Neighbourhoods& neighbourhoods, const Material& material, double factor,
                            std::span<const double> diagonal, std::span<const Vec3> dx, std::span<Vec3> out,
                            const Parallel& parallel);
 
   private:
-    /// Padded to whole vector registers.
-    using Padded = Eigen::Vector4d;
-    using PaddedMatrix = Eigen::Matrix<double, 4, 3>;
+    Vec3 gather_force(const Neighbourhoods& neighbourhoods, std::size_t i, std::span<const Mat3> gradient,
+                      std::span<const Vec3> displacement) const;
 
-    PaddedMatrix displacement_gradient(const Neighbourhoods& neighbourhoods, std::size_t i) const;
-    void pair_terms(const Neighbourhoods& neighbourhoods, std::size_t i, PaddedMatrix& tension,
-                    Vec3& pair_force) const;
-    Vec3 gather_force(const Neighbourhoods& neighbourhoods, std::size_t i) const;
-
-    std::vector<Padded> displacement_;    // per phyxel, dx, m
-    std::vector<PaddedMatrix> gradient_;  // per phyxel, sum_j (dx_j - dx_i) g_ij^T
-    std::vector<PaddedMatrix> tension_;   // per phyxel, V P + sum_j k s e x^T, N m
-    std::vector<Vec3> pair_force_;        // per phyxel, sum_j k e, N
-    std::vector<Mat3> frame_;             // per phyxel, where frame_is_all
-    std::vector<double> turning_;         // per phyxel, where frame_is_all
-    std::vector<Tangent> tangent_;        // per phyxel, else
+    std::vector<Mat3> gradient_;    // per phyxel, sum_j (dx_j - dx_i) g_ij^T
+    std::vector<Mat3> tension_;     // per phyxel, V P, N m
+    std::vector<Mat3> frame_;       // per phyxel, where frame_is_all
+    std::vector<double> turning_;   // per phyxel, where frame_is_all
+    std::vector<Tangent> tangent_;  // per phyxel, else
     ChunkSum sum_;
 };
 

@@ -13,9 +13,13 @@ namespace {
 
 // Shares of the longest stable step: what is taken, and between which others the number
 // of substeps stays as it was. Where steps keep changing, leapfrog gains energy.
-constexpr double safety = 0.5, least_safety = 0.35, most_safety = 0.65;
+// Plain corotated material, whose frequency does not grow; and all other.
+struct Margin {
+    double taken, least, most;
+};
+constexpr Margin steady_margin{0.7, 0.55, 0.75}, growing_margin{0.5, 0.35, 0.65};
 // Rounds of power iteration from nothing, and again within a step.
-constexpr int first_rounds = 12;
+constexpr int first_rounds = 16;
 constexpr int further_rounds = 4;
 // After so many substeps, or when the largest |F|^2 has grown by this factor, a
 // stiffness that depends on the stretch is looked at again.
@@ -46,19 +50,23 @@ SolverReport ExplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighb
         report.contacts += phyxels.touching[i];
     }
     phyxels.history_step = input.dt;
-    describe_state(phyxels, neighbourhoods, material, elastic_, report, parallel);
+    describe_(phyxels, neighbourhoods, elastic_, report, parallel);
     return report;
 }
 
 void ExplicitSolver::begin(const Job& job) {
     const Phyxels& phyxels = job.phyxels;
     const std::size_t n = phyxels.size();
-    momenta_.begin(phyxels, job.input.piece_count);
+    momenta_.begin(phyxels, job.input.piece_count, job.parallel);
     double total = 0;
     for (const double m : phyxels.mass) total += m;
     const double least = total > 0 ? least_mass_share * total / static_cast<double>(n) : 1;
     inertia_.resize(n);
-    for (std::size_t i = 0; i < n; ++i) inertia_[i] = std::max(phyxels.mass[i], least);
+    inverse_inertia_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        inertia_[i] = std::max(phyxels.mass[i], least);
+        inverse_inertia_[i] = 1 / inertia_[i];
+    }
     none_.assign(n, 0);
     for (auto* array : {&force_, &damping_, &mode_, &image_}) array->assign(n, Vec3::Zero());
     start_position_ = phyxels.position;
@@ -84,7 +92,7 @@ double ExplicitSolver::highest_frequency(const Job& job, int rounds) {
     const std::size_t n = job.phyxels.size();
     double frequency = 0;
     for (int round = 0; round < rounds; ++round) {
-        elastic_.apply_stiffness(job.neighbourhoods, job.material, 1, none_, mode_, image_, job.parallel);
+        elastic_.apply_stiffness(1, none_, mode_, image_, job.parallel);
         const auto norm = [&](const std::vector<Vec3>& of) {
             return std::sqrt(sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
                 double sum = 0;
@@ -102,9 +110,28 @@ double ExplicitSolver::highest_frequency(const Job& job, int rounds) {
     return frequency;
 }
 
+// With the tangents at rest.
+double ExplicitSolver::frequency_at_rest(const Job& job) {
+    const double mu = job.material.lame_mu(), lambda = job.material.lame_lambda();
+    if (known_.revision == job.neighbourhoods.revision() && known_.mu == mu && known_.lambda == lambda &&
+        known_.inertia == inertia_)
+        return known_.frequency;
+    elastic_.take_state(job.neighbourhoods, job.material,
+                        {job.phyxels.rest_position, job.phyxels.rest_position, job.phyxels.rotation, {}},
+                        job.parallel);
+    draw_mode(job);
+    known_ = {job.neighbourhoods.revision(), mu, lambda, inertia_, highest_frequency(job, first_rounds)};
+    return known_.frequency;
+}
+
 double ExplicitSolver::longest_step(const Job& job, int rounds) {
-    elastic_.linearise(job.neighbourhoods, job.material, state_of(job.phyxels), job.parallel);
-    const double frequency = highest_frequency(job, rounds);
+    double frequency = 0;
+    if (frame_is_all(job.material)) {
+        frequency = frequency_at_rest(job);
+    } else {
+        elastic_.take_state(job.neighbourhoods, job.material, place_of(job.phyxels), job.parallel);
+        frequency = highest_frequency(job, rounds);
+    }
     if (!(frequency > 0)) return std::numeric_limits<double>::infinity();
     const double z = 0.5 * job.material.stiffness_damping * frequency;
     return 2 / frequency / (std::sqrt(1 + z * z) + z);
@@ -113,8 +140,9 @@ double ExplicitSolver::longest_step(const Job& job, int rounds) {
 // Substeps in a whole step of dt: as many as `before` where that will do.
 int ExplicitSolver::substeps_for(const Job& job, int before, int rounds) {
     const double least = job.input.dt / longest_step(job, rounds);  // at the limit of stability
-    if (before > 0 && before >= least / most_safety && before <= least / least_safety) return before;
-    const double wanted = std::ceil(least / safety);
+    const Margin& margin = frame_is_all(job.material) ? steady_margin : growing_margin;
+    if (before > 0 && before >= least / margin.most && before <= least / margin.least) return before;
+    const double wanted = std::ceil(least / margin.taken);
     if (!(wanted <= most_substeps))
         throw JobError("the explicit solver needs over " + std::to_string(most_substeps) +
                        " substeps a time step; take the implicit one, or a softer material");
@@ -127,9 +155,10 @@ int ExplicitSolver::take_substeps(const Job& job) {
     const bool changes =
         job.material.model == MaterialModel::st_venant_kirchhoff || job.material.volume_stiffness > 0;
     const bool known = job.phyxels.history_step == dt;
-    update_deformation(job.phyxels, job.neighbourhoods, job.parallel);
-    draw_mode(job);
+    if (!frame_is_all(job.material)) draw_mode(job);
     int per_step = substeps_for(job, known ? job.phyxels.substeps : 0, first_rounds);
+    elastic_.take_state(job.neighbourhoods, job.material, place_of(job.phyxels), job.parallel);
+    elastic_.read_deformation(job.phyxels.deformation, job.phyxels.rotation, job.parallel);
     find_forces(job);
     double done = 0;  // share of the step
     int taken = 0;
@@ -147,6 +176,7 @@ int ExplicitSolver::take_substeps(const Job& job) {
         // Within a step they can only become shorter.
         if (done < 1) per_step = std::max(per_step, substeps_for(job, per_step, further_rounds));
     }
+    elastic_.read_deformation(job.phyxels.deformation, job.phyxels.rotation, job.parallel);
     job.phyxels.substeps = per_step;
     return taken;
 }
@@ -161,20 +191,26 @@ double ExplicitSolver::largest_stretch(const Job& job) const {
 void ExplicitSolver::substep(const Job& job, double h, double done) {
     kick(job, 0.5 * h);
     drift(job, h, done);
-    deform_and_flow(job.phyxels, job.neighbourhoods, job.material, h, job.parallel);
+    deform(job, h);
     find_forces(job);
     kick(job, 0.5 * h);
     stop_at_ground(job);
 }
 
+void ExplicitSolver::deform(const Job& job, double h) {
+    if (!frame_is_all(job.material))
+        deform_and_flow(job.phyxels, job.neighbourhoods, job.material, h, elastic_, job.parallel);
+    // Where it has flowed the stress is another.
+    if (frame_is_all(job.material) || job.material.plasticity)
+        elastic_.take_state(job.neighbourhoods, job.material, place_of(job.phyxels), job.parallel);
+}
+
 // Elastic force here, and stiffness damping at the velocity half a substep ago.
 void ExplicitSolver::find_forces(const Job& job) {
-    const ElasticState state = state_of(job.phyxels);
-    elastic_.forces(job.neighbourhoods, job.material, state, force_, job.parallel);
+    elastic_.forces(force_, job.parallel);
     if (!(job.material.stiffness_damping > 0)) return;
-    elastic_.linearise(job.neighbourhoods, job.material, state, job.parallel);
-    elastic_.apply_stiffness(job.neighbourhoods, job.material, job.material.stiffness_damping, none_,
-                             job.phyxels.velocity, damping_, job.parallel);
+    elastic_.apply_stiffness(job.material.stiffness_damping, none_, job.phyxels.velocity, damping_,
+                             job.parallel);
 }
 
 void ExplicitSolver::kick(const Job& job, double h) {
@@ -182,7 +218,7 @@ void ExplicitSolver::kick(const Job& job, double h) {
     pull_ = (pull_ + h) * kept;
     for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) {
         if (held_[i] != 0) return;
-        Vec3 acceleration = (force_[i] - damping_[i]) / inertia_[i];
+        Vec3 acceleration = (force_[i] - damping_[i]) * inverse_inertia_[i];
         if (!acceleration.allFinite()) {
             acceleration.setZero();
             failed_[i] = 1;
@@ -247,7 +283,8 @@ void ExplicitSolver::restore_momenta(const Job& job) {
     for (std::size_t i = 0; i < job.phyxels.size(); ++i)
         if (held_[i] != 0 || touched_[i] != 0 || failed_[i] != 0) momenta_.bind(job.phyxels.piece[i]);
     const double kept = std::exp(-job.material.mass_damping * job.input.dt);
-    if (kept > 0) momenta_.restore(job.phyxels, kept, pull_ / kept * job.input.gravity, {}, job.parallel);
+    if (kept > 0)
+        momenta_.restore(job.phyxels, kept, pull_ / kept * job.input.gravity, {}, job.input.dt, job.parallel);
 }
 
 }  // namespace splitcubes::meshless

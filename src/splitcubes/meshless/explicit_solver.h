@@ -10,18 +10,20 @@ namespace splitcubes::meshless {
 
 /// Leapfrog in its kick-drift-kick form (velocity Verlet): symplectic, so the energy
 /// of an undamped body does not drift. A step is divided into equal substeps of
-/// half of 2/w, w the highest frequency of K v = w^2 M v, lowered to
-/// (sqrt(1 + z^2) - z) of that for stiffness damping b, z = b w / 2 (Belytschko, Liu
-/// and Moran 2000, section 6.2).
+/// 0.7 of 2/w (half of it with other than plain corotated material), w the highest frequency of K v = w^2 M
+/// v, lowered to (sqrt(1 + z^2) - z) of that for stiffness damping b, z = b w / 2 (Belytschko, Liu and Moran
+/// 2000, section 6.2).
 ///
 /// w^2 comes from power iteration on the body's own operator, with its tangents and its
-/// pair stiffnesses, and not from C d_min / sqrt((lambda + 2 mu) / rho): that bound
+/// penalties, and not from C d_min / sqrt((lambda + 2 mu) / rho): that bound
 /// knows neither the penalty on zero-energy modes nor the light phyxels that cuts leave, and C
-/// depends on the kernel. Power iteration comes from below; twelve rounds are within a tenth
-/// of w, which the half covers. The number of substeps stays as it was while they are
-/// 0.35 to 0.65 of 2/w. Of St. Venant-Kirchhoff, whose stiffness grows with stretch, w
-/// is found again every few substeps. A phyxel that holds less than a fiftieth of the mean
-/// mass moves as if it held that; momenta are restored as of ImplicitSolver.
+/// depends on the kernel. Power iteration comes from below; sixteen rounds are within a tenth
+/// of w. The number of substeps stays as it was while they are 0.55 to 0.75 of 2/w (0.35 to 0.65). Of plain
+/// corotated material w depends on links and masses alone (turning changes no frequency): it is found where
+/// these change, with the tangents at rest. Of other materials, whose stiffness grows with stretch, w is
+/// found in each step, of St. Venant-Kirchhoff and with volume stiffness again every few substeps. A phyxel
+/// that holds less than a fiftieth of the mean mass moves as if it held that; momenta are restored as of
+/// ImplicitSolver.
 ///
 /// Ground: a phyxel below its contact radius is put on the plane; its normal velocity is
 /// taken, and of the tangential one at most friction times that. Held phyxels go
@@ -44,6 +46,8 @@ class ExplicitSolver {
     void begin(const Job& job);
     void draw_mode(const Job& job);
     double highest_frequency(const Job& job, int rounds);
+    double frequency_at_rest(const Job& job);
+    void deform(const Job& job, double h);
     double longest_step(const Job& job, int rounds);
     int substeps_for(const Job& job, int before, int rounds);
     int take_substeps(const Job& job);
@@ -56,15 +60,25 @@ class ExplicitSolver {
     void stop_at_ground(const Job& job);
     void restore_momenta(const Job& job);
 
-    ElasticForces elastic_;
+    SlicedElasticity elastic_;
+    StateDescriber describe_;
     ChunkSum sum_;
     MomentumKeeper momenta_;
     std::vector<double> inertia_;                        // kg, per phyxel
+    std::vector<double> inverse_inertia_;                // 1/kg, per phyxel
     std::vector<double> none_;                           // zeros
     std::vector<Vec3> force_, damping_;                  // N
     std::vector<Vec3> mode_, image_;                     // power iteration: m, m/s^2
     std::vector<Vec3> start_position_, start_velocity_;  // m, m/s, before the step
     std::vector<std::uint8_t> held_, failed_, touched_;  // per phyxel, of this step
+    /// w of plain corotated material, and what it was found for.
+    struct Known {
+        std::uint64_t revision = 0;
+        double mu = 0, lambda = 0;  // Pa
+        std::vector<double> inertia;
+        double frequency = 0;  // rad/s
+    };
+    Known known_;
     double pull_ = 0;  // s, for how long gravity has pulled in this step, less what damping took
 };
 

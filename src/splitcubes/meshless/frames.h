@@ -21,6 +21,11 @@ using Visible = std::function<double(std::size_t point, std::uint32_t phyxel)>;
 struct NodeKernels {
     struct Row {
         std::uint32_t begin = 0, count = 0, capacity = 0;  // into phyxel and weight
+
+        template <class Archive>
+        void serialize(Archive& archive) {
+            archive(begin, count, capacity);
+        }
     };
     std::vector<Row> rows;              // per point; count 0: nothing carries it
     std::vector<std::uint32_t> phyxel;  // pool
@@ -28,6 +33,11 @@ struct NodeKernels {
     std::size_t unused = 0;             // pool entries that no row owns
 
     std::size_t size() const { return rows.size(); }
+    /// For checkpoints.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(rows, phyxel, weight, unused);
+    }
 };
 
 /// Rows for all points (m, rest space): phyxels of the point's piece whose

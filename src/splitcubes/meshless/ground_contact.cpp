@@ -64,7 +64,7 @@ bool ImplicitSolver::revise_contacts(const Job& job) {
     if (!job.input.ground) return false;
     const std::size_t n = job.phyxels.size();
     const double factor = 1 + damping_ratio(job);
-    elastic_.apply_stiffness(job.neighbourhoods, job.material, factor, diagonal_, d_, q_, job.parallel);
+    elastic_.apply_stiffness(factor, diagonal_, d_, q_, job.parallel);
     return sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
                double changes = 0;
                for (std::size_t i = begin; i < end; ++i) changes += revise_contact(job, i);

@@ -25,23 +25,38 @@ void for_phyxels(const Parallel& parallel, std::size_t count, const Body& body) 
     });
 }
 
-/// Sums in chunk order, with a buffer that is kept.
-class ChunkSum {
+/// Sums in chunk order, with a buffer that is kept. Value: what is summed; Value{} is zero.
+template <class Value>
+class ChunkSumOf {
   public:
-    /// chunk_value(begin, end) -> double; may write per-phyxel results on the way.
+    /// chunk_value(begin, end) -> Value; may write per-index results on the way.
     template <class ChunkValue>
-    double operator()(const Parallel& parallel, std::size_t count, const ChunkValue& chunk_value) {
-        partial_.assign((count + phyxel_grain - 1) / phyxel_grain, 0.0);
-        for_phyxel_chunks(parallel, count, [&](std::size_t begin, std::size_t end) {
-            partial_[begin / phyxel_grain] = chunk_value(begin, end);
-        });
-        double total = 0;
-        for (const double value : partial_) total += value;
+    Value operator()(const Parallel& parallel, std::size_t count, std::size_t grain,
+                     const ChunkValue& chunk_value) {
+        partial_.assign((count + grain - 1) / grain, Value{});
+        const auto chunk = [&](std::size_t begin, std::size_t end) {
+            partial_[begin / grain] = chunk_value(begin, end);
+        };
+        parallel.for_chunks(count, grain, std::cref(chunk));
+        Value total{};
+        for (const Value& value : partial_) total += value;
         return total;
     }
 
   private:
-    std::vector<double> partial_;
+    std::vector<Value> partial_;
+};
+
+/// The same of numbers, over phyxels.
+class ChunkSum {
+  public:
+    template <class ChunkValue>
+    double operator()(const Parallel& parallel, std::size_t count, const ChunkValue& chunk_value) {
+        return sum_(parallel, count, phyxel_grain, chunk_value);
+    }
+
+  private:
+    ChunkSumOf<double> sum_;
 };
 
 }  // namespace splitcubes::meshless

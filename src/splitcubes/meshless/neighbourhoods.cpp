@@ -4,7 +4,9 @@
 #include <splitcubes/meshless/neighbourhoods.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
+#include <cmath>
 
 namespace splitcubes::meshless {
 
@@ -12,10 +14,14 @@ namespace {
 
 // Directions whose eigenvalue is below this share of the largest are dropped.
 constexpr double rank_threshold = 1e-3;
-// What a row's weights sum to in the pair stiffnesses: with ten, zero_energy 0.1
-// brings a body back whose phyxels start at random places, and a bar hung by
-// one end sags 2 % less than without (0.02 leaves the former crumpled).
-constexpr double pair_weight_sum = 10;
+// c_i = this * zero_energy * mu V_i / trace A_i: with five, zero_energy 0.1 brings a
+// body back whose phyxels start at random places, and 0.02 leaves it crumpled.
+constexpr double penalty_factor = 5;
+
+std::uint64_t next_revision() {
+    static std::atomic<std::uint64_t> last{0};
+    return ++last;
+}
 
 }  // namespace
 
@@ -49,17 +55,17 @@ void Neighbourhoods::build_structure(const Phyxels& phyxels, const Pairs& pairs,
             reverse_[link] = link_to_lower[p];
             reverse_[reverse_[link]] = link;
         }
-    for (auto* array : {&base_weight_, &weight_, &pair_stiffness_, &share_}) array->assign(links, 0);
+    for (auto* array : {&base_weight_, &weight_}) array->assign(links, 0);
     for (auto* array : {&rest_edge_, &gradient_, &reverse_gradient_}) array->assign(links, Vec3::Zero());
-    visibility_.assign(links, 1);
     rank_.assign(n, 0);
+    leans_.assign(n, 0);
     basis_.assign(n, Mat3::Identity());
     gradient_sum_.assign(n, Vec3::Zero());
-    base_weight_sum_.assign(n, 0);
+    moment_.assign(n, Mat3::Zero());
+    base_trace_.assign(n, 0);
+    penalty_.assign(n, 0);
     volume_.assign(phyxels.volume.begin(), phyxels.volume.end());
     diagonal_.assign(n, 0);
-    pair_first_.assign(n, Vec3::Zero());
-    pair_second_.assign(n, Mat3::Zero());
     mark_.assign(n, 0);
     rows_.clear();
     ring_.clear();
@@ -69,18 +75,19 @@ void Neighbourhoods::build_structure(const Phyxels& phyxels, const Pairs& pairs,
         for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
             rest_edge_[l] = phyxels.rest_position[neighbour_[l]] - phyxels.rest_position[i];
             base_weight_[l] = kernel(rest_edge_[l].squaredNorm(), phyxels.support_radius[i]);
-            base_weight_sum_[i] += base_weight_[l];
+            base_trace_[i] += base_weight_[l] * rest_edge_[l].squaredNorm();
         }
     });
+    slices_.build(offsets_, neighbour_, phyxels.rest_position);
 }
 
 void Neighbourhoods::compute_row(const Pairs& pairs, std::size_t i) {
     Mat3 moment = Mat3::Zero();
     for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
-        visibility_[l] = pairs.visibility[pair_[l]];
-        weight_[l] = base_weight_[l] * static_cast<double>(visibility_[l]);
+        weight_[l] = base_weight_[l] * static_cast<double>(pairs.visibility[pair_[l]]);
         if (weight_[l] > 0) moment += weight_[l] * rest_edge_[l] * rest_edge_[l].transpose();
     }
+    moment_[i] = moment;
     const SymmetricEigen eigen = eigen_symmetric(moment);
     int kept = 0;
     while (kept < 3 && eigen.values[kept] > rank_threshold * eigen.values[0]) ++kept;
@@ -91,6 +98,10 @@ void Neighbourhoods::compute_row(const Pairs& pairs, std::size_t i) {
     Mat3 inverse = Mat3::Zero();
     for (int k = 0; k < kept; ++k) inverse += basis.col(k) * basis.col(k).transpose() / eigen.values[k];
     rank_[i] = static_cast<std::uint8_t>(kept);
+    leans_[i] = 0;
+    for (std::uint32_t l = offsets_[i]; kept == 2 && l < offsets_[i + 1]; ++l)
+        if (weight_[l] > 0 && std::abs(basis.col(2).dot(rest_edge_[l])) > 1e-9 * rest_edge_[l].norm())
+            leans_[i] = 1;
     gradient_sum_[i].setZero();
     for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
         gradient_[l] = weight_[l] > 0 ? Vec3(weight_[l] * (inverse * rest_edge_[l])) : Vec3(Vec3::Zero());
@@ -98,88 +109,97 @@ void Neighbourhoods::compute_row(const Pairs& pairs, std::size_t i) {
     }
 }
 
-bool Neighbourhoods::tells_direction(std::size_t i, std::size_t link) const {
-    if (!(weight_[link] > 0) || rank_[i] == 0) return false;
-    if (rank_[i] >= 2) return true;
-    // Of rank 1, F turns about its line as it likes: only neighbours on the line
-    // are told, else a rigid rotation would make a force.
+// Of rank 1, F turns about its line as it likes: unless all neighbours are on the
+// line, a rigid rotation would make a force.
+bool Neighbourhoods::tells_neighbours(std::size_t i) const {
+    if (rank_[i] != 1) return rank_[i] > 0;
     const Vec3 line = basis_[i].col(0);
-    const Vec3& edge = rest_edge_[link];
-    return (edge - line * line.dot(edge)).norm() <= 1e-9 * edge.norm();
+    for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
+        const Vec3& edge = rest_edge_[l];
+        if (weight_[l] > 0 && (edge - line * line.dot(edge)).norm() > 1e-9 * edge.norm()) return false;
+    }
+    return true;
 }
 
-void Neighbourhoods::link_row(const Phyxels& phyxels, const Material& material, std::size_t i) {
+void Neighbourhoods::set_penalty(const Material& material, std::size_t i) {
+    const bool told = base_trace_[i] > 0 && tells_neighbours(i);
+    penalty_[i] =
+        told ? penalty_factor * material.zero_energy * material.lame_mu() * volume_[i] / base_trace_[i] : 0;
+}
+
+// What row i's links say, from gradients and penalties on both sides.
+void Neighbourhoods::link_row(std::size_t i) {
+    for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
+        reverse_gradient_[l] = gradient_[reverse_[l]];
+        slices_.set_link(l, {gradient_[l], link_penalty(l, i), reverse_gradient_[l]});
+    }
+}
+
+// What the links that come to i from rows that keep their own gradients say of it.
+void Neighbourhoods::link_back(std::size_t i) {
+    for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
+        if (mark_[neighbour_[l]] == 1) continue;
+        const std::uint32_t back = reverse_[l];
+        reverse_gradient_[back] = gradient_[l];
+        slices_.set_reverse(back, gradient_[l]);
+        slices_.set_penalty(back, link_penalty(l, i));
+    }
+}
+
+void Neighbourhoods::finish_row(const Material& material, std::size_t i) {
+    // Of the penalty's second derivative by x_i, own and neighbours' terms: since A g = w x
+    // in the directions kept, the sums of squares come down to these.
+    double squares = volume_[i] * gradient_sum_[i].squaredNorm();  // m
+    double penalties = 0;                                          // N/m
     for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
         const std::uint32_t j = neighbour_[l];
-        const std::uint32_t back = reverse_[l];
-        reverse_gradient_[l] = gradient_[back];
-        const bool here = tells_direction(i, l);
-        const bool there = tells_direction(j, back);
-        share_[l] = here == there ? 0.5 : here ? 1.0 : 0.0;
-        pair_stiffness_[l] = 0;
-        if (!here && !there) continue;
-        const auto held_by = [&](std::size_t phyxel, std::size_t link) {
-            return phyxels.volume[phyxel] * base_weight_[link] / base_weight_sum_[phyxel];
-        };
-        // Sums are commutative, so both directed copies are equal to the last bit.
-        double volume = 0;
-        if (base_weight_sum_[i] > 0) volume += held_by(i, l);
-        if (base_weight_sum_[j] > 0) volume += held_by(j, back);
-        pair_stiffness_[l] = material.zero_energy * material.lame_mu() * 0.5 * pair_weight_sum * volume /
-                             rest_edge_[l].squaredNorm() * static_cast<double>(visibility_[l]);
+        squares += volume_[j] * reverse_gradient_[l].squaredNorm();
+        penalties += penalty_[i] * weight_[l] * (1 - gradient_sum_[i].dot(rest_edge_[l])) +
+                     penalty_[j] * weight_[reverse_[l]] * (1 + reverse_gradient_[l].dot(rest_edge_[l]));
     }
+    diagonal_[i] =
+        (4 * material.lame_mu() + material.lame_lambda() + material.volume_stiffness) / 3 * squares +
+        penalties;
+    slices_.set_row(i, {volume_[i], gradient_sum_[i], penalty_[i] * moment_[i]});
 }
 
-void Neighbourhoods::compute_sums(const Material& material, std::size_t i) {
-    double squares = volume_[i] * gradient_sum_[i].squaredNorm();  // m
-    double pairs = 0;                                              // N/m
-    for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
-        squares += volume_[neighbour_[l]] * reverse_gradient_[l].squaredNorm();
-        const double seen = 1 - share_[l] * gradient_sum_[i].dot(rest_edge_[l]) +
-                            (1 - share_[l]) * reverse_gradient_[l].dot(rest_edge_[l]);
-        pairs += pair_stiffness_[l] * seen * seen;
-    }
-    Vec3 first = Vec3::Zero();   // N/m * m
-    Mat3 second = Mat3::Zero();  // N/m * m^2
-    for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
-        const Vec3 shared = pair_stiffness_[l] * share_[l] * rest_edge_[l];
-        first += shared;
-        second += share_[l] * shared * rest_edge_[l].transpose();
-    }
-    pair_first_[i] = first;
-    pair_second_[i] = second;
-    diagonal_[i] =
-        (4 * material.lame_mu() + material.lame_lambda() + material.volume_stiffness) / 3 * squares + pairs;
+Neighbourhoods::MaterialKey Neighbourhoods::key_of(const Material& material) {
+    return {material.zero_energy, material.lame_mu(), material.lame_lambda(), material.volume_stiffness};
 }
 
 void Neighbourhoods::rebuild(const Phyxels& phyxels, const Pairs& pairs, const Material& material,
                              const Parallel& parallel) {
     build_structure(phyxels, pairs, parallel);
     for_phyxels(parallel, size(), [&](std::size_t i) { compute_row(pairs, i); });
+    for (std::size_t i = 0; i < size(); ++i) slices_.set_rank(i, rank_[i] == 3);
+    material_key_ = {};
     refresh_volumes(phyxels, material, parallel);
 }
 
 void Neighbourhoods::refresh_volumes(const Phyxels& phyxels, const Material& material,
                                      const Parallel& parallel) {
     assert(phyxels.size() == size());
-    std::copy(phyxels.volume.begin(), phyxels.volume.end(), volume_.begin());
-    for_phyxels(parallel, size(), [&](std::size_t i) { link_row(phyxels, material, i); });
-    for_phyxels(parallel, size(), [&](std::size_t i) { compute_sums(material, i); });
+    rows_.clear();
+    const bool all = !(material_key_ == key_of(material));
+    for (std::uint32_t i = 0; i < size(); ++i)
+        if (all || volume_[i] != phyxels.volume[i]) rows_.push_back(i);
+    material_key_ = key_of(material);
+    if (rows_.empty()) return;
+    revision_ = next_revision();
+    for_phyxels(parallel, rows_.size(), [&](std::size_t k) {
+        volume_[rows_[k]] = phyxels.volume[rows_[k]];
+        set_penalty(material, rows_[k]);
+    });
+    for (const std::uint32_t i : rows_) mark_[i] = 1;
+    add_ring();
+    for_phyxels(parallel, rows_.size(), [&](std::size_t k) { link_row(rows_[k]); });
+    for_phyxels(parallel, rows_.size(), [&](std::size_t k) { link_back(rows_[k]); });
+    for_phyxels(parallel, ring_.size(), [&](std::size_t k) { finish_row(material, ring_[k]); });
+    for (const std::uint32_t i : ring_) mark_[i] = 0;
 }
 
-void Neighbourhoods::update(const Phyxels& phyxels, const Pairs& pairs,
-                            std::span<const std::uint32_t> changed_pairs, const Material& material,
-                            const Parallel& parallel) {
-    assert(phyxels.size() == size() && 2 * pairs.size() == link_count());
-    rows_.clear();
-    ring_.clear();
-    for (const std::uint32_t pair : changed_pairs)
-        for (const std::uint32_t i : {pairs.a[pair], pairs.b[pair]}) {
-            if (mark_[i] == 1) continue;
-            mark_[i] = 1;
-            rows_.push_back(i);
-        }
-    // A new row changes g_ji, shares and stiffnesses in its neighbours' links.
+// The marked rows and those beside them.
+void Neighbourhoods::add_ring() {
     ring_.assign(rows_.begin(), rows_.end());
     for (const std::uint32_t i : rows_)
         for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
@@ -187,12 +207,30 @@ void Neighbourhoods::update(const Phyxels& phyxels, const Pairs& pairs,
             mark_[neighbour_[l]] = 2;
             ring_.push_back(neighbour_[l]);
         }
-    for_phyxels(parallel, rows_.size(), [&](std::size_t k) { compute_row(pairs, rows_[k]); });
-    for_phyxels(parallel, ring_.size(), [&](std::size_t k) {
-        volume_[ring_[k]] = phyxels.volume[ring_[k]];
-        link_row(phyxels, material, ring_[k]);
+}
+
+void Neighbourhoods::update([[maybe_unused]] const Phyxels& phyxels, const Pairs& pairs,
+                            std::span<const std::uint32_t> changed_pairs, const Material& material,
+                            const Parallel& parallel) {
+    assert(phyxels.size() == size() && 2 * pairs.size() == link_count());
+    if (changed_pairs.empty()) return;
+    revision_ = next_revision();
+    rows_.clear();
+    for (const std::uint32_t pair : changed_pairs)
+        for (const std::uint32_t i : {pairs.a[pair], pairs.b[pair]}) {
+            if (mark_[i] == 1) continue;
+            mark_[i] = 1;
+            rows_.push_back(i);
+        }
+    add_ring();
+    for_phyxels(parallel, rows_.size(), [&](std::size_t k) {
+        compute_row(pairs, rows_[k]);
+        set_penalty(material, rows_[k]);
     });
-    for_phyxels(parallel, ring_.size(), [&](std::size_t k) { compute_sums(material, ring_[k]); });
+    for (const std::uint32_t i : rows_) slices_.set_rank(i, rank_[i] == 3);
+    for_phyxels(parallel, rows_.size(), [&](std::size_t k) { link_row(rows_[k]); });
+    for_phyxels(parallel, rows_.size(), [&](std::size_t k) { link_back(rows_[k]); });
+    for_phyxels(parallel, ring_.size(), [&](std::size_t k) { finish_row(material, ring_[k]); });
     for (const std::uint32_t i : ring_) mark_[i] = 0;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <splitcubes/core/parallel.h>
+#include <splitcubes/meshless/link_slices.h>
 #include <splitcubes/meshless/locator.h>
 #include <splitcubes/meshless/material.h>
 #include <splitcubes/meshless/phyxels.h>
@@ -18,6 +19,11 @@ struct Pairs {
     std::vector<float> visibility;    // 0 (cut apart) .. 1 (see each other)
 
     std::size_t size() const { return a.size(); }
+    /// For checkpoints.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(a, b, visibility);
+    }
 };
 
 struct SupportOptions {
@@ -40,10 +46,10 @@ Pairs find_pairs(const Phyxels& phyxels, const PhyxelLocator& locator, const Par
 /// indices (ascending) of the pairs of `to` that `from` does not know.
 std::vector<std::uint32_t> carry_visibility(const Pairs& from, Pairs& to);
 
-/// Moving least squares gradients of every phyxel and the pair stiffnesses
-/// against zero-energy modes, as rows of directed links (CSR). Row i holds its
-/// neighbours in ascending order. A pair that no longer sees itself keeps its
-/// links, with zero weight.
+/// Moving least squares gradients of every phyxel and the penalties on zero-energy
+/// modes, as rows of directed links (CSR). Row i holds its neighbours in ascending
+/// order. A pair that no longer sees itself keeps its links, with zero weight. The same
+/// in single precision, as the solvers read it, is in `slices`.
 class Neighbourhoods {
   public:
     /// From scratch. O(pairs).
@@ -54,7 +60,8 @@ class Neighbourhoods {
     /// for bit. Does not allocate.
     void update(const Phyxels& phyxels, const Pairs& pairs, std::span<const std::uint32_t> changed_pairs,
                 const Material& material, const Parallel& parallel);
-    /// After phyxels.volume or the material changed (pieces parted).
+    /// After phyxels.volume (pieces parted) or the material changed: costs by the rows
+    /// whose volume is another, where the material is as it was.
     void refresh_volumes(const Phyxels& phyxels, const Material& material, const Parallel& parallel);
 
     std::size_t size() const { return rank_.size(); }
@@ -79,14 +86,14 @@ class Neighbourhoods {
     std::span<const Vec3> gradient_sum() const { return gradient_sum_; }
     /// m^3, as of the last rebuild, update or refresh.
     std::span<const double> volume() const { return volume_; }
-    /// Mean of the diagonal of the stiffness matrix's 3x3 block, N/m; approximate
-    /// (pairs of two neighbours are left out): for the preconditioner.
+    /// Mean of the diagonal of the stiffness matrix's 3x3 block, N/m: exact for corotated
+    /// phyxels that are turned alike. For the preconditioner.
     std::span<const double> stiffness_diagonal() const { return diagonal_; }
-
-    /// sum_j k_ij s_ij x_ij, N.
-    std::span<const Vec3> pair_first() const { return pair_first_; }
-    /// sum_j k_ij s_ij^2 x_ij x_ij^T, N m.
-    std::span<const Mat3> pair_second() const { return pair_second_; }
+    /// A_i = sum_j w_ij x_ij x_ij^T, 1/m.
+    std::span<const Mat3> moment() const { return moment_; }
+    /// c_i of the penalty c_i w_ij / 2 |F_i x_ij - (x_j - x_i)|^2, N m^2. Zero where the
+    /// neighbours do not tell F_i well enough.
+    std::span<const double> penalty() const { return penalty_; }
 
     // Per link i -> j.
     std::span<const std::uint32_t> neighbour() const { return neighbour_; }
@@ -96,20 +103,40 @@ class Neighbourhoods {
     std::span<const Vec3> reverse_gradient() const { return reverse_gradient_; }
     /// x_ij = X_j - X_i, m, rest space.
     std::span<const Vec3> rest_edge() const { return rest_edge_; }
-    /// k_ij, N/m.
-    std::span<const double> pair_stiffness() const { return pair_stiffness_; }
-    /// Share of F_i in the pair's mean gradient; that of F_j is 1 - share. One
-    /// half, unless one of the two cannot tell the pair's direction.
-    std::span<const double> share() const { return share_; }
     /// w_ij * visibility, 1/m^3.
     std::span<const double> weight() const { return weight_; }
+    /// The link j -> i.
+    std::span<const std::uint32_t> reverse() const { return reverse_; }
+
+    /// Whether phyxel i is of rank 2 with neighbours off its plane.
+    bool leans(std::size_t i) const { return leans_[i] != 0; }
+
+    /// The link's pair, in the list that was given.
+    std::span<const std::uint32_t> pair() const { return pair_; }
+
+    const LinkSlices& slices() const { return slices_; }
+    /// Another number after every change; equal numbers mean equal contents.
+    std::uint64_t revision() const { return revision_; }
 
   private:
+    /// What of the material the penalties and diagonals depend on.
+    struct MaterialKey {
+        double zero_energy = -1, mu = -1, lambda = -1, volume_stiffness = -1;
+        bool operator==(const MaterialKey&) const = default;
+    };
+    static MaterialKey key_of(const Material& material);
+
     void build_structure(const Phyxels& phyxels, const Pairs& pairs, const Parallel& parallel);
     void compute_row(const Pairs& pairs, std::size_t i);
-    void link_row(const Phyxels& phyxels, const Material& material, std::size_t i);
-    void compute_sums(const Material& material, std::size_t i);
-    bool tells_direction(std::size_t i, std::size_t link) const;
+    bool tells_neighbours(std::size_t i) const;
+    void set_penalty(const Material& material, std::size_t i);
+    void link_row(std::size_t i);
+    void link_back(std::size_t i);
+    void finish_row(const Material& material, std::size_t i);
+    double link_penalty(std::size_t link, std::size_t i) const {
+        return penalty_[i] * weight_[link] + penalty_[neighbour_[link]] * weight_[reverse_[link]];
+    }
+    void add_ring();
 
     std::vector<std::uint32_t> offsets_;      // rows of links, one more than phyxels
     std::vector<std::uint32_t> neighbour_;    // per link, phyxel
@@ -120,19 +147,20 @@ class Neighbourhoods {
     std::vector<Vec3> reverse_gradient_;      // per link, 1/m
     std::vector<double> base_weight_;         // per link, w_ij, 1/m^3
     std::vector<double> weight_;              // per link, w_ij * visibility, 1/m^3
-    std::vector<double> pair_stiffness_;      // per link, N/m
-    std::vector<double> share_;               // per link
-    std::vector<float> visibility_;           // per link
     std::vector<std::uint8_t> rank_;          // per phyxel
+    std::vector<std::uint8_t> leans_;         // per phyxel
     std::vector<Mat3> basis_;                 // per phyxel
     std::vector<Vec3> gradient_sum_;          // per phyxel, 1/m
-    std::vector<double> base_weight_sum_;     // per phyxel, sum_j w_ij before any cut, 1/m^3
+    std::vector<Mat3> moment_;                // per phyxel, 1/m
+    std::vector<double> base_trace_;          // per phyxel, trace of the moment before any cut, 1/m
+    std::vector<double> penalty_;             // per phyxel, N m^2
     std::vector<double> volume_;              // per phyxel, m^3
     std::vector<double> diagonal_;            // per phyxel, N/m
-    std::vector<Vec3> pair_first_;            // per phyxel, N
-    std::vector<Mat3> pair_second_;           // per phyxel, N m
     std::vector<std::uint8_t> mark_;          // scratch of update: 1 own row, 2 beside one
     std::vector<std::uint32_t> rows_, ring_;  // scratch of update
+    LinkSlices slices_;
+    MaterialKey material_key_;  // of the penalties and diagonals
+    std::uint64_t revision_ = 0;
 };
 
 }  // namespace splitcubes::meshless

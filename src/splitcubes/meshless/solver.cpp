@@ -12,6 +12,12 @@ namespace {
 constexpr double smallest_correction = 1e-10;
 // Corrections above this share of the support radius may have turned something by far.
 constexpr double far_share = 0.2;
+// Share of A d that single precision may lose.
+constexpr double rounding_share = 1e-6;
+// Share of the wanted square of the residual that rounding may make up.
+constexpr double noise_share = 0.1;
+// Share that the square of a residual falls by before it is taken again in double precision.
+constexpr double reach_share = 1e-8;
 
 }  // namespace
 
@@ -25,7 +31,7 @@ SolverReport ImplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighb
     size_buffers(phyxels.size());
     choose_steps(job);
     predict(job);
-    momenta_.begin(phyxels, input.piece_count);
+    momenta_.begin(phyxels, input.piece_count, parallel);
     meet_ground(job);
     linearise(job);
     start_guess(job);
@@ -45,16 +51,17 @@ SolverReport ImplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighb
     break_histories(job);
     if (options.restore_momentum) restore_momenta(job);
     phyxels.history_step = input.dt;
-    deform_and_flow(phyxels, neighbourhoods, material, input.dt, parallel);
-    describe_state(phyxels, neighbourhoods, material, elastic_, report_, parallel);
+    deform_and_flow(phyxels, neighbourhoods, material, input.dt, elastic_, parallel);
+    describe_(phyxels, neighbourhoods, elastic_, report_, parallel);
     for (const Mode mode : mode_) report_.contacts += mode == Mode::stick || mode == Mode::slide;
     return report_;
 }
 
 void ImplicitSolver::linearise(const Job& job) {
-    compute_deformation(job.neighbourhoods, job.phyxels.rest_position, base_, job.phyxels.rotation,
-                        deformation_, rotation_, job.parallel);
-    elastic_.linearise(job.neighbourhoods, job.material, base_state(job), job.parallel);
+    elastic_.take_state(job.neighbourhoods, job.material,
+                        {job.phyxels.rest_position, base_, job.phyxels.rotation, job.phyxels.plastic_strain},
+                        job.parallel);
+    exact_is_taken_ = false;
     right_side(job);
 }
 
@@ -73,11 +80,11 @@ bool ImplicitSolver::is_torn(const Job& job) {
     if (!far) return false;
     for_phyxels(job.parallel, n, [&](std::size_t i) { p_[i] = base_[i] + d_[i]; });
     whole_.resize(n);
-    for (std::size_t i = 0; i < n; ++i) whole_[i] = turning_resistance(deformation_[i], rotation_[i]) == 0;
-    compute_deformation(job.neighbourhoods, phyxels.rest_position, p_, phyxels.rotation, deformation_,
-                        rotation_, job.parallel);
+    for (std::size_t i = 0; i < n; ++i) whole_[i] = !elastic_.is_distorted(i);
+    elastic_.take_state(job.neighbourhoods, job.material,
+                        {phyxels.rest_position, p_, phyxels.rotation, phyxels.plastic_strain}, job.parallel);
     for (std::size_t i = 0; i < n; ++i)
-        if (whole_[i] != 0 && turning_resistance(deformation_[i], rotation_[i]) > 0) return true;
+        if (whole_[i] != 0 && elastic_.is_distorted(i)) return true;
     return false;
 }
 
@@ -86,7 +93,6 @@ void ImplicitSolver::size_buffers(std::size_t count) {
     for (auto* array : {&predicted_, &predicted_velocity_, &base_, &start_position_, &start_velocity_,
                         &right_, &friction_, &d_, &r_, &p_, &q_})
         array->resize(count);
-    for (auto* array : {&deformation_, &rotation_}) array->resize(count);
     for (auto* array : {&inverted_, &touched_, &met_, &failed_}) array->assign(count, 0);
     mode_.resize(count);
 }
@@ -101,10 +107,12 @@ void ImplicitSolver::choose_steps(const Job& job) {
         mode_[i] = held ? Mode::held : Mode::free;
         friction_[i].setZero();
     });
+    const bool any_inverted = std::find(inverted_.begin(), inverted_.end(), 1) != inverted_.end();
     const std::span<const std::uint32_t> offsets = job.neighbourhoods.offsets();
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
         bool beside_inverted = inverted_[i] != 0;
-        for (std::uint32_t l = offsets[i]; l < offsets[i + 1] && history && !beside_inverted; ++l)
+        for (std::uint32_t l = offsets[i]; any_inverted && l < offsets[i + 1] && history && !beside_inverted;
+             ++l)
             beside_inverted =
                 inverted_[job.neighbourhoods.neighbour()[l]] != 0 && job.neighbourhoods.weight()[l] > 0;
         const bool two_steps =
@@ -149,14 +157,14 @@ void ImplicitSolver::predict(const Job& job) {
 // distance from prediction to base.
 void ImplicitSolver::right_side(const Job& job) {
     const Phyxels& phyxels = job.phyxels;
-    elastic_.forces(job.neighbourhoods, job.material, base_state(job), right_, job.parallel);
+    elastic_.forces(right_, job.parallel);
     const double damping = job.material.stiffness_damping;
     if (damping > 0) {
         for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
             p_[i] = predicted_velocity_[i] + (base_[i] - predicted_[i]) / b_[i];
             inverse_[i] = 0;
         });
-        elastic_.apply_stiffness(job.neighbourhoods, job.material, damping, inverse_, p_, q_, job.parallel);
+        elastic_.apply_stiffness(damping, inverse_, p_, q_, job.parallel);
     }
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
         right_[i] -= diagonal_[i] * (base_[i] - predicted_[i]);
@@ -214,70 +222,145 @@ double ImplicitSolver::damping_ratio(const Job& job) const {
 // measured by it alone a stiff body would not feel its weight.
 double ImplicitSolver::wanted_residual(const Job& job) {
     const Phyxels& phyxels = job.phyxels;
-    const std::size_t n = phyxels.size();
-    const auto sum_of = [&](const auto& term) {
+    const auto chunk = [&](std::size_t begin, std::size_t end) {
+        WantedSums sums;
+        for (std::size_t i = begin; i < end; ++i) {
+            sums.right += inverse_[i] * filtered(job, i, right_[i] + friction_[i]).squaredNorm();
+            const Vec3 acceleration = (start_velocity_[i] - phyxels.previous_velocity[i]) / job.input.dt;
+            const double force = phyxels.mass[i] * (acceleration.norm() + job.input.gravity.norm());
+            sums.felt += inverse_[i] * force * force;
+            const double correction = smallest_correction * phyxels.support_radius[i];
+            sums.least += inverse_[i] > 0 ? correction * correction / inverse_[i] : 0;
+        }
+        return sums;
+    };
+    const WantedSums sums = wanted_sum_(job.parallel, phyxels.size(), phyxel_grain, chunk);
+    const double scale = sums.felt > 0 ? std::min(sums.right, 100 * sums.felt) : sums.right;
+    return std::max(job.options.tolerance * job.options.tolerance * scale, sums.least);
+}
+
+// r_ = b - A d_, its square in the preconditioner's norm returned. noise: what rounding may
+// make of that. `exact`: in double precision.
+double ImplicitSolver::residual(const Job& job, bool exact, double& noise) {
+    const std::size_t n = job.phyxels.size();
+    const double factor = 1 + damping_ratio(job);
+    if (exact && !exact_is_taken_) {
+        deformation_.resize(n);
+        rotation_.resize(n);
+        compute_deformation(job.neighbourhoods, job.phyxels.rest_position, base_, job.phyxels.rotation,
+                            deformation_, rotation_, job.parallel);
+        exact_.linearise(job.neighbourhoods, job.material,
+                         {base_, deformation_, rotation_, job.phyxels.plastic_strain}, job.parallel);
+        exact_is_taken_ = true;
+    }
+    if (exact)
+        exact_.apply_stiffness(job.neighbourhoods, job.material, factor, diagonal_, d_, q_, job.parallel);
+    else
+        elastic_.apply_stiffness(factor, diagonal_, d_, q_, job.parallel);
+    const auto squares = [&](const std::vector<Vec3>& of) {
         return sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
             double sum = 0;
-            for (std::size_t i = begin; i < end; ++i) sum += term(i);
+            for (std::size_t i = begin; i < end; ++i) sum += inverse_[i] * of[i].squaredNorm();
             return sum;
         });
     };
-    const double right = sum_of([&](std::size_t i) {
-        return inverse_[i] * filtered(job, i, right_[i] + friction_[i]).squaredNorm();
-    });
-    const double felt = sum_of([&](std::size_t i) {
-        const Vec3 acceleration = (start_velocity_[i] - phyxels.previous_velocity[i]) / job.input.dt;
-        const double force = phyxels.mass[i] * (acceleration.norm() + job.input.gravity.norm());
-        return inverse_[i] * force * force;
-    });
-    const double least = sum_of([&](std::size_t i) {
-        const double correction = smallest_correction * phyxels.support_radius[i];
-        return inverse_[i] > 0 ? correction * correction / inverse_[i] : 0;
-    });
-    const double scale = felt > 0 ? std::min(right, 100 * felt) : right;
-    return std::max(job.options.tolerance * job.options.tolerance * scale, least);
+    noise = exact ? 0 : rounding_share * rounding_share * squares(q_);
+    for_phyxels(job.parallel, n,
+                [&](std::size_t i) { r_[i] = filtered(job, i, right_[i] + friction_[i] - q_[i]); });
+    return squares(r_);
 }
 
 // Conjugate gradients with point Jacobi, from d_; constrained parts of d_ stay.
 void ImplicitSolver::solve(const Job& job) {
-    const std::size_t n = job.phyxels.size();
-    const double factor = 1 + damping_ratio(job);
-    const auto apply = [&](std::span<const Vec3> in) {
-        return elastic_.apply_stiffness(job.neighbourhoods, job.material, factor, diagonal_, in, q_,
-                                        job.parallel);
-    };
     ++report_.solves;
-    apply(d_);
-    double rz = sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t i = begin; i < end; ++i) {
-            r_[i] = filtered(job, i, right_[i] + friction_[i] - q_[i]);
-            p_[i] = inverse_[i] * r_[i];
-            sum += r_[i].dot(p_[i]);
-        }
-        return sum;
-    });
     const double wanted = wanted_residual(job);
-    for (int k = 0; k < job.options.max_iterations && rz > wanted; ++k) {
-        const double curvature = apply(p_);
-        if (!(curvature > 0) || !std::isfinite(curvature)) break;
-        const double alpha = rz / curvature;
-        const double next = sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
-            double sum = 0;
-            for (std::size_t i = begin; i < end; ++i) {
-                d_[i] += alpha * p_[i];
-                r_[i] -= alpha * filtered(job, i, q_[i]);
-                sum += inverse_[i] * r_[i].squaredNorm();
-            }
-            return sum;
-        });
-        if (!std::isfinite(next)) break;
-        const double beta = next / rz;
-        rz = next;
-        for_phyxels(job.parallel, n, [&](std::size_t i) { p_[i] = inverse_[i] * r_[i] + beta * p_[i]; });
-        ++report_.iterations;
+    int left = job.options.max_iterations;
+    double noise = 0;
+    double rz = residual(job, false, noise);
+    if (noise > noise_share * wanted) rz = residual(job, true, noise);
+    for (int pass = 0; pass < max_refinements && rz > wanted && left > 0; ++pass) {
+        // Single precision carries no further than this at a time.
+        const bool in_reach = wanted >= reach_share * rz;
+        const double before = rz;
+        rz = descend(job, in_reach ? wanted : reach_share * rz, left);
+        if (in_reach) break;
+        rz = residual(job, true, noise);
+        if (!(rz < 0.25 * before)) break;
     }
     report_.residual = rz > 0 && wanted > 0 ? job.options.tolerance * std::sqrt(rz / wanted) : 0;
+}
+
+void ImplicitSolver::take_residual(const Job& job) {
+    const std::size_t n = job.phyxels.size(), stride = elastic_.stride();
+    const auto size = [](FloatArray& array, std::size_t length) {
+        if (array.size() != length) array.assign(length, 0);
+    };
+    for (FloatArray* array : {&fine_d_, &fine_r_, &fine_p_, &fine_q_}) size(*array, 3 * stride);
+    for (FloatArray* array : {&fine_diagonal_, &fine_inverse_}) size(*array, stride);
+    constrained_.clear();
+    for (std::size_t i = 0; i < n; ++i)
+        if (mode_[i] != Mode::free) constrained_.push_back(static_cast<std::uint32_t>(i));
+    for_phyxels(job.parallel, n, [&](std::size_t i) {
+        fine_diagonal_[i] = static_cast<float>(diagonal_[i]);
+        fine_inverse_[i] = static_cast<float>(inverse_[i]);
+        for (std::size_t k = 0; k < 3; ++k) {
+            fine_r_[k * stride + i] = static_cast<float>(r_[i][static_cast<int>(k)]);
+            fine_d_[k * stride + i] = 0;
+        }
+    });
+}
+
+// Takes off fine_q_ what constrained phyxels cannot follow.
+void ImplicitSolver::filter(const Job& job) {
+    const std::size_t stride = elastic_.stride();
+    for (const std::uint32_t i : constrained_) {
+        Vec3 force;
+        for (std::size_t k = 0; k < 3; ++k)
+            force[static_cast<int>(k)] = static_cast<double>(fine_q_[k * stride + i]);
+        force = filtered(job, i, force);
+        for (std::size_t k = 0; k < 3; ++k)
+            fine_q_[k * stride + i] = static_cast<float>(force[static_cast<int>(k)]);
+    }
+}
+
+// Adds to d_ what brings the square of the residual r_ down to `goal`; returns where it got.
+double ImplicitSolver::descend(const Job& job, double goal, int& left) {
+    const std::size_t stride = elastic_.stride();
+    const auto factor = static_cast<float>(1 + damping_ratio(job));
+    const auto sum = [&](const auto& chunk) {
+        return slice_sum_(job.parallel, elastic_.slice_count(), slice_grain,
+                          [&](std::size_t begin, std::size_t end) {
+                              return chunk(SliceRange{begin, end});
+                          });
+    };
+    take_residual(job);
+    double rz = sum([&](const SliceRange& range) {
+        return begin_direction(stride, range, fine_inverse_.data(), fine_r_.data(), fine_p_.data());
+    });
+    while (rz > goal && left > 0) {
+        const double curvature = elastic_.apply_stiffness(factor, fine_diagonal_.data(), fine_p_.data(),
+                                                          fine_q_.data(), job.parallel);
+        filter(job);
+        if (!(curvature > 0) || !std::isfinite(curvature)) break;
+        const auto alpha = static_cast<float>(rz / curvature);
+        const double next = sum([&](const SliceRange& range) {
+            return advance(stride, range, alpha, fine_inverse_.data(), fine_p_.data(), fine_q_.data(),
+                           fine_d_.data(), fine_r_.data());
+        });
+        if (!std::isfinite(next)) break;
+        const auto beta = static_cast<float>(next / rz);
+        rz = next;
+        for_slices(job.parallel, elastic_.slice_count(), [&](const SliceRange& range) {
+            turn_direction(stride, range, beta, fine_inverse_.data(), fine_r_.data(), fine_p_.data());
+        });
+        --left;
+        ++report_.iterations;
+    }
+    for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) {
+        for (std::size_t k = 0; k < 3; ++k)
+            d_[i][static_cast<int>(k)] += static_cast<double>(fine_d_[k * stride + i]);
+    });
+    return rz;
 }
 
 // New position, velocity and history of one phyxel.
@@ -335,7 +418,7 @@ void ImplicitSolver::restore_momenta(const Job& job) {
             momenta_.bind(job.phyxels.piece[i]);
     const double dt = job.input.dt;
     momenta_.restore(job.phyxels, 1 / (1 + dt * job.material.mass_damping), dt * job.input.gravity, b_,
-                     job.parallel);
+                     dt, job.parallel);
 }
 
 }  // namespace splitcubes::meshless

@@ -17,6 +17,10 @@ namespace splitcubes::meshless {
 /// tears what was whole, once more from there. All state is in Phyxels, the
 /// object holds buffers only.
 ///
+/// Conjugate gradients run in single precision (SlicedElasticity) with sums in double.
+/// Where single precision does not carry to the tolerance, which is so of stiff bodies
+/// that are held, the residual is taken in double and they start again from it.
+///
 /// Ground: an active set. A phyxel whose prediction is below its contact radius
 /// is put on the plane and sticks; where the reaction leaves the friction cone it
 /// slides under Coulomb friction, where it pulls it is released; up to three
@@ -38,7 +42,18 @@ class ImplicitSolver {
 
     static constexpr int max_contact_passes = 3;
     static constexpr int max_distorted_passes = 3;
+    static constexpr int max_refinements = 4;
 
+    /// Sums over phyxels, in the preconditioner's norm.
+    struct WantedSums {
+        double right = 0, felt = 0, least = 0;
+        WantedSums& operator+=(const WantedSums& other) {
+            right += other.right;
+            felt += other.felt;
+            least += other.least;
+            return *this;
+        }
+    };
     /// The arguments of a step, passed on.
     struct Job {
         Phyxels& phyxels;
@@ -48,9 +63,6 @@ class ImplicitSolver {
         const SolverOptions& options;
         const Parallel& parallel;
     };
-    ElasticState base_state(const Job& job) const {
-        return {base_, deformation_, rotation_, job.phyxels.plastic_strain};
-    }
     void size_buffers(std::size_t count);
     void choose_steps(const Job& job);
     void predict(const Job& job);
@@ -64,6 +76,10 @@ class ImplicitSolver {
     void start_guess(const Job& job);
     double wanted_residual(const Job& job);
     void solve(const Job& job);
+    double residual(const Job& job, bool exact, double& noise);
+    void take_residual(const Job& job);
+    double descend(const Job& job, double goal, int& left);
+    void filter(const Job& job);
     bool revise_contacts(const Job& job);
     bool revise_contact(const Job& job, std::size_t i);
     double damping_ratio(const Job& job) const;
@@ -73,7 +89,9 @@ class ImplicitSolver {
     void restore_momenta(const Job& job);
     Vec3 filtered(const Job& job, std::size_t i, const Vec3& force) const;
 
-    ElasticForces elastic_;
+    SlicedElasticity elastic_;
+    ElasticForces exact_;  // for residuals beyond single precision
+    StateDescriber describe_;
     ChunkSum sum_;
     std::vector<Mode> mode_;                // per phyxel
     std::vector<double> b_;                 // s, per phyxel
@@ -84,11 +102,18 @@ class ImplicitSolver {
     std::vector<Vec3> base_;                // m, y with held and touching phyxels put in place
     std::vector<Vec3> start_position_;      // m, before the step
     std::vector<Vec3> start_velocity_;      // m/s, before the step
-    std::vector<Mat3> deformation_;         // at base_
-    std::vector<Mat3> rotation_;            // at base_
+    std::vector<Mat3> deformation_;         // at base_, where exact_ needs them
+    std::vector<Mat3> rotation_;            // at base_, where exact_ needs them
     std::vector<Vec3> right_;               // N
     std::vector<Vec3> friction_;            // N, on sliding phyxels
-    std::vector<Vec3> d_, r_, p_, q_;     // conjugate gradients: x - base_ (m), residual (N), direction, A p
+    std::vector<Vec3> d_, r_, p_, q_;       // x - base_ (m), residual (N), scratch
+    FloatArray fine_d_, fine_r_, fine_p_,
+        fine_q_;  // conjugate gradients, row arrays of 3: part of d_, residual, direction, A p
+    FloatArray fine_diagonal_, fine_inverse_;  // row arrays of diagonal_ and inverse_
+    std::vector<std::uint32_t> constrained_;   // phyxels that are not free
+    ChunkSumOf<double> slice_sum_;
+    ChunkSumOf<WantedSums> wanted_sum_;
+    bool exact_is_taken_ = false;         // exact_ has the tangents at base_
     std::vector<std::uint8_t> inverted_;  // per phyxel, det F <= 0 before the step
     std::vector<std::uint8_t> touched_;   // per phyxel, met the ground in this step, if only for a solve
     std::vector<std::uint8_t> whole_;     // per phyxel, not distorted at base_

@@ -27,27 +27,32 @@ void check_step_input(const Phyxels& phyxels, const StepInput& input) {
     check_length(input.held_position.size(), phyxels.size(), "held_position");
 }
 
-void MomentumKeeper::begin(const Phyxels& phyxels, int piece_count) {
-    piece_momenta(phyxels, piece_count, before_);
+void MomentumKeeper::begin(const Phyxels& phyxels, int piece_count, const Parallel& parallel) {
+    piece_momenta(phyxels, piece_count, before_, partial_, parallel);
     bound_.assign(static_cast<std::size_t>(piece_count) + 1, 0);
     bound_.back() = 1;
 }
 
 void MomentumKeeper::restore(Phyxels& phyxels, double kept, const Vec3& velocity,
-                             std::span<const double> shift, const Parallel& parallel) {
+                             std::span<const double> shift, double dt, const Parallel& parallel) {
     // By moving (the solver's error), then by velocities to rounding.
-    if (!shift.empty()) correct(phyxels, kept, velocity, shift, parallel);
-    correct(phyxels, kept, velocity, {}, parallel);
+    if (!shift.empty()) correct(phyxels, kept, velocity, shift, 0, parallel);
+    correct(phyxels, kept, velocity, {}, dt, parallel);
 }
 
+// dt 0: centres are left where they are.
 void MomentumKeeper::correct(Phyxels& phyxels, double kept, const Vec3& velocity,
-                             std::span<const double> shift, const Parallel& parallel) {
-    piece_momenta(phyxels, static_cast<int>(before_.size()), after_);
+                             std::span<const double> shift, double dt, const Parallel& parallel) {
+    piece_momenta(phyxels, static_cast<int>(before_.size()), after_, partial_, parallel);
+    way_.assign(before_.size() + 1, Vec3::Zero());
     for (std::size_t k = 0; k < before_.size(); ++k) {
         if (!(after_[k].mass > 0)) bound_[k] = 1;
         if (bound_[k] != 0) continue;
         const Vec3 linear = kept * (before_[k].linear + before_[k].mass * velocity);
         const Vec3 spin = kept * before_[k].spin;
+        if (dt > 0)
+            way_[k] = before_[k].centre - after_[k].centre +
+                      0.5 * dt / before_[k].mass * (before_[k].linear + linear);
         // The correction replaces the momenta it was made from.
         after_[k].linear = (linear - after_[k].linear) / after_[k].mass;
         after_[k].spin = angular_velocity(after_[k].inertia, spin - after_[k].spin);
@@ -58,13 +63,15 @@ void MomentumKeeper::correct(Phyxels& phyxels, double kept, const Vec3& velocity
         const Vec3 change = after_[k].linear + after_[k].spin.cross(phyxels.position[i] - after_[k].centre);
         phyxels.velocity[i] += change;
         if (!shift.empty()) phyxels.position[i] += shift[i] * change;
+        phyxels.position[i] += way_[k];
     });
 }
 
-void deform_and_flow(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-                     double dt, const Parallel& parallel) {
-    update_deformation(phyxels, neighbourhoods, parallel);
-    if (!material.plasticity) return;
+std::size_t deform_and_flow(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+                            double dt, SlicedElasticity& elastic, const Parallel& parallel) {
+    const std::size_t bad = elastic.take_state(neighbourhoods, material, place_of(phyxels), parallel);
+    elastic.read_deformation(phyxels.deformation, phyxels.rotation, parallel);
+    if (!material.plasticity) return bad;
     for_phyxels(parallel, phyxels.size(), [&](std::size_t i) {
         Mat3& plastic = phyxels.plastic_strain[i];
         const Mat3 projector = neighbourhoods.kept_directions(i);
@@ -73,22 +80,55 @@ void deform_and_flow(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, con
         const Mat3 after = flow(*material.plasticity, projector * total * projector, seen, dt);
         plastic += after - seen;
     });
+    return bad;
 }
 
-void describe_state(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-                    ElasticForces& elastic, SolverReport& report, const Parallel& parallel) {
-    report.elastic_energy = elastic.energy(neighbourhoods, material, state_of(phyxels), parallel);
-    for (std::size_t i = 0; i < phyxels.size(); ++i) {
-        const double speed_squared = phyxels.velocity[i].squaredNorm();
-        report.inverted += !(phyxels.deformation[i].determinant() > 0);
-        report.rank_deficient += neighbourhoods.rank()[i] < 3;
-        report.kinetic_energy += 0.5 * phyxels.mass[i] * speed_squared;
-        report.top_speed = std::max(report.top_speed, speed_squared);
+StateSums& StateSums::operator+=(const StateSums& other) {
+    inverted += other.inverted;
+    rank_deficient += other.rank_deficient;
+    kinetic_energy += other.kinetic_energy;
+    top_speed = std::max(top_speed, other.top_speed);
+    linear += other.linear;
+    angular += other.angular;
+    return *this;
+}
+
+namespace {
+
+void add_state(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, std::size_t i, StateSums& sums) {
+    if (phyxels.rigid.index(phyxels.piece[i]) >= 0) return;
+    const Vec3& v = phyxels.velocity[i];
+    sums.inverted += !(phyxels.deformation[i].determinant() > 0);
+    sums.rank_deficient += neighbourhoods.rank()[i] < 3;
+    sums.kinetic_energy += 0.5 * phyxels.mass[i] * v.squaredNorm();
+    sums.top_speed = std::max(sums.top_speed, v.squaredNorm());
+    sums.linear += phyxels.mass[i] * v;
+    sums.angular += phyxels.mass[i] * phyxels.position[i].cross(v);
+}
+
+}  // namespace
+
+void StateDescriber::operator()(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                SlicedElasticity& elastic, SolverReport& report, const Parallel& parallel) {
+    StateSums sums = sums_(parallel, phyxels.size(), phyxel_grain, [&](std::size_t begin, std::size_t end) {
+        StateSums sum;
+        for (std::size_t i = begin; i < end; ++i) add_state(phyxels, neighbourhoods, i, sum);
+        return sum;
+    });
+    for (const RigidPiece& body : phyxels.rigid.bodies) {
+        const Momenta momenta = momenta_of(body);
+        sums.kinetic_energy += body.kinetic_energy();
+        sums.top_speed = std::max(sums.top_speed, body.velocity().squaredNorm());
+        sums.linear += momenta.linear;
+        sums.angular += momenta.angular();
     }
-    report.top_speed = std::sqrt(report.top_speed);
-    const Momenta total = total_momenta(phyxels);
-    report.momentum = total.linear;
-    report.angular_momentum = total.angular();
+    report.inverted += sums.inverted;
+    report.rank_deficient += sums.rank_deficient;
+    report.kinetic_energy += sums.kinetic_energy;
+    report.elastic_energy = elastic.energy(place_of(phyxels), parallel);
+    report.top_speed = std::sqrt(sums.top_speed);
+    report.momentum = sums.linear;
+    report.angular_momentum = sums.angular;
 }
 
 }  // namespace splitcubes::meshless

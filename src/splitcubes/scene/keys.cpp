@@ -59,8 +59,8 @@ const std::vector<ObjectKeys>& scene_keys() {
          {"center", "axis", "radius", "start_angle_degrees", "turns", "from_time", "until_time",
           "turn_with_path"}},
         {"solver", {"kind", "integrator", "tolerance", "max_iterations"}},
-        {"occlusion", {"backend", "disk_size"}},
-        {"output", {"every_nth_frame", "format", "pictures"}},
+        {"occlusion", {"backend", "criterion", "disk_size"}},
+        {"output", {"every_nth_frame", "format", "pictures", "links"}},
         {"camera", {"eye", "target", "direction", "up", "vertical_fov_degrees", "width", "height"}},
     };
     return keys;

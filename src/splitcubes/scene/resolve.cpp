@@ -299,10 +299,13 @@ nlohmann::ordered_json resolved_scene(const SceneDescription& scene) {
                      {"integrator", name_of(scene.solver.integrator, integrator_names)},
                      {"tolerance", scene.solver.tolerance},
                      {"max_iterations", scene.solver.max_iterations}};
-    out["occlusion"] = {{"backend", scene.occlusion.backend}, {"disk_size", scene.occlusion.disk_size}};
+    out["occlusion"] = {{"backend", scene.occlusion.backend},
+                        {"criterion", name_of(scene.occlusion.criterion, occlusion_criterion_names)},
+                        {"disk_size", scene.occlusion.disk_size}};
     out["output"] = {{"every_nth_frame", scene.output.every_nth_frame},
                      {"format", name_of(scene.output.format, surface_format_names)},
-                     {"pictures", scene.output.pictures}};
+                     {"pictures", scene.output.pictures},
+                     {"links", scene.output.links}};
     out["camera"] = to_json(scene.camera);
     return out;
 }

@@ -1,0 +1,92 @@
+// The rows of links in single precision, as the vector loops read them: sliced ELL
+// (Monakov, Lokhmotov and Avetisyan 2010, there for matrices), sixteen rows a slice,
+// one row a lane.
+#pragma once
+
+#include <splitcubes/math/types.h>
+#include <splitcubes/meshless/aligned.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace splitcubes::meshless {
+
+/// A slice is a sequence of columns, a column one link of each of its rows. Phyxels of a
+/// lattice that follow each other have their neighbours at the same distance in the
+/// numbering, so most columns are read as sixteen neighbours in sequence (`run`); what is
+/// left of the rows is packed into columns with an index a lane. Lanes without a link have
+/// weight zero. Which link stands where follows from the structure alone: a cut changes
+/// values, never places.
+///
+/// Every sum over a row runs through its columns in order, in one lane, so results do not
+/// depend on the width of the machine's vectors.
+class LinkSlices {
+  public:
+    static constexpr std::size_t lanes = 16;
+
+    /// What a link carries. i -> j:
+    struct Link {
+        Vec3 gradient = Vec3::Zero();  // g_ij, 1/m
+        double penalty = 0;            // m_ij = c_i w_ij + c_j w_ji, N/m
+        Vec3 reverse = Vec3::Zero();   // g_ji, 1/m
+    };
+    /// What a row carries.
+    struct Row {
+        double volume = 0;                   // m^3
+        Vec3 gradient_sum = Vec3::Zero();    // 1/m
+        Mat3 penalty_moment = Mat3::Zero();  // c_i A_i, N m, symmetric
+    };
+
+    /// Rows of links as Neighbourhoods has them (CSR), and where the phyxels rest (m). All
+    /// values zero.
+    void build(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> neighbour,
+               std::span<const Vec3> rest_position);
+    void set_link(std::size_t link, const Link& value);
+    void set_reverse(std::size_t link, const Vec3& reverse);
+    void set_penalty(std::size_t link, double penalty);
+    void set_row(std::size_t row, const Row& value);
+    /// Rows of one slice must not be set at the same time.
+    void set_rank(std::size_t row, bool full);
+
+    std::size_t row_count() const { return rows_; }
+    std::size_t slice_count() const { return first_column_.empty() ? 0 : first_column_.size() - 1; }
+    /// Length of a row array, a whole number of slices: component k of row i is at k * stride() + i.
+    std::size_t stride() const { return slice_count() * lanes; }
+    std::size_t column_count() const { return run_.size(); }
+    /// Of them, those with an index a lane.
+    std::size_t gather_count() const { return index_.size() / lanes; }
+    /// Bytes that one application of the stiffness reads of links.
+    std::size_t bytes() const;
+
+    // Per slice, one more at the end.
+    std::span<const std::uint32_t> first_column() const { return first_column_; }
+    // Per column: the first of sixteen phyxels in sequence, or ~k: the k-th set of indices.
+    std::span<const std::int32_t> run() const { return run_; }
+    const float* forward() const { return forward_.data(); }    // per column: 16 each of g_ij (x, y, z), m_ij
+    const float* backward() const { return backward_.data(); }  // per column: 16 each of g_ji (x, y, z)
+    const std::int32_t* index() const { return index_.data(); }
+    // Row arrays.
+    const float* rest_position() const { return rest_position_.data(); }  // 3, m, from the first
+    const float* volume() const { return volume_.data(); }
+    const float* gradient_sum() const { return gradient_sum_.data(); }      // 3
+    const float* penalty_moment() const { return penalty_moment_.data(); }  // 6: xx xy xz yy yz zz
+    /// Bit per row: rank below 3.
+    std::span<const std::uint16_t> deficient() const { return deficient_; }
+
+  private:
+    void build_slice(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> neighbour,
+                     std::size_t slice);
+
+    std::size_t rows_ = 0;
+    std::vector<std::uint32_t> first_column_;
+    std::vector<std::int32_t> run_;
+    IndexArray index_;
+    std::vector<std::uint32_t> place_;  // per link, column * lanes + lane
+    FloatArray forward_, backward_;
+    FloatArray rest_position_, volume_, gradient_sum_, penalty_moment_;
+    std::vector<std::uint16_t> deficient_;  // per slice
+};
+
+}  // namespace splitcubes::meshless

@@ -1,0 +1,666 @@
+// Compiled once for each instruction set by Highway's foreach_target.h. Multiply
+// and add stay apart (no fused operations) and every lane does the same
+// operations in the same order on each, so the bits agree.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "splitcubes/meshless/slice_kernels.cpp"
+#include <hwy/foreach_target.h>
+// Must come after it.
+#include <hwy/highway.h>
+
+#include <splitcubes/meshless/slice_kernels.h>
+
+#include <array>
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace splitcubes::meshless {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using D = hn::CappedTag<float, LinkSlices::lanes>;
+using DI = hn::RebindToSigned<D>;
+using V = hn::Vec<D>;
+using M = hn::Mask<D>;
+constexpr D d;
+
+// |X^T X - I|^2 beyond which Newton and Schulz are not asked, and below which one
+// more step is exact.
+constexpr float far_from_rotation = 0.5F;
+constexpr float near_rotation = 8e-8F;
+constexpr int most_rotation_steps = 8;
+
+struct Three {
+    V x, y, z;
+};
+
+// Row by row.
+struct Nine {
+    V m[9];
+};
+
+HWY_INLINE V add_product(V sum, V a, V b) {
+    return hn::Add(sum, hn::Mul(a, b));
+}
+
+HWY_INLINE Three load3(const float* from, std::size_t stride) {
+    return {hn::LoadU(d, from), hn::LoadU(d, from + stride), hn::LoadU(d, from + 2 * stride)};
+}
+
+HWY_INLINE Nine load9(const float* from, std::size_t stride) {
+    Nine out;
+    for (std::size_t k = 0; k < 9; ++k) out.m[k] = hn::LoadU(d, from + k * stride);
+    return out;
+}
+
+HWY_INLINE void store3(const Three& v, float* to, std::size_t stride) {
+    hn::StoreU(v.x, d, to);
+    hn::StoreU(v.y, d, to + stride);
+    hn::StoreU(v.z, d, to + 2 * stride);
+}
+
+HWY_INLINE void store9(const Nine& v, float* to, std::size_t stride) {
+    for (std::size_t k = 0; k < 9; ++k) hn::StoreU(v.m[k], d, to + k * stride);
+}
+
+// A B, or A^T B.
+template <bool transposed>
+HWY_INLINE Nine product(const Nine& A, const Nine& B) {
+    Nine out;
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) {
+            const auto a = [&](int k) { return transposed ? A.m[3 * k + r] : A.m[3 * r + k]; };
+            V sum = hn::Mul(a(0), B.m[c]);
+            sum = add_product(sum, a(1), B.m[3 + c]);
+            out.m[3 * r + c] = add_product(sum, a(2), B.m[6 + c]);
+        }
+    return out;
+}
+
+// The values of a column's neighbours: in sequence, or by an index a lane.
+struct RunReader {
+    std::size_t at;
+    HWY_INLINE V operator()(const float* values) const { return hn::LoadU(d, values + at); }
+};
+struct GatherReader {
+    hn::Vec<DI> index;
+    HWY_INLINE V operator()(const float* values) const { return hn::GatherIndex(d, values, index); }
+};
+
+// Calls body(column, reader) for the columns of a slice, lanes from `lane` on.
+template <class Body>
+HWY_INLINE void for_columns(const LinkSlices& slices, std::size_t slice, std::size_t lane, const Body& body) {
+    const std::int32_t* const run = slices.run().data();
+    const std::size_t end = slices.first_column()[slice + 1];
+    for (std::size_t column = slices.first_column()[slice]; column < end; ++column) {
+        if (run[column] >= 0) {
+            body(column, RunReader{static_cast<std::size_t>(run[column]) + lane});
+        } else {
+            const auto set = static_cast<std::size_t>(~run[column]);
+            const DI di;
+            body(column, GatherReader{hn::LoadU(di, slices.index() + set * LinkSlices::lanes + lane)});
+        }
+    }
+}
+
+struct Gathered {
+    Nine gradient;
+    Three penalty;
+};
+
+HWY_INLINE void add_link(const float* link, V x, V y, V z, Gathered& sum) {
+    constexpr std::size_t lanes = LinkSlices::lanes;
+    const V gx = hn::LoadU(d, link), gy = hn::LoadU(d, link + lanes), gz = hn::LoadU(d, link + 2 * lanes);
+    const V m = hn::LoadU(d, link + 3 * lanes);
+    Nine& H = sum.gradient;
+    H.m[0] = add_product(H.m[0], x, gx);
+    H.m[1] = add_product(H.m[1], x, gy);
+    H.m[2] = add_product(H.m[2], x, gz);
+    H.m[3] = add_product(H.m[3], y, gx);
+    H.m[4] = add_product(H.m[4], y, gy);
+    H.m[5] = add_product(H.m[5], y, gz);
+    H.m[6] = add_product(H.m[6], z, gx);
+    H.m[7] = add_product(H.m[7], z, gy);
+    H.m[8] = add_product(H.m[8], z, gz);
+    sum.penalty = {add_product(sum.penalty.x, m, x), add_product(sum.penalty.y, m, y),
+                   add_product(sum.penalty.z, m, z)};
+}
+
+HWY_INLINE Gathered nothing() {
+    Gathered sum;
+    const V zero = hn::Zero(d);
+    for (V& m : sum.gradient.m) m = zero;
+    sum.penalty = {zero, zero, zero};
+    return sum;
+}
+
+// Sums over the differences of a displacement in two parts: close ones differ
+// exactly, however far the body has gone.
+HWY_INLINE Gathered gather_state(const LinkSlices& slices, std::size_t slice, std::size_t lane,
+                                 const float* high, const float* low) {
+    const std::size_t n = slices.stride();
+    const std::size_t row = slice * LinkSlices::lanes + lane;
+    const Three u = load3(high + row, n), rest = load3(low + row, n);
+    Gathered sum = nothing();
+    for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
+        const V x = hn::Add(hn::Sub(read(high), u.x), hn::Sub(read(low), rest.x));
+        const V y = hn::Add(hn::Sub(read(high + n), u.y), hn::Sub(read(low + n), rest.y));
+        const V z = hn::Add(hn::Sub(read(high + 2 * n), u.z), hn::Sub(read(low + 2 * n), rest.z));
+        add_link(slices.forward() + column * 4 * LinkSlices::lanes + lane, x, y, z, sum);
+    });
+    return sum;
+}
+
+HWY_INLINE Gathered gather_direction(const LinkSlices& slices, std::size_t slice, std::size_t lane,
+                                     const float* p) {
+    const std::size_t n = slices.stride();
+    const Three u = load3(p + slice * LinkSlices::lanes + lane, n);
+    Gathered sum = nothing();
+    for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
+        const V x = hn::Sub(read(p), u.x), y = hn::Sub(read(p + n), u.y), z = hn::Sub(read(p + 2 * n), u.z);
+        add_link(slices.forward() + column * 4 * LinkSlices::lanes + lane, x, y, z, sum);
+    });
+    return sum;
+}
+
+// X^T X - I of X = I + Y, without the digits that I would cost.
+HWY_INLINE Nine error_of(const Nine& Y) {
+    Nine E = product<true>(Y, Y);
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c)
+            E.m[3 * r + c] = hn::Add(E.m[3 * r + c], hn::Add(Y.m[3 * r + c], Y.m[3 * c + r]));
+    return E;
+}
+
+HWY_INLINE V squared_norm(const Nine& A) {
+    V sum = hn::Mul(A.m[0], A.m[0]);
+    for (int k = 1; k < 9; ++k) sum = add_product(sum, A.m[k], A.m[k]);
+    return sum;
+}
+
+// det(I + Y)
+HWY_INLINE V determinant(const Nine& Y) {
+    const V one = hn::Set(d, 1.0F);
+    const V a = hn::Add(one, Y.m[0]), e = hn::Add(one, Y.m[4]), i = hn::Add(one, Y.m[8]);
+    const V first = hn::Mul(a, hn::Sub(hn::Mul(e, i), hn::Mul(Y.m[5], Y.m[7])));
+    const V second = hn::Mul(Y.m[1], hn::Sub(hn::Mul(Y.m[3], i), hn::Mul(Y.m[5], Y.m[6])));
+    const V third = hn::Mul(Y.m[2], hn::Sub(hn::Mul(Y.m[3], Y.m[7]), hn::Mul(e, Y.m[6])));
+    return hn::Add(hn::Sub(first, second), third);
+}
+
+// R - I of F = I + H by the iteration of Newton and Schulz, X - X (X^T X - I) / 2. A lane
+// stops where it is done, so its result does not depend on those beside it. Returns
+// the lanes that are done.
+HWY_INLINE M rotate(const Nine& H, Nine& Y) {
+    Y = H;
+    M done = hn::Lt(hn::Zero(d), hn::Zero(d)), lost = hn::Not(hn::Gt(determinant(H), hn::Zero(d)));
+    const V half = hn::Set(d, 0.5F);
+    for (int step = 0; step < most_rotation_steps; ++step) {
+        const Nine E = error_of(Y);
+        const V error = squared_norm(E);
+        lost = hn::Or(lost, hn::And(hn::Not(done), hn::Not(hn::Lt(error, hn::Set(d, far_from_rotation)))));
+        const M stop = hn::Or(done, lost);
+        if (hn::AllTrue(d, stop)) break;
+        const Nine YE = product<false>(Y, E);
+        for (int k = 0; k < 9; ++k) {
+            const V next = hn::Sub(Y.m[k], hn::Mul(half, hn::Add(E.m[k], YE.m[k])));
+            Y.m[k] = hn::IfThenElse(stop, Y.m[k], next);
+        }
+        done = hn::Or(done, hn::And(hn::Not(stop), hn::Lt(error, hn::Set(d, near_rotation))));
+    }
+    return hn::And(done, hn::Not(lost));
+}
+
+// From its upper triangle.
+HWY_INLINE Nine symmetric_at(const float* moment, std::size_t stride) {
+    const V xx = hn::LoadU(d, moment), xy = hn::LoadU(d, moment + stride),
+            xz = hn::LoadU(d, moment + 2 * stride);
+    const V yy = hn::LoadU(d, moment + 3 * stride), yz = hn::LoadU(d, moment + 4 * stride);
+    const V zz = hn::LoadU(d, moment + 5 * stride);
+    return {{xx, xy, xz, xy, yy, yz, xz, yz, zz}};
+}
+
+// 2 mu (F - R) + lambda tr(R^T F - I) R, where D = F - R is exact.
+HWY_INLINE Nine corotated_stress(const Nine& H, const Nine& Y, const Lame& lame, V& distortion) {
+    Nine strain;
+    for (int k = 0; k < 9; ++k) strain.m[k] = hn::Sub(H.m[k], Y.m[k]);
+    distortion = squared_norm(strain);
+    V trace = hn::Add(hn::Add(strain.m[0], strain.m[4]), strain.m[8]);
+    for (int k = 0; k < 9; ++k) trace = add_product(trace, strain.m[k], Y.m[k]);
+    const V pressure = hn::Mul(hn::Set(d, lame.lambda), trace);
+    const V twice_mu = hn::Set(d, 2 * lame.mu);
+    Nine stress;
+    for (int k = 0; k < 9; ++k)
+        stress.m[k] = hn::Add(hn::Mul(twice_mu, strain.m[k]), hn::Mul(pressure, Y.m[k]));
+    for (const int k : {0, 4, 8}) stress.m[k] = hn::Add(stress.m[k], pressure);
+    return stress;
+}
+
+// R (mu ((1 + t) S + (1 - t) S^T) + lambda tr(S) I), S = R^T dH.
+HWY_INLINE Nine corotated_change(const Nine& dH, const Nine& Y, V turning, const Lame& lame) {
+    Nine R = Y;
+    const V one = hn::Set(d, 1.0F);
+    for (const int k : {0, 4, 8}) R.m[k] = hn::Add(R.m[k], one);
+    const Nine S = product<true>(R, dH);
+    const V mu = hn::Set(d, lame.mu);
+    const V straight = hn::Mul(mu, hn::Add(one, turning)), crossed = hn::Mul(mu, hn::Sub(one, turning));
+    const V pressure = hn::Mul(hn::Set(d, lame.lambda), hn::Add(hn::Add(S.m[0], S.m[4]), S.m[8]));
+    Nine inner;
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c)
+            inner.m[3 * r + c] = hn::Add(hn::Mul(straight, S.m[3 * r + c]), hn::Mul(crossed, S.m[3 * c + r]));
+    for (const int k : {0, 4, 8}) inner.m[k] = hn::Add(inner.m[k], pressure);
+    return product<false>(R, inner);
+}
+
+HWY_INLINE std::uint32_t bits_of(M mask) {
+    std::uint8_t bytes[8] = {};
+    hn::StoreMaskBits(d, mask, bytes);
+    return static_cast<std::uint32_t>(bytes[0]) | static_cast<std::uint32_t>(bytes[1]) << 8;
+}
+
+// V P - c H A to memory; returns the lanes that are finite.
+HWY_INLINE M store_tension(const LinkSlices& slices, std::size_t row, const Nine& stress, const Nine& H,
+                           float* tension) {
+    const std::size_t n = slices.stride();
+    const V volume = hn::LoadU(d, slices.volume() + row);
+    const Nine held = product<false>(H, symmetric_at(slices.penalty_moment() + row, n));  // c H A
+    Nine T;
+    V sum = hn::Zero(d);
+    for (int k = 0; k < 9; ++k) {
+        T.m[k] = hn::Sub(hn::Mul(volume, stress.m[k]), held.m[k]);
+        sum = hn::Add(sum, hn::Abs(T.m[k]));
+    }
+    store9(T, tension + row, n);
+    return hn::Lt(sum, hn::Set(d, 1e37F));
+}
+
+void state_slices(const LinkSlices& slices, const SliceRange& range, const SliceState& state, bool corotated,
+                  const Lame& lame) {
+    const std::size_t n = slices.stride();
+    for (std::size_t slice = range.begin; slice < range.end; ++slice) {
+        std::uint32_t odd = corotated ? slices.deficient()[slice] : 0xffffU;
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d)) {
+            const std::size_t row = slice * LinkSlices::lanes + lane;
+            const Gathered sum = gather_state(slices, slice, lane, state.high, state.low);
+            store9(sum.gradient, state.gradient + row, n);
+            store3(sum.penalty, state.penalty + row, n);
+            if (!corotated) continue;
+            Nine Y;
+            const M rotated = rotate(sum.gradient, Y);
+            V distortion;
+            const Nine stress = corotated_stress(sum.gradient, Y, lame, distortion);
+            const M finite = store_tension(slices, row, stress, sum.gradient, state.tension);
+            store9(Y, state.turn + row, n);
+            const V turning =
+                hn::IfThenElse(hn::Gt(distortion, hn::Set(d, 0.5F)), hn::Set(d, 1.0F), hn::Zero(d));
+            hn::StoreU(turning, d, state.turning + row);
+            odd |= bits_of(hn::Not(hn::And(rotated, finite))) << lane;
+        }
+        state.odd[slice] = static_cast<std::uint16_t>(odd);
+    }
+}
+
+void direction_slices(const LinkSlices& slices, const SliceRange& range, const float* p,
+                      const SliceState& state, bool corotated, const Lame& lame) {
+    const std::size_t n = slices.stride();
+    for (std::size_t slice = range.begin; slice < range.end; ++slice)
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d)) {
+            const std::size_t row = slice * LinkSlices::lanes + lane;
+            const Gathered sum = gather_direction(slices, slice, lane, p);
+            store3(sum.penalty, state.penalty + row, n);
+            if (!corotated) {
+                store9(sum.gradient, state.gradient + row, n);
+                continue;
+            }
+            const Nine Y = load9(state.turn + row, n);
+            const V turning = hn::LoadU(d, state.turning + row);
+            store_tension(slices, row, corotated_change(sum.gradient, Y, turning, lame), sum.gradient,
+                          state.tension);
+        }
+}
+
+// sum_j T_j g_ji
+HWY_INLINE Three gather_tension(const LinkSlices& slices, std::size_t slice, std::size_t lane,
+                                const float* T) {
+    const std::size_t n = slices.stride();
+    constexpr std::size_t lanes = LinkSlices::lanes;
+    Three sum{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+    for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
+        const float* const link = slices.backward() + column * 3 * lanes + lane;
+        const Three g = load3(link, lanes);
+        const auto part = [&](std::size_t k) HWY_ATTR {
+            const V first = hn::Mul(read(T + 3 * k * n), g.x);
+            const V second = add_product(first, read(T + (3 * k + 1) * n), g.y);
+            return add_product(second, read(T + (3 * k + 2) * n), g.z);
+        };
+        sum = {hn::Add(sum.x, part(0)), hn::Add(sum.y, part(1)), hn::Add(sum.z, part(2))};
+    });
+    return sum;
+}
+
+void force_slices(const LinkSlices& slices, const SliceRange& range, const SliceState& state, float* force) {
+    const std::size_t n = slices.stride();
+    constexpr std::size_t lanes = LinkSlices::lanes;
+    for (std::size_t slice = range.begin; slice < range.end; ++slice)
+        for (std::size_t lane = 0; lane < lanes; lane += hn::Lanes(d)) {
+            const std::size_t row = slice * lanes + lane;
+            const Three sum = gather_tension(slices, slice, lane, state.tension);
+            const Nine own = load9(state.tension + row, n);
+            const Three G = load3(slices.gradient_sum() + row, n);
+            const Three penalty = load3(state.penalty + row, n);
+            const auto own_part = [&](int k) HWY_ATTR {
+                const V first = hn::Mul(own.m[3 * k], G.x);
+                return add_product(add_product(first, own.m[3 * k + 1], G.y), own.m[3 * k + 2], G.z);
+            };
+            store3({hn::Add(hn::Sub(own_part(0), sum.x), penalty.x),
+                    hn::Add(hn::Sub(own_part(1), sum.y), penalty.y),
+                    hn::Add(hn::Sub(own_part(2), sum.z), penalty.z)},
+                   force + row, n);
+        }
+}
+
+void bare_gradient_slices(const LinkSlices& slices, const SliceRange& range, const float* p,
+                          float* gradient) {
+    const std::size_t n = slices.stride();
+    constexpr std::size_t lanes = LinkSlices::lanes;
+    for (std::size_t slice = range.begin; slice < range.end; ++slice)
+        for (std::size_t lane = 0; lane < lanes; lane += hn::Lanes(d)) {
+            const std::size_t row = slice * lanes + lane;
+            const Three u = load3(p + row, n);
+            Nine H = nothing().gradient;
+            for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
+                const Three g = load3(slices.forward() + column * 4 * lanes + lane, lanes);
+                const V way[3] = {hn::Sub(read(p), u.x), hn::Sub(read(p + n), u.y),
+                                  hn::Sub(read(p + 2 * n), u.z)};
+                for (int k = 0; k < 3; ++k) {
+                    H.m[3 * k] = add_product(H.m[3 * k], way[k], g.x);
+                    H.m[3 * k + 1] = add_product(H.m[3 * k + 1], way[k], g.y);
+                    H.m[3 * k + 2] = add_product(H.m[3 * k + 2], way[k], g.z);
+                }
+            });
+            store9(H, gradient + row, n);
+        }
+}
+
+void bare_force_slices(const LinkSlices& slices, const SliceRange& range, const float* tension,
+                       float* force) {
+    for (std::size_t slice = range.begin; slice < range.end; ++slice)
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d))
+            store3(gather_tension(slices, slice, lane, tension), force + slice * LinkSlices::lanes + lane,
+                   slices.stride());
+}
+
+const char* own_target() {
+    return hwy::TargetName(HWY_TARGET);
+}
+
+// Sums of products in double precision, sixteen of them side by side on any machine.
+class LaneSums {
+  public:
+    template <class Product>
+    HWY_INLINE void add(std::size_t lane, const Product& product) {
+        hn::Store(hn::Add(hn::Load(wide, sums_ + lane), product), wide, sums_ + lane);
+    }
+    double total() const {
+        double sum = 0;
+        for (const double s : sums_) sum += s;
+        return sum;
+    }
+    static constexpr hn::CappedTag<double, 8> wide{};
+    static constexpr hn::Rebind<float, hn::CappedTag<double, 8>> narrow{};
+
+  private:
+    alignas(64) double sums_[LinkSlices::lanes] = {};
+};
+
+using N = decltype(LaneSums::narrow);
+using Narrow = hn::Vec<hn::Rebind<float, hn::CappedTag<double, 8>>>;
+
+// sum_j c_i w_ij |H_i x_ij - (u_j - u_i)|^2, c_i w_ij |x_ij|^2 being (c_i A_i g_ij) . x_ij.
+HWY_INLINE V penalties(const LinkSlices& slices, std::size_t slice, std::size_t lane, const SliceState& state,
+                       const Nine& H) {
+    const std::size_t n = slices.stride();
+    const std::size_t row = slice * LinkSlices::lanes + lane;
+    const float* const rest = slices.rest_position();
+    const float *const high = state.high, *const low = state.low;
+    const Three X = load3(rest + row, n), u = load3(high + row, n), v = load3(low + row, n);
+    const Nine A = symmetric_at(slices.penalty_moment() + row, n);
+    V sum = hn::Zero(d);
+    for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
+        const Three g = load3(slices.forward() + column * 4 * LinkSlices::lanes + lane, LinkSlices::lanes);
+        const V x[3] = {hn::Sub(read(rest), X.x), hn::Sub(read(rest + n), X.y),
+                        hn::Sub(read(rest + 2 * n), X.z)};
+        const V way[3] = {hn::Add(hn::Sub(read(high), u.x), hn::Sub(read(low), v.x)),
+                          hn::Add(hn::Sub(read(high + n), u.y), hn::Sub(read(low + n), v.y)),
+                          hn::Add(hn::Sub(read(high + 2 * n), u.z), hn::Sub(read(low + 2 * n), v.z))};
+        V error = hn::Zero(d), weight = hn::Zero(d), length = hn::Set(d, 1e-30F);
+        for (int k = 0; k < 3; ++k) {
+            const V fitted = add_product(add_product(hn::Mul(H.m[3 * k], x[0]), H.m[3 * k + 1], x[1]),
+                                         H.m[3 * k + 2], x[2]);
+            const V off = hn::Sub(fitted, way[k]);
+            error = add_product(error, off, off);
+            const V Ag =
+                add_product(add_product(hn::Mul(A.m[3 * k], g.x), A.m[3 * k + 1], g.y), A.m[3 * k + 2], g.z);
+            weight = add_product(weight, Ag, x[k]);
+            length = add_product(length, x[k], x[k]);
+        }
+        sum = hn::Add(sum, hn::Div(hn::Mul(weight, error), length));
+    });
+    return sum;
+}
+
+double energy_slices(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
+                     const Lame& lame) {
+    const std::size_t n = slices.stride();
+    const V half = hn::Set(d, 0.5F);
+    double total = 0;
+    for (std::size_t slice = range.begin; slice < range.end; ++slice) {
+        alignas(64) float energy[LinkSlices::lanes];
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d)) {
+            const std::size_t row = slice * LinkSlices::lanes + lane;
+            const Nine H = load9(state.gradient + row, n), Y = load9(state.turn + row, n);
+            V distortion = hn::Zero(d), trace = hn::Zero(d);
+            for (int k = 0; k < 9; ++k) {
+                const V strain = hn::Sub(H.m[k], Y.m[k]);
+                distortion = add_product(distortion, strain, strain);
+                trace = add_product(trace, strain, k % 4 == 0 ? hn::Add(Y.m[k], hn::Set(d, 1.0F)) : Y.m[k]);
+            }
+            const V density = add_product(hn::Mul(hn::Set(d, lame.mu), distortion),
+                                          hn::Mul(half, hn::Set(d, lame.lambda)), hn::Mul(trace, trace));
+            const V held = penalties(slices, slice, lane, state, H);
+            hn::StoreU(add_product(hn::Mul(half, held), hn::LoadU(d, slices.volume() + row), density), d,
+                       energy + lane);
+        }
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; ++lane)
+            if ((state.odd[slice] >> lane & 1U) == 0) total += static_cast<double>(energy[lane]);
+    }
+    return total;
+}
+
+double product_slices(std::size_t stride, const SliceRange& range, const float* diagonal, float factor,
+                      const float* p, float* force) {
+    LaneSums sums;
+    constexpr auto narrow = LaneSums::narrow;
+    constexpr auto wide = LaneSums::wide;
+    const Narrow scale = hn::Set(narrow, factor);
+    for (std::size_t begin = range.begin * LinkSlices::lanes; begin < range.end * LinkSlices::lanes;
+         begin += LinkSlices::lanes)
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(wide))
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::size_t at = k * stride + begin + lane;
+                const Narrow in = hn::LoadU(narrow, p + at);
+                const Narrow own = hn::Mul(hn::LoadU(narrow, diagonal + begin + lane), in);
+                const Narrow out = hn::Sub(own, hn::Mul(scale, hn::LoadU(narrow, force + at)));
+                hn::StoreU(out, narrow, force + at);
+                sums.add(lane, hn::Mul(hn::PromoteTo(wide, in), hn::PromoteTo(wide, out)));
+            }
+    return sums.total();
+}
+
+double advance_slices(std::size_t stride, const SliceRange& range, float alpha, const float* inverse,
+                      const float* p, const float* q, float* to, float* r) {
+    LaneSums sums;
+    constexpr auto narrow = LaneSums::narrow;
+    constexpr auto wide = LaneSums::wide;
+    const Narrow step = hn::Set(narrow, alpha);
+    for (std::size_t begin = range.begin * LinkSlices::lanes; begin < range.end * LinkSlices::lanes;
+         begin += LinkSlices::lanes)
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(wide)) {
+            const auto weight = hn::PromoteTo(wide, hn::LoadU(narrow, inverse + begin + lane));
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::size_t at = k * stride + begin + lane;
+                const Narrow moved =
+                    hn::Add(hn::LoadU(narrow, to + at), hn::Mul(step, hn::LoadU(narrow, p + at)));
+                hn::StoreU(moved, narrow, to + at);
+                const Narrow left =
+                    hn::Sub(hn::LoadU(narrow, r + at), hn::Mul(step, hn::LoadU(narrow, q + at)));
+                hn::StoreU(left, narrow, r + at);
+                const auto precise = hn::PromoteTo(wide, left);
+                sums.add(lane, hn::Mul(hn::Mul(precise, precise), weight));
+            }
+        }
+    return sums.total();
+}
+
+double begin_slices(std::size_t stride, const SliceRange& range, const float* inverse, const float* r,
+                    float* p) {
+    LaneSums sums;
+    constexpr auto narrow = LaneSums::narrow;
+    constexpr auto wide = LaneSums::wide;
+    for (std::size_t begin = range.begin * LinkSlices::lanes; begin < range.end * LinkSlices::lanes;
+         begin += LinkSlices::lanes)
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(wide)) {
+            const Narrow weight = hn::LoadU(narrow, inverse + begin + lane);
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::size_t at = k * stride + begin + lane;
+                const Narrow left = hn::LoadU(narrow, r + at);
+                hn::StoreU(hn::Mul(weight, left), narrow, p + at);
+                const auto precise = hn::PromoteTo(wide, left);
+                sums.add(lane, hn::Mul(hn::Mul(precise, precise), hn::PromoteTo(wide, weight)));
+            }
+        }
+    return sums.total();
+}
+
+void turn_slices(std::size_t stride, const SliceRange& range, float beta, const float* inverse,
+                 const float* r, float* p) {
+    const V share = hn::Set(d, beta);
+    for (std::size_t begin = range.begin * LinkSlices::lanes; begin < range.end * LinkSlices::lanes;
+         begin += hn::Lanes(d)) {
+        const V weight = hn::LoadU(d, inverse + begin);
+        for (std::size_t k = 0; k < 3; ++k) {
+            float* const to = p + k * stride + begin;
+            const V fresh = hn::Mul(weight, hn::LoadU(d, r + k * stride + begin));
+            hn::StoreU(add_product(fresh, share, hn::LoadU(d, to)), d, to);
+        }
+    }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace splitcubes::meshless
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace splitcubes::meshless {
+
+namespace {
+
+// Numbers below 1e-38, which a residual leaves far from where it began, count as zero while
+// this lives: the processor would take a hundred times as long for them.
+class FlushTiny {
+  public:
+#if defined(__SSE2__)
+    FlushTiny() : before_(_mm_getcsr()) {
+        _mm_setcsr(before_ | 0x8040U);
+    }
+    ~FlushTiny() {
+        _mm_setcsr(before_);
+    }
+    FlushTiny(const FlushTiny&) = delete;
+    FlushTiny& operator=(const FlushTiny&) = delete;
+
+  private:
+    unsigned before_;
+#else
+    FlushTiny() {}
+#endif
+};
+
+}  // namespace
+
+HWY_EXPORT(state_slices);
+HWY_EXPORT(direction_slices);
+HWY_EXPORT(force_slices);
+HWY_EXPORT(energy_slices);
+HWY_EXPORT(product_slices);
+HWY_EXPORT(advance_slices);
+HWY_EXPORT(begin_slices);
+HWY_EXPORT(turn_slices);
+HWY_EXPORT(bare_gradient_slices);
+HWY_EXPORT(bare_force_slices);
+HWY_EXPORT(own_target);
+
+void state_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state, bool corotated,
+                const Lame& lame) {
+    const FlushTiny flush;
+    HWY_DYNAMIC_DISPATCH(state_slices)(slices, range, state, corotated, lame);
+}
+
+void direction_pass(const LinkSlices& slices, const SliceRange& range, const float* p,
+                    const SliceState& state, bool corotated, const Lame& lame) {
+    const FlushTiny flush;
+    HWY_DYNAMIC_DISPATCH(direction_slices)(slices, range, p, state, corotated, lame);
+}
+
+void force_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state, float* force) {
+    const FlushTiny flush;
+    HWY_DYNAMIC_DISPATCH(force_slices)(slices, range, state, force);
+}
+
+double energy_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
+                   const Lame& lame) {
+    const FlushTiny flush;
+    return HWY_DYNAMIC_DISPATCH(energy_slices)(slices, range, state, lame);
+}
+
+double finish_product(std::size_t stride, const SliceRange& range, const float* diagonal, float factor,
+                      const float* p, float* force) {
+    const FlushTiny flush;
+    return HWY_DYNAMIC_DISPATCH(product_slices)(stride, range, diagonal, factor, p, force);
+}
+
+double advance(std::size_t stride, const SliceRange& range, float alpha, const float* inverse, const float* p,
+               const float* q, float* to, float* r) {
+    const FlushTiny flush;
+    return HWY_DYNAMIC_DISPATCH(advance_slices)(stride, range, alpha, inverse, p, q, to, r);
+}
+
+double begin_direction(std::size_t stride, const SliceRange& range, const float* inverse, const float* r,
+                       float* p) {
+    const FlushTiny flush;
+    return HWY_DYNAMIC_DISPATCH(begin_slices)(stride, range, inverse, r, p);
+}
+
+void turn_direction(std::size_t stride, const SliceRange& range, float beta, const float* inverse,
+                    const float* r, float* p) {
+    const FlushTiny flush;
+    HWY_DYNAMIC_DISPATCH(turn_slices)(stride, range, beta, inverse, r, p);
+}
+
+void bare_gradients(const LinkSlices& slices, const SliceRange& range, const float* p, float* gradient) {
+    HWY_DYNAMIC_DISPATCH(bare_gradient_slices)(slices, range, p, gradient);
+}
+
+void bare_forces(const LinkSlices& slices, const SliceRange& range, const float* tension, float* force) {
+    HWY_DYNAMIC_DISPATCH(bare_force_slices)(slices, range, tension, force);
+}
+
+const char* instruction_set() {
+    return HWY_DYNAMIC_DISPATCH(own_target)();
+}
+
+}  // namespace splitcubes::meshless
+#endif

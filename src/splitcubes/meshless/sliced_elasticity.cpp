@@ -1,0 +1,243 @@
+#include <splitcubes/meshless/sliced_elasticity.h>
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+
+namespace splitcubes::meshless {
+
+namespace {
+
+constexpr std::size_t lanes = LinkSlices::lanes;
+// m; squares of what is farther would overflow.
+constexpr double farthest = 1e15;
+
+}  // namespace
+
+SliceState SlicedElasticity::arrays() {
+    SliceState state;
+    state.high = high_.data();
+    state.low = low_.data();
+    state.gradient = gradient_.data();
+    state.turn = turn_.data();
+    state.turning = turning_.data();
+    state.tension = tension_.data();
+    state.penalty = penalty_.data();
+    state.odd = odd_.data();
+    return state;
+}
+
+void SlicedElasticity::size_buffers(const Neighbourhoods& neighbourhoods, const Material& material) {
+    neighbourhoods_ = &neighbourhoods;
+    slices_ = &neighbourhoods.slices();
+    material_ = material;
+    corotated_ = frame_is_all(material);
+    const std::size_t n = stride();
+    // Rows past the last phyxel must stay zero.
+    const auto size = [](FloatArray& array, std::size_t length) {
+        if (array.size() != length) array.assign(length, 0);
+    };
+    for (FloatArray* array : {&high_, &low_, &penalty_, &direction_, &force_}) size(*array, 3 * n);
+    for (FloatArray* array : {&gradient_, &turn_, &tension_}) size(*array, 9 * n);
+    for (FloatArray* array : {&turning_, &diagonal_}) size(*array, n);
+    odd_.resize(slice_count());
+    deformation_.resize(neighbourhoods.size());
+    rotation_.resize(neighbourhoods.size());
+    if (!corotated_) tangent_.resize(neighbourhoods.size());
+}
+
+Mat3 SlicedElasticity::matrix_at(const FloatArray& array, std::size_t i) const {
+    const std::size_t n = stride();
+    Mat3 out;
+    for (std::size_t k = 0; k < 9; ++k)
+        out(static_cast<int>(k / 3), static_cast<int>(k % 3)) = static_cast<double>(array[k * n + i]);
+    return out;
+}
+
+void SlicedElasticity::set_matrix(FloatArray& array, std::size_t i, const Mat3& matrix) const {
+    const std::size_t n = stride();
+    for (std::size_t k = 0; k < 9; ++k)
+        array[k * n + i] = static_cast<float>(matrix(static_cast<int>(k / 3), static_cast<int>(k % 3)));
+}
+
+// In two parts, relative to the first phyxel's: what is left is exact to some 48 bits.
+void SlicedElasticity::take_displacement(const Place& place, const Parallel& parallel) {
+    const std::size_t rows = slices_->row_count(), n = stride();
+    if (rows == 0) return;
+    const Vec3 first = place.position[0] - place.rest_position[0];
+    for_phyxels(parallel, rows, [&](std::size_t i) {
+        for (int k = 0; k < 3; ++k) {
+            const double u =
+                std::clamp(place.position[i][k] - place.rest_position[i][k] - first[k], -farthest, farthest);
+            const auto high = static_cast<float>(u);
+            const std::size_t at = static_cast<std::size_t>(k) * n + i;
+            high_[at] = high;
+            low_[at] = static_cast<float>(u - static_cast<double>(high));
+        }
+    });
+}
+
+// One phyxel in double precision: its F, R and tension. False where it is not finite.
+bool SlicedElasticity::take_row(const Place& place, std::size_t i) {
+    const Mat3 H = matrix_at(gradient_, i);
+    bool finite =
+        complete_deformation(*neighbourhoods_, i, H, place.last_rotation[i], deformation_[i], rotation_[i]);
+    const Mat3 plastic = told_plastic_strain(*neighbourhoods_, material_, i, place.plastic_strain);
+    Mat3 tension =
+        neighbourhoods_->volume()[i] * piola_stress(material_, deformation_[i], rotation_[i], plastic) -
+        neighbourhoods_->penalty()[i] * H * neighbourhoods_->moment()[i];
+    if (!tension.allFinite() || !(tension.cwiseAbs().sum() < 1e37)) {
+        tension.setZero();
+        finite = false;
+    }
+    set_matrix(tension_, i, tension);
+    if (corotated_) {
+        set_matrix(turn_, i, rotation_[i] - Mat3::Identity());
+        turning_[i] = static_cast<float>(turning_resistance(deformation_[i], rotation_[i]));
+    } else {
+        tangent_[i] = tangent(material_, deformation_[i], rotation_[i], plastic);
+        turning_[i] = static_cast<float>(turning_resistance(deformation_[i], rotation_[i]));
+    }
+    return finite;
+}
+
+void SlicedElasticity::take_rows(const Place& place, const SliceRange& range, std::size_t& bad) {
+    const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
+    state_pass(*slices_, range, arrays(), corotated_, lame);
+    for (std::size_t slice = range.begin; slice < range.end; ++slice)
+        for (unsigned odd = odd_[slice]; odd != 0; odd &= odd - 1) {
+            const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(odd));
+            if (i < slices_->row_count()) bad += !take_row(place, i);
+        }
+}
+
+std::size_t SlicedElasticity::take_state(const Neighbourhoods& neighbourhoods, const Material& material,
+                                         const Place& place, const Parallel& parallel) {
+    size_buffers(neighbourhoods, material);
+    assert(place.position.size() == neighbourhoods.size());
+    take_displacement(place, parallel);
+    return count_(parallel, slice_count(), slice_grain, [&](std::size_t begin, std::size_t end) {
+        std::size_t bad = 0;
+        take_rows(place, {begin, end}, bad);
+        return bad;
+    });
+}
+
+void SlicedElasticity::read_deformation(std::span<Mat3> deformation, std::span<Mat3> rotation,
+                                        const Parallel& parallel) const {
+    for_phyxels(parallel, slices_->row_count(), [&](std::size_t i) {
+        if ((odd_[i / lanes] >> i % lanes & 1U) != 0) {
+            deformation[i] = deformation_[i];
+            rotation[i] = rotation_[i];
+            return;
+        }
+        deformation[i] = Mat3::Identity() + matrix_at(gradient_, i);
+        rotation[i] = Mat3::Identity() + matrix_at(turn_, i);
+    });
+}
+
+double SlicedElasticity::row_energy(const Place& place, std::size_t i) const {
+    // One without neighbours is as it was left: nothing works against it.
+    if (neighbourhoods_->rank()[i] == 0) return 0;
+    return neighbourhoods_->volume()[i] *
+               energy_density(material_, deformation_[i], rotation_[i],
+                              told_plastic_strain(*neighbourhoods_, material_, i, place.plastic_strain)) +
+           penalty_energy(*neighbourhoods_, i, deformation_[i], place.position);
+}
+
+double SlicedElasticity::energy(const Place& place, const Parallel& parallel) {
+    const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
+    return sum_(parallel, slice_count(), slice_grain, [&](std::size_t begin, std::size_t end) {
+        double energy = corotated_ ? energy_pass(*slices_, {begin, end}, arrays(), lame) : 0;
+        for (std::size_t slice = begin; slice < end; ++slice)
+            for (unsigned odd = odd_[slice]; odd != 0; odd &= odd - 1) {
+                const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(odd));
+                if (i < slices_->row_count()) energy += row_energy(place, i);
+            }
+        return energy;
+    });
+}
+
+// Of phyxels that know a plane only, their neighbours off it: what the plane's normal says of
+// those, which the fitted gradient does not.
+void SlicedElasticity::add_leaning(float* force) const {
+    const std::size_t n = stride();
+    for (std::size_t slice = 0; slice < slice_count(); ++slice)
+        for (unsigned bits = slices_->deficient()[slice]; bits != 0; bits &= bits - 1) {
+            const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(bits));
+            if (!neighbourhoods_->leans(i)) continue;
+            const Vec3 dropped = neighbourhoods_->basis()[i].col(2);
+            const Vec3 turned = neighbourhoods_->penalty()[i] * (deformation_[i] * dropped - dropped);
+            for (std::uint32_t l = neighbourhoods_->offsets()[i]; l < neighbourhoods_->offsets()[i + 1];
+                 ++l) {
+                const double off =
+                    neighbourhoods_->weight()[l] * dropped.dot(neighbourhoods_->rest_edge()[l]);
+                for (std::size_t k = 0; k < 3; ++k) {
+                    const auto part = static_cast<float>(off * turned[static_cast<int>(k)]);
+                    force[k * n + i] -= part;
+                    force[k * n + neighbourhoods_->neighbour()[l]] += part;
+                }
+            }
+        }
+}
+
+const float* SlicedElasticity::forces(const Parallel& parallel) {
+    for_slices(parallel, slice_count(),
+               [&](const SliceRange& range) { force_pass(*slices_, range, arrays(), force_.data()); });
+    add_leaning(force_.data());
+    return force_.data();
+}
+
+void SlicedElasticity::forces(std::span<Vec3> force, const Parallel& parallel) {
+    const float* const found = forces(parallel);
+    const std::size_t n = stride();
+    for_phyxels(parallel, force.size(), [&](std::size_t i) {
+        for (std::size_t k = 0; k < 3; ++k)
+            force[i][static_cast<int>(k)] = static_cast<double>(found[k * n + i]);
+    });
+}
+
+// Of materials other than plain corotated: tensions from the gradients of a direction.
+void SlicedElasticity::change_stress(const SliceRange& range) {
+    const std::size_t end = std::min(range.end * lanes, slices_->row_count());
+    for (std::size_t i = range.begin * lanes; i < end; ++i) {
+        const Mat3 dF = matrix_at(gradient_, i);
+        set_matrix(tension_, i,
+                   neighbourhoods_->volume()[i] * stress_change(material_, tangent_[i], dF) -
+                       neighbourhoods_->penalty()[i] * dF * neighbourhoods_->moment()[i]);
+    }
+}
+
+double SlicedElasticity::apply_stiffness(float factor, const float* diagonal, const float* dx, float* out,
+                                         const Parallel& parallel) {
+    const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
+    for_slices(parallel, slice_count(), [&](const SliceRange& range) {
+        direction_pass(*slices_, range, dx, arrays(), corotated_, lame);
+        if (!corotated_) change_stress(range);
+    });
+    return sum_(parallel, slice_count(), slice_grain, [&](std::size_t begin, std::size_t end) {
+        force_pass(*slices_, {begin, end}, arrays(), out);
+        return finish_product(stride(), {begin, end}, diagonal, factor, dx, out);
+    });
+}
+
+double SlicedElasticity::apply_stiffness(double factor, std::span<const double> diagonal,
+                                         std::span<const Vec3> dx, std::span<Vec3> out,
+                                         const Parallel& parallel) {
+    const std::size_t n = stride();
+    for_phyxels(parallel, slices_->row_count(), [&](std::size_t i) {
+        diagonal_[i] = static_cast<float>(diagonal[i]);
+        for (std::size_t k = 0; k < 3; ++k)
+            direction_[k * n + i] = static_cast<float>(dx[i][static_cast<int>(k)]);
+    });
+    const double product = apply_stiffness(static_cast<float>(factor), diagonal_.data(), direction_.data(),
+                                           force_.data(), parallel);
+    for_phyxels(parallel, slices_->row_count(), [&](std::size_t i) {
+        for (std::size_t k = 0; k < 3; ++k)
+            out[i][static_cast<int>(k)] = static_cast<double>(force_[k * n + i]);
+    });
+    return product;
+}
+
+}  // namespace splitcubes::meshless

@@ -1,0 +1,117 @@
+// Laws of checkpoints: what goes on from one equals what was never stopped.
+#include <splitcubes/body/checkpoint.h>
+#include <splitcubes/core/error.h>
+#include <splitcubes/core/random.h>
+
+#include "laws/worlds.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+namespace splitcubes::body {
+namespace {
+
+using namespace laws;
+
+constexpr int last_step = 40;
+
+// A turning block that three blades cut, the last into crumbs, while it falls on the ground,
+// and a bar that is bent past yield.
+std::unique_ptr<World> eventful_world(meshless::SolverKind solver, int thread_count) {
+    WorldSettings settings = free_space();
+    settings.validate_each_step = false;
+    settings.gravity = Vec3(0, 0, -9.81);
+    settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0.4};
+    settings.solver.kind = solver;
+    auto world = std::make_unique<World>(settings, threads(thread_count));
+    BodySettings block = soft(0.02, 120);
+    block.angular_velocity = Vec3(0.5, 0.3, -0.4);
+    geometry::TriangleMesh box = geometry::make_box(Vec3(0.2, 0.16, 0.14));
+    for (Vec3& p : box.positions) p.z() += 0.12;
+    world->add_body(box, block);
+    BodySettings bar = soft(0.02, 60);
+    bar.material.plasticity = meshless::Plasticity{};
+    bar.material.plasticity->yield = 0.01;
+    geometry::TriangleMesh long_box = geometry::make_box(Vec3(0.3, 0.06, 0.06));
+    for (Vec3& p : long_box.positions) p += Vec3(0, 0.5, 0.3);
+    world->add_body(long_box, bar).add_constraint(hold_beyond(Vec3(0.1, 0, 0), Vec3::UnitX()));
+    world->add_tool(moving_blade(Vec3(0.01, -0.2, 0), Vec3(-0.01, 0.2, 0.02), Vec3(0.003, 0, 0.3),
+                                 Vec3(0.02, 0, -0.1), 0.02, 0.5));
+    world->add_tool(moving_blade(Vec3(-0.2, 0, 0), Vec3(0.2, 0.01, 0), Vec3(0, -0.2, 0.1), Vec3(0, 0.2, 0.08),
+                                 0.1, 0.4, 2));
+    world->add_tool(moving_blade(Vec3(-0.2, -0.1, 0), Vec3(0.2, 0.1, 0), Vec3(0, -0.05, 0.3),
+                                 Vec3(0, -0.04, -0.05), 0.2, 0.6));
+    return world;
+}
+
+std::string surface_hash(const World& world) {
+    StateHash hash;
+    const geometry::SurfaceMesh surface = world.surface_mesh();
+    for (const Vec3& p : surface.mesh.positions)
+        for (int k = 0; k < 3; ++k) hash.add(p[k]);
+    for (const geometry::Triangle& t : surface.mesh.triangles)
+        for (const std::uint32_t v : t) hash.add(v);
+    return world.state_hash().text() + " " + hash.text();
+}
+
+class Checkpoint : public testing::TestWithParam<meshless::SolverKind> {};
+
+TEST_P(Checkpoint, GoesOnToTheLastBit) {
+    const auto uninterrupted = eventful_world(GetParam(), 2);
+    std::vector<std::string> checkpoints, hashes;
+    for (int step = 0; step <= last_step; ++step) {
+        hashes.push_back(surface_hash(*uninterrupted));
+        if (step % 5 == 0)
+            checkpoints.push_back(
+                encode_checkpoint(*uninterrupted, "a scene", "page " + std::to_string(step)));
+        uninterrupted->step();
+    }
+    EXPECT_GE(uninterrupted->bodies()[0]->pieces().count(), 4U);
+    for (std::size_t k = 0; k < checkpoints.size(); k += 2) {
+        const auto resumed = eventful_world(GetParam(), 1);
+        EXPECT_EQ(restore_checkpoint(*resumed, checkpoints[k], "a scene", "x"),
+                  "page " + std::to_string(5 * k));
+        EXPECT_EQ(resumed->step_count(), static_cast<std::int64_t>(5 * k));
+        for (std::size_t step = 5 * k; step < hashes.size(); ++step) {
+            ASSERT_EQ(surface_hash(*resumed), hashes[step]) << "from " << 5 * k << ", step " << step;
+            ASSERT_EQ(resumed->bodies()[0]->validate(), std::vector<std::string>{});
+            resumed->step();
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Solvers, Checkpoint,
+                         testing::Values(meshless::SolverKind::implicit_steps,
+                                         meshless::SolverKind::explicit_steps));
+
+TEST(CheckpointErrors, AreToldApart) {
+    const auto world = eventful_world(meshless::SolverKind::implicit_steps, 1);
+    const std::string good = encode_checkpoint(*world, "a scene");
+    const auto error_of = [&](const std::string& bytes, const std::string& identity) -> std::string {
+        try {
+            restore_checkpoint(*eventful_world(meshless::SolverKind::implicit_steps, 1), bytes, identity,
+                               "x.bin");
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    };
+    EXPECT_EQ(error_of(good, "a scene"), "");
+    EXPECT_THAT(error_of(good, "another"), testing::HasSubstr("x.bin: is a checkpoint of another scene"));
+    EXPECT_THAT(error_of("", "a scene"), testing::HasSubstr("is no checkpoint"));
+    EXPECT_THAT(error_of("ply\nformat", "a scene"), testing::HasSubstr("is no checkpoint"));
+    for (const std::size_t length : {good.size() - 1, good.size() / 2, std::size_t{30}})
+        EXPECT_THAT(error_of(good.substr(0, length), "a scene"), testing::HasSubstr("damaged or cut off"));
+    Random random(3);
+    for (int trial = 0; trial < 20; ++trial) {
+        std::string damaged = good;
+        damaged[48 + random.below(static_cast<std::uint32_t>(good.size() - 48))] ^= 4;
+        EXPECT_THAT(error_of(damaged, "a scene"), testing::HasSubstr("damaged or cut off"));
+    }
+}
+
+}  // namespace
+}  // namespace splitcubes::body
