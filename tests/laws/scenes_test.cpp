@@ -99,7 +99,9 @@ TEST(Scenes, TheNotchedSheetTearsFromItsNotch) {
     for (const double share : piece_shares(*out.world->bodies()[0])) EXPECT_GT(share, 0.4);
     const splitting::NodeGrid& grid = out.world->bodies()[0]->grid();
     for (const splitting::Crossing& c : grid.crossings())
-        if (c.origin == splitting::Origin::cut) EXPECT_NEAR(grid.crossing_position(c)[0], 0, 0.03);
+        if (c.origin == splitting::Origin::cut) {
+            EXPECT_NEAR(grid.crossing_position(c)[0], 0, 0.03);
+        }
 }
 
 TEST(Scenes, ABlockOfMassesAndSpringsFallsInTwo) {

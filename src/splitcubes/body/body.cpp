@@ -69,13 +69,15 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
                          "take out its tearing or its deformation");
     if (settings_.tearing) {
         check_tearing(*settings_.tearing, "body '" + settings_.name + "' tearing");
-        tearing_ = std::make_unique<Tearing>(*settings_.tearing, settings_.material, grid_);
     }
     build_occluders();
     list_inside_nodes();
     // Phyxels that only go along need not be many.
     if (settings_.deformation) settings_.phyxel_count = std::min(settings_.phyxel_count, 64);
     sample(parallel);
+    if (settings_.tearing)
+        tearing_ = std::make_unique<Tearing>(*settings_.tearing, settings_.material, grid_, phyxels_,
+                                             neighbourhoods_);
     if (settings_.deformation) make_deformation();
     track_surface_nodes();
     const StepContext at_rest{0, 0, Vec3::Zero(), std::nullopt, {}, parallel};
