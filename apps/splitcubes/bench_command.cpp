@@ -1,6 +1,7 @@
 #include "accuracy_bench.h"
 #include "commands.h"
 #include "mechanics_bench.h"
+#include "occlusion_bench.h"
 #include "report.h"
 #include "validation.h"
 
@@ -191,10 +192,14 @@ int bench(const Options& options) {
         throw InputError(options.meshes.front(), "is not asked for by benchmark '" + options.name + "'",
                          "meshes go with: surface");
     if (options.name == "paper") return bench_paper(options);
+    if (options.name == "occlusion") {
+        write_json(options.json, bench_occlusion(options.runs));
+        return 0;
+    }
     if (options.name == "validation") return bench_validation(options);
     if (options.name == "mechanics") return bench_mechanics(options);
     throw InputError("bench", "there is no benchmark '" + options.name + "'",
-                     "known: mechanics, paper, surface, validation");
+                     "known: mechanics, occlusion, paper, surface, validation");
 }
 
 }  // namespace
@@ -204,9 +209,11 @@ void add_bench_command(CLI::App& app, Run& run) {
     CLI::App* command =
         app.add_subcommand("bench", "Runs a benchmark; prints a table, then one line of JSON");
     command
-        ->add_option("name", options->name,
-                     "mechanics: the elastic step and what bounds it; paper: the published size, a blade "
-                     "passing; surface: accuracy of surfaces; validation: linear elasticity")
+        ->add_option(
+            "name", options->name,
+            "mechanics: the elastic step and what bounds it; occlusion: disks by backend; paper: the "
+            "published size, a blade passing; surface: accuracy of surfaces; validation: linear "
+            "elasticity")
         ->required();
     command->add_option("meshes", options->meshes, "Of surface: meshes to count folded triangles of, too");
     command->add_option("--plot", options->plot, "Of validation: an SVG picture of the errors");

@@ -1,5 +1,6 @@
 #include "commands.h"
 #include "figures/figures.h"
+#include "figures/weights.h"
 
 #include <splitcubes/core/error.h>
 #include <splitcubes/io/atomic_file.h>
@@ -13,18 +14,34 @@ namespace splitcubes::app {
 namespace {
 
 struct Options {
-    std::string name, out;
+    std::string name, out, csv;
     bool list = false;
 };
 
 int list_figures() {
     for (const figures::Figure& figure : figures::all_figures())
         std::cout << figure.name << ": " << figure.shows << '\n';
+    std::cout << "weights: weights around a phyxel beside cuts, by criterion (PNG, CSV)\n";
+    return 0;
+}
+
+int draw_weights(const Options& options) {
+    if (std::filesystem::path(options.out).extension() != ".png")
+        throw InputError(options.out.empty() ? "figure weights" : options.out, "no output that ends in .png",
+                         "give -o FILE.png");
+    figures::draw_weights(options.out);
+    std::cout << options.out << ": weights around a phyxel beside cuts, by criterion\n";
+    if (options.csv.empty()) return 0;
+    figures::write_weights(options.csv);
+    std::cout << options.csv << ": the same as numbers\n";
     return 0;
 }
 
 int draw_figure(const Options& options) {
     if (options.list) return list_figures();
+    if (options.name == "weights") return draw_weights(options);
+    if (!options.csv.empty())
+        throw InputError("--csv", "is not for figure '" + options.name + "'", "it goes with: weights");
     if (options.name.empty()) throw InputError("figure", "no name given", "see splitcubes figure --list");
     const auto all = figures::all_figures();
     const auto found = std::find_if(
@@ -46,8 +63,12 @@ void add_figure_command(CLI::App& app, Run& run) {
     const auto options = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand("figure", "Draws a figure of the algorithm as SVG");
     CLI::Option* name = command->add_option("name", options->name, "Which figure");
-    CLI::Option* out = command->add_option("-o,--output", options->out, "Drawing out: .svg");
-    command->add_flag("--list", options->list, "Lists the figures")->excludes(name)->excludes(out);
+    CLI::Option* out = command->add_option("-o,--output", options->out, "Drawing out: .svg, of weights .png");
+    CLI::Option* csv = command->add_option("--csv", options->csv, "Of weights: the numbers, too");
+    command->add_flag("--list", options->list, "Lists the figures")
+        ->excludes(name)
+        ->excludes(out)
+        ->excludes(csv);
     command->callback([options, &run] { run = [options] { return draw_figure(*options); }; });
 }
 

@@ -1,4 +1,5 @@
 #include "commands.h"
+#include "opengl_backend.h"
 
 #include <splitcubes/core/parallel.h>
 
@@ -23,6 +24,21 @@ std::string simd() {
 #endif
 }
 
+// Whether runs can take occlusion.backend "opengl".
+std::string opengl_start() {
+#ifdef SPLITCUBES_WITH_RENDER
+    try {
+        const auto make = opengl_backend_maker(true);
+        make({});
+        return "starts";
+    } catch (const std::exception& error) {
+        return std::string("does not start (") + error.what() + ")";
+    }
+#else
+    return "does not start (not built in)";
+#endif
+}
+
 int info() {
     std::cout << "splitcubes " << SPLITCUBES_VERSION << '\n'
               << "build       " << SPLITCUBES_BUILD_TYPE << ", "
@@ -35,10 +51,11 @@ int info() {
               << "threads     " << Parallel().thread_count() << '\n'
               << "SIMD        " << simd() << '\n'
 #ifdef SPLITCUBES_WITH_RENDER
-              << "OpenGL      " << gl::opengl_summary() << '\n';
+              << "OpenGL      " << gl::opengl_summary() << '\n'
 #else
-              << "OpenGL      not built in\n";
+              << "OpenGL      not built in\n"
 #endif
+              << "occlusion   cpu starts, opengl " << opengl_start() << '\n';
     return 0;
 }
 

@@ -7,6 +7,8 @@
 #include <splitcubes/scene/build.h>
 #include <splitcubes/scene/parse.h>
 
+#include <algorithm>
+
 namespace splitcubes::app {
 
 RunScene read_run_scene(const std::filesystem::path& folder) {
@@ -46,15 +48,57 @@ PictureMaker::PictureMaker(const RunScene& scene, const std::vector<std::filesys
                                               static_cast<double>(wish.width) / wish.height, wish.up, 1.15);
 }
 
-render::Picture PictureMaker::draw(const geometry::SurfaceMesh& surface, double time) {
-    render::DrawList list;
-    render::add_surface(list, surface);
+void PictureMaker::add_blades(render::DrawList& list, double time) const {
     for (const scene::ToolDescription& tool : scene_.description.tools) {
         const cutting::Blade blade = scene::make_blade(tool);
         if (!blade.active(time)) continue;
         for (const std::vector<Vec3>& line : blade.pose(time))
             render::add_polyline(list, line, render::Color(0.15, 0.2, 0.3), 3.5);
     }
+}
+
+render::Picture PictureMaker::draw(const geometry::SurfaceMesh& surface, double time) {
+    render::DrawList list;
+    render::add_surface(list, surface);
+    add_blades(list, time);
+    return renderer_->draw(list, camera_);
+}
+
+namespace {
+
+// Blue by way of yellow to red.
+render::Color link_color(double visibility) {
+    const render::Color seen(0.16, 0.42, 0.72), half(0.96, 0.78, 0.26), hidden(0.80, 0.11, 0.11);
+    return visibility > 0.5 ? render::Color(half + (2 * visibility - 1) * (seen - half))
+                            : render::Color(hidden + 2 * visibility * (half - hidden));
+}
+
+}  // namespace
+
+render::Picture PictureMaker::draw(const Links& links, double time) {
+    std::vector<bool> touched(links.positions.size(), false);
+    for (const Link& link : links.links)
+        if (link.visibility < 1) touched[link.a] = touched[link.b] = true;
+    // Without a cut there is nothing to single out.
+    if (std::find(touched.begin(), touched.end(), true) == touched.end())
+        touched.assign(touched.size(), true);
+    constexpr int shades = 8;
+    render::DrawList list;
+    list.lines.resize(shades + 1);
+    for (int k = 0; k <= shades; ++k) {
+        render::LineSet& set = list.lines[static_cast<std::size_t>(k)];
+        set.points = links.positions;
+        set.color = k == shades ? render::Color(0.62, 0.66, 0.70) : link_color((k + 0.5) / shades);
+        set.width = k == shades ? 0.8 : 2.2;
+    }
+    for (const Link& link : links.links) {
+        if (!touched[link.a] && !touched[link.b]) continue;
+        const int shade =
+            link.visibility >= 1 ? shades : std::min(static_cast<int>(link.visibility * shades), shades - 1);
+        list.lines[static_cast<std::size_t>(shade)].segments.push_back({link.a, link.b});
+    }
+    std::erase_if(list.lines, [](const render::LineSet& set) { return set.segments.empty(); });
+    add_blades(list, time);
     return renderer_->draw(list, camera_);
 }
 

@@ -1,6 +1,8 @@
 // Pictures of a run's frames.
 #pragma once
 
+#include "links.h"
+
 #include <splitcubes/gl/context.h>
 #include <splitcubes/render/renderer.h>
 #include <splitcubes/scene/description.h>
@@ -28,8 +30,13 @@ class PictureMaker {
     /// Throws JobError where OpenGL cannot start.
     PictureMaker(const RunScene& scene, const std::vector<std::filesystem::path>& frames);
     render::Picture draw(const geometry::SurfaceMesh& surface, double time);
+    /// Links instead of the surface: those that something obscures, from blue
+    /// (hardly) to red (entirely), thick, and thin and grey the others of their phyxels.
+    render::Picture draw(const Links& links, double time);
 
   private:
+    void add_blades(render::DrawList& list, double time) const;
+
     RunScene scene_;
     std::optional<gl::HeadlessContext> context_;
     std::optional<render::Renderer> renderer_;

@@ -28,6 +28,7 @@ struct Options {
     int every = 1;
     int width = 0, height = 0;
     double frames_per_second = 0;
+    bool links = false;
 };
 
 std::vector<fs::path> frame_files(const fs::path& folder) {
@@ -43,6 +44,11 @@ std::vector<fs::path> frame_files(const fs::path& folder) {
                          "run the scene with output.format \"ply\"");
     std::sort(files.begin(), files.end());
     return files;
+}
+
+// What the run wrote beside a frame's surface.
+fs::path links_file(const fs::path& folder, const fs::path& surface) {
+    return folder / "links" / surface.filename();
 }
 
 // FILE.mp4 takes all frames; FOLDER or FOLDER/ gets one PNG a frame; a file
@@ -102,7 +108,9 @@ int render_frames(const Options& options) {
     std::optional<render::Picture> last;
     std::size_t done = 0;
     for (const fs::path& file : chosen) {
-        last = maker.draw(io::read_surface(file), frame_time(scene, file));
+        const double time = frame_time(scene, file);
+        last = options.links ? maker.draw(read_links(links_file(options.folder, file)), time)
+                             : maker.draw(io::read_surface(file), time);
         if (video) video->add(*last);
         if (targets.folder) render::write_png(*targets.folder / (file.stem().string() + ".png"), *last);
         progress.show(++done);
@@ -132,6 +140,8 @@ void add_render_command(CLI::App& app, Run& run) {
     command->add_option("--every", options->every, "Draws every Nth frame (1)");
     command->add_option("--width", options->width, "Pixels; default: the scene's");
     command->add_option("--height", options->height, "Pixels; default: the scene's");
+    command->add_flag("--links", options->links,
+                      "Draws the links between phyxels by visibility; needs `run --links`");
     command->add_option("--fps", options->frames_per_second,
                         "Frames a second of the video; default: real time");
     command->callback([options, &run] { run = [options] { return render_frames(*options); }; });

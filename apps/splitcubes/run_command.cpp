@@ -1,5 +1,6 @@
 #include "checkpoints.h"
 #include "commands.h"
+#include "opengl_backend.h"
 #include "progress.h"
 #include "report.h"
 #include "run_output.h"
@@ -23,8 +24,9 @@ struct Options {
     std::string scene, out;
     int frames = -1;
     int threads = 0;
+    std::string occlusion, criterion;
     std::vector<std::string> overrides;
-    bool pictures = false;
+    bool pictures = false, links = false;
     int checkpoint_every = 0;  // frames; 0: never
     std::string resume;        // a checkpoint; empty: from the start
 };
@@ -33,12 +35,16 @@ int run_scene(const Options& options) {
     std::vector<std::string> overrides = options.overrides;
     if (options.frames >= 0) overrides.push_back("frames=" + std::to_string(options.frames));
     if (options.threads > 0) overrides.push_back("threads=" + std::to_string(options.threads));
+    if (!options.occlusion.empty()) overrides.push_back("occlusion.backend=\"" + options.occlusion + '"');
+    if (!options.criterion.empty()) overrides.push_back("occlusion.criterion=\"" + options.criterion + '"');
     if (options.pictures) overrides.push_back("output.pictures=true");
+    if (options.links) overrides.push_back("output.links=true");
     const scene::SceneDescription description = scene::parse_scene_file(options.scene, overrides);
     Stopwatch watch;
     const auto parallel = std::make_shared<const Parallel>(description.threads);
     scene::BuildReport built;
-    const std::unique_ptr<body::World> world = scene::build_world(description, parallel, built);
+    const std::unique_ptr<body::World> world = scene::build_world(
+        description, parallel, built, opengl_backend_maker(description.occlusion.backend == "opengl"));
     for (const auto& [name, note] : built.notes) print_notes(name, {note});
 
     const Checkpoints checkpoints(fs::path(options.out) / "checkpoint.bin", description, *world);
@@ -84,8 +90,17 @@ void add_run_command(CLI::App& app, Run& run) {
         ->check(CLI::Range(1, 100000000));
     command->add_option("--threads", options->threads, "Threads; default: the scene's, or all")
         ->check(CLI::Range(1, 1024));
+    command
+        ->add_option("--occlusion", options->occlusion, "What computes occlusion disks; default: the scene's")
+        ->check(CLI::IsMember({"cpu", "opengl"}));
+    command
+        ->add_option("--criterion", options->criterion, "What weakens links past cuts; default: the scene's")
+        ->check(CLI::IsMember(
+            std::vector<std::string>(occlusion::criterion_names.begin(), occlusion::criterion_names.end())));
     command->add_option("--set", options->overrides, "Overrides a value: path.to[0].value=json")
         ->allow_extra_args(false);
+    command->add_flag("--links", options->links,
+                      "Writes the links between phyxels to DIR/links, for render --links");
     command->add_flag("--pictures", options->pictures, "Draws each written frame to DIR/pictures");
     command
         ->add_option("--checkpoint-every", options->checkpoint_every,

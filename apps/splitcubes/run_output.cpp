@@ -1,5 +1,7 @@
 #include "run_output.h"
 
+#include "links.h"
+
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/stopwatch.h>
 #include <splitcubes/geometry/mesh_check.h>
@@ -78,6 +80,8 @@ RunOutput::RunOutput(const fs::path& folder, const scene::SceneDescription& desc
     make_folder(folder_ / "surface");
     remove_frames_after(past.frame, folder_ / "surface");
     remove_frames_after(past.frame, folder_ / "pictures");
+    remove_frames_after(past.frame, folder_ / "links");
+    if (description_.output.links) make_folder(folder_ / "links");
     write_json(folder_ / "scene.json", scene::resolved_scene(description_));
     if (description_.output.format == scene::SurfaceFormat::ply ||
         description_.output.format == scene::SurfaceFormat::obj)
@@ -89,7 +93,8 @@ RunOutput::RunOutput(const fs::path& folder, const scene::SceneDescription& desc
     metrics_ = "frame,time";
     for (const char* name : body::stage_names) metrics_ += std::string(",") + name + "_ms";
     metrics_ +=
-        ",step_ms,phyxels,pairs,cut_edges,new_cut_edges,torn_edges,surface_cells,triangles,pieces,disks,mass,momentum_x,"
+        ",step_ms,phyxels,pairs,cut_edges,new_cut_edges,torn_edges,surface_cells,triangles,pieces,disks,mass,"
+        "momentum_x,"
         "momentum_y,momentum_z,angular_momentum_x,angular_momentum_y,angular_momentum_z,kinetic_energy,"
         "elastic_energy,top_speed,solver_iterations,substeps,contacts,flags\n";
 }
@@ -106,8 +111,8 @@ void RunOutput::add_metrics(const body::StepReport& r, int frame) {
         seconds_.stages[k] += r.seconds[k];
     }
     row << ',' << 1e3 * r.total_seconds() << ',' << r.phyxels << ',' << r.pairs << ',' << r.cut_edges << ','
-        << r.new_cut_edges << ',' << r.torn_edges << ',' << r.surface_cells << ',' << r.triangles << ',' << r.pieces << ','
-        << r.disks << ',' << r.mass;
+        << r.new_cut_edges << ',' << r.torn_edges << ',' << r.surface_cells << ',' << r.triangles << ','
+        << r.pieces << ',' << r.disks << ',' << r.mass;
     for (const Vec3& v : {r.momentum, r.angular_momentum})
         for (int k = 0; k < 3; ++k) row << ',' << v[k];
     row << ',' << r.kinetic_energy << ',' << r.elastic_energy << ',' << r.top_speed << ','
@@ -130,6 +135,8 @@ void RunOutput::write_frame(const body::World& world, const body::StepReport& re
         const fs::path file =
             folder_ / "surface" / (frame_name(frame) + extension(description_.output.format));
         io::write_mesh(file, surface);
+        if (description_.output.links)
+            write_links(folder_ / "links" / (frame_name(frame) + ".ply"), links_of(world));
 #ifdef SPLITCUBES_WITH_RENDER
         if (description_.output.pictures) {
             make_folder(folder_ / "pictures");

@@ -14,7 +14,8 @@ class Figures : public Program {
         const Ended listed = run({"figure", "--list"});
         EXPECT_EQ(listed.code, 0) << listed.err;
         std::vector<std::string> out;
-        for (const std::string& line : lines_of(listed.out)) out.push_back(line.substr(0, line.find(':')));
+        for (const std::string& line : lines_of(listed.out))
+            if (line.find("PNG") == std::string::npos) out.push_back(line.substr(0, line.find(':')));
         return out;
     }
     std::string drawn(const std::string& name) const {
@@ -100,7 +101,9 @@ void split(const std::string& text, std::vector<double>& numbers, std::string& b
 // Up to a last written digit, which another maths library may round otherwise.
 TEST_F(Figures, InTheDocumentsAreUpToDate) {
     for (const std::string& name : names()) {
-        const fs::path kept = fs::path(SPLITCUBES_DOCS) / "images" / "splitting-cubes" / (name + ".svg");
+        fs::path kept = fs::path(SPLITCUBES_DOCS) / "images" / "splitting-cubes" / (name + ".svg");
+        if (!fs::exists(kept))
+            kept = fs::path(SPLITCUBES_DOCS) / "images" / "occlusion-disks" / (name + ".svg");
         std::vector<double> new_numbers, old_numbers;
         std::string new_text, old_text;
         split(drawn(name), new_numbers, new_text);
@@ -113,6 +116,40 @@ TEST_F(Figures, InTheDocumentsAreUpToDate) {
     }
 }
 
+// Laws of the numbers that are drawn: beyond a complete cut nothing; before it the kernel.
+TEST_F(Figures, WeightsAsNumbers) {
+#ifndef SPLITCUBES_WITH_RENDER
+    GTEST_SKIP() << "built without pictures";
+#endif
+    const Ended ended = run({"figure", "weights", "-o", "weights.png", "--csv", "weights.csv"});
+    ASSERT_EQ(ended.code, 0) << ended.err;
+    const std::vector<std::string> rows = lines_of(text_of(in("weights.csv")));
+    ASSERT_EQ(rows.size(), 1U + 3 * 4 * 61 * 61);
+    std::size_t beyond = 0, before = 0;
+    for (std::size_t k = 1; k < rows.size(); ++k) {
+        std::istringstream row(rows[k]);
+        std::string cut, criterion;
+        char comma = ',';
+        double x = 0, y = 0, weight = -1;
+        std::getline(row, cut, ',');
+        std::getline(row, criterion, ',');
+        row >> x >> comma >> y >> comma >> weight;
+        EXPECT_GE(weight, 0);
+        EXPECT_LE(weight, 1);
+        if (cut == "complete" && x > 0.51) {
+            EXPECT_EQ(weight, 0) << rows[k];
+            ++beyond;
+        }
+        if (x < -0.2 && criterion != "occlusion-disk") {
+            const double h = 0.3 * (6 + 4 * std::sqrt(2.0)), r2 = x * x + y * y;
+            EXPECT_NEAR(weight, r2 < h * h ? std::pow(1 - r2 / (h * h), 3) : 0, 1e-4) << rows[k];
+            ++before;
+        }
+    }
+    EXPECT_GT(beyond, 1000U);
+    EXPECT_GT(before, 1000U);
+}
+
 TEST_F(Figures, RefusesWhatIsNone) {
     expect_refused({"figure", "sketch", "-o", "a.svg"}, "sketch");
     expect_refused({"figure", "-o", "a.svg"}, "figure");
@@ -121,6 +158,8 @@ TEST_F(Figures, RefusesWhatIsNone) {
     expect_refused({"figure", "faces", "-o", "faces.png"}, "faces.png");
     expect_refused({"figure", "faces", "-o", "nowhere/faces.svg"}, "nowhere");
     expect_refused({"figure", "faces", "--list"}, "--list");
+    expect_refused({"figure", "faces", "-o", "faces.svg", "--csv", "faces.csv"}, "--csv");
+    expect_refused({"figure", "weights", "-o", "weights.svg"}, "weights.svg");
     EXPECT_FALSE(fs::exists(in("a.svg")));
     EXPECT_FALSE(fs::exists(in("faces.png")));
     EXPECT_EQ(unfinished_files(), 0U);

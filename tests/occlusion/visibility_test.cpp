@@ -1,9 +1,10 @@
-// What a visibility is, over both backends.
+// What a visibility is, over all backends.
 #include <splitcubes/core/error.h>
 #include <splitcubes/occlusion/visibility.h>
 
 #include <gtest/gtest.h>
 
+#include "occlusion/opengl.h"
 #include "occlusion/scenes.h"
 
 namespace splitcubes::occlusion {
@@ -11,10 +12,16 @@ namespace {
 
 using namespace testing;
 
-class Visibility : public ::testing::TestWithParam<bool> {
+enum class Backend { cpu, brute_force, opengl };
+
+class Visibility : public ::testing::TestWithParam<Backend> {
   protected:
+    void SetUp() override {
+        if (GetParam() == Backend::opengl && !opengl_starts()) GTEST_SKIP() << no_opengl_because();
+    }
     std::unique_ptr<VisibilityBackend> backend(const VisibilityOptions& options = {}) const {
-        return GetParam() ? make_cpu_backend(options) : make_brute_force_backend(options);
+        if (GetParam() == Backend::opengl) return opengl_backend(options);
+        return GetParam() == Backend::cpu ? make_cpu_backend(options) : make_brute_force_backend(options);
     }
     float evaluate(const Triangles& triangles, const PairQuery& pair,
                    const VisibilityOptions& options = {}) const {
@@ -22,11 +29,16 @@ class Visibility : public ::testing::TestWithParam<bool> {
         backend(options)->evaluate(grid_of(triangles), {&pair, 1}, {&out, 1}, Parallel(1));
         return out;
     }
-    int repeats(int count) const { return rounds(GetParam() ? count : count / 20 + 1); }
+    int repeats(int count) const { return rounds(GetParam() == Backend::cpu ? count : count / 20 + 1); }
 };
 
-INSTANTIATE_TEST_SUITE_P(Backends, Visibility, ::testing::Bool(),
-                         [](const auto& which) { return which.param ? "cpu" : "brute_force"; });
+INSTANTIATE_TEST_SUITE_P(Backends, Visibility,
+                         ::testing::Values(Backend::cpu, Backend::brute_force, Backend::opengl),
+                         [](const auto& which) {
+                             return which.param == Backend::cpu           ? "cpu"
+                                    : which.param == Backend::brute_force ? "brute_force"
+                                                                          : "opengl";
+                         });
 
 // The visible part of the unit disk beside a half-plane whose edge is at s.
 double uncovered_fraction(double s) {
@@ -170,7 +182,7 @@ TEST_P(Visibility, ThreadsChangeNoBit) {
     }
     const auto grid = grid_of(triangles);
     std::vector<PairQuery> pairs;
-    for (int k = 0; k < (GetParam() ? 500 : 130); ++k) {
+    for (int k = 0; k < (GetParam() == Backend::cpu ? 500 : 130); ++k) {
         const Vec3 a = random_in_box(random, 0.8);
         pairs.push_back({a, a + random_in_box(random, 0.4)});
     }

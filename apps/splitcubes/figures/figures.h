@@ -1,4 +1,4 @@
-// The drawings of docs/algorithms/splitting-cubes.md. Their makers choose crossings;
+// The drawings of docs/algorithms. Their makers choose crossings;
 // where anything lies that follows from crossings, the library computes.
 #pragma once
 
@@ -13,6 +13,8 @@ Svg draw_quads();
 Svg draw_fans();
 Svg draw_placement();
 Svg draw_skin();
+Svg draw_disk();
+Svg draw_front();
 
 struct Figure {
     const char* name;

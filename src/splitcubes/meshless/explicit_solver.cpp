@@ -283,7 +283,8 @@ void ExplicitSolver::restore_momenta(const Job& job) {
     for (std::size_t i = 0; i < job.phyxels.size(); ++i)
         if (held_[i] != 0 || touched_[i] != 0 || failed_[i] != 0) momenta_.bind(job.phyxels.piece[i]);
     const double kept = std::exp(-job.material.mass_damping * job.input.dt);
-    if (kept > 0) momenta_.restore(job.phyxels, kept, pull_ / kept * job.input.gravity, {}, job.parallel);
+    if (kept > 0)
+        momenta_.restore(job.phyxels, kept, pull_ / kept * job.input.gravity, {}, job.input.dt, job.parallel);
 }
 
 }  // namespace splitcubes::meshless

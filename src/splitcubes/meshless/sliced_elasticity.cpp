@@ -138,6 +138,8 @@ void SlicedElasticity::read_deformation(std::span<Mat3> deformation, std::span<M
 }
 
 double SlicedElasticity::row_energy(const Place& place, std::size_t i) const {
+    // One without neighbours is as it was left: nothing works against it.
+    if (neighbourhoods_->rank()[i] == 0) return 0;
     return neighbourhoods_->volume()[i] *
                energy_density(material_, deformation_[i], rotation_[i],
                               told_plastic_strain(*neighbourhoods_, material_, i, place.plastic_strain)) +

@@ -417,7 +417,7 @@ void ImplicitSolver::restore_momenta(const Job& job) {
         if (mode_[i] != Mode::free || touched_[i] != 0 || failed_[i] != 0)
             momenta_.bind(job.phyxels.piece[i]);
     const double dt = job.input.dt;
-    momenta_.restore(job.phyxels, 1 / (1 + dt * job.material.mass_damping), dt * job.input.gravity, b_,
+    momenta_.restore(job.phyxels, 1 / (1 + dt * job.material.mass_damping), dt * job.input.gravity, b_, dt,
                      job.parallel);
 }
 

@@ -23,8 +23,9 @@ class MomentumKeeper {
     void bind(std::int32_t piece) { bound_[slot(piece)] = 1; }
     /// Every free piece gets kept * (p + m velocity) and kept * spin. Where `shift`
     /// (s, one a phyxel) is given, phyxels first move by the change of velocity times it.
+    /// Its centre of mass goes by the mean of both velocities over dt seconds: along its parabola.
     void restore(Phyxels& phyxels, double kept, const Vec3& velocity, std::span<const double> shift,
-                 const Parallel& parallel);
+                 double dt, const Parallel& parallel);
 
   private:
     /// The last slot for phyxels without a piece.
@@ -33,11 +34,12 @@ class MomentumKeeper {
         return static_cast<std::size_t>(piece >= 0 && piece < last ? piece : last);
     }
     void correct(Phyxels& phyxels, double kept, const Vec3& velocity, std::span<const double> shift,
-                 const Parallel& parallel);
+                 double dt, const Parallel& parallel);
 
     std::vector<std::uint8_t> bound_;      // per piece, and one for none
     std::vector<Momenta> before_, after_;  // per piece
     std::vector<Momenta> partial_;         // per chunk and piece
+    std::vector<Vec3> way_;                // m, per piece, by which its centre is put right
 };
 
 /// Deformation at the phyxels' positions, into `elastic` and into the phyxels, then plastic

@@ -58,15 +58,19 @@ bool ray_crosses(const std::array<Vec3, 3>& local, double x, double y, int orien
     return near_depth * sum <= determinant && determinant <= far_depth * sum;
 }
 
-float visibility_of(const DiskMasks& masks, const DiskRaster& raster, const geometry::OccluderGrid& occluders,
-                    const PairQuery& pair, const VisibilityOptions& options) {
-    int inside = 0, visible = 0;
+DiskCounts count_samples(const DiskMasks& masks, const DiskRaster& raster) {
+    DiskCounts counts;
     for (std::size_t w = 0; w < raster.words; ++w) {
         const std::uint64_t in = raster.samples[w] & ~masks.outside[w];
-        inside += std::popcount(in);
-        visible += std::popcount(in & ~masks.obscured[w]);
+        counts.inside += std::popcount(in);
+        counts.visible += std::popcount(in & ~masks.obscured[w]);
     }
-    if (inside == 0) {
+    return counts;
+}
+
+float visibility_of(const DiskCounts& counts, const geometry::OccluderGrid& occluders, const PairQuery& pair,
+                    const VisibilityOptions& options) {
+    if (counts.inside == 0) {
         // From the first phyxel to the second in the disk's order, so that (a, b) and (b, a) agree.
         const Disk disk = make_disk(pair);
         const Vec3 direction = disk.axes.row(2).transpose() * (disk.radius * disk.radius);
@@ -75,8 +79,13 @@ float visibility_of(const DiskMasks& masks, const DiskRaster& raster, const geom
                    ? 0.0F
                    : 1.0F;
     }
-    const double visibility = static_cast<double>(visible) / inside;
+    const double visibility = static_cast<double>(counts.visible) / counts.inside;
     return visibility < options.full_occlusion_threshold ? 0.0F : static_cast<float>(visibility);
+}
+
+float visibility_of(const DiskMasks& masks, const DiskRaster& raster, const geometry::OccluderGrid& occluders,
+                    const PairQuery& pair, const VisibilityOptions& options) {
+    return visibility_of(count_samples(masks, raster), occluders, pair, options);
 }
 
 void check_options(const VisibilityOptions& options) {

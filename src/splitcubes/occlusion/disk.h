@@ -66,6 +66,18 @@ struct DiskMasks {
 /// triangles that wind that way about the ray.
 bool ray_crosses(const std::array<Vec3, 3>& local, double x, double y, int orientation);
 
+/// Samples of a disk.
+struct DiskCounts {
+    int inside = 0;   // within the body
+    int visible = 0;  // of those, not obscured
+};
+
+DiskCounts count_samples(const DiskMasks& masks, const DiskRaster& raster);
+
+/// visibility of a pair from its samples; the plain segment between the phyxels
+/// where none is inside.
+float visibility_of(const DiskCounts& counts, const geometry::OccluderGrid& occluders, const PairQuery& pair,
+                    const VisibilityOptions& options);
 /// visibility of a pair from its masks; the plain segment between the phyxels
 /// where no sample is inside.
 float visibility_of(const DiskMasks& masks, const DiskRaster& raster, const geometry::OccluderGrid& occluders,

@@ -154,6 +154,7 @@ body::BodySettings body_settings(const BodyDescription& b, const io::Model& mode
     s.velocity = b.velocity;
     s.angular_velocity = b.angular_velocity;
     s.visibility.disk_size = scene.occlusion.disk_size;
+    s.criterion = scene.occlusion.criterion;
     if (b.deformation) s.deformation = deformation_of(b, model.mesh.bounds());
     if (b.material.tearing) s.tearing = tear_settings(*b.material.tearing, model);
     return s;
@@ -161,9 +162,12 @@ body::BodySettings body_settings(const BodyDescription& b, const io::Model& mode
 
 // What is wrong with one of several bodies says with which.
 const body::Body& add_body(body::World& world, const BodyDescription& b, const io::Model& model,
-                           const SceneDescription& scene) {
+                           const SceneDescription& scene,
+                           const decltype(body::BodySettings::make_visibility_backend)& make_opengl_backend) {
     try {
-        return world.add_body(model.mesh, body_settings(b, model, scene));
+        body::BodySettings settings = body_settings(b, model, scene);
+        if (scene.occlusion.backend == "opengl") settings.make_visibility_backend = make_opengl_backend;
+        return world.add_body(model.mesh, settings);
     } catch (const InputError& error) {
         throw InputError("body '" + b.name + "'", error.what());
     }
@@ -200,8 +204,12 @@ cutting::Blade make_blade(const ToolDescription& tool) {
     return {tool.name, std::move(shape), std::move(keyframes), options};
 }
 
-std::unique_ptr<body::World> build_world(const SceneDescription& scene,
-                                         std::shared_ptr<const Parallel> parallel, BuildReport& report) {
+std::unique_ptr<body::World> build_world(
+    const SceneDescription& scene, std::shared_ptr<const Parallel> parallel, BuildReport& report,
+    const decltype(body::BodySettings::make_visibility_backend)& make_opengl_backend) {
+    if (scene.occlusion.backend == "opengl" && !make_opengl_backend)
+        throw InputError("scene occlusion.backend", "is \"opengl\", which is not built in",
+                         "take \"cpu\", or build with SPLITCUBES_BUILD_RENDER");
     body::WorldSettings settings;
     settings.time_step = scene.time_step;
     settings.gravity = scene.gravity;
@@ -215,7 +223,7 @@ std::unique_ptr<body::World> build_world(const SceneDescription& scene,
     auto world = std::make_unique<body::World>(settings, std::move(parallel));
     for (const BodyDescription& b : scene.bodies) {
         io::Model model = placed_model(b, report);
-        const body::Body& made = add_body(*world, b, model, scene);
+        const body::Body& made = add_body(*world, b, model, scene, make_opengl_backend);
         for (const std::string& note : made.solidify_report().notes) report.notes.push_back({b.name, note});
         if (model.attributes.empty()) model.mesh = {};
         report.models.push_back(std::move(model));

@@ -28,7 +28,10 @@ cutting::Blade make_blade(const ToolDescription& tool);
 
 /// Throws InputError for meshes that cannot be used and for regions of
 /// constraints that hold no phyxel.
-std::unique_ptr<body::World> build_world(const SceneDescription& scene,
-                                         std::shared_ptr<const Parallel> parallel, BuildReport& report);
+/// make_opengl_backend: what makes the disks of scenes that ask for backend
+/// "opengl"; without it they are refused.
+std::unique_ptr<body::World> build_world(
+    const SceneDescription& scene, std::shared_ptr<const Parallel> parallel, BuildReport& report,
+    const decltype(body::BodySettings::make_visibility_backend)& make_opengl_backend = {});
 
 }  // namespace splitcubes::scene

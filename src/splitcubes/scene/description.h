@@ -3,6 +3,7 @@
 #pragma once
 
 #include <splitcubes/math/types.h>
+#include <splitcubes/occlusion/criterion.h>
 
 #include <filesystem>
 #include <optional>
@@ -323,6 +324,7 @@ struct SolverDescription {
 struct OcclusionDescription {
     std::string backend = "cpu";
     int disk_size = 16;  // texels a side: 8, 16 or 32
+    occlusion::CriterionKind criterion = occlusion::CriterionKind::occlusion_disk;
     bool operator==(const OcclusionDescription&) const = default;
 };
 
@@ -332,6 +334,7 @@ struct OutputDescription {
     int every_nth_frame = 1;                    // 1: all
     SurfaceFormat format = SurfaceFormat::ply;  // of the surface meshes
     bool pictures = false;                      // also draw each written frame
+    bool links = false;                         // also write the links between phyxels
     bool operator==(const OutputDescription&) const = default;
 };
 

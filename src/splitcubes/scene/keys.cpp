@@ -21,9 +21,9 @@ const std::vector<ObjectKeys>& scene_keys() {
         {"capsule_shape", {"radius", "straight_height"}},
         {"pear_shape", {"height"}},
         {"implicit_shape", {"smoothness", "cells", "parts"}},
-        {"implicit_part", {"ball", "cone", "colour"}},
-        {"ball_part", {"center", "radii"}},
-        {"cone_part", {"from", "to", "from_radius", "to_radius"}},
+        {"implicit_part", {"ball", "cone"}},
+        {"ball_part", {"center", "radii", "colour"}},
+        {"cone_part", {"from", "to", "from_radius", "to_radius", "colour"}},
         {"deformation", {"free_form", "mass_spring"}},
         {"free_form", {"degree", "keyframes"}},
         {"lattice_keyframe", {"time", "points"}},
@@ -59,8 +59,8 @@ const std::vector<ObjectKeys>& scene_keys() {
          {"center", "axis", "radius", "start_angle_degrees", "turns", "from_time", "until_time",
           "turn_with_path"}},
         {"solver", {"kind", "integrator", "tolerance", "max_iterations"}},
-        {"occlusion", {"backend", "disk_size"}},
-        {"output", {"every_nth_frame", "format", "pictures"}},
+        {"occlusion", {"backend", "criterion", "disk_size"}},
+        {"output", {"every_nth_frame", "format", "pictures", "links"}},
         {"camera", {"eye", "target", "direction", "up", "vertical_fov_degrees", "width", "height"}},
     };
     return keys;

@@ -38,6 +38,10 @@ OcclusionDescription read_occlusion(const Value& value) {
     if (object.has("backend")) {
         out.backend = occlusion_backend_names[object.at("backend").choice(occlusion_backend_names)];
     }
+    if (object.has("criterion")) {
+        out.criterion =
+            static_cast<occlusion::CriterionKind>(object.at("criterion").choice(occlusion_criterion_names));
+    }
     object.read("disk_size", out.disk_size, 8, 32);
     if (out.disk_size != 8 && out.disk_size != 16 && out.disk_size != 32) {
         object.at("disk_size").fail("is " + object.at("disk_size").shown(), "give 8, 16 or 32");
@@ -53,6 +57,7 @@ OutputDescription read_output(const Value& value) {
         out.format = static_cast<SurfaceFormat>(object.at("format").choice(surface_format_names));
     }
     object.read("pictures", out.pictures);
+    object.read("links", out.links);
     return out;
 }
 

@@ -1,6 +1,7 @@
 // From checked JSON to a scene description. Internal to scene.
 #pragma once
 
+#include <splitcubes/occlusion/criterion.h>
 #include <splitcubes/scene/description.h>
 #include <splitcubes/scene/reader.h>
 
@@ -14,7 +15,9 @@ inline const std::vector<std::string_view> solver_kind_names = {"implicit", "exp
 inline const std::vector<std::string_view> material_model_names = {"corotated", "st-venant-kirchhoff"};
 inline const std::vector<std::string_view> integrator_names = {"bdf2", "backward_euler"};
 inline const std::vector<std::string_view> surface_format_names = {"ply", "obj", "stl", "glb"};
-inline const std::vector<std::string_view> occlusion_backend_names = {"cpu"};
+inline const std::vector<std::string_view> occlusion_backend_names = {"cpu", "opengl"};
+inline const std::vector<std::string_view> occlusion_criterion_names(occlusion::criterion_names.begin(),
+                                                                     occlusion::criterion_names.end());
 
 /// All of it; the value is the whole file's.
 SceneDescription read_scene(const Value& value);

@@ -41,15 +41,17 @@ Json to_json(const Vec3i& v) {
 Json to_json(const ImplicitPart& part) {
     Json out;
     if (const auto* ball = std::get_if<BallPart>(&part.form)) {
-        out["ball"] = {{"center", to_json(ball->center)}, {"radii", to_json(ball->radii)}};
+        out["ball"] = {{"center", to_json(ball->center)},
+                       {"radii", to_json(ball->radii)},
+                       {"colour", to_json(part.colour)}};
     } else {
         const auto& cone = std::get<ConePart>(part.form);
         out["cone"] = {{"from", to_json(cone.from)},
                        {"to", to_json(cone.to)},
                        {"from_radius", cone.from_radius},
-                       {"to_radius", cone.to_radius}};
+                       {"to_radius", cone.to_radius},
+                       {"colour", to_json(part.colour)}};
     }
-    out["colour"] = to_json(part.colour);
     return out;
 }
 
@@ -297,10 +299,13 @@ nlohmann::ordered_json resolved_scene(const SceneDescription& scene) {
                      {"integrator", name_of(scene.solver.integrator, integrator_names)},
                      {"tolerance", scene.solver.tolerance},
                      {"max_iterations", scene.solver.max_iterations}};
-    out["occlusion"] = {{"backend", scene.occlusion.backend}, {"disk_size", scene.occlusion.disk_size}};
+    out["occlusion"] = {{"backend", scene.occlusion.backend},
+                        {"criterion", name_of(scene.occlusion.criterion, occlusion_criterion_names)},
+                        {"disk_size", scene.occlusion.disk_size}};
     out["output"] = {{"every_nth_frame", scene.output.every_nth_frame},
                      {"format", name_of(scene.output.format, surface_format_names)},
-                     {"pictures", scene.output.pictures}};
+                     {"pictures", scene.output.pictures},
+                     {"links", scene.output.links}};
     out["camera"] = to_json(scene.camera);
     return out;
 }

@@ -27,6 +27,7 @@ constexpr float rounding = 2.5e-6F;
 // then the near and the far depth.
 struct Setup {
     alignas(64) float f[5][3][block_size];
+    alignas(64) float root[5][block_size];  // -1 / f[k][0], roughly; finite, and signed even where that is 0
     alignas(64) std::int32_t first_row[block_size];
     alignas(64) std::int32_t last_row[block_size];
     std::uint32_t alive = 0;     // bit per triangle: may cover a sample
@@ -133,7 +134,12 @@ HWY_INLINE void set_up_lanes(D d, const View& view, const float (&local)[3][3][b
 
     const auto store = [&](int k, auto fx, auto fy, auto fz, auto error) {
         const auto scale = hn::Div(sign, error);
-        hn::Store(hn::Mul(fx, scale), d, setup.f[k][0] + lane);
+        const auto slope = hn::Mul(fx, scale);
+        // Infinite or not a number becomes the largest.
+        const auto inverse = hn::Abs(hn::ApproximateReciprocal(slope));
+        const auto bounded = hn::IfThenElse(hn::Lt(inverse, set(1e30F)), inverse, set(1e30F));
+        hn::Store(hn::CopySign(bounded, hn::Neg(slope)), d, setup.root[k] + lane);
+        hn::Store(slope, d, setup.f[k][0] + lane);
         hn::Store(hn::Mul(fy, scale), d, setup.f[k][1] + lane);
         hn::Store(hn::Mul(fz, scale), d, setup.f[k][2] + lane);
     };
@@ -213,11 +219,80 @@ HWY_INLINE void cover(const View& view, const Setup& setup, std::size_t t, float
     }
 }
 
+// Rows of a disk's masks, a bit a column.
 template <int size>
-void cover_block(const View& view, const TriangleBlock& block, const Setup& setup, DiskMasks& masks) {
+struct Rows {
+    alignas(64) std::uint32_t obscured[size] = {};
+    alignas(64) std::uint32_t outside[size] = {};
+
+    void add_to(DiskMasks& masks) const {
+        for (std::size_t row = 0; row < size; ++row) {
+            masks.obscured[row * size / 64] |= std::uint64_t{obscured[row]} << (row * size % 64);
+            masks.outside[row * size / 64] ^= std::uint64_t{outside[row]} << (row * size % 64);
+        }
+    }
+};
+
+// Adds one triangle, all rows at once: in a row, a function changes its sign at
+// one column, and none of its columns is nearer to zero than that next to the
+// root. False, and nothing is added, where that one is within rounding of zero in
+// a row of the triangle.
+template <int size, int functions>
+HWY_INLINE bool cover_rows(const View& view, const Setup& setup, std::size_t t, bool toggles,
+                           Rows<size>& rows) {
+    const hn::CappedTag < float, size<16 ? size : 16> d;
+    const hn::RebindToSigned<decltype(d)> integer;
+    const hn::RebindToUnsigned<decltype(d)> bits;
+    constexpr float half = 0.5F * size;
+    alignas(64) std::uint32_t covered[size];
+    const auto first_row = hn::Set(d, view.coordinate[0] + static_cast<float>(setup.first_row[t]) / half);
+    const auto last_row = hn::Set(d, view.coordinate[0] + static_cast<float>(setup.last_row[t]) / half);
+    auto doubtful = hn::FirstN(d, 0);
+    for (std::size_t row = 0; row < size; row += hn::Lanes(d)) {
+        const auto y = hn::Load(d, view.coordinate + row);
+        const auto spanned = hn::And(hn::Ge(y, first_row), hn::Le(y, last_row));
+        auto inside = hn::Set(bits, ~std::uint32_t{0});
+        for (int k = 0; k < functions; ++k) {
+            const auto slope = hn::Set(d, setup.f[k][0][t]);
+            const auto rest = hn::Add(hn::Mul(hn::Set(d, setup.f[k][1][t]), y), hn::Set(d, setup.f[k][2][t]));
+            const auto at =
+                hn::Mul(hn::Add(hn::Mul(rest, hn::Set(d, setup.root[k][t])), hn::Set(d, 1 - 0.5F / half)),
+                        hn::Set(d, half));
+            const auto column = hn::Round(hn::Min(hn::Max(at, hn::Zero(d)), hn::Set(d, size - 1.0F)));
+            const auto x = hn::Sub(hn::Mul(column, hn::Set(d, 1 / half)), hn::Set(d, 1 - 0.5F / half));
+            const auto value = hn::Add(hn::Mul(slope, x), rest);
+            // More than 1 for columns that the rough root puts half a column off.
+            doubtful = hn::Or(doubtful, hn::AndNot(hn::Gt(hn::Abs(value), hn::Set(d, 1.1F)), spanned));
+            const auto beyond = hn::ShiftRight<31>(hn::BitCast(bits, hn::Xor(value, slope)));
+            const auto from = hn::BitCast(bits, hn::ConvertTo(integer, column));
+            const auto upward = hn::Shl(hn::Shl(hn::Set(bits, ~std::uint32_t{0}), from), beyond);
+            const auto falling = hn::BitCast(
+                bits,
+                hn::ShiftRight<31>(hn::BitCast(integer, slope)));  // all bits where the slope is negative
+            inside = hn::And(inside, hn::Xor(upward, falling));
+        }
+        inside = hn::And(inside, hn::Set(bits, static_cast<std::uint32_t>((std::uint64_t{1} << size) - 1)));
+        hn::Store(hn::IfThenElseZero(hn::RebindMask(bits, spanned), inside), bits, covered + row);
+    }
+    if (!hn::AllFalse(d, doubtful)) return false;
+    for (std::size_t row = 0; row < size; row += hn::Lanes(d)) {
+        const auto add = hn::Load(bits, covered + row);
+        hn::Store(hn::Or(hn::Load(bits, rows.obscured + row), add), bits, rows.obscured + row);
+        if (toggles) hn::Store(hn::Xor(hn::Load(bits, rows.outside + row), add), bits, rows.outside + row);
+    }
+    return true;
+}
+
+template <int size>
+void cover_block(const View& view, const TriangleBlock& block, const Setup& setup, Rows<size>& rows,
+                 DiskMasks& masks) {
     for (std::uint32_t alive = setup.alive; alive; alive &= alive - 1) {
         const auto t = static_cast<std::size_t>(std::countr_zero(alive));
         const auto has = [&](std::uint32_t bits) { return (bits >> t & 1) != 0; };
+        const bool toggles = view.apex == 0 && block.source[t]->boundary;
+        if (!has(setup.edge_on) && (has(setup.deep) ? cover_rows<size, 5>(view, setup, t, toggles, rows)
+                                                    : cover_rows<size, 3>(view, setup, t, toggles, rows)))
+            continue;
         OpenSamples open{block.source[t], view.apex, has(setup.negative) ? -1 : 1, 0, 0};
         if (has(setup.deep))
             cover<size, true>(view, setup, t, 1, open, masks);
@@ -230,11 +305,13 @@ void cover_block(const View& view, const TriangleBlock& block, const Setup& setu
     }
 }
 
-void rasterize_blocks(const Disk& disk, const DiskRaster& raster, const TriangleList& triangles,
-                      DiskMasks& masks) {
+template <int size>
+void rasterize_size(const Disk& disk, const DiskRaster& raster, const TriangleList& triangles,
+                    DiskMasks& masks) {
     const hn::CappedTag<float, block_size> d;
     View view{disk, raster, 0, {}};
-    for (int k = 0; k < raster.size; ++k) view.coordinate[k] = static_cast<float>(raster.coordinate(k));
+    for (int k = 0; k < size; ++k) view.coordinate[k] = static_cast<float>(raster.coordinate(k));
+    Rows<size> rows;
     for (std::size_t begin = 0; begin < triangles.count(); begin += block_size) {
         const TriangleBlock& block = triangles.blocks()[begin / block_size];
         const auto filled = static_cast<std::uint32_t>(std::min(triangles.count() - begin, block_size));
@@ -245,11 +322,17 @@ void rasterize_blocks(const Disk& disk, const DiskRaster& raster, const Triangle
             for (std::size_t lane = 0; lane < filled; lane += hn::Lanes(d))
                 set_up_lanes(d, view, local, lane, setup);
             setup.alive &= (1U << filled) - 1;
-            if (raster.size == 8) cover_block<8>(view, block, setup, masks);
-            if (raster.size == 16) cover_block<16>(view, block, setup, masks);
-            if (raster.size == 32) cover_block<32>(view, block, setup, masks);
+            cover_block<size>(view, block, setup, rows, masks);
         }
     }
+    rows.add_to(masks);
+}
+
+void rasterize_blocks(const Disk& disk, const DiskRaster& raster, const TriangleList& triangles,
+                      DiskMasks& masks) {
+    if (raster.size == 8) rasterize_size<8>(disk, raster, triangles, masks);
+    if (raster.size == 16) rasterize_size<16>(disk, raster, triangles, masks);
+    if (raster.size == 32) rasterize_size<32>(disk, raster, triangles, masks);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -1,0 +1,16 @@
+// Figure 7 of Pietroni et al. 2007 for all criteria, as a picture and as numbers.
+#pragma once
+
+#include <filesystem>
+
+namespace splitcubes::app::figures {
+
+/// A PNG: columns are a partial cut, a complete one and two with a gap; rows are
+/// the criteria in the order of occlusion::criterion_names. Throws JobError where
+/// the program was built without pictures.
+void draw_weights(const std::filesystem::path& picture);
+
+/// The same fields, coarser: cut,criterion,x,y,weight; x and y in spacings of phyxels.
+void write_weights(const std::filesystem::path& csv);
+
+}  // namespace splitcubes::app::figures

@@ -1,0 +1,3 @@
+#version 330 core
+// Only the stencil buffer is written.
+void main() {}
