@@ -112,7 +112,7 @@ TEST(ParseScene, reads_every_field) {
     EXPECT_EQ(s.solver,
               (SolverDescription{SolverKind::explicit_steps, Integrator::backward_euler, 1e-4, 50}));
     EXPECT_EQ(s.occlusion, (OcclusionDescription{"cpu", 32, occlusion::CriterionKind::transparency}));
-    EXPECT_EQ(s.output, (OutputDescription{3, SurfaceFormat::glb, true}));
+    EXPECT_EQ(s.output, (OutputDescription{3, SurfaceFormat::glb, true, true}));
     EXPECT_EQ(s.camera, (CameraDescription{Vec3(1, -4, 2), Vec3(0, 0, 1), Vec3(0, 1, 0.5), Vec3(0, 1, 1), 50,
                                            640, 480}));
 }
