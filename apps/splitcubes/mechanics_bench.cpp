@@ -88,14 +88,17 @@ double bare_gathers(const Block& block, int runs, const Parallel& parallel) {
     meshless::FloatArray p(3 * n), gradient(9 * n), force(3 * n);
     for (std::size_t i = 0; i < p.size(); ++i) p[i] = static_cast<float>(i % 17) * 1e-3F;
     const int calls = std::max(3, static_cast<int>(3e7 / block.links()));
-    return timed(runs, calls, [&] {
-               meshless::for_slices(parallel, slices.slice_count(), [&](const meshless::SliceRange& range) {
-                   meshless::bare_gradients(slices, range, p.data(), gradient.data());
-               });
-               meshless::for_slices(parallel, slices.slice_count(), [&](const meshless::SliceRange& range) {
-                   meshless::bare_forces(slices, range, gradient.data(), force.data());
-               });
-           })
+    return timed(runs, calls,
+                 [&] {
+                     meshless::for_slices(
+                         parallel, slices.slice_count(), [&](const meshless::SliceRange& range) {
+                             meshless::bare_gradients(slices, range, p.data(), gradient.data());
+                         });
+                     meshless::for_slices(
+                         parallel, slices.slice_count(), [&](const meshless::SliceRange& range) {
+                             meshless::bare_forces(slices, range, gradient.data(), force.data());
+                         });
+                 })
         .median;
 }
 
@@ -107,9 +110,9 @@ double streaming(const Block& block, int runs, const Parallel& parallel) {
     const int calls = std::max(3, static_cast<int>(1e8 / static_cast<double>(words)));
     const Spread ms = timed(runs, calls, [&] {
         parallel.for_chunks(words, 8192, [&](std::size_t begin, std::size_t end) {
-            sums[begin / 8192] += std::accumulate(memory.begin() + static_cast<std::ptrdiff_t>(begin),
-                                                  memory.begin() + static_cast<std::ptrdiff_t>(end),
-                                                  std::uint64_t{0});
+            sums[begin / 8192] +=
+                std::accumulate(memory.begin() + static_cast<std::ptrdiff_t>(begin),
+                                memory.begin() + static_cast<std::ptrdiff_t>(end), std::uint64_t{0});
         });
     });
     return static_cast<double>(words * sizeof(std::uint64_t)) / (1e6 * ms.median);
@@ -144,10 +147,10 @@ Json bench_case(const Vec3i& count, const Case& which, int runs, double bare, co
     const double each = 1e6 * spread.median / (rounds * block.links());
     const double share = 1e6 * bare / block.links() / each;
     const std::size_t n = block.phyxels.size();
-    std::printf("| %6zu | %7d | %-13s | %7.0e | %8.3f | %8.3f | %8.3f | %6.1f | %8.1f | %6.2f | %4.0f %% |%s\n", n,
-                parallel.thread_count(), which.kind, which.youngs_modulus, spread.median, spread.least,
-                spread.most, rounds, 1e3 * spread.median / rounds, each, 100 * share,
-                finite ? "" : " NOT FINITE");
+    std::printf(
+        "| %6zu | %7d | %-13s | %7.0e | %8.3f | %8.3f | %8.3f | %6.1f | %8.1f | %6.2f | %4.0f %% |%s\n", n,
+        parallel.thread_count(), which.kind, which.youngs_modulus, spread.median, spread.least, spread.most,
+        rounds, 1e3 * spread.median / rounds, each, 100 * share, finite ? "" : " NOT FINITE");
     return {{"phyxels", n},
             {"threads", parallel.thread_count()},
             {"kind", which.kind},
@@ -164,7 +167,8 @@ Json bench_case(const Vec3i& count, const Case& which, int runs, double bare, co
 // Pairs across a plane within a patch that some hundred grid edges of half a spacing would cut.
 std::vector<std::uint32_t> patch_pairs(const Block& block) {
     Vec3 middle = Vec3::Zero();
-    for (const Vec3& rest : block.phyxels.rest_position) middle += rest / static_cast<double>(block.phyxels.size());
+    for (const Vec3& rest : block.phyxels.rest_position)
+        middle += rest / static_cast<double>(block.phyxels.size());
     middle.x() = spacing * (std::floor(middle.x() / spacing) + 0.5);
     std::vector<std::uint32_t> out;
     for (std::uint32_t p = 0; p < block.pairs.size(); ++p) {
@@ -188,10 +192,11 @@ Json bench_cut(const Vec3i& count, int runs, const Parallel& parallel) {
         ms.push_back(1e3 * watch.seconds());
     }
     const Spread spread(ms);
-    std::printf("| %6zu | %7d | %5zu | %8.3f | %8.3f | %8.3f |\n", block.phyxels.size(), parallel.thread_count(),
-                pairs.size(), spread.median, spread.least, spread.most);
-    return {{"phyxels", block.phyxels.size()}, {"threads", parallel.thread_count()}, {"pairs", pairs.size()},
-            {"median_ms", spread.median},      {"min_ms", spread.least},             {"max_ms", spread.most}};
+    std::printf("| %6zu | %7d | %5zu | %8.3f | %8.3f | %8.3f |\n", block.phyxels.size(),
+                parallel.thread_count(), pairs.size(), spread.median, spread.least, spread.most);
+    return {{"phyxels", block.phyxels.size()}, {"threads", parallel.thread_count()},
+            {"pairs", pairs.size()},           {"median_ms", spread.median},
+            {"min_ms", spread.least},          {"max_ms", spread.most}};
 }
 
 // The largest body with a surface of its own, a blade passing through it.
@@ -236,9 +241,10 @@ Json bench_world(const std::shared_ptr<const Parallel>& parallel) {
     }
     const Spread cutting(whole), still(idle);
     const double per_step = edges / static_cast<double>(whole.size());
-    std::printf("\nWhole steps of %zu phyxels with a surface of %zu triangles, %d threads, a blade passing\n"
-                "(%.0f new cut edges a step): median %.2f ms, longest %.2f ms; without a cut %.2f ms.\n\n",
-                phyxels, triangles, parallel->thread_count(), per_step, cutting.median, cutting.most, still.median);
+    std::printf(
+        "\nWhole steps of %zu phyxels with a surface of %zu triangles, %d threads, a blade passing\n"
+        "(%.0f new cut edges a step): median %.2f ms, longest %.2f ms; without a cut %.2f ms.\n\n",
+        phyxels, triangles, parallel->thread_count(), per_step, cutting.median, cutting.most, still.median);
     std::printf("| stage | median ms | longest ms |\n|---|---|---|\n");
     Json rows;
     for (std::size_t s = 0; s < body::stage_count; ++s) {
@@ -246,9 +252,14 @@ Json bench_world(const std::shared_ptr<const Parallel>& parallel) {
         std::printf("| %-22s | %8.3f | %8.3f |\n", body::stage_names[s], spread.median, spread.most);
         rows[body::stage_names[s]] = {{"median_ms", spread.median}, {"max_ms", spread.most}};
     }
-    return {{"phyxels", phyxels},           {"triangles", triangles},       {"threads", parallel->thread_count()},
-            {"new_edges_a_step", per_step}, {"median_ms", cutting.median},  {"max_ms", cutting.most},
-            {"idle_median_ms", still.median}, {"stages", rows}};
+    return {{"phyxels", phyxels},
+            {"triangles", triangles},
+            {"threads", parallel->thread_count()},
+            {"new_edges_a_step", per_step},
+            {"median_ms", cutting.median},
+            {"max_ms", cutting.most},
+            {"idle_median_ms", still.median},
+            {"stages", rows}};
 }
 
 Json bench_floor(const Block& block, int runs, const Parallel& parallel, double& bare) {
@@ -258,14 +269,18 @@ Json bench_floor(const Block& block, int runs, const Parallel& parallel, double&
     const double speed = streaming(block, runs, parallel);
     const double bytes = static_cast<double>(slices.bytes()) / links;
     const double padding = static_cast<double>(slices.column_count() * LinkSlices::lanes) / links;
-    std::printf("| %6zu | %7d | %6.1f | %6.1f | %5.2f | %6.2f | %6.3f | %6.2f | %5.0f |\n", block.phyxels.size(),
-                parallel.thread_count(), links / static_cast<double>(block.phyxels.size()), bytes, padding,
+    std::printf("| %6zu | %7d | %6.1f | %6.1f | %5.2f | %6.2f | %6.3f | %6.2f | %5.0f |\n",
+                block.phyxels.size(), parallel.thread_count(),
+                links / static_cast<double>(block.phyxels.size()), bytes, padding,
                 static_cast<double>(slices.gather_count()) / static_cast<double>(slices.column_count()), bare,
                 1e6 * bare / links, speed);
-    return {{"phyxels", block.phyxels.size()}, {"threads", parallel.thread_count()},
+    return {{"phyxels", block.phyxels.size()},
+            {"threads", parallel.thread_count()},
             {"neighbours", links / static_cast<double>(block.phyxels.size())},
-            {"bytes_per_neighbour", bytes},    {"padding", padding},
-            {"gathers_ms", bare},              {"gathers_ns_per_neighbour", 1e6 * bare / links},
+            {"bytes_per_neighbour", bytes},
+            {"padding", padding},
+            {"gathers_ms", bare},
+            {"gathers_ns_per_neighbour", 1e6 * bare / links},
             {"streaming_gb_per_s", speed}};
 }
 
@@ -274,33 +289,35 @@ Json bench_floor(const Block& block, int runs, const Parallel& parallel, double&
 Json bench_mechanics(const MechanicsBenchSettings& settings) {
     const std::vector<int> threads = settings.threads.empty() ? std::vector<int>{1, 2} : settings.threads;
     const std::vector<Vec3i> counts = {{10, 10, 8}, {17, 17, 17}, {31, 31, 31}};
-    const std::vector<Case> cases = {{"explicit step", 2.5e5, true},
-                                     {"implicit step", 2.5e5, false},
-                                     {"implicit step", 1e8, false}};
+    const std::vector<Case> cases = {
+        {"explicit step", 2.5e5, true}, {"implicit step", 2.5e5, false}, {"implicit step", 1e8, false}};
     Json floor = Json::array(), steps = Json::array(), cuts = Json::array(), worlds = Json::array();
     std::vector<double> bare(threads.size() * counts.size());
     std::printf("bench mechanics: spacing %.2f m, Poisson's ratio 0.33, %d runs, vectors: %s\n\n", spacing,
                 settings.runs, meshless::instruction_set());
-    std::printf("The floor: gathers of gradients and forces alone, and reading as many bytes.\n\n"
-                "| phyxels | threads | neighbours | bytes a neighbour | padding | gathered | ms | ns a neighbour "
-                "| GB/s |\n|---|---|---|---|---|---|---|---|---|\n");
+    std::printf(
+        "The floor: gathers of gradients and forces alone, and reading as many bytes.\n\n"
+        "| phyxels | threads | neighbours | bytes a neighbour | padding | gathered | ms | ns a neighbour "
+        "| GB/s |\n|---|---|---|---|---|---|---|---|---|\n");
     for (std::size_t c = 0; c < counts.size(); ++c)
         for (std::size_t t = 0; t < threads.size(); ++t) {
             const Parallel parallel(threads[t]);
             const Block block(counts[c], 2.5e5, parallel);
             floor.push_back(bench_floor(block, settings.runs, parallel, bare[c * threads.size() + t]));
         }
-    std::printf("\nSteps of 1/60 s, held at one side. A round is a substep of the explicit solver, an "
-                "iteration of the implicit one.\n\n| phyxels | threads | kind | E, Pa | ms | least | most | "
-                "rounds | us a round | ns a neighbour and round | of the floor |\n"
-                "|---|---|---|---|---|---|---|---|---|---|---|\n");
+    std::printf(
+        "\nSteps of 1/60 s, held at one side. A round is a substep of the explicit solver, an "
+        "iteration of the implicit one.\n\n| phyxels | threads | kind | E, Pa | ms | least | most | "
+        "rounds | us a round | ns a neighbour and round | of the floor |\n"
+        "|---|---|---|---|---|---|---|---|---|---|---|\n");
     for (std::size_t c = 0; c < counts.size(); ++c)
         for (const Case& which : cases)
             for (std::size_t t = 0; t < threads.size(); ++t)
                 steps.push_back(bench_case(counts[c], which, settings.runs, bare[c * threads.size() + t],
                                            Parallel(threads[t])));
-    std::printf("\nRows rebuilt after a cut of about 100 edges of a grid of half the spacing.\n\n"
-                "| phyxels | threads | pairs | ms | least | most |\n|---|---|---|---|---|---|\n");
+    std::printf(
+        "\nRows rebuilt after a cut of about 100 edges of a grid of half the spacing.\n\n"
+        "| phyxels | threads | pairs | ms | least | most |\n|---|---|---|---|---|---|\n");
     for (const Vec3i& count : counts)
         for (const int t : threads) cuts.push_back(bench_cut(count, settings.runs, Parallel(t)));
     for (const int t : threads) worlds.push_back(bench_world(std::make_shared<const Parallel>(t)));

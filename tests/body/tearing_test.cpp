@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iostream>
 #include <memory>
 #include <numbers>
 
@@ -103,7 +102,6 @@ TEST(Tearing, PastItsStrengthABarPartsAcross) {
     std::vector<double> shares = piece_shares(*bar.body);
     std::sort(shares.rbegin(), shares.rend());
     shares.resize(std::max<std::size_t>(shares.size(), 3), 0);
-    for (const double share : shares) std::cerr << share << ' ';
     EXPECT_GT(shares[0] + shares[1] + shares[2], 0.98) << "at most two cracks, hardly any crumbs";
     EXPECT_GT(shares[1], 0.08);
 }

@@ -92,6 +92,36 @@ TEST(Scenes, TheBarBentPastItsYieldKeepsItsBendTheOtherSpringsBack) {
     EXPECT_NEAR(lowest_of(below), -0.025, 6e-4);
 }
 
+TEST(Scenes, TheNotchedSheetTearsFromItsNotch) {
+    const Outcome out =
+        run("notched_sheet.json", {"bodies[0].cells=30", "bodies[0].phyxel_spacing=0.02", "frames=80"});
+    EXPECT_EQ(out.last.pieces, 2U);
+    for (const double share : piece_shares(*out.world->bodies()[0])) EXPECT_GT(share, 0.4);
+    const splitting::NodeGrid& grid = out.world->bodies()[0]->grid();
+    for (const splitting::Crossing& c : grid.crossings())
+        if (c.origin == splitting::Origin::cut) {
+            EXPECT_NEAR(grid.crossing_position(c)[0], 0, 0.03);
+        }
+}
+
+TEST(Scenes, ABlockOfMassesAndSpringsFallsInTwo) {
+    const Outcome out = run("mass_spring_cut.json", {"bodies[0].cells=14"});
+    EXPECT_EQ(out.last.pieces, 2U);
+    EXPECT_GT(out.last.contacts, 0U);
+    EXPECT_NEAR(lowest_of(out), -0.2, 0.03);
+    EXPECT_LT(out.top_speed, 3);
+}
+
+TEST(Scenes, AFreeFormBodyGoesWhereItsLatticeGoes) {
+    const Outcome out = run("free_form_twist.json", {"bodies[0].cells=24"});
+    EXPECT_EQ(out.last.pieces, 1U);
+    EXPECT_GT(out.last.cut_edges, 20U);
+    EXPECT_EQ(out.last.top_speed, 0) << "the lattice has come to its end";
+    double highest = 0;
+    for (const Vec3& p : out.world->surface_mesh().mesh.positions) highest = std::max(highest, p.z());
+    EXPECT_NEAR(highest, 0.15 + 0.02, 1e-3);
+}
+
 TEST(Scenes, AFrameComesBackFromItsFile) {
     const Outcome out =
         run("pear_halves.json", {"bodies[0].cells=14", "bodies[0].phyxel_count=80", "frames=50"});

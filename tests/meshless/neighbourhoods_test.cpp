@@ -124,7 +124,8 @@ void expect_equal(const Neighbourhoods& a, const Neighbourhoods& b) {
     const std::size_t rows = one.stride();
     expect_same(std::span(one.volume(), rows), std::span(other.volume(), rows), "volume");
     expect_same(std::span(one.gradient_sum(), 3 * rows), std::span(other.gradient_sum(), 3 * rows), "sums");
-    expect_same(std::span(one.penalty_moment(), 6 * rows), std::span(other.penalty_moment(), 6 * rows), "moments");
+    expect_same(std::span(one.penalty_moment(), 6 * rows), std::span(other.penalty_moment(), 6 * rows),
+                "moments");
 }
 
 TEST(Neighbourhoods, UpdateEqualsRebuild) {

@@ -22,18 +22,18 @@ inline constexpr const char* full_scene = R"json({
                                "factor": 2}}]}},
      "velocity": [1, 0, 0.1], "angular_velocity": [0, 2, 0]},
     {"name": "b", "shape": {"sphere": {"radius": 0.5}}, "cell_size": 0.05, "phyxel_spacing": 0.1},
-    {"name": "h", "shape": {"implicit": {"smoothness": 0.02, "cells": 50, "parts": [
-        {"ball": {"center": [0, 0, 1], "radii": [1, 2, 3]}, "colour": [1, 0, 0.5]},
-        {"cone": {"from": [0, 0, 0], "to": [0, 0, 2], "from_radius": 1, "to_radius": 0.5}}]}},
-     "deformation": {"free_form": {"degree": [1, 2, 3], "keyframes": [
-        {"time": 0.1}, {"time": 2, "points": [{"index": [1, 2, 3], "displacement": [0.1, 0, 0]}]}]}}},
-    {"name": "i", "shape": {"box": {"size": [1, 1, 1]}}, "deformation": {"mass_spring": {}}},
     {"name": "c", "shape": {"cylinder": {"radius": 0.5, "height": 2}}},
     {"name": "d", "shape": {"torus": {"ring_radius": 0.5, "tube_radius": 0.125}}},
     {"name": "e", "shape": {"capsule": {"radius": 0.5, "straight_height": 2}}},
     {"name": "f", "shape": {"pear": {"height": 0.7}}},
     {"name": "g", "shape": {"mesh": {"file": "schema.json"}},
-     "material": {"tearing": {"strength": 100, "strength_map": [{"paint": {"dark": 0.5, "light": 2}}]}}}
+     "material": {"tearing": {"strength": 100, "strength_map": [{"paint": {"dark": 0.5, "light": 2}}]}}},
+    {"name": "h", "shape": {"implicit": {"smoothness": 0.02, "cells": 50, "parts": [
+        {"ball": {"center": [0, 0, 1], "radii": [1, 2, 3], "colour": [1, 0, 0.5]}},
+        {"cone": {"from": [0, 0, 0], "to": [0, 0, 2], "from_radius": 1, "to_radius": 0.5}}]}},
+     "deformation": {"free_form": {"degree": [1, 2, 3], "keyframes": [
+        {"time": 0.1}, {"time": 2, "points": [{"index": [1, 2, 3], "displacement": [0.1, 0, 0]}]}]}}},
+    {"name": "i", "shape": {"box": {"size": [1, 1, 1]}}, "deformation": {"mass_spring": {}}}
   ],
   "constraints": [
     {"body": "a", "region": {"box": {"min": [0, 0, 0], "max": [1, 1, 2]}}, "kind": "hold", "pivot": [0.1, 0.2, 0.3],

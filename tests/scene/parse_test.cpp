@@ -58,8 +58,13 @@ TEST(ParseScene, reads_every_field) {
     EXPECT_EQ(s.threads, 2);
     EXPECT_EQ(s.gravity, Vec3(0.5, 0, -3.71));
     EXPECT_EQ(s.ground, (GroundDescription{-0.25, 0.7}));
-    ASSERT_EQ(s.bodies.size(), 7u);
+    ASSERT_EQ(s.bodies.size(), 9u);
     const PlacementDescription placement{Vec3(1, 2, 3), {Vec3(1, 1, 0), 33.3}, 0.1};
+    const TearingDescription tearing{2e4,
+                                     0.5,
+                                     1.5,
+                                     {StrengthPatch{SlabRegion{Vec3(1, 2, 3), Vec3(1, 0, 0), 0.1}, 0.5},
+                                      StrengthPatch{CylinderRegion{Vec3(1, 2, 2), Vec3(1, 2, 4), 0.1}, 2}}};
     EXPECT_EQ(s.bodies[0], (BodyDescription{"a",
                                             BoxShape{Vec3(1, 2, 3)},
                                             placement,
@@ -68,7 +73,8 @@ TEST(ParseScene, reads_every_field) {
                                             99,
                                             {},
                                             {MaterialModel::st_venant_kirchhoff, 900, 1.25e4, 0.45, 1e3, 0.1,
-                                             0.2, 0.05, PlasticityDescription{0.1, 2, 0.3}},
+                                             0.2, 0.05, PlasticityDescription{0.1, 2, 0.3}, tearing},
+                                            {},
                                             Vec3(1, 0, 0.1),
                                             Vec3(0, 2, 0)}));
     BodyDescription b;
@@ -84,6 +90,16 @@ TEST(ParseScene, reads_every_field) {
     EXPECT_EQ(s.bodies[4].shape, Shape(CapsuleShape{0.5, 2}));
     EXPECT_EQ(s.bodies[5].shape, Shape(PearShape{0.7}));
     EXPECT_EQ(s.bodies[6].shape, Shape(MeshShape{s.folder / "schema.json"}));
+    EXPECT_EQ(s.bodies[6].material.tearing, (TearingDescription{100, 0.6, {}, {StrengthPaint{0.5, 2}}}));
+    EXPECT_EQ(s.bodies[7].shape,
+              Shape(ImplicitShape{0.02,
+                                  50,
+                                  {{BallPart{Vec3(0, 0, 1), Vec3(1, 2, 3)}, Vec3(1, 0, 0.5)},
+                                   {ConePart{Vec3(0, 0, 0), Vec3(0, 0, 2), 1, 0.5}, Vec3(0.8, 0.8, 0.8)}}}));
+    const std::vector<LatticeKeyframeDescription> lattice = {{0.1, {}},
+                                                             {2, {{Vec3i(1, 2, 3), Vec3(0.1, 0, 0)}}}};
+    EXPECT_EQ(s.bodies[7].deformation, DeformationDescription(FreeFormDescription{Vec3i(1, 2, 3), lattice}));
+    EXPECT_EQ(s.bodies[8].deformation, DeformationDescription(MassSpringDescription{}));
     ASSERT_EQ(s.constraints.size(), 3u);
     EXPECT_EQ(s.constraints[0], (ConstraintDescription{"a",
                                                        BoxRegion{Vec3(0, 0, 0), Vec3(1, 1, 2)},
@@ -252,7 +268,7 @@ TEST(Overrides, errors_name_the_option) {
         {"frames=", "--set frames=: there is no JSON value"},
         {"frames=duck", "--set frames=duck: frames is \"duck\", a text"},
         {"duration=1", "--set duration=1: duration is given beside 'frames'"},
-        {"bodies[9].cells=3", "--set bodies[9].cells=3: there is no element [9], the scene has 7"},
+        {"bodies[9].cells=3", "--set bodies[9].cells=3: there is no element [9], the scene has 9"},
         {"bodies.cells=3", "--set bodies.cells=3: the scene has no object that 'cells' could be in"},
         {"solver.tolerence=3", "did you mean 'tolerance'?"},
         {"solver.tolerence=3", "--set solver.tolerence=3: solver has the unknown key"},

@@ -26,7 +26,7 @@ void check_settings(const BodySettings& s) {
         throw InputError(where, "velocities must be finite");
 }
 
-// How far a node's material reaches along each direction, in cells: to the
+// How far a node's material reaches along an axis in all, in cells: to the
 // boundary where that is what cuts the edge, else half way to the next node.
 double node_extent(const splitting::NodeGrid& grid, const Vec3i& node, int axis) {
     double extent = 0;
@@ -69,13 +69,15 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
                          "take out its tearing or its deformation");
     if (settings_.tearing) {
         check_tearing(*settings_.tearing, "body '" + settings_.name + "' tearing");
-        tearing_ = std::make_unique<Tearing>(*settings_.tearing, settings_.material, grid_);
     }
     build_occluders();
     list_inside_nodes();
     // Phyxels that only go along need not be many.
     if (settings_.deformation) settings_.phyxel_count = std::min(settings_.phyxel_count, 64);
     sample(parallel);
+    if (settings_.tearing)
+        tearing_ = std::make_unique<Tearing>(*settings_.tearing, settings_.material, grid_, phyxels_,
+                                             neighbourhoods_);
     if (settings_.deformation) make_deformation();
     track_surface_nodes();
     const StepContext at_rest{0, 0, Vec3::Zero(), std::nullopt, {}, parallel};
@@ -85,6 +87,19 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
 }
 
 Body::~Body() = default;
+
+// How far a node's material reaches down and up each axis, in cells: to what cuts the
+// edge, be it boundary or cut, else half way to the next node.
+std::pair<Vec3, Vec3> Body::node_reach(const Vec3i& node) const {
+    Vec3 low = Vec3::Constant(0.5), high = low;
+    for (int axis = 0; axis < 3; ++axis) {
+        const std::int32_t above = grid_.slot({node, axis});
+        if (above >= 0) high[axis] = grid_.crossing(above).parameter;
+        const std::int32_t below = grid_.slot({node - Vec3i::Unit(axis), axis});
+        if (below >= 0) low[axis] = 1 - grid_.crossing(below).parameter;
+    }
+    return {low, high};
+}
 
 void Body::build_occluders() {
     for (std::uint32_t c = 0; c < surface_->cells().size(); ++c) set_occluders(c);
@@ -121,6 +136,7 @@ void Body::restore(const Parallel& parallel) {
     locator_ = meshless::PhyxelLocator(phyxels_.rest_position, 1.6 * spacing_);
     neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
     constrained_.clear();
+    if (deformation_) restore_deformation();
 }
 
 void Body::list_inside_nodes() {
@@ -285,6 +301,12 @@ void Body::add_to_hash(StateHash& hash) const {
     if (settings_.material.plasticity)
         for (const Mat3& strain : phyxels_.plastic_strain)
             for (int k = 0; k < 9; ++k) hash.add(strain(k / 3, k % 3));
+    for (const meshless::RigidPiece& body : phyxels_.rigid.bodies) {
+        hash.add(body.piece);
+        for (const Vec3& v : {body.centre, body.momentum, body.spin})
+            for (int k = 0; k < 3; ++k) hash.add(v[k]);
+        for (int k = 0; k < 9; ++k) hash.add(body.rotation(k / 3, k % 3));
+    }
     for (const std::int32_t piece : phyxels_.piece) hash.add(piece);
     for (const double mass : phyxels_.mass) hash.add(mass);
     for (const float v : pairs_.visibility) hash.add(static_cast<double>(v));
@@ -314,6 +336,10 @@ std::vector<std::string> Body::validate() const {
             lines.push_back("a link between two pieces");
             break;
         }
+    for (const meshless::RigidPiece& body : phyxels_.rigid.bodies)
+        if (!body.centre.allFinite() || !body.rotation.allFinite() || !body.momentum.allFinite() ||
+            !body.spin.allFinite())
+            lines.push_back("a rigid piece that is not finite");
     double booked = 0, owned = 0;
     for (const double v : phyxels_.volume) booked += v;
     for (const double v : inside_volume_) owned += v;

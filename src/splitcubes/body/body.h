@@ -2,6 +2,7 @@
 // stages of a step that keep the three together.
 #pragma once
 
+#include <splitcubes/body/moving_bricks.h>
 #include <splitcubes/body/node_tracker.h>
 #include <splitcubes/body/step_report.h>
 #include <splitcubes/body/tear_settings.h>
@@ -25,6 +26,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace splitcubes::body {
@@ -134,6 +136,8 @@ class Body {
         archive(previous_deformation_, tracker_, surface_to_tracked_, frames_, cut_position_, cut_step_,
                 step_);
         archive(surface_frames_, vertex_positions_, vertex_normals_, cut_edge_count_);
+        if (deformation_) deformation_state_ = deformation_->state();
+        archive(deformation_state_, node_frames_, node_frames_before_);
     }
     void restore(const Parallel& parallel);
     /// Empty where grid, surface, pieces and samples agree; for tests and debug builds.
@@ -151,22 +155,55 @@ class Body {
     void set_contact_radii(std::size_t first);
     void rebuild_samples(const Parallel& parallel);
     void evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& parallel);
-    std::vector<std::uint32_t> candidate_bricks(std::span<const cutting::SweptBlade> blades) const;
-    geometry::Box bounds_of_brick(const Vec3& centre, double radius, std::vector<std::uint32_t>& near) const;
+    std::vector<std::uint32_t> candidate_bricks(std::span<const cutting::SweptBlade> blades,
+                                                const Parallel& parallel);
     std::vector<cutting::CandidateEdge> candidate_edges(std::span<const std::uint32_t> bricks,
                                                         const StepContext& context);
     void make_deformation();
     void advance_deformation(const StepContext& context, StepReport& report);
     void carry_phyxels(double dt);
+    deformation::NodeEdge between_nodes(const splitting::GridEdge& edge) const;
     void tell_deformation();
+    void restore_deformation();
     void pick_frames(const std::vector<geometry::Frame>& nodes, std::vector<geometry::Frame>& out) const;
     void evaluate_frames_now(const TrackerContext& context);
     void evaluate_frames_before(const TrackerContext& context, std::vector<geometry::Frame>& out);
     std::vector<std::uint32_t> bricks_of_nodes_in(const geometry::Box& box) const;
     void update_owners(std::span<const geometry::Box> boxes);
+    std::vector<std::uint32_t> changed_sights(std::span<const std::int32_t> piece_before) const;
+    std::vector<std::uint32_t> hanging_together(std::uint32_t phyxel) const;
+    std::size_t bridge(std::uint32_t phyxel, std::span<const std::uint32_t> strand);
+    void bridge_strands(std::span<const std::uint32_t> asked);
     void track_surface_nodes();
-    void add_samples(std::int32_t piece, std::size_t wanted);
-    void make_rigid(std::int32_t piece);
+    /// What becomes of a piece in a step that parts some.
+    enum class Kind : std::uint8_t { untouched, rigid, small, large };
+    /// Where the phyxels carry a node.
+    struct NodeMotion {
+        Vec3 position = Vec3::Zero();        // m, world
+        Mat3 jacobian = Mat3::Zero();        // d world / d rest
+        Vec3 velocity = Vec3::Zero();        // m/s
+        Mat3 plastic_strain = Mat3::Zero();  // rest space
+        double weight = 0;
+    };
+    NodeMotion motion_of(std::uint32_t node, std::int32_t side) const;
+    Vec3 extents_of(std::span<const std::uint32_t> nodes) const;
+    std::pair<Vec3, Vec3> node_reach(const Vec3i& node) const;
+    void add_sample(std::uint32_t node, std::int32_t piece);
+    void add_samples(std::int32_t piece, std::span<const std::uint32_t> nodes, std::size_t wanted);
+    std::size_t widen(std::uint32_t phyxel, std::span<const std::uint32_t> nodes);
+    void refresh_links(const StepContext& context, std::size_t known);
+    void fill_pieces(const StepContext& context, std::span<const std::vector<std::uint32_t>> nodes,
+                     std::span<const Kind> kinds);
+    std::vector<std::size_t> phyxel_counts() const;
+    std::vector<Kind> kinds_of(std::span<const std::vector<std::uint32_t>> nodes) const;
+    void undeform_small(std::span<const Kind> kinds, std::size_t known, const Parallel& parallel);
+    void undeform(std::span<const std::size_t> members);
+    bool is_string(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
+    meshless::RigidPiece rigid_start(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
+    std::vector<Vec3> contact_points(const meshless::RigidPiece& body,
+                                     std::span<const std::uint32_t> nodes) const;
+    void make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
+    std::vector<meshless::RigidHold> rigid_holds(const StepContext& context) const;
     void settle_topology(const Parallel& parallel, StepReport& report);
     TrackerContext tracker_context(const Parallel& parallel) const {
         return {grid_, *pieces_, occluders_, phyxels_, locator_, parallel};
@@ -200,8 +237,10 @@ class Body {
     NodeTracker tracker_;
     std::vector<std::uint32_t> surface_to_tracked_;  // per surface node
     std::vector<geometry::Frame> frames_;            // per tracked node, now
-    std::vector<Vec3> cut_position_;                 // per tracked node, m, at its last cut_edges
-    std::vector<std::int64_t> cut_step_;             // per tracked node, the step of that
+    std::vector<geometry::Frame> frames_before_;     // per tracked node, a step ago, of candidate_edges
+    MovingBricks moving_bricks_;
+    std::vector<Vec3> cut_position_;      // per tracked node, m, at its last cut_edges
+    std::vector<std::int64_t> cut_step_;  // per tracked node, the step of that
     std::int64_t step_ = 0;
     std::vector<geometry::Frame> surface_frames_;  // per surface node, now
     std::vector<Vec3> vertex_positions_, vertex_normals_;
@@ -209,6 +248,7 @@ class Body {
 
     // Where something other than the phyxels moves the nodes.
     std::unique_ptr<deformation::Deformation> deformation_;
+    std::vector<double> deformation_state_;            // of a checkpoint
     splitting::SlotMap<1> node_number_;                // of inside nodes, per grid node
     std::vector<geometry::Frame> node_frames_;         // per inside node, now
     std::vector<geometry::Frame> node_frames_before_;  // the same, a step ago
@@ -219,13 +259,13 @@ class Body {
     std::vector<std::vector<std::uint32_t>> constrained_;  // per constraint: its phyxels
     std::vector<std::uint8_t> held_;                       // per phyxel, of this step
     std::vector<Vec3> held_position_;                      // per phyxel, m, world
+    std::vector<meshless::RigidHold> rigid_holds_;         // of this step
 
     // Passed from stage to stage within a step.
     std::vector<std::int32_t> new_slots_;
     std::vector<geometry::Box> changed_boxes_;  // rest space, where the surface changed
     std::vector<splitting::PieceSplit> splits_;
     std::vector<std::uint32_t> changed_pairs_;
-    bool pairs_rebuilt_ = false;
     bool volumes_changed_ = false;
 };
 

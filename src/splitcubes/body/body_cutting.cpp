@@ -10,61 +10,18 @@ namespace splitcubes::body {
 
 using splitting::GridEdge;
 
-// World box of everything within `radius` (max norm) of a rest point, now and a step ago. A
-// node's place is a convex combination of where its phyxels would carry it, so
-// the union of these holds it.
-geometry::Box Body::bounds_of_brick(const Vec3& centre, double radius,
-                                    std::vector<std::uint32_t>& near) const {
-    double reach = 0;
-    for (const double h : phyxels_.support_radius) reach = std::max(reach, h);
-    locator_.near(centre, reach + std::sqrt(3.0) * radius, near);
-    geometry::Box box;
-    for (const std::uint32_t i : near) {
-        const Vec3 offset = centre - phyxels_.rest_position[i];
-        const auto add = [&](const Vec3& position, const Mat3& deformation) {
-            const Vec3 at = position + deformation * offset;
-            const Vec3 spread = radius * deformation.cwiseAbs().rowwise().sum();
-            box.add(geometry::Box{at - spread, at + spread});
-        };
-        add(phyxels_.position[i], phyxels_.deformation[i]);
-        add(phyxels_.previous_position[i], previous_deformation_[i]);
-    }
-    return box;
-}
-
-// Bricks of grid nodes that the blades may have reached: blocks of 4^3 bricks
-// first, then the bricks of those that are hit.
-std::vector<std::uint32_t> Body::candidate_bricks(std::span<const cutting::SweptBlade> blades) const {
+// Bricks of grid nodes that the blades may have reached.
+std::vector<std::uint32_t> Body::candidate_bricks(std::span<const cutting::SweptBlade> blades,
+                                                  const Parallel& parallel) {
     geometry::Box blade;
     for (const cutting::SweptBlade& swept : blades) blade.add(swept.bounds);
-    std::vector<std::uint32_t> out;
-    if (blade.empty()) return out;
+    if (blade.empty()) return {};
     if (deformation_) return bricks_of_nodes_in(blade);
-    const splitting::BrickLayout& layout = grid_.bricks();
-    const double h = grid_.rest().cell_size;
+    double reach = 0;
+    for (const double h : phyxels_.support_radius) reach = std::max(reach, h);
     // A node without a kernel of its own follows a neighbour: one more cell of reach.
-    const auto hit = [&](const Vec3i& first_brick, int bricks, std::vector<std::uint32_t>& near) {
-        const double half = 0.5 * splitting::brick_side * bricks;
-        const Vec3 centre = grid_.rest().origin +
-                            h * (first_brick.cast<double>() * splitting::brick_side + Vec3::Constant(half));
-        return bounds_of_brick(centre, h * (half + 1), near).meets(blade);
-    };
-    constexpr int block = 4;
-    std::vector<std::uint32_t> near;
-    for (int z = 0; z < layout.brick_count[2]; z += block)
-        for (int y = 0; y < layout.brick_count[1]; y += block)
-            for (int x = 0; x < layout.brick_count[0]; x += block) {
-                if (!hit({x, y, z}, block, near)) continue;
-                for (int k = 0; k < block * block * block; ++k) {
-                    const Vec3i brick(x + k % block, y + k / block % block, z + k / (block * block));
-                    if ((brick.array() >= layout.brick_count.array()).any()) continue;
-                    const std::size_t index = layout.brick_of(splitting::brick_side * brick);
-                    if (grid_.inside_word(index) && hit(brick, 1, near))
-                        out.push_back(static_cast<std::uint32_t>(index));
-                }
-            }
-    std::sort(out.begin(), out.end());
-    return out;
+    return moving_bricks_.meeting({grid_, phyxels_, previous_deformation_, reach + grid_.rest().cell_size},
+                                  blade, parallel);
 }
 
 // The uncut edges between inside nodes of the bricks, each with its motion over
@@ -89,14 +46,13 @@ std::vector<cutting::CandidateEdge> Body::candidate_edges(std::span<const std::u
     const TrackerContext tracker = tracker_context(context.parallel);
     const std::size_t known = frames_.size();
     tracker_.refresh(tracker);
-    if (tracker_.size() != known)
-        evaluate_frames_now(tracker);
+    if (tracker_.size() != known) evaluate_frames_now(tracker);
     cut_position_.resize(tracker_.size());
     cut_step_.resize(tracker_.size(), -2);
     // Where a node was at the start of the interval: as the last step saw it, so
     // that intervals join without a gap; from the last state of the phyxels where
     // it was not looked at.
-    std::vector<geometry::Frame> before;
+    std::vector<geometry::Frame>& before = frames_before_;
     evaluate_frames_before(tracker, before);
     std::vector<cutting::CandidateEdge> out;
     out.reserve(edges.size());
@@ -123,7 +79,7 @@ std::vector<cutting::CandidateEdge> Body::candidate_edges(std::span<const std::u
 
 void Body::cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t cut_number, Vec3& last_normal,
                      const StepContext& context, StepReport& report) {
-    const std::vector<std::uint32_t> bricks = candidate_bricks(blades);
+    const std::vector<std::uint32_t> bricks = candidate_bricks(blades, context.parallel);
     if (bricks.empty()) return;
     const std::vector<cutting::CandidateEdge> candidates = candidate_edges(bricks, context);
     const std::vector<cutting::EdgeCut> cuts =

@@ -75,14 +75,24 @@ void Body::carry_phyxels(double dt) {
     }
 }
 
+deformation::NodeEdge Body::between_nodes(const GridEdge& edge) const {
+    return {static_cast<std::uint32_t>(node_number_.get(edge.node, 0)),
+            static_cast<std::uint32_t>(node_number_.get(edge.upper(), 0)), edge.axis};
+}
+
 void Body::tell_deformation() {
     std::vector<deformation::NodeEdge> edges;
-    for (const std::int32_t slot : new_slots_) {
-        const GridEdge& edge = grid_.crossing(slot).edge;
-        edges.push_back({static_cast<std::uint32_t>(node_number_.get(edge.node, 0)),
-                         static_cast<std::uint32_t>(node_number_.get(edge.upper(), 0)), edge.axis});
-    }
+    for (const std::int32_t slot : new_slots_) edges.push_back(between_nodes(grid_.crossing(slot).edge));
     if (!edges.empty()) deformation_->edges_cut(edges);
+}
+
+void Body::restore_deformation() {
+    std::vector<deformation::NodeEdge> edges;
+    for (const splitting::Crossing& crossing : grid_.crossings())
+        if (grid_.inside(crossing.edge.node) && grid_.inside(crossing.edge.upper()))
+            edges.push_back(between_nodes(crossing.edge));
+    deformation_->edges_cut(edges);
+    deformation_->set_state(deformation_state_);
 }
 
 void Body::pick_frames(const std::vector<geometry::Frame>& nodes, std::vector<geometry::Frame>& out) const {

@@ -5,6 +5,26 @@
 
 namespace splitcubes::body {
 
+// The rigid pieces of which a held region has a phyxel go along as a whole; the first
+// hold that has one counts.
+std::vector<meshless::RigidHold> Body::rigid_holds(const StepContext& context) const {
+    std::vector<meshless::RigidHold> holds;
+    std::vector<std::uint8_t> found(phyxels_.rigid.bodies.size(), 0);
+    if (found.empty()) return holds;
+    for (std::size_t c = 0; c < constraints_.size(); ++c) {
+        if (context.time < constraints_[c].from || context.time >= constraints_[c].until) continue;
+        const Isometry motion = constraints_[c].motion(context.time + context.dt) *
+                                constraints_[c].motion(context.time).inverse();
+        for (const std::uint32_t i : constrained_[c]) {
+            const std::int32_t index = phyxels_.rigid.index(phyxels_.piece[i]);
+            if (index < 0 || found[static_cast<std::size_t>(index)] != 0) continue;
+            found[static_cast<std::size_t>(index)] = 1;
+            holds.push_back({static_cast<std::size_t>(index), motion});
+        }
+    }
+    return holds;
+}
+
 void Body::integrate(const StepContext& context, StepReport& report) {
     if (deformation_) return advance_deformation(context, report);
     if (constrained_.size() != constraints_.size()) {
@@ -24,6 +44,7 @@ void Body::integrate(const StepContext& context, StepReport& report) {
             held_position_[i] = motion * phyxels_.rest_position[i];
         }
     }
+    rigid_holds_ = rigid_holds(context);
     previous_deformation_ = phyxels_.deformation;
     meshless::StepInput input;
     input.dt = context.dt;
@@ -31,6 +52,7 @@ void Body::integrate(const StepContext& context, StepReport& report) {
     input.held = held_;
     input.held_position = held_position_;
     input.ground = context.ground;
+    input.rigid_holds = rigid_holds_;
     input.piece_count = static_cast<int>(pieces_->count());
     const meshless::SolverReport solved =
         solver_.step(phyxels_, neighbourhoods_, settings_.material, input, context.solver, context.parallel);

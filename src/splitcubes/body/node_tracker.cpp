@@ -90,11 +90,12 @@ void NodeTracker::do_tasks(const TrackerContext& context) {
     kernels_.rows.resize(places_.size());
     context.parallel.for_chunks(work_.size(), 32, [&](std::size_t begin, std::size_t end) {
         std::vector<std::uint32_t> near;
+        std::vector<geometry::Box> near_boxes;
         for (std::size_t k = begin; k < end; ++k) {
             const std::uint32_t i = work_[k];
             piece_[i] = context.pieces.piece_of(context.grid, places_[i]);
             if (task_[i] == Task::build) build_links(context, i, near);
-            if (task_[i] == Task::look) look_again(context, i);
+            if (task_[i] == Task::look) look_again(context, i, near_boxes);
             task_[i] = Task::none;
         }
     });
@@ -125,13 +126,17 @@ void NodeTracker::build_links(const TrackerContext& context, std::size_t node,
     }
 }
 
-void NodeTracker::look_again(const TrackerContext& context, std::size_t node) {
+void NodeTracker::look_again(const TrackerContext& context, std::size_t node,
+                             std::vector<geometry::Box>& near) {
+    near.clear();
+    for (const geometry::Box& box : boxes_)
+        if (within(rest_[node], box, reach_)) near.push_back(box);
     for (Link& link : links_[node]) {
         const Vec3& phyxel = context.phyxels.rest_position[link.phyxel];
         const auto through = [&](const geometry::Box& box) {
             return segment_meets(rest_[node], phyxel, box);
         };
-        if (std::any_of(boxes_.begin(), boxes_.end(), through))
+        if (std::any_of(near.begin(), near.end(), through))
             link.sees = !context.occluders.segment_blocked(rest_[node], phyxel);
     }
 }

@@ -89,7 +89,7 @@ class NodeTracker {
         }
     };
     void build_links(const TrackerContext& context, std::size_t node, std::vector<std::uint32_t>& near);
-    void look_again(const TrackerContext& context, std::size_t node);
+    void look_again(const TrackerContext& context, std::size_t node, std::vector<geometry::Box>& near);
     void write_row(const TrackerContext& context, std::size_t node);
     void do_tasks(const TrackerContext& context);
     void find_fallbacks(const TrackerContext& context);

@@ -17,6 +17,8 @@ using splitting::NodeGrid;
 namespace {
 
 constexpr std::size_t grain = 256;
+// In place of the norm of a stress: what moves the phyxel is not its stress.
+constexpr double held_phyxel = -2;
 // Of principal direction and deformed edge where a crack begins: 45 degrees.
 constexpr double least_edge_cosine = 0.7071;
 // Of principal direction and a crack's normal where it goes on: 60 degrees.
@@ -104,7 +106,8 @@ void check_tearing(const TearSettings& s, const std::string& where) {
         throw InputError(where + ".crack_speed", "must be a positive number of metres a second");
 }
 
-Tearing::Tearing(const TearSettings& settings, const meshless::Material& material, const NodeGrid& grid)
+Tearing::Tearing(const TearSettings& settings, const meshless::Material& material, const NodeGrid& grid,
+                 const meshless::Phyxels& phyxels, const meshless::Neighbourhoods& neighbourhoods)
     : settings_(settings),
       wave_speed_(std::sqrt((material.lame_lambda() + 2 * material.lame_mu()) / material.density)),
       crack_speed_(settings.crack_speed > 0 ? settings.crack_speed
@@ -113,6 +116,11 @@ Tearing::Tearing(const TearSettings& settings, const meshless::Material& materia
       // Half again as long at the least: the frames of a rough crack's edges are rough.
       break_stretch_(1 + std::max(0.5, 3 * settings.strength / material.youngs_modulus) +
                      (material.plasticity ? material.plasticity->maximum : 0)) {
+    for (const double h : phyxels.support_radius) reach_ = std::max(reach_, h);
+    cube_ = reach_;
+    // A sheet of one layer of phyxels has rank 2 from the start, and stress in its plane.
+    for (const std::uint8_t rank : neighbourhoods.rank())
+        own_rank_.push_back(std::max<std::uint8_t>(rank, 2));
     if (!settings_.strength_factor) return;
     weakest_all_ = std::numeric_limits<double>::infinity();
     for (std::size_t brick = 0; brick < grid.bricks().total(); ++brick)
@@ -128,11 +136,7 @@ double Tearing::strength_at(const Vec3& rest) const {
 }
 
 // Takes in what blades, sheets and tearing have cut since the last step.
-void Tearing::note_crossings(const NodeGrid& grid, const TearContext& context) {
-    if (cube_ == 0) {
-        for (const double h : context.phyxels.support_radius) reach_ = std::max(reach_, h);
-        cube_ = reach_;
-    }
+void Tearing::note_crossings(const NodeGrid& grid) {
     const auto& crossings = grid.crossings();
     for (; known_crossings_ < crossings.size(); ++known_crossings_) {
         const splitting::Crossing& c = crossings[known_crossings_];
@@ -152,6 +156,7 @@ void Tearing::note_crossings(const NodeGrid& grid, const TearContext& context) {
 void Tearing::find_weakest(const NodeGrid& grid, const TearContext& context) {
     const std::size_t known = weakest_.size(), count = context.phyxels.size();
     weakest_.resize(count, settings_.strength);
+    own_rank_.resize(count, 3);
     if (!settings_.strength_factor) return;
     context.parallel.for_each(count - known, grain, [&](std::size_t k) {
         const Vec3& rest = context.phyxels.rest_position[known + k];
@@ -178,7 +183,8 @@ double Tearing::measure_phyxels(const TearContext& context) {
     context.parallel.for_each(count, grain, [&](std::size_t i) {
         stress_[i].setZero();
         size_[i] = -1;
-        if (rank[i] < 3 || (some_held && context.held[i])) return;
+        if (some_held && context.held[i]) size_[i] = held_phyxel;
+        if (rank[i] < own_rank_[i] || size_[i] == held_phyxel) return;
         const Mat3& F = p.deformation[i];
         const double volume = F.determinant();
         if (!(volume > 0.05)) return;
@@ -222,19 +228,23 @@ Tearing::Stress Tearing::stress_at(const Vec3& rest, std::int32_t piece, const T
                                    std::vector<std::uint32_t>& near) const {
     const meshless::Phyxels& p = context.phyxels;
     context.locator.near(rest, reach_, near);
-    double total = 0;
+    double total = 0, held = 0;
     Mat3 sum = Mat3::Zero(), gradient = Mat3::Zero();
     for (const std::uint32_t j : near) {
-        if (p.piece[j] != piece || size_[j] < 0) continue;
+        if (p.piece[j] != piece || (size_[j] < 0 && size_[j] != held_phyxel)) continue;
         const double weight =
             meshless::kernel((p.rest_position[j] - rest).squaredNorm(), p.support_radius[j]);
         if (!(weight > 0) || context.occluders.segment_blocked(rest, p.rest_position[j])) continue;
+        if (size_[j] == held_phyxel) {
+            held += weight;
+            continue;
+        }
         sum += weight * stress_[j];
         gradient += weight * p.deformation[j];
         total += weight;
     }
     Stress out;
-    if (!(total > 0)) return out;
+    if (!(total > held)) return out;
     const SymmetricEigen eigen = eigen_symmetric(sum / total);
     out.largest = eigen.values[0];
     out.direction = eigen.vectors.col(0);
@@ -403,7 +413,7 @@ std::vector<Tearing::Key> Tearing::grow_once(NodeGrid& grid, const TearContext& 
     const std::size_t before = slots.size();
     for (const Proposal& proposal : merged) cut(grid, proposal, slots);
     if (slots.size() == before) return {};
-    note_crossings(grid, context);
+    note_crossings(grid);
     std::set<Key> next;
     for (std::size_t k = before; k < slots.size(); ++k)
         for (const Vec3i& cell : cells_around(grid, grid.crossing(slots[k]).edge))
@@ -434,7 +444,7 @@ void Tearing::close_gaps(NodeGrid& grid, const TearContext& context, std::vector
         const std::size_t before = slots.size();
         for (const Proposal& proposal : proposals) cut(grid, proposal, slots);
         if (slots.size() == before) return;
-        note_crossings(grid, context);
+        note_crossings(grid);
     }
 }
 
@@ -539,7 +549,7 @@ bool Tearing::begin_one(NodeGrid& grid, const TearContext& context, std::uint32_
     if (!(best.normal.squaredNorm() > 0)) return false;
     const std::size_t known = crack_cells_.size();
     if (cut(grid, best, slots) < 0) return false;
-    note_crossings(grid, context);
+    note_crossings(grid);
     grow(grid, context, {crack_cells_.begin() + static_cast<std::ptrdiff_t>(known), crack_cells_.end()},
          slots);
     return true;
@@ -566,7 +576,7 @@ std::vector<std::int32_t> Tearing::tear(NodeGrid& grid, const TearContext& conte
     std::vector<std::int32_t> slots;
     top_load_ = 0;
     if (context.neighbourhoods.size() != context.phyxels.size()) return slots;
-    note_crossings(grid, context);
+    note_crossings(grid);
     break_strands(grid, context, slots);
     find_weakest(grid, context);
     if (measure_phyxels(context) < settings_.toughness * settings_.strength * weakest_all_) return slots;

@@ -41,7 +41,8 @@ struct TearContext {
 ///
 /// The stress of a place is the kernel mean of the Cauchy stresses P F^T / det F of
 /// the phyxels of its piece that reach it and that it sees. Phyxels that are held,
-/// inverted, or without neighbours all around have no say.
+/// inverted, or of less rank than at first have no say, and what
+/// is mostly held does not tear.
 ///
 /// A crack begins at the uncut edge with the largest stress relative to its strength,
 /// where that is above 1, in the plane across the principal direction, which must be
@@ -66,9 +67,9 @@ struct TearContext {
 /// Pieces too small to have a stress field do not tear.
 class Tearing {
   public:
-    /// Settings must have been checked.
-    Tearing(const TearSettings& settings, const meshless::Material& material,
-            const splitting::NodeGrid& grid);
+    /// Settings must have been checked; phyxels and neighbourhoods are those before any cut.
+    Tearing(const TearSettings& settings, const meshless::Material& material, const splitting::NodeGrid& grid,
+            const meshless::Phyxels& phyxels, const meshless::Neighbourhoods& neighbourhoods);
 
     /// Cuts what the stress tears; returns the new slots. O(phyxels) where nothing is
     /// near its strength.
@@ -103,7 +104,7 @@ class Tearing {
     };
 
     double strength_at(const Vec3& rest) const;
-    void note_crossings(const splitting::NodeGrid& grid, const TearContext& context);
+    void note_crossings(const splitting::NodeGrid& grid);
     void find_weakest(const splitting::NodeGrid& grid, const TearContext& context);
     double measure_phyxels(const TearContext& context);
     void find_loads(const TearContext& context);
@@ -138,10 +139,11 @@ class Tearing {
     double break_stretch_ = 2;  // of an edge beside a crack
     double top_load_ = 0;
 
-    std::vector<double> weakest_;  // per phyxel, Pa: the least strength of the nodes around it
-    std::vector<Mat3> stress_;     // per phyxel, Pa, Cauchy; zero where it has no say
-    std::vector<double> size_;     // per phyxel, Pa, Frobenius norm of it; negative: no say
-    std::vector<double> load_;     // per phyxel, smoothed stress over the weakest strength; 0: not near 1
+    std::vector<std::uint8_t> own_rank_;  // per phyxel, of its neighbourhood before any cut
+    std::vector<double> weakest_;         // per phyxel, Pa: the least strength of the nodes around it
+    std::vector<Mat3> stress_;            // per phyxel, Pa, Cauchy; zero where it has no say
+    std::vector<double> size_;            // per phyxel, Pa, Frobenius norm of it; negative: no say
+    std::vector<double> load_;  // per phyxel, smoothed stress over the weakest strength; 0: not near 1
     std::vector<std::size_t> phyxels_of_;  // per piece
     double reach_ = 0;                     // m, the largest support
 

@@ -70,6 +70,10 @@ class Deformation {
     virtual MotionReport advance(const Motion& motion) = 0;
     /// Frames of all nodes, now. out: one a node.
     virtual void node_frames(std::span<geometry::Frame> out, const Parallel& parallel) const = 0;
+    /// For checkpoints: what changes with time and the edges that were cut do not tell.
+    virtual std::vector<double> state() const = 0;
+    /// Takes back what state() gave; the edges that were cut until then have been told.
+    virtual void set_state(std::span<const double> state) = 0;
 };
 
 /// Makes one for the nodes of a body, at time 0 and at rest.

@@ -2,6 +2,7 @@
 #include <splitcubes/deformation/free_form.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace splitcubes::deformation {
@@ -121,6 +122,16 @@ MotionReport FreeForm::advance(const Motion& motion) {
 void FreeForm::node_frames(std::span<geometry::Frame> out, const Parallel& parallel) const {
     parallel.for_each(out.size(), grain,
                       [&](std::size_t n) { out[n] = frame_of(nodes_.rest_position(n), displacement_); });
+}
+
+std::vector<double> FreeForm::state() const {
+    return {time_};
+}
+
+void FreeForm::set_state(std::span<const double> state) {
+    assert(state.size() == 1);
+    time_ = state[0];
+    displacement_ = displacement_at(time_);
 }
 
 }  // namespace splitcubes::deformation

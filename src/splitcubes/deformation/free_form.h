@@ -32,6 +32,8 @@ class FreeForm : public Deformation {
     void edges_cut(std::span<const NodeEdge> edges) override;
     MotionReport advance(const Motion& motion) override;
     void node_frames(std::span<geometry::Frame> out, const Parallel& parallel) const override;
+    std::vector<double> state() const override;
+    void set_state(std::span<const double> state) override;
 
     /// Where a rest point goes at a time (s).
     geometry::Frame frame_at(const Vec3& rest, double time) const;

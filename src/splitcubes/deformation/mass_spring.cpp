@@ -3,6 +3,7 @@
 #include <splitcubes/math/decompose.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace splitcubes::deformation {
@@ -246,6 +247,27 @@ void MassSpring::node_frames(std::span<geometry::Frame> out, const Parallel& par
         rotation_[n] = rotation_of(spans ? fit : moved, rotation_[n]);
         out[n].jacobian = spans && fit.determinant() > 0 ? fit : rotation_[n];
     });
+}
+
+std::vector<double> MassSpring::state() const {
+    std::vector<double> out;
+    for (std::size_t n = 0; n < position_.size(); ++n) {
+        out.insert(out.end(), position_[n].begin(), position_[n].end());
+        out.insert(out.end(), velocity_[n].begin(), velocity_[n].end());
+        for (const auto column : rotation_[n].colwise()) out.insert(out.end(), column.begin(), column.end());
+    }
+    return out;
+}
+
+void MassSpring::set_state(std::span<const double> state) {
+    constexpr std::size_t each = 15;
+    assert(state.size() == each * position_.size());
+    for (std::size_t n = 0; n < position_.size(); ++n) {
+        const double* const own = state.data() + each * n;
+        position_[n] = Eigen::Map<const Vec3>(own);
+        velocity_[n] = Eigen::Map<const Vec3>(own + 3);
+        rotation_[n] = Eigen::Map<const Mat3>(own + 6);
+    }
 }
 
 }  // namespace splitcubes::deformation

@@ -27,6 +27,8 @@ class MassSpring : public Deformation {
     void edges_cut(std::span<const NodeEdge> edges) override;
     MotionReport advance(const Motion& motion) override;
     void node_frames(std::span<geometry::Frame> out, const Parallel& parallel) const override;
+    std::vector<double> state() const override;
+    void set_state(std::span<const double> state) override;
 
     std::size_t spring_count() const;
     const std::vector<Vec3>& positions() const { return position_; }

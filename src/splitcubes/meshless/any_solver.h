@@ -1,7 +1,8 @@
-// The solver that the options name.
+// The solver that the options name, and the rigid pieces' step.
 #pragma once
 
 #include <splitcubes/meshless/explicit_solver.h>
+#include <splitcubes/meshless/rigid_step.h>
 #include <splitcubes/meshless/solver.h>
 
 namespace splitcubes::meshless {
@@ -9,17 +10,53 @@ namespace splitcubes::meshless {
 /// Steps by one of the solvers; they can take turns, since all state is in Phyxels.
 class AnySolver {
   public:
+    /// Rigid pieces move first; for the elastic solver their phyxels are held.
     /// Throws as the solvers do.
     SolverReport step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                       const StepInput& input, const SolverOptions& options, const Parallel& parallel) {
+        if (phyxels.rigid.empty())
+            return step_elastic(phyxels, neighbourhoods, material, input, options, parallel);
+        check_step_input(phyxels, input);
+        step_rigid(phyxels, input, material.mass_damping);
+        const StepInput with_rigid = hold_rigid(phyxels, input);
+        SolverReport report = step_elastic(phyxels, neighbourhoods, material, with_rigid, options, parallel);
+        write_phyxels(phyxels);
+        for (const RigidPiece& body : phyxels.rigid.bodies) report.contacts += body.touching;
+        return report;
+    }
+
+  private:
+    SolverReport step_elastic(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                              const Material& material, const StepInput& input, const SolverOptions& options,
+                              const Parallel& parallel) {
         if (options.kind == SolverKind::explicit_steps)
             return explicit_.step(phyxels, neighbourhoods, material, input, options, parallel);
         return implicit_.step(phyxels, neighbourhoods, material, input, options, parallel);
     }
+    StepInput hold_rigid(const Phyxels& phyxels, const StepInput& input) {
+        held_.assign(phyxels.size(), 0);
+        held_position_.assign(phyxels.size(), Vec3::Zero());
+        for (std::size_t i = 0; i < phyxels.size(); ++i) {
+            const std::int32_t index = phyxels.rigid.index(phyxels.piece[i]);
+            if (index >= 0) {
+                held_[i] = 1;
+                held_position_[i] = phyxels.rigid.bodies[static_cast<std::size_t>(index)].place_of_rest(
+                    phyxels.rest_position[i]);
+            } else if (!input.held.empty()) {
+                held_[i] = input.held[i];
+                held_position_[i] = input.held_position[i];
+            }
+        }
+        StepInput out = input;
+        out.held = held_;
+        out.held_position = held_position_;
+        return out;
+    }
 
-  private:
     ImplicitSolver implicit_;
     ExplicitSolver explicit_;
+    std::vector<std::uint8_t> held_;   // per phyxel, held or rigid
+    std::vector<Vec3> held_position_;  // per phyxel, m, world
 };
 
 }  // namespace splitcubes::meshless

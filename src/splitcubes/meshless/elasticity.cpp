@@ -101,10 +101,13 @@ double ElasticForces::energy(const Neighbourhoods& neighbourhoods, const Materia
     return sum_(parallel, neighbourhoods.size(), [&](std::size_t begin, std::size_t end) {
         double energy = 0;
         for (std::size_t i = begin; i < end; ++i)
-            energy += neighbourhoods.volume()[i] *
-                          energy_density(material, state.deformation[i], state.rotation[i],
-                                         told_plastic_strain(neighbourhoods, material, i, state.plastic_strain)) +
-                      penalty_energy(neighbourhoods, i, state.deformation[i], state.position);
+            // One without neighbours is as it was left: nothing works against it.
+            if (neighbourhoods.rank()[i] > 0)
+                energy += neighbourhoods.volume()[i] *
+                              energy_density(
+                                  material, state.deformation[i], state.rotation[i],
+                                  told_plastic_strain(neighbourhoods, material, i, state.plastic_strain)) +
+                          penalty_energy(neighbourhoods, i, state.deformation[i], state.position);
         return energy;
     });
 }

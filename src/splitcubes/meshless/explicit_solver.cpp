@@ -17,7 +17,7 @@ namespace {
 struct Margin {
     double taken, least, most;
 };
-constexpr Margin steady_margin{0.7, 0.55, 0.75}, growing_margin{0.5, 0.35, 0.65};
+constexpr Margin steady_margin{0.6, 0.45, 0.7}, growing_margin{0.5, 0.35, 0.65};
 // Rounds of power iteration from nothing, and again within a step.
 constexpr int first_rounds = 16;
 constexpr int further_rounds = 4;
@@ -50,7 +50,7 @@ SolverReport ExplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighb
         report.contacts += phyxels.touching[i];
     }
     phyxels.history_step = input.dt;
-    describe_(phyxels, neighbourhoods, material, report, parallel);
+    describe_(phyxels, neighbourhoods, elastic_, report, parallel);
     return report;
 }
 
@@ -283,7 +283,8 @@ void ExplicitSolver::restore_momenta(const Job& job) {
     for (std::size_t i = 0; i < job.phyxels.size(); ++i)
         if (held_[i] != 0 || touched_[i] != 0 || failed_[i] != 0) momenta_.bind(job.phyxels.piece[i]);
     const double kept = std::exp(-job.material.mass_damping * job.input.dt);
-    if (kept > 0) momenta_.restore(job.phyxels, kept, pull_ / kept * job.input.gravity, {}, job.parallel);
+    if (kept > 0)
+        momenta_.restore(job.phyxels, kept, pull_ / kept * job.input.gravity, {}, job.input.dt, job.parallel);
 }
 
 }  // namespace splitcubes::meshless

@@ -10,20 +10,20 @@ namespace splitcubes::meshless {
 
 /// Leapfrog in its kick-drift-kick form (velocity Verlet): symplectic, so the energy
 /// of an undamped body does not drift. A step is divided into equal substeps of
-/// 0.7 of 2/w (half of it with other than plain corotated material), w the highest frequency of K v = w^2 M v, lowered to
-/// (sqrt(1 + z^2) - z) of that for stiffness damping b, z = b w / 2 (Belytschko, Liu
-/// and Moran 2000, section 6.2).
+/// 0.6 of 2/w (half of it with other than plain corotated material), w the highest frequency of K v = w^2 M
+/// v, lowered to (sqrt(1 + z^2) - z) of that for stiffness damping b, z = b w / 2 (Belytschko, Liu and Moran
+/// 2000, section 6.2).
 ///
 /// w^2 comes from power iteration on the body's own operator, with its tangents and its
 /// penalties, and not from C d_min / sqrt((lambda + 2 mu) / rho): that bound
 /// knows neither the penalty on zero-energy modes nor the light phyxels that cuts leave, and C
 /// depends on the kernel. Power iteration comes from below; sixteen rounds are within a tenth
-/// of w. The number of substeps stays as it was while they are 0.55 to 0.75 of 2/w (0.35 to 0.65). Of plain corotated material w depends on links and masses
-/// alone (turning changes no frequency): it is found where these change, with the tangents at rest. Of
-/// other materials, whose stiffness grows with stretch, w
-/// is found in each step, of St. Venant-Kirchhoff and with volume stiffness
-/// again every few substeps. A phyxel that holds less than a fiftieth of the mean
-/// mass moves as if it held that; momenta are restored as of ImplicitSolver.
+/// of w. The number of substeps stays as it was while they are 0.45 to 0.7 of 2/w (0.35 to 0.65). Of plain
+/// corotated material w depends on links and masses alone (turning changes no frequency): it is found where
+/// these change, with the tangents at rest. Of other materials, whose stiffness grows with stretch, w is
+/// found in each step, of St. Venant-Kirchhoff and with volume stiffness again every few substeps. A phyxel
+/// that holds less than a fiftieth of the mean mass moves as if it held that; momenta are restored as of
+/// ImplicitSolver.
 ///
 /// Ground: a phyxel below its contact radius is put on the plane; its normal velocity is
 /// taken, and of the tangential one at most friction times that. Held phyxels go

@@ -19,34 +19,37 @@ struct Entry {
 
 }  // namespace
 
-void LinkSlices::build(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> neighbour) {
+void LinkSlices::build(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> neighbour,
+                       std::span<const Vec3> rest_position) {
     rows_ = offsets.empty() ? 0 : offsets.size() - 1;
     const std::size_t slices = (rows_ + lanes - 1) / lanes;
-    first_column_.assign(1, 0);
     run_.clear();
     index_.clear();
     place_.assign(neighbour.size(), 0);
-    for (std::size_t slice = 0; slice < slices; ++slice) {
-        first_column_.push_back(0);  // the stride is known from here on
-    }
+    first_column_.assign(slices + 1, 0);  // the stride is known from here on
     for (std::size_t slice = 0; slice < slices; ++slice) build_slice(offsets, neighbour, slice);
     forward_.assign(run_.size() * 4 * lanes, 0);
     backward_.assign(run_.size() * 3 * lanes, 0);
     volume_.assign(stride(), 0);
+    rest_position_.assign(3 * stride(), 0);
+    for (std::size_t i = 0; i < rows_; ++i)
+        for (std::size_t k = 0; k < 3; ++k)
+            rest_position_[k * stride() + i] =
+                static_cast<float>((rest_position[i] - rest_position[0])[static_cast<int>(k)]);
     gradient_sum_.assign(3 * stride(), 0);
     penalty_moment_.assign(6 * stride(), 0);
     deficient_.assign(slices, 0);
 }
 
-void LinkSlices::build_slice(std::span<const std::uint32_t> offsets,
-                             std::span<const std::uint32_t> neighbour, std::size_t slice) {
+void LinkSlices::build_slice(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> neighbour,
+                             std::size_t slice) {
     const std::size_t first = slice * lanes;
     std::vector<Entry> entries;
     for (std::size_t lane = 0; lane < lanes && first + lane < rows_; ++lane)
         for (std::uint32_t l = offsets[first + lane]; l < offsets[first + lane + 1]; ++l)
-            entries.push_back({static_cast<std::int64_t>(neighbour[l]) -
-                                   static_cast<std::int64_t>(first + lane),
-                               l, static_cast<std::uint32_t>(lane)});
+            entries.push_back(
+                {static_cast<std::int64_t>(neighbour[l]) - static_cast<std::int64_t>(first + lane), l,
+                 static_cast<std::uint32_t>(lane)});
     std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
         return a.distance != b.distance ? a.distance < b.distance : a.lane < b.lane;
     });
@@ -55,13 +58,12 @@ void LinkSlices::build_slice(std::span<const std::uint32_t> offsets,
         std::size_t end = begin;
         while (end < entries.size() && entries[end].distance == entries[begin].distance) ++end;
         const std::int64_t base = static_cast<std::int64_t>(first) + entries[begin].distance;
-        const bool in_range = base >= 0 && base + static_cast<std::int64_t>(lanes) <=
-                                               static_cast<std::int64_t>(stride());
+        const bool in_range =
+            base >= 0 && base + static_cast<std::int64_t>(lanes) <= static_cast<std::int64_t>(stride());
         const bool is_run = in_range && end - begin >= least_run;
         for (std::size_t k = begin; k < end; ++k) {
             if (is_run)
-                place_[entries[k].link] =
-                    static_cast<std::uint32_t>(run_.size() * lanes) + entries[k].lane;
+                place_[entries[k].link] = static_cast<std::uint32_t>(run_.size() * lanes) + entries[k].lane;
             else
                 left[entries[k].lane].push_back(entries[k].link);
         }
@@ -96,7 +98,8 @@ void LinkSlices::set_link(std::size_t link, const Link& value) {
 void LinkSlices::set_reverse(std::size_t link, const Vec3& reverse) {
     const std::size_t column = place_[link] / lanes, lane = place_[link] % lanes;
     float* const backward = backward_.data() + column * 3 * lanes + lane;
-    for (std::size_t k = 0; k < 3; ++k) backward[k * lanes] = static_cast<float>(reverse[static_cast<int>(k)]);
+    for (std::size_t k = 0; k < 3; ++k)
+        backward[k * lanes] = static_cast<float>(reverse[static_cast<int>(k)]);
 }
 
 void LinkSlices::set_penalty(std::size_t link, double penalty) {
@@ -111,8 +114,7 @@ void LinkSlices::set_row(std::size_t row, const Row& value) {
         gradient_sum_[k * n + row] = static_cast<float>(value.gradient_sum[static_cast<int>(k)]);
     constexpr std::array<std::array<int, 2>, 6> upper{{{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
     for (std::size_t k = 0; k < 6; ++k)
-        penalty_moment_[k * n + row] =
-            static_cast<float>(value.penalty_moment(upper[k][0], upper[k][1]));
+        penalty_moment_[k * n + row] = static_cast<float>(value.penalty_moment(upper[k][0], upper[k][1]));
 }
 
 void LinkSlices::set_rank(std::size_t row, bool full) {

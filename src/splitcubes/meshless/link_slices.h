@@ -34,13 +34,15 @@ class LinkSlices {
     };
     /// What a row carries.
     struct Row {
-        double volume = 0;                        // m^3
-        Vec3 gradient_sum = Vec3::Zero();         // 1/m
-        Mat3 penalty_moment = Mat3::Zero();       // c_i A_i, N m, symmetric
+        double volume = 0;                   // m^3
+        Vec3 gradient_sum = Vec3::Zero();    // 1/m
+        Mat3 penalty_moment = Mat3::Zero();  // c_i A_i, N m, symmetric
     };
 
-    /// Rows of links as Neighbourhoods has them (CSR). All values zero.
-    void build(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> neighbour);
+    /// Rows of links as Neighbourhoods has them (CSR), and where the phyxels rest (m). All
+    /// values zero.
+    void build(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> neighbour,
+               std::span<const Vec3> rest_position);
     void set_link(std::size_t link, const Link& value);
     void set_reverse(std::size_t link, const Vec3& reverse);
     void set_penalty(std::size_t link, double penalty);
@@ -66,6 +68,7 @@ class LinkSlices {
     const float* backward() const { return backward_.data(); }  // per column: 16 each of g_ji (x, y, z)
     const std::int32_t* index() const { return index_.data(); }
     // Row arrays.
+    const float* rest_position() const { return rest_position_.data(); }  // 3, m, from the first
     const float* volume() const { return volume_.data(); }
     const float* gradient_sum() const { return gradient_sum_.data(); }      // 3
     const float* penalty_moment() const { return penalty_moment_.data(); }  // 6: xx xy xz yy yz zz
@@ -82,7 +85,7 @@ class LinkSlices {
     IndexArray index_;
     std::vector<std::uint32_t> place_;  // per link, column * lanes + lane
     FloatArray forward_, backward_;
-    FloatArray volume_, gradient_sum_, penalty_moment_;
+    FloatArray rest_position_, volume_, gradient_sum_, penalty_moment_;
     std::vector<std::uint16_t> deficient_;  // per slice
 };
 

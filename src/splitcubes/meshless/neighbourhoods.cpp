@@ -78,7 +78,7 @@ void Neighbourhoods::build_structure(const Phyxels& phyxels, const Pairs& pairs,
             base_trace_[i] += base_weight_[l] * rest_edge_[l].squaredNorm();
         }
     });
-    slices_.build(offsets_, neighbour_);
+    slices_.build(offsets_, neighbour_, phyxels.rest_position);
 }
 
 void Neighbourhoods::compute_row(const Pairs& pairs, std::size_t i) {
@@ -158,7 +158,8 @@ void Neighbourhoods::finish_row(const Material& material, std::size_t i) {
                      penalty_[j] * weight_[reverse_[l]] * (1 + reverse_gradient_[l].dot(rest_edge_[l]));
     }
     diagonal_[i] =
-        (4 * material.lame_mu() + material.lame_lambda() + material.volume_stiffness) / 3 * squares + penalties;
+        (4 * material.lame_mu() + material.lame_lambda() + material.volume_stiffness) / 3 * squares +
+        penalties;
     slices_.set_row(i, {volume_[i], gradient_sum_[i], penalty_[i] * moment_[i]});
 }
 

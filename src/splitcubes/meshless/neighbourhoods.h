@@ -111,6 +111,9 @@ class Neighbourhoods {
     /// Whether phyxel i is of rank 2 with neighbours off its plane.
     bool leans(std::size_t i) const { return leans_[i] != 0; }
 
+    /// The link's pair, in the list that was given.
+    std::span<const std::uint32_t> pair() const { return pair_; }
+
     const LinkSlices& slices() const { return slices_; }
     /// Another number after every change; equal numbers mean equal contents.
     std::uint64_t revision() const { return revision_; }
@@ -156,7 +159,7 @@ class Neighbourhoods {
     std::vector<std::uint8_t> mark_;          // scratch of update: 1 own row, 2 beside one
     std::vector<std::uint32_t> rows_, ring_;  // scratch of update
     LinkSlices slices_;
-    MaterialKey material_key_;                // of the penalties and diagonals
+    MaterialKey material_key_;  // of the penalties and diagonals
     std::uint64_t revision_ = 0;
 };
 

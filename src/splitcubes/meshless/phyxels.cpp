@@ -58,13 +58,34 @@ void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>
     const auto each = [&](const auto& add) {
         for (std::size_t i = 0; i < phyxels.size(); ++i) {
             const std::int32_t piece = phyxels.piece[i];
-            if (piece >= 0 && piece < piece_count) add(phyxels, i, out[static_cast<std::size_t>(piece)]);
+            if (piece < 0 || piece >= piece_count || phyxels.rigid.index(piece) >= 0) continue;
+            add(phyxels, i, out[static_cast<std::size_t>(piece)]);
         }
     };
     each(add_linear);
     for (Momenta& sum : out)
         if (sum.mass > 0) sum.centre /= sum.mass;
     each(add_angular);
+    for (const RigidPiece& body : phyxels.rigid.bodies)
+        if (body.piece < piece_count) out[static_cast<std::size_t>(body.piece)] = momenta_of(body);
+}
+
+Momenta together(std::span<const Momenta> parts) {
+    Momenta sum;
+    for (const Momenta& part : parts) {
+        sum.mass += part.mass;
+        sum.centre += part.mass * part.centre;
+        sum.linear += part.linear;
+    }
+    if (!(sum.mass > 0)) return sum;
+    sum.centre /= sum.mass;
+    for (const Momenta& part : parts) {
+        const Vec3 arm = part.centre - sum.centre;
+        sum.spin += part.spin + arm.cross(part.linear - part.mass / sum.mass * sum.linear);
+        sum.inertia +=
+            part.inertia + part.mass * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+    }
+    return sum;
 }
 
 void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out,
@@ -72,8 +93,8 @@ void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>
     constexpr std::size_t grain = 1024;
     const auto pieces = static_cast<std::size_t>(piece_count);
     const std::size_t chunks = (phyxels.size() + grain - 1) / grain;
-    // With many pieces the chunks' sums would cost more than they save.
-    if (chunks < 2 || pieces > 64) return piece_momenta(phyxels, piece_count, out);
+    // With many pieces, as where some are rigid, the chunks' sums would cost more than they save.
+    if (chunks < 2 || pieces > 64 || !phyxels.rigid.empty()) return piece_momenta(phyxels, piece_count, out);
     partial.resize(chunks * pieces);
     const auto each = [&](const auto& add) {
         const auto chunk = [&](std::size_t begin, std::size_t end) {
@@ -105,11 +126,18 @@ void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>
 }
 
 Momenta total_momenta(const Phyxels& phyxels) {
-    Momenta sum;
-    for (std::size_t i = 0; i < phyxels.size(); ++i) add_linear(phyxels, i, sum);
-    if (sum.mass > 0) sum.centre /= sum.mass;
-    for (std::size_t i = 0; i < phyxels.size(); ++i) add_angular(phyxels, i, sum);
-    return sum;
+    std::vector<Momenta> parts(1);
+    Momenta& elastic = parts.front();
+    const auto each = [&](const auto& add) {
+        for (std::size_t i = 0; i < phyxels.size(); ++i)
+            if (phyxels.rigid.index(phyxels.piece[i]) < 0) add(phyxels, i, elastic);
+    };
+    each(add_linear);
+    if (elastic.mass > 0) elastic.centre /= elastic.mass;
+    each(add_angular);
+    if (phyxels.rigid.empty()) return elastic;
+    for (const RigidPiece& body : phyxels.rigid.bodies) parts.push_back(momenta_of(body));
+    return together(parts);
 }
 
 Vec3 angular_velocity(const Mat3& inertia, const Vec3& spin, double least_inertia) {

@@ -3,9 +3,11 @@
 
 #include <splitcubes/core/parallel.h>
 #include <splitcubes/math/types.h>
+#include <splitcubes/meshless/rigid_pieces.h>
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace splitcubes::meshless {
@@ -44,6 +46,9 @@ struct Phyxels {
     /// Another step size starts BDF2 afresh.
     double history_step = 0;
     int substeps = 0;  // that the last explicit step was divided into; 0 before the first
+    /// Pieces that are too small to deform; what the arrays say of their phyxels but mass,
+    /// volume and plastic strain follows from it (write_phyxels).
+    RigidPieces rigid;
 
     std::size_t size() const { return rest_position.size(); }
     /// For checkpoints.
@@ -51,7 +56,7 @@ struct Phyxels {
     void serialize(Archive& archive) {
         archive(rest_position, position, velocity, previous_position, previous_velocity, mass, volume);
         archive(support_radius, contact_radius, deformation, rotation, plastic_strain, piece);
-        archive(history_broken, touching, history_step, substeps);
+        archive(history_broken, touching, history_step, substeps, rigid);
     }
     /// Appends one phyxel without mass and volume, its history broken.
     void append(const PhyxelStart& start);
@@ -70,14 +75,17 @@ struct Momenta {
     Vec3 angular() const { return spin + centre.cross(linear); }
 };
 
-/// Per piece, in the order of phyxels. Phyxels with a piece outside
-/// 0..piece_count-1 are left out. `out` is resized.
+/// Per piece, in the order of phyxels; of rigid pieces their own. Phyxels with a piece
+/// outside 0..piece_count-1 are left out. `out` is resized.
 void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out);
 /// The same but for rounding, on several threads; `partial` is a buffer.
 void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out,
                    std::vector<Momenta>& partial, const Parallel& parallel);
 
-/// Of all phyxels together.
+/// Of several bodies together.
+Momenta together(std::span<const Momenta> parts);
+
+/// Of all phyxels, and of rigid pieces, together.
 Momenta total_momenta(const Phyxels& phyxels);
 
 /// Angular velocity that gives a body of this inertia this angular momentum;

@@ -10,6 +10,9 @@
 #include <splitcubes/meshless/slice_kernels.h>
 
 #include <array>
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
 
 HWY_BEFORE_NAMESPACE();
 namespace splitcubes::meshless {
@@ -166,7 +169,8 @@ HWY_INLINE Gathered gather_direction(const LinkSlices& slices, std::size_t slice
 HWY_INLINE Nine error_of(const Nine& Y) {
     Nine E = product<true>(Y, Y);
     for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) E.m[3 * r + c] = hn::Add(E.m[3 * r + c], hn::Add(Y.m[3 * r + c], Y.m[3 * c + r]));
+        for (int c = 0; c < 3; ++c)
+            E.m[3 * r + c] = hn::Add(E.m[3 * r + c], hn::Add(Y.m[3 * r + c], Y.m[3 * c + r]));
     return E;
 }
 
@@ -209,13 +213,13 @@ HWY_INLINE M rotate(const Nine& H, Nine& Y) {
     return hn::And(done, hn::Not(lost));
 }
 
-// c H A
-HWY_INLINE Nine penalty_tension(const Nine& H, const float* moment, std::size_t stride) {
-    const V xx = hn::LoadU(d, moment), xy = hn::LoadU(d, moment + stride), xz = hn::LoadU(d, moment + 2 * stride);
+// From its upper triangle.
+HWY_INLINE Nine symmetric_at(const float* moment, std::size_t stride) {
+    const V xx = hn::LoadU(d, moment), xy = hn::LoadU(d, moment + stride),
+            xz = hn::LoadU(d, moment + 2 * stride);
     const V yy = hn::LoadU(d, moment + 3 * stride), yz = hn::LoadU(d, moment + 4 * stride);
     const V zz = hn::LoadU(d, moment + 5 * stride);
-    const Nine A{{xx, xy, xz, xy, yy, yz, xz, yz, zz}};
-    return product<false>(H, A);
+    return {{xx, xy, xz, xy, yy, yz, xz, yz, zz}};
 }
 
 // 2 mu (F - R) + lambda tr(R^T F - I) R, where D = F - R is exact.
@@ -242,13 +246,11 @@ HWY_INLINE Nine corotated_change(const Nine& dH, const Nine& Y, V turning, const
     const Nine S = product<true>(R, dH);
     const V mu = hn::Set(d, lame.mu);
     const V straight = hn::Mul(mu, hn::Add(one, turning)), crossed = hn::Mul(mu, hn::Sub(one, turning));
-    const V pressure =
-        hn::Mul(hn::Set(d, lame.lambda), hn::Add(hn::Add(S.m[0], S.m[4]), S.m[8]));
+    const V pressure = hn::Mul(hn::Set(d, lame.lambda), hn::Add(hn::Add(S.m[0], S.m[4]), S.m[8]));
     Nine inner;
     for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c)
-            inner.m[3 * r + c] =
-                hn::Add(hn::Mul(straight, S.m[3 * r + c]), hn::Mul(crossed, S.m[3 * c + r]));
+            inner.m[3 * r + c] = hn::Add(hn::Mul(straight, S.m[3 * r + c]), hn::Mul(crossed, S.m[3 * c + r]));
     for (const int k : {0, 4, 8}) inner.m[k] = hn::Add(inner.m[k], pressure);
     return product<false>(R, inner);
 }
@@ -264,7 +266,7 @@ HWY_INLINE M store_tension(const LinkSlices& slices, std::size_t row, const Nine
                            float* tension) {
     const std::size_t n = slices.stride();
     const V volume = hn::LoadU(d, slices.volume() + row);
-    const Nine held = penalty_tension(H, slices.penalty_moment() + row, n);
+    const Nine held = product<false>(H, symmetric_at(slices.penalty_moment() + row, n));  // c H A
     Nine T;
     V sum = hn::Zero(d);
     for (int k = 0; k < 9; ++k) {
@@ -292,7 +294,8 @@ void state_slices(const LinkSlices& slices, const SliceRange& range, const Slice
             const Nine stress = corotated_stress(sum.gradient, Y, lame, distortion);
             const M finite = store_tension(slices, row, stress, sum.gradient, state.tension);
             store9(Y, state.turn + row, n);
-            const V turning = hn::IfThenElse(hn::Gt(distortion, hn::Set(d, 0.5F)), hn::Set(d, 1.0F), hn::Zero(d));
+            const V turning =
+                hn::IfThenElse(hn::Gt(distortion, hn::Set(d, 0.5F)), hn::Set(d, 1.0F), hn::Zero(d));
             hn::StoreU(turning, d, state.turning + row);
             odd |= bits_of(hn::Not(hn::And(rotated, finite))) << lane;
         }
@@ -320,7 +323,8 @@ void direction_slices(const LinkSlices& slices, const SliceRange& range, const f
 }
 
 // sum_j T_j g_ji
-HWY_INLINE Three gather_tension(const LinkSlices& slices, std::size_t slice, std::size_t lane, const float* T) {
+HWY_INLINE Three gather_tension(const LinkSlices& slices, std::size_t slice, std::size_t lane,
+                                const float* T) {
     const std::size_t n = slices.stride();
     constexpr std::size_t lanes = LinkSlices::lanes;
     Three sum{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
@@ -358,7 +362,8 @@ void force_slices(const LinkSlices& slices, const SliceRange& range, const Slice
         }
 }
 
-void bare_gradient_slices(const LinkSlices& slices, const SliceRange& range, const float* p, float* gradient) {
+void bare_gradient_slices(const LinkSlices& slices, const SliceRange& range, const float* p,
+                          float* gradient) {
     const std::size_t n = slices.stride();
     constexpr std::size_t lanes = LinkSlices::lanes;
     for (std::size_t slice = range.begin; slice < range.end; ++slice)
@@ -368,7 +373,8 @@ void bare_gradient_slices(const LinkSlices& slices, const SliceRange& range, con
             Nine H = nothing().gradient;
             for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
                 const Three g = load3(slices.forward() + column * 4 * lanes + lane, lanes);
-                const V way[3] = {hn::Sub(read(p), u.x), hn::Sub(read(p + n), u.y), hn::Sub(read(p + 2 * n), u.z)};
+                const V way[3] = {hn::Sub(read(p), u.x), hn::Sub(read(p + n), u.y),
+                                  hn::Sub(read(p + 2 * n), u.z)};
                 for (int k = 0; k < 3; ++k) {
                     H.m[3 * k] = add_product(H.m[3 * k], way[k], g.x);
                     H.m[3 * k + 1] = add_product(H.m[3 * k + 1], way[k], g.y);
@@ -379,7 +385,8 @@ void bare_gradient_slices(const LinkSlices& slices, const SliceRange& range, con
         }
 }
 
-void bare_force_slices(const LinkSlices& slices, const SliceRange& range, const float* tension, float* force) {
+void bare_force_slices(const LinkSlices& slices, const SliceRange& range, const float* tension,
+                       float* force) {
     for (std::size_t slice = range.begin; slice < range.end; ++slice)
         for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d))
             store3(gather_tension(slices, slice, lane, tension), force + slice * LinkSlices::lanes + lane,
@@ -411,6 +418,67 @@ class LaneSums {
 
 using N = decltype(LaneSums::narrow);
 using Narrow = hn::Vec<hn::Rebind<float, hn::CappedTag<double, 8>>>;
+
+// sum_j c_i w_ij |H_i x_ij - (u_j - u_i)|^2, c_i w_ij |x_ij|^2 being (c_i A_i g_ij) . x_ij.
+HWY_INLINE V penalties(const LinkSlices& slices, std::size_t slice, std::size_t lane, const SliceState& state,
+                       const Nine& H) {
+    const std::size_t n = slices.stride();
+    const std::size_t row = slice * LinkSlices::lanes + lane;
+    const float* const rest = slices.rest_position();
+    const float *const high = state.high, *const low = state.low;
+    const Three X = load3(rest + row, n), u = load3(high + row, n), v = load3(low + row, n);
+    const Nine A = symmetric_at(slices.penalty_moment() + row, n);
+    V sum = hn::Zero(d);
+    for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
+        const Three g = load3(slices.forward() + column * 4 * LinkSlices::lanes + lane, LinkSlices::lanes);
+        const V x[3] = {hn::Sub(read(rest), X.x), hn::Sub(read(rest + n), X.y),
+                        hn::Sub(read(rest + 2 * n), X.z)};
+        const V way[3] = {hn::Add(hn::Sub(read(high), u.x), hn::Sub(read(low), v.x)),
+                          hn::Add(hn::Sub(read(high + n), u.y), hn::Sub(read(low + n), v.y)),
+                          hn::Add(hn::Sub(read(high + 2 * n), u.z), hn::Sub(read(low + 2 * n), v.z))};
+        V error = hn::Zero(d), weight = hn::Zero(d), length = hn::Set(d, 1e-30F);
+        for (int k = 0; k < 3; ++k) {
+            const V fitted = add_product(add_product(hn::Mul(H.m[3 * k], x[0]), H.m[3 * k + 1], x[1]),
+                                         H.m[3 * k + 2], x[2]);
+            const V off = hn::Sub(fitted, way[k]);
+            error = add_product(error, off, off);
+            const V Ag =
+                add_product(add_product(hn::Mul(A.m[3 * k], g.x), A.m[3 * k + 1], g.y), A.m[3 * k + 2], g.z);
+            weight = add_product(weight, Ag, x[k]);
+            length = add_product(length, x[k], x[k]);
+        }
+        sum = hn::Add(sum, hn::Div(hn::Mul(weight, error), length));
+    });
+    return sum;
+}
+
+double energy_slices(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
+                     const Lame& lame) {
+    const std::size_t n = slices.stride();
+    const V half = hn::Set(d, 0.5F);
+    double total = 0;
+    for (std::size_t slice = range.begin; slice < range.end; ++slice) {
+        alignas(64) float energy[LinkSlices::lanes];
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d)) {
+            const std::size_t row = slice * LinkSlices::lanes + lane;
+            const Nine H = load9(state.gradient + row, n), Y = load9(state.turn + row, n);
+            V distortion = hn::Zero(d), trace = hn::Zero(d);
+            for (int k = 0; k < 9; ++k) {
+                const V strain = hn::Sub(H.m[k], Y.m[k]);
+                distortion = add_product(distortion, strain, strain);
+                trace = add_product(trace, strain, k % 4 == 0 ? hn::Add(Y.m[k], hn::Set(d, 1.0F)) : Y.m[k]);
+            }
+            const V density = add_product(hn::Mul(hn::Set(d, lame.mu), distortion),
+                                          hn::Mul(half, hn::Set(d, lame.lambda)), hn::Mul(trace, trace));
+            const V held = penalties(slices, slice, lane, state, H);
+            hn::StoreU(add_product(hn::Mul(half, held), hn::LoadU(d, slices.volume() + row), density), d,
+                       energy + lane);
+        }
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; ++lane)
+            if ((state.odd[slice] >> lane & 1U) == 0) total += static_cast<double>(energy[lane]);
+    }
+    return total;
+}
 
 double product_slices(std::size_t stride, const SliceRange& range, const float* diagonal, float factor,
                       const float* p, float* force) {
@@ -447,7 +515,8 @@ double advance_slices(std::size_t stride, const SliceRange& range, float alpha, 
                 const Narrow moved =
                     hn::Add(hn::LoadU(narrow, to + at), hn::Mul(step, hn::LoadU(narrow, p + at)));
                 hn::StoreU(moved, narrow, to + at);
-                const Narrow left = hn::Sub(hn::LoadU(narrow, r + at), hn::Mul(step, hn::LoadU(narrow, q + at)));
+                const Narrow left =
+                    hn::Sub(hn::LoadU(narrow, r + at), hn::Mul(step, hn::LoadU(narrow, q + at)));
                 hn::StoreU(left, narrow, r + at);
                 const auto precise = hn::PromoteTo(wide, left);
                 sums.add(lane, hn::Mul(hn::Mul(precise, precise), weight));
@@ -456,7 +525,8 @@ double advance_slices(std::size_t stride, const SliceRange& range, float alpha, 
     return sums.total();
 }
 
-double begin_slices(std::size_t stride, const SliceRange& range, const float* inverse, const float* r, float* p) {
+double begin_slices(std::size_t stride, const SliceRange& range, const float* inverse, const float* r,
+                    float* p) {
     LaneSums sums;
     constexpr auto narrow = LaneSums::narrow;
     constexpr auto wide = LaneSums::wide;
@@ -475,8 +545,8 @@ double begin_slices(std::size_t stride, const SliceRange& range, const float* in
     return sums.total();
 }
 
-void turn_slices(std::size_t stride, const SliceRange& range, float beta, const float* inverse, const float* r,
-                 float* p) {
+void turn_slices(std::size_t stride, const SliceRange& range, float beta, const float* inverse,
+                 const float* r, float* p) {
     const V share = hn::Set(d, beta);
     for (std::size_t begin = range.begin * LinkSlices::lanes; begin < range.end * LinkSlices::lanes;
          begin += hn::Lanes(d)) {
@@ -496,9 +566,35 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace splitcubes::meshless {
 
+namespace {
+
+// Numbers below 1e-38, which a residual leaves far from where it began, count as zero while
+// this lives: the processor would take a hundred times as long for them.
+class FlushTiny {
+  public:
+#if defined(__SSE2__)
+    FlushTiny() : before_(_mm_getcsr()) {
+        _mm_setcsr(before_ | 0x8040U);
+    }
+    ~FlushTiny() {
+        _mm_setcsr(before_);
+    }
+    FlushTiny(const FlushTiny&) = delete;
+    FlushTiny& operator=(const FlushTiny&) = delete;
+
+  private:
+    unsigned before_;
+#else
+    FlushTiny() {}
+#endif
+};
+
+}  // namespace
+
 HWY_EXPORT(state_slices);
 HWY_EXPORT(direction_slices);
 HWY_EXPORT(force_slices);
+HWY_EXPORT(energy_slices);
 HWY_EXPORT(product_slices);
 HWY_EXPORT(advance_slices);
 HWY_EXPORT(begin_slices);
@@ -509,35 +605,48 @@ HWY_EXPORT(own_target);
 
 void state_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state, bool corotated,
                 const Lame& lame) {
+    const FlushTiny flush;
     HWY_DYNAMIC_DISPATCH(state_slices)(slices, range, state, corotated, lame);
 }
 
-void direction_pass(const LinkSlices& slices, const SliceRange& range, const float* p, const SliceState& state,
-                    bool corotated, const Lame& lame) {
+void direction_pass(const LinkSlices& slices, const SliceRange& range, const float* p,
+                    const SliceState& state, bool corotated, const Lame& lame) {
+    const FlushTiny flush;
     HWY_DYNAMIC_DISPATCH(direction_slices)(slices, range, p, state, corotated, lame);
 }
 
 void force_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state, float* force) {
+    const FlushTiny flush;
     HWY_DYNAMIC_DISPATCH(force_slices)(slices, range, state, force);
+}
+
+double energy_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
+                   const Lame& lame) {
+    const FlushTiny flush;
+    return HWY_DYNAMIC_DISPATCH(energy_slices)(slices, range, state, lame);
 }
 
 double finish_product(std::size_t stride, const SliceRange& range, const float* diagonal, float factor,
                       const float* p, float* force) {
+    const FlushTiny flush;
     return HWY_DYNAMIC_DISPATCH(product_slices)(stride, range, diagonal, factor, p, force);
 }
 
 double advance(std::size_t stride, const SliceRange& range, float alpha, const float* inverse, const float* p,
                const float* q, float* to, float* r) {
+    const FlushTiny flush;
     return HWY_DYNAMIC_DISPATCH(advance_slices)(stride, range, alpha, inverse, p, q, to, r);
 }
 
 double begin_direction(std::size_t stride, const SliceRange& range, const float* inverse, const float* r,
                        float* p) {
+    const FlushTiny flush;
     return HWY_DYNAMIC_DISPATCH(begin_slices)(stride, range, inverse, r, p);
 }
 
 void turn_direction(std::size_t stride, const SliceRange& range, float beta, const float* inverse,
                     const float* r, float* p) {
+    const FlushTiny flush;
     HWY_DYNAMIC_DISPATCH(turn_slices)(stride, range, beta, inverse, r, p);
 }
 

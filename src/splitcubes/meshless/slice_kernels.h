@@ -17,11 +17,11 @@ struct SliceState {
     const float* high = nullptr;  // 3
     const float* low = nullptr;   // 3
     // What the state pass finds.
-    float* gradient = nullptr;  // 9, H = sum_j (u_j - u_i) g_ij^T
-    float* turn = nullptr;      // 9, R - I, of corotated material
-    float* turning = nullptr;   // 1, Tangent::turning
-    float* tension = nullptr;   // 9, N m
-    float* penalty = nullptr;   // 3, sum_j m_ij (u_j - u_i), N
+    float* gradient = nullptr;     // 9, H = sum_j (u_j - u_i) g_ij^T
+    float* turn = nullptr;         // 9, R - I, of corotated material
+    float* turning = nullptr;      // 1, Tangent::turning
+    float* tension = nullptr;      // 9, N m
+    float* penalty = nullptr;      // 3, sum_j m_ij (u_j - u_i), N
     std::uint16_t* odd = nullptr;  // per slice, a bit a row: not done, rank or rotation
 };
 
@@ -41,11 +41,15 @@ void state_pass(const LinkSlices& slices, const SliceRange& range, const SliceSt
 
 /// The same of a direction p (3 per row, m): gradients, and with `corotated` tensions by the
 /// tangents that `turn` and `turning` stand for.
-void direction_pass(const LinkSlices& slices, const SliceRange& range, const float* p, const SliceState& state,
-                    bool corotated, const Lame& lame);
+void direction_pass(const LinkSlices& slices, const SliceRange& range, const float* p,
+                    const SliceState& state, bool corotated, const Lame& lame);
 
 /// force = T_i G_i - sum_j T_j g_ji + penalty, 3 per row, N.
 void force_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state, float* force);
+
+/// Energy of the rows that are not `odd` after a state pass with `corotated`, J.
+double energy_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
+                   const Lame& lame);
 
 /// q = diagonal p - factor force, in place of `force`; returns p . q.
 double finish_product(std::size_t stride, const SliceRange& range, const float* diagonal, float factor,

@@ -68,8 +68,8 @@ void SlicedElasticity::take_displacement(const Place& place, const Parallel& par
     const Vec3 first = place.position[0] - place.rest_position[0];
     for_phyxels(parallel, rows, [&](std::size_t i) {
         for (int k = 0; k < 3; ++k) {
-            const double u = std::clamp(place.position[i][k] - place.rest_position[i][k] - first[k], -farthest,
-                                        farthest);
+            const double u =
+                std::clamp(place.position[i][k] - place.rest_position[i][k] - first[k], -farthest, farthest);
             const auto high = static_cast<float>(u);
             const std::size_t at = static_cast<std::size_t>(k) * n + i;
             high_[at] = high;
@@ -81,11 +81,12 @@ void SlicedElasticity::take_displacement(const Place& place, const Parallel& par
 // One phyxel in double precision: its F, R and tension. False where it is not finite.
 bool SlicedElasticity::take_row(const Place& place, std::size_t i) {
     const Mat3 H = matrix_at(gradient_, i);
-    bool finite = complete_deformation(*neighbourhoods_, i, H, place.last_rotation[i], deformation_[i], rotation_[i]);
+    bool finite =
+        complete_deformation(*neighbourhoods_, i, H, place.last_rotation[i], deformation_[i], rotation_[i]);
     const Mat3 plastic = told_plastic_strain(*neighbourhoods_, material_, i, place.plastic_strain);
-    Mat3 tension = neighbourhoods_->volume()[i] *
-                       piola_stress(material_, deformation_[i], rotation_[i], plastic) -
-                   neighbourhoods_->penalty()[i] * H * neighbourhoods_->moment()[i];
+    Mat3 tension =
+        neighbourhoods_->volume()[i] * piola_stress(material_, deformation_[i], rotation_[i], plastic) -
+        neighbourhoods_->penalty()[i] * H * neighbourhoods_->moment()[i];
     if (!tension.allFinite() || !(tension.cwiseAbs().sum() < 1e37)) {
         tension.setZero();
         finite = false;
@@ -136,6 +137,28 @@ void SlicedElasticity::read_deformation(std::span<Mat3> deformation, std::span<M
     });
 }
 
+double SlicedElasticity::row_energy(const Place& place, std::size_t i) const {
+    // One without neighbours is as it was left: nothing works against it.
+    if (neighbourhoods_->rank()[i] == 0) return 0;
+    return neighbourhoods_->volume()[i] *
+               energy_density(material_, deformation_[i], rotation_[i],
+                              told_plastic_strain(*neighbourhoods_, material_, i, place.plastic_strain)) +
+           penalty_energy(*neighbourhoods_, i, deformation_[i], place.position);
+}
+
+double SlicedElasticity::energy(const Place& place, const Parallel& parallel) {
+    const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
+    return sum_(parallel, slice_count(), slice_grain, [&](std::size_t begin, std::size_t end) {
+        double energy = corotated_ ? energy_pass(*slices_, {begin, end}, arrays(), lame) : 0;
+        for (std::size_t slice = begin; slice < end; ++slice)
+            for (unsigned odd = odd_[slice]; odd != 0; odd &= odd - 1) {
+                const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(odd));
+                if (i < slices_->row_count()) energy += row_energy(place, i);
+            }
+        return energy;
+    });
+}
+
 // Of phyxels that know a plane only, their neighbours off it: what the plane's normal says of
 // those, which the fitted gradient does not.
 void SlicedElasticity::add_leaning(float* force) const {
@@ -146,8 +169,10 @@ void SlicedElasticity::add_leaning(float* force) const {
             if (!neighbourhoods_->leans(i)) continue;
             const Vec3 dropped = neighbourhoods_->basis()[i].col(2);
             const Vec3 turned = neighbourhoods_->penalty()[i] * (deformation_[i] * dropped - dropped);
-            for (std::uint32_t l = neighbourhoods_->offsets()[i]; l < neighbourhoods_->offsets()[i + 1]; ++l) {
-                const double off = neighbourhoods_->weight()[l] * dropped.dot(neighbourhoods_->rest_edge()[l]);
+            for (std::uint32_t l = neighbourhoods_->offsets()[i]; l < neighbourhoods_->offsets()[i + 1];
+                 ++l) {
+                const double off =
+                    neighbourhoods_->weight()[l] * dropped.dot(neighbourhoods_->rest_edge()[l]);
                 for (std::size_t k = 0; k < 3; ++k) {
                     const auto part = static_cast<float>(off * turned[static_cast<int>(k)]);
                     force[k * n + i] -= part;
@@ -168,7 +193,8 @@ void SlicedElasticity::forces(std::span<Vec3> force, const Parallel& parallel) {
     const float* const found = forces(parallel);
     const std::size_t n = stride();
     for_phyxels(parallel, force.size(), [&](std::size_t i) {
-        for (std::size_t k = 0; k < 3; ++k) force[i][static_cast<int>(k)] = static_cast<double>(found[k * n + i]);
+        for (std::size_t k = 0; k < 3; ++k)
+            force[i][static_cast<int>(k)] = static_cast<double>(found[k * n + i]);
     });
 }
 
@@ -205,8 +231,8 @@ double SlicedElasticity::apply_stiffness(double factor, std::span<const double> 
         for (std::size_t k = 0; k < 3; ++k)
             direction_[k * n + i] = static_cast<float>(dx[i][static_cast<int>(k)]);
     });
-    const double product =
-        apply_stiffness(static_cast<float>(factor), diagonal_.data(), direction_.data(), force_.data(), parallel);
+    const double product = apply_stiffness(static_cast<float>(factor), diagonal_.data(), direction_.data(),
+                                           force_.data(), parallel);
     for_phyxels(parallel, slices_->row_count(), [&](std::size_t i) {
         for (std::size_t k = 0; k < 3; ++k)
             out[i][static_cast<int>(k)] = static_cast<double>(force_[k * n + i]);

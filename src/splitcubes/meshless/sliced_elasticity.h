@@ -38,9 +38,12 @@ class SlicedElasticity {
     // Of the state taken last.
 
     /// F and R of all phyxels.
-    void read_deformation(std::span<Mat3> deformation, std::span<Mat3> rotation, const Parallel& parallel) const;
+    void read_deformation(std::span<Mat3> deformation, std::span<Mat3> rotation,
+                          const Parallel& parallel) const;
     /// Tangent::turning of phyxel i.
     bool is_distorted(std::size_t i) const { return turning_[i] > 0; }
+    /// E of elasticity.h, J; `place` is what the state was taken of.
+    double energy(const Place& place, const Parallel& parallel);
     /// -dE/dx, N, into `force`.
     void forces(std::span<Vec3> force, const Parallel& parallel);
     /// The same; component k of phyxel i is at k * stride() + i. Valid until the next call.
@@ -62,6 +65,7 @@ class SlicedElasticity {
     void take_displacement(const Place& place, const Parallel& parallel);
     void take_rows(const Place& place, const SliceRange& range, std::size_t& bad);
     bool take_row(const Place& place, std::size_t i);
+    double row_energy(const Place& place, std::size_t i) const;
     void change_stress(const SliceRange& range);
     Mat3 matrix_at(const FloatArray& array, std::size_t i) const;
     void set_matrix(FloatArray& array, std::size_t i, const Mat3& matrix) const;
@@ -70,7 +74,7 @@ class SlicedElasticity {
     const Neighbourhoods* neighbourhoods_ = nullptr;
     const LinkSlices* slices_ = nullptr;
     Material material_;
-    bool corotated_ = false;  // frame_is_all
+    bool corotated_ = false;                                    // frame_is_all
     FloatArray high_, low_;                                     // 3, m
     FloatArray gradient_, turn_, turning_, tension_, penalty_;  // as in SliceState
     FloatArray direction_, force_, diagonal_;                   // 3, 3, 1

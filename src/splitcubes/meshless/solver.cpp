@@ -52,7 +52,7 @@ SolverReport ImplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighb
     if (options.restore_momentum) restore_momenta(job);
     phyxels.history_step = input.dt;
     deform_and_flow(phyxels, neighbourhoods, material, input.dt, elastic_, parallel);
-    describe_(phyxels, neighbourhoods, material, report_, parallel);
+    describe_(phyxels, neighbourhoods, elastic_, report_, parallel);
     for (const Mode mode : mode_) report_.contacts += mode == Mode::stick || mode == Mode::slide;
     return report_;
 }
@@ -111,8 +111,8 @@ void ImplicitSolver::choose_steps(const Job& job) {
     const std::span<const std::uint32_t> offsets = job.neighbourhoods.offsets();
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
         bool beside_inverted = inverted_[i] != 0;
-        for (std::uint32_t l = offsets[i];
-             any_inverted && l < offsets[i + 1] && history && !beside_inverted; ++l)
+        for (std::uint32_t l = offsets[i]; any_inverted && l < offsets[i + 1] && history && !beside_inverted;
+             ++l)
             beside_inverted =
                 inverted_[job.neighbourhoods.neighbour()[l]] != 0 && job.neighbourhoods.weight()[l] > 0;
         const bool two_steps =
@@ -315,9 +315,11 @@ void ImplicitSolver::filter(const Job& job) {
     const std::size_t stride = elastic_.stride();
     for (const std::uint32_t i : constrained_) {
         Vec3 force;
-        for (std::size_t k = 0; k < 3; ++k) force[static_cast<int>(k)] = static_cast<double>(fine_q_[k * stride + i]);
+        for (std::size_t k = 0; k < 3; ++k)
+            force[static_cast<int>(k)] = static_cast<double>(fine_q_[k * stride + i]);
         force = filtered(job, i, force);
-        for (std::size_t k = 0; k < 3; ++k) fine_q_[k * stride + i] = static_cast<float>(force[static_cast<int>(k)]);
+        for (std::size_t k = 0; k < 3; ++k)
+            fine_q_[k * stride + i] = static_cast<float>(force[static_cast<int>(k)]);
     }
 }
 
@@ -327,7 +329,9 @@ double ImplicitSolver::descend(const Job& job, double goal, int& left) {
     const auto factor = static_cast<float>(1 + damping_ratio(job));
     const auto sum = [&](const auto& chunk) {
         return slice_sum_(job.parallel, elastic_.slice_count(), slice_grain,
-                          [&](std::size_t begin, std::size_t end) { return chunk(SliceRange{begin, end}); });
+                          [&](std::size_t begin, std::size_t end) {
+                              return chunk(SliceRange{begin, end});
+                          });
     };
     take_residual(job);
     double rz = sum([&](const SliceRange& range) {
@@ -413,7 +417,7 @@ void ImplicitSolver::restore_momenta(const Job& job) {
         if (mode_[i] != Mode::free || touched_[i] != 0 || failed_[i] != 0)
             momenta_.bind(job.phyxels.piece[i]);
     const double dt = job.input.dt;
-    momenta_.restore(job.phyxels, 1 / (1 + dt * job.material.mass_damping), dt * job.input.gravity, b_,
+    momenta_.restore(job.phyxels, 1 / (1 + dt * job.material.mass_damping), dt * job.input.gravity, b_, dt,
                      job.parallel);
 }
 

@@ -106,10 +106,11 @@ class ImplicitSolver {
     std::vector<Mat3> rotation_;            // at base_, where exact_ needs them
     std::vector<Vec3> right_;               // N
     std::vector<Vec3> friction_;            // N, on sliding phyxels
-    std::vector<Vec3> d_, r_, p_, q_;     // x - base_ (m), residual (N), scratch
-    FloatArray fine_d_, fine_r_, fine_p_, fine_q_;  // conjugate gradients, row arrays of 3: part of d_, residual, direction, A p
-    FloatArray fine_diagonal_, fine_inverse_;       // row arrays of diagonal_ and inverse_
-    std::vector<std::uint32_t> constrained_;        // phyxels that are not free
+    std::vector<Vec3> d_, r_, p_, q_;       // x - base_ (m), residual (N), scratch
+    FloatArray fine_d_, fine_r_, fine_p_,
+        fine_q_;  // conjugate gradients, row arrays of 3: part of d_, residual, direction, A p
+    FloatArray fine_diagonal_, fine_inverse_;  // row arrays of diagonal_ and inverse_
+    std::vector<std::uint32_t> constrained_;   // phyxels that are not free
     ChunkSumOf<double> slice_sum_;
     ChunkSumOf<WantedSums> wanted_sum_;
     bool exact_is_taken_ = false;         // exact_ has the tangents at base_

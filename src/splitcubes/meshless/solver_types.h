@@ -20,6 +20,12 @@ struct GroundPlane {
     double friction = 0;          // Coulomb coefficient, >= 0
 };
 
+/// A rigid piece that is held: what it makes of its place in a step.
+struct RigidHold {
+    std::size_t body = 0;                    // index into RigidPieces::bodies
+    Isometry motion = Isometry::Identity();  // world at the end of the step from world at its start
+};
+
 struct StepInput {
     double dt = 1.0 / 60;                 // s, > 0
     Vec3 gravity = Vec3::Zero();          // m/s^2, world
@@ -27,6 +33,7 @@ struct StepInput {
     std::span<const Vec3> held_position;  // per phyxel, m, world, at the end of the step; or empty
     std::optional<GroundPlane> ground;
     int piece_count = 1;
+    std::span<const RigidHold> rigid_holds;  // at most one a rigid piece
 };
 
 enum class SolverKind : std::uint8_t {

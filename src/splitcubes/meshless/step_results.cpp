@@ -34,20 +34,25 @@ void MomentumKeeper::begin(const Phyxels& phyxels, int piece_count, const Parall
 }
 
 void MomentumKeeper::restore(Phyxels& phyxels, double kept, const Vec3& velocity,
-                             std::span<const double> shift, const Parallel& parallel) {
+                             std::span<const double> shift, double dt, const Parallel& parallel) {
     // By moving (the solver's error), then by velocities to rounding.
-    if (!shift.empty()) correct(phyxels, kept, velocity, shift, parallel);
-    correct(phyxels, kept, velocity, {}, parallel);
+    if (!shift.empty()) correct(phyxels, kept, velocity, shift, 0, parallel);
+    correct(phyxels, kept, velocity, {}, dt, parallel);
 }
 
+// dt 0: centres are left where they are.
 void MomentumKeeper::correct(Phyxels& phyxels, double kept, const Vec3& velocity,
-                             std::span<const double> shift, const Parallel& parallel) {
+                             std::span<const double> shift, double dt, const Parallel& parallel) {
     piece_momenta(phyxels, static_cast<int>(before_.size()), after_, partial_, parallel);
+    way_.assign(before_.size() + 1, Vec3::Zero());
     for (std::size_t k = 0; k < before_.size(); ++k) {
         if (!(after_[k].mass > 0)) bound_[k] = 1;
         if (bound_[k] != 0) continue;
         const Vec3 linear = kept * (before_[k].linear + before_[k].mass * velocity);
         const Vec3 spin = kept * before_[k].spin;
+        if (dt > 0)
+            way_[k] = before_[k].centre - after_[k].centre +
+                      0.5 * dt / before_[k].mass * (before_[k].linear + linear);
         // The correction replaces the momenta it was made from.
         after_[k].linear = (linear - after_[k].linear) / after_[k].mass;
         after_[k].spin = angular_velocity(after_[k].inertia, spin - after_[k].spin);
@@ -58,6 +63,7 @@ void MomentumKeeper::correct(Phyxels& phyxels, double kept, const Vec3& velocity
         const Vec3 change = after_[k].linear + after_[k].spin.cross(phyxels.position[i] - after_[k].centre);
         phyxels.velocity[i] += change;
         if (!shift.empty()) phyxels.position[i] += shift[i] * change;
+        phyxels.position[i] += way_[k];
     });
 }
 
@@ -81,7 +87,6 @@ StateSums& StateSums::operator+=(const StateSums& other) {
     inverted += other.inverted;
     rank_deficient += other.rank_deficient;
     kinetic_energy += other.kinetic_energy;
-    elastic_energy += other.elastic_energy;
     top_speed = std::max(top_speed, other.top_speed);
     linear += other.linear;
     angular += other.angular;
@@ -90,8 +95,8 @@ StateSums& StateSums::operator+=(const StateSums& other) {
 
 namespace {
 
-void add_state(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-               std::size_t i, StateSums& sums) {
+void add_state(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, std::size_t i, StateSums& sums) {
+    if (phyxels.rigid.index(phyxels.piece[i]) >= 0) return;
     const Vec3& v = phyxels.velocity[i];
     sums.inverted += !(phyxels.deformation[i].determinant() > 0);
     sums.rank_deficient += neighbourhoods.rank()[i] < 3;
@@ -99,27 +104,28 @@ void add_state(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, con
     sums.top_speed = std::max(sums.top_speed, v.squaredNorm());
     sums.linear += phyxels.mass[i] * v;
     sums.angular += phyxels.mass[i] * phyxels.position[i].cross(v);
-    sums.elastic_energy +=
-        neighbourhoods.volume()[i] *
-            energy_density(material, phyxels.deformation[i], phyxels.rotation[i],
-                           told_plastic_strain(neighbourhoods, material, i, phyxels.plastic_strain)) +
-        penalty_energy(neighbourhoods, i, phyxels.deformation[i], phyxels.position);
 }
 
 }  // namespace
 
 void StateDescriber::operator()(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
-                                const Material& material, SolverReport& report, const Parallel& parallel) {
-    const StateSums sums =
-        sums_(parallel, phyxels.size(), phyxel_grain, [&](std::size_t begin, std::size_t end) {
-            StateSums sum;
-            for (std::size_t i = begin; i < end; ++i) add_state(phyxels, neighbourhoods, material, i, sum);
-            return sum;
-        });
+                                SlicedElasticity& elastic, SolverReport& report, const Parallel& parallel) {
+    StateSums sums = sums_(parallel, phyxels.size(), phyxel_grain, [&](std::size_t begin, std::size_t end) {
+        StateSums sum;
+        for (std::size_t i = begin; i < end; ++i) add_state(phyxels, neighbourhoods, i, sum);
+        return sum;
+    });
+    for (const RigidPiece& body : phyxels.rigid.bodies) {
+        const Momenta momenta = momenta_of(body);
+        sums.kinetic_energy += body.kinetic_energy();
+        sums.top_speed = std::max(sums.top_speed, body.velocity().squaredNorm());
+        sums.linear += momenta.linear;
+        sums.angular += momenta.angular();
+    }
     report.inverted += sums.inverted;
     report.rank_deficient += sums.rank_deficient;
     report.kinetic_energy += sums.kinetic_energy;
-    report.elastic_energy = sums.elastic_energy;
+    report.elastic_energy = elastic.energy(place_of(phyxels), parallel);
     report.top_speed = std::sqrt(sums.top_speed);
     report.momentum = sums.linear;
     report.angular_momentum = sums.angular;

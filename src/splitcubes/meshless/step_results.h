@@ -23,8 +23,9 @@ class MomentumKeeper {
     void bind(std::int32_t piece) { bound_[slot(piece)] = 1; }
     /// Every free piece gets kept * (p + m velocity) and kept * spin. Where `shift`
     /// (s, one a phyxel) is given, phyxels first move by the change of velocity times it.
+    /// Its centre of mass goes by the mean of both velocities over dt seconds: along its parabola.
     void restore(Phyxels& phyxels, double kept, const Vec3& velocity, std::span<const double> shift,
-                 const Parallel& parallel);
+                 double dt, const Parallel& parallel);
 
   private:
     /// The last slot for phyxels without a piece.
@@ -33,11 +34,12 @@ class MomentumKeeper {
         return static_cast<std::size_t>(piece >= 0 && piece < last ? piece : last);
     }
     void correct(Phyxels& phyxels, double kept, const Vec3& velocity, std::span<const double> shift,
-                 const Parallel& parallel);
+                 double dt, const Parallel& parallel);
 
     std::vector<std::uint8_t> bound_;      // per piece, and one for none
     std::vector<Momenta> before_, after_;  // per piece
     std::vector<Momenta> partial_;         // per chunk and piece
+    std::vector<Vec3> way_;                // m, per piece, by which its centre is put right
 };
 
 /// Deformation at the phyxels' positions, into `elastic` and into the phyxels, then plastic
@@ -48,18 +50,18 @@ std::size_t deform_and_flow(Phyxels& phyxels, const Neighbourhoods& neighbourhoo
 /// What describe_state sums.
 struct StateSums {
     std::size_t inverted = 0, rank_deficient = 0;
-    double kinetic_energy = 0, elastic_energy = 0;  // J
-    double top_speed = 0;                           // m/s, squared
-    Vec3 linear = Vec3::Zero();                     // kg m/s
-    Vec3 angular = Vec3::Zero();                    // kg m^2/s, about the origin
+    double kinetic_energy = 0;    // J
+    double top_speed = 0;         // m/s, squared
+    Vec3 linear = Vec3::Zero();   // kg m/s
+    Vec3 angular = Vec3::Zero();  // kg m^2/s, about the origin
     StateSums& operator+=(const StateSums& other);
 };
 
 /// Adds energies, momenta, top speed and counts of inverted and rank-deficient
-/// phyxels to a report; deformation and rotation are those of the positions.
+/// phyxels to a report; `elastic` has taken the phyxels' state, as deform_and_flow does.
 class StateDescriber {
   public:
-    void operator()(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+    void operator()(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, SlicedElasticity& elastic,
                     SolverReport& report, const Parallel& parallel);
 
   private:

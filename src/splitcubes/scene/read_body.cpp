@@ -34,14 +34,14 @@ Shape read_torus(const Value& value) {
 ImplicitPart read_part(const Value& value) {
     const Object object(value, "implicit_part");
     ImplicitPart out;
-    if (object.has("ball") == object.has("cone")) value.fail("is not one part", "give a ball or a cone");
-    object.read("colour", out.colour, {0, 1});
-    if (object.has("ball")) {
+    if (object.only_key() == "ball") {
         const Object ball(object.at("ball"), "ball_part");
+        ball.read("colour", out.colour, {0, 1});
         out.form = BallPart{ball.at("center").vector(), ball.at("radii").vector(positive)};
         return out;
     }
     const Object cone(object.at("cone"), "cone_part");
+    cone.read("colour", out.colour, {0, 1});
     const ConePart form{cone.at("from").vector(), cone.at("to").vector(),
                         cone.at("from_radius").number(positive), cone.at("to_radius").number(positive)};
     if (form.from == form.to) object.at("cone").fail("has no length", "give different points as from and to");
@@ -60,17 +60,17 @@ ImplicitShape read_implicit(const Value& value) {
 }
 
 // Three whole numbers of a range.
-Vec3i read_integers(const Value& value, int low, const Vec3i& high) {
+Vec3i read_integers(const Value& value, int low, int high) {
     const std::vector<Value> elements = value.elements(3, 3);
     Vec3i out;
-    for (int k = 0; k < 3; ++k) out[k] = elements[static_cast<std::size_t>(k)].integer(low, high[k]);
+    for (int k = 0; k < 3; ++k) out[k] = elements[static_cast<std::size_t>(k)].integer(low, high);
     return out;
 }
 
 FreeFormDescription read_free_form(const Value& value) {
     const Object object(value, "free_form");
     FreeFormDescription out;
-    out.degree = read_integers(object.at("degree"), 1, Vec3i::Constant(12));
+    out.degree = read_integers(object.at("degree"), 1, 12);
     for (const Value& element : object.at("keyframes").elements(1, ParseLimits::keyframes)) {
         const Object keyframe(element, "lattice_keyframe");
         LatticeKeyframeDescription key;
@@ -81,7 +81,9 @@ FreeFormDescription read_free_form(const Value& value) {
             for (const Value& point : keyframe.at("points").elements(0, 2197)) {
                 const Object one(point, "lattice_point");
                 key.points.push_back(
-                    {read_integers(one.at("index"), 0, out.degree), one.at("displacement").vector()});
+                    {read_integers(one.at("index"), 0, 12), one.at("displacement").vector()});
+                if ((key.points.back().index.array() > out.degree.array()).any())
+                    one.at("index").fail("is beyond the lattice", "give at most the degree along each axis");
             }
         out.keyframes.push_back(key);
     }

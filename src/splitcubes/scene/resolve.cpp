@@ -41,15 +41,17 @@ Json to_json(const Vec3i& v) {
 Json to_json(const ImplicitPart& part) {
     Json out;
     if (const auto* ball = std::get_if<BallPart>(&part.form)) {
-        out["ball"] = {{"center", to_json(ball->center)}, {"radii", to_json(ball->radii)}};
+        out["ball"] = {{"center", to_json(ball->center)},
+                       {"radii", to_json(ball->radii)},
+                       {"colour", to_json(part.colour)}};
     } else {
         const auto& cone = std::get<ConePart>(part.form);
         out["cone"] = {{"from", to_json(cone.from)},
                        {"to", to_json(cone.to)},
                        {"from_radius", cone.from_radius},
-                       {"to_radius", cone.to_radius}};
+                       {"to_radius", cone.to_radius},
+                       {"colour", to_json(part.colour)}};
     }
-    out["colour"] = to_json(part.colour);
     return out;
 }
 

@@ -1,0 +1,123 @@
+#include <splitcubes/meshless/phyxels.h>
+#include <splitcubes/meshless/rigid_pieces.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace splitcubes::meshless {
+
+namespace {
+
+// Angle that a substep turns by at most, rad.
+constexpr double most_turn = 0.2;
+constexpr int most_substeps = 4096;
+constexpr int most_rounds = 60;
+
+Mat3 cross_matrix(const Vec3& v) {
+    Mat3 m;
+    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+    return m;
+}
+
+// Cayley's map: the rotation (I - a/2)^-1 (I + a/2) of the cross matrix a of v.
+Mat3 cayley(const Vec3& v) {
+    const Mat3 a = cross_matrix(v);
+    return Mat3::Identity() + (a + 0.5 * a * a) / (1 + 0.25 * v.squaredNorm());
+}
+
+Mat3 inertia_of(const Mat3& second_moment) {
+    return second_moment.trace() * Mat3::Identity() - second_moment;
+}
+
+}  // namespace
+
+Mat3 RigidPiece::inverse_inertia() const {
+    return rotation * inertia.inverse() * rotation.transpose();
+}
+
+double RigidPiece::kinetic_energy() const {
+    return 0.5 * (momentum.squaredNorm() / mass + spin.dot(angular_velocity()));
+}
+
+void RigidPieces::put(RigidPiece body, std::span<const Vec3> own_points) {
+    assert(body.piece >= 0);
+    body.first_point = static_cast<std::uint32_t>(points.size());
+    body.point_count = static_cast<std::uint32_t>(own_points.size());
+    points.insert(points.end(), own_points.begin(), own_points.end());
+    const auto piece = static_cast<std::size_t>(body.piece);
+    if (of_piece.size() <= piece) of_piece.resize(piece + 1, -1);
+    if (of_piece[piece] < 0) {
+        of_piece[piece] = static_cast<std::int32_t>(bodies.size());
+        bodies.push_back(body);
+    } else {
+        bodies[static_cast<std::size_t>(of_piece[piece])] = body;
+    }
+}
+
+void weigh(const RigidCubes& cubes, RigidPiece& body) {
+    body.mass = 0;
+    Vec3 moment = Vec3::Zero();
+    for (std::size_t b = 0; b < cubes.mass.size(); ++b) {
+        body.mass += cubes.mass[b];
+        moment += cubes.mass[b] * cubes.rest_position[b];
+    }
+    assert(body.mass > 0);
+    body.rest_centre = moment / body.mass;
+    Mat3 second = body.mass * cubes.edge * cubes.edge / 12 * Mat3::Identity();
+    for (std::size_t b = 0; b < cubes.mass.size(); ++b) {
+        const Vec3 arm = cubes.rest_position[b] - body.rest_centre;
+        second += cubes.mass[b] * arm * arm.transpose();
+    }
+    body.inertia = inertia_of(body.shape * second * body.shape.transpose());
+}
+
+void turn_freely(RigidPiece& body, double dt) {
+    const Mat3 inverse = body.inertia.inverse();
+    const double fastest = body.spin.norm() * inverse.norm();  // rad/s, no less than it ever turns
+    const double wanted = std::ceil(fastest * dt / most_turn);
+    const int substeps = wanted < most_substeps ? std::max(1, static_cast<int>(wanted)) : most_substeps;
+    const double h = dt / substeps;
+    for (int k = 0; k < substeps; ++k) {
+        const Vec3 before = body.rotation.transpose() * body.spin;
+        Vec3 way = h * (inverse * before);  // rad, own frame
+        for (int round = 0; round < most_rounds; ++round) {
+            const Vec3 after = cayley(-way) * before;
+            const Vec3 next = h * (inverse * (0.5 * (before + after)));
+            const double change = (next - way).norm();
+            way = next;
+            if (change <= 1e-16 * way.norm()) break;
+        }
+        body.rotation = body.rotation * cayley(way);
+    }
+    body.rotation = Quat(body.rotation).normalized().toRotationMatrix();
+}
+
+Momenta momenta_of(const RigidPiece& body) {
+    Momenta sum;
+    sum.mass = body.mass;
+    sum.centre = body.centre;
+    sum.linear = body.momentum;
+    sum.spin = body.spin;
+    sum.inertia = body.rotation * body.inertia * body.rotation.transpose();
+    return sum;
+}
+
+void write_phyxels(Phyxels& phyxels) {
+    const RigidPieces& rigid = phyxels.rigid;
+    if (rigid.empty()) return;
+    for (std::size_t i = 0; i < phyxels.size(); ++i) {
+        const std::int32_t index = rigid.index(phyxels.piece[i]);
+        if (index < 0) continue;
+        const RigidPiece& body = rigid.bodies[static_cast<std::size_t>(index)];
+        phyxels.position[i] = body.place_of_rest(phyxels.rest_position[i]);
+        phyxels.velocity[i] = body.velocity_at(phyxels.position[i]);
+        phyxels.deformation[i] = body.rotation * body.shape;
+        phyxels.rotation[i] = body.rotation;
+        phyxels.touching[i] = body.touching;
+        phyxels.history_broken[i] = 1;
+    }
+}
+
+}  // namespace splitcubes::meshless

@@ -1,0 +1,214 @@
+// A block that is cut by hundreds of random blades while something is done to it, and
+// what has to hold all the while.
+#pragma once
+
+#include "laws/solids.h"
+#include "laws/worlds.h"
+
+#include <splitcubes/body/world.h>
+#include <splitcubes/core/stopwatch.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace splitcubes::laws {
+
+enum class Torment {
+    shaken,    // held at its upper end by what goes to and fro; gravity
+    spinning,  // free, no gravity: what was cut off stays within reach of the blades
+    standing,  // on the ground; gravity
+};
+
+struct Torture {
+    Torment torment = Torment::shaken;
+    double time_step = 1.0 / 60;
+    double youngs_modulus = 1e5;  // Pa
+    meshless::SolverKind solver = meshless::SolverKind::implicit_steps;
+    std::uint64_t seed = 1;
+    int blades = 300;
+    double seconds = 1;
+    double cell_size = 0.02;
+    int phyxels = 120;
+};
+
+/// What a run showed; the worst of all steps.
+struct Sufferings {
+    std::string broken;      // the first finding that must not be; empty: none
+    std::size_t pieces = 0;  // at the end
+    std::size_t rigid = 0;   // of them
+    std::size_t new_phyxels = 0;
+    std::size_t cut_edges = 0;
+    double energy_put_in = 0;     // J, first energy and all work, that which could have been
+    double most_gain = -1e300;    // J, energy above what was put in
+    double most_motion = -1e300;  // J, the same without the elastic energy
+    double top_speed = 0;         // m/s
+    double top_piece_speed = 0;   // m/s, of a centre of mass
+    double worst_flight = 0;      // m, of a free centre of mass from its parabola, in a step
+    double worst_speed = 0;       // m/s, the same of its velocity
+    double worst_momentum = 0;    // kg m/s, spinning: change of the total in a step
+    double worst_spin = 0;        // kg m^2/s, spinning: change of the total in a step
+    double first_spin = 0;        // kg m^2/s
+    double mass = 0;              // kg
+    double lowest = 0;            // m, of a rigid piece's centre below the ground
+    double seconds = 0;           // wall clock
+};
+
+namespace torture {
+
+inline constexpr double shake_amplitude = 0.02, shake_frequency = 5;  // m, Hz
+
+inline Vec3 shake(double time) {
+    const double phase = 2 * 3.14159265358979 * shake_frequency * time;
+    return shake_amplitude * Vec3(std::sin(phase), 0.5 * (std::cos(phase) - 1), 0.25 * std::sin(2 * phase));
+}
+
+// Straight edges that cross the block: all through, half way, where one went before, and
+// no longer than a cell, through one node.
+inline void add_blades(const Torture& torture, const Vec3& center, body::World& world) {
+    Random random(torture.seed);
+    struct Path {
+        Vec3 along, from, to;
+        double half, duration;
+    };
+    std::vector<Path> paths;
+    for (int k = 0; k < torture.blades; ++k) {
+        const double start = 0.02 + (torture.seconds - 0.25) * k / torture.blades;
+        Path path;
+        if (k % 6 == 3 && !paths.empty()) {
+            path = paths[static_cast<std::size_t>(random.uniform(0, 1) * 0.999 *
+                                                  static_cast<double>(paths.size()))];
+        } else {
+            path.along = random_direction(random);
+            const Vec3 across = path.along.cross(random_direction(random)).normalized();
+            const Vec3 through = center + random_vector(random, 0.08);
+            const bool one_node = k % 6 == 5;
+            path.half = one_node ? 0.6 * torture.cell_size : k % 6 == 4 ? 0.05 : 0.3;
+            const double reach = one_node ? 1.2 * torture.cell_size : 0.2;
+            path.from = through - reach * across;
+            path.to = k % 6 == 2 ? through : Vec3(through + reach * across);
+            path.duration = random.uniform(0.02, 0.15);
+        }
+        paths.push_back(path);
+        world.add_tool(moving_blade(-path.half * path.along, path.half * path.along, path.from, path.to,
+                                    start, start + path.duration));
+    }
+}
+
+inline std::unique_ptr<body::World> make_world(const Torture& torture) {
+    body::WorldSettings settings = free_space(torture.time_step);
+    settings.validate_each_step = false;
+    settings.solver.kind = torture.solver;
+    if (torture.torment != Torment::spinning) settings.gravity = Vec3(0, 0, -9.81);
+    if (torture.torment == Torment::standing) settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0.5};
+    auto world = std::make_unique<body::World>(settings, threads(2));
+    body::BodySettings block = soft(torture.cell_size, torture.phyxels);
+    block.material.youngs_modulus = torture.youngs_modulus;
+    if (torture.torment == Torment::spinning) block.angular_velocity = Vec3(2, -4, 1);
+    const Vec3 center(0, 0, torture.torment == Torment::standing ? 0.075 : 0);
+    body::Body& body = world->add_body(moved(geometry::make_box(Vec3(0.2, 0.16, 0.14)), center), block);
+    if (torture.torment == Torment::shaken) {
+        body::HoldConstraint hold = hold_beyond({0, 0, 0.045}, Vec3::UnitZ());
+        hold.motion = [](double time) {
+            Isometry motion = Isometry::Identity();
+            motion.translation() = shake(time);
+            return motion;
+        };
+        body.add_constraint(hold);
+    }
+    add_blades(torture, center, *world);
+    return world;
+}
+
+inline double potential_energy(const std::vector<meshless::Momenta>& pieces, const Vec3& gravity) {
+    double energy = 0;
+    for (const meshless::Momenta& piece : pieces) energy -= piece.mass * gravity.dot(piece.centre);
+    return energy;
+}
+
+// Which pieces nothing holds or touches.
+inline std::vector<std::uint8_t> free_pieces(const body::Body& body, const Torture& torture) {
+    std::vector<std::uint8_t> free(body.pieces().count(), 1);
+    const meshless::Phyxels& phyxels = body.phyxels();
+    for (std::size_t i = 0; i < phyxels.size(); ++i) {
+        const bool held = torture.torment == Torment::shaken && phyxels.rest_position[i].z() >= 0.045;
+        const bool low = torture.torment == Torment::standing;
+        if (held || low || phyxels.touching[i] != 0) free[static_cast<std::size_t>(phyxels.piece[i])] = 0;
+    }
+    return free;
+}
+
+}  // namespace torture
+
+inline Sufferings run(const Torture& torture) {
+    using namespace torture;
+    const std::unique_ptr<body::World> world = make_world(torture);
+    const body::Body& body = *world->bodies()[0];
+    const Vec3 gravity = world->settings().gravity;
+    const double dt = torture.time_step;
+    Sufferings out;
+    std::vector<meshless::Momenta> before, now;
+    meshless::piece_momenta(body.phyxels(), 1, before);
+    meshless::Momenta total = meshless::total_momenta(body.phyxels());
+    out.mass = total.mass;
+    out.first_spin = total.spin.norm();
+    const Stopwatch watch;
+    double put_in = before[0].linear.squaredNorm() / (2 * total.mass) + potential_energy(before, gravity) +
+                    0.5 * total.spin.dot(meshless::angular_velocity(total.inertia, total.spin));
+    const double floor = torture.torment == Torment::spinning ? 0 : -total.mass * 9.81 * 0.07;
+    const auto fail = [&](const std::string& what) {
+        if (out.broken.empty()) out.broken = what + " at " + std::to_string(world->time()) + " s";
+    };
+    const auto steps = static_cast<int>(std::lround(torture.seconds / dt));
+    for (int step = 0; step < steps && out.broken.empty(); ++step) {
+        const body::StepReport report = world->step();
+        out.new_phyxels += report.new_phyxels;
+        const int count = static_cast<int>(body.pieces().count());
+        meshless::piece_momenta(body.phyxels(), count, now);
+        if (!std::isfinite(report.kinetic_energy) || !std::isfinite(report.elastic_energy))
+            fail("not finite");
+        if (step % 16 == 15 || step + 1 == steps)
+            for (const std::string& line : body.validate()) fail(line);
+        if (std::abs(report.mass - out.mass) > 1e-9 * out.mass) fail("mass");
+        // What the hold did: its force times its way, all held things moving alike.
+        if (torture.torment == Torment::shaken) {
+            const Vec3 way = shake(world->time()) - shake(world->time() - dt);
+            put_in += (report.momentum - total.linear - dt * total.mass * gravity).dot(way) / dt;
+        }
+        if (torture.torment == Torment::spinning) {
+            const meshless::Momenta after = meshless::total_momenta(body.phyxels());
+            out.worst_momentum = std::max(out.worst_momentum, (after.linear - total.linear).norm());
+            out.worst_spin = std::max(out.worst_spin, (after.spin - total.spin).norm());
+            total.spin = after.spin;
+        }
+        total.linear = report.momentum;
+        const double energy = report.kinetic_energy + report.elastic_energy + potential_energy(now, gravity);
+        out.most_gain = std::max(out.most_gain, energy - put_in);
+        out.most_motion = std::max(out.most_motion, energy - report.elastic_energy - put_in);
+        out.energy_put_in = std::max(out.energy_put_in, put_in - floor);
+        out.top_speed = std::max(out.top_speed, report.top_speed);
+        const std::vector<std::uint8_t> free = free_pieces(body, torture);
+        for (std::size_t k = 0; k < now.size(); ++k) {
+            const Vec3 velocity = now[k].linear / now[k].mass;
+            out.top_piece_speed = std::max(out.top_piece_speed, velocity.norm());
+            if (k >= before.size() || now[k].mass != before[k].mass || free[k] == 0) continue;
+            const Vec3 old = before[k].linear / before[k].mass;
+            out.worst_speed = std::max(out.worst_speed, (velocity - old - dt * gravity).norm());
+            out.worst_flight = std::max(
+                out.worst_flight, (now[k].centre - before[k].centre - 0.5 * dt * (old + velocity)).norm());
+        }
+        if (torture.torment == Torment::standing)
+            for (const meshless::RigidPiece& piece : body.phyxels().rigid.bodies)
+                out.lowest = std::min(out.lowest, piece.centre.z());
+        std::swap(before, now);
+    }
+    out.pieces = body.pieces().count();
+    out.rigid = body.phyxels().rigid.bodies.size();
+    out.cut_edges = body.cut_edge_count();
+    out.seconds = watch.seconds();
+    return out;
+}
+
+}  // namespace splitcubes::laws

@@ -1,0 +1,87 @@
+// A block under three hundred blades keeps its books.
+#include "torture.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace splitcubes::laws {
+namespace {
+
+using meshless::SolverKind;
+
+// Shares of the energy put in that may appear from nothing: mass that is booked anew
+// moves a little inwards, and what spins gains by it.
+constexpr double motion_tolerance = 0.05;
+// With the elastic energy, which a cut changes where neighbours share out anew.
+constexpr double total_tolerance = 0.1;
+
+void expect_sound(const Torture& torture, const std::string& name) {
+    const Sufferings seen = run(torture);
+    const double g = torture.torment == Torment::spinning ? 0 : 9.81;
+    EXPECT_EQ(seen.broken, "") << name;
+    EXPECT_GT(seen.pieces, static_cast<std::size_t>(torture.blades) / 2) << name;
+    EXPECT_GT(seen.rigid, seen.pieces / 2) << name << ": most are crumbs";
+    EXPECT_LT(seen.most_motion, motion_tolerance * seen.energy_put_in) << name;
+    // Stiff steps end before their solves have converged: some strain is left until the next.
+    if (torture.youngs_modulus < 1e7) {
+        EXPECT_LT(seen.most_gain, total_tolerance * seen.energy_put_in) << name;
+    }
+    EXPECT_LT(seen.worst_flight, 1e-12) << name << ": off its parabola, m";
+    EXPECT_LT(seen.worst_speed, 1e-12) << name << ": off its parabola, m/s";
+    if (torture.torment == Torment::spinning) {
+        EXPECT_LT(seen.worst_momentum, 1e-12 * seen.mass) << name;
+        EXPECT_LT(seen.worst_spin, 1e-12 * seen.first_spin) << name;
+    }
+    // What fell all the time, what the hold threw upwards or the corners' speed.
+    const double thrown = torture.torment == Torment::shaken     ? 1.5
+                          : torture.torment == Torment::spinning ? 0.9
+                                                                 : 1.5;
+    EXPECT_LT(seen.top_piece_speed, thrown + (torture.torment == Torment::shaken ? g * torture.seconds : 1))
+        << name;
+}
+
+TEST(Torture, ShakenSlowly) {
+    for (const double modulus : {1e5, 1e8})
+        expect_sound({.time_step = 1.0 / 30, .youngs_modulus = modulus}, "shaken, 1/30 s");
+}
+
+TEST(Torture, Shaken) {
+    for (const double modulus : {1e3, 1e5, 1e8})
+        expect_sound({.youngs_modulus = modulus, .seed = 2}, "shaken, 1/60 s");
+}
+
+TEST(Torture, ShakenQuickly) {
+    expect_sound({.time_step = 1.0 / 240, .youngs_modulus = 1e8, .seed = 3, .seconds = 0.5},
+                 "shaken, 1/240 s");
+}
+
+TEST(Torture, ShakenByExplicitSteps) {
+    for (const double modulus : {1e3, 1e5})
+        expect_sound({.youngs_modulus = modulus, .solver = SolverKind::explicit_steps, .seed = 4},
+                     "shaken, explicit");
+}
+
+TEST(Torture, Spinning) {
+    expect_sound({.torment = Torment::spinning, .seed = 5}, "spinning");
+    expect_sound({.torment = Torment::spinning,
+                  .youngs_modulus = 1e3,
+                  .solver = SolverKind::explicit_steps,
+                  .seed = 6},
+                 "spinning, explicit");
+}
+
+TEST(Torture, Standing) {
+    expect_sound({.torment = Torment::standing, .seed = 7}, "standing");
+    expect_sound({.torment = Torment::standing, .solver = SolverKind::explicit_steps, .seed = 8},
+                 "standing, explicit");
+}
+
+TEST(Torture, Shortly) {
+    for (const Torment torment : {Torment::shaken, Torment::spinning, Torment::standing})
+        expect_sound({.torment = torment, .seed = 9, .blades = 12, .seconds = 0.3}, "shortly");
+}
+
+}  // namespace
+}  // namespace splitcubes::laws

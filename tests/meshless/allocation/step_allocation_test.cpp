@@ -1,0 +1,106 @@
+#include "../bodies.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+// Every allocation of this program by operator new is counted.
+namespace {
+
+std::atomic<std::size_t> allocations{0};
+
+void* allocate(std::size_t size, std::size_t alignment) {
+    ++allocations;
+    const std::size_t whole = (size + alignment - 1) / alignment * alignment;
+    if (void* const memory = std::aligned_alloc(alignment, whole == 0 ? alignment : whole)) return memory;
+    throw std::bad_alloc();
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+    return allocate(size, alignof(std::max_align_t));
+}
+void* operator new(std::size_t size, std::align_val_t alignment) {
+    return allocate(size, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* memory) noexcept {
+    std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+    std::free(memory);
+}
+void operator delete(void* memory, std::align_val_t) noexcept {
+    std::free(memory);
+}
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+    std::free(memory);
+}
+
+namespace splitcubes::meshless {
+namespace {
+
+using fixtures::Specimen;
+
+// Allocations in twenty steps after ten for warming up.
+std::size_t allocations_of(Specimen& body, const Parallel& parallel) {
+    for (int k = 0; k < 10; ++k) body.step(parallel);
+    const std::size_t before = allocations;
+    for (int k = 0; k < 20; ++k) body.step(parallel);
+    return allocations - before;
+}
+
+struct Way {
+    const char* name;
+    SolverKind kind;
+    bool moves, cut, on_ground;
+};
+
+TEST(Step, DoesNotAllocateOnceItIsWarm) {
+    const std::array<Way, 6> ways{{{"idle", SolverKind::implicit_steps, false, false, false},
+                                   {"implicit", SolverKind::implicit_steps, true, false, false},
+                                   {"implicit, cut", SolverKind::implicit_steps, true, true, false},
+                                   {"implicit, ground", SolverKind::implicit_steps, true, false, true},
+                                   {"explicit", SolverKind::explicit_steps, true, false, false},
+                                   {"explicit, cut", SolverKind::explicit_steps, true, true, false}}};
+    for (const int threads : {1, 2}) {
+        const Parallel parallel(threads);
+        for (const Way& way : ways) {
+            Specimen body = fixtures::block(12, 8, 8, 0.05, Material{}, parallel);
+            if (way.cut) fixtures::cut_randomly(body, 20, 0.15, 3, parallel);
+            body.options.kind = way.kind;
+            if (way.on_ground) {
+                body.input.gravity = Vec3(0, 0, -9.81);
+                body.input.ground = GroundPlane{Vec3::UnitZ(), -0.205, 0.4};
+            }
+            if (way.moves)
+                body.move([](const Vec3& x) -> Vec3 { return x; },
+                          [](const Vec3& x) -> Vec3 { return Vec3(1, 2, 3).cross(x) + 0.5 * x; });
+            EXPECT_EQ(allocations_of(body, parallel), 0U) << way.name << ", threads: " << threads;
+        }
+    }
+}
+
+TEST(Step, TheCounterCounts) {
+    const std::size_t before = allocations;
+    const std::vector<int> some(100);
+    EXPECT_EQ(allocations, before + 1) << some.size();
+}
+
+TEST(Update, AfterACutDoesNotAllocateOnceItIsWarm) {
+    for (const int threads : {1, 2}) {
+        const Parallel parallel(threads);
+        Specimen body = fixtures::block(12, 8, 8, 0.05, Material{}, parallel);
+        const std::vector<std::uint32_t> changed = fixtures::cut_by_plane(body, Vec3::Zero(), Vec3::UnitX());
+        body.neighbourhoods.update(body.phyxels, body.pairs, changed, body.material, parallel);
+        const std::size_t before = allocations;
+        for (const std::uint32_t p : changed) body.pairs.visibility[p] = 1;
+        body.neighbourhoods.update(body.phyxels, body.pairs, changed, body.material, parallel);
+        EXPECT_EQ(allocations, before) << "threads: " << threads;
+    }
+}
+
+}  // namespace
+}  // namespace splitcubes::meshless
