@@ -453,7 +453,7 @@ void Body::resample(const StepContext& context, StepReport& report) {
     for (std::size_t k = 0; k < nodes.size(); ++k)
         if (!nodes[k].empty() && phyxels_.rigid.index(booking_.piece[nodes[k].front()]) >= 0)
             elastic_family[k] = -1;
-    const meshless::Parting parting(phyxels_, elastic_family);
+    const meshless::Parting parting(phyxels_, elastic_family, held_);
     fill_pieces(context, nodes, kinds);
     for (std::size_t k = 0; k < nodes.size(); ++k)
         if ((kinds[k] == Kind::small || kinds[k] == Kind::large) &&
