@@ -218,11 +218,39 @@ void NodeTracker::evaluate(const TrackerContext& context, std::span<const Vec3> 
                            std::span<const Mat3> deformation, std::vector<geometry::Frame>& out) {
     out.resize(places_.size());
     evaluator_(kernels_, rest_, context.phyxels.rest_position, position, deformation, out, context.parallel);
-    for (const Fallback& f : fallbacks_) {
-        const geometry::Frame& source = out[f.source];
-        out[f.node] = {source.position + source.jacobian * (rest_[f.node] - rest_[f.source]),
-                       source.jacobian};
+    for (const Fallback& fallback : fallbacks_) take_frame(fallback, out);
+}
+
+void NodeTracker::evaluate_some(const TrackerContext& context, std::span<const std::uint32_t> nodes,
+                                std::span<const Vec3> position, std::span<const Mat3> deformation,
+                                std::vector<geometry::Frame>& out) const {
+    out.resize(places_.size());
+    const auto evaluate_of = [&](std::span<const std::uint32_t> some) {
+        meshless::evaluate_frames_of(some, kernels_, rest_, context.phyxels.rest_position, position,
+                                     deformation, out, context.parallel);
+    };
+    evaluate_of(nodes);
+    if (fallbacks_.empty()) return;
+    std::vector<Fallback> asked;  // fallbacks_ is in the order of its nodes
+    std::vector<std::uint32_t> sources;
+    for (const std::uint32_t node : nodes) {
+        const auto found =
+            std::lower_bound(fallbacks_.begin(), fallbacks_.end(), node,
+                             [](const Fallback& f, std::uint32_t wanted) { return f.node < wanted; });
+        if (found == fallbacks_.end() || found->node != node) continue;
+        asked.push_back(*found);
+        sources.push_back(found->source);
     }
+    std::sort(sources.begin(), sources.end());
+    sources.erase(std::unique(sources.begin(), sources.end()), sources.end());
+    evaluate_of(sources);
+    for (const Fallback& fallback : asked) take_frame(fallback, out);
+}
+
+void NodeTracker::take_frame(const Fallback& fallback, std::vector<geometry::Frame>& out) const {
+    const geometry::Frame& source = out[fallback.source];
+    out[fallback.node] = {source.position + source.jacobian * (rest_[fallback.node] - rest_[fallback.source]),
+                          source.jacobian};
 }
 
 }  // namespace splitcubes::body

@@ -53,6 +53,11 @@ class NodeTracker {
     void evaluate(const TrackerContext& context, std::span<const Vec3> position,
                   std::span<const Mat3> deformation, std::vector<geometry::Frame>& out);
 
+    /// Of some tracked nodes only; `out` gets room for all, what is not asked for stays.
+    void evaluate_some(const TrackerContext& context, std::span<const std::uint32_t> nodes,
+                       std::span<const Vec3> position, std::span<const Mat3> deformation,
+                       std::vector<geometry::Frame>& out) const;
+
     std::size_t size() const { return places_.size(); }
     const std::vector<Vec3i>& places() const { return places_; }
     const std::vector<Vec3>& rest_positions() const { return rest_; }
@@ -94,6 +99,7 @@ class NodeTracker {
     void do_tasks(const TrackerContext& context);
     void find_fallbacks(const TrackerContext& context);
     std::uint32_t nearest_source(const TrackerContext& context, std::uint32_t node);
+    void take_frame(const Fallback& fallback, std::vector<geometry::Frame>& out) const;
     void bind_to_nearest(const TrackerContext& context, std::uint32_t node);
 
     splitting::SlotMap<1> index_;
