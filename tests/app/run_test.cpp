@@ -399,7 +399,8 @@ TEST_F(Run, EveryCriterionSeversAtACompleteCut) {
         EXPECT_EQ(Json::parse(text_of(in(criterion) / "scene.json"))["occlusion"]["criterion"], criterion);
         states.insert(summary(criterion)["state_hash"].get<std::string>());
     }
-    EXPECT_GE(states.size(), 3U);
+    // Where no path round the front is within the support, two of them are the same.
+    EXPECT_GE(states.size(), 2U);
     expect_refused({"run", "block.json", "-o", "x", "--criterion", "euclid"}, "euclid");
     expect_refused({"run", "block.json", "-o", "x", "--occlusion", "vulkan"}, "vulkan");
 }

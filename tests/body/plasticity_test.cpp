@@ -57,7 +57,8 @@ TEST(PlasticBody, CutsAndCrumbsTakeTheirStrainAlong) {
                 for (int step = 0; step < 5; ++step) {
                     const StepReport report = flowed.world->step();
                     ASSERT_LT(report.elastic_energy, 1e-12) << "nothing was released";
-                    ASSERT_LT(report.top_speed, 1e-6);
+                    // What single precision makes of the strain.
+                    ASSERT_LT(report.top_speed, 5e-6);
                 }
             }
     EXPECT_GE(remade, 4) << "some crumbs get new phyxels or become rigid";

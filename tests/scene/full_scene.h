@@ -30,7 +30,7 @@ inline constexpr const char* full_scene = R"json({
      "material": {"tearing": {"strength": 100, "strength_map": [{"paint": {"dark": 0.5, "light": 2}}]}}},
     {"name": "h", "shape": {"implicit": {"smoothness": 0.02, "cells": 50, "parts": [
         {"ball": {"center": [0, 0, 1], "radii": [1, 2, 3], "colour": [1, 0, 0.5]}},
-        {"cone": {"from": [0, 0, 0], "to": [0, 0, 2], "from_radius": 1, "to_radius": 0.5}}]}},
+        {"cone": {"from": [0, 0, 0], "to": [0, 0, 2], "from_radius": 1, "to_radius": 0.5, "colour": [0.2, 0.4, 0.6]}}]}},
      "deformation": {"free_form": {"degree": [1, 2, 3], "keyframes": [
         {"time": 0.1}, {"time": 2, "points": [{"index": [1, 2, 3], "displacement": [0.1, 0, 0]}]}]}}},
     {"name": "i", "shape": {"box": {"size": [1, 1, 1]}}, "deformation": {"mass_spring": {}}}

@@ -95,7 +95,7 @@ TEST(ParseScene, reads_every_field) {
               Shape(ImplicitShape{0.02,
                                   50,
                                   {{BallPart{Vec3(0, 0, 1), Vec3(1, 2, 3)}, Vec3(1, 0, 0.5)},
-                                   {ConePart{Vec3(0, 0, 0), Vec3(0, 0, 2), 1, 0.5}, Vec3(0.8, 0.8, 0.8)}}}));
+                                   {ConePart{Vec3(0, 0, 0), Vec3(0, 0, 2), 1, 0.5}, Vec3(0.2, 0.4, 0.6)}}}));
     const std::vector<LatticeKeyframeDescription> lattice = {{0.1, {}},
                                                              {2, {{Vec3i(1, 2, 3), Vec3(0.1, 0, 0)}}}};
     EXPECT_EQ(s.bodies[7].deformation, DeformationDescription(FreeFormDescription{Vec3i(1, 2, 3), lattice}));
@@ -128,7 +128,7 @@ TEST(ParseScene, reads_every_field) {
     EXPECT_EQ(s.solver,
               (SolverDescription{SolverKind::explicit_steps, Integrator::backward_euler, 1e-4, 50}));
     EXPECT_EQ(s.occlusion, (OcclusionDescription{"cpu", 32, occlusion::CriterionKind::transparency}));
-    EXPECT_EQ(s.output, (OutputDescription{3, SurfaceFormat::glb, true}));
+    EXPECT_EQ(s.output, (OutputDescription{3, SurfaceFormat::glb, true, true}));
     EXPECT_EQ(s.camera, (CameraDescription{Vec3(1, -4, 2), Vec3(0, 0, 1), Vec3(0, 1, 0.5), Vec3(0, 1, 1), 50,
                                            640, 480}));
 }

@@ -23,6 +23,8 @@ constexpr double rigid_length = 2;
 // filled up, and starts without strain where that, or the cut, would give it some.
 constexpr std::size_t few_phyxels = 64;
 constexpr double small_length = 6;
+// Strain that is not looked at.
+constexpr double noise_strain = 1e-4;
 
 // Per piece, the family it belongs to: what was one piece before; -1 of untouched ones.
 std::vector<std::int32_t> families_of(std::span<const splitting::PieceSplit> splits, std::size_t pieces) {
@@ -372,7 +374,7 @@ void Body::undeform_small(std::span<const Kind> kinds, std::size_t known, const 
     std::vector<Mat3> deformation(phyxels_.size()), rotation(phyxels_.size());
     meshless::compute_deformation(neighbourhoods_, phyxels_.rest_position, phyxels_.position,
                                   phyxels_.rotation, deformation, rotation, parallel);
-    std::vector<double> before(kinds.size(), 0), after(kinds.size(), 0);  // J
+    std::vector<double> before(kinds.size(), 0), after(kinds.size(), 0), noise(kinds.size(), 0);  // J
     std::vector<std::vector<std::size_t>> members(kinds.size());
     std::vector<std::uint8_t> grown(kinds.size(), 0);
     for (std::size_t i = 0; i < phyxels_.size(); ++i) {
@@ -384,11 +386,12 @@ void Body::undeform_small(std::span<const Kind> kinds, std::size_t known, const 
             return phyxels_.volume[i] *
                    meshless::energy_density(settings_.material, F, R, phyxels_.plastic_strain[i]);
         };
+        noise[piece] += noise_strain * noise_strain * settings_.material.youngs_modulus * phyxels_.volume[i];
         before[piece] += energy(phyxels_.deformation[i], phyxels_.rotation[i]);
         after[piece] += energy(deformation[i], rotation[i]);
     }
     for (std::size_t k = 0; k < kinds.size(); ++k)
-        if (grown[k] != 0 || after[k] > 1.01 * before[k]) undeform(members[k]);
+        if (grown[k] != 0 || after[k] > 1.01 * before[k] + noise[k]) undeform(members[k]);
 }
 
 // Puts phyxels as they would lie without strain; centre, momenta, mean rotation and mean
@@ -453,7 +456,7 @@ void Body::resample(const StepContext& context, StepReport& report) {
     for (std::size_t k = 0; k < nodes.size(); ++k)
         if (!nodes[k].empty() && phyxels_.rigid.index(booking_.piece[nodes[k].front()]) >= 0)
             elastic_family[k] = -1;
-    const meshless::Parting parting(phyxels_, elastic_family);
+    const meshless::Parting parting(phyxels_, elastic_family, held_);
     fill_pieces(context, nodes, kinds);
     for (std::size_t k = 0; k < nodes.size(); ++k)
         if ((kinds[k] == Kind::small || kinds[k] == Kind::large) &&

@@ -4,8 +4,16 @@
 
 namespace splitcubes::meshless {
 
-Parting::Parting(const Phyxels& phyxels, std::vector<std::int32_t> family) : family_(std::move(family)) {
+Parting::Parting(const Phyxels& phyxels, std::vector<std::int32_t> family, std::span<const std::uint8_t> held)
+    : family_(std::move(family)) {
     before_ = of_families(phyxels);
+    moves_.resize(before_.size());
+    for (std::size_t k = 0; k < before_.size(); ++k)
+        moves_[k] = !before_[k].linear.isZero(0) || !before_[k].spin.isZero(0);
+    for (std::size_t i = 0; i < held.size(); ++i) {
+        const std::int32_t of = family_[static_cast<std::size_t>(phyxels.piece[i])];
+        if (held[i] != 0 && of >= 0) moves_[static_cast<std::size_t>(of)] = 0;
+    }
 }
 
 std::vector<Momenta> Parting::of_families(const Phyxels& phyxels) const {
@@ -32,7 +40,7 @@ void Parting::settle(Phyxels& phyxels) const {
         Change change{after[k].centre, Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
         if (after[k].mass > 0 && before_[k].mass > 0) {
             // Of that mass: what is booked in sum may differ by rounding.
-            change.way = before_[k].centre - after[k].centre;
+            if (moves_[k] != 0) change.way = before_[k].centre - after[k].centre;
             change.velocity = before_[k].linear / before_[k].mass - after[k].linear / after[k].mass;
             change.turning = angular_velocity(after[k].inertia, before_[k].spin - after[k].spin);
         }

@@ -4,6 +4,7 @@
 #include <splitcubes/meshless/phyxels.h>
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace splitcubes::meshless {
@@ -17,7 +18,10 @@ class Parting {
   public:
     /// Notes the momenta. `family`: per piece, its family's number, or -1 where it stays
     /// as it is; phyxels.piece are the new pieces, masses and velocities those of before.
-    Parting(const Phyxels& phyxels, std::vector<std::int32_t> family);
+    /// `held`: per phyxel, 1 where it is held (or shorter: the rest is not); such families
+    /// are not moved, nor are those that are at rest.
+    Parting(const Phyxels& phyxels, std::vector<std::int32_t> family,
+            std::span<const std::uint8_t> held = {});
 
     /// Gives every family back its centre of mass, its linear momentum and its angular
     /// momentum about that centre, to rounding.
@@ -28,6 +32,7 @@ class Parting {
 
     std::vector<std::int32_t> family_;  // per piece
     std::vector<Momenta> before_;       // per family
+    std::vector<std::uint8_t> moves_;   // per family, 1: its centre is put back
 };
 
 }  // namespace splitcubes::meshless

@@ -7,12 +7,8 @@
 // Must come after it.
 #include <hwy/highway.h>
 
+#include <splitcubes/meshless/flush_tiny.h>
 #include <splitcubes/meshless/slice_kernels.h>
-
-#include <array>
-#if defined(__SSE2__)
-#include <immintrin.h>
-#endif
 
 HWY_BEFORE_NAMESPACE();
 namespace splitcubes::meshless {
@@ -397,28 +393,6 @@ const char* own_target() {
     return hwy::TargetName(HWY_TARGET);
 }
 
-// Sums of products in double precision, sixteen of them side by side on any machine.
-class LaneSums {
-  public:
-    template <class Product>
-    HWY_INLINE void add(std::size_t lane, const Product& product) {
-        hn::Store(hn::Add(hn::Load(wide, sums_ + lane), product), wide, sums_ + lane);
-    }
-    double total() const {
-        double sum = 0;
-        for (const double s : sums_) sum += s;
-        return sum;
-    }
-    static constexpr hn::CappedTag<double, 8> wide{};
-    static constexpr hn::Rebind<float, hn::CappedTag<double, 8>> narrow{};
-
-  private:
-    alignas(64) double sums_[LinkSlices::lanes] = {};
-};
-
-using N = decltype(LaneSums::narrow);
-using Narrow = hn::Vec<hn::Rebind<float, hn::CappedTag<double, 8>>>;
-
 // sum_j c_i w_ij |H_i x_ij - (u_j - u_i)|^2, c_i w_ij |x_ij|^2 being (c_i A_i g_ij) . x_ij.
 HWY_INLINE V penalties(const LinkSlices& slices, std::size_t slice, std::size_t lane, const SliceState& state,
                        const Nine& H) {
@@ -480,85 +454,6 @@ double energy_slices(const LinkSlices& slices, const SliceRange& range, const Sl
     return total;
 }
 
-double product_slices(std::size_t stride, const SliceRange& range, const float* diagonal, float factor,
-                      const float* p, float* force) {
-    LaneSums sums;
-    constexpr auto narrow = LaneSums::narrow;
-    constexpr auto wide = LaneSums::wide;
-    const Narrow scale = hn::Set(narrow, factor);
-    for (std::size_t begin = range.begin * LinkSlices::lanes; begin < range.end * LinkSlices::lanes;
-         begin += LinkSlices::lanes)
-        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(wide))
-            for (std::size_t k = 0; k < 3; ++k) {
-                const std::size_t at = k * stride + begin + lane;
-                const Narrow in = hn::LoadU(narrow, p + at);
-                const Narrow own = hn::Mul(hn::LoadU(narrow, diagonal + begin + lane), in);
-                const Narrow out = hn::Sub(own, hn::Mul(scale, hn::LoadU(narrow, force + at)));
-                hn::StoreU(out, narrow, force + at);
-                sums.add(lane, hn::Mul(hn::PromoteTo(wide, in), hn::PromoteTo(wide, out)));
-            }
-    return sums.total();
-}
-
-double advance_slices(std::size_t stride, const SliceRange& range, float alpha, const float* inverse,
-                      const float* p, const float* q, float* to, float* r) {
-    LaneSums sums;
-    constexpr auto narrow = LaneSums::narrow;
-    constexpr auto wide = LaneSums::wide;
-    const Narrow step = hn::Set(narrow, alpha);
-    for (std::size_t begin = range.begin * LinkSlices::lanes; begin < range.end * LinkSlices::lanes;
-         begin += LinkSlices::lanes)
-        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(wide)) {
-            const auto weight = hn::PromoteTo(wide, hn::LoadU(narrow, inverse + begin + lane));
-            for (std::size_t k = 0; k < 3; ++k) {
-                const std::size_t at = k * stride + begin + lane;
-                const Narrow moved =
-                    hn::Add(hn::LoadU(narrow, to + at), hn::Mul(step, hn::LoadU(narrow, p + at)));
-                hn::StoreU(moved, narrow, to + at);
-                const Narrow left =
-                    hn::Sub(hn::LoadU(narrow, r + at), hn::Mul(step, hn::LoadU(narrow, q + at)));
-                hn::StoreU(left, narrow, r + at);
-                const auto precise = hn::PromoteTo(wide, left);
-                sums.add(lane, hn::Mul(hn::Mul(precise, precise), weight));
-            }
-        }
-    return sums.total();
-}
-
-double begin_slices(std::size_t stride, const SliceRange& range, const float* inverse, const float* r,
-                    float* p) {
-    LaneSums sums;
-    constexpr auto narrow = LaneSums::narrow;
-    constexpr auto wide = LaneSums::wide;
-    for (std::size_t begin = range.begin * LinkSlices::lanes; begin < range.end * LinkSlices::lanes;
-         begin += LinkSlices::lanes)
-        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(wide)) {
-            const Narrow weight = hn::LoadU(narrow, inverse + begin + lane);
-            for (std::size_t k = 0; k < 3; ++k) {
-                const std::size_t at = k * stride + begin + lane;
-                const Narrow left = hn::LoadU(narrow, r + at);
-                hn::StoreU(hn::Mul(weight, left), narrow, p + at);
-                const auto precise = hn::PromoteTo(wide, left);
-                sums.add(lane, hn::Mul(hn::Mul(precise, precise), hn::PromoteTo(wide, weight)));
-            }
-        }
-    return sums.total();
-}
-
-void turn_slices(std::size_t stride, const SliceRange& range, float beta, const float* inverse,
-                 const float* r, float* p) {
-    const V share = hn::Set(d, beta);
-    for (std::size_t begin = range.begin * LinkSlices::lanes; begin < range.end * LinkSlices::lanes;
-         begin += hn::Lanes(d)) {
-        const V weight = hn::LoadU(d, inverse + begin);
-        for (std::size_t k = 0; k < 3; ++k) {
-            float* const to = p + k * stride + begin;
-            const V fresh = hn::Mul(weight, hn::LoadU(d, r + k * stride + begin));
-            hn::StoreU(add_product(fresh, share, hn::LoadU(d, to)), d, to);
-        }
-    }
-}
-
 }  // namespace HWY_NAMESPACE
 }  // namespace splitcubes::meshless
 HWY_AFTER_NAMESPACE();
@@ -566,39 +461,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace splitcubes::meshless {
 
-namespace {
-
-// Numbers below 1e-38, which a residual leaves far from where it began, count as zero while
-// this lives: the processor would take a hundred times as long for them.
-class FlushTiny {
-  public:
-#if defined(__SSE2__)
-    FlushTiny() : before_(_mm_getcsr()) {
-        _mm_setcsr(before_ | 0x8040U);
-    }
-    ~FlushTiny() {
-        _mm_setcsr(before_);
-    }
-    FlushTiny(const FlushTiny&) = delete;
-    FlushTiny& operator=(const FlushTiny&) = delete;
-
-  private:
-    unsigned before_;
-#else
-    FlushTiny() {}
-#endif
-};
-
-}  // namespace
-
 HWY_EXPORT(state_slices);
 HWY_EXPORT(direction_slices);
 HWY_EXPORT(force_slices);
 HWY_EXPORT(energy_slices);
-HWY_EXPORT(product_slices);
-HWY_EXPORT(advance_slices);
-HWY_EXPORT(begin_slices);
-HWY_EXPORT(turn_slices);
 HWY_EXPORT(bare_gradient_slices);
 HWY_EXPORT(bare_force_slices);
 HWY_EXPORT(own_target);
@@ -624,30 +490,6 @@ double energy_pass(const LinkSlices& slices, const SliceRange& range, const Slic
                    const Lame& lame) {
     const FlushTiny flush;
     return HWY_DYNAMIC_DISPATCH(energy_slices)(slices, range, state, lame);
-}
-
-double finish_product(std::size_t stride, const SliceRange& range, const float* diagonal, float factor,
-                      const float* p, float* force) {
-    const FlushTiny flush;
-    return HWY_DYNAMIC_DISPATCH(product_slices)(stride, range, diagonal, factor, p, force);
-}
-
-double advance(std::size_t stride, const SliceRange& range, float alpha, const float* inverse, const float* p,
-               const float* q, float* to, float* r) {
-    const FlushTiny flush;
-    return HWY_DYNAMIC_DISPATCH(advance_slices)(stride, range, alpha, inverse, p, q, to, r);
-}
-
-double begin_direction(std::size_t stride, const SliceRange& range, const float* inverse, const float* r,
-                       float* p) {
-    const FlushTiny flush;
-    return HWY_DYNAMIC_DISPATCH(begin_slices)(stride, range, inverse, r, p);
-}
-
-void turn_direction(std::size_t stride, const SliceRange& range, float beta, const float* inverse,
-                    const float* r, float* p) {
-    const FlushTiny flush;
-    HWY_DYNAMIC_DISPATCH(turn_slices)(stride, range, beta, inverse, r, p);
 }
 
 void bare_gradients(const LinkSlices& slices, const SliceRange& range, const float* p, float* gradient) {
