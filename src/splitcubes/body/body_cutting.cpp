@@ -8,6 +8,15 @@ namespace splitcubes::body {
 
 using splitting::GridEdge;
 
+namespace {
+
+void make_unique(std::vector<std::uint32_t>& numbers) {
+    std::sort(numbers.begin(), numbers.end());
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
+
+}  // namespace
+
 // The uncut edges between inside nodes that the blades may have met over the last interval.
 std::vector<GridEdge> Body::edges_near(std::span<const cutting::SweptBlade> blades,
                                        const Parallel& parallel) {
@@ -42,8 +51,7 @@ std::vector<std::uint32_t> Body::track_ends(std::span<const GridEdge> edges) {
     std::vector<std::uint32_t> nodes;
     for (const GridEdge& edge : edges)
         for (const Vec3i& node : {edge.node, edge.upper()}) nodes.push_back(tracker_.track(grid_, node));
-    std::sort(nodes.begin(), nodes.end());
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    make_unique(nodes);
     return nodes;
 }
 
@@ -62,11 +70,10 @@ std::vector<cutting::CandidateEdge> Body::candidate_edges(std::span<const GridEd
     for (const std::uint32_t node : nodes)
         if (cut_step_[node] != step_ - 1) unseen.push_back(node);
     evaluate_some_before(tracker, unseen);
-    // All that are new, too: the tracker adds some of its own.
-    std::vector<std::uint32_t> asked(nodes.begin(),
-                                     std::lower_bound(nodes.begin(), nodes.end(), frames_.size()));
-    for (std::size_t k = frames_.size(); k < tracker_.size(); ++k)
-        asked.push_back(static_cast<std::uint32_t>(k));
+    // All that are awake have a frame: the tracker may have taken up others.
+    std::vector<std::uint32_t> asked = nodes;
+    asked.insert(asked.end(), tracker_.fresh().begin(), tracker_.fresh().end());
+    make_unique(asked);
     evaluate_some_now(tracker, asked);
 
     const auto start_of = [&](std::uint32_t node) {

@@ -102,6 +102,7 @@ void Body::pick_frames(const std::vector<geometry::Frame>& nodes, std::vector<ge
 }
 
 void Body::evaluate_frames_now(const TrackerContext& context) {
+    tracker_.clear_fresh();
     if (deformation_) return pick_frames(node_frames_, frames_);
     tracker_.evaluate(context, phyxels_.position, phyxels_.deformation, frames_);
 }
