@@ -91,11 +91,9 @@ TEST_P(MovingBricksAtTwist, HoldEveryEdgeThatABladeMeets) {
     const auto lower_now = frames_of(lower, now, body, true, parallel);
     const auto upper_now = frames_of(upper, now, body, true, parallel);
 
-    double reach = 0;
-    for (const double h : now.phyxels.support_radius) reach = std::max(reach, h);
     MovingBricks bricks;
     std::size_t met = 0, named = 0;
-    for (int stroke = 0; stroke < 12; ++stroke) {
+    for (int stroke = 0; stroke < 30; ++stroke) {
         const auto point = [&](double size) {
             return Vec3(size * random.uniform(-1, 1), size * random.uniform(-1, 1),
                         size * random.uniform(-1, 1));
@@ -106,7 +104,7 @@ TEST_P(MovingBricksAtTwist, HoldEveryEdgeThatABladeMeets) {
         blade.bounds = geometry::bounds_of(blade.segments.front());
         const SweptBoxes swept(std::span(&blade, 1), 1e-5);
         const std::vector<GridEdge> near =
-            bricks.edges_near({grid, now.phyxels, now.previous_deformation, reach}, swept, parallel);
+            bricks.edges_near({grid, now.phyxels, now.previous_deformation, 0}, swept, parallel);
         std::set<std::uint64_t> names;
         for (const GridEdge& edge : near) {
             names.insert(splitting::edge_id(edge));
@@ -123,7 +121,7 @@ TEST_P(MovingBricksAtTwist, HoldEveryEdgeThatABladeMeets) {
         }
     }
     EXPECT_GT(met, 100U);
-    EXPECT_LT(named, 12 * edges.size() / 4);  // it is a choice
+    EXPECT_LT(named, 30 * edges.size() / 4);  // it is a choice
 }
 
 INSTANTIATE_TEST_SUITE_P(Twists, MovingBricksAtTwist, testing::Values(0.0, 0.4, 2.0));

@@ -24,13 +24,11 @@ std::vector<GridEdge> Body::edges_near(std::span<const cutting::SweptBlade> blad
     for (const cutting::SweptBlade& swept : blades) blade.add(swept.bounds);
     if (blade.empty()) return {};
     if (deformation_) return uncut_edges_of(bricks_of_nodes_in(blade));
-    double reach = 0;
-    for (const double h : phyxels_.support_radius) reach = std::max(reach, h);
     const double cell = grid_.rest().cell_size;
     // Whoever tests the edges is generous by far less than the margin.
     const SweptBoxes swept(blades, 1e-3 * cell + 1e-5 * blade.size().norm());
-    // A node without a kernel of its own follows a neighbour: one more cell of reach.
-    return moving_bricks_.edges_near({grid_, phyxels_, previous_deformation_, reach + cell}, swept, parallel);
+    // A node without a kernel of its own follows a neighbour.
+    return moving_bricks_.edges_near({grid_, phyxels_, previous_deformation_, cell}, swept, parallel);
 }
 
 std::vector<GridEdge> Body::uncut_edges_of(std::span<const std::uint32_t> bricks) const {

@@ -31,9 +31,9 @@ double distance_squared(const Vec3& point, const geometry::Box& box) {
     return (box.min - point).cwiseMax(point - box.max).cwiseMax(0).squaredNorm();
 }
 
-// How many bricks away a phyxel can lie that carries a node of a brick.
-int bricks_around(const MovingBricks::State& state) {
-    return static_cast<int>(std::ceil(state.reach / (brick_side * state.grid.rest().cell_size)));
+// How far from its rest position a phyxel carries nodes.
+double reach_of(const MovingBricks::State& state, std::size_t i) {
+    return state.phyxels.support_radius[i] + state.margin;
 }
 
 }  // namespace
@@ -55,6 +55,11 @@ void MovingBricks::sort_phyxels(const State& state) {
     for (std::size_t i = 0; i < rest.size(); ++i)
         phyxels_[next[brick_of(i)]++] = static_cast<std::uint32_t>(i);
     sorted_ = rest.size();
+}
+
+// How many bricks away a phyxel can lie that carries a node of a brick.
+int MovingBricks::bricks_around(const State& state) const {
+    return static_cast<int>(std::ceil(reach_ / (brick_side * state.grid.rest().cell_size)));
 }
 
 // The mean of what the phyxels make of a point. What is not finite does not count: any map
@@ -83,7 +88,7 @@ void MovingBricks::add_difference(const State& state, std::size_t i, const Map& 
     const Vec3 mapped = map.jacobian * state.phyxels.rest_position[i] + map.shift;
     const auto add = [&](const Vec3& position, const Mat3& deformation) {
         const Vec3 at = position - mapped;
-        const Vec3 spread = state.reach * (deformation - map.jacobian).rowwise().norm();
+        const Vec3 spread = reach_of(state, i) * (deformation - map.jacobian).rowwise().norm();
         off.add(geometry::Box{at - spread, at + spread});
     };
     add(state.phyxels.position[i], state.phyxels.deformation[i]);
@@ -143,7 +148,8 @@ MovingBricks::Bound MovingBricks::bound_of(const State& state, std::uint32_t bri
             const std::uint32_t first = begin_[layout.brick_of(brick_side * Vec3i(low.x(), y, z))];
             const std::uint32_t last = begin_[layout.brick_of(brick_side * Vec3i(high.x(), y, z)) + 1];
             for (std::uint32_t k = first; k < last; ++k)
-                if (distance_squared(rest[phyxels_[k]], cube) < state.reach * state.reach)
+                if (const double reach = reach_of(state, phyxels_[k]);
+                    distance_squared(rest[phyxels_[k]], cube) < reach * reach)
                     near.push_back(phyxels_[k]);
         }
     Bound bound{mean_map(state, near), {}};
@@ -189,6 +195,8 @@ void MovingBricks::add_edges(const State& state, std::uint32_t brick, const Swep
 std::vector<GridEdge> MovingBricks::edges_near(const State& state, const SweptBoxes& swept,
                                                const Parallel& parallel) {
     if (sorted_ != state.phyxels.size() || begin_.empty()) sort_phyxels(state);
+    reach_ = 0;
+    for (std::size_t i = 0; i < state.phyxels.size(); ++i) reach_ = std::max(reach_, reach_of(state, i));
     choose_bricks(state, swept, parallel);
     edges_.resize((chosen_.size() + brick_grain - 1) / brick_grain);
     parallel.for_chunks(chosen_.size(), brick_grain, [&](std::size_t begin, std::size_t end) {

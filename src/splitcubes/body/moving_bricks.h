@@ -28,7 +28,7 @@ class MovingBricks {
         const splitting::NodeGrid& grid;
         const meshless::Phyxels& phyxels;
         std::span<const Mat3> previous_deformation;
-        double reach;  // m, how far from a phyxel's rest position a node may lie that it carries
+        double margin;  // m, by how much a node may lie out of a phyxel's support that carries it
     };
     /// The uncut edges between inside nodes that may have met one of the swept boxes, brick
     /// by brick, in a brick by node and axis.
@@ -55,6 +55,7 @@ class MovingBricks {
     static void add_difference(const State& state, std::size_t i, const Map& map, geometry::Box& off);
 
     void sort_phyxels(const State& state);
+    int bricks_around(const State& state) const;
     void take_boxes(const State& state, const Parallel& parallel);
     void spread_boxes(const splitting::BrickLayout& layout, int around, int axis, const Parallel& parallel);
     void choose_bricks(const State& state, const SweptBoxes& swept, const Parallel& parallel);
@@ -71,6 +72,7 @@ class MovingBricks {
     std::vector<std::uint32_t> chosen_;    // bricks to look at closely, ascending
     std::vector<std::vector<splitting::GridEdge>> edges_;  // scratch, per chunk of these
     std::size_t sorted_ = 0;                               // phyxels that are in phyxels_
+    double reach_ = 0;                                     // m, of the phyxel that reaches farthest
 };
 
 }  // namespace splitcubes::body
