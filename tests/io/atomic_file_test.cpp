@@ -104,8 +104,7 @@ TEST_F(WholeFile, AKillLeavesWhatWasThere) {
     int status = 0;
     waitpid(child, &status, 0);
     EXPECT_EQ(text_of("a"), "old");
-    for (const std::string& name : names())
-        EXPECT_TRUE(name == "a" || name.ends_with(".tmp")) << name;
+    for (const std::string& name : names()) EXPECT_TRUE(name == "a" || name.ends_with(".tmp")) << name;
 }
 
 TEST_F(WholeFile, ReadableAsOtherNewFiles) {
