@@ -1,6 +1,6 @@
 // The bit masks against rays in double precision, sample by sample.
 #include <splitcubes/occlusion/brute_force.h>
-#include <splitcubes/occlusion/cpu/rasterize.h>
+#include <splitcubes/occlusion/cpu/packs.h>
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -15,12 +15,8 @@ namespace {
 using namespace testing;
 
 DiskMasks cpu_masks(const geometry::OccluderGrid& grid, const PairQuery& pair, const DiskRaster& raster) {
-    const Disk disk = make_disk(pair);
-    cpu::TriangleList near;
-    grid.visit(double_cone_bounds(pair), [&](const auto& t) { near.add(t, disk.apex); });
-    DiskMasks masks;
-    cpu::rasterize(disk, raster, near, masks);
-    return masks;
+    cpu::Buffers buffers;
+    return cpu::masks_of(grid, pair, make_disk(pair), raster, buffers);
 }
 
 int differing(const DiskBits& a, const DiskBits& b, const DiskRaster& raster) {
