@@ -71,4 +71,12 @@ const std::vector<ObjectKeys>& path_keys() {
     return keys;
 }
 
+const std::vector<ObjectKeys>& recording_keys() {
+    static const std::vector<ObjectKeys> keys = {
+        {"recording", {"format", "program", "scene", "frames", "first_state", "last_state", "tracks"}},
+        {"track", {"tool", "constraint", "times", "places"}},
+    };
+    return keys;
+}
+
 }  // namespace splitcubes::scene

@@ -82,7 +82,7 @@ JsonPath extended(JsonPath path, PathStep step) {
 }
 
 const std::vector<std::string_view>& keys_of(std::string_view kind) {
-    for (const std::vector<ObjectKeys>* all : {&scene_keys(), &path_keys()})
+    for (const std::vector<ObjectKeys>* all : {&scene_keys(), &path_keys(), &recording_keys()})
         for (const ObjectKeys& object : *all)
             if (object.object == kind) return object.keys;
     assert(false && "no kind of object has that name");

@@ -90,7 +90,7 @@ class Value {
     JsonPath path_;
 };
 
-/// A JSON object all of whose keys belong to one of scene_keys().
+/// A JSON object all of whose keys belong to one of scene_keys(), path_keys() or recording_keys().
 class Object {
   public:
     /// Throws on what is no object and on unknown keys, with the nearest known one.
