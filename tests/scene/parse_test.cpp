@@ -90,7 +90,12 @@ TEST(ParseScene, reads_every_field) {
     EXPECT_EQ(s.bodies[4].shape, Shape(CapsuleShape{0.5, 2}));
     EXPECT_EQ(s.bodies[5].shape, Shape(PearShape{0.7}));
     EXPECT_EQ(s.bodies[6].shape, Shape(MeshShape{s.folder / "schema.json"}));
-    EXPECT_EQ(s.bodies[6].material.tearing, (TearingDescription{100, 0.6, {}, {StrengthPaint{0.5, 2}}}));
+    EXPECT_EQ(s.bodies[6].material.tearing,
+              (TearingDescription{
+                  100,
+                  0.6,
+                  {},
+                  {StrengthPaint{0.5, 2, {}}, StrengthPaint{0.1, 1, SPLITCUBES_SCENES "/schema.json"}}}));
     EXPECT_EQ(s.bodies[7].shape,
               Shape(ImplicitShape{0.02,
                                   50,

@@ -38,7 +38,7 @@ const std::vector<ObjectKeys>& scene_keys() {
         {"tearing", {"strength", "toughness", "crack_speed", "strength_map"}},
         {"strength_layer", {"patch", "paint"}},
         {"strength_patch", {"region", "factor"}},
-        {"strength_paint", {"dark", "light"}},
+        {"strength_paint", {"picture", "dark", "light"}},
         {"ground", {"height", "friction"}},
         {"constraint", {"body", "region", "kind", "keyframes", "pivot", "from_time", "until_time"}},
         {"region", {"box", "sphere", "half_space", "cylinder", "slab"}},

@@ -7,18 +7,19 @@ namespace splitcubes::scene {
 
 namespace {
 
+std::filesystem::path existing_file(const Value& file, const char* remedy) {
+    const std::filesystem::path path = (file.source().folder / file.label()).lexically_normal();
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(path, ignored))
+        file.fail("is " + file.shown() + ", but there is no file " + path.string(), remedy);
+    return path;
+}
+
 // Shapes have no defaults: each size must be given.
 
 Shape read_mesh_shape(const Value& value) {
-    const Value file = Object(value, "mesh_shape").at("file");
-    const std::string text = file.label();
-    const std::filesystem::path path = (value.source().folder / text).lexically_normal();
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(path, ignored)) {
-        file.fail("is " + file.shown() + ", but there is no file " + path.string(),
-                  "give a mesh file's name relative to the scene's folder");
-    }
-    return MeshShape{path};
+    return MeshShape{existing_file(Object(value, "mesh_shape").at("file"),
+                                   "give a mesh file's name relative to the scene's folder")};
 }
 
 Shape read_torus(const Value& value) {
@@ -152,6 +153,8 @@ StrengthLayer read_strength_layer(const Value& value) {
     StrengthPaint out;
     paint.read("dark", out.dark, any_factor);
     paint.read("light", out.light, any_factor);
+    if (const auto picture = paint.find("picture"))
+        out.picture = existing_file(*picture, "give a picture's name relative to the scene's folder");
     return out;
 }
 
@@ -175,8 +178,8 @@ void check_paint(const Object& material, const Shape& shape) {
         return;
     for (const Value& layer : layers->elements(0, ParseLimits::strength_layers))
         if (Object(layer, "strength_layer").has("paint"))
-            layer.fail("paints a shape that has no colours",
-                       "give the body a mesh with colours, or a patch instead");
+            layer.fail("paints a shape that has no colours and no texture coordinates",
+                       "give the body a mesh with them, or a patch instead");
 }
 
 MaterialDescription read_material(const Value& value) {
