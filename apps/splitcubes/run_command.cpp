@@ -32,7 +32,8 @@ int run_scene(const Options& options) {
     if (options.pictures) overrides.push_back("output.pictures=true");
     if (options.links) overrides.push_back("output.links=true");
     const scene::SceneDescription description = scene::parse_scene_file(options.scene, overrides);
-    return simulate(description, {options.out, options.checkpoint_every, options.resume, options.record, false});
+    return simulate(description,
+                    {options.out, options.checkpoint_every, options.resume, options.record, false});
 }
 
 }  // namespace

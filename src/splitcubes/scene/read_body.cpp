@@ -1,6 +1,7 @@
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/read_scene.h>
 
+#include <algorithm>
 #include <system_error>
 
 namespace splitcubes::scene {
@@ -53,7 +54,7 @@ ImplicitPart read_part(const Value& value) {
 ImplicitShape read_implicit(const Value& value) {
     const Object object(value, "implicit_shape");
     ImplicitShape out;
-    object.read("smoothness", out.smoothness, not_negative);
+    object.read("smoothness", out.smoothness, {0, 1e3});
     object.read("cells", out.cells, 8, 400);
     for (const Value& part : object.at("parts").elements(1, ParseLimits::parts))
         out.parts.push_back(read_part(part));
@@ -83,8 +84,12 @@ FreeFormDescription read_free_form(const Value& value) {
                 const Object one(point, "lattice_point");
                 key.points.push_back(
                     {read_integers(one.at("index"), 0, 12), one.at("displacement").vector()});
-                if ((key.points.back().index.array() > out.degree.array()).any())
+                const Vec3i index = key.points.back().index;
+                if ((index.array() > out.degree.array()).any())
                     one.at("index").fail("is beyond the lattice", "give at most the degree along each axis");
+                if (std::any_of(key.points.begin(), key.points.end() - 1,
+                                [&](const LatticePoint& p) { return p.index == index; }))
+                    one.at("index").fail("is there twice", "give each point of a keyframe once");
             }
         out.keyframes.push_back(key);
     }

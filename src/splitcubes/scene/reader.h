@@ -67,6 +67,8 @@ class Value {
     }
     /// The value as it stands, shortened.
     std::string shown() const;
+    /// The same with what kind of value it is.
+    std::string shown_with_type() const;
 
     double number(const Range& range = any_number) const;
     int integer(int low, int high) const;
