@@ -133,7 +133,6 @@ render::Picture PictureMaker::draw(const Links& links, const geometry::SurfaceMe
     render::SurfacePalette palette;
     palette.skin = render::Color(0.55, 0.60, 0.66);
     palette.cut = palette.skin;
-    palette.line_width = 0;
     const render::Picture empty = renderer_->draw({}, camera_);
     render::Picture out = lines_of(links, time);
     for (const bool cut : {false, true}) {
@@ -143,6 +142,10 @@ render::Picture PictureMaker::draw(const Links& links, const geometry::SurfaceMe
         render::add_surface(list, faces, palette);
         lay_over(out, renderer_->draw(list, camera_), empty, cut ? cut_share : skin_share);
     }
+    render::DrawList rims;
+    render::add_surface(rims, surface, palette);
+    rims.meshes.clear();
+    lay_over(out, renderer_->draw(rims, camera_), empty, 1);
     return out;
 }
 
