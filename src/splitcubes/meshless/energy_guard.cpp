@@ -156,7 +156,7 @@ EnergyGuard::Verdict EnergyGuard::judge(const Material& material, const StepInpu
     verdict.budget = before + start.elastic + start.reserve + extra_[k];
     const double noise = noise_strain * noise_strain * material.youngs_modulus * start.volume;
     verdict.limit = verdict.budget + motion_share * std::max(before, 0.0) +
-                    tolerance * std::max(start.elastic, end.elastic) + noise;
+                    tolerance * std::max(start.elastic, std::min(end.elastic, verdict.budget)) + noise;
     verdict.energy = now + end.elastic;
     verdict.over = !(verdict.energy <= verdict.limit);
     return verdict;
