@@ -20,6 +20,7 @@ constexpr double total_tolerance = 0.15;
 void expect_sound(const Torture& torture, const std::string& name) {
     const Sufferings seen = run(torture);
     const double g = torture.torment == Torment::spinning ? 0 : 9.81;
+    std::fprintf(stderr, "%s E %g put in %g motion %.4f gain %.4f top %g piece %g\n", name.c_str(), torture.youngs_modulus, seen.energy_put_in, seen.most_motion / seen.energy_put_in, seen.most_gain / seen.energy_put_in, seen.top_speed, seen.top_piece_speed);
     EXPECT_EQ(seen.broken, "") << name;
     EXPECT_GT(seen.pieces, static_cast<std::size_t>(torture.blades) / 2) << name;
     EXPECT_GT(seen.rigid, seen.pieces / 2) << name << ": most are crumbs";

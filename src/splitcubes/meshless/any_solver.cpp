@@ -11,7 +11,9 @@ namespace {
 // stability lends as much of its own to the leapfrog (EnergyGuard).
 constexpr double implicit_tolerance = 0.02, explicit_tolerance = 0.25;
 // What a step that cannot be paid for is divided into, one after the other.
-constexpr std::array<int, 2> divisions = {2, 4};
+constexpr std::array<int, 3> implicit_divisions = {1, 2, 4}, explicit_divisions = {2, 4, 8};
+// Newton steps of a step that is taken again, beside the first.
+constexpr int further_solves = 2;
 
 }  // namespace
 
@@ -21,6 +23,7 @@ SolverReport AnySolver::step_elastic(Phyxels& phyxels, const Neighbourhoods& nei
     check_step_input(phyxels, input);
     if (!options.guard_energy) return step_once(phyxels, neighbourhoods, material, input, options, parallel);
     const bool leaps = options.kind == SolverKind::explicit_steps;
+    const std::array<int, 3>& divisions = leaps ? explicit_divisions : implicit_divisions;
     const double tolerance = leaps ? explicit_tolerance : implicit_tolerance;
     guard_.begin(phyxels, neighbourhoods, material, input, parallel);
     SolverReport report = step_once(phyxels, neighbourhoods, material, input, options, parallel);
@@ -62,6 +65,7 @@ SolverReport AnySolver::step_finely(Phyxels& phyxels, const Neighbourhoods& neig
         return report;
     }
     options.bdf2 = false;
+    options.further_solves = further_solves;
     StepInput part = input;
     part.dt = input.dt / division;
     SolverReport report;

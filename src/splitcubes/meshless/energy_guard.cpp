@@ -22,6 +22,8 @@ constexpr double push_share = 1e-6;
 constexpr double debt_share = 0.05;
 // Depth below the ground that is looked at, in contact radii.
 constexpr double depth_share = 1e-3;
+// Differences of ways, relative to their length, that are rounding.
+constexpr double same_way = 1e-6;
 // Halvings of the deformation of a step before none of it is left.
 constexpr int halvings = 4;
 // Elastic energy that a piece may keep above that before the step, as a share of it.
@@ -48,16 +50,19 @@ void EnergyGuard::sum_up(const Phyxels& phyxels, const StepInput& input,
         const double kinetic = 0.5 * m * phyxels.velocity[i].squaredNorm();
         account.mass += m;
         account.volume += phyxels.volume[i];
-        account.linear += m * phyxels.velocity[i];
         account.all_kinetic += kinetic;
         account.elastic += phyxels.elastic_energy[i];
         account.reserve += phyxels.reserve[i];
         account.touches |= phyxels.touching[i] != 0;
         if (is_held(input, i)) {
+            const Vec3 way = input.held_position[i] - position_[i];
+            if (!(account.held_mass > 0)) account.held_way = way;
+            account.one_way &= (way - account.held_way).norm() <= same_way * account.held_way.norm();
+            account.held_moves |= !way.isZero(0);
             account.held_mass += m;
-            account.held_moves |= input.held_position[i] != position_[i];
         } else {
             account.loose_kinetic += kinetic;
+            account.linear += m * phyxels.velocity[i];
         }
     }
 }
@@ -106,6 +111,16 @@ void EnergyGuard::add_gravity(const Phyxels& phyxels, const StepInput& input) {
         const double work = phyxels.mass[i] * input.gravity.dot(phyxels.position[i] - position_[i]);
         if (phyxels.touching[i] == 0 || work > 0) end_[slot(phyxels, i)].work += work;
     }
+}
+
+// What a hold that only shifts what it holds does: all that changes the momentum of what is not
+// held, and is not gravity, is its. Exact, whatever the forces are.
+double EnergyGuard::work_along(const Material& material, const StepInput& input, std::size_t k) const {
+    const Account& start = start_[k];
+    const double mass = start.mass - start.held_mass;
+    const Vec3 damping = 0.5 * material.mass_damping * (start.linear + end_[k].linear);
+    const Vec3 force = (end_[k].linear - start.linear) / input.dt + damping - mass * input.gravity;
+    return force.dot(start.held_way);
 }
 
 // The larger of what the forces before the step and those after it would have cost: an
@@ -175,7 +190,10 @@ bool EnergyGuard::weigh(const Phyxels& phyxels, const Neighbourhoods& neighbourh
     for (std::size_t k = 0; k < start_.size(); ++k) {
         if (!(start_[k].mass > 0)) continue;
         verdict_[k] = judge(material, input, tolerance, k);
-        if (verdict_[k].over && start_[k].held_moves) {
+        if (verdict_[k].over && start_[k].held_moves && start_[k].one_way && hold_work.empty()) {
+            end_[k].work += work_along(material, input, k);
+            verdict_[k] = judge(material, input, tolerance, k);
+        } else if (verdict_[k].over && start_[k].held_moves) {
             if (hold_work.empty() && !holds_are_known) {
                 add_hold_work(phyxels, neighbourhoods, material, input, parallel);
                 holds_are_known = true;
@@ -257,6 +275,8 @@ void EnergyGuard::place_between(Phyxels& phyxels, const StepInput& input, double
         if (start_[k].held_mass <= 0) {
             const Vec3 turning = angular_velocity(before_[k].inertia, before_[k].spin);
             stiff = after_[k].centre + turn_by(input.dt * turning) * (position_[i] - before_[k].centre);
+        } else if (start_[k].one_way) {
+            stiff += start_[k].held_way;
         }
         phyxels.position[i] = share > 0 ? Vec3(stiff + share * (reached_[i] - stiff)) : stiff;
     }
@@ -309,7 +329,12 @@ void EnergyGuard::scale_velocities(Phyxels& phyxels, const StepInput& input) {
     }
     before_.assign(start_.size(), Momenta{});  // rigid velocities: linear m/s, spin rad/s
     for (std::size_t k = 0; k < start_.size(); ++k) {
-        if (!verdict_[k].over || start_[k].held_mass > 0) continue;
+        if (!verdict_[k].over) continue;
+        if (start_[k].held_mass > 0) {
+            // What was held back goes along with what holds it.
+            if (verdict_[k].strained && start_[k].one_way) before_[k].linear = start_[k].held_way / input.dt;
+            continue;
+        }
         before_[k].linear = after_[k].linear / after_[k].mass;
         before_[k].spin = angular_velocity(after_[k].inertia, after_[k].spin);
     }

@@ -64,16 +64,18 @@ class EnergyGuard {
 
   private:
     struct Account {
-        double mass = 0;             // kg
-        double volume = 0;           // m^3
-        Vec3 linear = Vec3::Zero();  // kg m/s
-        double all_kinetic = 0;      // J
-        double loose_kinetic = 0;    // J, of what is not held
-        double elastic = 0;          // J
-        double reserve = 0;          // J
-        double work = 0;             // J, of gravity and what add_work was told
-        double held_mass = 0;        // kg
-        bool touches = false;        // before or after the step
+        double mass = 0;               // kg
+        double volume = 0;             // m^3
+        Vec3 linear = Vec3::Zero();    // kg m/s
+        double all_kinetic = 0;        // J
+        double loose_kinetic = 0;      // J, of what is not held
+        double elastic = 0;            // J
+        double reserve = 0;            // J
+        double work = 0;               // J, of gravity and what add_work was told
+        double held_mass = 0;          // kg
+        Vec3 held_way = Vec3::Zero();  // m, of the first held phyxel in the step
+        bool one_way = true;           // all that is held goes that way
+        bool touches = false;          // before or after the step
         bool held_moves = false;
     };
     struct Verdict {
@@ -98,6 +100,7 @@ class EnergyGuard {
     void add_gravity(const Phyxels& phyxels, const StepInput& input);
     void add_hold_work(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                        const StepInput& input, const Parallel& parallel);
+    double work_along(const Material& material, const StepInput& input, std::size_t k) const;
     bool was_pushed(const Material& material, const StepInput& input, std::size_t k) const;
     Verdict judge(const Material& material, const StepInput& input, double tolerance, std::size_t k) const;
     bool find_strained(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,

@@ -50,6 +50,7 @@ struct SolverOptions {
     bool warm_start = true;        // from the last step's acceleration
     bool restore_momentum = true;  // of pieces without held or touching phyxels
     bool guard_energy = true;      // EnergyGuard; false: for measuring what the solver alone does
+    int further_solves = 0;        // of the implicit one: from where the first ended, linearised there
     int refinement = 1;            // of the explicit one: times the substeps that stability asks for
 };
 
