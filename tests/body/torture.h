@@ -10,8 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <cstdio>
 #include <memory>
 #include <string>
 #include <vector>
@@ -103,7 +101,6 @@ inline std::unique_ptr<body::World> make_world(const Torture& torture) {
     body::WorldSettings settings = free_space(torture.time_step);
     settings.validate_each_step = false;
     settings.solver.kind = torture.solver;
-    settings.solver.guard_energy = std::getenv("NOGUARD") == nullptr;
     if (torture.torment != Torment::spinning) settings.gravity = Vec3(0, 0, -9.81);
     if (torture.torment == Torment::standing) settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0.5};
     auto world = std::make_unique<body::World>(settings, threads(2));
@@ -188,7 +185,6 @@ inline Sufferings run(const Torture& torture) {
         }
         total.linear = report.momentum;
         const double energy = report.kinetic_energy + report.elastic_energy + potential_energy(now, gravity);
-        if (std::getenv("TELL") && energy - put_in > 0.3 * (put_in - floor)) std::fprintf(stderr, "step %d kin %g el %g put %g new %zu over %zu retries %d taken %g flags %u it %d\n", step, report.kinetic_energy, report.elastic_energy, put_in - floor, report.new_cut_edges, report.overdrawn_pieces, report.retries, report.energy_taken, report.flags, report.solver_iterations);
         out.most_gain = std::max(out.most_gain, energy - put_in);
         out.most_motion = std::max(out.most_motion, energy - report.elastic_energy - put_in);
         out.energy_put_in = std::max(out.energy_put_in, put_in - floor);

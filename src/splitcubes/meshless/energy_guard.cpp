@@ -190,15 +190,16 @@ bool EnergyGuard::weigh(const Phyxels& phyxels, const Neighbourhoods& neighbourh
     for (std::size_t k = 0; k < start_.size(); ++k) {
         if (!(start_[k].mass > 0)) continue;
         verdict_[k] = judge(material, input, tolerance, k);
-        if (verdict_[k].over && start_[k].held_moves && start_[k].one_way && hold_work.empty()) {
+        if (start_[k].held_moves && !hold_work.empty()) {
+            end_[k].work += hold_work[k];
+            verdict_[k] = judge(material, input, tolerance, k);
+        } else if (start_[k].held_moves && start_[k].one_way) {
             end_[k].work += work_along(material, input, k);
             verdict_[k] = judge(material, input, tolerance, k);
-        } else if (verdict_[k].over && start_[k].held_moves) {
-            if (hold_work.empty() && !holds_are_known) {
-                add_hold_work(phyxels, neighbourhoods, material, input, parallel);
-                holds_are_known = true;
-            }
-            end_[k].work += hold_work.empty() ? hold_work_[k] : hold_work[k];
+        } else if (start_[k].held_moves && verdict_[k].energy > verdict_[k].budget) {
+            if (!holds_are_known) add_hold_work(phyxels, neighbourhoods, material, input, parallel);
+            holds_are_known = true;
+            end_[k].work += hold_work_[k];
             verdict_[k] = judge(material, input, tolerance, k);
         }
         any_over_ = any_over_ || verdict_[k].over;
@@ -381,7 +382,8 @@ void EnergyGuard::settle(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
     write_reserves(phyxels);
 }
 
-// What is unspent, shared out by mass so that it goes along when pieces part.
+// What is unspent, shared out by mass so that it goes along when pieces part; what is owed,
+// by elastic energy: it lies where a cut has brought some.
 void EnergyGuard::write_reserves(Phyxels& phyxels) {
     sum_.assign(start_.size(), 0);
     for (std::size_t k = 0; k < start_.size(); ++k) {
@@ -389,12 +391,17 @@ void EnergyGuard::write_reserves(Phyxels& phyxels) {
         double now = end_[k].loose_kinetic + end_[k].elastic;
         if (verdict_[k].free) now -= end_[k].linear.squaredNorm() / (2 * end_[k].mass);
         const double left = verdict_[k].budget - now;
-        sum_[k] = (left > 0 ? reserve_kept * left : left) / start_[k].mass;
+        const bool owes = left < 0 && end_[k].elastic > 0;
+        sum_[k] = owes ? left / end_[k].elastic : (left > 0 ? reserve_kept * left : left) / start_[k].mass;
     }
-    for (std::size_t i = 0; i < phyxels.size(); ++i)
-        phyxels.reserve[i] = is_counted(phyxels, i) && std::isfinite(sum_[slot(phyxels, i)])
-                                 ? sum_[slot(phyxels, i)] * phyxels.mass[i]
-                                 : 0;
+    for (std::size_t i = 0; i < phyxels.size(); ++i) {
+        phyxels.reserve[i] = 0;
+        if (!is_counted(phyxels, i)) continue;
+        const std::size_t k = slot(phyxels, i);
+        const bool owes = sum_[k] < 0 && end_[k].elastic > 0;
+        const double share = sum_[k] * (owes ? phyxels.elastic_energy[i] : phyxels.mass[i]);
+        if (std::isfinite(share)) phyxels.reserve[i] = share;
+    }
 }
 
 }  // namespace splitcubes::meshless
