@@ -79,6 +79,10 @@ class Body {
     ~Body();
 
     void add_constraint(HoldConstraint constraint);
+    const std::vector<HoldConstraint>& constraints() const { return constraints_; }
+    void set_constraint_motion(std::size_t number, std::function<Isometry(double time)> motion) {
+        constraints_[number].motion = std::move(motion);
+    }
 
     // The stages that World::step calls, in this order.
 

@@ -20,6 +20,14 @@ void World::add_tool(cutting::Blade blade, std::vector<std::size_t> bodies) {
     tools_.push_back({std::move(blade), std::move(bodies), {}});
 }
 
+void World::set_tool_path(std::size_t tool, const SampledMotion& path) {
+    cutting::Blade& blade = tools_[tool].blade;
+    cutting::BladeOptions options;
+    options.active_from = blade.active_from();
+    options.active_until = blade.active_until();
+    blade = cutting::Blade(blade.name(), blade.shape(), path, options);
+}
+
 StepReport World::step() {
     const StepContext context{time(),           settings_.time_step, settings_.gravity,
                               settings_.ground, settings_.solver,    *parallel_};
