@@ -61,6 +61,10 @@ void Body::integrate(const StepContext& context, StepReport& report) {
     report.solver_iterations += solved.iterations;
     report.substeps = std::max(report.substeps, solved.substeps);
     report.contacts += solved.contacts;
+    report.overdrawn_pieces += solved.overdrawn;
+    report.retries += solved.retries;
+    report.energy_taken += solved.energy_taken;
+    if (solved.overdrawn > 0) report.flags |= flag_overdrawn;
     report.kinetic_energy += solved.kinetic_energy;
     report.elastic_energy += solved.elastic_energy;
     report.momentum += solved.momentum;

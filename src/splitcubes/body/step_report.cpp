@@ -1,12 +1,14 @@
 #include <splitcubes/body/step_report.h>
 
+#include <iterator>
+
 namespace splitcubes::body {
 
 std::string flag_text(std::uint32_t flags) {
-    static constexpr const char* names[] = {"inverted", "not_converged", "non_finite", "frame_fallback",
-                                            "rank_deficient"};
+    static constexpr const char* names[] = {"inverted",       "not_converged",  "non_finite",
+                                            "frame_fallback", "rank_deficient", "overdrawn"};
     std::string out;
-    for (std::uint32_t k = 0; k < 5; ++k) {
+    for (std::uint32_t k = 0; k < std::size(names); ++k) {
         if (!(flags >> k & 1U)) continue;
         if (!out.empty()) out += '|';
         out += names[k];

@@ -1,13 +1,15 @@
 // The solver that the options name, and the rigid pieces' step.
 #pragma once
 
+#include <splitcubes/meshless/energy_guard.h>
 #include <splitcubes/meshless/explicit_solver.h>
 #include <splitcubes/meshless/rigid_step.h>
 #include <splitcubes/meshless/solver.h>
 
 namespace splitcubes::meshless {
 
-/// Steps by one of the solvers; they can take turns, since all state is in Phyxels.
+/// Steps by one of the solvers; they can take turns, since all state is in Phyxels. What a
+/// step leaves is weighed and mended by EnergyGuard.
 class AnySolver {
   public:
     /// Rigid pieces move first; for the elastic solver their phyxels are held.
@@ -28,11 +30,13 @@ class AnySolver {
   private:
     SolverReport step_elastic(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
                               const Material& material, const StepInput& input, const SolverOptions& options,
-                              const Parallel& parallel) {
-        if (options.kind == SolverKind::explicit_steps)
-            return explicit_.step(phyxels, neighbourhoods, material, input, options, parallel);
-        return implicit_.step(phyxels, neighbourhoods, material, input, options, parallel);
-    }
+                              const Parallel& parallel);
+    SolverReport step_once(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+                           const StepInput& input, const SolverOptions& options, const Parallel& parallel);
+    SolverReport step_finely(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+                             const StepInput& input, SolverOptions options, int division,
+                             const Parallel& parallel);
+    void part_way(const Phyxels& phyxels, const StepInput& input, double left);
     StepInput hold_rigid(const Phyxels& phyxels, const StepInput& input) {
         held_.assign(phyxels.size(), 0);
         held_position_.assign(phyxels.size(), Vec3::Zero());
@@ -55,8 +59,11 @@ class AnySolver {
 
     ImplicitSolver implicit_;
     ExplicitSolver explicit_;
-    std::vector<std::uint8_t> held_;   // per phyxel, held or rigid
-    std::vector<Vec3> held_position_;  // per phyxel, m, world
+    EnergyGuard guard_;
+    std::span<const double> hold_work_;  // J, per piece, of the last explicit step
+    std::vector<Vec3> way_;              // m, world, where held phyxels are after a part of a step
+    std::vector<std::uint8_t> held_;     // per phyxel, held or rigid
+    std::vector<Vec3> held_position_;    // per phyxel, m, world
 };
 
 }  // namespace splitcubes::meshless

@@ -37,7 +37,7 @@ SolverReport ExplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighb
                                   const Material& material, const StepInput& input,
                                   const SolverOptions& options, const Parallel& parallel) {
     check_step_input(phyxels, input);
-    const Job job{phyxels, neighbourhoods, material, input, parallel};
+    const Job job{phyxels, neighbourhoods, material, input, parallel, std::max(options.refinement, 1)};
     SolverReport report;
     begin(job);
     report.substeps = take_substeps(job);
@@ -78,6 +78,21 @@ void ExplicitSolver::begin(const Job& job) {
     else
         held_.assign(job.input.held.begin(), job.input.held.end());
     pull_ = 0;
+    hold_work_.clear();
+    for (std::size_t i = 0; i < n && hold_work_.empty(); ++i)
+        if (held_[i] != 0 && job.input.held_position[i] != start_position_[i])
+            hold_work_.assign(static_cast<std::size_t>(std::max(job.input.piece_count, 0)), 0);
+}
+
+// Half of what the holds do in a substep of h: with the forces that are there now.
+void ExplicitSolver::add_hold_work(const Job& job, double h) {
+    if (hold_work_.empty()) return;
+    for (std::size_t i = 0; i < job.phyxels.size(); ++i) {
+        const std::int32_t piece = job.phyxels.piece[i];
+        if (held_[i] == 0 || piece < 0 || static_cast<std::size_t>(piece) >= hold_work_.size()) continue;
+        const Vec3 way = h / job.input.dt * (job.input.held_position[i] - start_position_[i]);
+        hold_work_[static_cast<std::size_t>(piece)] -= 0.5 * way.dot(force_[i] - damping_[i]);
+    }
 }
 
 // A first guess that has a part of every mode; always the same.
@@ -139,7 +154,8 @@ double ExplicitSolver::longest_step(const Job& job, int rounds) {
 
 // Substeps in a whole step of dt: as many as `before` where that will do.
 int ExplicitSolver::substeps_for(const Job& job, int before, int rounds) {
-    const double least = job.input.dt / longest_step(job, rounds);  // at the limit of stability
+    const double least =
+        job.refinement * job.input.dt / longest_step(job, rounds);  // at the limit of stability
     const Margin& margin = frame_is_all(job.material) ? steady_margin : growing_margin;
     if (before > 0 && before >= least / margin.most && before <= least / margin.least) return before;
     const double wanted = std::ceil(least / margin.taken);
@@ -189,10 +205,12 @@ double ExplicitSolver::largest_stretch(const Job& job) const {
 }
 
 void ExplicitSolver::substep(const Job& job, double h, double done) {
+    add_hold_work(job, h);
     kick(job, 0.5 * h);
     drift(job, h, done);
     deform(job, h);
     find_forces(job);
+    add_hold_work(job, h);
     kick(job, 0.5 * h);
     stop_at_ground(job);
 }

@@ -34,6 +34,9 @@ class ExplicitSolver {
     /// than a hundred thousand substeps.
     SolverReport step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                       const StepInput& input, const SolverOptions& options, const Parallel& parallel);
+    /// What held phyxels that moved did on each piece in the last step, J: their forces times
+    /// their ways, substep by substep. Empty where none moved.
+    std::span<const double> hold_work() const { return hold_work_; }
 
   private:
     struct Job {
@@ -42,6 +45,7 @@ class ExplicitSolver {
         const Material& material;
         const StepInput& input;
         const Parallel& parallel;
+        int refinement;
     };
     void begin(const Job& job);
     void draw_mode(const Job& job);
@@ -59,6 +63,7 @@ class ExplicitSolver {
     void meet_ground(const Job& job, std::size_t i, double done);
     void stop_at_ground(const Job& job);
     void restore_momenta(const Job& job);
+    void add_hold_work(const Job& job, double h);
 
     SlicedElasticity elastic_;
     StateDescriber describe_;
@@ -71,6 +76,7 @@ class ExplicitSolver {
     std::vector<Vec3> mode_, image_;                     // power iteration: m, m/s^2
     std::vector<Vec3> start_position_, start_velocity_;  // m, m/s, before the step
     std::vector<std::uint8_t> held_, failed_, touched_;  // per phyxel, of this step
+    std::vector<double> hold_work_;                      // J, per piece
     /// w of plain corotated material, and what it was found for.
     struct Known {
         std::uint64_t revision = 0;

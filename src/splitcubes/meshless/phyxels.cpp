@@ -43,6 +43,8 @@ void Phyxels::append(const PhyxelStart& start) {
     piece.push_back(start.piece);
     history_broken.push_back(1);
     touching.push_back(0);
+    elastic_energy.push_back(0);
+    reserve.push_back(0);
 }
 
 void Phyxels::append(const Vec3& rest, double contact_radius_metres, std::int32_t piece_number) {

@@ -42,6 +42,8 @@ struct Phyxels {
     std::vector<std::int32_t> piece;           // number of its piece, 0..piece_count-1
     std::vector<std::uint8_t> history_broken;  // 1: next step starts afresh (backward Euler)
     std::vector<std::uint8_t> touching;        // 1: on the ground, written by ImplicitSolver
+    std::vector<double> elastic_energy;        // J, at the end of the last step, with the links of then
+    std::vector<double> reserve;               // J, part of what its piece may still gain (EnergyGuard)
     /// s, the step between previous_position and position; 0 before the first step.
     /// Another step size starts BDF2 afresh.
     double history_step = 0;
@@ -56,7 +58,7 @@ struct Phyxels {
     void serialize(Archive& archive) {
         archive(rest_position, position, velocity, previous_position, previous_velocity, mass, volume);
         archive(support_radius, contact_radius, deformation, rotation, plastic_strain, piece);
-        archive(history_broken, touching, history_step, substeps, rigid);
+        archive(history_broken, touching, elastic_energy, reserve, history_step, substeps, rigid);
     }
     /// Appends one phyxel without mass and volume, its history broken.
     void append(const PhyxelStart& start);

@@ -427,12 +427,12 @@ HWY_INLINE V penalties(const LinkSlices& slices, std::size_t slice, std::size_t 
 }
 
 double energy_slices(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
-                     const Lame& lame) {
+                     const Lame& lame, float* rows) {
     const std::size_t n = slices.stride();
     const V half = hn::Set(d, 0.5F);
     double total = 0;
     for (std::size_t slice = range.begin; slice < range.end; ++slice) {
-        alignas(64) float energy[LinkSlices::lanes];
+        float* const energy = rows + slice * LinkSlices::lanes;
         for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d)) {
             const std::size_t row = slice * LinkSlices::lanes + lane;
             const Nine H = load9(state.gradient + row, n), Y = load9(state.turn + row, n);
@@ -487,9 +487,9 @@ void force_pass(const LinkSlices& slices, const SliceRange& range, const SliceSt
 }
 
 double energy_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
-                   const Lame& lame) {
+                   const Lame& lame, float* rows) {
     const FlushTiny flush;
-    return HWY_DYNAMIC_DISPATCH(energy_slices)(slices, range, state, lame);
+    return HWY_DYNAMIC_DISPATCH(energy_slices)(slices, range, state, lame, rows);
 }
 
 void bare_gradients(const LinkSlices& slices, const SliceRange& range, const float* p, float* gradient) {

@@ -47,9 +47,10 @@ void direction_pass(const LinkSlices& slices, const SliceRange& range, const flo
 /// force = T_i G_i - sum_j T_j g_ji + penalty, 3 per row, N.
 void force_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state, float* force);
 
-/// Energy of the rows that are not `odd` after a state pass with `corotated`, J.
+/// Energy of the rows that are not `odd` after a state pass with `corotated`, J. Each row's own
+/// goes to `rows`, a row array; of `odd` ones it means nothing.
 double energy_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
-                   const Lame& lame);
+                   const Lame& lame, float* rows);
 
 /// q = diagonal p - factor force, in place of `force`; returns p . q.
 double finish_product(std::size_t stride, const SliceRange& range, const float* diagonal, float factor,

@@ -40,7 +40,7 @@ void SlicedElasticity::size_buffers(const Neighbourhoods& neighbourhoods, const 
     };
     for (FloatArray* array : {&high_, &low_, &penalty_, &direction_, &force_}) size(*array, 3 * n);
     for (FloatArray* array : {&gradient_, &turn_, &tension_}) size(*array, 9 * n);
-    for (FloatArray* array : {&turning_, &diagonal_}) size(*array, n);
+    for (FloatArray* array : {&turning_, &diagonal_, &energy_}) size(*array, n);
     odd_.resize(slice_count());
     deformation_.resize(neighbourhoods.size());
     rotation_.resize(neighbourhoods.size());
@@ -146,14 +146,19 @@ double SlicedElasticity::row_energy(const Place& place, std::size_t i) const {
            penalty_energy(*neighbourhoods_, i, deformation_[i], place.position);
 }
 
-double SlicedElasticity::energy(const Place& place, const Parallel& parallel) {
+double SlicedElasticity::energy(const Place& place, const Parallel& parallel, std::span<double> rows) {
     const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
     return sum_(parallel, slice_count(), slice_grain, [&](std::size_t begin, std::size_t end) {
-        double energy = corotated_ ? energy_pass(*slices_, {begin, end}, arrays(), lame) : 0;
+        double energy = corotated_ ? energy_pass(*slices_, {begin, end}, arrays(), lame, energy_.data()) : 0;
+        const std::size_t last = std::min(end * lanes, rows.size());
+        for (std::size_t i = begin * lanes; i < last; ++i) rows[i] = static_cast<double>(energy_[i]);
         for (std::size_t slice = begin; slice < end; ++slice)
             for (unsigned odd = odd_[slice]; odd != 0; odd &= odd - 1) {
                 const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(odd));
-                if (i < slices_->row_count()) energy += row_energy(place, i);
+                if (i >= slices_->row_count()) continue;
+                const double own = row_energy(place, i);
+                energy += own;
+                if (i < rows.size()) rows[i] = own;
             }
         return energy;
     });

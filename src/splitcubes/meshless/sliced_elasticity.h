@@ -42,8 +42,9 @@ class SlicedElasticity {
                           const Parallel& parallel) const;
     /// Tangent::turning of phyxel i.
     bool is_distorted(std::size_t i) const { return turning_[i] > 0; }
-    /// E of elasticity.h, J; `place` is what the state was taken of.
-    double energy(const Place& place, const Parallel& parallel);
+    /// E of elasticity.h, J; `place` is what the state was taken of. Each phyxel's own part
+    /// goes to `rows` where that is not empty.
+    double energy(const Place& place, const Parallel& parallel, std::span<double> rows = {});
     /// -dE/dx, N, into `force`.
     void forces(std::span<Vec3> force, const Parallel& parallel);
     /// The same; component k of phyxel i is at k * stride() + i. Valid until the next call.
@@ -78,6 +79,7 @@ class SlicedElasticity {
     FloatArray high_, low_;                                     // 3, m
     FloatArray gradient_, turn_, turning_, tension_, penalty_;  // as in SliceState
     FloatArray direction_, force_, diagonal_;                   // 3, 3, 1
+    FloatArray energy_;                                         // 1, J
     std::vector<std::uint16_t> odd_;                            // per slice
     std::vector<Mat3> deformation_, rotation_;                  // per phyxel, of odd rows
     std::vector<Tangent> tangent_;                              // per phyxel, where not corotated_

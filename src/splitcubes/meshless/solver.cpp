@@ -36,7 +36,8 @@ SolverReport ImplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighb
     linearise(job);
     start_guess(job);
     solve_with_contacts(job);
-    for (int pass = 0; pass < max_distorted_passes && is_torn(job); ++pass) {
+    for (int pass = 0; pass < max_distorted_passes && (pass < options.further_solves || is_torn(job));
+         ++pass) {
         for_phyxels(parallel, phyxels.size(), [&](std::size_t i) {
             base_[i] += d_[i];
             d_[i].setZero();

@@ -49,6 +49,9 @@ struct SolverOptions {
     bool bdf2 = true;              // false: backward Euler throughout
     bool warm_start = true;        // from the last step's acceleration
     bool restore_momentum = true;  // of pieces without held or touching phyxels
+    bool guard_energy = true;      // EnergyGuard; false: for measuring what the solver alone does
+    int further_solves = 0;        // of the implicit one: from where the first ended, linearised there
+    int refinement = 1;            // of the explicit one: times the substeps that stability asks for
 };
 
 struct SolverReport {
@@ -60,6 +63,9 @@ struct SolverReport {
     std::size_t rank_deficient = 0;        // phyxels with fewer than 3 directions
     std::size_t non_finite = 0;            // phyxels that went on without elastic force
     std::size_t contacts = 0;              // phyxels on the ground
+    std::size_t overdrawn = 0;             // pieces that had more energy than was put in (EnergyGuard)
+    int retries = 0;                       // times the step was taken again, in finer parts
+    double energy_taken = 0;               // J, by EnergyGuard
     double kinetic_energy = 0;             // J
     double elastic_energy = 0;             // J
     Vec3 momentum = Vec3::Zero();          // kg m/s

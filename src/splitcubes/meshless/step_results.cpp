@@ -108,7 +108,7 @@ void add_state(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, std
 
 }  // namespace
 
-void StateDescriber::operator()(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+void StateDescriber::operator()(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
                                 SlicedElasticity& elastic, SolverReport& report, const Parallel& parallel) {
     StateSums sums = sums_(parallel, phyxels.size(), phyxel_grain, [&](std::size_t begin, std::size_t end) {
         StateSums sum;
@@ -125,7 +125,7 @@ void StateDescriber::operator()(const Phyxels& phyxels, const Neighbourhoods& ne
     report.inverted += sums.inverted;
     report.rank_deficient += sums.rank_deficient;
     report.kinetic_energy += sums.kinetic_energy;
-    report.elastic_energy = elastic.energy(place_of(phyxels), parallel);
+    report.elastic_energy = elastic.energy(place_of(phyxels), parallel, phyxels.elastic_energy);
     report.top_speed = std::sqrt(sums.top_speed);
     report.momentum = sums.linear;
     report.angular_momentum = sums.angular;

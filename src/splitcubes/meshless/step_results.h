@@ -58,10 +58,11 @@ struct StateSums {
 };
 
 /// Adds energies, momenta, top speed and counts of inverted and rank-deficient
-/// phyxels to a report; `elastic` has taken the phyxels' state, as deform_and_flow does.
+/// phyxels to a report; `elastic` has taken the phyxels' state, as deform_and_flow does. Writes
+/// phyxels.elastic_energy.
 class StateDescriber {
   public:
-    void operator()(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, SlicedElasticity& elastic,
+    void operator()(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, SlicedElasticity& elastic,
                     SolverReport& report, const Parallel& parallel);
 
   private:

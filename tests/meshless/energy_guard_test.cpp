@@ -1,0 +1,205 @@
+// A step leaves no more energy than was put in, and the guard that sees to it leaves alone
+// what is as it should be.
+#include "bodies.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace splitcubes::meshless {
+namespace {
+
+using namespace fixtures;
+
+const Parallel& parallel() {
+    static const Parallel pool(2);
+    return pool;
+}
+
+Material rubber(MaterialModel model = MaterialModel::corotated) {
+    Material material;
+    material.model = model;
+    material.youngs_modulus = 1e5;
+    return material;
+}
+
+/// A spinning, slightly stretched block that has taken a few steps.
+Specimen spinning_block(const Material& material) {
+    Specimen body = block(5, 4, 3, 0.05, material, parallel());
+    body.move([](const Vec3& rest) { return Vec3(1.02 * rest.x(), rest.y(), rest.z()); },
+              [](const Vec3& x) { return Vec3(Vec3(1, 2, -1) + Vec3(1, -2, 3).cross(x)); });
+    for (int k = 0; k < 3; ++k) body.step(parallel());
+    return body;
+}
+
+double elastic_energy(Specimen& body) {
+    SlicedElasticity elastic;
+    elastic.take_state(body.neighbourhoods, body.material, place_of(body.phyxels), parallel());
+    return elastic.energy(place_of(body.phyxels), parallel());
+}
+
+double kinetic_energy(const Phyxels& phyxels) {
+    double sum = 0;
+    for (std::size_t i = 0; i < phyxels.size(); ++i)
+        sum += 0.5 * phyxels.mass[i] * phyxels.velocity[i].squaredNorm();
+    return sum;
+}
+
+/// Puts a step in place of the solver's, and lets the guard mend it.
+SolverReport guard_step(Specimen& body, const std::function<void(Phyxels&)>& step, double work = 0) {
+    EnergyGuard guard;
+    guard.begin(body.phyxels, body.neighbourhoods, body.material, body.input, parallel());
+    step(body.phyxels);
+    SlicedElasticity elastic;
+    StateDescriber describe;
+    SolverReport report;
+    deform_and_flow(body.phyxels, body.neighbourhoods, body.material, body.input.dt, elastic, parallel());
+    describe(body.phyxels, body.neighbourhoods, elastic, report, parallel());
+    if (work > 0) guard.add_work(0, work);
+    guard.weigh(body.phyxels, body.neighbourhoods, body.material, body.input, 0.02, {}, parallel());
+    guard.settle(body.phyxels, body.neighbourhoods, body.material, body.input, report, parallel());
+    return report;
+}
+
+void restore(Phyxels& phyxels, const Momenta& before) {
+    const Momenta after = total_momenta(phyxels);
+    const Vec3 turning = angular_velocity(after.inertia, before.spin - after.spin);
+    for (std::size_t i = 0; i < phyxels.size(); ++i)
+        phyxels.velocity[i] +=
+            (before.linear - after.linear) / after.mass + turning.cross(phyxels.position[i] - after.centre);
+}
+
+void shake_velocities(Phyxels& phyxels, double size) {
+    Random random(3);
+    const Momenta before = total_momenta(phyxels);
+    for (Vec3& v : phyxels.velocity) v += random_vector(random, size);
+    restore(phyxels, before);
+}
+
+void crumple(Phyxels& phyxels, double size) {
+    Random random(4);
+    const Momenta before = total_momenta(phyxels);
+    Vec3 sum = Vec3::Zero();
+    double mass = 0;
+    for (std::size_t i = 0; i < phyxels.size(); ++i) {
+        const Vec3 way = random_vector(random, size);
+        phyxels.position[i] += way;
+        sum += phyxels.mass[i] * way;
+        mass += phyxels.mass[i];
+    }
+    for (Vec3& x : phyxels.position) x -= sum / mass;
+    restore(phyxels, before);
+}
+
+void expect_same_momenta(const Momenta& a, const Momenta& b) {
+    EXPECT_LT((a.linear - b.linear).norm(), 1e-12 * a.linear.norm());
+    EXPECT_LT((a.spin - b.spin).norm(), 1e-12 * a.spin.norm());
+}
+
+TEST(EnergyGuard, MotionThatNothingPutInIsTakenAndMomentaStay) {
+    Specimen body = spinning_block(rubber());
+    const double before = elastic_energy(body) + kinetic_energy(body.phyxels);
+    const Momenta momenta = total_momenta(body.phyxels);
+    const SolverReport report = guard_step(body, [](Phyxels& phyxels) { shake_velocities(phyxels, 5); });
+    EXPECT_EQ(report.overdrawn, 1U);
+    EXPECT_GT(report.energy_taken, before);
+    const double after = elastic_energy(body) + kinetic_energy(body.phyxels);
+    EXPECT_LT(after, 1.02 * before);
+    EXPECT_NEAR(report.kinetic_energy + report.elastic_energy, after, 1e-9 * after);
+    expect_same_momenta(momenta, total_momenta(body.phyxels));
+}
+
+TEST(EnergyGuard, StrainThatNothingPutInIsTakenBackAndMomentaStay) {
+    for (const MaterialModel model : {MaterialModel::corotated, MaterialModel::st_venant_kirchhoff}) {
+        Specimen body = spinning_block(rubber(model));
+        const double before = elastic_energy(body) + kinetic_energy(body.phyxels);
+        const Momenta momenta = total_momenta(body.phyxels);
+        const SolverReport report = guard_step(body, [](Phyxels& phyxels) { crumple(phyxels, 0.2); });
+        EXPECT_EQ(report.overdrawn, 1U);
+        EXPECT_LT(elastic_energy(body) + kinetic_energy(body.phyxels), 1.1 * before);
+        const Momenta after = total_momenta(body.phyxels);
+        expect_same_momenta(momenta, after);
+        EXPECT_LT((after.centre - momenta.centre).norm(), 1e-12);
+        for (const Vec3& x : body.phyxels.position) EXPECT_TRUE(x.allFinite());
+    }
+}
+
+TEST(EnergyGuard, WorkThatWasDoneIsLeft) {
+    Specimen body = spinning_block(rubber());
+    const SolverReport report = guard_step(
+        body, [](Phyxels& phyxels) { shake_velocities(phyxels, 5); },
+        std::numeric_limits<double>::infinity());
+    EXPECT_EQ(report.overdrawn, 0U);
+    EXPECT_EQ(report.energy_taken, 0);
+}
+
+TEST(EnergyGuard, SmallExcessesDoNotAddUp) {
+    Specimen body = spinning_block(rubber());
+    const double before = elastic_energy(body) + kinetic_energy(body.phyxels);
+    double most = 0;
+    for (int step = 0; step < 200; ++step) {
+        guard_step(body, [](Phyxels& phyxels) { shake_velocities(phyxels, 0.02); });
+        most = std::max(most, elastic_energy(body) + kinetic_energy(body.phyxels));
+    }
+    EXPECT_LT(most, 1.02 * before);
+}
+
+// What the guard must leave alone, to the last bit: free vibration, a swing, a pull, a landing.
+struct Sound {
+    const char* name;
+    bool held, pulled, ground, shaken = false;
+};
+
+class LeftAlone : public testing::TestWithParam<Sound> {};
+
+std::vector<Vec3> run(const Sound& sound, SolverKind kind, bool guard, std::size_t& overdrawn) {
+    Specimen body = block(8, 3, 3, 0.05, rubber(), parallel());
+    body.options.kind = kind;
+    body.options.guard_energy = guard;
+    body.input.gravity = sound.held || sound.ground ? Vec3(0, 0, -9.81) : Vec3(0, 0, 0);
+    if (sound.ground) body.input.ground = GroundPlane{Vec3::UnitZ(), -0.2, 0.3};
+    body.move([](const Vec3& x) { return Vec3(1.05 * x.x(), x.y(), x.z() + 0.1 * x.x() * x.x()); },
+              [](const Vec3& x) { return Vec3(Vec3(0.5, 1, 0.2).cross(x)); });
+    std::vector<std::uint8_t> held(body.phyxels.size(), 0);
+    std::vector<Vec3> place(body.phyxels.size(), Vec3::Zero());
+    for (std::size_t i = 0; i < held.size() && (sound.held || sound.pulled); ++i) {
+        held[i] = body.phyxels.rest_position[i].x() < -0.15;
+        place[i] = body.phyxels.position[i];
+        if (sound.pulled && body.phyxels.rest_position[i].x() > 0.15) held[i] = 2;
+    }
+    for (int step = 0; step < 60; ++step) {
+        std::vector<Vec3> now = place;
+        for (std::size_t i = 0; i < held.size(); ++i)
+            if (sound.shaken) now[i].z() += 0.03 * std::sin(0.3 * (step + 1));
+        for (std::size_t i = 0; i < held.size(); ++i)
+            if (held[i] == 2) now[i].x() += 0.05 * std::sin(0.2 * (step + 1));
+        if (sound.held || sound.pulled) {
+            body.input.held = held;
+            body.input.held_position = now;
+        }
+        overdrawn += body.step(parallel()).overdrawn;
+    }
+    return body.phyxels.position;
+}
+
+TEST_P(LeftAlone, ToTheLastBit) {
+    for (const SolverKind kind : {SolverKind::implicit_steps, SolverKind::explicit_steps}) {
+        std::size_t overdrawn = 0;
+        const std::vector<Vec3> guarded = run(GetParam(), kind, true, overdrawn);
+        EXPECT_EQ(overdrawn, 0U) << (kind == SolverKind::explicit_steps ? "explicit" : "implicit");
+        EXPECT_EQ(guarded, run(GetParam(), kind, false, overdrawn));
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(EnergyGuard, LeftAlone,
+                         testing::Values(Sound{"vibrating", false, false, false},
+                                         Sound{"swinging", true, false, false},
+                                         Sound{"pulled", true, true, false},
+                                         Sound{"shaken", true, false, false, true},
+                                         Sound{"landing", false, false, true}),
+                         [](const auto& sound) { return std::string(sound.param.name); });
+
+}  // namespace
+}  // namespace splitcubes::meshless
