@@ -59,7 +59,7 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
     list_inside_nodes();
     sample(parallel);
     track_surface_nodes();
-    const StepContext at_rest{0, 0, Vec3::Zero(), std::nullopt, {}, parallel};
+    const StepContext at_rest{0, 0, Vec3::Zero(), {}, parallel};
     StepReport report;
     update_node_frames(at_rest, report);
     update_surface(at_rest, report);

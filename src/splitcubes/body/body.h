@@ -2,6 +2,7 @@
 // stages of a step that keep the three together.
 #pragma once
 
+#include <splitcubes/body/collider.h>
 #include <splitcubes/body/node_tracker.h>
 #include <splitcubes/body/step_report.h>
 #include <splitcubes/core/parallel.h>
@@ -52,9 +53,14 @@ struct StepContext {
     double time = 0;  // s, at the start of the step
     double dt = 0;    // s
     Vec3 gravity = Vec3::Zero();
-    std::optional<meshless::GroundPlane> ground;
     meshless::SolverOptions solver;
     const Parallel& parallel;
+};
+
+/// A place on the skin where contact is looked for.
+struct SkinPoint {
+    std::uint32_t vertex;  // of the surface
+    std::int32_t piece;
 };
 
 /// Rest space is the world at time 0: the mesh is taken where it is placed.
@@ -64,6 +70,11 @@ class Body {
     Body(const geometry::TriangleMesh& placed, const BodySettings& settings, const Parallel& parallel);
 
     void add_constraint(HoldConstraint constraint);
+    void add_handle(Handle handle);
+    const std::vector<Handle>& handles() const { return handles_; }
+    /// Appends the pulls of the handles at the end of the step, and one limit a handle.
+    void add_pulls(const StepContext& context, std::uint32_t part, std::vector<meshless::Pull>& pulls,
+                   std::vector<double>& limits);
 
     // The stages that World::step calls, in this order.
 
@@ -76,7 +87,10 @@ class Body {
     void update_visibility(const StepContext& context, StepReport& report);
     void resample(const StepContext& context, StepReport& report);
     void rebuild_neighbourhoods(const StepContext& context);
-    void integrate(const StepContext& context, StepReport& report);
+    /// The step's input but for its contacts; spans are of this body.
+    meshless::StepInput begin_step(const StepContext& context);
+    /// Takes the solver's report in, after the phyxels have been stepped.
+    void end_step(const StepContext& context, const meshless::SolverReport& solved, StepReport& report);
     void update_node_frames(const StepContext& context, StepReport& report);
     void update_surface(const StepContext& context, StepReport& report);
 
@@ -93,6 +107,7 @@ class Body {
     const splitting::Pieces& pieces() const { return *pieces_; }
     const meshless::Phyxels& phyxels() const { return phyxels_; }
     meshless::Phyxels& phyxels() { return phyxels_; }
+    meshless::AnySolver& solver() { return solver_; }
     const meshless::Pairs& pairs() const { return pairs_; }
     const meshless::Neighbourhoods& neighbourhoods() const { return neighbourhoods_; }
     const NodeTracker& nodes() const { return tracker_; }
@@ -103,6 +118,13 @@ class Body {
     /// The surface as it is now.
     geometry::SurfaceMesh surface_mesh() const;
     std::size_t cut_edge_count() const { return cut_edge_count_; }
+
+    /// Samples of the skin, about two a phyxel spacing, as of the last update_surface.
+    const std::vector<SkinPoint>& skin_points() const { return skin_points_; }
+    /// The phyxels that carry most of a surface vertex of a piece; never none.
+    meshless::ContactSide carriers_of(std::uint32_t vertex, std::int32_t piece, std::uint32_t part) const;
+    /// Whether a surface stands between two points of rest space.
+    bool parted_at_rest(const Vec3& a, const Vec3& b) const { return occluders_.segment_blocked(a, b); }
 
     void add_to_hash(StateHash& hash) const;
     /// Empty where grid, surface, pieces and samples agree; for tests and debug builds.
@@ -126,6 +148,7 @@ class Body {
                                                         const StepContext& context);
     void update_owners(std::span<const geometry::Box> boxes);
     void track_surface_nodes();
+    void list_skin_points();
     void add_samples(std::int32_t piece, std::size_t wanted);
     void make_rigid(std::int32_t piece);
     void settle_topology(const Parallel& parallel, StepReport& report);
@@ -172,6 +195,11 @@ class Body {
     std::vector<std::vector<std::uint32_t>> constrained_;  // per constraint: its phyxels
     std::vector<std::uint8_t> held_;                       // per phyxel, of this step
     std::vector<Vec3> held_position_;                      // per phyxel, m, world
+
+    std::vector<Handle> handles_;
+    std::vector<std::vector<std::uint32_t>> grabbed_;  // per handle: its phyxels
+    std::vector<SkinPoint> skin_points_;
+    std::uint64_t skin_revision_ = ~std::uint64_t{0};  // of the surface
 
     // Passed from stage to stage within a step.
     std::vector<std::int32_t> new_slots_;

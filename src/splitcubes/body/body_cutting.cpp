@@ -145,7 +145,7 @@ std::size_t Body::cut_with_sheet(const geometry::TriangleMesh& sheet, std::int32
 }
 
 void Body::settle_topology(const Parallel& parallel, StepReport& report) {
-    const StepContext context{0, 0, Vec3::Zero(), std::nullopt, {}, parallel};
+    const StepContext context{0, 0, Vec3::Zero(), {}, parallel};
     retessellate(report);
     label_pieces(report);
     update_visibility(context, report);

@@ -239,6 +239,7 @@ void Body::resample(const StepContext& context, StepReport& report) {
         rebuild_samples(context.parallel);
         pairs_rebuilt_ = true;
         constrained_.clear();
+        grabbed_.clear();
         tracker_.mark_all();
         report.new_phyxels += phyxels_.size() - before;
     }

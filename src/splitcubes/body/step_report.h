@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace splitcubes::body {
 
@@ -20,15 +21,16 @@ enum class Stage : std::uint8_t {
     update_visibility,
     resample,
     rebuild_neighbourhoods,
+    detect_contacts,
     integrate,
     update_node_frames,
     update_surface,
 };
-inline constexpr std::size_t stage_count = 10;
+inline constexpr std::size_t stage_count = 11;
 inline constexpr std::array<const char*, stage_count> stage_names = {
-    "move_tools",         "cut_edges",     "retessellate",           "label_pieces",
-    "update_visibility",  "resample",      "rebuild_neighbourhoods", "integrate",
-    "update_node_frames", "update_surface"};
+    "move_tools",        "cut_edges",          "retessellate",           "label_pieces",
+    "update_visibility", "resample",           "rebuild_neighbourhoods", "detect_contacts",
+    "integrate",         "update_node_frames", "update_surface"};
 
 /// Things that went wrong in a step and were mended; bits of StepReport::flags.
 enum Flag : std::uint32_t {
@@ -63,8 +65,9 @@ struct StepReport {
     std::size_t disks = 0;  // pairs whose visibility was evaluated
     std::size_t new_phyxels = 0;
     int solver_iterations = 0;
-    int substeps = 0;  // of the explicit solver, the most of any body; 1 of the implicit one
-    std::size_t contacts = 0;
+    int substeps = 0;                 // of the explicit solver, the most of any body; 1 of the implicit one
+    std::size_t contacts = 0;         // that push
+    std::vector<Vec3> handle_forces;  // N, on the bodies, per handle, body by body
     std::uint32_t flags = 0;
 
     double& stage_seconds(Stage stage) { return seconds[static_cast<std::size_t>(stage)]; }

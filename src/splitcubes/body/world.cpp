@@ -9,6 +9,11 @@ namespace splitcubes::body {
 World::World(const WorldSettings& settings, std::shared_ptr<const Parallel> parallel)
     : settings_(settings), parallel_(std::move(parallel)) {
     if (!(settings.time_step > 0)) throw InputError("time step", "must be positive");
+    if (settings.ground)
+        colliders_.push_back({"ground",
+                              geometry::make_plane_distance(settings.ground->normal, settings.ground->offset),
+                              {},
+                              settings.ground->friction});
 }
 
 Body& World::add_body(const geometry::TriangleMesh& placed, const BodySettings& settings) {
@@ -21,8 +26,7 @@ void World::add_tool(cutting::Blade blade, std::vector<std::size_t> bodies) {
 }
 
 StepReport World::step() {
-    const StepContext context{time(),           settings_.time_step, settings_.gravity,
-                              settings_.ground, settings_.solver,    *parallel_};
+    const StepContext context{time(), settings_.time_step, settings_.gravity, settings_.solver, *parallel_};
     StepReport report;
     Stopwatch watch;
     const auto done = [&](Stage stage) { report.stage_seconds(stage) += watch.lap(); };
@@ -56,7 +60,10 @@ StepReport World::step() {
     done(Stage::resample);
     for (auto& body : bodies_) body->rebuild_neighbourhoods(context);
     done(Stage::rebuild_neighbourhoods);
-    for (auto& body : bodies_) body->integrate(context, report);
+    contact_groups_ = contact_finder_.find(
+        {bodies_, colliders_, settings_.contact, time(), settings_.time_step, settings_.gravity}, *parallel_);
+    done(Stage::detect_contacts);
+    integrate(context, report);
     done(Stage::integrate);
     for (auto& body : bodies_) body->update_node_frames(context, report);
     done(Stage::update_node_frames);

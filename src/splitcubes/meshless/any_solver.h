@@ -17,6 +17,9 @@ class AnySolver {
         return implicit_.step(phyxels, neighbourhoods, material, input, options, parallel);
     }
 
+    ImplicitSolver& implicit_solver() { return implicit_; }
+    ExplicitSolver& explicit_solver() { return explicit_; }
+
   private:
     ImplicitSolver implicit_;
     ExplicitSolver explicit_;

@@ -1,7 +1,7 @@
 #include <splitcubes/meshless/solver.h>
 
 #include <algorithm>
-#include <cassert>
+#include <array>
 #include <cmath>
 
 namespace splitcubes::meshless {
@@ -15,52 +15,11 @@ constexpr double far_share = 0.2;
 
 }  // namespace
 
-SolverReport ImplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
-                                  const Material& material, const StepInput& input,
-                                  const SolverOptions& options, const Parallel& parallel) {
-    check_step_input(phyxels, input);
-    assert(neighbourhoods.size() == phyxels.size());
-    const Job job{phyxels, neighbourhoods, material, input, options, parallel};
-    report_ = SolverReport{};
-    size_buffers(phyxels.size());
-    choose_steps(job);
-    predict(job);
-    momenta_.begin(phyxels, input.piece_count);
-    meet_ground(job);
-    linearise(job);
-    start_guess(job);
-    solve_with_contacts(job);
-    for (int pass = 0; pass < max_distorted_passes && is_torn(job); ++pass) {
-        for_phyxels(parallel, phyxels.size(), [&](std::size_t i) {
-            base_[i] += d_[i];
-            d_[i].setZero();
-            // Found from the pressure of a solve that tore: it would fling what it holds.
-            friction_[i].setZero();
-        });
-        linearise(job);
-        solve_with_contacts(job);
-    }
-    for_phyxels(parallel, phyxels.size(), [&](std::size_t i) { finish_phyxel(job, i); });
-    for (std::size_t i = 0; i < phyxels.size(); ++i) report_.non_finite += failed_[i];
-    break_histories(job);
-    if (options.restore_momentum) restore_momenta(job);
-    phyxels.history_step = input.dt;
-    deform_and_flow(phyxels, neighbourhoods, material, input.dt, parallel);
-    describe_state(phyxels, neighbourhoods, material, elastic_, report_, parallel);
-    for (const Mode mode : mode_) report_.contacts += mode == Mode::stick || mode == Mode::slide;
-    return report_;
-}
-
 void ImplicitSolver::linearise(const Job& job) {
     compute_deformation(job.neighbourhoods, job.phyxels.rest_position, base_, job.phyxels.rotation,
                         deformation_, rotation_, job.parallel);
     elastic_.linearise(job.neighbourhoods, job.material, base_state(job), job.parallel);
     right_side(job);
-}
-
-void ImplicitSolver::solve_with_contacts(const Job& job) {
-    solve(job);
-    for (int pass = 0; pass < max_contact_passes && revise_contacts(job); ++pass) solve(job);
 }
 
 // Whether the solve has torn a neighbourhood that was whole where it began: one that it
@@ -82,13 +41,13 @@ bool ImplicitSolver::is_torn(const Job& job) {
 }
 
 void ImplicitSolver::size_buffers(std::size_t count) {
-    for (auto* array : {&b_, &diagonal_, &inverse_}) array->resize(count);
+    for (auto* array : {&b_, &diagonal_, &mobility_, &inverse_}) array->resize(count);
     for (auto* array : {&predicted_, &predicted_velocity_, &base_, &start_position_, &start_velocity_,
-                        &right_, &friction_, &d_, &r_, &p_, &q_})
+                        &right_, &pushed_, &d_, &r_, &p_, &q_})
         array->resize(count);
     for (auto* array : {&deformation_, &rotation_}) array->resize(count);
-    for (auto* array : {&inverted_, &touched_, &met_, &failed_}) array->assign(count, 0);
-    mode_.resize(count);
+    for (auto* array : {&inverted_, &failed_}) array->assign(count, 0);
+    held_.resize(count);
 }
 
 // Which phyxels step by BDF2 and which by backward Euler.
@@ -97,9 +56,8 @@ void ImplicitSolver::choose_steps(const Job& job) {
     const bool history = job.options.bdf2 && phyxels.history_step == job.input.dt;
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
         inverted_[i] = !(phyxels.deformation[i].determinant() > 0);
-        const bool held = !job.input.held.empty() && job.input.held[i] != 0;
-        mode_[i] = held ? Mode::held : Mode::free;
-        friction_[i].setZero();
+        held_[i] = !job.input.held.empty() && job.input.held[i] != 0;
+        pushed_[i].setZero();
     });
     const std::span<const std::uint32_t> offsets = job.neighbourhoods.offsets();
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
@@ -107,8 +65,8 @@ void ImplicitSolver::choose_steps(const Job& job) {
         for (std::uint32_t l = offsets[i]; l < offsets[i + 1] && history && !beside_inverted; ++l)
             beside_inverted =
                 inverted_[job.neighbourhoods.neighbour()[l]] != 0 && job.neighbourhoods.weight()[l] > 0;
-        const bool two_steps =
-            history && phyxels.history_broken[i] == 0 && mode_[i] == Mode::free && !beside_inverted;
+        const bool two_steps = history && phyxels.history_broken[i] == 0 && held_[i] == 0 &&
+                               !beside_inverted && hit_[piece_of(job, i)] == 0;
         b_[i] = two_steps ? 2 * job.input.dt / 3 : job.input.dt;
     });
 }
@@ -130,7 +88,7 @@ void ImplicitSolver::predict(const Job& job) {
         const Vec3 old_v = two_steps ? Vec3(v + (v - phyxels.previous_velocity[i]) / 3) : v;
         predicted_velocity_[i] = old_v + b * job.input.gravity;
         predicted_[i] = old_x + b * predicted_velocity_[i];
-        if (mode_[i] == Mode::held) {
+        if (held_[i] != 0) {
             predicted_[i] = job.input.held_position[i];
             predicted_velocity_[i] = (predicted_[i] - x) / dt;
         }
@@ -154,9 +112,9 @@ void ImplicitSolver::right_side(const Job& job) {
     if (damping > 0) {
         for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
             p_[i] = predicted_velocity_[i] + (base_[i] - predicted_[i]) / b_[i];
-            inverse_[i] = 0;
+            mobility_[i] = 0;
         });
-        elastic_.apply_stiffness(job.neighbourhoods, job.material, damping, inverse_, p_, q_, job.parallel);
+        elastic_.apply_stiffness(job.neighbourhoods, job.material, damping, mobility_, p_, q_, job.parallel);
     }
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
         right_[i] -= diagonal_[i] * (base_[i] - predicted_[i]);
@@ -168,7 +126,7 @@ void ImplicitSolver::right_side(const Job& job) {
         }
         const double all =
             diagonal_[i] + (1 + damping_ratio(job)) * job.neighbourhoods.stiffness_diagonal()[i];
-        inverse_[i] = all > 0 ? 1 / all : 0;
+        mobility_[i] = all > 0 ? 1 / all : 0;
     });
 }
 
@@ -179,7 +137,8 @@ void ImplicitSolver::start_guess(const Job& job) {
     const bool known = phyxels.history_step == job.input.dt;
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
         d_[i].setZero();
-        if (mode_[i] != Mode::free || !known || !job.options.warm_start) return;
+        // Not from a hit: its jump of velocity is no acceleration that goes on.
+        if (held_[i] != 0 || !known || !job.options.warm_start || phyxels.history_broken[i] != 0) return;
         const Vec3 acceleration = (phyxels.velocity[i] - phyxels.previous_velocity[i]) / job.input.dt;
         const Vec3 guess = b_[i] * b_[i] * (acceleration - job.input.gravity);
         if (guess.allFinite()) d_[i] = guess;
@@ -187,19 +146,8 @@ void ImplicitSolver::start_guess(const Job& job) {
 }
 
 // The part of a force that a phyxel is free to follow.
-Vec3 ImplicitSolver::filtered(const Job& job, std::size_t i, const Vec3& force) const {
-    switch (mode_[i]) {
-        case Mode::held:
-        case Mode::stick:
-            return Vec3::Zero();
-        case Mode::slide: {
-            const Vec3& normal = job.input.ground->normal;
-            return force - normal * normal.dot(force);
-        }
-        case Mode::free:
-            break;
-    }
-    return force;
+Vec3 ImplicitSolver::filtered(std::size_t i, const Vec3& force) const {
+    return held_[i] != 0 ? Vec3(Vec3::Zero()) : force;
 }
 
 double ImplicitSolver::damping_ratio(const Job& job) const {
@@ -222,9 +170,8 @@ double ImplicitSolver::wanted_residual(const Job& job) {
             return sum;
         });
     };
-    const double right = sum_of([&](std::size_t i) {
-        return inverse_[i] * filtered(job, i, right_[i] + friction_[i]).squaredNorm();
-    });
+    const double right = sum_of(
+        [&](std::size_t i) { return inverse_[i] * filtered(i, right_[i] + pushed_[i]).squaredNorm(); });
     const double felt = sum_of([&](std::size_t i) {
         const Vec3 acceleration = (start_velocity_[i] - phyxels.previous_velocity[i]) / job.input.dt;
         const double force = phyxels.mass[i] * (acceleration.norm() + job.input.gravity.norm());
@@ -242,16 +189,19 @@ double ImplicitSolver::wanted_residual(const Job& job) {
 void ImplicitSolver::solve(const Job& job) {
     const std::size_t n = job.phyxels.size();
     const double factor = 1 + damping_ratio(job);
+    const std::array<std::span<Vec3>, 1> image = {q_};
     const auto apply = [&](std::span<const Vec3> in) {
-        return elastic_.apply_stiffness(job.neighbourhoods, job.material, factor, diagonal_, in, q_,
-                                        job.parallel);
+        const double product = elastic_.apply_stiffness(job.neighbourhoods, job.material, factor, diagonal_,
+                                                        in, q_, job.parallel);
+        if (contacts_.empty()) return product;
+        return product + contacts_.apply(std::array<std::span<const Vec3>, 1>{in}, image);
     };
     ++report_.solves;
     apply(d_);
     double rz = sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t i = begin; i < end; ++i) {
-            r_[i] = filtered(job, i, right_[i] + friction_[i] - q_[i]);
+            r_[i] = filtered(i, right_[i] + pushed_[i] - q_[i]);
             p_[i] = inverse_[i] * r_[i];
             sum += r_[i].dot(p_[i]);
         }
@@ -266,7 +216,7 @@ void ImplicitSolver::solve(const Job& job) {
             double sum = 0;
             for (std::size_t i = begin; i < end; ++i) {
                 d_[i] += alpha * p_[i];
-                r_[i] -= alpha * filtered(job, i, q_[i]);
+                r_[i] -= alpha * filtered(i, q_[i]);
                 sum += inverse_[i] * r_[i].squaredNorm();
             }
             return sum;
@@ -284,40 +234,18 @@ void ImplicitSolver::solve(const Job& job) {
 void ImplicitSolver::finish_phyxel(const Job& job, std::size_t i) {
     Phyxels& phyxels = job.phyxels;
     Vec3 x = base_[i] + d_[i];
-    if (mode_[i] == Mode::free && below_ground(job, i, x)) x = touch_ground(job, i, x);
     Vec3 v = predicted_velocity_[i] + (x - predicted_[i]) / b_[i];
     if (!x.allFinite() || !v.allFinite()) failed_[i] = 1;
     if (failed_[i] != 0) {
         x = predicted_[i];
         v = predicted_velocity_[i];
     }
-    if (mode_[i] == Mode::stick) v.setZero();
-    if (mode_[i] == Mode::slide) {
-        const Vec3& normal = job.input.ground->normal;
-        v -= normal * normal.dot(v);
-        // Friction lagged by a solve must not push a phyxel back.
-        if (v.dot(friction_[i]) > 0) v.setZero();
-    }
     phyxels.previous_position[i] = start_position_[i];
     phyxels.previous_velocity[i] = start_velocity_[i];
     phyxels.position[i] = x;
     phyxels.velocity[i] = v;
-    const bool touches = mode_[i] == Mode::stick || mode_[i] == Mode::slide;
-    met_[i] = touches != (phyxels.touching[i] != 0) || touches != (touched_[i] != 0);
-    phyxels.history_broken[i] = mode_[i] == Mode::held || failed_[i] != 0;
-    phyxels.touching[i] = touches;
-}
-
-// Meeting or leaving the ground breaks the history of the whole piece: one half of
-// which steps by another rule hops. Resting and steady sliding do not.
-void ImplicitSolver::break_histories(const Job& job) {
-    Phyxels& phyxels = job.phyxels;
-    if (!job.input.ground) return;
-    broken_.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
-    for (std::size_t i = 0; i < phyxels.size(); ++i)
-        if (met_[i] != 0) broken_[piece_of(job, i)] = 1;
-    for (std::size_t i = 0; i < phyxels.size(); ++i)
-        if (broken_[piece_of(job, i)] != 0) phyxels.history_broken[i] = 1;
+    // A hit is no history to go on from: its jump of velocity would be carried on.
+    phyxels.history_broken[i] = held_[i] != 0 || failed_[i] != 0 || hit_[piece_of(job, i)] != 0;
 }
 
 // The phyxel's piece; piece_count for those outside the range.
@@ -325,17 +253,6 @@ std::size_t ImplicitSolver::piece_of(const Job& job, std::size_t i) const {
     const std::int32_t piece = job.phyxels.piece[i];
     return static_cast<std::size_t>(piece >= 0 && piece < job.input.piece_count ? piece
                                                                                 : job.input.piece_count);
-}
-
-// Gives every piece that is on its own the momenta that gravity and mass damping
-// leave it.
-void ImplicitSolver::restore_momenta(const Job& job) {
-    for (std::size_t i = 0; i < job.phyxels.size(); ++i)
-        if (mode_[i] != Mode::free || touched_[i] != 0 || failed_[i] != 0)
-            momenta_.bind(job.phyxels.piece[i]);
-    const double dt = job.input.dt;
-    momenta_.restore(job.phyxels, 1 / (1 + dt * job.material.mass_damping), dt * job.input.gravity, b_,
-                     job.parallel);
 }
 
 }  // namespace splitcubes::meshless

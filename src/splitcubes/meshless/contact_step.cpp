@@ -1,0 +1,277 @@
+// The course of ImplicitSolver's step, of one body or of several that push on each other.
+#include <splitcubes/meshless/solver.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace splitcubes::meshless {
+
+namespace {
+
+// A change of contact force that moves a piece by so many lifts in a step is a jolt.
+constexpr double jolt_lifts = 2;
+
+}  // namespace
+
+/// Bodies that step together, and their contacts.
+struct ImplicitSolver::Group {
+    std::vector<ImplicitSolver*> solvers;
+    std::vector<Job> jobs;
+    ContactForces* forces = nullptr;
+    std::vector<std::span<const Vec3>> base, place;
+    std::vector<std::span<Vec3>> pushed, image;
+    std::vector<std::span<std::uint8_t>> touching;
+
+    std::size_t size() const { return solvers.size(); }
+    void add(ImplicitSolver& solver, const Job& job) {
+        solvers.push_back(&solver);
+        jobs.push_back(job);
+        base.emplace_back(solver.base_);
+        place.emplace_back(solver.p_);
+        pushed.emplace_back(solver.pushed_);
+        image.emplace_back(solver.q_);
+        touching.emplace_back(job.phyxels.touching);
+    }
+    template <class Do>
+    void each(const Do& act) {
+        for (std::size_t k = 0; k < size(); ++k) act(*solvers[k], jobs[k], static_cast<std::uint32_t>(k));
+    }
+    void begin_contacts(const ContactInput& input);
+    void refresh_contacts();
+    bool revise(bool only_add);
+    void solve();
+    void solve_together();
+    void solve_with_contacts();
+};
+
+// The springs begin at the places that the first guess leads to.
+void ImplicitSolver::Group::begin_contacts(const ContactInput& input) {
+    std::vector<ContactForces::Part> parts;
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        s.place_at_solution(job);
+        parts.push_back({s.start_position_, s.mobility_, s.held_});
+    });
+    forces->begin(input, parts, place);
+}
+
+// What follows from the springs: their forces at the base, and the preconditioner.
+void ImplicitSolver::Group::refresh_contacts() {
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
+        s.inverse_ = s.mobility_;
+        if (forces->empty()) return;
+        std::fill(s.pushed_.begin(), s.pushed_.end(), Vec3::Zero());
+        std::vector<double> added(s.inverse_.size(), 0);
+        forces->add_diagonal(k, added);
+        for_phyxels(job.parallel, added.size(),
+                    [&](std::size_t i) { s.inverse_[i] /= 1 + added[i] * s.inverse_[i]; });
+    });
+    if (!forces->empty()) forces->add_forces(base, pushed);
+}
+
+bool ImplicitSolver::Group::revise(bool only_add) {
+    if (forces->empty()) return false;
+    each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.place_at_solution(job); });
+    if (!forces->revise(place, only_add)) return false;
+    refresh_contacts();
+    return true;
+}
+
+void ImplicitSolver::Group::solve() {
+    if (size() == 1)
+        solvers[0]->solve(jobs[0]);
+    else
+        solve_together();
+}
+
+void ImplicitSolver::Group::solve_with_contacts() {
+    refresh_contacts();
+    solve();
+    for (int pass = 0; pass < max_contact_passes && revise(pass >= letting_go_passes); ++pass) solve();
+}
+
+// Conjugate gradients as of ImplicitSolver::solve, over all bodies at once.
+void ImplicitSolver::Group::solve_together() {
+    const auto apply = [&](bool to_solution) {
+        double product = 0;
+        std::vector<std::span<const Vec3>> in;
+        each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+            in.emplace_back(to_solution ? s.d_ : s.p_);
+            product += s.elastic_.apply_stiffness(job.neighbourhoods, job.material, 1 + s.damping_ratio(job),
+                                                  s.diagonal_, in.back(), s.q_, job.parallel);
+        });
+        return product + forces->apply(in, image);
+    };
+    const auto sum = [&](const auto& term) {
+        double total = 0;
+        each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+            total += s.sum_(job.parallel, s.d_.size(), [&](std::size_t begin, std::size_t end) {
+                double part = 0;
+                for (std::size_t i = begin; i < end; ++i) part += term(s, i);
+                return part;
+            });
+        });
+        return total;
+    };
+    apply(true);
+    double rz = sum([](ImplicitSolver& s, std::size_t i) {
+        s.r_[i] = s.filtered(i, s.right_[i] + s.pushed_[i] - s.q_[i]);
+        s.p_[i] = s.inverse_[i] * s.r_[i];
+        return s.r_[i].dot(s.p_[i]);
+    });
+    double wanted = 0;
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        ++s.report_.solves;
+        wanted += s.wanted_residual(job);
+    });
+    const SolverOptions& options = jobs[0].options;
+    for (int k = 0; k < options.max_iterations && rz > wanted; ++k) {
+        const double curvature = apply(false);
+        if (!(curvature > 0) || !std::isfinite(curvature)) break;
+        const double alpha = rz / curvature;
+        const double next = sum([&](ImplicitSolver& s, std::size_t i) {
+            s.d_[i] += alpha * s.p_[i];
+            s.r_[i] -= alpha * s.filtered(i, s.q_[i]);
+            return s.inverse_[i] * s.r_[i].squaredNorm();
+        });
+        if (!std::isfinite(next)) break;
+        const double beta = next / rz;
+        rz = next;
+        sum([&](ImplicitSolver& s, std::size_t i) {
+            s.p_[i] = s.inverse_[i] * s.r_[i] + beta * s.p_[i];
+            return 0.0;
+        });
+        ++solvers[0]->report_.iterations;
+    }
+    const double residual = rz > 0 && wanted > 0 ? options.tolerance * std::sqrt(rz / wanted) : 0;
+    each([&](ImplicitSolver& s, const Job&, std::uint32_t) { s.report_.residual = residual; });
+}
+
+SolverReport ImplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                  const Material& material, const StepInput& input,
+                                  const SolverOptions& options, const Parallel& parallel) {
+    std::array<Member, 1> alone = {Member{*this, phyxels, neighbourhoods, material, input}};
+    step_together(alone, input.contacts, options, parallel);
+    return alone[0].report;
+}
+
+void ImplicitSolver::step_together(std::span<Member> members, const ContactInput& contacts,
+                                   const SolverOptions& options, const Parallel& parallel) {
+    Group group;
+    group.forces = &members[0].solver.contacts_;
+    std::vector<std::span<const Vec3>> velocity;
+    for (Member& m : members) {
+        check_step_input(m.phyxels, m.input);
+        assert(m.neighbourhoods.size() == m.phyxels.size());
+        const Job job{m.phyxels, m.neighbourhoods, m.material, m.input, options, parallel};
+        m.solver.report_ = SolverReport{};
+        m.solver.size_buffers(m.phyxels.size());
+        std::fill(m.phyxels.touching.begin(), m.phyxels.touching.end(), std::uint8_t{0});
+        group.add(m.solver, job);
+        velocity.emplace_back(m.phyxels.velocity);
+    }
+    std::vector<std::uint8_t> impact;
+    find_impacts(contacts, velocity, members[0].input.dt, impact);
+    group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
+        s.find_hits(job, contacts, impact, k);
+        s.prepare(job);
+    });
+    group.begin_contacts(contacts);
+    group.solve_with_contacts();
+    const auto torn = [&] {
+        bool any = false;
+        group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { any = s.is_torn(job) || any; });
+        return any;
+    };
+    for (int pass = 0; pass < max_distorted_passes && torn(); ++pass) {
+        group.each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
+            for_phyxels(job.parallel, s.d_.size(), [&](std::size_t i) {
+                s.base_[i] += s.d_[i];
+                s.d_[i].setZero();
+            });
+            s.linearise(job);
+        });
+        group.solve_with_contacts();
+    }
+    group.each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.place_at_solution(job); });
+    group.forces->finish(group.place, group.touching);
+    group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
+        s.find_jolts(job, *group.forces, contacts, k);
+        s.take_step(job);
+        s.bind_pieces(job, contacts, k);
+        s.finish(job);
+        members[k].report = s.report_;
+    });
+    members[0].report.contacts = group.forces->pushing();
+}
+
+// Which pieces are hit in this step.
+void ImplicitSolver::find_hits(const Job& job, const ContactInput& contacts,
+                               std::span<const std::uint8_t> impact, std::uint32_t part) {
+    hit_.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
+    for (std::size_t c = 0; c < impact.size(); ++c) {
+        if (impact[c] == 0) continue;
+        for (const ContactSide* side : {&contacts.contacts[c].upper, &contacts.contacts[c].lower})
+            for (std::uint32_t k = 0; k < side->count; ++k)
+                if (side->part == part) hit_[piece_of(job, side->phyxel[k])] = 1;
+    }
+}
+
+// Pieces whose contacts push very differently than a step ago: no history to go on from, as
+// of those that are hit.
+void ImplicitSolver::find_jolts(const Job& job, const ContactForces& forces, const ContactInput& contacts,
+                                std::uint32_t part) {
+    if (contacts.contacts.empty()) return;
+    std::vector<Vec3> change(hit_.size() - 1, Vec3::Zero());
+    forces.add_changes(part, job.phyxels.piece, change);
+    std::vector<double> mass(change.size(), 0);
+    for (std::size_t i = 0; i < job.phyxels.size(); ++i)
+        if (piece_of(job, i) < mass.size()) mass[piece_of(job, i)] += job.phyxels.mass[i];
+    double lift = 1e300;
+    for (const Contact& c : contacts.contacts) lift = std::min(lift, c.lift);
+    for (std::size_t k = 0; k < change.size(); ++k)
+        if (change[k].norm() * job.input.dt * job.input.dt > jolt_lifts * lift * mass[k]) hit_[k] = 1;
+}
+
+void ImplicitSolver::prepare(const Job& job) {
+    choose_steps(job);
+    predict(job);
+    momenta_.begin(job.phyxels, job.input.piece_count);
+    linearise(job);
+    start_guess(job);
+}
+
+// p_ = where the solve puts the phyxels.
+void ImplicitSolver::place_at_solution(const Job& job) {
+    for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) { p_[i] = base_[i] + d_[i]; });
+}
+
+void ImplicitSolver::take_step(const Job& job) {
+    for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) { finish_phyxel(job, i); });
+    for (std::size_t i = 0; i < job.phyxels.size(); ++i) report_.non_finite += failed_[i];
+}
+
+// Pieces that something outside pushes or holds keep no momenta of their own; those that push
+// on each other keep theirs together.
+void ImplicitSolver::bind_pieces(const Job& job, const ContactInput& contacts, std::uint32_t part) {
+    const Phyxels& phyxels = job.phyxels;
+    for (std::size_t i = 0; i < phyxels.size(); ++i)
+        if (held_[i] != 0 || failed_[i] != 0) momenta_.bind(phyxels.piece[i]);
+    for (const Pull& pull : contacts.pulls)
+        if (pull.part == part) momenta_.bind(phyxels.piece[pull.phyxel]);
+    momenta_.join_touching(phyxels, contacts, part);
+}
+
+// Restores the momenta and describes the body as it is now.
+void ImplicitSolver::finish(const Job& job) {
+    Phyxels& phyxels = job.phyxels;
+    const double dt = job.input.dt;
+    if (job.options.restore_momentum)
+        momenta_.restore(phyxels, 1 / (1 + dt * job.material.mass_damping), dt * job.input.gravity, b_,
+                         job.parallel);
+    phyxels.history_step = dt;
+    deform_and_flow(phyxels, job.neighbourhoods, job.material, dt, job.parallel);
+    describe_state(phyxels, job.neighbourhoods, job.material, elastic_, report_, job.parallel);
+}
+
+}  // namespace splitcubes::meshless
