@@ -49,6 +49,13 @@ PictureMaker::PictureMaker(const RunScene& scene, const std::vector<std::filesys
 render::Picture PictureMaker::draw(const geometry::SurfaceMesh& surface, double time) {
     render::DrawList list;
     render::add_surface(list, surface);
+    for (const scene::ColliderDescription& collider : scene_.description.colliders) {
+        geometry::SurfaceMesh solid;
+        solid.mesh = scene::collider_mesh(collider);
+        const Isometry frame = scene::collider_frame(collider, time);
+        for (Vec3& p : solid.mesh.positions) p = frame * p;
+        render::add_surface(list, solid);
+    }
     for (const scene::ToolDescription& tool : scene_.description.tools) {
         const cutting::Blade blade = scene::make_blade(tool);
         if (!blade.active(time)) continue;

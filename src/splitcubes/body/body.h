@@ -79,9 +79,11 @@ class Body {
     // The stages that World::step calls, in this order.
 
     /// Cuts the grid edges that the blades crossed during the last interval, edges
-    /// and blades both moving. last_normal: the stroke's, carried between steps.
+    /// and blades both moving. last_normal: the stroke's, carried between steps. tool_before, tool_now:
+    /// the tool's frame at the ends of the interval; what its edge feels is added to `felt`.
     void cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t cut_number, Vec3& last_normal,
-                   const StepContext& context, StepReport& report);
+                   const StepContext& context, StepReport& report, const Isometry& tool_before,
+                   const Isometry& tool_now, ToolForce& felt);
     void retessellate(StepReport& report);
     void label_pieces(StepReport& report);
     void update_visibility(const StepContext& context, StepReport& report);
@@ -149,6 +151,8 @@ class Body {
     void update_owners(std::span<const geometry::Box> boxes);
     void track_surface_nodes();
     void list_skin_points();
+    void feel_cut(std::int32_t slot, double dt, const Isometry& tool_before, const Isometry& tool_now,
+                  ToolForce& felt) const;
     void add_samples(std::int32_t piece, std::size_t wanted);
     void make_rigid(std::int32_t piece);
     void settle_topology(const Parallel& parallel, StepReport& report);

@@ -21,8 +21,8 @@ Body& World::add_body(const geometry::TriangleMesh& placed, const BodySettings& 
     return *bodies_.back();
 }
 
-void World::add_tool(cutting::Blade blade, std::vector<std::size_t> bodies) {
-    tools_.push_back({std::move(blade), std::move(bodies), {}});
+void World::add_tool(cutting::Blade blade, std::vector<std::size_t> bodies, const BladeSides& sides) {
+    tools_.push_back({std::move(blade), sides, std::move(bodies), {}});
 }
 
 StepReport World::step() {
@@ -38,6 +38,7 @@ StepReport World::step() {
                                       static_cast<double>(step_count_ - 1) * settings_.time_step, time());
     done(Stage::move_tools);
 
+    report.tools.resize(tools_.size());
     for (std::size_t b = 0; b < bodies_.size(); ++b)
         for (std::size_t k = 0; k < tools_.size(); ++k) {
             Tool& tool = tools_[k];
@@ -46,7 +47,8 @@ StepReport World::step() {
                                  std::find(tool.bodies.begin(), tool.bodies.end(), b) != tool.bodies.end();
             if (cuts_it && !swept[k].empty())
                 bodies_[b]->cut_edges(swept[k], static_cast<std::int32_t>(k), tool.last_normal[b], context,
-                                      report);
+                                      report, tool.blade.frame(time() - settings_.time_step),
+                                      tool.blade.frame(time()), report.tools[k]);
         }
     done(Stage::cut_edges);
 
@@ -69,6 +71,8 @@ StepReport World::step() {
     done(Stage::update_node_frames);
     for (auto& body : bodies_) body->update_surface(context, report);
     done(Stage::update_surface);
+
+    for (std::size_t k = 0; k < tools_.size(); ++k) feel_sides(tools_[k], report.tools[k]);
 
     ++step_count_;
     report.time = time();

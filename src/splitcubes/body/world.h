@@ -26,9 +26,16 @@ struct WorldSettings {
 #endif
 };
 
+/// What the material feels of a blade but its edge.
+struct BladeSides {
+    double reach = 0;     // m, how far the sides reach behind the edge
+    double friction = 0;  // Coulomb coefficient
+};
+
 /// A blade and what it may cut.
 struct Tool {
     cutting::Blade blade;
+    BladeSides sides;
     std::vector<std::size_t> bodies;  // numbers of the bodies it cuts; empty: all
     std::vector<Vec3> last_normal;    // per body: the stroke's last normal, world
 };
@@ -39,7 +46,7 @@ class World {
 
     Body& add_body(const geometry::TriangleMesh& placed, const BodySettings& settings);
     void add_collider(Collider collider) { colliders_.push_back(std::move(collider)); }
-    void add_tool(cutting::Blade blade, std::vector<std::size_t> bodies = {});
+    void add_tool(cutting::Blade blade, std::vector<std::size_t> bodies = {}, const BladeSides& sides = {});
 
     /// Advances everything by one time step. Tools cut what they crossed during the
     /// interval that ended when the step began (both ends of it are known then), so
@@ -63,6 +70,7 @@ class World {
     StateHash state_hash() const;
 
   private:
+    void feel_sides(const Tool& tool, ToolForce& force) const;
     void integrate(const StepContext& context, StepReport& report);
     void integrate_group(const ContactGroup& group, const StepContext& context, StepReport& report,
                          std::vector<meshless::ContactMemory>& next);

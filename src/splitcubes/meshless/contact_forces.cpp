@@ -13,11 +13,20 @@ constexpr double hardness = 10;
 constexpr double force_slack = 0.03;
 // An overlap of more than this share of the lift is solved for again, by a harder push.
 constexpr double deep_share = 0.5;
+// An overlap of less than this share of the lift is rounding.
+constexpr double rounding_share = 1e-8;
 // An approach by less than this share of the lift is resting, not hitting.
 constexpr double impact_share = 0.5;
 
 Vec3 along_plane(const Vec3& normal, const Vec3& v) {
     return v - normal * normal.dot(v);
+}
+
+// The least gap at the end of the step: an overlap is undone by no more than the lift, and one that is
+// rounding is none: what lies side by side after a cut is to stay at rest to the last bit.
+double allowed_gap(const Contact& contact) {
+    if (contact.gap > -rounding_share * contact.lift) return std::min(0.0, contact.gap);
+    return std::min(0.0, contact.gap + contact.lift);
 }
 
 // out[side] += sign * weight * force.
@@ -69,7 +78,7 @@ void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std
     Row row;
     row.contact = number;
     row.normal = hardness / mobility;
-    row.allowed = std::min(0.0, contact.gap + contact.lift);
+    row.allowed = allowed_gap(contact);
     for (std::uint32_t k = 0; k < contact.upper.count; ++k)
         row.start += contact.upper.weight[k] * parts[contact.upper.part].start[contact.upper.phyxel[k]];
     for (std::uint32_t k = 0; k < contact.lower.count; ++k)

@@ -2,8 +2,11 @@
 #include <splitcubes/meshless/solver.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
+#include <functional>
+#include <numeric>
 
 namespace splitcubes::meshless {
 
@@ -43,6 +46,8 @@ struct ImplicitSolver::Group {
     void solve();
     void solve_together();
     void solve_with_contacts();
+    using SetOf = std::function<std::size_t(std::uint32_t part, std::uint32_t phyxel)>;
+    void restore(std::size_t set, const SetOf& set_of);
 };
 
 // The springs begin at the places that the first guess leads to.
@@ -199,6 +204,9 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
         s.find_jolts(job, *group.forces, contacts, k);
         s.take_step(job);
         s.bind_pieces(job, contacts, k);
+    });
+    if (options.restore_momentum && members.size() > 1) restore_shared(group, contacts);
+    group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
         s.finish(job);
         members[k].report = s.report_;
     });
@@ -260,6 +268,100 @@ void ImplicitSolver::bind_pieces(const Job& job, const ContactInput& contacts, s
     for (const Pull& pull : contacts.pulls)
         if (pull.part == part) momenta_.bind(phyxels.piece[pull.phyxel]);
     momenta_.join_touching(phyxels, contacts, part);
+}
+
+// Pieces of several bodies that push on nothing but each other keep their momenta together,
+// as those of one body do.
+void ImplicitSolver::restore_shared(Group& group, const ContactInput& contacts) {
+    std::vector<std::size_t> first(group.size() + 1, 0);  // slot of each part's first piece
+    group.each(
+        [&](ImplicitSolver& s, const Job&, std::uint32_t k) { first[k + 1] = first[k] + s.hit_.size(); });
+    std::vector<std::size_t> joined(first.back());
+    std::iota(joined.begin(), joined.end(), std::size_t{0});
+    std::vector<std::uint8_t> bound(joined.size(), 0), shared(joined.size(), 0);
+    const auto root = [&](std::size_t slot) {
+        while (joined[slot] != slot) slot = joined[slot];
+        return slot;
+    };
+    const auto slot_of = [&](std::uint32_t part, std::uint32_t phyxel) {
+        return first[part] + group.solvers[part]->piece_of(group.jobs[part], phyxel);
+    };
+    for (const Contact& c : contacts.contacts) {
+        if (!contacts.memory || !find_memory(*contacts.memory, c.key)) continue;
+        const std::size_t upper = slot_of(c.upper.part, c.upper.phyxel[0]);
+        if (c.lower.is_collider()) {
+            bound[upper] = 1;
+            continue;
+        }
+        const std::size_t lower = slot_of(c.lower.part, c.lower.phyxel[0]);
+        if (c.lower.part != c.upper.part) shared[upper] = 1;
+        const std::size_t a = root(upper), b = root(lower);
+        joined[std::max(a, b)] = std::min(a, b);
+    }
+    for (const Pull& pull : contacts.pulls) bound[slot_of(pull.part, pull.phyxel)] = 1;
+    group.each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
+        bound[first[k + 1] - 1] = 1;
+        for (std::uint32_t i = 0; i < s.held_.size(); ++i)
+            if (s.held_[i] != 0 || s.failed_[i] != 0) bound[slot_of(k, i)] = 1;
+    });
+    std::vector<std::uint8_t> any_bound(joined.size(), 0), any_shared(joined.size(), 0);
+    for (std::size_t slot = 0; slot < joined.size(); ++slot) {
+        any_bound[root(slot)] |= bound[slot];
+        any_shared[root(slot)] |= shared[slot];
+    }
+    for (std::size_t slot = 0; slot < joined.size(); ++slot)
+        if (joined[slot] == slot && any_shared[slot] != 0 && any_bound[slot] == 0)
+            group.restore(slot, [&](std::uint32_t part, std::uint32_t i) { return root(slot_of(part, i)); });
+}
+
+// Gives the phyxels of one set of touching pieces, by one rigid velocity, the momenta that
+// they had together, after gravity and mass damping; first by moving, then to rounding.
+void ImplicitSolver::Group::restore(std::size_t set, const SetOf& set_of) {
+    const auto sum_up = [&](bool before) {
+        Momenta sum;
+        const auto every = [&](const auto& act) {
+            each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
+                const double dt = job.input.dt;
+                const double kept = before ? 1 / (1 + dt * job.material.mass_damping) : 1;
+                for (std::uint32_t i = 0; i < job.phyxels.size(); ++i) {
+                    if (set_of(k, i) != set) continue;
+                    const Vec3& x = before ? s.start_position_[i] : job.phyxels.position[i];
+                    const Vec3 v = before ? Vec3(kept * (s.start_velocity_[i] + dt * job.input.gravity))
+                                          : job.phyxels.velocity[i];
+                    act(job.phyxels.mass[i], x, v);
+                }
+            });
+        };
+        every([&](double m, const Vec3& x, const Vec3& v) {
+            sum.mass += m;
+            sum.centre += m * x;
+            sum.linear += m * v;
+        });
+        if (!(sum.mass > 0)) return sum;
+        sum.centre /= sum.mass;
+        const Vec3 mean = sum.linear / sum.mass;
+        every([&](double m, const Vec3& x, const Vec3& v) {
+            const Vec3 arm = x - sum.centre;
+            sum.spin += m * arm.cross(v - mean);
+            sum.inertia += m * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+        });
+        return sum;
+    };
+    const Momenta wanted = sum_up(true);
+    if (!(wanted.mass > 0)) return;
+    for (const bool moving : {true, false}) {
+        const Momenta now = sum_up(false);
+        const Vec3 velocity = (wanted.linear - now.linear) / now.mass;
+        const Vec3 turning = angular_velocity(now.inertia, wanted.spin - now.spin);
+        each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
+            for (std::uint32_t i = 0; i < job.phyxels.size(); ++i) {
+                if (set_of(k, i) != set) continue;
+                const Vec3 change = velocity + turning.cross(job.phyxels.position[i] - now.centre);
+                job.phyxels.velocity[i] += change;
+                if (moving) job.phyxels.position[i] += s.b_[i] * change;
+            }
+        });
+    }
 }
 
 // Restores the momenta and describes the body as it is now.

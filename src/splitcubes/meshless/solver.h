@@ -73,6 +73,7 @@ class ImplicitSolver {
     void take_step(const Job& job);
     void bind_pieces(const Job& job, const ContactInput& contacts, std::uint32_t part);
     void finish(const Job& job);
+    static void restore_shared(Group& group, const ContactInput& contacts);
     void size_buffers(std::size_t count);
     void choose_steps(const Job& job);
     void predict(const Job& job);

@@ -17,6 +17,8 @@ struct ParseLimits {
     static constexpr int nesting_depth = 32;
     static constexpr std::size_t bodies = 1000;
     static constexpr std::size_t constraints = 1000;
+    static constexpr std::size_t colliders = 1000;
+    static constexpr std::size_t handles = 1000;
     static constexpr std::size_t tools = 1000;
     static constexpr std::size_t blades = 1000;      // of a tool
     static constexpr std::size_t points = 10000;     // of a polyline
