@@ -22,6 +22,8 @@ constexpr double margin_share = 0.05, deepest_share = 1, beside_share = 0.9, lif
 constexpr double reach_share = 1.25, most_reach_share = 3;
 // Normals' product below which skins face each other; of one piece, nearly opposite.
 constexpr double facing = 0.3, facing_lips = -0.3;
+// Skins that lie opposite; normals of one face.
+constexpr double opposite_skins = -0.8, one_face = 0.8;
 // Points just below the skin, in cells; and the distance at rest, in spacings, beyond which two
 // places of one piece may meet though no cut parts them.
 constexpr double below_skin = 0.6, far_at_rest = 4;
@@ -102,35 +104,45 @@ bool ContactFinder::may_meet(const Task& task, const Sample& a, const Sample& b)
 
 bool ContactFinder::meet(const Task& task, const Sample& sample, std::span<const std::uint32_t> near,
                          double reach, Contact& out) const {
+    // The nearest sample whose skin lies opposite; only where there is none, an edge's or a corner's.
     const Sample* partner = nullptr;
     double nearest = 1e300;
+    bool opposite = false;
     std::vector<std::uint32_t> facing_it;
     for (const std::uint32_t k : near) {
         const Sample& other = samples_[k];
-        const double distance = (other.position - sample.position).squaredNorm();
         if (&other == &sample || !may_meet(task, sample, other)) continue;
         facing_it.push_back(k);
-        if (distance >= nearest) continue;
+        const bool lies_opposite = sample.normal.dot(other.normal) < opposite_skins;
+        const double distance = (other.position - sample.position).squaredNorm();
+        if (opposite && !lies_opposite) continue;
+        if (opposite == lies_opposite && distance >= nearest) continue;
+        opposite = lies_opposite;
         nearest = distance;
         partner = &other;
     }
     if (!partner) return false;
     const double width = std::sqrt(nearest) + 0.75 * partner->spacing;
-    double distance = 0, total = 0;
+    double distance = 0, rest_distance = 0, total = 0;
     Vec3 normal = Vec3::Zero();
     for (const std::uint32_t k : facing_it) {
         const Sample& other = samples_[k];
         if (other.body != partner->body || other.piece != partner->piece) continue;
         const Vec3 way = sample.position - other.position;
         const double share = 1 - way.squaredNorm() / (width * width);
-        if (!(share > 0) || !(other.normal.dot(partner->normal) > 0.5)) continue;
+        if (!(share > 0) || !(other.normal.dot(partner->normal) > one_face)) continue;
         const double weight = share * share;
         distance += weight * other.normal.dot(way);
+        rest_distance += weight * other.rest_normal.dot(sample.rest - other.rest);
         normal += weight * other.normal;
         total += weight;
     }
     if (!(total > 0) || !(normal.norm() > 0)) return false;
     distance /= total;
+    // Faces that a cut parted lie on each other at rest, however curved: what looks like an overlap there is
+    // none.
+    if (sample.body == partner->body && (sample.rest - partner->rest).norm() < 2 * sample.spacing)
+        distance -= std::min(0.0, rest_distance / total);
     normal.normalize();
     const double spacing = std::max(sample.spacing, partner->spacing);
     const Vec3 way = sample.position - partner->position;

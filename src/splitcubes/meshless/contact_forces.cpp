@@ -14,7 +14,7 @@ constexpr double force_slack = 0.03;
 // An overlap of more than this share of the lift is solved for again, by a harder push.
 constexpr double deep_share = 0.5;
 // An overlap of less than this share of the lift is rounding.
-constexpr double rounding_share = 1e-8;
+constexpr double rounding_share = 1e-6;
 // An approach by less than this share of the lift is resting, not hitting.
 constexpr double impact_share = 0.5;
 
