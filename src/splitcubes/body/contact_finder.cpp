@@ -20,8 +20,8 @@ constexpr std::size_t grain = 64;
 // samples, and how much of an overlap is undone in a step.
 constexpr double margin_share = 0.05, deepest_share = 1, beside_share = 0.9, lift_share = 0.02;
 constexpr double reach_share = 1.25, most_reach_share = 3;
-// Normals' product below which skins face each other; of one piece, nearly opposite.
-constexpr double facing = 0.3, facing_lips = -0.3;
+// Normals' product below which skins face each other: an edge or a corner on a face does.
+constexpr double facing = -0.4;
 // Skins that lie opposite; normals of one face.
 constexpr double opposite_skins = -0.8, one_face = 0.8;
 // Points just below the skin, in cells; and the distance at rest, in spacings, beyond which two
@@ -95,7 +95,7 @@ void ContactFinder::meet_colliders(const Task& task, const Parallel& parallel) {
 bool ContactFinder::may_meet(const Task& task, const Sample& a, const Sample& b) const {
     const double facing_each_other = a.normal.dot(b.normal);
     if (a.body != b.body || a.piece != b.piece) return facing_each_other < facing;
-    if (!(facing_each_other < facing_lips)) return false;
+    if (!(facing_each_other < facing)) return false;
     if ((a.rest - b.rest).norm() > far_at_rest * a.spacing) return true;
     const double below = below_skin * task.bodies[a.body]->grid().rest().cell_size;
     return task.bodies[a.body]->parted_at_rest(a.rest - below * a.rest_normal,

@@ -70,6 +70,19 @@ double ContactForces::load_of(const ContactSide& side, std::span<const Part> par
     return sum;
 }
 
+// Way of the upper side against the lower one in the step, by their velocities.
+Vec3 ContactForces::coasting(const Contact& contact, std::span<const Part> parts) {
+    Vec3 way = -contact.drive;
+    double sign = 1;
+    for (const ContactSide* side : {&contact.upper, &contact.lower}) {
+        for (std::uint32_t k = 0; k < side->count; ++k)
+            way += sign * side->weight[k] * parts[side->part].coast *
+                   parts[side->part].velocity[side->phyxel[k]];
+        sign = -1;
+    }
+    return way;
+}
+
 void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std::span<const Part> parts,
                             ConstField guess) {
     const Contact& contact = input.contacts[number];
@@ -90,8 +103,9 @@ void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std
         row.last_force = memory->force;
     }
     const Vec3 way = relative(row, guess);
-    // What pushed goes on pushing: the guess is coarser than the overlap of what rests.
-    row.active = row.pressure > 0 || contact.gap + contact.normal.dot(way) < row.allowed;
+    // What pushed goes on pushing, and what comes nearer by its own velocity begins to; a guess with gravity
+    // in it would press the whole underside of a thing that stands on a few points.
+    row.active = row.pressure > 0 || contact.gap + contact.normal.dot(coasting(contact, parts)) < row.allowed;
     row.tangent = contact.friction > 0 ? row.normal : 0;
     if (row.pressure > 0) {
         const double length = (row.slip + along_plane(contact.normal, way)).norm();

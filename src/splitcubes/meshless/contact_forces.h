@@ -31,12 +31,14 @@ class ContactForces {
     /// What a step is about, one entry a part. Spans live as long as the step.
     struct Part {
         std::span<const Vec3> start;          // m, positions before the step
+        std::span<const Vec3> velocity;       // m/s, before the step
+        double coast = 0;                     // s, the step
         std::span<const double> mobility;     // m/N, inverse diagonal of the solve without contacts
         std::span<const std::uint8_t> fixed;  // per phyxel: 1: its place is prescribed
     };
 
-    /// Forgets the last step. Guess: where the phyxels will be about; it decides which contacts
-    /// begin as pushing.
+    /// Forgets the last step. Guess: where the phyxels will be about; it decides what
+    /// begins as sliding.
     void begin(const ContactInput& input, std::span<const Part> parts, ConstField guess);
     bool empty() const { return rows_.empty() && pulls_.empty(); }
 
@@ -74,6 +76,7 @@ class ContactForces {
         Pull pull;
         double stiffness = 0;  // N/m, now
     };
+    static Vec3 coasting(const Contact& contact, std::span<const Part> parts);
     Vec3 relative(const Row& row, ConstField position) const;
     Vec3 spring_force(const Row& row, const Vec3& way) const;
     Vec3 allowed_force(const Row& row, const Vec3& way, double& tangent) const;

@@ -55,7 +55,7 @@ void ImplicitSolver::Group::begin_contacts(const ContactInput& input) {
     std::vector<ContactForces::Part> parts;
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
         s.place_at_solution(job);
-        parts.push_back({s.start_position_, s.mobility_, s.held_});
+        parts.push_back({s.start_position_, s.start_velocity_, job.input.dt, s.mobility_, s.held_});
     });
     forces->begin(input, parts, place);
 }
@@ -171,7 +171,6 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
         const Job job{m.phyxels, m.neighbourhoods, m.material, m.input, options, parallel};
         m.solver.report_ = SolverReport{};
         m.solver.size_buffers(m.phyxels.size());
-        std::fill(m.phyxels.touching.begin(), m.phyxels.touching.end(), std::uint8_t{0});
         group.add(m.solver, job);
         velocity.emplace_back(m.phyxels.velocity);
     }
@@ -198,7 +197,10 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
         });
         group.solve_with_contacts();
     }
-    group.each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.place_at_solution(job); });
+    group.each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        s.place_at_solution(job);
+        std::fill(job.phyxels.touching.begin(), job.phyxels.touching.end(), std::uint8_t{0});
+    });
     group.forces->finish(group.place, group.touching);
     group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
         s.find_jolts(job, *group.forces, contacts, k);

@@ -135,11 +135,15 @@ void ImplicitSolver::right_side(const Job& job) {
 void ImplicitSolver::start_guess(const Job& job) {
     const Phyxels& phyxels = job.phyxels;
     const bool known = phyxels.history_step == job.input.dt;
+    std::vector<std::uint8_t> stands(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
+    for (std::size_t i = 0; i < phyxels.size(); ++i) stands[piece_of(job, i)] |= phyxels.touching[i];
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
         d_[i].setZero();
-        // Not from a hit: its jump of velocity is no acceleration that goes on.
-        if (held_[i] != 0 || !known || !job.options.warm_start || phyxels.history_broken[i] != 0) return;
-        const Vec3 acceleration = (phyxels.velocity[i] - phyxels.previous_velocity[i]) / job.input.dt;
+        if (held_[i] != 0 || !known || !job.options.warm_start) return;
+        Vec3 acceleration = (phyxels.velocity[i] - phyxels.previous_velocity[i]) / job.input.dt;
+        // A hit's jump of velocity is no acceleration that goes on.
+        if (phyxels.history_broken[i] != 0)
+            acceleration = stands[piece_of(job, i)] != 0 ? Vec3(Vec3::Zero()) : job.input.gravity;
         const Vec3 guess = b_[i] * b_[i] * (acceleration - job.input.gravity);
         if (guess.allFinite()) d_[i] = guess;
     });
