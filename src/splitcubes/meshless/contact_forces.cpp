@@ -13,8 +13,8 @@ constexpr double hardness = 10;
 constexpr double force_slack = 0.03;
 // An overlap of more than this share of the lift is solved for again, by a harder push.
 constexpr double deep_share = 0.5;
-// An overlap of less than this share of the lift is rounding.
-constexpr double rounding_share = 1e-6;
+// Share of a sticking spring's stiffness above which a slider has hardly begun to slide.
+constexpr double hardly_sliding = 0.3;
 // An approach by less than this share of the lift is resting, not hitting.
 constexpr double impact_share = 0.5;
 
@@ -22,11 +22,10 @@ Vec3 along_plane(const Vec3& normal, const Vec3& v) {
     return v - normal * normal.dot(v);
 }
 
-// The least gap at the end of the step: an overlap is undone by no more than the lift, and one that is
-// rounding is none: what lies side by side after a cut is to stay at rest to the last bit.
-double allowed_gap(const Contact& contact) {
-    if (contact.gap > -rounding_share * contact.lift) return std::min(0.0, contact.gap);
-    return std::min(0.0, contact.gap + contact.lift);
+// The least gap at the end of the step. An overlap is undone by no more than the lift, and only where
+// something has pressed before: what lies side by side after a cut is to stay at rest to the last bit.
+double allowed_gap(const Contact& contact, bool pressed) {
+    return std::min(0.0, contact.gap + (pressed ? contact.lift : 0));
 }
 
 // out[side] += sign * weight * force.
@@ -91,7 +90,7 @@ void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std
     Row row;
     row.contact = number;
     row.normal = hardness / mobility;
-    row.allowed = allowed_gap(contact);
+    row.allowed = allowed_gap(contact, false);
     for (std::uint32_t k = 0; k < contact.upper.count; ++k)
         row.start += contact.upper.weight[k] * parts[contact.upper.part].start[contact.upper.phyxel[k]];
     for (std::uint32_t k = 0; k < contact.lower.count; ++k)
@@ -101,6 +100,7 @@ void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std
         row.slip = along_plane(contact.normal, memory->slip);
         row.pressure = memory->pressure;
         row.last_force = memory->force;
+        row.allowed = allowed_gap(contact, true);
     }
     const Vec3 way = relative(row, guess);
     // What pushed goes on pushing, and what comes nearer by its own velocity begins to; a guess with gravity
@@ -145,7 +145,7 @@ Vec3 ContactForces::spring_force(const Row& row, const Vec3& way) const {
     const Contact& contact = input_.contacts[row.contact];
     const double gap = contact.gap + contact.normal.dot(way);
     return contact.normal * (row.normal * (row.allowed - gap)) -
-           row.tangent * (row.slip + along_plane(contact.normal, way));
+           row.tangent * (row.slip + along_plane(contact.normal, way)) + row.rub;
 }
 
 // By the law of contact; `tangent` is the stiffness that gives its friction.
@@ -234,6 +234,7 @@ bool ContactForces::revise(ConstField position, bool only_add) {
     std::vector<double> tangents(rows_.size());
     std::vector<std::uint8_t> active(rows_.size());
     std::vector<double> push(rows_.size(), 0);
+    std::vector<Vec3> rub(rows_.size(), Vec3::Zero());
     for (std::size_t r = 0; r < rows_.size(); ++r) {
         Row& row = rows_[r];
         const Vec3 way = relative(row, position);
@@ -246,6 +247,12 @@ bool ContactForces::revise(ConstField position, bool only_add) {
         row.allowed -= push[r];
         active[r] = right.squaredNorm() > 0 || (row.active && only_add);
         if (row.active && only_add && !(right.squaredNorm() > 0)) tangents[r] = 0;
+        // Beyond what friction bears, but where it stood its secant is that of sticking: the force itself,
+        // for the next solve, which shows which way it slides.
+        if (row.active && row.tangent > hardly_sliding * row.normal && tangents[r] < 0.99 * row.tangent) {
+            rub[r] = along_plane(contact.normal, right);
+            tangents[r] = 0;
+        }
         // One that begins to push now overlaps by what the solve did not know of: its pressure, and so the
         // friction that it can bear, are known after the next solve only.
         if (!row.active && contact.friction > 0) tangents[r] = row.normal;
@@ -262,6 +269,7 @@ bool ContactForces::revise(ConstField position, bool only_add) {
         rows_[r].active = active[r] != 0;
         rows_[r].tangent = tangents[r];
         rows_[r].allowed += push[r];
+        rows_[r].rub = rub[r];
     }
     return true;
 }

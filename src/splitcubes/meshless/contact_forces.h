@@ -68,6 +68,7 @@ class ContactForces {
         double tangent = 0;                                    // N/m, now; of a slider its secant
         double allowed = 0;                                    // m, the gap above which nothing pushes
         Vec3 slip = Vec3::Zero();                              // m, before the step
+        Vec3 rub = Vec3::Zero();                               // N, friction as a given force
         Vec3 start = Vec3::Zero();                             // m, upper less lower before the step
         double pressure = 0;                                   // N, last known
         Vec3 last_force = Vec3::Zero(), force = Vec3::Zero();  // N, of the last step and of this

@@ -14,6 +14,7 @@ void ContactImpulses::begin(const ContactInput& input, std::span<const Part> par
         const Contact& contact = input.contacts[c];
         Row row;
         row.contact = c;
+        row.lift = input.memory && find_memory(*input.memory, contact.key) ? contact.lift : 0;
         double sign = 1;
         for (const ContactSide* side : {&contact.upper, &contact.lower}) {
             for (std::uint32_t k = 0; k < side->count; ++k) {
@@ -50,7 +51,7 @@ void ContactImpulses::put_apart(Field position, double done) {
         const Vec3 way = side_value(contact.upper, position) - side_value(contact.lower, position) -
                          row.start - done * contact.drive;
         // One that was already too deep is lifted gently: a jump would make energy.
-        const double allowed = std::min(contact.gap + done * contact.lift, 0.0);
+        const double allowed = std::min(contact.gap + done * row.lift, 0.0);
         const double gap = contact.gap + contact.normal.dot(way);
         row.touches = gap < allowed;
         if (!row.touches || !std::isfinite(gap)) continue;

@@ -37,6 +37,7 @@ class ContactImpulses {
         Vec3 start = Vec3::Zero();    // m, upper less lower before the step
         double mobility = 0;          // 1/kg
         Vec3 impulse = Vec3::Zero();  // N s, of the step so far
+        double lift = 0;              // m, of the whole step; none where nothing pressed before
         bool touches = false;
         bool touched = false;
     };
