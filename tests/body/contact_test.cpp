@@ -299,10 +299,10 @@ TEST(Contact, AStackOfThreeSlicesRests) {
         EXPECT_LT((centre_of_piece(body, k) - there[static_cast<std::size_t>(k)]).norm(),
                   1e-3 * body.phyxel_spacing())
             << k;
-    EXPECT_LT(kinetic, 1e-5) << "J, of a body of 0.7 kg";
+    EXPECT_LT(kinetic, 1e-8) << "J: 0.2 mm/s of a body of 0.7 kg";
     double later = 0;
     for (int step = 0; step < 120; ++step) later = std::max(later, world.step().kinetic_energy);
-    EXPECT_LE(later, kinetic) << "it does not grow";
+    EXPECT_LT(later, 1e-8) << "it does not grow";
     EXPECT_GT(lowest(body), -0.05 * body.phyxel_spacing());
 }
 

@@ -12,7 +12,7 @@ constexpr double hardness = 10;
 // Share of all contact forces that may be wrong at the end of a step.
 constexpr double force_slack = 0.03;
 // An overlap of more than this share of the lift is solved for again, by a harder push.
-constexpr double deep_share = 0.5;
+constexpr double deep_share = 0.08;
 // Share of a sticking spring's stiffness above which a slider has hardly begun to slide.
 constexpr double hardly_sliding = 0.3;
 // An approach by less than this share of the lift is resting, not hitting.
