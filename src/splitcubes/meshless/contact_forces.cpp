@@ -263,6 +263,7 @@ bool ContactForces::revise_pulls(ConstField position) {
 
 bool ContactForces::revise(ConstField position, bool only_add) {
     double wrong = 0, all = 0;
+    bool begins = false;  // something begins to slide
     revisions_.assign(rows_.size(), Revision{});
     for (std::size_t r = 0; r < rows_.size(); ++r) {
         Row& row = rows_[r];
@@ -283,6 +284,8 @@ bool ContactForces::revise(ConstField position, bool only_add) {
             now.rub = along_plane(contact.normal, right);
             now.tangent = 0;
         }
+        begins = begins || (row.rub.isZero(0) && !now.rub.isZero(0));
+        now.limit = along_plane(contact.normal, right);
         // One that begins to push now overlaps by what the solve did not know of: its pressure, and so the
         // friction that it can bear, are known after the next solve only.
         if (!row.active && contact.friction > 0) now.tangent = row.normal;
@@ -296,6 +299,11 @@ bool ContactForces::revise(ConstField position, bool only_add) {
     const bool pulls = !pulls_.empty() && revise_pulls(position);
     if (!(wrong > force_slack * all) && !pulls) return false;
     for (std::size_t r = 0; r < rows_.size(); ++r) {
+        // While others let go that still held it, how far a slider went says nothing of its secant.
+        if (begins && rows_[r].active && !rows_[r].rub.isZero(0)) {
+            revisions_[r].rub = revisions_[r].limit;
+            revisions_[r].tangent = 0;
+        }
         rows_[r].active = revisions_[r].active;
         rows_[r].tangent = revisions_[r].tangent;
         rows_[r].allowed += revisions_[r].push;

@@ -96,9 +96,10 @@ class ContactForces {
     /// Of revise, per row.
     struct Revision {
         bool active = false;
-        double tangent = 0;       // N/m
-        double push = 0;          // m
-        Vec3 rub = Vec3::Zero();  // N
+        double tangent = 0;         // N/m
+        double push = 0;            // m
+        Vec3 rub = Vec3::Zero();    // N
+        Vec3 limit = Vec3::Zero();  // N, along the plane by the law of friction
     };
     std::vector<Revision> revisions_;
     std::vector<Vec3> pulled_;  // N, per handle
