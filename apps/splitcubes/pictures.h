@@ -35,6 +35,7 @@ class PictureMaker {
     render::Picture draw(const Links& links, double time);
 
   private:
+    void add_colliders(render::DrawList& list, double time) const;
     void add_blades(render::DrawList& list, double time) const;
 
     RunScene scene_;

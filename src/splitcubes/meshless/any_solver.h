@@ -14,16 +14,25 @@ class AnySolver {
     /// Throws as the solvers do.
     SolverReport step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                       const StepInput& input, const SolverOptions& options, const Parallel& parallel) {
-        if (phyxels.rigid.empty())
-            return step_elastic(phyxels, neighbourhoods, material, input, options, parallel);
-        check_step_input(phyxels, input);
-        step_rigid(phyxels, input, material.mass_damping);
-        const StepInput with_rigid = hold_rigid(phyxels, input);
-        SolverReport report = step_elastic(phyxels, neighbourhoods, material, with_rigid, options, parallel);
-        write_phyxels(phyxels);
-        for (const RigidPiece& body : phyxels.rigid.bodies) report.contacts += body.touching;
+        SolverReport report = step_elastic(phyxels, neighbourhoods, material, begin(phyxels, material, input),
+                                           options, parallel);
+        end(phyxels, report);
         return report;
     }
+    /// The two halves of what step does beside the elastic solver's step: rigid pieces move, and what that
+    /// is to be given comes back (it refers to this object); then their phyxels follow.
+    StepInput begin(Phyxels& phyxels, const Material& material, const StepInput& input) {
+        if (phyxels.rigid.empty()) return input;
+        check_step_input(phyxels, input);
+        step_rigid(phyxels, input, material.mass_damping);
+        return hold_rigid(phyxels, input);
+    }
+    void end(Phyxels& phyxels, SolverReport& report) const {
+        if (phyxels.rigid.empty()) return;
+        write_phyxels(phyxels);
+        for (const RigidPiece& body : phyxels.rigid.bodies) report.contacts += body.touching;
+    }
+    ImplicitSolver& implicit_solver() { return implicit_; }
 
   private:
     SolverReport step_elastic(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,

@@ -192,6 +192,7 @@ MaterialDescription read_material(const Value& value) {
     object.read("mass_damping", out.mass_damping, {0, 1e6});
     object.read("stiffness_damping", out.stiffness_damping, {0, 1e6});
     object.read("zero_energy", out.zero_energy, {0, 100});
+    object.read("cutting_resistance", out.cutting_resistance, {0, 1e9});
     if (const auto plasticity = object.find("plasticity")) {
         out.plasticity = read_plasticity(*plasticity, out.model);
     }
@@ -200,6 +201,14 @@ MaterialDescription read_material(const Value& value) {
 }
 
 }  // namespace
+
+Shape read_any_shape(const Value& value) {
+    return read_shape(value);
+}
+
+PlacementDescription read_any_placement(const Value& value) {
+    return read_placement(value);
+}
 
 Rotation read_rotation(const Value& value) {
     const Object object(value, "rotation");
