@@ -1,6 +1,7 @@
 #include "commands.h"
 #include "figures/figures.h"
 #include "figures/weights.h"
+#include "report.h"
 
 #include <splitcubes/core/error.h>
 #include <splitcubes/io/atomic_file.h>
@@ -29,6 +30,7 @@ int draw_weights(const Options& options) {
     if (std::filesystem::path(options.out).extension() != ".png")
         throw InputError(options.out.empty() ? "figure weights" : options.out, "no output that ends in .png",
                          "give -o FILE.png");
+    check_report_output(options.csv);
     figures::draw_weights(options.out);
     std::cout << options.out << ": weights around a phyxel beside cuts, by criterion\n";
     if (options.csv.empty()) return 0;

@@ -32,6 +32,7 @@ struct Options {
 };
 
 int run_scene(const Options& options) {
+    if (options.out.empty()) throw InputError("--output", "names no folder", "give -o FOLDER");
     std::vector<std::string> overrides = options.overrides;
     if (options.frames >= 0) overrides.push_back("frames=" + std::to_string(options.frames));
     if (options.threads > 0) overrides.push_back("threads=" + std::to_string(options.threads));

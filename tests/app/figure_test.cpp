@@ -161,6 +161,8 @@ TEST_F(Figures, RefusesWhatIsNone) {
     expect_refused({"figure", "faces", "-o", "faces.svg", "--csv", "faces.csv"}, "--csv");
     expect_refused({"figure", "weights", "-o", "weights.svg"}, "weights.svg");
     EXPECT_FALSE(fs::exists(in("a.svg")));
+    expect_refused({"figure", "weights", "-o", "weights.png", "--csv", "nowhere/weights.csv"}, "nowhere");
+    EXPECT_FALSE(fs::exists(in("weights.png")));
     EXPECT_FALSE(fs::exists(in("faces.png")));
     EXPECT_EQ(unfinished_files(), 0U);
 }

@@ -192,6 +192,8 @@ TEST_F(Run, BadScenesAreOneLineWithTheirPlace) {
     expect_refused({"run", "block.json", "-o", "x", "--threads", "0"}, "--threads");
     expect_refused({"run", "block.json", "-o", "block.json"}, "block.json");
     expect_refused({"run", "block.json"}, "--output");
+    expect_refused({"run", "block.json", "-o", ""}, "--output");
+    EXPECT_FALSE(fs::exists(in("surface")));
     EXPECT_FALSE(fs::exists(in("x")));
 }
 

@@ -85,6 +85,32 @@ TEST(Fragments, ARigidPieceThatIsCutPartsIntoWhatItWas) {
     EXPECT_EQ(body.validate(), std::vector<std::string>{});
 }
 
+// Cut out between two layers of phyxels, it has none of its own at first.
+TEST(Fragments, ASlabThinnerThanThePhyxelSpacingKeepsItsMassAndMomentum) {
+    for (const double low : {0.0, 0.02}) {
+        World world(free_space(), threads(2));
+        BodySettings settings = soft(0.005, 0);
+        settings.phyxel_spacing = 0.03;
+        settings.velocity = Vec3(0.3, -0.5, 0.2);
+        Body& body = world.add_body(geometry::make_box(Vec3(0.3, 0.1, 0.1)), settings);
+        const meshless::Momenta before = meshless::total_momenta(body.phyxels());
+        for (const int k : {0, 1})
+            body.cut_with_sheet(geometry::make_plane_sheet(Vec3(0, 0, low + 0.0126 * k), Vec3::UnitZ(), 1), k,
+                                world.parallel());
+        ASSERT_EQ(body.pieces().count(), 3U);
+        std::vector<double> mass(3, 0);
+        for (std::size_t i = 0; i < body.phyxels().size(); ++i)
+            mass[static_cast<std::size_t>(body.phyxels().piece[i])] += body.phyxels().mass[i];
+        for (const double m : mass) EXPECT_GT(m, 0.2 * before.mass / 3);
+        const meshless::Momenta after = meshless::total_momenta(body.phyxels());
+        EXPECT_NEAR(after.mass, before.mass, 1e-13 * before.mass);
+        EXPECT_LT((after.linear - before.linear).norm(), 1e-12 * before.linear.norm());
+        for (int step = 0; step < 2; ++step) world.step();
+        EXPECT_LT((meshless::total_momenta(body.phyxels()).linear - before.linear).norm(),
+                  1e-7 * before.linear.norm());
+    }
+}
+
 TEST(Fragments, ARigidPieceInAHoldFollowsIt) {
     WorldSettings settings = free_space();
     settings.gravity = Vec3(0, 0, -9.81);

@@ -160,6 +160,24 @@ TEST(RestCut, ALoopTakesOutACore) {
                 0.005);
 }
 
+// Planes through nodes: along one axis, two and three of the grid.
+TEST(RestCut, ABladeThroughTheNodesThemselvesMakesTwoPieces) {
+    const NodeGrid whole = solid(geometry::make_box(Vec3(1, 0.8, 0.6)), 20);
+    const Vec3 node = whole.rest().node_position(whole.rest().node_count / 2);
+    for (const Vec3& normal : {Vec3(0, 0, 1), Vec3(0, 1, 0), Vec3(1, 0, 0), Vec3(0, 1, 1), Vec3(1, -1, 0)}) {
+        const Vec3 along = 2 * normal.unitOrthogonal();
+        const Vec3 across = 2 * normal.normalized().cross(along.normalized());
+        NodeGrid grid = whole;
+        cut_with_blade(grid, straight(node - along - across, node + along - across, 2 * across), 0, two);
+        const splitting::Pieces pieces(grid);
+        std::size_t crumbs = 0;
+        for (int k = 0; k < static_cast<int>(pieces.count()); ++k)
+            crumbs += pieces.node_counts()[static_cast<std::size_t>(k)] < 100;
+        EXPECT_EQ(pieces.count() - crumbs, 2U) << normal.transpose();
+        EXPECT_EQ(crumbs, 0U) << normal.transpose();
+    }
+}
+
 TEST(RestCut, NothingWhereThereIsNothingToCut) {
     NodeGrid grid = ball();
     EXPECT_TRUE(cut_with_blade(grid, straight({2, 0, 0}, {3, 0, 0}, {0, 0, 1}), 0, two).empty());

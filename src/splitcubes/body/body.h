@@ -221,7 +221,9 @@ class Body {
     Vec3 extents_of(std::span<const std::uint32_t> nodes) const;
     std::pair<Vec3, Vec3> node_reach(const Vec3i& node) const;
     void add_sample(std::uint32_t node, std::int32_t piece);
-    void add_samples(std::int32_t piece, std::span<const std::uint32_t> nodes, std::size_t wanted);
+    void add_samples(std::int32_t piece, std::span<const std::uint32_t> nodes, std::size_t wanted,
+                     double within);
+    bool is_sparse(std::size_t phyxels, double length) const;
     std::size_t widen(std::uint32_t phyxel, std::span<const std::uint32_t> nodes);
     void refresh_links(const StepContext& context, std::size_t known);
     void fill_pieces(const StepContext& context, std::span<const std::vector<std::uint32_t>> nodes,

@@ -120,8 +120,10 @@ void Body::add_sample(std::uint32_t node, std::int32_t piece) {
 }
 
 // New phyxels for a piece, at its own nodes, each as far as can be from those it has
-// (farthest-point order).
-void Body::add_samples(std::int32_t piece, std::span<const std::uint32_t> nodes, std::size_t wanted) {
+// (farthest-point order), until there are as many as wanted or all nodes are within a
+// distance, m, of one.
+void Body::add_samples(std::int32_t piece, std::span<const std::uint32_t> nodes, std::size_t wanted,
+                       double within) {
     std::vector<double> distance(nodes.size(), 1e300);
     std::size_t have = 0;
     const auto take_in = [&](const Vec3& rest) {
@@ -131,7 +133,8 @@ void Body::add_samples(std::int32_t piece, std::span<const std::uint32_t> nodes,
     };
     for (std::size_t i = 0; i < phyxels_.size(); ++i)
         if (phyxels_.piece[i] == piece) take_in(phyxels_.rest_position[i]);
-    const double least = 0.25 * grid_.rest().cell_size * grid_.rest().cell_size;
+    const double half_cell = 0.5 * grid_.rest().cell_size;
+    const double least = std::max(within * within, half_cell * half_cell);
     while (have < wanted) {
         const auto far = std::max_element(distance.begin(), distance.end());
         if (far == distance.end() || *far < least) return;
@@ -271,6 +274,12 @@ std::vector<Vec3> Body::contact_points(const meshless::RigidPiece& body,
     return points;
 }
 
+// A piece with fewer phyxels than spacings along its length: a slab, cut out between two
+// layers of them, may have none.
+bool Body::is_sparse(std::size_t phyxels, double length) const {
+    return static_cast<double>(phyxels) * spacing_ < length;
+}
+
 void Body::refresh_links(const StepContext& context, std::size_t known) {
     if (phyxels_.size() != known) {
         rebuild_samples(context.parallel);
@@ -296,7 +305,9 @@ void Body::fill_pieces(const StepContext& context, std::span<const std::vector<s
         const std::size_t wanted = kinds[k] == Kind::small   ? std::min(enough_phyxels, nodes[k].size())
                                    : kinds[k] == Kind::rigid ? 1
                                                              : 0;
-        if (count[k] < wanted) add_samples(static_cast<std::int32_t>(k), nodes[k], wanted);
+        if (count[k] < wanted) add_samples(static_cast<std::int32_t>(k), nodes[k], wanted, 0);
+        if (kinds[k] == Kind::small && is_sparse(count[k], extents_of(nodes[k])[0]))
+            add_samples(static_cast<std::int32_t>(k), nodes[k], nodes[k].size(), spacing_);
     }
     refresh_links(context, known);
     for (int round = 0; round < rank_rounds; ++round) {
@@ -343,8 +354,10 @@ std::vector<Body::Kind> Body::kinds_of(std::span<const std::vector<std::uint32_t
         if (was_rigid || length < rigid_length)
             kinds[k] = Kind::rigid;
         else
-            kinds[k] =
-                held[k] == 0 && count[k] < few_phyxels && length < small_length ? Kind::small : Kind::large;
+            kinds[k] = held[k] == 0 && ((count[k] < few_phyxels && length < small_length) ||
+                                        is_sparse(count[k], length * spacing_))
+                           ? Kind::small
+                           : Kind::large;
     }
     return kinds;
 }

@@ -1,3 +1,4 @@
+#include <splitcubes/body/node_ties.h>
 #include <splitcubes/body/rest_cut.h>
 #include <splitcubes/cutting/sweep.h>
 
@@ -119,7 +120,9 @@ std::vector<std::int32_t> cut_with_blade(NodeGrid& grid, const cutting::Blade& b
             for (const MovingSegment& segment : part.segments) near.add(segment);
         const std::vector<cutting::CandidateEdge> candidates = near.take();
         if (candidates.empty()) continue;
-        for (const cutting::EdgeCut& cut : cutting::cut_edges(swept, candidates, last_normal, parallel)) {
+        std::vector<cutting::EdgeCut> cuts = cutting::cut_edges(swept, candidates, last_normal, parallel);
+        settle_node_ties(grid, cuts);
+        for (const cutting::EdgeCut& cut : cuts) {
             const std::int32_t slot = grid.cut(splitting::edge_from_id(cut.id), cut.parameter,
                                                cut.rest_normal, splitting::Origin::cut, cut_number);
             if (slot >= 0) slots.push_back(slot);
