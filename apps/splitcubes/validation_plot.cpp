@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <sstream>
 
 namespace splitcubes::app {
@@ -37,7 +38,8 @@ void draw_axes(std::ostream& svg) {
 }  // namespace
 
 std::string error_plot(const std::vector<ValidationPoint>& points) {
-    static constexpr const char* colours[] = {"#c0392b", "#2471a3", "#229954", "#8e44ad", "#d68910"};
+    static constexpr const char* colours[] = {"#c0392b", "#2471a3", "#229954",
+                                              "#8e44ad", "#d68910", "#117a65"};
     std::ostringstream svg;
     svg.imbue(std::locale::classic());
     svg << "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 720 400\" font-family=\"sans-serif\" "
@@ -45,7 +47,7 @@ std::string error_plot(const std::vector<ValidationPoint>& points) {
     draw_axes(svg);
     std::size_t line = 0;
     for (std::size_t begin = 0, end = 0; begin < points.size(); begin = end, ++line) {
-        const char* colour = colours[line % 5];
+        const char* colour = colours[line % std::size(colours)];
         svg << "<g stroke=\"" << colour << "\" fill=\"none\" stroke-width=\"2\"><path d=\"";
         for (; end < points.size() && points[end].test == points[begin].test; ++end)
             svg << (end == begin ? 'M' : 'L') << x_of(points[end].across) << ' ' << y_of(points[end].error());
