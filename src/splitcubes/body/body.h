@@ -185,9 +185,11 @@ class Body {
     void set_contact_radii(std::size_t first);
     void rebuild_samples(const Parallel& parallel);
     void evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& parallel);
-    std::vector<std::uint32_t> candidate_bricks(std::span<const cutting::SweptBlade> blades,
+    std::vector<splitting::GridEdge> edges_near(std::span<const cutting::SweptBlade> blades,
                                                 const Parallel& parallel);
-    std::vector<cutting::CandidateEdge> candidate_edges(std::span<const std::uint32_t> bricks,
+    std::vector<splitting::GridEdge> uncut_edges_of(std::span<const std::uint32_t> bricks) const;
+    std::vector<std::uint32_t> track_ends(std::span<const splitting::GridEdge> edges);
+    std::vector<cutting::CandidateEdge> candidate_edges(std::span<const splitting::GridEdge> edges,
                                                         const StepContext& context);
     void make_deformation();
     void carry_phyxels(double dt);
@@ -196,7 +198,8 @@ class Body {
     void restore_deformation();
     void pick_frames(const std::vector<geometry::Frame>& nodes, std::vector<geometry::Frame>& out) const;
     void evaluate_frames_now(const TrackerContext& context);
-    void evaluate_frames_before(const TrackerContext& context, std::vector<geometry::Frame>& out);
+    void evaluate_some_now(const TrackerContext& context, std::span<const std::uint32_t> nodes);
+    void evaluate_some_before(const TrackerContext& context, std::span<const std::uint32_t> nodes);
     std::vector<std::uint32_t> bricks_of_nodes_in(const geometry::Box& box) const;
     void update_owners(std::span<const geometry::Box> boxes);
     std::vector<std::uint32_t> changed_sights(std::span<const std::int32_t> piece_before) const;
@@ -269,7 +272,7 @@ class Body {
     NodeTracker tracker_;
     std::vector<std::uint32_t> surface_to_tracked_;  // per surface node
     std::vector<geometry::Frame> frames_;            // per tracked node, now
-    std::vector<geometry::Frame> frames_before_;     // per tracked node, a step ago, of candidate_edges
+    std::vector<geometry::Frame> frames_before_;  // per tracked node, a step ago, where candidate_edges asked
     MovingBricks moving_bricks_;
     std::vector<Vec3> cut_position_;      // per tracked node, m, at its last cut_edges
     std::vector<std::int64_t> cut_step_;  // per tracked node, the step of that

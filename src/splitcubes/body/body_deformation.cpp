@@ -102,13 +102,20 @@ void Body::pick_frames(const std::vector<geometry::Frame>& nodes, std::vector<ge
 }
 
 void Body::evaluate_frames_now(const TrackerContext& context) {
+    tracker_.clear_fresh();
     if (deformation_) return pick_frames(node_frames_, frames_);
     tracker_.evaluate(context, phyxels_.position, phyxels_.deformation, frames_);
 }
 
-void Body::evaluate_frames_before(const TrackerContext& context, std::vector<geometry::Frame>& out) {
-    if (deformation_) return pick_frames(node_frames_before_, out);
-    tracker_.evaluate(context, phyxels_.previous_position, previous_deformation_, out);
+// Of some tracked nodes.
+void Body::evaluate_some_now(const TrackerContext& context, std::span<const std::uint32_t> nodes) {
+    if (deformation_) return pick_frames(node_frames_, frames_);
+    tracker_.evaluate_some(context, nodes, phyxels_.position, phyxels_.deformation, frames_);
+}
+
+void Body::evaluate_some_before(const TrackerContext& context, std::span<const std::uint32_t> nodes) {
+    if (deformation_) return pick_frames(node_frames_before_, frames_before_);
+    tracker_.evaluate_some(context, nodes, phyxels_.previous_position, previous_deformation_, frames_before_);
 }
 
 // Bricks with an edge that may have been in the box, now or a step ago.

@@ -51,7 +51,7 @@ void Body::retessellate(StepReport& report) {
 void Body::track_surface_nodes() {
     const std::vector<Vec3i>& nodes = surface_->nodes();
     for (std::size_t k = surface_to_tracked_.size(); k < nodes.size(); ++k)
-        surface_to_tracked_.push_back(tracker_.track(grid_, nodes[k]));
+        surface_to_tracked_.push_back(tracker_.hold(grid_, nodes[k]));
 }
 
 void Body::label_pieces(StepReport&) {
@@ -163,6 +163,7 @@ void Body::rebuild_neighbourhoods(const StepContext& context) {
         neighbourhoods_.update(phyxels_, pairs_, changed_pairs_, settings_.material, context.parallel);
     if (volumes_changed_) neighbourhoods_.refresh_volumes(phyxels_, settings_.material, context.parallel);
     changed_pairs_.clear();
+    tracker_.let_sleep();
     tracker_.refresh(tracker_context(context.parallel));
     new_slots_.clear();
     changed_boxes_.clear();

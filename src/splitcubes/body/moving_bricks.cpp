@@ -6,20 +6,34 @@
 namespace splitcubes::body {
 
 using splitting::brick_side;
+using splitting::GridEdge;
 
 namespace {
 
-// Adds where a phyxel carries a cube of rest space (centre, half a side), now and a step ago.
-void add_places(const MovingBricks::State& state, std::size_t i, const Vec3& centre, double half,
-                geometry::Box& box) {
-    const Vec3 offset = centre - state.phyxels.rest_position[i];
-    const auto add = [&](const Vec3& position, const Mat3& deformation) {
-        const Vec3 at = position + deformation * offset;
-        const Vec3 spread = half * deformation.cwiseAbs().rowwise().sum();
-        box.add(geometry::Box{at - spread, at + spread});
-    };
-    add(state.phyxels.position[i], state.phyxels.deformation[i]);
-    add(state.phyxels.previous_position[i], state.previous_deformation[i]);
+// Bricks whose edges one task lists.
+constexpr std::size_t brick_grain = 4;
+
+// Of the nodes of a brick and the upper ends of its edges, rest space.
+geometry::Box cube_of(const splitting::NodeGrid& grid, std::size_t brick) {
+    const Vec3 low = grid.rest().node_position(grid.bricks().base(brick));
+    return {low, low + Vec3::Constant(brick_side * grid.rest().cell_size)};
+}
+
+// Of the images of a box under p -> jacobian p + shift, each moved by what lies in `off`.
+geometry::Box image_of(const geometry::Box& box, const Mat3& jacobian, const Vec3& shift,
+                       const geometry::Box& off) {
+    const Vec3 centre = jacobian * box.center() + shift;
+    const Vec3 half = jacobian.cwiseAbs() * (0.5 * box.size());
+    return {centre - half + off.min, centre + half + off.max};
+}
+
+double distance_squared(const Vec3& point, const geometry::Box& box) {
+    return (box.min - point).cwiseMax(point - box.max).cwiseMax(0).squaredNorm();
+}
+
+// How far from its rest position a phyxel carries nodes.
+double reach_of(const MovingBricks::State& state, std::size_t i) {
+    return state.phyxels.support_radius[i] + state.margin;
 }
 
 }  // namespace
@@ -43,13 +57,50 @@ void MovingBricks::sort_phyxels(const State& state) {
     sorted_ = rest.size();
 }
 
-// Of all places to which a brick's phyxels carry a node.
+// How many bricks away a phyxel can lie that carries a node of a brick.
+int MovingBricks::bricks_around(const State& state) const {
+    return static_cast<int>(std::ceil(reach_ / (brick_side * state.grid.rest().cell_size)));
+}
+
+// The mean of what the phyxels make of a point. What is not finite does not count: any map
+// would do, this one is only near.
+template <class Numbers>
+MovingBricks::Map MovingBricks::mean_map(const State& state, const Numbers& numbers) {
+    Mat3 jacobian = Mat3::Zero();
+    Vec3 position = Vec3::Zero(), rest = Vec3::Zero();
+    double count = 0;
+    for (const std::size_t i : numbers) {
+        const Mat3& f = state.phyxels.deformation[i];
+        const Vec3& x = state.phyxels.position[i];
+        if (!std::isfinite(f.sum() + x.sum())) continue;
+        jacobian += f;
+        position += x;
+        rest += state.phyxels.rest_position[i];
+        ++count;
+    }
+    if (count == 0) return {};
+    jacobian /= count;
+    return {jacobian, (position - jacobian * rest) / count};
+}
+
+// Adds how far off the map a phyxel carries a node within reach, now and a step ago.
+void MovingBricks::add_difference(const State& state, std::size_t i, const Map& map, geometry::Box& off) {
+    const Vec3 mapped = map.jacobian * state.phyxels.rest_position[i] + map.shift;
+    const auto add = [&](const Vec3& position, const Mat3& deformation) {
+        const Vec3 at = position - mapped;
+        const Vec3 spread = reach_of(state, i) * (deformation - map.jacobian).rowwise().norm();
+        off.add(geometry::Box{at - spread, at + spread});
+    };
+    add(state.phyxels.position[i], state.phyxels.deformation[i]);
+    add(state.phyxels.previous_position[i], state.previous_deformation[i]);
+}
+
 void MovingBricks::take_boxes(const State& state, const Parallel& parallel) {
     boxes_.resize(state.grid.bricks().total());
     parallel.for_each(boxes_.size(), 64, [&](std::size_t b) {
         boxes_[b] = {};
         for (std::uint32_t k = begin_[b]; k < begin_[b + 1]; ++k)
-            add_places(state, phyxels_[k], state.phyxels.rest_position[phyxels_[k]], state.reach, boxes_[b]);
+            add_difference(state, phyxels_[k], mean_, boxes_[b]);
     });
 }
 
@@ -66,49 +117,96 @@ void MovingBricks::spread_boxes(const splitting::BrickLayout& layout, int around
     });
 }
 
-// Of where each phyxel within reach carries the brick, a cell more to either side.
-geometry::Box MovingBricks::exact_box(const State& state, std::uint32_t brick) const {
+void MovingBricks::choose_bricks(const State& state, const SweptBoxes& swept, const Parallel& parallel) {
     const splitting::BrickLayout& layout = state.grid.bricks();
-    const double h = state.grid.rest().cell_size;
-    const Vec3i corner = layout.base(brick);
-    const Vec3 centre =
-        state.grid.rest().origin + h * (corner.cast<double>() + Vec3::Constant(0.5 * brick_side));
-    const double half = h * (0.5 * brick_side + 1);
-    const double radius = state.reach + std::sqrt(3.0) * half;
-    const int around = static_cast<int>(std::ceil((radius - 0.5 * brick_side * h) / (brick_side * h)));
-    const Vec3i low = (corner.array() / brick_side - around).max(0);
-    const Vec3i high = (corner.array() / brick_side + around).min(layout.brick_count.array() - 1);
-    geometry::Box box;
+    mean_ = mean_map(state, phyxels_);
+    take_boxes(state, parallel);
+    for (int axis = 0; axis < 3; ++axis) spread_boxes(layout, bricks_around(state), axis, parallel);
+    meets_.assign(layout.total(), 0);
+    parallel.for_each(layout.total(), 256, [&](std::size_t b) {
+        if (state.grid.inside_word(b) == 0 || boxes_[b].empty()) return;
+        meets_[b] =
+            image_of(cube_of(state.grid, b), mean_.jacobian, mean_.shift, boxes_[b]).meets(swept.bounds());
+    });
+    chosen_.clear();
+    for (std::uint32_t b = 0; b < layout.total(); ++b)
+        if (meets_[b] != 0) chosen_.push_back(b);
+}
+
+MovingBricks::Bound MovingBricks::bound_of(const State& state, std::uint32_t brick,
+                                           std::vector<std::uint32_t>& near) const {
+    const splitting::BrickLayout& layout = state.grid.bricks();
+    const std::vector<Vec3>& rest = state.phyxels.rest_position;
+    const geometry::Box cube = cube_of(state.grid, brick);
+    const int around = bricks_around(state);
+    const Vec3i at = layout.base(brick) / brick_side;
+    const Vec3i low = (at.array() - around).max(0);
+    const Vec3i high = (at.array() + around).min(layout.brick_count.array() - 1);
+    near.clear();
     for (int z = low.z(); z <= high.z(); ++z)
         for (int y = low.y(); y <= high.y(); ++y) {
             const std::uint32_t first = begin_[layout.brick_of(brick_side * Vec3i(low.x(), y, z))];
             const std::uint32_t last = begin_[layout.brick_of(brick_side * Vec3i(high.x(), y, z)) + 1];
             for (std::uint32_t k = first; k < last; ++k)
-                if ((state.phyxels.rest_position[phyxels_[k]] - centre).squaredNorm() < radius * radius)
-                    add_places(state, phyxels_[k], centre, half, box);
+                if (const double reach = reach_of(state, phyxels_[k]);
+                    distance_squared(rest[phyxels_[k]], cube) < reach * reach)
+                    near.push_back(phyxels_[k]);
         }
-    return box;
+    Bound bound{mean_map(state, near), {}};
+    const Vec3 mapped = bound.map.jacobian * cube.center() + bound.map.shift;
+    for (const std::uint32_t i : near) {
+        const Vec3 arm = cube.center() - rest[i];
+        const auto add = [&](const Vec3& position, const Mat3& deformation) {
+            const Vec3 off = position + deformation * arm - mapped;
+            const Vec3 spread =
+                (deformation - bound.map.jacobian).cwiseAbs().rowwise().sum().cwiseProduct(0.5 * cube.size());
+            bound.off.add(geometry::Box{off - spread, off + spread});
+        };
+        add(state.phyxels.position[i], state.phyxels.deformation[i]);
+        add(state.phyxels.previous_position[i], state.previous_deformation[i]);
+    }
+    return bound;
 }
 
-std::vector<std::uint32_t> MovingBricks::meeting(const State& state, const geometry::Box& box,
-                                                 const Parallel& parallel) {
-    const splitting::BrickLayout& layout = state.grid.bricks();
+void MovingBricks::add_edges(const State& state, std::uint32_t brick, const SweptBoxes& swept,
+                             Scratch& scratch, std::vector<GridEdge>& out) const {
+    const splitting::NodeGrid& grid = state.grid;
+    const Bound bound = bound_of(state, brick, scratch.phyxels);
+    if (bound.off.empty()) return;
+    swept.meeting(image_of(cube_of(grid, brick), bound.map.jacobian, bound.map.shift, bound.off),
+                  scratch.boxes);
+    if (scratch.boxes.empty()) return;
+    const Vec3i base = grid.bricks().base(brick);
+    for (unsigned local = 0; local < splitting::brick_places; ++local) {
+        if (!(grid.inside_word(brick) >> local & 1U)) continue;
+        const Vec3i node = base + splitting::BrickLayout::local_place(local);
+        const Vec3 lower = bound.map.jacobian * grid.rest().node_position(node) + bound.map.shift;
+        for (int axis = 0; axis < 3; ++axis) {
+            const GridEdge edge{node, axis};
+            if (!grid.has_edge(edge) || grid.is_cut(edge)) continue;
+            const Vec3 upper = lower + grid.rest().cell_size * bound.map.jacobian.col(axis);
+            const geometry::Box moving{lower.cwiseMin(upper) + bound.off.min,
+                                       lower.cwiseMax(upper) + bound.off.max};
+            if (swept.any_meets(moving, scratch.boxes)) out.push_back(edge);
+        }
+    }
+}
+
+std::vector<GridEdge> MovingBricks::edges_near(const State& state, const SweptBoxes& swept,
+                                               const Parallel& parallel) {
     if (sorted_ != state.phyxels.size() || begin_.empty()) sort_phyxels(state);
-    take_boxes(state, parallel);
-    geometry::Box all;
-    for (const geometry::Box& one : boxes_) all.add(one);
-    if (!all.meets(box)) return {};
-    // A phyxel within `reach` of a node in the brick is at most so many bricks away.
-    const int around = static_cast<int>(std::ceil(state.reach / (brick_side * state.grid.rest().cell_size)));
-    for (int axis = 0; axis < 3; ++axis) spread_boxes(layout, around, axis, parallel);
-    meets_.assign(layout.total(), 0);
-    parallel.for_each(layout.total(), 16, [&](std::size_t brick) {
-        if (state.grid.inside_word(brick) == 0 || !boxes_[brick].meets(box)) return;
-        meets_[brick] = exact_box(state, static_cast<std::uint32_t>(brick)).meets(box);
+    reach_ = 0;
+    for (std::size_t i = 0; i < state.phyxels.size(); ++i) reach_ = std::max(reach_, reach_of(state, i));
+    choose_bricks(state, swept, parallel);
+    edges_.resize((chosen_.size() + brick_grain - 1) / brick_grain);
+    parallel.for_chunks(chosen_.size(), brick_grain, [&](std::size_t begin, std::size_t end) {
+        Scratch scratch;
+        edges_[begin / brick_grain].clear();
+        for (std::size_t k = begin; k < end; ++k)
+            add_edges(state, chosen_[k], swept, scratch, edges_[begin / brick_grain]);
     });
-    std::vector<std::uint32_t> out;
-    for (std::uint32_t brick = 0; brick < layout.total(); ++brick)
-        if (meets_[brick] != 0) out.push_back(brick);
+    std::vector<GridEdge> out;
+    for (const std::vector<GridEdge>& edges : edges_) out.insert(out.end(), edges.begin(), edges.end());
     return out;
 }
 

@@ -1,6 +1,7 @@
-// Which bricks of grid nodes may have been where, as the body moves.
+// Which grid edges may have been where, as the body moves.
 #pragma once
 
+#include <splitcubes/body/swept_boxes.h>
 #include <splitcubes/core/parallel.h>
 #include <splitcubes/geometry/box.h>
 #include <splitcubes/meshless/phyxels.h>
@@ -12,34 +13,66 @@
 
 namespace splitcubes::body {
 
-/// World boxes of bricks, now and a step ago. A node's place is a convex combination of
-/// where its phyxels would carry it, so the union of these places holds it. Coarse boxes, of
-/// whatever a brick's phyxels may carry, choose the bricks to look at; the boxes of those
-/// are of what each phyxel within reach makes of the brick itself.
+/// Bounds on where grid nodes are, now and a step ago, from the phyxels alone: no node needs
+/// a kernel for it. A node's place is a convex combination of where its phyxels would carry
+/// it. Those of a brick of nodes carry it nearly alike: as one affine map, and off by no more
+/// than a box, which is taken over the phyxels that can reach the brick and over both states.
+/// The body's mean map and wide boxes choose the bricks that are looked at so closely.
+///
+/// The bounds hold for whatever of the phyxels a node's kernel is made: an edge that they
+/// keep away from the blade's place at the end of an interval is away from it at the start of
+/// the next one also where its kernel has changed in between.
 class MovingBricks {
   public:
     struct State {
         const splitting::NodeGrid& grid;
         const meshless::Phyxels& phyxels;
         std::span<const Mat3> previous_deformation;
-        double reach;  // m, how far from a phyxel's rest position a node may lie that it carries
+        double margin;  // m, by how much a node may lie out of a phyxel's support that carries it
     };
-    /// The bricks with inside nodes that may meet the box (world), ascending.
-    std::vector<std::uint32_t> meeting(const State& state, const geometry::Box& box,
-                                       const Parallel& parallel);
+    /// The uncut edges between inside nodes that may have met one of the swept boxes, brick
+    /// by brick, in a brick by node and axis.
+    std::vector<splitting::GridEdge> edges_near(const State& state, const SweptBoxes& swept,
+                                                const Parallel& parallel);
 
   private:
+    /// Rest point X goes to jacobian X + shift.
+    struct Map {
+        Mat3 jacobian = Mat3::Identity();
+        Vec3 shift = Vec3::Zero();  // m
+    };
+    /// The nodes and edges of one brick: by the map, off by what lies in the box.
+    struct Bound {
+        Map map;
+        geometry::Box off;  // m, world; empty: no phyxel reaches the brick
+    };
+    /// What a thread works with.
+    struct Scratch {
+        std::vector<std::uint32_t> phyxels, boxes;
+    };
+    template <class Numbers>
+    static Map mean_map(const State& state, const Numbers& numbers);
+    static void add_difference(const State& state, std::size_t i, const Map& map, geometry::Box& off);
+
     void sort_phyxels(const State& state);
+    int bricks_around(const State& state) const;
     void take_boxes(const State& state, const Parallel& parallel);
     void spread_boxes(const splitting::BrickLayout& layout, int around, int axis, const Parallel& parallel);
-    geometry::Box exact_box(const State& state, std::uint32_t brick) const;
+    void choose_bricks(const State& state, const SweptBoxes& swept, const Parallel& parallel);
+    Bound bound_of(const State& state, std::uint32_t brick, std::vector<std::uint32_t>& near) const;
+    void add_edges(const State& state, std::uint32_t brick, const SweptBoxes& swept, Scratch& scratch,
+                   std::vector<splitting::GridEdge>& out) const;
 
     std::vector<std::uint32_t> begin_;     // per brick, first entry of phyxels_; one more at the end
     std::vector<std::uint32_t> phyxels_;   // by brick
-    std::vector<geometry::Box> boxes_;     // per brick, world
+    Map mean_;                             // of all phyxels, now
+    std::vector<geometry::Box> boxes_;     // per brick: how far off mean_ its phyxels carry a node
     std::vector<geometry::Box> narrower_;  // scratch
     std::vector<std::uint8_t> meets_;      // scratch, per brick
-    std::size_t sorted_ = 0;               // phyxels that are in phyxels_
+    std::vector<std::uint32_t> chosen_;    // bricks to look at closely, ascending
+    std::vector<std::vector<splitting::GridEdge>> edges_;  // scratch, per chunk of these
+    std::size_t sorted_ = 0;                               // phyxels that are in phyxels_
+    double reach_ = 0;                                     // m, of the phyxel that reaches farthest
 };
 
 }  // namespace splitcubes::body

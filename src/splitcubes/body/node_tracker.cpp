@@ -43,13 +43,41 @@ std::uint32_t NodeTracker::track(const splitting::NodeGrid& grid, const Vec3i& n
         rest_.push_back(grid.rest().node_position(node));
         piece_.push_back(-1);
         task_.push_back(Task::build);
+        use_.push_back(Use::lately);
         links_.emplace_back();
     }
-    return static_cast<std::uint32_t>(index);
+    const auto i = static_cast<std::uint32_t>(index);
+    if (use_[i] == Use::none) task_[i] = Task::build;
+    use_[i] = std::max(use_[i], Use::lately);
+    return i;
+}
+
+std::uint32_t NodeTracker::hold(const splitting::NodeGrid& grid, const Vec3i& node) {
+    const std::uint32_t index = track(grid, node);
+    use_[index] = Use::always;
+    return index;
+}
+
+void NodeTracker::let_sleep() {
+    // Who takes the frame of another needs it for as long as it has none.
+    for (const Fallback& fallback : fallbacks_)
+        use_[fallback.source] = std::max(use_[fallback.source], Use::lately);
+    for (std::size_t i = 0; i < use_.size(); ++i) {
+        if (use_[i] == Use::lately) {
+            use_[i] = Use::before;
+        } else if (use_[i] == Use::before) {
+            use_[i] = Use::none;
+            task_[i] = Task::none;
+            links_[i].clear();
+            if (i < kernels_.size()) kernels_.rows[i].count = 0;
+        }
+    }
+    std::erase_if(fallbacks_, [&](const Fallback& f) { return use_[f.node] == Use::none; });
 }
 
 void NodeTracker::mark_all() {
-    std::fill(task_.begin(), task_.end(), Task::build);
+    for (std::size_t i = 0; i < task_.size(); ++i)
+        if (use_[i] != Use::none) task_[i] = Task::build;
 }
 
 void NodeTracker::mark_near(std::span<const geometry::Box> boxes, double radius) {
@@ -59,7 +87,7 @@ void NodeTracker::mark_near(std::span<const geometry::Box> boxes, double radius)
     if (all.empty()) return;
     all = all.grown(radius);
     for (std::size_t i = 0; i < rest_.size(); ++i) {
-        if (task_[i] >= Task::look || !all.contains(rest_[i])) continue;
+        if (use_[i] == Use::none || task_[i] >= Task::look || !all.contains(rest_[i])) continue;
         const auto near = [&](const geometry::Box& box) { return within(rest_[i], box, radius); };
         if (std::any_of(boxes.begin(), boxes.end(), near)) task_[i] = Task::look;
     }
@@ -68,6 +96,7 @@ void NodeTracker::mark_near(std::span<const geometry::Box> boxes, double radius)
 void NodeTracker::refresh(const TrackerContext& context) {
     if (pieces_changed_) {
         for (std::size_t i = 0; i < places_.size(); ++i) {
+            if (use_[i] == Use::none) continue;
             piece_[i] = context.pieces.piece_of(context.grid, places_[i]);
             if (task_[i] == Task::none) task_[i] = Task::filter;
         }
@@ -88,6 +117,8 @@ void NodeTracker::refresh(const TrackerContext& context) {
 // other; then nothing is shared.
 void NodeTracker::do_tasks(const TrackerContext& context) {
     kernels_.rows.resize(places_.size());
+    for (const std::uint32_t i : work_)
+        if (task_[i] == Task::build) fresh_.push_back(i);
     context.parallel.for_chunks(work_.size(), 32, [&](std::size_t begin, std::size_t end) {
         std::vector<std::uint32_t> near;
         std::vector<geometry::Box> near_boxes;
@@ -160,7 +191,7 @@ void NodeTracker::write_row(const TrackerContext& context, std::size_t node) {
 void NodeTracker::find_fallbacks(const TrackerContext& context) {
     fallbacks_.clear();
     for (std::uint32_t i = 0; i < kernels_.rows.size(); ++i)
-        if (kernels_.rows[i].count == 0) fallbacks_.push_back({i, i});
+        if (use_[i] != Use::none && kernels_.rows[i].count == 0) fallbacks_.push_back({i, i});
     for (Fallback& fallback : fallbacks_) fallback.source = nearest_source(context, fallback.node);
     std::erase_if(fallbacks_, [](const Fallback& f) { return f.source == f.node; });
 }
@@ -218,11 +249,39 @@ void NodeTracker::evaluate(const TrackerContext& context, std::span<const Vec3> 
                            std::span<const Mat3> deformation, std::vector<geometry::Frame>& out) {
     out.resize(places_.size());
     evaluator_(kernels_, rest_, context.phyxels.rest_position, position, deformation, out, context.parallel);
-    for (const Fallback& f : fallbacks_) {
-        const geometry::Frame& source = out[f.source];
-        out[f.node] = {source.position + source.jacobian * (rest_[f.node] - rest_[f.source]),
-                       source.jacobian};
+    for (const Fallback& fallback : fallbacks_) take_frame(fallback, out);
+}
+
+void NodeTracker::evaluate_some(const TrackerContext& context, std::span<const std::uint32_t> nodes,
+                                std::span<const Vec3> position, std::span<const Mat3> deformation,
+                                std::vector<geometry::Frame>& out) const {
+    out.resize(places_.size());
+    const auto evaluate_of = [&](std::span<const std::uint32_t> some) {
+        meshless::evaluate_frames_of(some, kernels_, rest_, context.phyxels.rest_position, position,
+                                     deformation, out, context.parallel);
+    };
+    evaluate_of(nodes);
+    if (fallbacks_.empty()) return;
+    std::vector<Fallback> asked;  // fallbacks_ is in the order of its nodes
+    std::vector<std::uint32_t> sources;
+    for (const std::uint32_t node : nodes) {
+        const auto found =
+            std::lower_bound(fallbacks_.begin(), fallbacks_.end(), node,
+                             [](const Fallback& f, std::uint32_t wanted) { return f.node < wanted; });
+        if (found == fallbacks_.end() || found->node != node) continue;
+        asked.push_back(*found);
+        sources.push_back(found->source);
     }
+    std::sort(sources.begin(), sources.end());
+    sources.erase(std::unique(sources.begin(), sources.end()), sources.end());
+    evaluate_of(sources);
+    for (const Fallback& fallback : asked) take_frame(fallback, out);
+}
+
+void NodeTracker::take_frame(const Fallback& fallback, std::vector<geometry::Frame>& out) const {
+    const geometry::Frame& source = out[fallback.source];
+    out[fallback.node] = {source.position + source.jacobian * (rest_[fallback.node] - rest_[fallback.source]),
+                          source.jacobian};
 }
 
 }  // namespace splitcubes::body

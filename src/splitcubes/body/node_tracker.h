@@ -28,15 +28,25 @@ struct TrackerContext {
 /// its piece that reach it and that it sees (the segment between them meets no
 /// surface). A node that sees none takes the frame of the nearest node that does,
 /// over uncut edges, so no node of a piece is ever without a frame.
+///
+/// Nodes that nobody holds or has asked for lately sleep: they have no kernel and are not
+/// found until they are tracked again, so that what blades have passed costs nothing.
 class NodeTracker {
   public:
     NodeTracker() = default;
     explicit NodeTracker(const splitting::BrickLayout& layout) : index_(layout) {}
 
-    /// Index of a tracked node; adds it where it is new (call refresh before use).
+    /// Index of a tracked node; adds or wakes it (call refresh before use).
     std::uint32_t track(const splitting::NodeGrid& grid, const Vec3i& node);
-    /// -1 where the node is not tracked.
-    std::int32_t find(const Vec3i& node) const { return index_.get(node, 0); }
+    /// The same for a node that never sleeps.
+    std::uint32_t hold(const splitting::NodeGrid& grid, const Vec3i& node);
+    /// -1 where the node is not tracked or sleeps.
+    std::int32_t find(const Vec3i& node) const {
+        const std::int32_t index = index_.get(node, 0);
+        return index >= 0 && use_[static_cast<std::size_t>(index)] == Use::none ? -1 : index;
+    }
+    /// Puts to sleep what nobody has tracked since the last call but one.
+    void let_sleep();
 
     /// Brings the kernels up to date: of nodes added since the last refresh, of nodes
     /// that mark_near found, and after mark_pieces_changed or mark_all.
@@ -53,6 +63,16 @@ class NodeTracker {
     void evaluate(const TrackerContext& context, std::span<const Vec3> position,
                   std::span<const Mat3> deformation, std::vector<geometry::Frame>& out);
 
+    /// Of some tracked nodes only; `out` gets room for all, what is not asked for stays.
+    void evaluate_some(const TrackerContext& context, std::span<const std::uint32_t> nodes,
+                       std::span<const Vec3> position, std::span<const Mat3> deformation,
+                       std::vector<geometry::Frame>& out) const;
+
+    /// Nodes whose kernels were built since clear_fresh: they never had a frame or have an
+    /// old one. A node may stand here twice.
+    const std::vector<std::uint32_t>& fresh() const { return fresh_; }
+    void clear_fresh() { fresh_.clear(); }
+
     std::size_t size() const { return places_.size(); }
     const std::vector<Vec3i>& places() const { return places_; }
     const std::vector<Vec3>& rest_positions() const { return rest_; }
@@ -62,7 +82,7 @@ class NodeTracker {
     /// For checkpoints.
     template <class Archive>
     void serialize(Archive& archive) {
-        archive(index_, places_, rest_, piece_, task_, links_, boxes_, pieces_changed_, reach_);
+        archive(index_, places_, rest_, piece_, task_, use_, links_, boxes_, pieces_changed_, reach_);
         archive(kernels_, fallbacks_);
     }
 
@@ -78,7 +98,8 @@ class NodeTracker {
             archive(phyxel, sees, weight);
         }
     };
-    enum class Task : std::uint8_t { none, filter, look, build };  // what a kernel needs
+    enum class Task : std::uint8_t { none, filter, look, build };    // what a kernel needs
+    enum class Use : std::uint8_t { none, before, lately, always };  // none: sleeps
     struct Fallback {
         std::uint32_t node;    // that sees no phyxel
         std::uint32_t source;  // whose frame it takes
@@ -94,6 +115,7 @@ class NodeTracker {
     void do_tasks(const TrackerContext& context);
     void find_fallbacks(const TrackerContext& context);
     std::uint32_t nearest_source(const TrackerContext& context, std::uint32_t node);
+    void take_frame(const Fallback& fallback, std::vector<geometry::Frame>& out) const;
     void bind_to_nearest(const TrackerContext& context, std::uint32_t node);
 
     splitting::SlotMap<1> index_;
@@ -101,8 +123,10 @@ class NodeTracker {
     std::vector<Vec3> rest_;                // per node: m, rest space
     std::vector<std::int32_t> piece_;       // per node
     std::vector<Task> task_;                // per node
+    std::vector<Use> use_;                  // per node
     std::vector<std::vector<Link>> links_;  // per node: all phyxels that reach it, seen or not
     std::vector<std::uint32_t> work_;       // scratch: nodes with a task
+    std::vector<std::uint32_t> fresh_;      // nodes
     std::vector<geometry::Box> boxes_;      // m, rest space: where the surface changed
     bool pieces_changed_ = false;
     double reach_ = 0;  // m, the phyxels' largest support

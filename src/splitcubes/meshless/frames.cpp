@@ -49,6 +49,31 @@ void compact(NodeKernels& kernels) {
     kernels = std::move(packed);
 }
 
+// x_i + F_i (X - X_i) - X as shift_i + (F_i - I) X: half the work a link, and
+// nothing is added to X at rest.
+FrameEvaluator::Affine affine_of(const Vec3& rest, const Vec3& position, const Mat3& deformation) {
+    FrameEvaluator::Affine affine;
+    affine.gradient = deformation - Mat3::Identity();
+    affine.shift = position - rest - affine.gradient * rest;
+    return affine;
+}
+
+// affine_at(i): of a phyxel.
+template <class AffineAt>
+void evaluate_row(const NodeKernels& kernels, std::size_t p, const Vec3& rest_point,
+                  const AffineAt& affine_at, geometry::Frame& out) {
+    const NodeKernels::Row& row = kernels.rows[p];
+    if (row.count == 0) return;
+    FrameEvaluator::Affine sum{Mat3::Zero(), Vec3::Zero()};
+    for (std::uint32_t k = row.begin; k < row.begin + row.count; ++k) {
+        const FrameEvaluator::Affine& affine = affine_at(kernels.phyxel[k]);
+        sum.gradient += kernels.weight[k] * affine.gradient;
+        sum.shift += kernels.weight[k] * affine.shift;
+    }
+    out.position = rest_point + (sum.shift + sum.gradient * rest_point);
+    out.jacobian = Mat3::Identity() + sum.gradient;
+}
+
 }  // namespace
 
 NodeKernels build_kernels(std::span<const Vec3> points, std::span<const std::int32_t> piece,
@@ -105,24 +130,26 @@ void FrameEvaluator::operator()(const NodeKernels& kernels, std::span<const Vec3
                                 std::span<const Mat3> deformation, std::span<geometry::Frame> out,
                                 const Parallel& parallel) {
     assert(rest_points.size() == kernels.size() && out.size() == kernels.size());
-    // x_i + F_i (X - X_i) - X as shift_i + (F_i - I) X: half the work a link, and
-    // nothing is added to X at rest.
     affine_.resize(rest_position.size());
     for_phyxels(parallel, affine_.size(), [&](std::size_t i) {
-        affine_[i].gradient = deformation[i] - Mat3::Identity();
-        affine_[i].shift = position[i] - rest_position[i] - affine_[i].gradient * rest_position[i];
+        affine_[i] = affine_of(rest_position[i], position[i], deformation[i]);
     });
     for_phyxels(parallel, kernels.size(), [&](std::size_t p) {
-        const NodeKernels::Row& row = kernels.rows[p];
-        if (row.count == 0) return;
-        Affine sum{Mat3::Zero(), Vec3::Zero()};
-        for (std::uint32_t k = row.begin; k < row.begin + row.count; ++k) {
-            const Affine& affine = affine_[kernels.phyxel[k]];
-            sum.gradient += kernels.weight[k] * affine.gradient;
-            sum.shift += kernels.weight[k] * affine.shift;
-        }
-        out[p].position = rest_points[p] + (sum.shift + sum.gradient * rest_points[p]);
-        out[p].jacobian = Mat3::Identity() + sum.gradient;
+        evaluate_row(
+            kernels, p, rest_points[p], [&](std::uint32_t i) -> const Affine& { return affine_[i]; }, out[p]);
+    });
+}
+
+void evaluate_frames_of(std::span<const std::uint32_t> subset, const NodeKernels& kernels,
+                        std::span<const Vec3> rest_points, std::span<const Vec3> rest_position,
+                        std::span<const Vec3> position, std::span<const Mat3> deformation,
+                        std::span<geometry::Frame> out, const Parallel& parallel) {
+    assert(rest_points.size() == kernels.size() && out.size() == kernels.size());
+    const auto affine = [&](std::uint32_t i) {
+        return affine_of(rest_position[i], position[i], deformation[i]);
+    };
+    for_phyxels(parallel, subset.size(), [&](std::size_t k) {
+        evaluate_row(kernels, subset[k], rest_points[subset[k]], affine, out[subset[k]]);
     });
 }
 

@@ -65,13 +65,21 @@ class FrameEvaluator {
                     std::span<const Mat3> deformation, std::span<geometry::Frame> out,
                     const Parallel& parallel);
 
-  private:
+    /// Displacement that a phyxel's motion gives a rest point X: shift + gradient X.
     struct Affine {
         Mat3 gradient;  // F - I
-        Vec3 shift;     // m, displacement that the phyxel's motion gives the rest origin
+        Vec3 shift;     // m, of the rest origin
     };
+
+  private:
     std::vector<Affine> affine_;  // per phyxel
 };
+
+/// The same of some points only: those of `subset`. The same bits as of all of them.
+void evaluate_frames_of(std::span<const std::uint32_t> subset, const NodeKernels& kernels,
+                        std::span<const Vec3> rest_points, std::span<const Vec3> rest_position,
+                        std::span<const Vec3> position, std::span<const Mat3> deformation,
+                        std::span<geometry::Frame> out, const Parallel& parallel);
 
 /// The same with a buffer of its own.
 void evaluate_frames(const NodeKernels& kernels, std::span<const Vec3> rest_points, const Phyxels& phyxels,
