@@ -50,9 +50,12 @@ void ContactFinder::list_samples(const Task& task) {
         const Body& body = *task.bodies[b];
         if (body.is_carried()) continue;
         for (const SkinPoint& point : body.skin_points()) {
-            if (body.phyxels().rigid.index(point.piece) >= 0) continue;
-            samples_.push_back({b, point.vertex, point.piece, body.surface().vertices()[point.vertex].rest,
-                                body.surface().vertices()[point.vertex].normal.cast<double>(),
+            // The list is of the last step: this one may have cut there.
+            const splitting::SurfaceVertex& vertex = body.surface().vertices()[point.vertex];
+            if (!vertex.alive()) continue;
+            const std::int32_t piece = body.pieces().piece_of(body.grid(), body.surface().carrier(vertex));
+            if (body.phyxels().rigid.index(piece) >= 0) continue;
+            samples_.push_back({b, point.vertex, piece, vertex.rest, vertex.normal.cast<double>(),
                                 body.vertex_positions()[point.vertex], body.vertex_normals()[point.vertex],
                                 body.phyxel_spacing()});
         }
