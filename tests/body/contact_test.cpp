@@ -32,6 +32,7 @@ BodySettings rubber(double spacing, double youngs_modulus = 1e5) {
 
 WorldSettings falling() {
     WorldSettings out;
+    out.contact.pieces = true;
     out.validate_each_step = false;
     return out;
 }

@@ -13,7 +13,7 @@ inline constexpr const char* full_scene = R"json({
      "keyframes": [{"time": 0.5, "position": [0, 0, 1]}], "pivot": [0, 1, 1], "friction": 0.3},
     {"name": "c2", "half_space": {"point": [0, 0, -1], "normal": [0, 0.1, 1]}}
   ],
-  "contact": {"pieces": false, "friction": 0.2},
+  "contact": {"pieces": true, "friction": 0.2},
   "handles": [
     {"name": "h1", "body": "a", "region": {"sphere": {"center": [0, 0, 0], "radius": 0.2}},
      "keyframes": [{"time": 0.5, "position": [0, 0, 1]}], "pivot": [0, 0, 1], "stiffness": 500, "force_limit": 3,

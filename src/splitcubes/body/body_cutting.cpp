@@ -1,5 +1,6 @@
 // The first stages of a step: which grid edges the blades crossed.
 #include <splitcubes/body/body.h>
+#include <splitcubes/body/node_ties.h>
 #include <splitcubes/splitting/sheet_cut.h>
 
 #include <algorithm>
@@ -101,8 +102,9 @@ void Body::cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t c
     const std::vector<GridEdge> edges = edges_near(blades, context.parallel);
     if (edges.empty()) return;
     const std::vector<cutting::CandidateEdge> candidates = candidate_edges(edges, context);
-    const std::vector<cutting::EdgeCut> cuts =
+    std::vector<cutting::EdgeCut> cuts =
         cutting::cut_edges(blades, candidates, last_normal, context.parallel);
+    settle_node_ties(grid_, cuts);
     for (const cutting::EdgeCut& cut : cuts) {
         const std::int32_t slot = grid_.cut(splitting::edge_from_id(cut.id), cut.parameter, cut.rest_normal,
                                             splitting::Origin::cut, cut_number);

@@ -21,7 +21,7 @@ struct Collider {
 
 /// How pieces and bodies meet each other.
 struct ContactOptions {
-    bool pieces = true;     // push on each other, and cut faces of one piece on theirs
+    bool pieces = false;    // push on each other, and cut faces of one piece on theirs
     double friction = 0.5;  // between them, Coulomb coefficient, >= 0
 };
 

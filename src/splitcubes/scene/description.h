@@ -376,7 +376,7 @@ struct ColliderDescription {
 
 /// Pieces and bodies against each other.
 struct ContactDescription {
-    bool pieces = true;
+    bool pieces = false;
     double friction = 0.5;  // Coulomb coefficient
     bool operator==(const ContactDescription&) const = default;
 };
