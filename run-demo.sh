@@ -3,7 +3,7 @@
 # Everything lands in demo/: per scene a folder with the surface mesh of each
 # frame and a picture of each, and a film beside it.
 #
-#   ./run-demo.sh [SCENE...]     names of files in scenes/, without .json; all when none is given
+#   ./run-demo.sh [SCENE...]     names of files in scenes/, without .json; without any, three that show cuts
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)

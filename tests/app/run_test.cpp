@@ -42,6 +42,7 @@ class Run : public Program {
     std::set<std::string> frames(const std::string& folder) const {
         std::set<std::string> out;
         for (const auto& entry : fs::directory_iterator(in(folder) / "surface")) {
+            if (entry.path().extension() == ".tmp") continue;  // of a killed run, see io::AtomicFile
             const geometry::SurfaceMesh surface = io::read_surface(entry.path());
             EXPECT_TRUE(geometry::check_mesh(surface.mesh).valid()) << entry.path();
             EXPECT_EQ(surface.normals.size(), surface.mesh.positions.size());
@@ -247,7 +248,8 @@ std::vector<std::string> cells_in(const std::string& line) {
 // Names and contents of all frames, the table without its times, and the hash.
 std::string all_of(const fs::path& folder) {
     std::set<fs::path> files;
-    for (const auto& entry : fs::directory_iterator(folder / "surface")) files.insert(entry.path());
+    for (const auto& entry : fs::directory_iterator(folder / "surface"))
+        if (entry.path().extension() != ".tmp") files.insert(entry.path());
     std::string out;
     for (const fs::path& file : files) out += file.filename().string() + text_of(file);
     const std::vector<std::string> rows = lines_of(text_of(folder / "metrics.csv"));
@@ -259,16 +261,19 @@ std::string all_of(const fs::path& folder) {
 }
 
 TEST_F(Run, AKilledRunGoesOnFromItsCheckpoint) {
-    ASSERT_EQ(run({"run", "block.json", "-o", "whole", "--frames", "40"}).code, 0);
-    const Ended killed = run({"run", "block.json", "-o", "out", "--frames", "40", "--checkpoint-every", "2"},
-                             [&](pid_t child) {
-                                 if (!fs::exists(in("out/surface/000007.ply"))) return true;
-                                 kill(child, SIGKILL);
-                                 return false;
-                             });
+    // Longer than any delay of whoever kills it.
+    const Ended killed =
+        run({"run", "block.json", "-o", "out", "--frames", "100000", "--checkpoint-every", "2"},
+            [&](pid_t child) {
+                if (!fs::exists(in("out/surface/000007.ply"))) return true;
+                kill(child, SIGKILL);
+                return false;
+            });
     ASSERT_EQ(killed.code, -1);
     ASSERT_FALSE(fs::exists(in("out/summary.json")));
-    const Ended resumed = run({"run", "block.json", "-o", "out", "--frames", "40", "--threads", "1",
+    const std::string enough = std::to_string(frames("out").size() + 20);
+    ASSERT_EQ(run({"run", "block.json", "-o", "whole", "--frames", enough}).code, 0);
+    const Ended resumed = run({"run", "block.json", "-o", "out", "--frames", enough, "--threads", "1",
                                "--resume", "out/checkpoint.bin"});
     ASSERT_EQ(resumed.code, 0) << resumed.err;
     // Megabytes: not to be printed where they differ.

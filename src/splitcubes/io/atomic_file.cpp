@@ -7,6 +7,11 @@
 #include <system_error>
 #include <utility>
 
+#ifdef __linux__
+#include <fcntl.h>
+#include <unistd.h>
+#endif
+
 namespace splitcubes::io {
 
 namespace fs = std::filesystem;
@@ -21,27 +26,73 @@ std::error_code last_error() {
     return {errno, std::generic_category()};
 }
 
-/// Creates a file that did not exist before, so that two writers never share
-/// one. Short, as the target's own name may be as long as the file system allows.
-fs::path create_temporary(const fs::path& target, const fs::path& folder) {
+/// Calls `create(name)` with names beside the target, until one did not exist before, so that
+/// two writers never share one. Short, as the target's own name may be as long as the file
+/// system allows. `create` returns false with errno set.
+template <typename Create>
+fs::path with_free_name(const fs::path& target, const fs::path& folder, const Create& create) {
     constexpr int tries = 10000;
     for (int i = 0; i < tries; ++i) {
-        const fs::path candidate = folder / (".splitcubes-" + std::to_string(i) + ".tmp");
+        fs::path candidate = folder / (".splitcubes-" + std::to_string(i) + ".tmp");
         errno = 0;
-        if (std::FILE* file = std::fopen(candidate.string().c_str(), "wbx")) {
-            std::fclose(file);
-            return candidate;
-        }
+        if (create(candidate)) return candidate;
         if (errno != EEXIST) fail_job(target, "cannot write in the folder " + folder.string(), last_error());
     }
     fail_job(target, "too many files .splitcubes-N.tmp in the folder " + folder.string() + "; remove them",
              {});
 }
 
+bool create_new(const fs::path& file) {
+    std::FILE* const opened = std::fopen(file.string().c_str(), "wbx");
+    if (opened != nullptr) std::fclose(opened);
+    return opened != nullptr;
+}
+
+fs::path folder_of(const fs::path& file) {
+    return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
+
+/// Of an open file, also where it has no name.
+std::string by_descriptor(int descriptor) {
+    return "/proc/self/fd/" + std::to_string(descriptor);
+}
+
+/// A file without a name, which goes with the process; -1 where the system or the file system
+/// has none.
+int open_nameless([[maybe_unused]] const fs::path& folder) {
+#if defined(__linux__) && defined(O_TMPFILE)
+    const int descriptor = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+    std::error_code ignored;
+    if (descriptor >= 0 && !fs::exists(by_descriptor(descriptor), ignored)) {
+        ::close(descriptor);
+        return -1;
+    }
+    return descriptor;
+#else
+    return -1;
+#endif
+}
+
+bool give_name([[maybe_unused]] int descriptor, [[maybe_unused]] const fs::path& name) {
+#ifdef __linux__
+    return ::linkat(AT_FDCWD, by_descriptor(descriptor).c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) ==
+           0;
+#else
+    return false;
+#endif
+}
+
+void close_descriptor([[maybe_unused]] int& descriptor) {
+#ifdef __linux__
+    if (descriptor >= 0) ::close(descriptor);
+#endif
+    descriptor = -1;
+}
+
 }  // namespace
 
 AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
-    const fs::path folder = path_.has_parent_path() ? path_.parent_path() : fs::path(".");
+    const fs::path folder = folder_of(path_);
     std::error_code ignored;
     if (!fs::is_directory(folder, ignored))
         throw InputError(path_.string(), "there is no folder " + folder.string(),
@@ -51,22 +102,29 @@ AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
     // A device or a pipe would be replaced by the file, not written to.
     if (fs::exists(path_, ignored) && !fs::is_regular_file(path_, ignored))
         throw InputError(path_.string(), "is not a regular file", "write to another name");
-    temporary_ = create_temporary(path_, folder);
+    nameless_ = open_nameless(folder);
+    if (nameless_ < 0) temporary_ = with_free_name(path_, folder, create_new);
     errno = 0;
-    stream_.open(temporary_, std::ios::binary | std::ios::trunc);
+    stream_.open(nameless_ < 0 ? temporary_.string() : by_descriptor(nameless_),
+                 std::ios::binary | std::ios::trunc);
     stream_.imbue(std::locale::classic());
     if (!stream_) {
         const std::error_code why = last_error();
-        fs::remove(temporary_, ignored);
+        discard();
         fail_job(path_, "cannot be written", why);
     }
 }
 
 AtomicFile::~AtomicFile() {
-    if (committed_) return;
     stream_.close();
+    discard();
+}
+
+void AtomicFile::discard() {
+    close_descriptor(nameless_);
     std::error_code ignored;
-    fs::remove(temporary_, ignored);
+    if (!temporary_.empty()) fs::remove(temporary_, ignored);
+    temporary_.clear();
 }
 
 void AtomicFile::write(std::string_view bytes) {
@@ -77,10 +135,14 @@ void AtomicFile::commit() {
     errno = 0;
     stream_.close();
     if (!stream_) fail_job(path_, "could not be written to its end", last_error());
+    // A name can be taken from another file by renaming only.
+    if (nameless_ >= 0)
+        temporary_ = with_free_name(path_, folder_of(path_),
+                                    [&](const fs::path& name) { return give_name(nameless_, name); });
     std::error_code why;
     fs::rename(temporary_, path_, why);
     if (why) fail_job(path_, "cannot be replaced", why);
-    committed_ = true;
+    temporary_.clear();
 }
 
 }  // namespace splitcubes::io

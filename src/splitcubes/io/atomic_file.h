@@ -8,11 +8,13 @@
 
 namespace splitcubes::io {
 
-/// Writes to a temporary file in the target's folder, which commit() renames to
-/// the target. Without commit (an exception on the way, a full disk) the
-/// destructor removes it and what was at the target stays. A crash of the
-/// program can leave a `.splitcubes-N.tmp` behind, never half a target. Not
-/// synced to the device: a power cut is not covered.
+/// Writes to a file without a name in the target's folder, which commit() names
+/// and renames to the target. Without commit (an exception on the way, a full
+/// disk, a kill) it is gone and what was at the target stays; a kill between
+/// the two names leaves a whole `.splitcubes-N.tmp`. Where the file system has
+/// no nameless files that name is there from the start, and a kill can leave a
+/// part of it, never half a target. Not synced to the device: a power cut is
+/// not covered.
 class AtomicFile {
   public:
     /// Throws InputError when the folder does not exist or the target is a
@@ -30,10 +32,12 @@ class AtomicFile {
     void commit();
 
   private:
+    void discard();
+
     std::filesystem::path path_;
-    std::filesystem::path temporary_;
+    std::filesystem::path temporary_;  // empty: there is no such name
     std::ofstream stream_;
-    bool committed_ = false;
+    int nameless_ = -1;  // descriptor
 };
 
 }  // namespace splitcubes::io
