@@ -13,12 +13,12 @@ namespace splitcubes::meshless {
 
 /// One side of a contact: a point that moves as the weighted mean of some phyxels.
 struct ContactSide {
-    static constexpr std::size_t most = 4;
+    static constexpr std::size_t most = 8;
 
     std::uint32_t part = 0;   // which of the bodies that step together
     std::uint32_t count = 0;  // of phyxels; 0: a collider
     std::array<std::uint32_t, most> phyxel{};
-    std::array<double, most> weight{};  // > 0, sum 1
+    std::array<double, most> weight{};  // sum 1
 
     bool is_collider() const { return count == 0; }
 };

@@ -125,7 +125,7 @@ void ContactForces::begin(const ContactInput& input, std::span<const Part> parts
     for (const Contact& contact : input.contacts)
         for (const ContactSide* side : {&contact.upper, &contact.lower})
             for (std::uint32_t k = 0; k < side->count; ++k)
-                load_[side->part][side->phyxel[k]] += side->weight[k];
+                load_[side->part][side->phyxel[k]] += std::abs(side->weight[k]);
     for (std::uint32_t c = 0; c < input.contacts.size(); ++c) add_row(input, c, parts, guess);
     for (const Pull& pull : input.pulls) {
         const Part& part = parts[pull.part];
@@ -169,8 +169,10 @@ void ContactForces::add_diagonal(std::uint32_t part, std::span<double> diagonal)
         const Contact& contact = input_.contacts[row.contact];
         for (const ContactSide* side : {&contact.upper, &contact.lower}) {
             if (side->part != part) continue;
+            double sum = 0;
+            for (std::uint32_t k = 0; k < side->count; ++k) sum += std::abs(side->weight[k]);
             for (std::uint32_t k = 0; k < side->count; ++k)
-                diagonal[side->phyxel[k]] += side->weight[k] * row.normal;
+                diagonal[side->phyxel[k]] += sum * std::abs(side->weight[k]) * row.normal;
         }
     }
     for (const Spring& spring : pulls_)
