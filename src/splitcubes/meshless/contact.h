@@ -31,7 +31,7 @@ struct Contact {
     double gap = 0;               // m, along the normal at the start of the step; negative: overlap
     Vec3 drive = Vec3::Zero();    // m, way of the collider's point in the step
     double friction = 0;          // Coulomb coefficient, >= 0
-    double lift = 0;              // m, how much of an overlap may be undone in the step, > 0
+    double lift = 0;              // m, how much of an overlap that it began with is undone in a step, > 0
 };
 
 /// A phyxel that is pulled to a place by a spring; the pulls of one handle together
@@ -50,11 +50,13 @@ struct ContactMemory {
     Vec3 slip = Vec3::Zero();   // m, world: how far the two points are from where they would not rub
     double pressure = 0;        // N, > 0
     Vec3 force = Vec3::Zero();  // N, world, on the upper side
+    double stiffness = 0;       // N/m, of its spring; 0 where it has none
+    double allowed = 0;         // m, the gap above which nothing pushes, <= 0
 
     /// For checkpoints.
     template <class Archive>
     void serialize(Archive& archive) {
-        archive(key, slip, pressure, force);
+        archive(key, slip, pressure, force, stiffness, allowed);
     }
 };
 

@@ -8,11 +8,11 @@ namespace splitcubes::meshless {
 namespace {
 
 // Stiffness of a contact over that of what it touches.
-constexpr double hardness = 10;
+const double hardness = std::getenv("HARD") ? std::atof(std::getenv("HARD")) : 10;
+// A spring keeps its stiffness unless that of what it touches changes by more than this factor.
+constexpr double most_change = 4;
 // Share of all contact forces that may be wrong at the end of a step.
-constexpr double force_slack = 0.03;
-// An overlap of more than this share of the lift is solved for again, by a harder push.
-constexpr double deep_share = 0.08;
+const double force_slack = std::getenv("SLACK") ? std::atof(std::getenv("SLACK")) : 0.03;
 // Share of a sticking spring's stiffness above which a slider has hardly begun to slide.
 constexpr double hardly_sliding = 0.3;
 // An approach by less than this share of the lift is resting, not hitting.
@@ -20,12 +20,6 @@ constexpr double impact_share = 0.5;
 
 Vec3 along_plane(const Vec3& normal, const Vec3& v) {
     return v - normal * normal.dot(v);
-}
-
-// The least gap at the end of the step. An overlap is undone by no more than the lift, and only where
-// something has pressed before: what lies side by side after a cut is to stay at rest to the last bit.
-double allowed_gap(const Contact& contact, bool pressed) {
-    return std::min(0.0, contact.gap + (pressed ? contact.lift : 0));
 }
 
 // out[side] += sign * weight * force.
@@ -90,7 +84,9 @@ void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std
     Row row;
     row.contact = number;
     row.normal = hardness / mobility;
-    row.allowed = allowed_gap(contact, false);
+    // What overlaps when it is first seen (faces of a fresh cut, things put into each other) is no compressed
+    // spring.
+    row.allowed = std::min(0.0, contact.gap);
     for (std::uint32_t k = 0; k < contact.upper.count; ++k)
         row.start += contact.upper.weight[k] * parts[contact.upper.part].start[contact.upper.phyxel[k]];
     for (std::uint32_t k = 0; k < contact.lower.count; ++k)
@@ -100,7 +96,10 @@ void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std
         row.slip = along_plane(contact.normal, memory->slip);
         row.pressure = memory->pressure;
         row.last_force = memory->force;
-        row.allowed = allowed_gap(contact, true);
+        row.allowed = std::min(0.0, memory->allowed + contact.lift);
+        // A spring that grew stiffer or softer under load would make or lose energy.
+        if (memory->stiffness > row.normal / most_change && memory->stiffness < row.normal * most_change)
+            row.normal = memory->stiffness;
     }
     const Vec3 way = relative(row, guess);
     // What pushed goes on pushing, and what comes nearer by its own velocity begins to; a guess with gravity
@@ -273,11 +272,7 @@ bool ContactForces::revise(ConstField position, bool only_add) {
         const Vec3 way = relative(row, position);
         const Vec3 used = row.active ? spring_force(row, way) : Vec3(Vec3::Zero());
         const Contact& contact = input_.contacts[row.contact];
-        const double deep = std::min(0.0, contact.gap + contact.lift) - contact.gap - contact.normal.dot(way);
-        if (row.active && deep > deep_share * contact.lift) now.push = deep;
-        row.allowed += now.push;
         const Vec3 right = allowed_force(row, way, now.tangent);
-        row.allowed -= now.push;
         now.active = right.squaredNorm() > 0 || (row.active && only_add);
         if (row.active && only_add && !(right.squaredNorm() > 0)) now.tangent = 0;
         // Beyond what friction bears, but where it stood its secant is that of sticking: the force itself,
@@ -308,7 +303,6 @@ bool ContactForces::revise(ConstField position, bool only_add) {
         }
         rows_[r].active = revisions_[r].active;
         rows_[r].tangent = revisions_[r].tangent;
-        rows_[r].allowed += revisions_[r].push;
         rows_[r].rub = revisions_[r].rub;
     }
     return true;
@@ -326,7 +320,8 @@ void ContactForces::finish(ConstField position, std::span<const std::span<std::u
         // What slid stays behind: the spring keeps the length that friction bears.
         const Vec3 slip = row.slip + along_plane(contact.normal, way);
         const double kept = contact.friction > 0 ? tangent / row.normal : 0;
-        next_.push_back({contact.key, kept * slip, contact.normal.dot(row.force), row.force});
+        next_.push_back({contact.key, kept * slip, contact.normal.dot(row.force), row.force, row.normal,
+                         row.allowed});
         for (const ContactSide* side : {&contact.upper, &contact.lower})
             for (std::uint32_t k = 0; k < side->count; ++k) touching[side->part][side->phyxel[k]] = 1;
     }

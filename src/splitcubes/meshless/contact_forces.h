@@ -97,7 +97,6 @@ class ContactForces {
     struct Revision {
         bool active = false;
         double tangent = 0;         // N/m
-        double push = 0;            // m
         Vec3 rub = Vec3::Zero();    // N
         Vec3 limit = Vec3::Zero();  // N, along the plane by the law of friction
     };

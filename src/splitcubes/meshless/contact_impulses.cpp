@@ -84,7 +84,7 @@ void ContactImpulses::finish(std::span<const std::span<std::uint8_t>> touching) 
         if (!row.touched) continue;
         const Contact& contact = input_.contacts[row.contact];
         const Vec3 force = row.impulse / dt_;
-        next_.push_back({contact.key, Vec3::Zero(), contact.normal.dot(force), force});
+        next_.push_back({contact.key, Vec3::Zero(), contact.normal.dot(force), force, 0, 0});
         for (const ContactSide* side : {&contact.upper, &contact.lower})
             for (std::uint32_t k = 0; k < side->count; ++k) touching[side->part][side->phyxel[k]] = 1;
     }
