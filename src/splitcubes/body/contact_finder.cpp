@@ -55,8 +55,17 @@ void ContactFinder::list_samples(const Task& task) {
             if (!vertex.alive()) continue;
             const std::int32_t piece = body.pieces().piece_of(body.grid(), body.surface().carrier(vertex));
             if (body.phyxels().rigid.index(piece) >= 0) continue;
+            // Where the carriers take it, so that what pushes it does the work that its way says; the drawn
+            // vertex is a little off, by how much the strain changes between the two.
+            const ContactSide side = body.carriers_of(point.vertex, piece, b);
+            Vec3 place = Vec3::Zero(), rest = Vec3::Zero();
+            for (std::uint32_t k = 0; k < side.count; ++k) {
+                place += side.weight[k] * body.phyxels().position[side.phyxel[k]];
+                rest += side.weight[k] * body.phyxels().rest_position[side.phyxel[k]];
+            }
+            if (side.count > 0) place += body.phyxels().deformation[side.phyxel[0]] * (vertex.rest - rest);
             samples_.push_back({b, point.vertex, piece, vertex.rest, vertex.normal.cast<double>(),
-                                body.vertex_positions()[point.vertex], body.vertex_normals()[point.vertex],
+                                place, body.vertex_normals()[point.vertex],
                                 body.phyxel_spacing()});
         }
     }

@@ -86,7 +86,7 @@ void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std
     row.normal = hardness / mobility;
     // What overlaps when it is first seen (faces of a fresh cut, things put into each other) is no compressed
     // spring.
-    row.allowed = std::min(0.0, contact.gap);
+    row.allowed = std::getenv("OFF0") ? 0.0 : std::min(0.0, contact.gap + (std::getenv("OFFS") ? std::atof(std::getenv("OFFS"))*contact.lift : 0));
     for (std::uint32_t k = 0; k < contact.upper.count; ++k)
         row.start += contact.upper.weight[k] * parts[contact.upper.part].start[contact.upper.phyxel[k]];
     for (std::uint32_t k = 0; k < contact.lower.count; ++k)

@@ -30,6 +30,7 @@ struct ImplicitSolver::Group {
     std::vector<std::span<const Vec3>> velocity, solution, direction;
     std::vector<ContactForces::Part> parts;
     std::vector<std::uint8_t> impact;  // per contact
+    std::vector<std::uint8_t> pushed_before;  // per contact
 
     void clear() {
         solvers.clear();
@@ -64,6 +65,8 @@ struct ImplicitSolver::Group {
     double apply_to_direction();
     void solve_together();
     void solve_with_contacts();
+    void remember_pushing(const ContactInput& contacts);
+    void break_switched(const ContactInput& contacts);
     using SetOf = std::function<std::size_t(std::uint32_t part, std::uint32_t phyxel)>;
     void restore(std::size_t set, const SetOf& set_of);
 };
@@ -122,6 +125,27 @@ void ImplicitSolver::Group::solve_with_contacts() {
     refresh_contacts();
     solve();
     for (int pass = 0; pass < max_contact_passes && revise(pass >= letting_go_passes); ++pass) solve();
+}
+
+void ImplicitSolver::Group::remember_pushing(const ContactInput& contacts) {
+    pushed_before.assign(contacts.contacts.size(), 0);
+    for (std::size_t c = 0; contacts.memory && c < pushed_before.size(); ++c)
+        pushed_before[c] = find_memory(*contacts.memory, contacts.contacts[c].key) != nullptr;
+}
+
+// A piece that begins or ends to be pushed somewhere has no history to go on from: extrapolated past the change,
+// BDF2 makes energy where something rolls from contact to contact.
+void ImplicitSolver::Group::break_switched(const ContactInput& contacts) {
+    for (std::size_t c = 0; contacts.memory && c < pushed_before.size(); ++c) {
+        const Contact& contact = contacts.contacts[c];
+        const bool pushes = find_memory(*contacts.memory, contact.key) != nullptr;
+        if (pushes == (pushed_before[c] != 0)) continue;
+        for (const ContactSide* side : {&contact.upper, &contact.lower})
+            for (std::uint32_t k = 0; k < side->count; ++k) {
+                ImplicitSolver& s = *solvers[side->part];
+                s.hit_[s.piece_of(jobs[side->part], side->phyxel[k])] = 1;
+            }
+    }
 }
 
 // Of all bodies, in double precision where single would say nothing.
@@ -220,6 +244,7 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
         m.solver.size_buffers(m.phyxels.size());
         group.add(m.solver, job);
     }
+    group.remember_pushing(contacts);
     find_impacts(contacts, group.velocity, members[0].input.dt, group.impact);
     group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
         s.find_hits(job, contacts, group.impact, k);
@@ -247,6 +272,7 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
         std::fill(job.phyxels.touching.begin(), job.phyxels.touching.end(), std::uint8_t{0});
     });
     group.forces->finish(group.place, group.touching);
+    group.break_switched(contacts);
     group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
         s.find_jolts(job, *group.forces, contacts, k);
         s.take_step(job);
