@@ -36,7 +36,7 @@ inline constexpr const char* full_scene = R"json({
     {"name": "c", "shape": {"cylinder": {"radius": 0.5, "height": 2}}},
     {"name": "d", "shape": {"torus": {"ring_radius": 0.5, "tube_radius": 0.125}}},
     {"name": "e", "shape": {"capsule": {"radius": 0.5, "straight_height": 2}}},
-    {"name": "f", "shape": {"pear": {"height": 0.7}}},
+    {"name": "f", "shape": {"pear": {"height": 0.7, "foot": 0.05}}},
     {"name": "g", "shape": {"mesh": {"file": "schema.json"}},
      "material": {"tearing": {"strength": 100, "strength_map": [{"paint": {"dark": 0.5, "light": 2}}]}}},
     {"name": "h", "shape": {"implicit": {"smoothness": 0.02, "cells": 50, "parts": [

@@ -19,6 +19,8 @@ constexpr std::size_t grain = 64;
 // overlap that is believed, how far along the face a sample may be from another piece's
 // samples, and how much of an overlap is undone in a step.
 constexpr double margin_share = 0.05, deepest_share = 1, beside_share = 0.9, lift_share = 0.02;
+constexpr double off_share = 0.5;  // of the drawn vertex off the point that its carriers move
+constexpr double most_weight = 4;  // sum of the weights' sizes
 constexpr double reach_share = 1.25, most_reach_share = 3;
 // Normals' product below which skins face each other: an edge or a corner on a face does.
 constexpr double facing = -0.4;
@@ -55,34 +57,61 @@ void ContactFinder::list_samples(const Task& task) {
             if (!vertex.alive()) continue;
             const std::int32_t piece = body.pieces().piece_of(body.grid(), body.surface().carrier(vertex));
             if (body.phyxels().rigid.index(piece) >= 0) continue;
-            // Where the carriers take it, so that what pushes it does the work that its way says; the drawn
-            // vertex is a little off, by how much the strain changes between the two.
-            const ContactSide side = body.carriers_of(point.vertex, piece, b);
-            Vec3 place = Vec3::Zero(), rest = Vec3::Zero();
-            for (std::uint32_t k = 0; k < side.count; ++k) {
-                place += side.weight[k] * body.phyxels().position[side.phyxel[k]];
-                rest += side.weight[k] * body.phyxels().rest_position[side.phyxel[k]];
-            }
-            if (side.count > 0) place += body.phyxels().deformation[side.phyxel[0]] * (vertex.rest - rest);
-            samples_.push_back({b, point.vertex, piece, vertex.rest, vertex.normal.cast<double>(),
-                                place, body.vertex_normals()[point.vertex],
-                                body.phyxel_spacing()});
+            samples_.push_back({b,
+                                point.vertex,
+                                piece,
+                                vertex.rest,
+                                vertex.normal.cast<double>(),
+                                body.vertex_positions()[point.vertex],
+                                body.vertex_normals()[point.vertex],
+                                body.phyxel_spacing(),
+                                {}});
         }
     }
 }
 
+// Who carries a sample, and where they take it: the point whose way the solve knows, so that what
+// pushes it does the work that its way says. The drawn vertex is a little off, by how much the strain
+// changes between the two; a gap to it would make energy where a body rolls.
+void ContactFinder::find_carriers(const Task& task, Sample& sample) {
+    if (sample.side.count > 0) return;
+    const Body& body = *task.bodies[sample.body];
+    const meshless::Phyxels& phyxels = body.phyxels();
+    sample.side = body.carriers_of(sample.vertex, sample.piece, sample.body);
+    if (sample.side.count == 0) return;
+    Vec3 rest = Vec3::Zero();
+    sample.position.setZero();
+    for (std::uint32_t k = 0; k < sample.side.count; ++k) {
+        const std::uint32_t i = sample.side.phyxel[k];
+        rest += sample.side.weight[k] * phyxels.rest_position[i];
+        sample.position += sample.side.weight[k] * phyxels.position[i];
+    }
+    // Not zero only where few phyxels lie in one plane.
+    sample.position += phyxels.deformation[sample.side.phyxel[0]] * (sample.rest - rest);
+}
+
 void ContactFinder::meet_colliders(const Task& task, const Parallel& parallel) {
+    // Bounds of the ways of samples in the step; weights have both signs.
+    std::vector<double> way;
+    for (const auto& body : task.bodies) {
+        double top = 0;
+        for (const Vec3& v : body->phyxels().velocity) top = std::max(top, v.squaredNorm());
+        way.push_back(task.dt * (most_weight * std::sqrt(top) + task.dt * task.gravity.norm()));
+    }
     for (std::size_t c = 0; c < task.colliders.size(); ++c) {
         const Collider& collider = task.colliders[c];
         const Isometry before = collider.at(task.time), after = collider.at(task.time + task.dt);
         const Isometry to_before = before.inverse(), to_after = after.inverse();
         collect(parallel, samples_.size(), contacts_, [&](std::size_t k, std::vector<Contact>& out) {
-            const Sample& s = samples_[k];
+            Sample& s = samples_[k];
             const Body& body = *task.bodies[s.body];
+            const double moved = (to_after * s.position - to_before * s.position).norm();
+            const double far = moved + way[s.body] + off_share * s.spacing;
+            if (collider.solid->at(to_before * s.position).distance > far) return;
+            find_carriers(task, s);
             const Vec3 from = to_before * s.position;
-            const ContactSide side = body.carriers_of(s.vertex, s.piece, s.body);
             const std::array<std::span<const Vec3>, 1> velocity = {body.phyxels().velocity};
-            ContactSide own = side;
+            ContactSide own = s.side;
             own.part = 0;
             const Vec3 v = meshless::side_value(own, velocity);
             const Vec3 to = to_after * (s.position + task.dt * (v + task.dt * task.gravity));
@@ -95,7 +124,7 @@ void ContactFinder::meet_colliders(const Task& task, const Parallel& parallel) {
             const Vec3 touched = place - at.distance * at.normal;
             Contact contact;
             contact.key = key_of(s.body, c + 1, s.vertex);
-            contact.upper = side;
+            contact.upper = s.side;
             contact.normal = after.linear() * at.normal;
             contact.gap = contact.normal.dot(s.position - before * touched);
             contact.drive = after * touched - before * touched;
@@ -164,8 +193,8 @@ bool ContactFinder::meet(const Task& task, const Sample& sample, std::span<const
     if (distance < -deepest_share * spacing || distance > reach) return false;
     if ((way - normal.dot(way) * normal).norm() > beside_share * spacing) return false;
     out.key = key_of(sample.body, 0, sample.vertex);
-    out.upper = task.bodies[sample.body]->carriers_of(sample.vertex, sample.piece, sample.body);
-    out.lower = task.bodies[partner->body]->carriers_of(partner->vertex, partner->piece, partner->body);
+    out.upper = sample.side;
+    out.lower = partner->side;
     out.normal = normal;
     out.gap = distance;
     out.friction = task.options.friction;
@@ -178,6 +207,9 @@ void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
     for (const auto& body : task.bodies)
         any = any || body->cut_edge_count() > 0 || body->pieces().count() > 1;
     if (!any || samples_.empty()) return;
+    parallel.for_chunks(samples_.size(), grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) find_carriers(task, samples_[k]);
+    });
     std::vector<Vec3> positions;
     double spacing = 0, top_speed = 0;
     for (const Sample& s : samples_) {

@@ -54,9 +54,11 @@ class ContactFinder {
         Vec3 position = Vec3::Zero();     // m, world
         Vec3 normal = Vec3::Zero();       // unit, outward, world
         double spacing = 0;               // m, of the body's phyxels
+        meshless::ContactSide side;       // its carriers, once found
     };
     struct Meeting;
     void list_samples(const Task& task);
+    static void find_carriers(const Task& task, Sample& sample);
     void meet_colliders(const Task& task, const Parallel& parallel);
     void meet_pieces(const Task& task, const Parallel& parallel);
     bool may_meet(const Task& task, const Sample& a, const Sample& b) const;

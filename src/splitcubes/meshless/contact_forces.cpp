@@ -8,11 +8,11 @@ namespace splitcubes::meshless {
 namespace {
 
 // Stiffness of a contact over that of what it touches.
-const double hardness = std::getenv("HARD") ? std::atof(std::getenv("HARD")) : 10;
+constexpr double hardness = 10;
 // A spring keeps its stiffness unless that of what it touches changes by more than this factor.
 constexpr double most_change = 4;
 // Share of all contact forces that may be wrong at the end of a step.
-const double force_slack = std::getenv("SLACK") ? std::atof(std::getenv("SLACK")) : 0.03;
+constexpr double force_slack = 0.03;
 // Share of a sticking spring's stiffness above which a slider has hardly begun to slide.
 constexpr double hardly_sliding = 0.3;
 // An approach by less than this share of the lift is resting, not hitting.
@@ -86,7 +86,7 @@ void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std
     row.normal = hardness / mobility;
     // What overlaps when it is first seen (faces of a fresh cut, things put into each other) is no compressed
     // spring.
-    row.allowed = std::getenv("OFF0") ? 0.0 : std::min(0.0, contact.gap + (std::getenv("OFFS") ? std::atof(std::getenv("OFFS"))*contact.lift : 0));
+    row.allowed = std::min(0.0, contact.gap);
     for (std::uint32_t k = 0; k < contact.upper.count; ++k)
         row.start += contact.upper.weight[k] * parts[contact.upper.part].start[contact.upper.phyxel[k]];
     for (std::uint32_t k = 0; k < contact.lower.count; ++k)
@@ -320,8 +320,8 @@ void ContactForces::finish(ConstField position, std::span<const std::span<std::u
         // What slid stays behind: the spring keeps the length that friction bears.
         const Vec3 slip = row.slip + along_plane(contact.normal, way);
         const double kept = contact.friction > 0 ? tangent / row.normal : 0;
-        next_.push_back({contact.key, kept * slip, contact.normal.dot(row.force), row.force, row.normal,
-                         row.allowed});
+        next_.push_back(
+            {contact.key, kept * slip, contact.normal.dot(row.force), row.force, row.normal, row.allowed});
         for (const ContactSide* side : {&contact.upper, &contact.lower})
             for (std::uint32_t k = 0; k < side->count; ++k) touching[side->part][side->phyxel[k]] = 1;
     }

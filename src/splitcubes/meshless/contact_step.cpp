@@ -29,7 +29,7 @@ struct ImplicitSolver::Group {
     std::vector<std::span<std::uint8_t>> touching;
     std::vector<std::span<const Vec3>> velocity, solution, direction;
     std::vector<ContactForces::Part> parts;
-    std::vector<std::uint8_t> impact;  // per contact
+    std::vector<std::uint8_t> impact;         // per contact
     std::vector<std::uint8_t> pushed_before;  // per contact
 
     void clear() {
@@ -133,8 +133,8 @@ void ImplicitSolver::Group::remember_pushing(const ContactInput& contacts) {
         pushed_before[c] = find_memory(*contacts.memory, contacts.contacts[c].key) != nullptr;
 }
 
-// A piece that begins or ends to be pushed somewhere has no history to go on from: extrapolated past the change,
-// BDF2 makes energy where something rolls from contact to contact.
+// A piece that begins or ends to be pushed somewhere has no history to go on from: extrapolated past the
+// change, BDF2 makes energy where something rolls from contact to contact.
 void ImplicitSolver::Group::break_switched(const ContactInput& contacts) {
     for (std::size_t c = 0; contacts.memory && c < pushed_before.size(); ++c) {
         const Contact& contact = contacts.contacts[c];

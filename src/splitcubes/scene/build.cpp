@@ -179,7 +179,7 @@ geometry::TriangleMesh shape_mesh(const Shape& shape) {
             [](const CylinderShape& s) { return geometry::make_cylinder(s.radius, s.height, 128); },
             [](const TorusShape& s) { return geometry::make_torus(s.ring_radius, s.tube_radius); },
             [](const CapsuleShape& s) { return geometry::make_capsule(s.radius, s.straight_height, 96); },
-            [](const PearShape& s) { return geometry::make_pear(s.height, 96); }},
+            [](const PearShape& s) { return geometry::make_pear(s.height, 96, s.foot); }},
         shape);
 }
 

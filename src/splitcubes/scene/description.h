@@ -52,6 +52,7 @@ struct CapsuleShape {
 };
 struct PearShape {
     double height = 1;  // m, whole, along z
+    double foot = 0;    // m, radius of the flat that it stands on; 0: none
     bool operator==(const PearShape&) const = default;
 };
 // Parts of an implicit shape.

@@ -19,7 +19,7 @@ const std::vector<ObjectKeys>& scene_keys() {
         {"cylinder_shape", {"radius", "height"}},
         {"torus_shape", {"ring_radius", "tube_radius"}},
         {"capsule_shape", {"radius", "straight_height"}},
-        {"pear_shape", {"height"}},
+        {"pear_shape", {"height", "foot"}},
         {"implicit_shape", {"smoothness", "cells", "parts"}},
         {"implicit_part", {"ball", "cone"}},
         {"ball_part", {"center", "radii", "colour"}},

@@ -91,7 +91,7 @@ Json to_json(const Shape& shape) {
                 return {{"capsule", {{"radius", s.radius}, {"straight_height", s.straight_height}}}};
             },
             [](const PearShape& s) -> Json {
-                return {{"pear", {{"height", s.height}}}};
+                return {{"pear", {{"height", s.height}, {"foot", s.foot}}}};
             },
             [](const ImplicitShape& s) -> Json {
                 Json parts = Json::array();
