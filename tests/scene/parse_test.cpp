@@ -88,7 +88,7 @@ TEST(ParseScene, reads_every_field) {
     EXPECT_EQ(s.bodies[2].shape, Shape(CylinderShape{0.5, 2}));
     EXPECT_EQ(s.bodies[3].shape, Shape(TorusShape{0.5, 0.125}));
     EXPECT_EQ(s.bodies[4].shape, Shape(CapsuleShape{0.5, 2}));
-    EXPECT_EQ(s.bodies[5].shape, Shape(PearShape{0.7}));
+    EXPECT_EQ(s.bodies[5].shape, Shape(PearShape{0.7, 0.05}));
     EXPECT_EQ(s.bodies[6].shape, Shape(MeshShape{s.folder / "schema.json"}));
     EXPECT_EQ(s.bodies[6].material.tearing, (TearingDescription{100, 0.6, {}, {StrengthPaint{0.5, 2}}}));
     EXPECT_EQ(s.bodies[7].shape,

@@ -8,18 +8,27 @@ namespace splitcubes::meshless {
 namespace {
 
 // Stiffness of a contact over that of what it touches.
-constexpr double hardness = 10;
+constexpr double hardness = 1;
 // A spring keeps its stiffness unless that of what it touches changes by more than this factor.
 constexpr double most_change = 4;
 // Share of all contact forces that may be wrong at the end of a step.
 constexpr double force_slack = 0.03;
-// Share of a sticking spring's stiffness above which a slider has hardly begun to slide.
-constexpr double hardly_sliding = 0.3;
+// A guess that stretches a slider to so many times what friction bears slides surely.
+constexpr double surely_sliding = 2;
+// What a slider's friction changes with its length, over the secant. Zero by the law; without any,
+// what all slides at once would be thrown to and fro from solve to solve.
+constexpr double slide_share = 0.5;
 // An approach by less than this share of the lift is resting, not hitting.
 constexpr double impact_share = 0.5;
 
 Vec3 along_plane(const Vec3& normal, const Vec3& v) {
     return v - normal * normal.dot(v);
+}
+
+// Friction of a slider about a length: the limit, as a given force, and a little of a spring.
+void slide(const Vec3& slip, double limit, double& tangent, Vec3& rub) {
+    tangent = slide_share * limit / slip.norm();
+    rub = tangent * slip - limit / slip.norm() * slip;
 }
 
 // out[side] += sign * weight * force.
@@ -106,10 +115,10 @@ void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std
     // in it would press the whole underside of a thing that stands on a few points.
     row.active = row.pressure > 0 || contact.gap + contact.normal.dot(coasting(contact, parts)) < row.allowed;
     row.tangent = contact.friction > 0 ? row.normal : 0;
-    if (row.pressure > 0) {
-        const double length = (row.slip + along_plane(contact.normal, way)).norm();
+    if (row.pressure > 0 && contact.friction > 0) {
+        const Vec3 slip = row.slip + along_plane(contact.normal, way);
         const double limit = contact.friction * row.pressure;
-        if (row.tangent * length > limit) row.tangent = limit / length;
+        if (row.tangent * slip.norm() > surely_sliding * limit) slide(slip, limit, row.tangent, row.rub);
     }
     rows_.push_back(row);
 }
@@ -264,7 +273,6 @@ bool ContactForces::revise_pulls(ConstField position) {
 
 bool ContactForces::revise(ConstField position, bool only_add) {
     double wrong = 0, all = 0;
-    bool begins = false;  // something begins to slide
     revisions_.assign(rows_.size(), Revision{});
     for (std::size_t r = 0; r < rows_.size(); ++r) {
         Row& row = rows_[r];
@@ -275,14 +283,10 @@ bool ContactForces::revise(ConstField position, bool only_add) {
         const Vec3 right = allowed_force(row, way, now.tangent);
         now.active = right.squaredNorm() > 0 || (row.active && only_add);
         if (row.active && only_add && !(right.squaredNorm() > 0)) now.tangent = 0;
-        // Beyond what friction bears, but where it stood its secant is that of sticking: the force itself,
-        // for the next solve, which shows which way it slides.
-        if (row.active && row.tangent > hardly_sliding * row.normal && now.tangent < 0.99 * row.tangent) {
-            now.rub = along_plane(contact.normal, right);
-            now.tangent = 0;
+        if (now.active && now.tangent > 0 && now.tangent < row.normal) {
+            const Vec3 slip = row.slip + along_plane(contact.normal, way);
+            slide(slip, now.tangent * slip.norm(), now.tangent, now.rub);
         }
-        begins = begins || (row.rub.isZero(0) && !now.rub.isZero(0));
-        now.limit = along_plane(contact.normal, right);
         // One that begins to push now overlaps by what the solve did not know of: its pressure, and so the
         // friction that it can bear, are known after the next solve only.
         if (!row.active && contact.friction > 0) now.tangent = row.normal;
@@ -296,11 +300,6 @@ bool ContactForces::revise(ConstField position, bool only_add) {
     const bool pulls = !pulls_.empty() && revise_pulls(position);
     if (!(wrong > force_slack * all) && !pulls) return false;
     for (std::size_t r = 0; r < rows_.size(); ++r) {
-        // While others let go that still held it, how far a slider went says nothing of its secant.
-        if (begins && rows_[r].active && !rows_[r].rub.isZero(0)) {
-            revisions_[r].rub = revisions_[r].limit;
-            revisions_[r].tangent = 0;
-        }
         rows_[r].active = revisions_[r].active;
         rows_[r].tangent = revisions_[r].tangent;
         rows_[r].rub = revisions_[r].rub;
