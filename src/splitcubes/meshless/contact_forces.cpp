@@ -8,7 +8,7 @@ namespace splitcubes::meshless {
 namespace {
 
 // Stiffness of a contact over that of what it touches.
-constexpr double hardness = 1;
+constexpr double hardness = 2;
 // A spring keeps its stiffness unless that of what it touches changes by more than this factor.
 constexpr double most_change = 4;
 // Share of all contact forces that may be wrong at the end of a step.

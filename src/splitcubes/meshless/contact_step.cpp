@@ -195,6 +195,9 @@ void ImplicitSolver::Group::solve_together() {
         ++s.report_.solves;
         wanted += s.wanted_residual(job);
     });
+    // As of one body that touches something.
+    constexpr double share = 0.03;
+    wanted *= share * share;
     double rz = residual(wanted);
     sum([](ImplicitSolver& s, std::size_t i) {
         s.p_[i] = s.inverse_[i] * s.r_[i];
@@ -219,7 +222,7 @@ void ImplicitSolver::Group::solve_together() {
         });
         ++solvers[0]->report_.iterations;
     }
-    const double residual = rz > 0 && wanted > 0 ? options.tolerance * std::sqrt(rz / wanted) : 0;
+    const double residual = rz > 0 && wanted > 0 ? share * options.tolerance * std::sqrt(rz / wanted) : 0;
     each([&](ImplicitSolver& s, const Job&, std::uint32_t) { s.report_.residual = residual; });
 }
 

@@ -16,6 +16,9 @@ constexpr double far_share = 0.2;
 constexpr double rounding_share = 1e-6;
 // Share of the wanted square of the residual that rounding may make up.
 constexpr double noise_share = 0.1;
+// What stands on something rocks by the least force that is left over: share of the tolerance that is solved
+// to.
+constexpr double contact_tolerance_share = 0.03;
 // Share that the square of a residual falls by before it is taken again in double precision.
 constexpr double reach_share = 1e-8;
 
@@ -188,7 +191,8 @@ double ImplicitSolver::wanted_residual(const Job& job) {
     };
     const WantedSums sums = wanted_sum_(job.parallel, phyxels.size(), phyxel_grain, chunk);
     const double scale = sums.felt > 0 ? std::min(sums.right, 100 * sums.felt) : sums.right;
-    return std::max(job.options.tolerance * job.options.tolerance * scale, sums.least);
+    const double tolerance = job.options.tolerance * (contacts_.empty() ? 1 : contact_tolerance_share);
+    return std::max(tolerance * tolerance * scale, sums.least);
 }
 
 // r_ = b - A d_, its square in the preconditioner's norm returned. noise: what rounding may
@@ -254,7 +258,8 @@ void ImplicitSolver::solve(const Job& job) {
         rz = residual(job, true, noise);
         if (!(rz < 0.25 * before)) break;
     }
-    report_.residual = rz > 0 && wanted > 0 ? job.options.tolerance * std::sqrt(rz / wanted) : 0;
+    const double tolerance = job.options.tolerance * (contacts_.empty() ? 1 : contact_tolerance_share);
+    report_.residual = rz > 0 && wanted > 0 ? tolerance * std::sqrt(rz / wanted) : 0;
 }
 
 void ImplicitSolver::take_residual(const Job& job) {
