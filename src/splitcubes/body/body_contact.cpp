@@ -14,7 +14,7 @@ namespace {
 
 // Spread of a side's phyxels along a direction, in squared spacings, below which nothing is
 // extrapolated along it.
-constexpr double least_spread = 0.02;
+constexpr double least_spread = 0.005;
 
 // Changes the weights so that the side's point goes where every affine motion of the body takes
 // `place` (linear reproduction, as in moving least squares: weights times a linear function). The

@@ -196,7 +196,7 @@ void ImplicitSolver::Group::solve_together() {
         wanted += s.wanted_residual(job);
     });
     // As of one body that touches something.
-    constexpr double share = 0.03;
+    constexpr double share = 0.01;
     wanted *= share * share;
     double rz = residual(wanted);
     sum([](ImplicitSolver& s, std::size_t i) {

@@ -18,7 +18,7 @@ constexpr double rounding_share = 1e-6;
 constexpr double noise_share = 0.1;
 // What stands on something rocks by the least force that is left over: share of the tolerance that is solved
 // to.
-constexpr double contact_tolerance_share = 0.03;
+constexpr double contact_tolerance_share = 0.01;
 // Share that the square of a residual falls by before it is taken again in double precision.
 constexpr double reach_share = 1e-8;
 
