@@ -12,6 +12,7 @@ using Run = std::function<int()>;
 void add_surface_command(CLI::App& app, Run& run);
 void add_cut_command(CLI::App& app, Run& run);
 void add_run_command(CLI::App& app, Run& run);
+void add_replay_command(CLI::App& app, Run& run);
 void add_render_command(CLI::App& app, Run& run);
 void add_validate_command(CLI::App& app, Run& run);
 void add_bench_command(CLI::App& app, Run& run);

@@ -253,7 +253,7 @@ void add_cut_command(CLI::App& app, Run& run) {
     CLI::Option* cells = command->add_option("--cells", options->cells, "Cells along the longest side (48)")
                              ->check(CLI::Range(2, geometry::max_cells_per_axis));
     command->add_option("--cell-size", options->cell_size, "Cell size in metres")
-        ->check(CLI::PositiveNumber)
+        ->check(CLI::Range(1e-12, 1e12))
         ->excludes(cells);
     command->add_option("--pieces", options->pieces_folder, "Folder for one closed mesh a piece");
     command->add_option("--report", options->report, "Writes a JSON report");

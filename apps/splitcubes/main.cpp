@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
     splitcubes::app::add_surface_command(app, run);
     splitcubes::app::add_cut_command(app, run);
     splitcubes::app::add_run_command(app, run);
+    splitcubes::app::add_replay_command(app, run);
     splitcubes::app::add_render_command(app, run);
     splitcubes::app::add_validate_command(app, run);
     splitcubes::app::add_bench_command(app, run);

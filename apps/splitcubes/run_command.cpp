@@ -1,22 +1,12 @@
-#include "checkpoints.h"
 #include "commands.h"
-#include "opengl_backend.h"
-#include "progress.h"
-#include "report.h"
-#include "run_output.h"
+#include "simulate.h"
 
 #include <splitcubes/core/error.h>
-#include <splitcubes/core/stopwatch.h>
-#include <splitcubes/scene/build.h>
 #include <splitcubes/scene/parse.h>
 
-#include <algorithm>
-#include <iostream>
 #include <memory>
 
 namespace splitcubes::app {
-
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -29,6 +19,7 @@ struct Options {
     bool pictures = false, links = false;
     int checkpoint_every = 0;  // frames; 0: never
     std::string resume;        // a checkpoint; empty: from the start
+    std::string record;        // file for the motions; empty: none
 };
 
 int run_scene(const Options& options) {
@@ -41,43 +32,8 @@ int run_scene(const Options& options) {
     if (options.pictures) overrides.push_back("output.pictures=true");
     if (options.links) overrides.push_back("output.links=true");
     const scene::SceneDescription description = scene::parse_scene_file(options.scene, overrides);
-    Stopwatch watch;
-    const auto parallel = std::make_shared<const Parallel>(description.threads);
-    scene::BuildReport built;
-    const std::unique_ptr<body::World> world = scene::build_world(
-        description, parallel, built, opengl_backend_maker(description.occlusion.backend == "opengl"));
-    for (const auto& [name, note] : built.notes) print_notes(name, {note});
-
-    const Checkpoints checkpoints(fs::path(options.out) / "checkpoint.bin", description, *world);
-    RunOutput::Past past;
-    if (!options.resume.empty()) past = checkpoints.restore(*world, options.resume, description.frames);
-    RunOutput output(options.out, description, *world, built.models, past);
-    output.seconds().setup = watch.lap();
-    watch_interrupts();
-    if (past.frame < 0) output.write_frame(*world, body::StepReport{}, 0);
-    Progress progress("run " + description.name, static_cast<std::size_t>(description.frames));
-    int frame = std::max(past.frame, 0);
-    while (frame < description.frames && !interrupted()) {
-        const body::StepReport report = world->step();
-        ++frame;
-        output.seconds().simulate += report.total_seconds();
-        output.write_frame(*world, report, frame);
-        if (options.checkpoint_every > 0 && frame % options.checkpoint_every == 0)
-            checkpoints.write(*world, output.metrics());
-        progress.show(static_cast<std::size_t>(frame),
-                      std::to_string(report.pieces) + (report.pieces == 1 ? " piece" : " pieces"));
-    }
-    progress.finish();
-    output.finish(*world, frame, interrupted());
-    std::cout << options.out << ": " << frame << " frames, state " << world->state_hash().text() << '\n';
-    if (interrupted()) {
-        checkpoints.write(*world, output.metrics());
-        std::cerr << "interrupted after frame " << frame << " of " << description.frames
-                  << "; what was written is whole; go on with --resume " << checkpoints.file().string()
-                  << '\n';
-        return 1;
-    }
-    return 0;
+    return simulate(description,
+                    {options.out, options.checkpoint_every, options.resume, options.record, false});
 }
 
 }  // namespace
@@ -109,6 +65,8 @@ void add_run_command(CLI::App& app, Run& run) {
         ->check(CLI::Range(1, 100000000));
     command->add_option("--resume", options->resume,
                         "Goes on from a checkpoint of the same scene, to the same last bit");
+    command->add_option("--record", options->record,
+                        "Writes the motions of tools and constraints to a file, for replay");
     command->callback([options, &run] { run = [options] { return run_scene(*options); }; });
 }
 

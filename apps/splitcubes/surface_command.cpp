@@ -67,7 +67,7 @@ void add_surface_command(CLI::App& app, Run& run) {
     CLI::Option* cells = command->add_option("--cells", options->cells, "Cells along the longest side (48)")
                              ->check(CLI::Range(2, geometry::max_cells_per_axis));
     command->add_option("--cell-size", options->cell_size, "Cell size in metres")
-        ->check(CLI::PositiveNumber)
+        ->check(CLI::Range(1e-12, 1e12))
         ->excludes(cells);
     command->add_option("--report", options->report, "Writes a JSON report");
     add_lost_material_options(*command, options->lost);

@@ -297,6 +297,35 @@ TEST_F(Run, ACheckpointFitsItsOwnSceneOnly) {
     EXPECT_EQ(run(with({"--set", "output.every_nth_frame=2"})).code, 0);
 }
 
+TEST_F(Run, ARecordedRunIsRepeated) {
+    ASSERT_EQ(run({"run", "block.json", "-o", "out", "--record", "motions.json"}).code, 0);
+    const Ended again = run({"replay", "motions.json", "-o", "again", "--threads", "1"});
+    EXPECT_EQ(again.code, 0) << again.err;
+    EXPECT_NE(again.out.find("the same state as recorded"), std::string::npos) << again.out;
+    EXPECT_TRUE(all_of(in("again")) == all_of(in("out")));
+    EXPECT_EQ(run({"replay", "motions.json", "-o", "part", "--frames", "5"}).code, 0);
+    EXPECT_EQ(frames("part").size(), 6U);
+    // A hand that went elsewhere, a body that is another.
+    Json recording = Json::parse(text_of(in("motions.json")));
+    for (Json& place : recording["tracks"][0]["places"]) place[3] = place[3].get<double>() + 0.02;
+    write_text(in("other.json"), recording.dump());
+    const Ended other = run({"replay", "other.json", "-o", "other"});
+    EXPECT_EQ(other.code, 1);
+    EXPECT_NE(other.err.find("the recorded state is"), std::string::npos) << other.err;
+    for (const char* change : {"gravity=[0,0,-5]", "bodies[0].cells=13"}) {
+        const Ended changed = run({"replay", "motions.json", "-o", "x", "--set", change});
+        EXPECT_EQ(changed.code, 0) << changed.err;
+        EXPECT_NE(changed.out.find("the scene was changed"), std::string::npos) << changed.out;
+    }
+    recording["first_state"] = "0000000000000000";
+    write_text(in("other.json"), recording.dump());
+    expect_refused({"replay", "other.json", "-o", "z"}, "it was recorded from");
+    expect_refused({"replay", "motions.json", "-o", "z", "--frames", "13"}, "--frames");
+    expect_refused({"replay", "block.json", "-o", "z"}, "block.json");
+    expect_refused({"run", "block.json", "-o", "z", "--record", "nowhere/m.json"}, "nowhere");
+    EXPECT_FALSE(fs::exists(in("z")));
+}
+
 TEST_F(Run, RenderNeedsARun) {
 #ifndef SPLITCUBES_WITH_RENDER
     EXPECT_EQ(run({"render", "nowhere", "-o", "x.png"}).code, 1);

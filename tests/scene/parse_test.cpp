@@ -90,7 +90,12 @@ TEST(ParseScene, reads_every_field) {
     EXPECT_EQ(s.bodies[4].shape, Shape(CapsuleShape{0.5, 2}));
     EXPECT_EQ(s.bodies[5].shape, Shape(PearShape{0.7, 0.05}));
     EXPECT_EQ(s.bodies[6].shape, Shape(MeshShape{s.folder / "schema.json"}));
-    EXPECT_EQ(s.bodies[6].material.tearing, (TearingDescription{100, 0.6, {}, {StrengthPaint{0.5, 2}}}));
+    EXPECT_EQ(s.bodies[6].material.tearing,
+              (TearingDescription{
+                  100,
+                  0.6,
+                  {},
+                  {StrengthPaint{0.5, 2, {}}, StrengthPaint{0.1, 1, SPLITCUBES_SCENES "/schema.json"}}}));
     EXPECT_EQ(s.bodies[7].shape,
               Shape(ImplicitShape{0.02,
                                   50,
@@ -276,6 +281,11 @@ TEST(Overrides, errors_name_the_option) {
         {"tools[0].bodies[1]=z", "--set tools[0].bodies[1]=z: tools[0].bodies[1] is \"z\", but no body"},
         {"a b=1", "--set a b=1: path 'a b' has no key"},
         {"solver={\"kind\":1,\"kind\":2}", "stands twice"},
+        {"constraints[0].body=h", "its lattice moves"},
+        {"bodies[7].deformation.free_form.keyframes[1].points=[{\"index\":[1,2,3],\"displacement\":[0,0,0]},"
+         "{\"index\":[1,2,3],\"displacement\":[1,0,0]}]",
+         "is there twice"},
+        {"bodies[0].material.tearing={\"strength\":null}", "strength is null; give a number"},
     };
     for (const auto& [option, message] : cases) {
         EXPECT_THAT(error_of(full_scene, {option}), HasSubstr(message)) << option;

@@ -92,6 +92,10 @@ class Body {
     /// Appends the pulls of the handles at the end of the step, and one limit a handle.
     void add_pulls(const StepContext& context, std::uint32_t part, std::vector<meshless::Pull>& pulls,
                    std::vector<double>& limits);
+    const std::vector<HoldConstraint>& constraints() const { return constraints_; }
+    void set_constraint_motion(std::size_t number, std::function<Isometry(double time)> motion) {
+        constraints_[number].motion = std::move(motion);
+    }
 
     // The stages that World::step calls, in this order.
 

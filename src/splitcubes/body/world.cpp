@@ -34,6 +34,14 @@ std::vector<meshless::Obstacle> World::obstacles_now() const {
     return out;
 }
 
+void World::set_tool_path(std::size_t tool, const SampledMotion& path) {
+    cutting::Blade& blade = tools_[tool].blade;
+    cutting::BladeOptions options;
+    options.active_from = blade.active_from();
+    options.active_until = blade.active_until();
+    blade = cutting::Blade(blade.name(), blade.shape(), path, options);
+}
+
 StepReport World::step() {
     const std::vector<meshless::Obstacle> obstacles = obstacles_now();
     const StepContext context{time(),    settings_.time_step, settings_.gravity, settings_.ground,

@@ -47,6 +47,11 @@ class World {
     Body& add_body(const geometry::TriangleMesh& placed, const BodySettings& settings);
     void add_collider(Collider collider) { colliders_.push_back(std::move(collider)); }
     void add_tool(cutting::Blade blade, std::vector<std::size_t> bodies = {}, const BladeSides& sides = {});
+    /// Where a tool is now (world from own), between two steps: for tools that a hand or a
+    /// controller moves as time goes on. Its blade must have been made with samples.
+    void move_tool(std::size_t tool, const Isometry& frame) { tools_[tool].blade.move_to(time(), frame); }
+    /// Lets a tool go along samples from now on; it stays active when it was.
+    void set_tool_path(std::size_t tool, const SampledMotion& path);
 
     /// Advances everything by one time step. Tools cut what they crossed during the
     /// interval that ended when the step began (both ends of it are known then), so

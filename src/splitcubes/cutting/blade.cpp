@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <sstream>
 #include <utility>
@@ -160,10 +161,29 @@ Blade::Blade(std::string name, BladeShape shape, std::vector<Keyframe> keyframes
     check_shape(where, shape_);
     check_keyframes(where, keyframes_);
     velocities_ = smooth_velocities(keyframes_);
+    set_activity(options, keyframes_.back().time);
+}
+
+Blade::Blade(std::string name, BladeShape shape, SampledMotion path, const BladeOptions& options)
+    : name_(std::move(name)), shape_(std::move(shape)), interpolation_(PathInterpolation::linear) {
+    check_shape("blade '" + name_ + "'", shape_);
+    if (path.empty()) throw InputError("blade '" + name_ + "'", "has no sample", "give at least one");
+    for (std::size_t k = 0; k < path.times().size(); ++k) move_to(path.times()[k], path.frames()[k]);
+    set_activity(options, std::numeric_limits<double>::infinity());
+}
+
+void Blade::move_to(double time, const Isometry& world_from_own) {
+    if (samples_.empty() && !keyframes_.empty())
+        throw InputError("blade '" + name_ + "'", "goes along keyframes", "make it with samples to move it");
+    samples_.add(time, world_from_own);
+    keyframes_.push_back({time, world_from_own.translation(), Quat(world_from_own.linear())});
+}
+
+void Blade::set_activity(const BladeOptions& options, double last) {
     active_from_ = options.active_from.value_or(keyframes_.front().time);
-    active_until_ = options.active_until.value_or(keyframes_.back().time);
+    active_until_ = options.active_until.value_or(last);
     if (!(active_from_ <= active_until_))
-        throw InputError(where,
+        throw InputError("blade '" + name_ + "'",
                          "is active from " + text(active_from_) + " s until " + text(active_until_) + " s",
                          "end the interval after its beginning");
 }
@@ -178,6 +198,7 @@ Vec3 Blade::position_at(std::size_t span, double fraction) const {
 }
 
 Isometry Blade::frame(double time) const {
+    if (!samples_.empty()) return samples_.at(time);
     Isometry out = Isometry::Identity();
     const auto place = [&](const Vec3& position, const Quat& rotation) {
         out.linear() = rotation.toRotationMatrix();

@@ -1,7 +1,7 @@
 // Blades: edges that cut, and how they move.
 #pragma once
 
-#include <splitcubes/math/types.h>
+#include <splitcubes/math/sampled_motion.h>
 
 #include <optional>
 #include <string>
@@ -54,7 +54,8 @@ struct BladeOptions {
     std::optional<double> active_until = std::nullopt;  // s; none: the last keyframe's time
 };
 
-/// A tool with its path. Between keyframes rotations take the short way round at
+/// A tool with its path: keyframes, or samples of a motion that is known at some
+/// times only (a hand's, a recorded one). Between keyframes rotations take the short way round at
 /// a constant rate; before the first and after the last the tool stands still.
 class Blade {
   public:
@@ -63,10 +64,19 @@ class Blade {
     /// ends before it begins, and anything that is not finite.
     Blade(std::string name, BladeShape shape, std::vector<Keyframe> keyframes,
           const BladeOptions& options = {});
+    /// Along samples, of which there must be at least one; options.interpolation is
+    /// not read. Without options.active_until the blade is active for ever, so
+    /// that move_to can go on. Throws InputError as the other.
+    Blade(std::string name, BladeShape shape, SampledMotion path, const BladeOptions& options = {});
+
+    /// Appends a sample to the path of a blade that was made with one: where the tool is
+    /// at a time (s) after the last. Throws InputError for anything else.
+    void move_to(double time, const Isometry& world_from_own);
 
     const std::string& name() const { return name_; }
     const BladeShape& shape() const { return shape_; }
-    const std::vector<Keyframe>& keyframes() const { return keyframes_; }  // rotations of unit length
+    /// Rotations of unit length; of a sampled path: its samples.
+    const std::vector<Keyframe>& keyframes() const { return keyframes_; }
     PathInterpolation interpolation() const { return interpolation_; }
     double active_from() const { return active_from_; }    // s
     double active_until() const { return active_until_; }  // s
@@ -80,11 +90,13 @@ class Blade {
 
   private:
     Vec3 position_at(std::size_t span, double fraction) const;
+    void set_activity(const BladeOptions& options, double last);
 
     std::string name_;
     BladeShape shape_;
     std::vector<Keyframe> keyframes_;
     std::vector<Vec3> velocities_;  // m/s, world, one per keyframe; for smooth paths
+    SampledMotion samples_;         // empty for keyframes
     PathInterpolation interpolation_;
     double active_from_;   // s
     double active_until_;  // s

@@ -10,6 +10,12 @@ namespace {
 
 constexpr double smooth_parts_per_span = 16;
 
+// A part that is as large as it may be but for rounding is not parted again: the parts
+// of a recorded sweep are those of the sweep.
+double whole_parts(double parts) {
+    return std::ceil(parts * (1 - 1e-9));
+}
+
 // Appends the times that cut [from, until], a part of one span between keyframes
 // or of the time before or after all, into parts; without `from`.
 void add_times(const Blade& blade, double from, double until, std::vector<double>& times) {
@@ -20,9 +26,9 @@ void add_times(const Blade& blade, double from, double until, std::vector<double
     if (after != keys.begin() && after != keys.end()) {
         const Keyframe &a = *(after - 1), &b = *after;
         const double share = (until - from) / (b.time - a.time);
-        parts = std::max(parts, std::ceil(share * a.rotation.angularDistance(b.rotation) / max_turn));
+        parts = std::max(parts, whole_parts(share * a.rotation.angularDistance(b.rotation) / max_turn));
         if (blade.interpolation() == PathInterpolation::smooth)
-            parts = std::max(parts, std::ceil(share * smooth_parts_per_span));
+            parts = std::max(parts, whole_parts(share * smooth_parts_per_span));
     }
     for (int k = 1; k < static_cast<int>(parts); ++k) {
         const double time = from + (until - from) * (k / parts);
@@ -46,18 +52,25 @@ SweptBlade between(const std::vector<std::vector<Vec3>>& before,
 
 }  // namespace
 
-std::vector<SweptBlade> sweep(const Blade& blade, double t0, double t1) {
+std::vector<double> sweep_times(const Blade& blade, double t0, double t1) {
     assert(t0 <= t1);
     const double from = std::max(t0, blade.active_from()), until = std::min(t1, blade.active_until());
-    std::vector<SweptBlade> out;
-    if (!(until > from)) return out;
-
+    if (!(until > from)) return {};
     std::vector<double> times = {from};
-    for (const Keyframe& key : blade.keyframes())
-        if (key.time > from && key.time < until) add_times(blade, times.back(), key.time, times);
+    const std::vector<Keyframe>& keys = blade.keyframes();
+    auto key = std::upper_bound(keys.begin(), keys.end(), from,
+                                [](double t, const Keyframe& k) { return t < k.time; });
+    for (; key != keys.end() && key->time < until; ++key) add_times(blade, times.back(), key->time, times);
     add_times(blade, times.back(), until, times);
+    return times;
+}
 
-    std::vector<std::vector<Vec3>> before = blade.pose(from);
+std::vector<SweptBlade> sweep(const Blade& blade, double t0, double t1) {
+    const std::vector<double> times = sweep_times(blade, t0, t1);
+    std::vector<SweptBlade> out;
+    if (times.empty()) return out;
+
+    std::vector<std::vector<Vec3>> before = blade.pose(times.front());
     for (std::size_t k = 1; k < times.size(); ++k) {
         std::vector<std::vector<Vec3>> after = blade.pose(times[k]);
         out.push_back(between(before, after));

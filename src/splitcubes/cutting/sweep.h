@@ -23,6 +23,10 @@ struct SweptBlade {
 /// their true arcs by at most 1.25e-3 of the arc's radius.
 inline constexpr double max_turn = 0.1;
 
+/// The times (s, increasing) at which sweep() takes the blade's pose; empty where it
+/// sweeps nothing.
+std::vector<double> sweep_times(const Blade& blade, double t0, double t1);
+
 /// What the blade sweeps while it is active between t0 and t1 (s), as consecutive
 /// parts: cut at keyframes, and so that no part turns by more than max_turn or
 /// holds more than a sixteenth of a smooth path's span. Part k ends, to the last

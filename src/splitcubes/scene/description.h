@@ -144,10 +144,12 @@ struct StrengthPatch {
     bool operator==(const StrengthPatch&) const = default;
 };
 /// Strength painted on the mesh: of each place the brightness (mean of red, green and
-/// blue) of the nearest place of the surface, 0 standing for `dark`, 1 for `light`.
+/// blue) of the nearest place of the surface, 0 standing for `dark`, 1 for `light`. The paint is a
+/// picture laid on by the mesh's texture coordinates, or else its vertex colours.
 struct StrengthPaint {
     double dark = 0.1;
     double light = 1;
+    std::filesystem::path picture;  // absolute; empty: the vertex colours
     bool operator==(const StrengthPaint&) const = default;
 };
 using StrengthLayer = std::variant<StrengthPatch, StrengthPaint>;

@@ -38,7 +38,7 @@ const std::vector<ObjectKeys>& scene_keys() {
         {"tearing", {"strength", "toughness", "crack_speed", "strength_map"}},
         {"strength_layer", {"patch", "paint"}},
         {"strength_patch", {"region", "factor"}},
-        {"strength_paint", {"dark", "light"}},
+        {"strength_paint", {"picture", "dark", "light"}},
         {"ground", {"height", "friction"}},
         {"collider",
          {"name", "shape", "half_space", "placement", "rounding", "keyframes", "pivot", "friction"}},
@@ -75,6 +75,14 @@ const std::vector<ObjectKeys>& scene_keys() {
 
 const std::vector<ObjectKeys>& path_keys() {
     static const std::vector<ObjectKeys> keys = {{"path_file", {"$schema", "name", "tools"}}};
+    return keys;
+}
+
+const std::vector<ObjectKeys>& recording_keys() {
+    static const std::vector<ObjectKeys> keys = {
+        {"recording", {"format", "program", "scene", "frames", "first_state", "last_state", "tracks"}},
+        {"track", {"tool", "constraint", "times", "places"}},
+    };
     return keys;
 }
 

@@ -92,7 +92,9 @@ std::string read_text(const std::filesystem::path& path, const char* kind) {
     const std::string name = path.string();
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error)) {
-        throw InputError(name, "there is no such file", std::string("give the path of a ") + kind + " file");
+        throw InputError(name,
+                         std::filesystem::is_directory(path, error) ? "is a folder" : "there is no such file",
+                         std::string("give the path of a ") + kind + " file");
     }
     std::ifstream file(path, std::ios::binary);
     std::string text(ParseLimits::bytes + 1, '\0');

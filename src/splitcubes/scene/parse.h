@@ -65,5 +65,7 @@ struct ObjectKeys {
 const std::vector<ObjectKeys>& scene_keys();
 /// Those that only path files have; see scenes/paths/schema.json.
 const std::vector<ObjectKeys>& path_keys();
+/// Those of recordings (recording.h).
+const std::vector<ObjectKeys>& recording_keys();
 
 }  // namespace splitcubes::scene

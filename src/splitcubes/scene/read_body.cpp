@@ -1,24 +1,26 @@
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/read_scene.h>
 
+#include <algorithm>
 #include <system_error>
 
 namespace splitcubes::scene {
 
 namespace {
 
+std::filesystem::path existing_file(const Value& file, const char* remedy) {
+    const std::filesystem::path path = (file.source().folder / file.label()).lexically_normal();
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(path, ignored))
+        file.fail("is " + file.shown() + ", but there is no file " + path.string(), remedy);
+    return path;
+}
+
 // Shapes have no defaults: each size must be given.
 
 Shape read_mesh_shape(const Value& value) {
-    const Value file = Object(value, "mesh_shape").at("file");
-    const std::string text = file.label();
-    const std::filesystem::path path = (value.source().folder / text).lexically_normal();
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(path, ignored)) {
-        file.fail("is " + file.shown() + ", but there is no file " + path.string(),
-                  "give a mesh file's name relative to the scene's folder");
-    }
-    return MeshShape{path};
+    return MeshShape{existing_file(Object(value, "mesh_shape").at("file"),
+                                   "give a mesh file's name relative to the scene's folder")};
 }
 
 Shape read_torus(const Value& value) {
@@ -52,7 +54,7 @@ ImplicitPart read_part(const Value& value) {
 ImplicitShape read_implicit(const Value& value) {
     const Object object(value, "implicit_shape");
     ImplicitShape out;
-    object.read("smoothness", out.smoothness, not_negative);
+    object.read("smoothness", out.smoothness, {0, 1e3});
     object.read("cells", out.cells, 8, 400);
     for (const Value& part : object.at("parts").elements(1, ParseLimits::parts))
         out.parts.push_back(read_part(part));
@@ -82,8 +84,12 @@ FreeFormDescription read_free_form(const Value& value) {
                 const Object one(point, "lattice_point");
                 key.points.push_back(
                     {read_integers(one.at("index"), 0, 12), one.at("displacement").vector()});
-                if ((key.points.back().index.array() > out.degree.array()).any())
+                const Vec3i index = key.points.back().index;
+                if ((index.array() > out.degree.array()).any())
                     one.at("index").fail("is beyond the lattice", "give at most the degree along each axis");
+                if (std::any_of(key.points.begin(), key.points.end() - 1,
+                                [&](const LatticePoint& p) { return p.index == index; }))
+                    one.at("index").fail("is there twice", "give each point of a keyframe once");
             }
         out.keyframes.push_back(key);
     }
@@ -162,6 +168,8 @@ StrengthLayer read_strength_layer(const Value& value) {
     StrengthPaint out;
     paint.read("dark", out.dark, any_factor);
     paint.read("light", out.light, any_factor);
+    if (const auto picture = paint.find("picture"))
+        out.picture = existing_file(*picture, "give a picture's name relative to the scene's folder");
     return out;
 }
 
@@ -185,8 +193,8 @@ void check_paint(const Object& material, const Shape& shape) {
         return;
     for (const Value& layer : layers->elements(0, ParseLimits::strength_layers))
         if (Object(layer, "strength_layer").has("paint"))
-            layer.fail("paints a shape that has no colours",
-                       "give the body a mesh with colours, or a patch instead");
+            layer.fail("paints a shape that has no colours and no texture coordinates",
+                       "give the body a mesh with them, or a patch instead");
 }
 
 MaterialDescription read_material(const Value& value) {

@@ -180,6 +180,11 @@ ConstraintDescription read_constraint(const Value& value, const std::vector<Body
     const Object object(value, "constraint");
     ConstraintDescription out;
     out.body = read_body_name(object.at("body"), bodies);
+    for (const BodyDescription& body : bodies)
+        if (body.name == out.body && body.deformation &&
+            std::holds_alternative<FreeFormDescription>(*body.deformation))
+            object.at("body").fail("is \"" + out.body + "\", which its lattice moves, all of it",
+                                   "move the lattice's points, or take the constraint out");
     out.region = read_region(object.at("region"));
     out.kind = static_cast<ConstraintKind>(object.at("kind").choice(constraint_kind_names));
     if (out.kind == ConstraintKind::move) {

@@ -82,7 +82,7 @@ JsonPath extended(JsonPath path, PathStep step) {
 }
 
 const std::vector<std::string_view>& keys_of(std::string_view kind) {
-    for (const std::vector<ObjectKeys>* all : {&scene_keys(), &path_keys()})
+    for (const std::vector<ObjectKeys>* all : {&scene_keys(), &path_keys(), &recording_keys()})
         for (const ObjectKeys& object : *all)
             if (object.object == kind) return object.keys;
     assert(false && "no kind of object has that name");
@@ -116,9 +116,13 @@ std::string Value::shown() const {
     return printable(json_->dump());
 }
 
+std::string Value::shown_with_type() const {
+    return json_->is_null() ? shown() : shown() + ", " + type_name(*json_);
+}
+
 double Value::number(const Range& range) const {
     if (!json_->is_number()) {
-        fail("is " + shown() + ", " + type_name(*json_), "give a number " + format_range(range));
+        fail("is " + shown_with_type(), "give a number " + format_range(range));
     }
     const auto value = json_->get<double>();
     if (!inside(range, value)) {
@@ -130,7 +134,7 @@ double Value::number(const Range& range) const {
 int Value::integer(int low, int high) const {
     const std::string remedy =
         "give a whole number from " + std::to_string(low) + " to " + std::to_string(high);
-    if (!json_->is_number()) fail("is " + shown() + ", " + type_name(*json_), remedy);
+    if (!json_->is_number()) fail("is " + shown_with_type(), remedy);
     const auto value = json_->get<double>();
     if (value != std::floor(value)) fail("is " + shown() + ", not a whole number", remedy);
     if (value < low || value > high) fail("is " + shown() + ", which is out of range", remedy);
@@ -138,12 +142,12 @@ int Value::integer(int low, int high) const {
 }
 
 bool Value::boolean() const {
-    if (!json_->is_boolean()) fail("is " + shown() + ", " + type_name(*json_), "write true or false");
+    if (!json_->is_boolean()) fail("is " + shown_with_type(), "write true or false");
     return json_->get<bool>();
 }
 
 std::string Value::text() const {
-    if (!json_->is_string()) fail("is " + shown() + ", " + type_name(*json_), "give a text in quotes");
+    if (!json_->is_string()) fail("is " + shown_with_type(), "give a text in quotes");
     return json_->get<std::string>();
 }
 
@@ -194,7 +198,7 @@ std::vector<Value> Value::elements(std::size_t least, std::size_t most) const {
         "give an array of " +
         (least == most ? std::to_string(least) : std::to_string(least) + " to " + std::to_string(most)) +
         " elements";
-    if (!json_->is_array()) fail("is " + shown() + ", " + type_name(*json_), remedy);
+    if (!json_->is_array()) fail("is " + shown_with_type(), remedy);
     if (json_->size() < least || json_->size() > most) {
         fail("has " + std::to_string(json_->size()) + " elements: " + shown(), remedy);
     }
@@ -209,7 +213,7 @@ std::vector<Value> Value::elements(std::size_t least, std::size_t most) const {
 Object::Object(const Value& value, std::string_view kind) : value_(value), keys_(&keys_of(kind)) {
     const auto& json = value.json();
     if (!json.is_object()) {
-        value.fail("is " + value.shown() + ", " + type_name(json), "give an object { } with " + list(*keys_));
+        value.fail("is " + value.shown_with_type(), "give an object { } with " + list(*keys_));
     }
     for (const auto& item : json.items()) {
         if (std::find(keys_->begin(), keys_->end(), item.key()) != keys_->end()) continue;

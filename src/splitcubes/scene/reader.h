@@ -67,6 +67,8 @@ class Value {
     }
     /// The value as it stands, shortened.
     std::string shown() const;
+    /// The same with what kind of value it is.
+    std::string shown_with_type() const;
 
     double number(const Range& range = any_number) const;
     int integer(int low, int high) const;
@@ -90,7 +92,7 @@ class Value {
     JsonPath path_;
 };
 
-/// A JSON object all of whose keys belong to one of scene_keys().
+/// A JSON object all of whose keys belong to one of scene_keys(), path_keys() or recording_keys().
 class Object {
   public:
     /// Throws on what is no object and on unknown keys, with the nearest known one.

@@ -132,7 +132,9 @@ Json to_json(const StrengthLayer& layer) {
     if (const auto* patch = std::get_if<StrengthPatch>(&layer))
         return {{"patch", {{"region", to_json(patch->region)}, {"factor", patch->factor}}}};
     const auto& paint = std::get<StrengthPaint>(layer);
-    return {{"paint", {{"dark", paint.dark}, {"light", paint.light}}}};
+    Json out = {{"dark", paint.dark}, {"light", paint.light}};
+    if (!paint.picture.empty()) out["picture"] = paint.picture.string();
+    return {{"paint", out}};
 }
 
 Json to_json(const TearingDescription& tearing) {

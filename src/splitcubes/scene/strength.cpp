@@ -1,5 +1,6 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/geometry/nearest_point.h>
+#include <splitcubes/io/read_picture.h>
 #include <splitcubes/scene/strength.h>
 
 #include <algorithm>
@@ -25,25 +26,49 @@ bool within(const Vec3& p, const CylinderRegion& r) {
 
 using Factor = std::function<double(const Vec3&)>;
 
-struct Painted {
-    geometry::NearestPoint nearest;
-    std::vector<std::array<geometry::Rgba, 3>> colour;
-};
+double mean(const geometry::Rgba& c) {
+    return (static_cast<double>(c[0]) + c[1] + c[2]) / 3;
+}
 
-Factor painted_factor(const StrengthPaint& paint, const io::Model& model) {
+// Brightness at a place of the mesh's surface.
+using Brightness = std::function<double(const geometry::NearestPoint::Hit&)>;
+
+Brightness by_vertex_colours(const io::Model& model) {
     if (model.attributes.corner_colour.empty())
         throw InputError("tearing", "the strength is painted, but the mesh has no vertex colours",
-                         "give it a mesh with colours, or take the paint out of its strength_map");
-    const auto painted = std::make_shared<const Painted>(
-        Painted{geometry::NearestPoint(model.mesh), model.attributes.corner_colour});
-    return [painted, paint](const Vec3& rest) {
-        const geometry::NearestPoint::Hit hit = painted->nearest.at({.point = rest});
-        double brightness = 0;
+                         "give it a mesh with colours, name a picture, or take the paint out of its "
+                         "strength_map");
+    return [colours = model.attributes.corner_colour](const geometry::NearestPoint::Hit& hit) {
+        double out = 0;
+        for (std::size_t k = 0; k < 3; ++k) out += hit.weights[k] * mean(colours[hit.triangle][k]);
+        return out;
+    };
+}
+
+Brightness by_picture(const std::filesystem::path& file, const io::Model& model) {
+    if (model.attributes.corner_uv.empty())
+        throw InputError(
+            "tearing",
+            "the strength is painted by " + file.string() + ", but the mesh has no texture coordinates",
+            "give it a mesh that has them, or take the picture out of its strength_map");
+    return [picture = io::read_brightness(file),
+            uv = model.attributes.corner_uv](const geometry::NearestPoint::Hit& hit) {
+        double u = 0, v = 0;
         for (std::size_t k = 0; k < 3; ++k) {
-            const geometry::Rgba& c = painted->colour[hit.triangle][k];
-            brightness += hit.weights[k] * (static_cast<double>(c[0]) + c[1] + c[2]) / 3;
+            u += hit.weights[k] * static_cast<double>(uv[hit.triangle][k][0]);
+            v += hit.weights[k] * static_cast<double>(uv[hit.triangle][k][1]);
         }
-        return paint.dark + std::clamp(brightness, 0.0, 1.0) * (paint.light - paint.dark);
+        return picture.at(u, v);
+    };
+}
+
+Factor painted_factor(const StrengthPaint& paint, const io::Model& model) {
+    const auto nearest = std::make_shared<const geometry::NearestPoint>(model.mesh);
+    const auto brightness = std::make_shared<const Brightness>(
+        paint.picture.empty() ? by_vertex_colours(model) : by_picture(paint.picture, model));
+    return [nearest, brightness, paint](const Vec3& rest) {
+        const double light = (*brightness)(nearest->at({.point = rest}));
+        return paint.dark + std::clamp(light, 0.0, 1.0) * (paint.light - paint.dark);
     };
 }
 

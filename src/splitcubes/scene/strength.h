@@ -13,7 +13,7 @@ namespace splitcubes::scene {
 std::function<bool(const Vec3&)> region_test(const Region& region);
 
 /// model: the body's, as it is placed. Throws InputError for a paint where it has no
-/// vertex colours.
+/// vertex colours, for a painted picture where it has no texture coordinates.
 body::TearSettings tear_settings(const TearingDescription& tearing, const io::Model& model);
 
 }  // namespace splitcubes::scene

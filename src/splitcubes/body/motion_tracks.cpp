@@ -1,0 +1,96 @@
+#include <splitcubes/body/motion_tracks.h>
+#include <splitcubes/core/error.h>
+#include <splitcubes/cutting/sweep.h>
+
+#include <algorithm>
+#include <memory>
+#include <set>
+
+namespace splitcubes::body {
+
+namespace {
+
+// The times of the step's ends as World::step computes them.
+struct StepTimes {
+    double begin, end;         // of the step
+    double swept_from, swept;  // of the interval that tools cut; equal for the first step
+};
+
+StepTimes step_times(std::int64_t step, double dt) {
+    const double begin = static_cast<double>(step) * dt;
+    return {begin, begin + dt, static_cast<double>(std::max<std::int64_t>(step - 1, 0)) * dt, begin};
+}
+
+SampledMotion sampled(const std::set<double>& times, const std::function<Isometry(double)>& motion) {
+    SampledMotion out;
+    for (const double time : times) out.add(time, motion(time));
+    return out;
+}
+
+// Without the middle ones of samples that are the same.
+SampledMotion thinned(const SampledMotion& motion) {
+    const auto& frames = motion.frames();
+    SampledMotion out;
+    for (std::size_t k = 0; k < frames.size(); ++k)
+        if (k == 0 || k + 1 == frames.size() || frames[k].matrix() != frames[k - 1].matrix() ||
+            frames[k].matrix() != frames[k + 1].matrix())
+            out.add(motion.times()[k], frames[k]);
+    return out;
+}
+
+std::string constraint_name(const Body& body, std::size_t number) {
+    return body.name() + '/' + std::to_string(number);
+}
+
+}  // namespace
+
+std::vector<MotionTrack> motion_tracks(const World& world, std::int64_t steps) {
+    const double dt = world.settings().time_step;
+    std::set<double> ends;
+    for (std::int64_t k = 0; k < steps; ++k) {
+        const StepTimes at = step_times(k, dt);
+        ends.insert({at.begin, at.end});
+    }
+    std::vector<MotionTrack> out;
+    for (const Tool& tool : world.tools()) {
+        std::set<double> times = {0};
+        for (std::int64_t k = 0; k < steps; ++k) {
+            const StepTimes at = step_times(k, dt);
+            times.insert({at.swept_from, at.swept});
+            const std::vector<double> swept = cutting::sweep_times(tool.blade, at.swept_from, at.swept);
+            times.insert(swept.begin(), swept.end());
+        }
+        // Standing blades are not thinned: each sample ends a part of a sweep.
+        out.push_back({Driven::tool, tool.blade.name(),
+                       sampled(times, [&](double time) { return tool.blade.frame(time); })});
+    }
+    for (const auto& body : world.bodies())
+        for (std::size_t k = 0; k < body->constraints().size(); ++k)
+            out.push_back({Driven::constraint, constraint_name(*body, k),
+                           thinned(sampled(ends, body->constraints()[k].motion))});
+    return out;
+}
+
+void follow_tracks(World& world, const std::vector<MotionTrack>& tracks) {
+    for (const MotionTrack& track : tracks) {
+        bool fits = false;
+        const auto take = [&](Driven driven, const std::string& name) {
+            const bool same = track.driven == driven && track.name == name;
+            fits = fits || same;
+            return same;
+        };
+        const auto motion = std::make_shared<const SampledMotion>(track.motion);
+        for (std::size_t k = 0; k < world.tools().size(); ++k)
+            if (take(Driven::tool, world.tools()[k].blade.name())) world.set_tool_path(k, *motion);
+        for (const auto& body : world.bodies())
+            for (std::size_t k = 0; k < body->constraints().size(); ++k)
+                if (take(Driven::constraint, constraint_name(*body, k)))
+                    body->set_constraint_motion(k, [motion](double time) { return motion->at(time); });
+        if (!fits)
+            throw InputError("track '" + track.name + "'",
+                             "there is nothing of this name that it could drive",
+                             "name a tool, or a constraint as body/number");
+    }
+}
+
+}  // namespace splitcubes::body

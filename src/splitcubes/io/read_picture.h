@@ -1,0 +1,23 @@
+// Pictures as a number for each place: of maps that are painted, not seen.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+namespace splitcubes::io {
+
+/// A picture's brightness: the mean of red, green and blue as the file has them, 0 to 1.
+struct BrightnessPicture {
+    int width = 0, height = 0;
+    std::vector<float> brightness;  // rows from top to bottom
+
+    /// At texture coordinates, (0, 0) being the lower left corner: bilinear between the
+    /// pixels' centres, the picture repeated in both directions. Of a picture that is not empty.
+    double at(double u, double v) const;
+};
+
+/// Reads PNG, JPEG, BMP, TGA or PNM. Throws InputError, whose place is the file, for what is
+/// none of these, is damaged, or has more than 2^26 pixels.
+BrightnessPicture read_brightness(const std::filesystem::path& path);
+
+}  // namespace splitcubes::io

@@ -1,0 +1,127 @@
+#include <splitcubes/core/error.h>
+#include <splitcubes/scene/json_location.h>
+#include <splitcubes/scene/parse.h>
+#include <splitcubes/scene/reader.h>
+#include <splitcubes/scene/recording.h>
+#include <splitcubes/scene/resolve.h>
+
+#include <fstream>
+#include <sstream>
+#include <system_error>
+
+namespace splitcubes::scene {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* format_name = "splitcubes recording 1";
+constexpr double rigid_tolerance = 1e-6;
+
+// Keys of a track by what it drives, in the order of body::Driven.
+const std::vector<std::string_view> driven_keys = {"tool", "constraint"};
+
+std::string places_text(const SampledMotion& motion) {
+    std::string out;
+    for (const Isometry& frame : motion.frames()) {
+        Json numbers = Json::array();
+        for (int row = 0; row < 3; ++row)
+            for (int column = 0; column < 4; ++column) numbers.push_back(frame.matrix()(row, column));
+        out += (out.empty() ? "\n      " : ",\n      ") + numbers.dump();
+    }
+    return out;
+}
+
+std::string track_text(const body::MotionTrack& track) {
+    return "    {\"" + std::string(driven_keys[static_cast<std::size_t>(track.driven)]) +
+           "\": " + Json(track.name).dump() + ",\n     \"times\": " + Json(track.motion.times()).dump() +
+           ",\n     \"places\": [" + places_text(track.motion) + "]}";
+}
+
+Isometry read_place(const Value& value) {
+    const std::vector<Value> numbers = value.elements(12, 12);
+    Isometry out = Isometry::Identity();
+    for (int k = 0; k < 12; ++k) out.matrix()(k / 4, k % 4) = numbers[static_cast<std::size_t>(k)].number();
+    const Mat3 turn = out.linear();
+    if (!((turn * turn.transpose() - Mat3::Identity()).norm() <= rigid_tolerance) || turn.determinant() < 0)
+        value.fail("is no rigid motion", "give a rotation and a position, row by row");
+    return out;
+}
+
+body::MotionTrack read_track(const Value& value) {
+    const Object object(value, "track");
+    object.not_both("tool", "constraint");
+    body::MotionTrack out;
+    out.driven = object.has("constraint") ? body::Driven::constraint : body::Driven::tool;
+    out.name = object.at(driven_keys[static_cast<std::size_t>(out.driven)]).text();
+    const std::vector<Value> times = object.at("times").elements(1, RecordingLimits::samples);
+    const std::vector<Value> places = object.at("places").elements(1, RecordingLimits::samples);
+    if (times.size() != places.size())
+        object.at("places").fail(
+            "has " + std::to_string(places.size()) + " elements, times has " + std::to_string(times.size()),
+            "give a place for each time");
+    for (std::size_t k = 0; k < times.size(); ++k) {
+        const double time = times[k].number(any_time);
+        if (k > 0 && !(time > out.motion.times().back()))
+            times[k].fail("does not come after the one before it", "order times");
+        out.motion.add(time, read_place(places[k]));
+    }
+    return out;
+}
+
+std::string optional_text(const Object& object, std::string_view key) {
+    const auto value = object.find(key);
+    return value ? value->text() : std::string();
+}
+
+}  // namespace
+
+std::string recording_text(const Recording& recording) {
+    const Json head = {{"format", format_name},
+                       {"program", recording.program},
+                       {"frames", recording.scene.frames},
+                       {"first_state", recording.first_state},
+                       {"last_state", recording.last_state},
+                       {"scene", resolved_scene(recording.scene)}};
+    std::string out = head.dump(2);
+    out.resize(out.rfind('\n'));
+    out += ",\n  \"tracks\": [";
+    for (std::size_t k = 0; k < recording.tracks.size(); ++k)
+        out += (k == 0 ? "\n" : ",\n") + track_text(recording.tracks[k]);
+    return out + "]\n}\n";
+}
+
+Recording parse_recording(std::string_view text, const std::string& name,
+                          const std::filesystem::path& folder) {
+    check_json(text, name, ParseLimits::nesting_depth);
+    const Json json = Json::parse(text, nullptr, true, true);
+    const Source source{text, name, folder, {}};
+    if (!json.is_object() || !json.contains("format") || json["format"] != format_name)
+        throw InputError(name, "is no recording", "give a file that 'run --record' wrote");
+    const Object object(Value(source, json, {}), "recording");
+    Recording out;
+    out.scene = parse_scene_text(object.at("scene").json().dump(), name + ": scene", folder);
+    object.read("frames", out.scene.frames, 1, 1000000);
+    out.program = optional_text(object, "program");
+    out.first_state = optional_text(object, "first_state");
+    out.last_state = optional_text(object, "last_state");
+    for (const Value& track : object.at("tracks").elements(0, 100000))
+        out.tracks.push_back(read_track(track));
+    return out;
+}
+
+Recording read_recording(const std::filesystem::path& path) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error))
+        throw InputError(path.string(), "there is no such file", "give a file that 'run --record' wrote");
+    if (std::filesystem::file_size(path, error) > RecordingLimits::bytes)
+        throw InputError(path.string(), "is longer than " + std::to_string(RecordingLimits::bytes) + " bytes",
+                         "give a file that 'run --record' wrote");
+    std::ifstream file(path, std::ios::binary);
+    std::ostringstream text;
+    text << file.rdbuf();
+    if (!file) throw InputError(path.string(), "cannot be read", "check its permissions");
+    return parse_recording(text.str(), path.string(), std::filesystem::absolute(path).parent_path());
+}
+
+}  // namespace splitcubes::scene

@@ -1,0 +1,41 @@
+// A run as it can be repeated: the scene, the motions that drove it, what came of it.
+#pragma once
+
+#include <splitcubes/body/motion_tracks.h>
+#include <splitcubes/scene/description.h>
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace splitcubes::scene {
+
+struct Recording {
+    /// `frames` of it is how many steps were recorded.
+    SceneDescription scene;
+    std::string program;  // version that recorded it
+    std::vector<body::MotionTrack> tracks;
+    // World::state_hash before the first and after the last step, as text; empty: not known.
+    std::string first_state, last_state;
+};
+
+/// What parse_recording must not be given more of.
+struct RecordingLimits {
+    static constexpr std::size_t bytes = std::size_t{1} << 30;
+    static constexpr std::size_t samples = 10'000'000;  // of a track
+};
+
+/// JSON, one line a sample: `format` ("splitcubes recording 1"), `program` (its version),
+/// `scene` (resolved, as in a scene file), `frames`, `first_state`, `last_state`, and `tracks`, each with
+/// `tool` or `constraint` (its name), `times` (s) and `places` (12 numbers each: the rows of
+/// the 3 x 4 matrix world from own, m).
+std::string recording_text(const Recording& recording);
+
+/// Reads it back; numbers are as they were to the last bit. Throws InputError, whose place is
+/// `name` with the line, as scenes do, and for places that are no rigid motions (within 1e-6).
+Recording parse_recording(std::string_view text, const std::string& name,
+                          const std::filesystem::path& folder);
+Recording read_recording(const std::filesystem::path& path);
+
+}  // namespace splitcubes::scene

@@ -1,0 +1,56 @@
+#include <splitcubes/core/error.h>
+#include <splitcubes/math/sampled_motion.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace splitcubes {
+namespace {
+
+Isometry place(const Vec3& position, double angle) {
+    Isometry out = Isometry::Identity();
+    out.translation() = position;
+    out.linear() = Eigen::AngleAxisd(angle, Vec3(1, 2, 2) / 3).toRotationMatrix();
+    return out;
+}
+
+TEST(SampledMotion, IsItsSamplesToTheLastBit) {
+    SampledMotion motion;
+    for (int k = 0; k < 50; ++k)
+        motion.add(k / 60.0, place(Vec3(std::sin(k), k * 0.1, 1.0 / (k + 1)), 0.3 * k));
+    for (std::size_t k = 0; k < motion.times().size(); ++k)
+        EXPECT_EQ(motion.at(motion.times()[k]).matrix(), motion.frames()[k].matrix());
+}
+
+TEST(SampledMotion, GoesStraightAndTurnsEvenlyBetween) {
+    SampledMotion motion;
+    motion.add(1, place(Vec3(0, 0, 0), 0.2));
+    motion.add(3, place(Vec3(4, -2, 0), 1.4));
+    EXPECT_TRUE(motion.at(1.5).isApprox(place(Vec3(1, -0.5, 0), 0.5), 1e-14));
+    EXPECT_EQ(motion.at(-7).matrix(), motion.frames().front().matrix());
+    EXPECT_EQ(motion.at(9).matrix(), motion.frames().back().matrix());
+}
+
+TEST(SampledMotion, StandsStillBetweenEqualSamples) {
+    SampledMotion motion;
+    motion.add(0, place(Vec3(0.1, 0.2, 0.3), 0.7));
+    motion.add(1, place(Vec3(0.1, 0.2, 0.3), 0.7));
+    EXPECT_EQ(motion.at(1.0 / 3).matrix(), motion.frames()[0].matrix());
+}
+
+TEST(SampledMotion, RefusesWhatIsNoMotion) {
+    SampledMotion motion;
+    motion.add(1, Isometry::Identity());
+    EXPECT_THROW(motion.add(1, Isometry::Identity()), InputError);
+    EXPECT_THROW(motion.add(std::numeric_limits<double>::quiet_NaN(), Isometry::Identity()), InputError);
+    Isometry infinite = Isometry::Identity();
+    infinite.translation().x() = std::numeric_limits<double>::infinity();
+    EXPECT_THROW(motion.add(2, infinite), InputError);
+    EXPECT_EQ(motion.times().size(), 1U);
+}
+
+}  // namespace
+}  // namespace splitcubes
