@@ -294,16 +294,19 @@ TEST(Contact, AStackOfThreeSlicesRests) {
     for (int step = 0; step < 120; ++step) world.step();
     std::vector<Vec3> there;
     for (int k = 0; k < 3; ++k) there.push_back(centre_of_piece(body, k));
-    double kinetic = 0;
-    for (int step = 0; step < 480; ++step) kinetic = std::max(kinetic, world.step().kinetic_energy);
+    double kinetic = 0, first = 0, most = -1e300;
+    for (int step = 0; step < 600; ++step) {
+        const StepReport report = world.step();
+        const double energy = report.kinetic_energy + report.elastic_energy + potential(world);
+        if (step == 0) first = energy;
+        most = std::max(most, energy);
+        kinetic = std::max(kinetic, report.kinetic_energy);
+    }
     for (int k = 0; k < 3; ++k)
-        EXPECT_LT((centre_of_piece(body, k) - there[static_cast<std::size_t>(k)]).norm(),
-                  1e-3 * body.phyxel_spacing())
-            << k;
-    EXPECT_LT(kinetic, 1e-8) << "J: 0.2 mm/s of a body of 0.7 kg";
-    double later = 0;
-    for (int step = 0; step < 120; ++step) later = std::max(later, world.step().kinetic_energy);
-    EXPECT_LT(later, 1e-8) << "it does not grow";
+        EXPECT_LT((centre_of_piece(body, k) - there[static_cast<std::size_t>(k)]).norm(), 1e-4 * 0.09)
+            << k << ": creep in ten seconds";
+    EXPECT_LT(kinetic, 1e-9) << "J: 0.05 mm/s of a body of 0.7 kg";
+    EXPECT_LT(most - first, 1e-5 * first) << "no energy comes";
     EXPECT_GT(lowest(body), -0.05 * body.phyxel_spacing());
 }
 
