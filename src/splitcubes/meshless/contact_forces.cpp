@@ -8,11 +8,14 @@ namespace splitcubes::meshless {
 namespace {
 
 // Stiffness of a contact over that of what it touches.
-constexpr double hardness = 2;
+constexpr double hardness = 2.5;
 // A spring keeps its stiffness unless that of what it touches changes by more than this factor.
 constexpr double most_change = 4;
 // Share of all contact forces that may be wrong at the end of a step.
 constexpr double force_slack = 0.03;
+// What goes deeper by more than this share of the lift in a step (a hit) is solved for again, with a harder
+// push.
+constexpr double deep_share = 0.02;
 // A guess that stretches a slider to so many times what friction bears slides surely.
 constexpr double surely_sliding = 2;
 // What a slider's friction changes with its length, over the secant. Zero by the law; without any,
@@ -152,7 +155,7 @@ Vec3 ContactForces::relative(const Row& row, ConstField position) const {
 Vec3 ContactForces::spring_force(const Row& row, const Vec3& way) const {
     const Contact& contact = input_.contacts[row.contact];
     const double gap = contact.gap + contact.normal.dot(way);
-    return contact.normal * (row.normal * (row.allowed - gap)) -
+    return contact.normal * (row.normal * (row.allowed + row.push - gap)) -
            row.tangent * (row.slip + along_plane(contact.normal, way)) + row.rub;
 }
 
@@ -160,7 +163,7 @@ Vec3 ContactForces::spring_force(const Row& row, const Vec3& way) const {
 Vec3 ContactForces::allowed_force(const Row& row, const Vec3& way, double& tangent) const {
     const Contact& contact = input_.contacts[row.contact];
     const double gap = contact.gap + contact.normal.dot(way);
-    const double pressure = row.normal * (row.allowed - gap);
+    const double pressure = row.normal * (row.allowed + row.push - gap);
     tangent = 0;
     if (!(pressure > 0)) return Vec3::Zero();
     const Vec3 slip = row.slip + along_plane(contact.normal, way);
@@ -280,7 +283,14 @@ bool ContactForces::revise(ConstField position, bool only_add) {
         const Vec3 way = relative(row, position);
         const Vec3 used = row.active ? spring_force(row, way) : Vec3(Vec3::Zero());
         const Contact& contact = input_.contacts[row.contact];
+        // Never more than that: pushed out of where it was, it would be given energy.
+        const double deeper = std::min(0.0, contact.gap) - contact.gap - contact.normal.dot(way);
+        const double slack = deep_share * contact.lift;
+        const double push = row.active && deeper > slack ? deeper - 0.5 * slack : 0;
+        now.push = row.push + push;
+        std::swap(row.push, now.push);
         const Vec3 right = allowed_force(row, way, now.tangent);
+        std::swap(row.push, now.push);
         now.active = right.squaredNorm() > 0 || (row.active && only_add);
         if (row.active && only_add && !(right.squaredNorm() > 0)) now.tangent = 0;
         if (now.active && now.tangent > 0 && now.tangent < row.normal) {
@@ -301,6 +311,7 @@ bool ContactForces::revise(ConstField position, bool only_add) {
     if (!(wrong > force_slack * all) && !pulls) return false;
     for (std::size_t r = 0; r < rows_.size(); ++r) {
         rows_[r].active = revisions_[r].active;
+        rows_[r].push = revisions_[r].push;
         rows_[r].tangent = revisions_[r].tangent;
         rows_[r].rub = revisions_[r].rub;
     }

@@ -16,12 +16,12 @@ using ConstField = std::span<const std::span<const Vec3>>;  // per part, per phy
 /// the step is below what is allowed, the force k (allowed - g) along the normal, and
 /// along the plane a spring to the place where the two points met, whose force is cut
 /// off at friction times that (an elastic slider; Cundall and Strack 1979). The spring's length is
-/// carried from step to step, so nothing creeps that sticks; a slider's spring enters the
-/// solve by its secant, which takes energy only. k is ten times the stiffness that the
-/// phyxels of the contact show in the solve, so an overlap under load is a
-/// small part of the elastic give of one phyxel spacing; where a hit leaves more than that, the
-/// solve is repeated with the overlap added to what is allowed (augmented Lagrangian). Backward Euler on a
-/// stiff spring leaves no normal velocity.
+/// carried from step to step, so nothing creeps that sticks. k is twice the stiffness that the
+/// phyxels of the contact show in the solve, and stays while the contact pushes: the force has a potential,
+/// so that what rolls from contact to contact gains nothing. Allowed is zero, or the overlap that the contact
+/// began with. Where a hit would go deeper by more than a little in one step the solve is repeated with what
+/// it went deeper added to what is allowed, for that step (augmented Lagrangian): that work is never
+/// positive.
 ///
 /// Pulls are springs whose sum over a handle is cut off at its limit in the same way.
 ///
@@ -67,8 +67,9 @@ class ContactForces {
         std::uint32_t contact = 0;
         bool active = false;
         double normal = 0;                                     // N/m
-        double tangent = 0;                                    // N/m, now; of a slider its secant
-        double allowed = 0;                                    // m, the gap above which nothing pushes
+        double tangent = 0;                                    // N/m, now; of a slider a share of its secant
+        double allowed = 0;                                    // m, the gap above which nothing pushes, <= 0
+        double push = 0;                                       // m, added to that for this step by a hit
         Vec3 slip = Vec3::Zero();                              // m, before the step
         Vec3 rub = Vec3::Zero();                               // N, friction as a given force
         Vec3 start = Vec3::Zero();                             // m, upper less lower before the step
@@ -96,9 +97,9 @@ class ContactForces {
     /// Of revise, per row.
     struct Revision {
         bool active = false;
-        double tangent = 0;         // N/m
-        Vec3 rub = Vec3::Zero();    // N
-        Vec3 limit = Vec3::Zero();  // N, along the plane by the law of friction
+        double tangent = 0;       // N/m
+        double push = 0;          // m
+        Vec3 rub = Vec3::Zero();  // N
     };
     std::vector<Revision> revisions_;
     std::vector<Vec3> pulled_;  // N, per handle
