@@ -1,14 +1,14 @@
 #include "accuracy_bench.h"
 #include "commands.h"
+#include "criteria_bench.h"
 #include "mechanics_bench.h"
 #include "occlusion_bench.h"
+#include "paper_world.h"
 #include "report.h"
 #include "validation.h"
 
-#include <splitcubes/body/world.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/stopwatch.h>
-#include <splitcubes/geometry/shapes.h>
 #include <splitcubes/io/atomic_file.h>
 
 #include <algorithm>
@@ -33,32 +33,6 @@ double quantile(std::vector<double> values, double q) {
     return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1) + 0.5)];
 }
 
-// The size that the authors published for their "cut2" (about 800 phyxels, 2400
-// surface cells, 16 x 16 disks): a cube of 20^3 cells, held at one side, that a
-// blade longer than the cube goes through in a second of simulated time.
-std::unique_ptr<body::World> paper_world(const std::shared_ptr<const Parallel>& parallel) {
-    constexpr double side = 0.2;
-    body::WorldSettings settings;
-    settings.time_step = 1.0 / 60;
-    auto world = std::make_unique<body::World>(settings, parallel);
-    body::BodySettings cube;
-    cube.name = "cube";
-    cube.cell_size = side / 20;
-    cube.phyxel_count = 800;
-    cube.material.youngs_modulus = 2.5e5;
-    cube.material.poisson_ratio = 0.33;
-    body::Body& body = world->add_body(geometry::make_box(Vec3::Constant(side)), cube);
-    body::HoldConstraint hold;
-    hold.region = [](const Vec3& rest) { return rest[0] < -0.4 * side; };
-    hold.motion = [](double) { return Isometry::Identity(); };
-    body.add_constraint(hold);
-    const cutting::BladeShape shape = cutting::make_straight_blade({0, -0.7 * side, 0}, {0, 0.7 * side, 0});
-    world->add_tool(cutting::Blade("blade", shape,
-                                   {{0.1, {0.013 * side, 0, 0.6 * side}, Quat::Identity()},
-                                    {1.1, {0.013 * side, 0, -0.8 * side}, Quat::Identity()}}));
-    return world;
-}
-
 struct Sample {
     std::array<std::vector<double>, body::stage_count> stages;  // ms, of steps that cut
     std::vector<double> cutting, idle;                          // ms, whole steps
@@ -67,8 +41,8 @@ struct Sample {
 };
 
 void run_once(const std::shared_ptr<const Parallel>& parallel, Sample& sample) {
-    const std::unique_ptr<body::World> world = paper_world(parallel);
-    for (int k = 0; k < 72; ++k) {
+    const std::unique_ptr<body::World> world = make_paper_world(parallel);
+    for (int k = 0; k < paper_steps; ++k) {
         const body::StepReport report = world->step();
         if (k == 0) sample.first = report;
         sample.last = report;
@@ -130,6 +104,35 @@ int bench_paper(const Options& options) {
         {"stages", stages}};
     std::cout << json.dump() << '\n';
     write_json(options.json, json);
+    return 0;
+}
+
+int bench_criteria(const Options& options) {
+    const std::vector<CriterionTimes> times = time_criteria(options.runs, options.threads);
+    std::printf(
+        "| criterion        | median ms | p95 ms | longest ms | pairs a step |\n|---|---|---|---|---|\n");
+    Json rows = Json::array();
+    for (const CriterionTimes& c : times) {
+        const double median = quantile(c.milliseconds, 0.5), high = quantile(c.milliseconds, 0.95);
+        const double longest = quantile(c.milliseconds, 1);
+        std::printf("| %-16s | %9.3f | %6.3f | %10.3f | %12.0f |\n", c.name.c_str(), median, high, longest,
+                    c.pairs);
+        rows.push_back({{"criterion", c.name},
+                        {"median_ms", median},
+                        {"p95_ms", high},
+                        {"max_ms", longest},
+                        {"pairs_a_step", c.pairs},
+                        {"step", c.step},
+                        {"ms", c.milliseconds}});
+    }
+    const Json json = {{"bench", "criteria"}, {"runs", options.runs}, {"criteria", rows}};
+    std::cout << json.dump() << '\n';
+    write_json(options.json, json);
+    if (!options.plot.empty()) {
+        io::AtomicFile file(options.plot);
+        file.write(criteria_plot(times));
+        file.commit();
+    }
     return 0;
 }
 
@@ -196,10 +199,11 @@ int bench(const Options& options) {
         write_json(options.json, bench_occlusion(options.runs));
         return 0;
     }
+    if (options.name == "criteria") return bench_criteria(options);
     if (options.name == "validation") return bench_validation(options);
     if (options.name == "mechanics") return bench_mechanics(options);
     throw InputError("bench", "there is no benchmark '" + options.name + "'",
-                     "known: mechanics, occlusion, paper, surface, validation");
+                     "known: criteria, mechanics, occlusion, paper, surface, validation");
 }
 
 }  // namespace
@@ -209,14 +213,16 @@ void add_bench_command(CLI::App& app, Run& run) {
     CLI::App* command =
         app.add_subcommand("bench", "Runs a benchmark; prints a table, then one line of JSON");
     command
-        ->add_option(
-            "name", options->name,
-            "mechanics: the elastic step and what bounds it; occlusion: disks by backend; paper: the "
-            "published size, a blade passing; surface: accuracy of surfaces; validation: linear "
-            "elasticity")
+        ->add_option("name", options->name,
+                     "criteria: what hides phyxels from each other, each timed on one cut; mechanics: the "
+                     "elastic step "
+                     "and what bounds it; occlusion: disks by backend; paper: the published size, a blade "
+                     "passing; surface: accuracy of surfaces; validation: linear "
+                     "elasticity")
         ->required();
     command->add_option("meshes", options->meshes, "Of surface: meshes to count folded triangles of, too");
-    command->add_option("--plot", options->plot, "Of validation: an SVG picture of the errors");
+    command->add_option("--plot", options->plot,
+                        "Of validation: an SVG picture of the errors; of criteria: of the times");
     command->add_option("--threads", options->threads, "Threads (all; of mechanics: one, then two)")
         ->check(CLI::Range(1, 1024));
     command->add_option("--runs", options->runs, "Runs to take medians over (5)");

@@ -8,6 +8,7 @@
 #include <splitcubes/scene/parse.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace splitcubes::app {
 
@@ -86,7 +87,7 @@ render::Color link_color(double visibility) {
 
 }  // namespace
 
-render::Picture PictureMaker::draw(const Links& links, double time) {
+render::Picture PictureMaker::lines_of(const Links& links, double time) {
     std::vector<bool> touched(links.positions.size(), false);
     for (const Link& link : links.links)
         if (link.visibility < 1) touched[link.a] = touched[link.b] = true;
@@ -111,6 +112,52 @@ render::Picture PictureMaker::draw(const Links& links, double time) {
     std::erase_if(list.lines, [](const render::LineSet& set) { return set.segments.empty(); });
     add_blades(list, time);
     return renderer_->draw(list, camera_);
+}
+
+namespace {
+
+// Lays what differs between two pictures over a third, thinned to a share.
+void lay_over(render::Picture& picture, const render::Picture& with, const render::Picture& without,
+              double share) {
+    for (std::size_t k = 0; k < picture.rgb.size(); ++k) {
+        const double value = picture.rgb[k] + share * (int{with.rgb[k]} - int{without.rgb[k]});
+        picture.rgb[k] = static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 255.0)));
+    }
+}
+
+// The surface's cut faces, or the others.
+geometry::SurfaceMesh faces_of(const geometry::SurfaceMesh& surface, bool cut) {
+    geometry::SurfaceMesh out;
+    out.mesh.positions = surface.mesh.positions;
+    for (std::size_t t = 0; t < surface.mesh.triangles.size(); ++t) {
+        const bool is_cut =
+            !surface.triangle_origin.empty() && surface.triangle_origin[t] == geometry::Origin::cut;
+        if (is_cut == cut) out.mesh.triangles.push_back(surface.mesh.triangles[t]);
+    }
+    return out;
+}
+
+}  // namespace
+
+render::Picture PictureMaker::draw(const Links& links, const geometry::SurfaceMesh& surface, double time) {
+    constexpr double skin_share = 0.22, cut_share = 0.45;
+    render::SurfacePalette palette;
+    palette.skin = render::Color(0.55, 0.60, 0.66);
+    palette.cut = palette.skin;
+    const render::Picture empty = renderer_->draw({}, camera_);
+    render::Picture out = lines_of(links, time);
+    for (const bool cut : {false, true}) {
+        const geometry::SurfaceMesh faces = faces_of(surface, cut);
+        if (faces.mesh.triangles.empty()) continue;
+        render::DrawList list;
+        render::add_surface(list, faces, palette);
+        lay_over(out, renderer_->draw(list, camera_), empty, cut ? cut_share : skin_share);
+    }
+    render::DrawList rims;
+    render::add_surface(rims, surface, palette);
+    rims.meshes.clear();
+    lay_over(out, renderer_->draw(rims, camera_), empty, 1);
+    return out;
 }
 
 }  // namespace splitcubes::app

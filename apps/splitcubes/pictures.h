@@ -30,12 +30,14 @@ class PictureMaker {
     /// Throws JobError where OpenGL cannot start.
     PictureMaker(const RunScene& scene, const std::vector<std::filesystem::path>& frames);
     render::Picture draw(const geometry::SurfaceMesh& surface, double time);
-    /// Links instead of the surface: those that something obscures, from blue
-    /// (hardly) to red (entirely), thick, and thin and grey the others of their phyxels.
-    render::Picture draw(const Links& links, double time);
+    /// Links under a surface that shines through, its cut faces more than its skin. Those
+    /// that something obscures are drawn from blue (hardly) to red (entirely), thick, and
+    /// thin and grey the others of their phyxels.
+    render::Picture draw(const Links& links, const geometry::SurfaceMesh& surface, double time);
 
   private:
     void add_colliders(render::DrawList& list, double time) const;
+    render::Picture lines_of(const Links& links, double time);
     void add_blades(render::DrawList& list, double time) const;
 
     RunScene scene_;

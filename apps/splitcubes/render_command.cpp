@@ -109,8 +109,9 @@ int render_frames(const Options& options) {
     std::size_t done = 0;
     for (const fs::path& file : chosen) {
         const double time = frame_time(scene, file);
-        last = options.links ? maker.draw(read_links(links_file(options.folder, file)), time)
-                             : maker.draw(io::read_surface(file), time);
+        const geometry::SurfaceMesh surface = io::read_surface(file);
+        last = options.links ? maker.draw(read_links(links_file(options.folder, file)), surface, time)
+                             : maker.draw(surface, time);
         if (video) video->add(*last);
         if (targets.folder) render::write_png(*targets.folder / (file.stem().string() + ".png"), *last);
         progress.show(++done);
@@ -140,8 +141,9 @@ void add_render_command(CLI::App& app, Run& run) {
     command->add_option("--every", options->every, "Draws every Nth frame (1)");
     command->add_option("--width", options->width, "Pixels; default: the scene's");
     command->add_option("--height", options->height, "Pixels; default: the scene's");
-    command->add_flag("--links", options->links,
-                      "Draws the links between phyxels by visibility; needs `run --links`");
+    command->add_flag(
+        "--links", options->links,
+        "Draws the links between phyxels by visibility, the surface over them; needs `run --links`");
     command->add_option("--fps", options->frames_per_second,
                         "Frames a second of the video; default: real time");
     command->callback([options, &run] { run = [options] { return render_frames(*options); }; });

@@ -99,6 +99,55 @@ TEST(OccluderGrid, GatherFindsWhatItsBoxMeets) {
     }
 }
 
+// Packs hold each triangle once, where it is to single precision; boxes leave none out.
+TEST(OccluderGrid, PacksHoldWhatABoxMeets) {
+    Random random(7);
+    for (int round = 0; round < 60; ++round) {
+        Content content;
+        const OccluderGrid grid = random_grid(random, 400, random.uniform(0, round % 3 ? 1 : 5), content);
+        for (int query = 0; query < 30; ++query) {
+            const Vec3 centre = random_vector(random, 2.2);
+            Box box;
+            box.add(centre);
+            box.add(centre + random_vector(random, query % 3 ? 0.7 : 4));
+            std::vector<OccluderTriangle> expected, found;
+            std::vector<std::uint32_t> ids;
+            grid.gather(box, expected);
+            grid.visit_packs(
+                box,
+                [&](const OccluderPack& pack, const PackedTriangles& home) {
+                    for (std::size_t lane = 0; lane < OccluderPack::width; ++lane) {
+                        const bool used = (pack.used >> lane & 1) != 0;
+                        for (std::size_t k = 0; k < 9; ++k) {
+                            const float at = pack.corner[k / 3][k % 3][lane];
+                            if (!used) {
+                                ASSERT_TRUE(std::isnan(at));
+                                continue;
+                            }
+                            const auto axis = static_cast<Eigen::Index>(k % 3);
+                            const double exact =
+                                grid.triangle(pack.id[lane]).corner[k / 3][axis] - home.centre()[axis];
+                            ASSERT_EQ(at, static_cast<float>(exact));
+                            ASSERT_LE(std::abs(at), home.extent());
+                        }
+                        if (!used) continue;
+                        ASSERT_EQ((pack.boundary >> lane & 1) != 0, grid.triangle(pack.id[lane]).boundary);
+                        ids.push_back(pack.id[lane]);
+                    }
+                },
+                [&](std::uint32_t id) { ids.push_back(id); });
+            std::sort(ids.begin(), ids.end());
+            ASSERT_TRUE(std::adjacent_find(ids.begin(), ids.end()) == ids.end());
+            for (const std::uint32_t id : ids)
+                if (grid.triangle(id).bounds().meets(box)) found.push_back(grid.triangle(id));
+            auto e = numbers(expected), f = numbers(found);
+            std::sort(e.begin(), e.end());
+            std::sort(f.begin(), f.end());
+            ASSERT_EQ(e, f);
+        }
+    }
+}
+
 TEST(OccluderGrid, OrderDoesNotDependOnTheHistory) {
     Random random(2);
     for (int round = 0; round < 40; ++round) {

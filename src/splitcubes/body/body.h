@@ -207,7 +207,6 @@ class Body {
     std::vector<std::uint32_t> bricks_of_nodes_in(const geometry::Box& box) const;
     void update_owners(std::span<const geometry::Box> boxes);
     std::vector<std::uint32_t> changed_sights(std::span<const std::int32_t> piece_before) const;
-    std::vector<std::uint32_t> hanging_together(std::uint32_t phyxel) const;
     std::size_t bridge(std::uint32_t phyxel, std::span<const std::uint32_t> strand);
     void bridge_strands(std::span<const std::uint32_t> asked);
     void track_surface_nodes();

@@ -52,23 +52,32 @@ std::unordered_map<std::uint64_t, int> ways_from(const splitting::NodeGrid& grid
     return ways;
 }
 
-}  // namespace
-
 // The phyxels that hang together with one, itself first; more than `most_stranded` at
-// most by a few.
-std::vector<std::uint32_t> Body::hanging_together(std::uint32_t phyxel) const {
-    std::vector<std::uint32_t> out{phyxel};
-    for (std::size_t k = 0; k < out.size() && out.size() <= most_stranded; ++k) {
-        const std::uint32_t begin = neighbourhoods_.offsets()[out[k]];
-        const std::uint32_t end = neighbourhoods_.offsets()[out[k] + 1];
-        for (std::uint32_t l = begin; l < end; ++l) {
-            const std::uint32_t j = neighbourhoods_.neighbour()[l];
-            if (std::find(out.begin(), out.end(), j) != out.end()) continue;
-            if (pairs_.visibility[find_pair(pairs_, out[k], j)] > 0) out.push_back(j);
+// most by a few. It is left at the first that is `many`, known to hang together with more.
+struct Strand {
+    std::vector<std::uint32_t> phyxels;
+    bool many = false;
+};
+
+Strand hanging_together(const meshless::Neighbourhoods& links, const meshless::Pairs& pairs,
+                        std::uint32_t phyxel, std::span<const std::uint8_t> many) {
+    Strand out{{phyxel}, false};
+    std::vector<std::uint32_t>& found = out.phyxels;
+    std::vector<std::uint8_t> seen(many.size(), 0);
+    seen[phyxel] = 1;
+    for (std::size_t k = 0; k < found.size() && found.size() <= most_stranded; ++k)
+        for (std::uint32_t l = links.offsets()[found[k]]; l < links.offsets()[found[k] + 1]; ++l) {
+            const std::uint32_t j = links.neighbour()[l];
+            if (seen[j] != 0 || !(pairs.visibility[links.pair()[l]] > 0)) continue;
+            if (many[j] != 0) return {std::move(found), true};
+            seen[j] = 1;
+            found.push_back(j);
         }
-    }
+    out.many = found.size() > most_stranded;
     return out;
 }
+
+}  // namespace
 
 // Lets a phyxel see those outside its strand that are near it through the material.
 // Returns how many.
@@ -100,16 +109,21 @@ std::size_t Body::bridge(std::uint32_t phyxel, std::span<const std::uint32_t> st
 void Body::bridge_strands(std::span<const std::uint32_t> asked) {
     std::vector<std::size_t> members(pieces_->count(), 0);
     for (const std::int32_t piece : phyxels_.piece) ++members[static_cast<std::size_t>(piece)];
-    std::vector<std::uint8_t> fine(phyxels_.size(), 0);  // hangs together with many, or with all
+    std::vector<std::uint8_t> fine(phyxels_.size(), 0);  // bridged, or many
+    std::vector<std::uint8_t> many(phyxels_.size(), 0);  // hangs together with many, or with all
     for (const std::uint32_t k : asked) {
         if (pairs_.visibility[k] > 0) continue;
         for (const std::uint32_t i : {pairs_.a[k], pairs_.b[k]}) {
             if (fine[i] != 0 || phyxels_.rigid.index(phyxels_.piece[i]) >= 0) continue;
-            const std::vector<std::uint32_t> strand = hanging_together(i);
-            const bool whole = strand.size() == members[static_cast<std::size_t>(phyxels_.piece[i])];
-            if (!whole && strand.size() <= most_stranded)
-                for (const std::uint32_t j : strand) bridge(j, strand);
-            for (const std::uint32_t j : strand) fine[j] = 1;
+            const Strand strand = hanging_together(neighbourhoods_, pairs_, i, many);
+            const std::vector<std::uint32_t>& own = strand.phyxels;
+            const bool whole = own.size() == members[static_cast<std::size_t>(phyxels_.piece[i])];
+            if (!whole && !strand.many)
+                for (const std::uint32_t j : own) bridge(j, own);
+            for (const std::uint32_t j : own) {
+                fine[j] = 1;
+                many[j] = whole || strand.many ? 1 : 0;
+            }
         }
     }
 }

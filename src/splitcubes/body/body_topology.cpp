@@ -106,8 +106,7 @@ std::vector<std::uint32_t> Body::changed_sights(std::span<const std::int32_t> pi
     for (const geometry::Box& box : changed_boxes_) all.add(box);
     double longest = 0;
     for (const double h : phyxels_.support_radius) longest = std::max(longest, h);
-    // No criterion looks farther from a pair than its reach.
-    const geometry::Box reached = all.grown(2.1 * longest);
+    const geometry::Box reached = all.grown(criterion_->range(longest));
     const occlusion::PairSet pairs = pair_set();
     std::vector<std::uint32_t> asked;
     const std::span<const std::uint32_t> offsets = neighbourhoods_.offsets();
@@ -143,14 +142,22 @@ void Body::update_visibility(const StepContext& context, StepReport& report) {
     const std::vector<std::uint32_t> asked = changed_sights(piece_before);
     std::vector<float> before;
     for (const std::uint32_t k : asked) before.push_back(pairs_.visibility[k]);
-    evaluate_pairs(asked, context.parallel);
+    // What is dark stays so, and what comes off whole keeps its sights.
+    const occlusion::PairSet pairs = pair_set();
+    std::vector<std::uint32_t> looking;
+    for (const std::uint32_t k : asked) {
+        if (pairs_.visibility[k] > 0 && (phyxels_.piece[pairs_.a[k]] != phyxels_.piece[pairs_.b[k]] ||
+                                         meets_any(criterion_->region(pairs, k), changed_boxes_)))
+            looking.push_back(k);
+    }
+    evaluate_pairs(looking, context.parallel);
     // Cuts only add up: what moves within a cell that is cut again gives no sight back.
     for (std::size_t q = 0; q < asked.size(); ++q)
         pairs_.visibility[asked[q]] = std::min(pairs_.visibility[asked[q]], before[q]);
     bridge_strands(asked);
     for (std::size_t q = 0; q < asked.size(); ++q)
         if (pairs_.visibility[asked[q]] != before[q]) changed_pairs_.push_back(asked[q]);
-    report.disks += asked.size();
+    report.disks += looking.size();
 
     double reach = 0;
     for (const double h : phyxels_.support_radius) reach = std::max(reach, h);

@@ -11,10 +11,6 @@ namespace splitcubes::geometry {
 
 namespace {
 
-// Cells by which listings are widened: rounding in a walk that runs along a
-// cell's face then misses nothing.
-constexpr double listing_margin = 1e-6;
-
 std::size_t hash_of(std::uint64_t key) {
     return (key * 0x9e3779b97f4a7c15ULL) >> 20;
 }
@@ -95,6 +91,8 @@ std::size_t OccluderGrid::make_brick(const Vec3i& place) {
     const std::size_t slot = slot_of(key);
     bricks_.emplace_back();
     bricks_.back().key = key;
+    bricks_.back().packed =
+        PackedTriangles(origin_ + cell_size_ * (4 * place.cast<double>() + Vec3::Constant(2)));
     table_[slot] = static_cast<std::uint32_t>(bricks_.size());
     return bricks_.size() - 1;
 }
@@ -111,6 +109,23 @@ std::uint32_t OccluderGrid::store(const OccluderTriangle& triangle) {
     free_.pop_back();
     entries_[id] = entry;
     return id;
+}
+
+// Puts a triangle of the cell into the packs of its brick, or to the loose ones.
+void OccluderGrid::pack(Brick& brick, const Vec3i& cell, std::uint32_t id) {
+    const Entry& entry = entries_[id];
+    const Vec3 centre = brick.packed.centre();
+    const double reach =
+        std::max((entry.box.max - centre).maxCoeff(), (centre - entry.box.min).maxCoeff()) - 2 * cell_size_;
+    if (reach > largest_overhang * cell_size_) {
+        loose_.push_back({key_of(cell), id});
+        return;
+    }
+    overhang_ = std::max(overhang_, reach);
+    const std::uint32_t local = local_of(cell);
+    const std::uint32_t block = (local >> 1 & 1) | (local >> 3 & 1) << 1 | (local >> 5 & 1) << 2;
+    brick.packed.add(static_cast<std::uint8_t>(local), static_cast<std::uint8_t>(block),
+                     entry.triangle.corner, entry.triangle.boundary, id);
 }
 
 // Calls use(listing) for each cell that lists the triangle; false, and no call,
@@ -158,10 +173,13 @@ void OccluderGrid::set_cell(const Vec3i& cell, std::span<const OccluderTriangle>
         --triangle_count_;
     }
     std::erase_if(large_, [&](const Ref& ref) { return ref.owner == owner; });
+    std::erase_if(loose_, [&](const Owned& o) { return o.owner == owner; });
+    home.packed.remove(static_cast<std::uint8_t>(local_of(cell)));
 
     for (std::uint32_t index = 0; index < triangles.size(); ++index) {
         const std::uint32_t id = store(triangles[index]);
         owned.push_back({owner, id});
+        pack(home, cell, id);
         ++triangle_count_;
         if (for_listings(owner, index, id, [&](const Listing& listing) { touched.push_back(listing); }))
             continue;

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <splitcubes/geometry/box.h>
+#include <splitcubes/geometry/occluder_pack.h>
 
 #include <array>
 #include <bit>
 #include <cassert>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -60,13 +62,22 @@ class OccluderGrid {
     template <class Use>
     void visit(const Box& box, const Use& use) const;
 
+    /// Hands out what gather would append, and more, each triangle once: calls
+    /// use(const OccluderPack&, const PackedTriangles&) for packs, loose(id) for
+    /// triangles that are in none. In no particular order.
+    template <class Use, class Loose>
+    void visit_packs(const Box& box, const Use& use, const Loose& loose) const;
+    /// By the id of a pack's lane. Holds until the next set_cell.
+    const OccluderTriangle& triangle(std::uint32_t id) const { return entries_[id].triangle; }
+
     /// Whether segment_meets_triangle holds for any triangle.
     bool segment_blocked(const Vec3& a, const Vec3& b) const;
 
   private:
     static constexpr int brick_bits = 2;  // cells of a brick along an axis: 4
     static constexpr std::uint32_t brick_cells = 64;
-    static constexpr int largest_span = 8;  // cells; what is longer goes to large_
+    static constexpr int largest_span = 8;      // cells; what is longer goes to large_
+    static constexpr int largest_overhang = 4;  // cells beyond its brick; what does by more is not packed
 
     // A box in single precision, rounded outward: what it does not meet, the
     // exact box does not. Stands beside the listings, where reading it is cheap.
@@ -105,6 +116,7 @@ class OccluderGrid {
         std::array<std::uint32_t, brick_cells + 1> first{};  // per cell: its first ref
         std::vector<Ref> refs;
         std::vector<Owned> owned;  // by the cells of this brick
+        PackedTriangles packed{Vec3::Zero()};
     };
     // A ref to be, and where it goes; local = brick_cells: the brick only loses refs.
     struct Listing {
@@ -112,6 +124,10 @@ class OccluderGrid {
         std::uint32_t local;
         Ref ref;
     };
+
+    // Cells by which listings are widened: rounding in a walk that runs along a
+    // cell's face then misses nothing.
+    static constexpr double listing_margin = 1e-6;
 
     // Keys order places by z, then y, then x: 21 bits each.
     static constexpr int key_bias = 1 << 20;
@@ -137,6 +153,9 @@ class OccluderGrid {
     const Brick* find_brick(const Vec3i& place) const;
     std::size_t make_brick(const Vec3i& place);
     std::uint32_t store(const OccluderTriangle& triangle);
+    void pack(Brick& brick, const Vec3i& cell, std::uint32_t id);
+    template <class Use>
+    void visit_packs_of(const Brick& brick, const Box& box, const Use& use) const;
     template <class Use>
     bool for_listings(std::uint64_t owner, std::uint32_t index, std::uint32_t id, const Use& use) const;
     void rebuild(Brick& brick, std::uint64_t owner, std::span<const Listing> added);
@@ -155,6 +174,8 @@ class OccluderGrid {
     std::vector<Entry> entries_;
     std::vector<std::uint32_t> free_;  // unused entries
     std::vector<Ref> large_;           // sorted by owner, then index
+    std::vector<Owned> loose_;         // in no pack
+    double overhang_ = 0;              // of packed triangles beyond their bricks, m, the most so far
     std::vector<Brick> bricks_;
     std::vector<std::uint32_t> table_;  // open addressing: brick number + 1, or 0
 };
@@ -196,6 +217,39 @@ void OccluderGrid::visit(const Box& box, const Use& use) const {
             for (int x = first[0]; x <= last[0]; ++x)
                 if (const Brick* brick = find_brick({x, y, z}))
                     visit_brick(*brick, {x, y, z}, low, high, rough, box, use);
+}
+
+template <class Use>
+void OccluderGrid::visit_packs_of(const Brick& brick, const Box& box, const Use& use) const {
+    std::array<float, 3> low, high;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const auto axis = static_cast<Eigen::Index>(k);
+        low[k] = static_cast<float>(box.min[axis] - brick.packed.centre()[axis]);
+        high[k] = static_cast<float>(box.max[axis] - brick.packed.centre()[axis]);
+        // More than the rounding of both.
+        const float slack = 1e-6F * (brick.packed.extent() + std::abs(low[k]) + std::abs(high[k]));
+        low[k] -= slack;
+        high[k] += slack;
+    }
+    brick.packed.visit(low, high, [&](const OccluderPack& pack) { use(pack, brick.packed); });
+}
+
+template <class Use, class Loose>
+void OccluderGrid::visit_packs(const Box& box, const Use& use, const Loose& loose) const {
+    if (box.empty() || triangle_count_ == 0) return;
+    for (const Owned& o : loose_)
+        if (entries_[o.id].box.meets(box)) loose(o.id);
+    const Box wide = box.grown(overhang_);
+    const Vec3i first = brick_of(cell_at(wide.min, -listing_margin));
+    const Vec3i last = brick_of(cell_at(wide.max, listing_margin));
+    if ((last - first + Vec3i::Ones()).cast<double>().prod() > static_cast<double>(bricks_.size())) {
+        for (const Brick& brick : bricks_) visit_packs_of(brick, box, use);
+        return;
+    }
+    for (int z = first[2]; z <= last[2]; ++z)
+        for (int y = first[1]; y <= last[1]; ++y)
+            for (int x = first[0]; x <= last[0]; ++x)
+                if (const Brick* brick = find_brick({x, y, z})) visit_packs_of(*brick, box, use);
 }
 
 }  // namespace splitcubes::geometry

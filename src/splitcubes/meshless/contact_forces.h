@@ -16,7 +16,7 @@ using ConstField = std::span<const std::span<const Vec3>>;  // per part, per phy
 /// the step is below what is allowed, the force k (allowed - g) along the normal, and
 /// along the plane a spring to the place where the two points met, whose force is cut
 /// off at friction times that (an elastic slider; Cundall and Strack 1979). The spring's length is
-/// carried from step to step, so nothing creeps that sticks. k is twice the stiffness that the
+/// carried from step to step, so nothing creeps that sticks. k is 2.5 times the stiffness that the
 /// phyxels of the contact show in the solve, and stays while the contact pushes: the force has a potential,
 /// so that what rolls from contact to contact gains nothing. Allowed is zero, or the overlap that the contact
 /// began with. Where a hit would go deeper by more than a little in one step the solve is repeated with what

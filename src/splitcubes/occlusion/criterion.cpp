@@ -36,6 +36,8 @@ class DiskCriterion final : public Criterion {
     geometry::Box region(const PairSet& pairs, std::size_t pair) const override {
         return double_cone_bounds(query(pairs, pair));
     }
+    // A disk is as wide as the pair is long.
+    double range(double reach) const override { return 1.01 * reach; }
 
   private:
     std::unique_ptr<VisibilityBackend> disks_;

@@ -50,6 +50,8 @@ class Criterion {
                           const Parallel& parallel) = 0;
     /// What a changed triangle's box must meet to change the pair's factor, m, rest space.
     virtual geometry::Box region(const PairSet& pairs, std::size_t pair) const = 0;
+    /// No region of a pair of this reach goes farther from either phyxel along an axis, m.
+    virtual double range(double reach) const { return 2.1 * reach; }
     /// Whether other phyxels can change the factor of a pair.
     virtual bool depends_on_others() const { return false; }
 };

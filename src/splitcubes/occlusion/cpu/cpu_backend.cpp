@@ -1,5 +1,6 @@
-#include <splitcubes/occlusion/cpu/rasterize.h>
+#include <splitcubes/occlusion/cpu/packs.h>
 
+#include <algorithm>
 #include <bit>
 #include <cassert>
 
@@ -27,6 +28,46 @@ void resolve(const Disk& disk, const DiskRaster& raster, const OpenSamples& open
     }
 }
 
+namespace {
+
+void find_near(const geometry::OccluderGrid& occluders, const PairQuery& pair, const Disk& disk,
+               NearPacks& near) {
+    near.clear();
+    const geometry::PackedTriangles* last = nullptr;
+    std::array<float, 3> offset{};
+    occluders.visit_packs(
+        double_cone_bounds(pair),
+        [&](const geometry::OccluderPack& pack, const geometry::PackedTriangles& home) {
+            if (&home != last) {
+                last = &home;
+                const Vec3 at = disk.local(home.centre());
+                for (std::size_t k = 0; k < 3; ++k)
+                    offset[k] = static_cast<float>(at[static_cast<Eigen::Index>(k)]);
+                near.extent = std::max(near.extent, home.extent() / static_cast<float>(disk.radius));
+            }
+            near.packs.push_back({&pack, offset});
+        },
+        [&](std::uint32_t id) {
+            near.sights.push_back({id, 0});
+            near.sights.push_back({id, 1});
+        });
+}
+
+}  // namespace
+
+DiskMasks masks_of(const geometry::OccluderGrid& occluders, const PairQuery& pair, const Disk& disk,
+                   const DiskRaster& raster, Buffers& buffers) {
+    DiskMasks masks;
+    find_near(occluders, pair, disk, buffers.near);
+    if (!buffers.near.packs.empty()) rasterize_packs(disk, raster, occluders, buffers.near, masks);
+    if (buffers.near.sights.empty()) return masks;
+    buffers.others.clear();
+    for (const Sight& sight : buffers.near.sights)
+        buffers.others.add(occluders.triangle(sight.triangle), disk.apex, 1U << sight.apex);
+    rasterize(disk, raster, buffers.others, masks);
+    return masks;
+}
+
 }  // namespace cpu
 
 namespace {
@@ -42,23 +83,17 @@ class CpuBackend final : public VisibilityBackend {
         assert(visibility.size() == pairs.size());
         constexpr std::size_t grain = 64;  // some 0.1 ms
         parallel.for_chunks(pairs.size(), grain, [&](std::size_t begin, std::size_t end) {
-            cpu::TriangleList near;
+            cpu::Buffers buffers;
             for (std::size_t i = begin; i < end; ++i)
-                visibility[i] = evaluate_pair(occluders, pairs[i], near);
+                visibility[i] = evaluate_pair(occluders, pairs[i], buffers);
         });
     }
 
   private:
     float evaluate_pair(const geometry::OccluderGrid& occluders, const PairQuery& pair,
-                        cpu::TriangleList& near) const {
+                        cpu::Buffers& buffers) const {
         if (coincide(pair)) return 1;
-        const Disk disk = make_disk(pair);
-        near.clear();
-        occluders.visit(double_cone_bounds(pair),
-                        [&](const geometry::OccluderTriangle& triangle) { near.add(triangle, disk.apex); });
-        if (near.count() == 0) return 1;
-        DiskMasks masks;
-        cpu::rasterize(disk, raster_, near, masks);
+        const DiskMasks masks = cpu::masks_of(occluders, pair, make_disk(pair), raster_, buffers);
         return visibility_of(masks, raster_, occluders, pair, options_);
     }
 

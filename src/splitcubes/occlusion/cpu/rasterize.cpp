@@ -321,7 +321,7 @@ void rasterize_size(const Disk& disk, const DiskRaster& raster, const TriangleLi
             Setup setup;
             for (std::size_t lane = 0; lane < filled; lane += hn::Lanes(d))
                 set_up_lanes(d, view, local, lane, setup);
-            setup.alive &= (1U << filled) - 1;
+            setup.alive &= block.seen[view.apex];
             cover_block<size>(view, block, setup, rows, masks);
         }
     }

@@ -15,13 +15,15 @@ constexpr std::size_t block_size = 16;
 struct TriangleBlock {
     alignas(64) double corner[3][3][block_size];  // [corner][axis][triangle], m, rest frame, from the apex
     const geometry::OccluderTriangle* source[block_size];
+    std::uint32_t seen[2];  // from either apex: bit a triangle
 };
 
 /// Triangles near a pair. Keeps its memory from pair to pair.
 class TriangleList {
   public:
     void clear() { count_ = 0; }
-    void add(const geometry::OccluderTriangle& triangle, const Vec3& apex) {
+    /// apexes: bits of those from which it counts.
+    void add(const geometry::OccluderTriangle& triangle, const Vec3& apex, unsigned apexes = 3) {
         const std::size_t lane = count_ % block_size;
         if (count_ / block_size == blocks_.size()) blocks_.emplace_back();
         TriangleBlock& block = blocks_[count_++ / block_size];
@@ -31,6 +33,10 @@ class TriangleList {
                 block.corner[c][axis][lane] = triangle.corner[c][k] - apex[k];
             }
         block.source[lane] = &triangle;
+        for (std::size_t a = 0; a < 2; ++a) {
+            if (lane == 0) block.seen[a] = 0;
+            block.seen[a] |= (apexes >> a & 1) << lane;
+        }
     }
     std::size_t count() const { return count_; }
     std::span<const TriangleBlock> blocks() const { return blocks_; }
