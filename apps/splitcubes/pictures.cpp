@@ -49,6 +49,16 @@ PictureMaker::PictureMaker(const RunScene& scene, const std::vector<std::filesys
                                               static_cast<double>(wish.width) / wish.height, wish.up, 1.15);
 }
 
+void PictureMaker::add_colliders(render::DrawList& list, double time) const {
+    for (const scene::ColliderDescription& collider : scene_.description.colliders) {
+        geometry::SurfaceMesh solid;
+        solid.mesh = scene::collider_mesh(collider);
+        const Isometry frame = scene::collider_frame(collider, time);
+        for (Vec3& p : solid.mesh.positions) p = frame * p;
+        render::add_surface(list, solid);
+    }
+}
+
 void PictureMaker::add_blades(render::DrawList& list, double time) const {
     for (const scene::ToolDescription& tool : scene_.description.tools) {
         const cutting::Blade blade = scene::make_blade(tool);
@@ -61,6 +71,7 @@ void PictureMaker::add_blades(render::DrawList& list, double time) const {
 render::Picture PictureMaker::draw(const geometry::SurfaceMesh& surface, double time) {
     render::DrawList list;
     render::add_surface(list, surface);
+    add_colliders(list, time);
     add_blades(list, time);
     return renderer_->draw(list, camera_);
 }

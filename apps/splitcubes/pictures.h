@@ -36,6 +36,7 @@ class PictureMaker {
     render::Picture draw(const Links& links, const geometry::SurfaceMesh& surface, double time);
 
   private:
+    void add_colliders(render::DrawList& list, double time) const;
     render::Picture lines_of(const Links& links, double time);
     void add_blades(render::DrawList& list, double time) const;
 

@@ -97,7 +97,15 @@ RunOutput::RunOutput(const fs::path& folder, const scene::SceneDescription& desc
         "momentum_x,"
         "momentum_y,momentum_z,angular_momentum_x,angular_momentum_y,angular_momentum_z,kinetic_energy,"
         "elastic_energy,top_speed,solver_iterations,substeps,contacts,overdrawn_pieces,retries,"
-        "energy_taken,flags\n";
+        "energy_taken,flags";
+    for (const body::Tool& tool : world.tools())
+        for (const char* what : {"force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z", "area"})
+            metrics_ += "," + tool.blade.name() + "_" + what;
+    for (const auto& body : world.bodies())
+        for (const body::Handle& handle : body->handles())
+            for (const char* what : {"force_x", "force_y", "force_z"})
+                metrics_ += "," + handle.name + "_" + what;
+    metrics_ += "\n";
 }
 
 RunOutput::~RunOutput() = default;
@@ -118,7 +126,15 @@ void RunOutput::add_metrics(const body::StepReport& r, int frame) {
         for (int k = 0; k < 3; ++k) row << ',' << v[k];
     row << ',' << r.kinetic_energy << ',' << r.elastic_energy << ',' << r.top_speed << ','
         << r.solver_iterations << ',' << r.substeps << ',' << r.contacts << ',' << r.overdrawn_pieces << ','
-        << r.retries << ',' << r.energy_taken << ',' << body::flag_text(r.flags) << '\n';
+        << r.retries << ',' << r.energy_taken << ',' << body::flag_text(r.flags);
+    const auto add = [&](const Vec3& v) { row << ',' << v[0] << ',' << v[1] << ',' << v[2]; };
+    for (const body::ToolForce& tool : r.tools) {
+        add(tool.force);
+        add(tool.torque);
+        row << ',' << tool.area;
+    }
+    for (const Vec3& force : r.handle_forces) add(force);
+    row << '\n';
     metrics_ += row.str();
 }
 

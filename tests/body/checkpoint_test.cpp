@@ -19,7 +19,7 @@ using namespace laws;
 constexpr int last_step = 40;
 
 // A turning block that three blades cut, the last into crumbs, while it falls on the ground,
-// and a bar that is bent past yield.
+// on which a ball rolls into it, and a bar that is bent past yield and pulled at its end.
 std::unique_ptr<World> eventful_world(meshless::SolverKind solver, int thread_count) {
     WorldSettings settings = free_space();
     settings.validate_each_step = false;
@@ -37,7 +37,21 @@ std::unique_ptr<World> eventful_world(meshless::SolverKind solver, int thread_co
     bar.material.plasticity->yield = 0.01;
     geometry::TriangleMesh long_box = geometry::make_box(Vec3(0.3, 0.06, 0.06));
     for (Vec3& p : long_box.positions) p += Vec3(0, 0.5, 0.3);
-    world->add_body(long_box, bar).add_constraint(hold_beyond(Vec3(0.1, 0, 0), Vec3::UnitX()));
+    Body& held = world->add_body(long_box, bar);
+    held.add_constraint(hold_beyond(Vec3(0.1, 0, 0), Vec3::UnitX()));
+    Handle handle;
+    handle.region = [](const Vec3& p) { return p.x() < -0.1; };
+    handle.motion = [](double time) { return Isometry(Eigen::Translation3d(0.02 * time, 0, 0.1 * time)); };
+    handle.stiffness = 200;
+    handle.limit = 2;
+    held.add_handle(handle);
+    Collider ball;
+    ball.solid = geometry::make_sphere_distance(0.05);
+    ball.motion = [](double time) {
+        return Isometry(Eigen::Translation3d(0.3 - 0.5 * time, 0, 0.05) *
+                        Eigen::AngleAxisd(-10 * time, Vec3::UnitY()));
+    };
+    world->add_collider(ball);
     world->add_tool(moving_blade(Vec3(0.01, -0.2, 0), Vec3(-0.01, 0.2, 0.02), Vec3(0.003, 0, 0.3),
                                  Vec3(0.02, 0, -0.1), 0.02, 0.5));
     world->add_tool(moving_blade(Vec3(-0.2, 0, 0), Vec3(0.2, 0.01, 0), Vec3(0, -0.2, 0.1), Vec3(0, 0.2, 0.08),

@@ -48,6 +48,15 @@ TEST(Scenes, ThePearFallsInTwoHalves) {
     for (const Vec3& p : out.world->surface_mesh().mesh.positions) ASSERT_LT(p.norm(), 1);
 }
 
+TEST(Scenes, ThePearStandsThenItsHalvesComeToRest) {
+    const std::vector<std::string> coarse = {"bodies[0].cells=24", "bodies[0].phyxel_count=300"};
+    std::vector<std::string> before = coarse, after = coarse;
+    before.push_back("frames=20");
+    EXPECT_LT(run("pear_halves.json", before).last.kinetic_energy, 2e-5) << "J, of 1.2 kg: 6 mm/s";
+    after.push_back("frames=720");
+    EXPECT_LT(run("pear_halves.json", after).last.top_speed, 1e-3);
+}
+
 TEST(Scenes, TheCylinderDropsOutOfTheBlock) {
     const Outcome out = run("cylinder_from_block.json", {});
     const body::Body& body = *out.world->bodies()[0];

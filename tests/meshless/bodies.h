@@ -8,9 +8,17 @@
 #include <cstddef>
 #include <functional>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 namespace splitcubes::meshless::fixtures {
+
+/// A plane on which phyxels rest by their contact radii.
+struct Ground {
+    Vec3 normal = Vec3::UnitZ();  // unit, world; the side it points to is free
+    double offset = 0;            // m
+    double friction = 0;
+};
 
 /// A body with all that a step needs.
 struct Specimen {
@@ -30,7 +38,32 @@ struct Specimen {
         pairs = find_pairs(phyxels, locator, parallel);
         neighbourhoods.rebuild(phyxels, pairs, material, parallel);
     }
+    std::optional<Ground> ground;
+    std::vector<Contact> contacts;
+    std::vector<ContactMemory> memory;
+
+    /// Each phyxel against the ground, where it may reach it in a step.
+    void find_contacts() {
+        contacts.clear();
+        for (std::uint32_t i = 0; ground && i < phyxels.size(); ++i) {
+            Contact contact;
+            contact.key = i;
+            contact.upper.count = 1;
+            contact.upper.phyxel[0] = i;
+            contact.upper.weight[0] = 1;
+            contact.normal = ground->normal;
+            contact.gap =
+                ground->normal.dot(phyxels.position[i]) - ground->offset - phyxels.contact_radius[i];
+            contact.friction = ground->friction;
+            contact.lift = 0.04 * phyxels.contact_radius[i];
+            const double reach = phyxels.velocity[i].norm() + input.gravity.norm() * input.dt;
+            if (contact.gap < reach * input.dt + 0.2 * phyxels.contact_radius[i]) contacts.push_back(contact);
+        }
+        input.contacts.contacts = contacts;
+        input.contacts.memory = &memory;
+    }
     SolverReport step(const Parallel& parallel) {
+        if (ground) find_contacts();
         return solver.step(phyxels, neighbourhoods, material, input, options, parallel);
     }
     void add(const Vec3& rest, double spacing, std::int32_t piece = 0) {

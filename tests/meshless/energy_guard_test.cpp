@@ -159,7 +159,7 @@ std::vector<Vec3> run(const Sound& sound, SolverKind kind, bool guard, std::size
     body.options.kind = kind;
     body.options.guard_energy = guard;
     body.input.gravity = sound.held || sound.ground ? Vec3(0, 0, -9.81) : Vec3(0, 0, 0);
-    if (sound.ground) body.input.ground = GroundPlane{Vec3::UnitZ(), -0.2, 0.3};
+    if (sound.ground) body.ground = fixtures::Ground{Vec3::UnitZ(), -0.2, 0.3};
     body.move([](const Vec3& x) { return Vec3(1.05 * x.x(), x.y(), x.z() + 0.1 * x.x() * x.x()); },
               [](const Vec3& x) { return Vec3(Vec3(0.5, 1, 0.2).cross(x)); });
     std::vector<std::uint8_t> held(body.phyxels.size(), 0);

@@ -16,6 +16,7 @@ namespace splitcubes::meshless {
 namespace {
 
 using fixtures::block;
+using fixtures::Ground;
 using fixtures::random_vector;
 using fixtures::Specimen;
 
@@ -202,7 +203,7 @@ TEST(Explicit, RestsAndSlidesOnTheGround) {
     for (const double friction : {0.0, 0.1}) {
         Specimen body = explicit_block(5, 5, 3, soft(MaterialModel::corotated), parallel);
         body.input.gravity = Vec3(0, 0, -9.81);
-        body.input.ground = GroundPlane{Vec3::UnitZ(), -0.076, friction};
+        body.ground = Ground{Vec3::UnitZ(), -0.076, friction};
         body.material.stiffness_damping = 0.002;
         body.move(stay, [](const Vec3&) { return Vec3(1, 0, 0); });
         SolverReport report;
@@ -285,7 +286,7 @@ TEST(Explicit, SameBitsForAnyThreadCountAndAnyHistory) {
         Specimen body = explicit_block(6, 6, 5, material, parallel);
         fixtures::cut_randomly(body, 4, 0.1, 3, parallel);
         body.input.gravity = Vec3(0, 0.5, -9.81);
-        body.input.ground = GroundPlane{Vec3::UnitZ(), -0.2, 0.3};
+        body.ground = Ground{Vec3::UnitZ(), -0.2, 0.3};
         for (int k = 0; k < 20; ++k) {
             // All state is in the phyxels: a new solver goes on as the old one.
             if (threads == 2 && k == 10) body.solver = AnySolver{};

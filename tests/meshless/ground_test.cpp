@@ -6,6 +6,7 @@ namespace splitcubes::meshless {
 namespace {
 
 using fixtures::block;
+using fixtures::Ground;
 using fixtures::Specimen;
 
 constexpr double spacing = 0.05;
@@ -21,7 +22,7 @@ Specimen above_ground(double height, double friction, double youngs_modulus, con
     body.move([=](const Vec3& x) -> Vec3 { return x + Vec3(0, 0, lift); },
               [](const Vec3&) { return Vec3(0, 0, 0); });
     body.input.gravity = Vec3(0, 0, -9.81);
-    body.input.ground = GroundPlane{Vec3::UnitZ(), 0, friction};
+    body.ground = Ground{Vec3::UnitZ(), 0, friction};
     return body;
 }
 
@@ -137,7 +138,7 @@ TEST(Ground, AnyPlane) {
     tilted.move([&](const Vec3& x) -> Vec3 { return turn * (x + Vec3(0, 0, 0.05 + 2 * spacing)); },
                 [](const Vec3&) { return Vec3(0, 0, 0); });
     tilted.input.gravity = turn * tilted.input.gravity;
-    tilted.input.ground = GroundPlane{turn * Vec3::UnitZ(), 0, 0.3};
+    tilted.ground = Ground{turn * Vec3::UnitZ(), 0, 0.3};
     for (int k = 0; k < 60; ++k) {
         level.step(parallel);
         tilted.step(parallel);

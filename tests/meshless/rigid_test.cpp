@@ -7,6 +7,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <memory>
 #include <vector>
 
 namespace splitcubes::meshless {
@@ -127,6 +128,17 @@ double energy_of(const RigidPiece& body, const Vec3& gravity) {
     return body.kinetic_energy() - body.mass * gravity.dot(body.centre);
 }
 
+// Through the origin, still.
+struct Plane {
+    std::shared_ptr<const geometry::SignedDistance> solid;
+    Obstacle obstacle;
+
+    Plane(const Vec3& normal, double friction) : solid(geometry::make_plane_distance(normal, 0)) {
+        obstacle.solid = solid.get();
+        obstacle.friction = friction;
+    }
+};
+
 TEST(Rigid, ComesToRestOnTheGroundAndStays) {
     Random random(2);
     for (const double dt : {1.0 / 30, 1.0 / 60, 1.0 / 240})
@@ -139,7 +151,8 @@ TEST(Rigid, ComesToRestOnTheGroundAndStays) {
             StepInput input;
             input.dt = dt;
             input.gravity = Vec3(0, 0, -9.81);
-            input.ground = GroundPlane{Vec3::UnitZ(), 0, 0.5};
+            const Plane ground(Vec3::UnitZ(), 0.5);
+            input.obstacles = {&ground.obstacle, 1};
             double energy = energy_of(body, input.gravity);
             const double slack = 1e-3 * energy;
             for (double t = 0; t < 3; t += dt) {
@@ -172,13 +185,63 @@ TEST(Rigid, SlidesOnASlopeAsCoulombSays) {
         body.rotation.col(2) = normal;
         StepInput input;
         input.gravity = Vec3(0, 0, -9.81);
-        input.ground = GroundPlane{normal, 0, friction};
+        const Plane ground(normal, friction);
+        input.obstacles = {&ground.obstacle, 1};
         for (int step = 0; step < 60; ++step) step_rigid(phyxels, input, 0);
         const double expected =
             friction < std::tan(angle) ? 9.81 * (std::sin(angle) - friction * std::cos(angle)) : 0.0;
         EXPECT_NEAR(body.velocity().dot(down), expected, 0.02 * 9.81) << "friction " << friction;
         EXPECT_LT(std::abs(body.velocity().dot(normal)), 1e-6);
     }
+}
+
+// A tray that is moved sideways by what friction bears, and turned half round, takes it along; one that is
+// pulled away faster does not.
+TEST(Rigid, RidesOnWhatMoves) {
+    const auto tray = geometry::make_box_distance({1, 1, 0.1}, 0);
+    for (const double acceleration : {2.0, 20.0}) {
+        Phyxels phyxels = bricks({2, 2, 1}, Vec3(0.1, 0, 0.3));
+        RigidPiece& body = phyxels.rigid.bodies[0];
+        StepInput input;
+        input.gravity = Vec3(0, 0, -9.81);
+        const auto place = [&](double time) {
+            Isometry out = Isometry::Identity();
+            const double t = std::max(0.0, time - 1);
+            out.translation() = Vec3(0.5 * acceleration * t * t, 0, 0);
+            return out;
+        };
+        const auto step_to = [&](int step) {
+            const Obstacle obstacle{tray.get(), place(step * input.dt), place((step + 1) * input.dt), 0.5};
+            input.obstacles = {&obstacle, 1};
+            step_rigid(phyxels, input, 0);
+        };
+        int step = 0;
+        for (; step < 60; ++step) step_to(step);
+        const Vec3 resting = body.centre;
+        EXPECT_LT(body.kinetic_energy(), 1e-20);
+        for (; step < 75; ++step) step_to(step);
+        const double way = place(step * input.dt).translation().x();
+        const double t = 0.25;
+        const double expected = std::min(way, 0.5 * 0.5 * 9.81 * t * t);
+        EXPECT_NEAR((body.centre - resting).x(), expected, 0.1 * expected + 0.01) << acceleration;
+        EXPECT_NEAR(body.centre.z(), resting.z(), 1e-3) << acceleration;
+        EXPECT_TRUE(body.touching);
+    }
+}
+
+// However fast it comes, it does not go through a plate thinner than its way in a step.
+TEST(Rigid, DoesNotGoThroughThinPlates) {
+    const auto plate = geometry::make_box_distance({1, 1, 0.02}, 0.005);
+    Phyxels phyxels = bricks({1, 2, 1}, Vec3(0, 0, 0.5));
+    RigidPiece& body = phyxels.rigid.bodies[0];
+    body.momentum = body.mass * Vec3(0, 0, -20);
+    StepInput input;
+    input.gravity = Vec3(0, 0, -9.81);
+    const Obstacle obstacle{plate.get(), Isometry::Identity(), Isometry::Identity(), 0.5};
+    input.obstacles = {&obstacle, 1};
+    for (int step = 0; step < 120; ++step) step_rigid(phyxels, input, 0);
+    EXPECT_GT(body.centre.z(), 0.01);
+    EXPECT_LT(body.kinetic_energy(), 1e-20);
 }
 
 TEST(Rigid, HeldOnesGoAlong) {

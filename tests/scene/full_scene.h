@@ -8,13 +8,24 @@ namespace splitcubes::scene {
 inline constexpr const char* full_scene = R"json({
   "$schema": "schema.json", "name": "Everything", "time_step": 0.01, "frames": 7, "threads": 2,
   "gravity": [0.5, 0, -3.71], "ground": {"height": -0.25, "friction": 0.7},
+  "colliders": [
+    {"name": "c1", "shape": {"box": {"size": [1, 2, 1]}}, "placement": {"position": [0, 1, 0]}, "rounding": 0.1,
+     "keyframes": [{"time": 0.5, "position": [0, 0, 1]}], "pivot": [0, 1, 1], "friction": 0.3},
+    {"name": "c2", "half_space": {"point": [0, 0, -1], "normal": [0, 0.1, 1]}}
+  ],
+  "contact": {"pieces": true, "friction": 0.2},
+  "handles": [
+    {"name": "h1", "body": "a", "region": {"sphere": {"center": [0, 0, 0], "radius": 0.2}},
+     "keyframes": [{"time": 0.5, "position": [0, 0, 1]}], "pivot": [0, 0, 1], "stiffness": 500, "force_limit": 3,
+     "from_time": 0.5, "until_time": 2}
+  ],
   "bodies": [
     {"name": "a", "shape": {"box": {"size": [1, 2, 3]}},
      "placement": {"position": [1, 2, 3], "rotation": {"axis": [1, 1, 0], "angle_degrees": 33.3}, "scale": 0.1},
      "cells": 20, "phyxel_count": 99,
      "material": {"model": "st-venant-kirchhoff", "volume_stiffness": 1e3, "plasticity": {"yield": 0.1, "creep": 2,
                   "maximum": 0.3}, "density": 900, "youngs_modulus": 1.25e4, "poisson_ratio": 0.45, "mass_damping": 0.1,
-                  "stiffness_damping": 0.2, "zero_energy": 0.05,
+                  "stiffness_damping": 0.2, "zero_energy": 0.05, "cutting_resistance": 150,
                   "tearing": {"strength": 2e4, "toughness": 0.5, "crack_speed": 1.5, "strength_map": [
                     {"patch": {"region": {"slab": {"point": [1, 2, 3], "normal": [1, 0, 0], "thickness": 0.1}},
                                "factor": 0.5}},
@@ -25,7 +36,7 @@ inline constexpr const char* full_scene = R"json({
     {"name": "c", "shape": {"cylinder": {"radius": 0.5, "height": 2}}},
     {"name": "d", "shape": {"torus": {"ring_radius": 0.5, "tube_radius": 0.125}}},
     {"name": "e", "shape": {"capsule": {"radius": 0.5, "straight_height": 2}}},
-    {"name": "f", "shape": {"pear": {"height": 0.7}}},
+    {"name": "f", "shape": {"pear": {"height": 0.7, "foot": 0.05}}},
     {"name": "g", "shape": {"mesh": {"file": "schema.json"}},
      "material": {"tearing": {"strength": 100, "strength_map": [{"paint": {"dark": 0.5, "light": 2}}, {"paint": {"picture": "schema.json"}}]}}},
     {"name": "h", "shape": {"implicit": {"smoothness": 0.02, "cells": 50, "parts": [
@@ -50,7 +61,8 @@ inline constexpr const char* full_scene = R"json({
         {"arc": {"center": [1, 0, 0], "radius": 2, "axis": [0, 1, 0], "start_angle_degrees": -10,
                  "end_angle_degrees": 50, "segments": 9}}],
      "motion": {"path": {"keyframes": [{"time": 1, "position": [0, 0, 1]}, {"time": 2}], "interpolation": "smooth"}},
-     "bodies": ["a", "c"], "active_from": 0.5, "active_until": 3},
+     "bodies": ["a", "c"], "active_from": 0.5, "active_until": 3, "side": 0.02,
+     "friction": 0.4},
     {"name": "t2", "blades": [{"straight": {"from": [0, 0, 0], "to": [0, 1, 0]}}],
      "motion": {"circular": {"center": [0, 0, 1], "axis": [0, 0, -1], "radius": 0.4, "start_angle_degrees": 90,
                              "turns": -1.5, "from_time": 0.2, "until_time": 1.2, "turn_with_path": false}}}

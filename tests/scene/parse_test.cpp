@@ -73,7 +73,7 @@ TEST(ParseScene, reads_every_field) {
                                             99,
                                             {},
                                             {MaterialModel::st_venant_kirchhoff, 900, 1.25e4, 0.45, 1e3, 0.1,
-                                             0.2, 0.05, PlasticityDescription{0.1, 2, 0.3}, tearing},
+                                             0.2, 0.05, PlasticityDescription{0.1, 2, 0.3}, tearing, 150},
                                             {},
                                             Vec3(1, 0, 0.1),
                                             Vec3(0, 2, 0)}));
@@ -88,7 +88,7 @@ TEST(ParseScene, reads_every_field) {
     EXPECT_EQ(s.bodies[2].shape, Shape(CylinderShape{0.5, 2}));
     EXPECT_EQ(s.bodies[3].shape, Shape(TorusShape{0.5, 0.125}));
     EXPECT_EQ(s.bodies[4].shape, Shape(CapsuleShape{0.5, 2}));
-    EXPECT_EQ(s.bodies[5].shape, Shape(PearShape{0.7}));
+    EXPECT_EQ(s.bodies[5].shape, Shape(PearShape{0.7, 0.05}));
     EXPECT_EQ(s.bodies[6].shape, Shape(MeshShape{s.folder / "schema.json"}));
     EXPECT_EQ(s.bodies[6].material.tearing,
               (TearingDescription{
@@ -125,7 +125,7 @@ TEST(ParseScene, reads_every_field) {
         PolylineBlade{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 1, 0.1)}},
         StraightBlade{Vec3(0, 0, -1), Vec3(0, 0, 1)}, ArcBlade{Vec3(1, 0, 0), 2, Vec3(0, 1, 0), -10, 50, 9}};
     const KeyframeMotion motion{{{1, Vec3(0, 0, 1), {}}, {2, Vec3(0, 0, 0), {}}}, Interpolation::smooth};
-    EXPECT_EQ(s.tools[0], (ToolDescription{"t1", blades, {"a", "c"}, motion, 0.5, 3}));
+    EXPECT_EQ(s.tools[0], (ToolDescription{"t1", blades, {"a", "c"}, motion, 0.5, 3, 0.02, 0.4}));
     const CircularMotion circle{Vec3(0, 0, 1), Vec3(0, 0, -1), 0.4, 90, -1.5, 0.2, 1.2, false};
     EXPECT_EQ(s.tools[1].motion, Motion(circle));
     EXPECT_EQ(s.tools[1].active_from, 0.2);

@@ -225,7 +225,8 @@ TEST(Schema, unknown_keys_are_refused_in_every_object) {
 
 TEST(Schema, required_keys_are_those_of_the_parser) {
     // Needed only together with what else the full scenes say.
-    const std::set<std::string> conditional = {"constraint.keyframes", "camera.eye", "camera.target"};
+    const std::set<std::string> conditional = {"constraint.keyframes", "camera.eye", "camera.target",
+                                               "collider.shape", "collider.half_space"};
     for_each_property([&](const Json& scene, const Property& p) {
         if (!is_object_property(scene, p) || conditional.count(p.object + "." + p.key) > 0) return;
         const Json& object = p.object == "scene" ? schema() : schema()["$defs"][p.object];

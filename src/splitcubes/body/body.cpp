@@ -80,7 +80,7 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
                                              neighbourhoods_);
     if (settings_.deformation) make_deformation();
     track_surface_nodes();
-    const StepContext at_rest{0, 0, Vec3::Zero(), std::nullopt, {}, parallel};
+    const StepContext at_rest{0, 0, Vec3::Zero(), {}, {}, {}, parallel};
     StepReport report;
     update_node_frames(at_rest, report);
     update_surface(at_rest, report);
@@ -136,6 +136,8 @@ void Body::restore(const Parallel& parallel) {
     locator_ = meshless::PhyxelLocator(phyxels_.rest_position, 1.6 * spacing_);
     neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
     constrained_.clear();
+    grabbed_.clear();
+    list_skin_points();
     if (deformation_) restore_deformation();
 }
 

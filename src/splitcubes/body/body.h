@@ -2,6 +2,7 @@
 // stages of a step that keep the three together.
 #pragma once
 
+#include <splitcubes/body/collider.h>
 #include <splitcubes/body/moving_bricks.h>
 #include <splitcubes/body/node_tracker.h>
 #include <splitcubes/body/step_report.h>
@@ -66,9 +67,16 @@ struct StepContext {
     double time = 0;  // s, at the start of the step
     double dt = 0;    // s
     Vec3 gravity = Vec3::Zero();
-    std::optional<meshless::GroundPlane> ground;
+    std::optional<meshless::GroundPlane> ground;    // that deformations meet
+    std::span<const meshless::Obstacle> obstacles;  // that rigid pieces meet
     meshless::SolverOptions solver;
     const Parallel& parallel;
+};
+
+/// A place on the skin where contact is looked for.
+struct SkinPoint {
+    std::uint32_t vertex;  // of the surface
+    std::int32_t piece;
 };
 
 /// Rest space is the world at time 0: the mesh is taken where it is placed.
@@ -79,6 +87,11 @@ class Body {
     ~Body();
 
     void add_constraint(HoldConstraint constraint);
+    void add_handle(Handle handle);
+    const std::vector<Handle>& handles() const { return handles_; }
+    /// Appends the pulls of the handles at the end of the step, and one limit a handle.
+    void add_pulls(const StepContext& context, std::uint32_t part, std::vector<meshless::Pull>& pulls,
+                   std::vector<double>& limits);
     const std::vector<HoldConstraint>& constraints() const { return constraints_; }
     void set_constraint_motion(std::size_t number, std::function<Isometry(double time)> motion) {
         constraints_[number].motion = std::move(motion);
@@ -87,9 +100,11 @@ class Body {
     // The stages that World::step calls, in this order.
 
     /// Cuts the grid edges that the blades crossed during the last interval, edges
-    /// and blades both moving. last_normal: the stroke's, carried between steps.
+    /// and blades both moving. last_normal: the stroke's, carried between steps. tool_before, tool_now:
+    /// the tool's frame at the ends of the interval; what its edge feels is added to `felt`.
     void cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t cut_number, Vec3& last_normal,
-                   const StepContext& context, StepReport& report);
+                   const StepContext& context, StepReport& report, const Isometry& tool_before,
+                   const Isometry& tool_now, ToolForce& felt);
     /// Cuts the grid edges that cannot bear the stress of the last step.
     void tear(const StepContext& context, StepReport& report);
     void retessellate(StepReport& report);
@@ -97,7 +112,10 @@ class Body {
     void update_visibility(const StepContext& context, StepReport& report);
     void resample(const StepContext& context, StepReport& report);
     void rebuild_neighbourhoods(const StepContext& context);
-    void integrate(const StepContext& context, StepReport& report);
+    /// The step's input but for its contacts; spans are of this body.
+    meshless::StepInput begin_step(const StepContext& context);
+    /// Takes the solver's report in, after the phyxels have been stepped.
+    void end_step(const StepContext& context, const meshless::SolverReport& solved, StepReport& report);
     void update_node_frames(const StepContext& context, StepReport& report);
     void update_surface(const StepContext& context, StepReport& report);
 
@@ -114,6 +132,11 @@ class Body {
     const splitting::Pieces& pieces() const { return *pieces_; }
     const meshless::Phyxels& phyxels() const { return phyxels_; }
     meshless::Phyxels& phyxels() { return phyxels_; }
+    meshless::AnySolver& solver() { return solver_; }
+    /// Whether something else than its phyxels moves it: it has no part in contacts, and steps by
+    /// advance_deformation.
+    bool is_carried() const { return deformation_ != nullptr; }
+    void advance_deformation(const StepContext& context, StepReport& report);
     const meshless::Pairs& pairs() const { return pairs_; }
     const meshless::Neighbourhoods& neighbourhoods() const { return neighbourhoods_; }
     /// What can stand between phyxels, rest space.
@@ -130,6 +153,13 @@ class Body {
     /// The surface as it is now.
     geometry::SurfaceMesh surface_mesh() const;
     std::size_t cut_edge_count() const { return cut_edge_count_; }
+
+    /// Samples of the skin, about two a phyxel spacing, as of the last update_surface.
+    const std::vector<SkinPoint>& skin_points() const { return skin_points_; }
+    /// The phyxels that carry most of a surface vertex of a piece; never none.
+    meshless::ContactSide carriers_of(std::uint32_t vertex, std::int32_t piece, std::uint32_t part) const;
+    /// Whether a surface stands between two points of rest space.
+    bool parted_at_rest(const Vec3& a, const Vec3& b) const { return occluders_.segment_blocked(a, b); }
 
     void add_to_hash(StateHash& hash) const;
     /// For checkpoints: all that a step reads and no settings tell. After reading into
@@ -166,7 +196,6 @@ class Body {
     std::vector<cutting::CandidateEdge> candidate_edges(std::span<const splitting::GridEdge> edges,
                                                         const StepContext& context);
     void make_deformation();
-    void advance_deformation(const StepContext& context, StepReport& report);
     void carry_phyxels(double dt);
     deformation::NodeEdge between_nodes(const splitting::GridEdge& edge) const;
     void tell_deformation();
@@ -212,6 +241,9 @@ class Body {
                                      std::span<const std::uint32_t> nodes) const;
     void make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
     std::vector<meshless::RigidHold> rigid_holds(const StepContext& context) const;
+    void list_skin_points();
+    void feel_cut(std::int32_t slot, double dt, const Isometry& tool_before, const Isometry& tool_now,
+                  ToolForce& felt) const;
     void settle_topology(const Parallel& parallel, StepReport& report);
     TrackerContext tracker_context(const Parallel& parallel) const {
         return {grid_, *pieces_, occluders_, phyxels_, locator_, parallel};
@@ -268,6 +300,11 @@ class Body {
     std::vector<std::uint8_t> held_;                       // per phyxel, of this step
     std::vector<Vec3> held_position_;                      // per phyxel, m, world
     std::vector<meshless::RigidHold> rigid_holds_;         // of this step
+
+    std::vector<Handle> handles_;
+    std::vector<std::vector<std::uint32_t>> grabbed_;  // per handle: its phyxels
+    std::vector<SkinPoint> skin_points_;
+    std::uint64_t skin_revision_ = ~std::uint64_t{0};  // of the surface
 
     // Passed from stage to stage within a step.
     std::vector<std::int32_t> new_slots_;

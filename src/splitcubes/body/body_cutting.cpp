@@ -97,7 +97,8 @@ std::vector<cutting::CandidateEdge> Body::candidate_edges(std::span<const GridEd
 }
 
 void Body::cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t cut_number, Vec3& last_normal,
-                     const StepContext& context, StepReport& report) {
+                     const StepContext& context, StepReport& report, const Isometry& tool_before,
+                     const Isometry& tool_now, ToolForce& felt) {
     const std::vector<GridEdge> edges = edges_near(blades, context.parallel);
     if (edges.empty()) return;
     const std::vector<cutting::CandidateEdge> candidates = candidate_edges(edges, context);
@@ -107,7 +108,9 @@ void Body::cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t c
     for (const cutting::EdgeCut& cut : cuts) {
         const std::int32_t slot = grid_.cut(splitting::edge_from_id(cut.id), cut.parameter, cut.rest_normal,
                                             splitting::Origin::cut, cut_number);
-        if (slot >= 0) new_slots_.push_back(slot);
+        if (slot < 0) continue;
+        new_slots_.push_back(slot);
+        feel_cut(slot, context.dt, tool_before, tool_now, felt);
     }
     report.new_cut_edges += cuts.size();
 }
@@ -122,7 +125,7 @@ std::size_t Body::cut_with_sheet(const geometry::TriangleMesh& sheet, std::int32
 }
 
 void Body::settle_topology(const Parallel& parallel, StepReport& report) {
-    const StepContext context{0, 0, Vec3::Zero(), std::nullopt, {}, parallel};
+    const StepContext context{0, 0, Vec3::Zero(), {}, {}, {}, parallel};
     retessellate(report);
     label_pieces(report);
     update_visibility(context, report);

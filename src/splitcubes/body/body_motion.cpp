@@ -25,8 +25,7 @@ std::vector<meshless::RigidHold> Body::rigid_holds(const StepContext& context) c
     return holds;
 }
 
-void Body::integrate(const StepContext& context, StepReport& report) {
-    if (deformation_) return advance_deformation(context, report);
+meshless::StepInput Body::begin_step(const StepContext& context) {
     if (constrained_.size() != constraints_.size()) {
         constrained_.assign(constraints_.size(), {});
         for (std::size_t c = 0; c < constraints_.size(); ++c)
@@ -51,13 +50,14 @@ void Body::integrate(const StepContext& context, StepReport& report) {
     input.gravity = context.gravity;
     input.held = held_;
     input.held_position = held_position_;
-    input.ground = context.ground;
+    input.obstacles = context.obstacles;
     input.rigid_holds = rigid_holds_;
     input.piece_count = static_cast<int>(pieces_->count());
-    const meshless::SolverReport solved =
-        solver_.step(phyxels_, neighbourhoods_, settings_.material, input, context.solver, context.parallel);
-    ++step_;
+    return input;
+}
 
+void Body::end_step(const StepContext& context, const meshless::SolverReport& solved, StepReport& report) {
+    ++step_;
     report.solver_iterations += solved.iterations;
     report.substeps = std::max(report.substeps, solved.substeps);
     report.contacts += solved.contacts;
@@ -89,6 +89,7 @@ void Body::update_surface(const StepContext& context, StepReport& report) {
         surface_frames_[k] = frames_[surface_to_tracked_[k]];
     splitting::deform(*surface_, grid_.rest(), surface_frames_, vertex_positions_, vertex_normals_,
                       context.parallel);
+    if (skin_revision_ != surface_->revision()) list_skin_points();
     report.phyxels += phyxels_.size();
     report.pieces += pieces_->count();
     report.cut_edges += cut_edge_count_;

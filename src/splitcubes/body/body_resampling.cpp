@@ -285,6 +285,7 @@ void Body::refresh_links(const StepContext& context, std::size_t known) {
         rebuild_samples(context.parallel);
         neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, context.parallel);
         constrained_.clear();
+        grabbed_.clear();
         tracker_.mark_all();
     } else if (!changed_pairs_.empty()) {
         neighbourhoods_.update(phyxels_, pairs_, changed_pairs_, settings_.material, context.parallel);

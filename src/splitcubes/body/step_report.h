@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace splitcubes::body {
 
@@ -21,15 +22,24 @@ enum class Stage : std::uint8_t {
     update_visibility,
     resample,
     rebuild_neighbourhoods,
+    detect_contacts,
     integrate,
     update_node_frames,
     update_surface,
 };
-inline constexpr std::size_t stage_count = 11;
-inline constexpr std::array<const char*, stage_count> stage_names = {
-    "move_tools",   "cut_edges",          "tear",          "retessellate",
-    "label_pieces", "update_visibility",  "resample",      "rebuild_neighbourhoods",
-    "integrate",    "update_node_frames", "update_surface"};
+inline constexpr std::size_t stage_count = 12;
+inline constexpr std::array<const char*, stage_count> stage_names = {"move_tools",
+                                                                     "cut_edges",
+                                                                     "tear",
+                                                                     "retessellate",
+                                                                     "label_pieces",
+                                                                     "update_visibility",
+                                                                     "resample",
+                                                                     "rebuild_neighbourhoods",
+                                                                     "detect_contacts",
+                                                                     "integrate",
+                                                                     "update_node_frames",
+                                                                     "update_surface"};
 
 /// Things that went wrong in a step and were mended; bits of StepReport::flags.
 enum Flag : std::uint32_t {
@@ -42,6 +52,22 @@ enum Flag : std::uint32_t {
 };
 /// Names of the flags that are set, separated by '|'; "-" for none.
 std::string flag_text(std::uint32_t flags);
+
+/// What a tool feels: force and torque of the bodies on it, averaged over the interval in which
+/// it moved, torque about the origin of its frame.
+///
+/// Of the edge: cutting resistance times the area cut for each length moved, against the
+/// motion. Each grid edge that is cut stands for the area cell^2 |n_axis| of the cut, which sums to a plane's
+/// area. Of the sides: friction times what the lips of the cut within the sides' reach of the
+/// edge press on each other with (with a blade between them they would press on it), against
+/// the motion. The blade's thickness and its wedging are not modelled, and what it feels does not
+/// act on the bodies.
+struct ToolForce {
+    Vec3 force = Vec3::Zero();   // N, world
+    Vec3 torque = Vec3::Zero();  // N m, world
+    double area = 0;             // m^2 at rest, cut in this step
+    double work = 0;             // J, cutting resistance times area
+};
 
 struct StepReport {
     double time = 0;                            // s, at the end of the step
@@ -66,8 +92,10 @@ struct StepReport {
     std::size_t disks = 0;  // pairs whose visibility was evaluated
     std::size_t new_phyxels = 0;
     int solver_iterations = 0;
-    int substeps = 0;  // of the explicit solver, the most of any body; 1 of the implicit one
-    std::size_t contacts = 0;
+    int substeps = 0;                  // of the explicit solver, the most of any body; 1 of the implicit one
+    std::size_t contacts = 0;          // that push
+    std::vector<ToolForce> tools;      // per tool
+    std::vector<Vec3> handle_forces;   // N, on the bodies, per handle, body by body
     std::size_t overdrawn_pieces = 0;  // that had more energy than was put in
     int retries = 0;                   // times a body's step was taken again in finer parts, all bodies
     double energy_taken = 0;           // J, from overdrawn pieces

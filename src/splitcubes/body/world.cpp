@@ -9,6 +9,11 @@ namespace splitcubes::body {
 World::World(const WorldSettings& settings, std::shared_ptr<const Parallel> parallel)
     : settings_(settings), parallel_(std::move(parallel)) {
     if (!(settings.time_step > 0)) throw InputError("time step", "must be positive");
+    if (settings.ground)
+        colliders_.push_back({"ground",
+                              geometry::make_plane_distance(settings.ground->normal, settings.ground->offset),
+                              {},
+                              settings.ground->friction});
 }
 
 Body& World::add_body(const geometry::TriangleMesh& placed, const BodySettings& settings) {
@@ -16,8 +21,17 @@ Body& World::add_body(const geometry::TriangleMesh& placed, const BodySettings& 
     return *bodies_.back();
 }
 
-void World::add_tool(cutting::Blade blade, std::vector<std::size_t> bodies) {
-    tools_.push_back({std::move(blade), std::move(bodies), {}});
+void World::add_tool(cutting::Blade blade, std::vector<std::size_t> bodies, const BladeSides& sides) {
+    tools_.push_back({std::move(blade), sides, std::move(bodies), {}});
+}
+
+// Where the colliders begin and end the step.
+std::vector<meshless::Obstacle> World::obstacles_now() const {
+    std::vector<meshless::Obstacle> out;
+    for (const Collider& collider : colliders_)
+        out.push_back({collider.solid.get(), collider.at(time()), collider.at(time() + settings_.time_step),
+                       collider.friction});
+    return out;
 }
 
 void World::set_tool_path(std::size_t tool, const SampledMotion& path) {
@@ -29,8 +43,9 @@ void World::set_tool_path(std::size_t tool, const SampledMotion& path) {
 }
 
 StepReport World::step() {
-    const StepContext context{time(),           settings_.time_step, settings_.gravity,
-                              settings_.ground, settings_.solver,    *parallel_};
+    const std::vector<meshless::Obstacle> obstacles = obstacles_now();
+    const StepContext context{time(),    settings_.time_step, settings_.gravity, settings_.ground,
+                              obstacles, settings_.solver,    *parallel_};
     StepReport report;
     Stopwatch watch;
     const auto done = [&](Stage stage) { report.stage_seconds(stage) += watch.lap(); };
@@ -42,6 +57,7 @@ StepReport World::step() {
                                       static_cast<double>(step_count_ - 1) * settings_.time_step, time());
     done(Stage::move_tools);
 
+    report.tools.resize(tools_.size());
     for (std::size_t b = 0; b < bodies_.size(); ++b)
         for (std::size_t k = 0; k < tools_.size(); ++k) {
             Tool& tool = tools_[k];
@@ -50,7 +66,8 @@ StepReport World::step() {
                                  std::find(tool.bodies.begin(), tool.bodies.end(), b) != tool.bodies.end();
             if (cuts_it && !swept[k].empty())
                 bodies_[b]->cut_edges(swept[k], static_cast<std::int32_t>(k), tool.last_normal[b], context,
-                                      report);
+                                      report, tool.blade.frame(time() - settings_.time_step),
+                                      tool.blade.frame(time()), report.tools[k]);
         }
     done(Stage::cut_edges);
     for (auto& body : bodies_) body->tear(context, report);
@@ -66,12 +83,17 @@ StepReport World::step() {
     done(Stage::resample);
     for (auto& body : bodies_) body->rebuild_neighbourhoods(context);
     done(Stage::rebuild_neighbourhoods);
-    for (auto& body : bodies_) body->integrate(context, report);
+    contact_groups_ = contact_finder_.find(
+        {bodies_, colliders_, settings_.contact, time(), settings_.time_step, settings_.gravity}, *parallel_);
+    done(Stage::detect_contacts);
+    integrate(context, report);
     done(Stage::integrate);
     for (auto& body : bodies_) body->update_node_frames(context, report);
     done(Stage::update_node_frames);
     for (auto& body : bodies_) body->update_surface(context, report);
     done(Stage::update_surface);
+
+    for (std::size_t k = 0; k < tools_.size(); ++k) feel_sides(tools_[k], report.tools[k]);
 
     ++step_count_;
     report.time = time();
@@ -98,6 +120,12 @@ geometry::SurfaceMesh World::surface_mesh() const {
 StateHash World::state_hash() const {
     StateHash hash;
     hash.add(step_count_);
+    for (const meshless::ContactMemory& memory : contact_memory_) {
+        hash.add(memory.key);
+        hash.add(std::span<const double>(memory.slip.data(), 3));
+        hash.add(memory.pressure);
+        hash.add(std::span<const double>(memory.force.data(), 3));
+    }
     for (const auto& body : bodies_) body->add_to_hash(hash);
     return hash;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <splitcubes/body/body.h>
+#include <splitcubes/body/contact_finder.h>
 #include <splitcubes/cutting/blade.h>
 
 #include <memory>
@@ -11,9 +12,10 @@
 namespace splitcubes::body {
 
 struct WorldSettings {
-    double time_step = 1.0 / 60;       // s
-    Vec3 gravity = Vec3(0, 0, -9.81);  // m/s^2
-    std::optional<meshless::GroundPlane> ground;
+    double time_step = 1.0 / 60;                  // s
+    Vec3 gravity = Vec3(0, 0, -9.81);             // m/s^2
+    std::optional<meshless::GroundPlane> ground;  // becomes the first collider
+    ContactOptions contact;
     meshless::SolverOptions solver;
     /// Checks all bodies from nothing after every step and throws JobError with the
     /// first finding; on by default where NDEBUG is not defined.
@@ -24,9 +26,16 @@ struct WorldSettings {
 #endif
 };
 
+/// What the material feels of a blade but its edge.
+struct BladeSides {
+    double reach = 0;     // m, how far the sides reach behind the edge
+    double friction = 0;  // Coulomb coefficient
+};
+
 /// A blade and what it may cut.
 struct Tool {
     cutting::Blade blade;
+    BladeSides sides;
     std::vector<std::size_t> bodies;  // numbers of the bodies it cuts; empty: all
     std::vector<Vec3> last_normal;    // per body: the stroke's last normal, world
 };
@@ -36,7 +45,8 @@ class World {
     World(const WorldSettings& settings, std::shared_ptr<const Parallel> parallel);
 
     Body& add_body(const geometry::TriangleMesh& placed, const BodySettings& settings);
-    void add_tool(cutting::Blade blade, std::vector<std::size_t> bodies = {});
+    void add_collider(Collider collider) { colliders_.push_back(std::move(collider)); }
+    void add_tool(cutting::Blade blade, std::vector<std::size_t> bodies = {}, const BladeSides& sides = {});
     /// Where a tool is now (world from own), between two steps: for tools that a hand or a
     /// controller moves as time goes on. Its blade must have been made with samples.
     void move_tool(std::size_t tool, const Isometry& frame) { tools_[tool].blade.move_to(time(), frame); }
@@ -55,6 +65,9 @@ class World {
     std::vector<std::unique_ptr<Body>>& bodies() { return bodies_; }
     const std::vector<std::unique_ptr<Body>>& bodies() const { return bodies_; }
     const std::vector<Tool>& tools() const { return tools_; }
+    const std::vector<Collider>& colliders() const { return colliders_; }
+    /// The contacts that pushed in the last step, sorted by key.
+    const std::vector<meshless::ContactMemory>& pushing_contacts() const { return contact_memory_; }
 
     /// All surfaces in one mesh; pieces are numbered through the bodies.
     geometry::SurfaceMesh surface_mesh() const;
@@ -63,16 +76,31 @@ class World {
     /// For checkpoints (checkpoint.h), as Body's.
     template <class Archive>
     void serialize(Archive& archive) {
-        archive(step_count_);
+        archive(step_count_, contact_memory_);
         for (Tool& tool : tools_) archive(tool.last_normal);
         for (auto& body : bodies_) archive(*body);
     }
 
   private:
+    std::vector<meshless::Obstacle> obstacles_now() const;
+    void feel_sides(const Tool& tool, ToolForce& force) const;
+    void integrate(const StepContext& context, StepReport& report);
+    void integrate_group(const ContactGroup& group, const StepContext& context, StepReport& report,
+                         std::vector<meshless::ContactMemory>& next);
+    void step_apart(const ContactGroup& group, const meshless::ContactInput& contacts,
+                    const StepContext& context, StepReport& report);
+    void push_between(const ContactGroup& group, std::vector<meshless::Contact>& between,
+                      std::span<const meshless::StepInput> inputs, const StepContext& context,
+                      std::vector<meshless::ContactMemory>& next);
+
     WorldSettings settings_;
     std::shared_ptr<const Parallel> parallel_;
     std::vector<std::unique_ptr<Body>> bodies_;
     std::vector<Tool> tools_;
+    std::vector<Collider> colliders_;
+    ContactFinder contact_finder_;
+    std::vector<ContactGroup> contact_groups_;
+    std::vector<meshless::ContactMemory> contact_memory_;  // sorted by key
     std::int64_t step_count_ = 0;
 };
 

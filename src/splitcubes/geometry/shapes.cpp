@@ -208,22 +208,34 @@ TriangleMesh make_capsule(double radius, double straight_height, int segments) {
     return revolve(outline, segments);
 }
 
+// Where the outline is widest.
+constexpr double widest_place = -0.35;
+
 double pear_outline(double axis) {
     if (!(axis > -1 && axis < 1)) return 0;
     // A sphere whose girth fades smoothly from the belly's to the neck's.
     return std::sqrt(1 - axis * axis) * (0.5 - 0.24 * std::tanh(3.2 * axis));
 }
 
-TriangleMesh make_pear(double height, int segments) {
+TriangleMesh make_pear(double height, int segments, double foot) {
     check_length("pear height", height);
     check_count("pear segments", segments, 4, most_segments);
+    const double half = 0.5 * height;
+    if (!(foot >= 0 && foot < 0.5 * half * pear_outline(widest_place)))
+        throw InputError("pear foot", "must be from 0 to below half the belly's radius, about 0.16 heights");
+    double below = -1, above = widest_place;
+    for (int k = 0; foot > 0 && k < 60; ++k) {
+        const double middle = 0.5 * (below + above);
+        (half * pear_outline(middle) < foot ? below : above) = middle;
+    }
     const int rows = std::max(4, segments);
-    std::vector<Vec2> outline = {{0, -0.5 * height}};
+    std::vector<Vec2> outline = {{0, half * below}};
+    if (foot > 0) outline.emplace_back(foot, half * below);
     for (int row = 1; row < rows; ++row) {
         const double axis = -std::cos(pi * row / rows);
-        outline.emplace_back(0.5 * height * pear_outline(axis), 0.5 * height * axis);
+        if (axis > below + 1e-9) outline.emplace_back(half * pear_outline(axis), half * axis);
     }
-    outline.emplace_back(0, 0.5 * height);
+    outline.emplace_back(0, half);
     return revolve(outline, segments);
 }
 

@@ -22,7 +22,10 @@ TriangleMesh make_torus(double ring_radius, double tube_radius, int ring_segment
 /// straight_height: of the part between the half spheres, along z; may be zero.
 TriangleMesh make_capsule(double radius, double straight_height, int segments = 64);
 /// A pear: round belly below, narrow neck above, the outline smooth. height: whole, along z.
-TriangleMesh make_pear(double height, int segments = 64);
+/// foot: radius of a flat that it stands on, m, below half of what the belly measures; 0: none.
+/// Without one the pear stands on a bottom rounder than its centre of mass is high, and tips over.
+/// The flat takes off the bottom up to where the outline is that wide; the rest stays where it is.
+TriangleMesh make_pear(double height, int segments = 64, double foot = 0);
 
 /// The pear's outline: its radius over half its height at a place along its axis,
 /// from -1 (bottom) to 1 (top); 0 outside. Largest 0.65, at -0.35.

@@ -25,13 +25,18 @@ SolverReport AnySolver::step_elastic(Phyxels& phyxels, const Neighbourhoods& nei
     const bool leaps = options.kind == SolverKind::explicit_steps;
     const std::array<int, 3>& divisions = leaps ? explicit_divisions : implicit_divisions;
     const double tolerance = leaps ? explicit_tolerance : implicit_tolerance;
+    // Contacts are those of the whole step: it is not divided.
+    const std::size_t most = leaps || input.contacts.empty() ? divisions.size() : 1;
+    if (input.contacts.memory) memory_ = *input.contacts.memory;
     guard_.begin(phyxels, neighbourhoods, material, input, parallel);
     SolverReport report = step_once(phyxels, neighbourhoods, material, input, options, parallel);
     for (std::size_t k = 0;; ++k) {
+        guard_.count_contacts(phyxels, input.contacts, 0);
         const bool strained =
             guard_.weigh(phyxels, neighbourhoods, material, input, tolerance, hold_work_, parallel);
-        if (!strained || k == divisions.size()) break;
+        if (!strained || k == most) break;
         guard_.go_back(phyxels);
+        if (input.contacts.memory) *input.contacts.memory = memory_;
         const std::size_t non_finite = report.non_finite;
         report = step_finely(phyxels, neighbourhoods, material, input, options, divisions[k], parallel);
         report.non_finite = std::max(report.non_finite, non_finite);
@@ -39,6 +44,20 @@ SolverReport AnySolver::step_elastic(Phyxels& phyxels, const Neighbourhoods& nei
     }
     guard_.settle(phyxels, neighbourhoods, material, input, report, parallel);
     return report;
+}
+
+void AnySolver::watch(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+                      const StepInput& input, const SolverOptions& options, const Parallel& parallel) {
+    if (options.guard_energy) guard_.begin(phyxels, neighbourhoods, material, input, parallel);
+}
+
+void AnySolver::mend(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+                     const StepInput& input, const ContactInput& contacts, std::uint32_t part,
+                     const SolverOptions& options, SolverReport& report, const Parallel& parallel) {
+    if (!options.guard_energy) return;
+    guard_.count_contacts(phyxels, contacts, part);
+    guard_.weigh(phyxels, neighbourhoods, material, input, implicit_tolerance, {}, parallel);
+    guard_.settle(phyxels, neighbourhoods, material, input, report, parallel);
 }
 
 SolverReport AnySolver::step_once(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,

@@ -16,16 +16,32 @@ class AnySolver {
     /// Throws as the solvers do.
     SolverReport step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                       const StepInput& input, const SolverOptions& options, const Parallel& parallel) {
-        if (phyxels.rigid.empty())
-            return step_elastic(phyxels, neighbourhoods, material, input, options, parallel);
-        check_step_input(phyxels, input);
-        step_rigid(phyxels, input, material.mass_damping);
-        const StepInput with_rigid = hold_rigid(phyxels, input);
-        SolverReport report = step_elastic(phyxels, neighbourhoods, material, with_rigid, options, parallel);
-        write_phyxels(phyxels);
-        for (const RigidPiece& body : phyxels.rigid.bodies) report.contacts += body.touching;
+        SolverReport report = step_elastic(phyxels, neighbourhoods, material, begin(phyxels, material, input),
+                                           options, parallel);
+        end(phyxels, report);
         return report;
     }
+    /// The two halves of what step does beside the elastic solver's step: rigid pieces move, and what that
+    /// is to be given comes back (it refers to this object); then their phyxels follow.
+    StepInput begin(Phyxels& phyxels, const Material& material, const StepInput& input) {
+        if (phyxels.rigid.empty()) return input;
+        check_step_input(phyxels, input);
+        step_rigid(phyxels, input, material.mass_damping);
+        return hold_rigid(phyxels, input);
+    }
+    void end(Phyxels& phyxels, SolverReport& report) const {
+        if (phyxels.rigid.empty()) return;
+        write_phyxels(phyxels);
+        for (const RigidPiece& body : phyxels.rigid.bodies) report.contacts += body.touching;
+    }
+    ImplicitSolver& implicit_solver() { return implicit_; }
+    /// Where bodies step together (ImplicitSolver::step_together), between begin and end: the guard
+    /// notes what there is, and mends what they come to. Nothing is taken again.
+    void watch(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+               const StepInput& input, const SolverOptions& options, const Parallel& parallel);
+    void mend(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+              const StepInput& input, const ContactInput& contacts, std::uint32_t part,
+              const SolverOptions& options, SolverReport& report, const Parallel& parallel);
 
   private:
     SolverReport step_elastic(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
@@ -62,6 +78,7 @@ class AnySolver {
     EnergyGuard guard_;
     std::span<const double> hold_work_;  // J, per piece, of the last explicit step
     std::vector<Vec3> way_;              // m, world, where held phyxels are after a part of a step
+    std::vector<ContactMemory> memory_;  // before the step
     std::vector<std::uint8_t> held_;     // per phyxel, held or rigid
     std::vector<Vec3> held_position_;    // per phyxel, m, world
 };

@@ -20,8 +20,6 @@ constexpr double push_share = 1e-6;
 // Share of the budget by which the elastic energy may exceed it before the step is taken
 // again: less is left of unfinished solves, and later steps pay for it.
 constexpr double debt_share = 0.05;
-// Depth below the ground that is looked at, in contact radii.
-constexpr double depth_share = 1e-3;
 // Differences of ways, relative to their length, that are rounding.
 constexpr double same_way = 1e-6;
 // Halvings of the deformation of a step before none of it is left.
@@ -76,6 +74,7 @@ void EnergyGuard::begin(const Phyxels& phyxels, const Neighbourhoods& neighbourh
     touching_ = phyxels.touching;
     start_.assign(static_cast<std::size_t>(std::max(input.piece_count, 0)), Account{});
     extra_.assign(start_.size(), 0);
+    pushed_.assign(start_.size(), 0);
     sum_up(phyxels, input, start_);
     if (phyxels.history_step > 0) return;
     // Before the first step: however it was placed is what it has.
@@ -91,6 +90,27 @@ void EnergyGuard::add_work(std::int32_t piece, double work) {
         extra_[static_cast<std::size_t>(piece)] += work;
 }
 
+void EnergyGuard::count_contacts(const Phyxels& phyxels, const ContactInput& contacts, std::uint32_t part) {
+    std::fill(pushed_.begin(), pushed_.end(), 0.0);
+    const auto add = [&](const ContactSide& side, const Vec3& force) {
+        if (side.part != part || side.count == 0 || !is_counted(phyxels, side.phyxel[0])) return;
+        Vec3 way = Vec3::Zero();
+        for (std::uint32_t k = 0; k < side.count; ++k)
+            way += side.weight[k] * (phyxels.position[side.phyxel[k]] - position_[side.phyxel[k]]);
+        pushed_[slot(phyxels, side.phyxel[0])] += std::max(0.0, force.dot(way));
+    };
+    for (const Contact& contact : contacts.contacts) {
+        const ContactMemory* const pushed =
+            contacts.memory ? find_memory(*contacts.memory, contact.key) : nullptr;
+        if (pushed == nullptr) continue;
+        add(contact.upper, pushed->force);
+        add(contact.lower, -pushed->force);
+    }
+    for (const Pull& pull : contacts.pulls)
+        if (pull.part == part && is_counted(phyxels, pull.phyxel))
+            pushed_[slot(phyxels, pull.phyxel)] = std::numeric_limits<double>::infinity();
+}
+
 std::vector<double>& EnergyGuard::elastic_by_piece(const Phyxels& phyxels, std::span<const double> rows) {
     sum_.assign(start_.size(), 0);
     for (std::size_t i = 0; i < phyxels.size(); ++i)
@@ -98,16 +118,10 @@ std::vector<double>& EnergyGuard::elastic_by_piece(const Phyxels& phyxels, std::
     return sum_;
 }
 
-// What lies on something falls onto it no further: lifting it costs nothing. What was found
-// below the ground is lifted by it, whatever that takes.
+// What lies on something falls onto it no further: lifting it costs nothing.
 void EnergyGuard::add_gravity(const Phyxels& phyxels, const StepInput& input) {
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
         if (!is_counted(phyxels, i) || is_held(input, i)) continue;
-        if (input.ground && phyxels.touching[i] != 0) {
-            const double gap = input.ground->normal.dot(position_[i]) - input.ground->offset;
-            if (gap < (1 - depth_share) * phyxels.contact_radius[i])
-                end_[slot(phyxels, i)].work = std::numeric_limits<double>::infinity();
-        }
         const double work = phyxels.mass[i] * input.gravity.dot(phyxels.position[i] - position_[i]);
         if (phyxels.touching[i] == 0 || work > 0) end_[slot(phyxels, i)].work += work;
     }
@@ -168,7 +182,7 @@ EnergyGuard::Verdict EnergyGuard::judge(const Material& material, const StepInpu
         before += end.work;
     }
     before = verdict.free ? std::max(before, 0.0) : before;
-    verdict.budget = before + start.elastic + start.reserve + extra_[k];
+    verdict.budget = before + start.elastic + start.reserve + extra_[k] + pushed_[k];
     const double noise = noise_strain * noise_strain * material.youngs_modulus * start.volume;
     verdict.limit = verdict.budget + motion_share * std::max(before, 0.0) +
                     tolerance * std::max(start.elastic, std::min(end.elastic, verdict.budget)) + noise;

@@ -46,6 +46,11 @@ class EnergyGuard {
     /// Further work that is done on a piece in this step, J; infinite: no account is kept of it
     /// in this step.
     void add_work(std::int32_t piece, double work);
+    /// Counts as work what contacts that push after the step did on its pieces: their force along
+    /// the way of each side, where that is positive. Of what is pulled no account is kept in
+    /// this step. part: which side of the contacts the phyxels are. To be called before weigh; replaces
+    /// what it counted before.
+    void count_contacts(const Phyxels& phyxels, const ContactInput& contacts, std::uint32_t part);
     /// Weighs the step that was taken. hold_work: J per piece, what moving holds did; empty:
     /// it is found from the forces before and after the step. Returns whether elastic energy
     /// cannot be paid for by some piece.
@@ -116,16 +121,16 @@ class EnergyGuard {
 
     SlicedElasticity elastic_;
     StateDescriber describe_;
-    std::vector<Vec3> position_, velocity_;               // m, m/s, before the step
-    std::vector<Mat3> rotation_, plastic_strain_;         // before the step
-    std::vector<std::uint8_t> touching_;                  // before the step
-    std::vector<double> rows_;                            // J, per phyxel
-    std::vector<Vec3> force_, reached_;                   // N, m, per phyxel
-    std::vector<Account> start_, end_;                    // per piece
-    std::vector<Verdict> verdict_;                        // per piece
-    std::vector<double> extra_, hold_work_, sum_, most_;  // J, per piece
-    std::vector<Momenta> before_, after_, partial_;       // per piece, where something is mended
-    std::vector<std::uint8_t> held_back_;                 // per piece
+    std::vector<Vec3> position_, velocity_;                        // m, m/s, before the step
+    std::vector<Mat3> rotation_, plastic_strain_;                  // before the step
+    std::vector<std::uint8_t> touching_;                           // before the step
+    std::vector<double> rows_;                                     // J, per phyxel
+    std::vector<Vec3> force_, reached_;                            // N, m, per phyxel
+    std::vector<Account> start_, end_;                             // per piece
+    std::vector<Verdict> verdict_;                                 // per piece
+    std::vector<double> extra_, pushed_, hold_work_, sum_, most_;  // J, per piece
+    std::vector<Momenta> before_, after_, partial_;                // per piece, where something is mended
+    std::vector<std::uint8_t> held_back_;                          // per piece
     bool any_over_ = false;
     double tolerance_ = 0;
 };

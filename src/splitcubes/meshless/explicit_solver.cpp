@@ -3,6 +3,7 @@
 #include <splitcubes/meshless/explicit_solver.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -28,8 +29,6 @@ constexpr double growth_between = 1.15;
 constexpr int most_substeps = 100000;
 // Share of the mean mass that a phyxel moves as if it held at least.
 constexpr double least_mass_share = 0.02;
-// Share of a depth that a phyxel found below the ground is lifted by in a step.
-constexpr double lift_share = 0.2;
 
 }  // namespace
 
@@ -40,15 +39,20 @@ SolverReport ExplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighb
     const Job job{phyxels, neighbourhoods, material, input, parallel, std::max(options.refinement, 1)};
     SolverReport report;
     begin(job);
+    const std::array<ContactImpulses::Part, 1> parts = {{{start_position_, inertia_, held_}}};
+    contacts_.begin(input.contacts, parts, input.dt);
     report.substeps = take_substeps(job);
+    const std::array<std::span<std::uint8_t>, 1> touching = {phyxels.touching};
+    std::fill(phyxels.touching.begin(), phyxels.touching.end(), std::uint8_t{0});
+    contacts_.finish(touching);
     if (options.restore_momentum) restore_momenta(job);
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
         phyxels.previous_position[i] = start_position_[i];
         phyxels.previous_velocity[i] = start_velocity_[i];
         phyxels.history_broken[i] = held_[i] != 0 || failed_[i] != 0;
         report.non_finite += failed_[i];
-        report.contacts += phyxels.touching[i];
     }
+    if (input.contacts.memory) report.contacts = input.contacts.memory->size();
     phyxels.history_step = input.dt;
     describe_(phyxels, neighbourhoods, elastic_, report, parallel);
     return report;
@@ -72,7 +76,6 @@ void ExplicitSolver::begin(const Job& job) {
     start_position_ = phyxels.position;
     start_velocity_ = phyxels.velocity;
     failed_.assign(n, 0);
-    touched_.assign(n, 0);
     if (job.input.held.empty())
         held_.assign(n, 0);
     else
@@ -212,7 +215,8 @@ void ExplicitSolver::substep(const Job& job, double h, double done) {
     find_forces(job);
     add_hold_work(job, h);
     kick(job, 0.5 * h);
-    stop_at_ground(job);
+    const std::array<std::span<Vec3>, 1> velocity = {job.phyxels.velocity};
+    contacts_.stop(velocity);
 }
 
 void ExplicitSolver::deform(const Job& job, double h) {
@@ -226,6 +230,11 @@ void ExplicitSolver::deform(const Job& job, double h) {
 // Elastic force here, and stiffness damping at the velocity half a substep ago.
 void ExplicitSolver::find_forces(const Job& job) {
     elastic_.forces(force_, job.parallel);
+    if (!job.input.contacts.pulls.empty()) {
+        const std::array<std::span<const Vec3>, 1> position = {job.phyxels.position};
+        const std::array<std::span<Vec3>, 1> force = {force_};
+        contacts_.add_pulls(position, force);
+    }
     if (!(job.material.stiffness_damping > 0)) return;
     elastic_.apply_stiffness(job.material.stiffness_damping, none_, job.phyxels.velocity, damping_,
                              job.parallel);
@@ -250,7 +259,6 @@ void ExplicitSolver::kick(const Job& job, double h) {
 void ExplicitSolver::drift(const Job& job, double h, double done) {
     Phyxels& phyxels = job.phyxels;
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
-        phyxels.touching[i] = 0;
         if (held_[i] != 0) {
             const Vec3 way = job.input.held_position[i] - start_position_[i];
             phyxels.position[i] =
@@ -264,42 +272,16 @@ void ExplicitSolver::drift(const Job& job, double h, double done) {
             phyxels.position[i] = start_position_[i];
             phyxels.velocity[i].setZero();
         }
-        if (job.input.ground) meet_ground(job, i, done);
     });
-}
-
-void ExplicitSolver::meet_ground(const Job& job, std::size_t i, double done) {
-    const GroundPlane& ground = *job.input.ground;
-    const auto gap_at = [&](const Vec3& x) {
-        return ground.normal.dot(x) - ground.offset - job.phyxels.contact_radius[i];
-    };
-    // One that was already below is lifted gently: a jump would make energy.
-    const double allowed = (1 - lift_share * done) * std::min(gap_at(start_position_[i]), 0.0);
-    const double gap = gap_at(job.phyxels.position[i]);
-    if (!(gap < allowed)) return;
-    job.phyxels.position[i] += (allowed - gap) * ground.normal;
-    job.phyxels.touching[i] = touched_[i] = 1;
-}
-
-// What the ground takes from a substep's velocity: inelastic, with Coulomb friction.
-void ExplicitSolver::stop_at_ground(const Job& job) {
-    if (!job.input.ground) return;
-    const GroundPlane& ground = *job.input.ground;
-    for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) {
-        if (job.phyxels.touching[i] == 0) return;
-        Vec3& v = job.phyxels.velocity[i];
-        const double normal = ground.normal.dot(v);
-        if (!(normal < 0)) return;
-        v -= normal * ground.normal;
-        const double speed = v.norm();
-        const double friction = -ground.friction * normal;
-        v *= speed > friction ? 1 - friction / speed : 0;
-    });
+    const std::array<std::span<Vec3>, 1> position = {phyxels.position};
+    contacts_.put_apart(position, done);
 }
 
 void ExplicitSolver::restore_momenta(const Job& job) {
     for (std::size_t i = 0; i < job.phyxels.size(); ++i)
-        if (held_[i] != 0 || touched_[i] != 0 || failed_[i] != 0) momenta_.bind(job.phyxels.piece[i]);
+        if (held_[i] != 0 || failed_[i] != 0) momenta_.bind(job.phyxels.piece[i]);
+    for (const Pull& pull : job.input.contacts.pulls) momenta_.bind(job.phyxels.piece[pull.phyxel]);
+    momenta_.join_touching(job.phyxels, job.input.contacts, 0);
     const double kept = std::exp(-job.material.mass_damping * job.input.dt);
     if (kept > 0)
         momenta_.restore(job.phyxels, kept, pull_ / kept * job.input.gravity, {}, job.input.dt, job.parallel);

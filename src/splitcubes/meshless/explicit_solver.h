@@ -1,6 +1,7 @@
 // Explicit time steps: leapfrog with as many substeps as stability asks for.
 #pragma once
 
+#include <splitcubes/meshless/contact_impulses.h>
 #include <splitcubes/meshless/solver_types.h>
 #include <splitcubes/meshless/step_results.h>
 
@@ -25,8 +26,7 @@ namespace splitcubes::meshless {
 /// that holds less than a fiftieth of the mean mass moves as if it held that; momenta are restored as of
 /// ImplicitSolver.
 ///
-/// Ground: a phyxel below its contact radius is put on the plane; its normal velocity is
-/// taken, and of the tangential one at most friction times that. Held phyxels go
+/// Contacts: impulses in every substep (contact_impulses.h). Held phyxels go
 /// along straight lines. All state is in Phyxels, the object holds buffers only.
 class ExplicitSolver {
   public:
@@ -60,8 +60,6 @@ class ExplicitSolver {
     void find_forces(const Job& job);
     void kick(const Job& job, double h);
     void drift(const Job& job, double h, double done);
-    void meet_ground(const Job& job, std::size_t i, double done);
-    void stop_at_ground(const Job& job);
     void restore_momenta(const Job& job);
     void add_hold_work(const Job& job, double h);
 
@@ -69,13 +67,14 @@ class ExplicitSolver {
     StateDescriber describe_;
     ChunkSum sum_;
     MomentumKeeper momenta_;
+    ContactImpulses contacts_;
     std::vector<double> inertia_;                        // kg, per phyxel
     std::vector<double> inverse_inertia_;                // 1/kg, per phyxel
     std::vector<double> none_;                           // zeros
     std::vector<Vec3> force_, damping_;                  // N
     std::vector<Vec3> mode_, image_;                     // power iteration: m, m/s^2
     std::vector<Vec3> start_position_, start_velocity_;  // m, m/s, before the step
-    std::vector<std::uint8_t> held_, failed_, touched_;  // per phyxel, of this step
+    std::vector<std::uint8_t> held_, failed_;            // per phyxel, of this step
     std::vector<double> hold_work_;                      // J, per piece
     /// w of plain corotated material, and what it was found for.
     struct Known {

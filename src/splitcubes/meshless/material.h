@@ -40,6 +40,7 @@ struct Material {
     /// the shear modulus; 0.05 to 0.2, 0 switches it off.
     double zero_energy = 0.1;
     std::optional<Plasticity> plasticity;  // none: elastic
+    double cutting_resistance = 0;         // J/m^2, work of a blade for each area at rest that it cuts
 
     double lame_lambda() const {
         return youngs_modulus * poisson_ratio / ((1 + poisson_ratio) * (1 - 2 * poisson_ratio));

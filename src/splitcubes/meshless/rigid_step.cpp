@@ -9,75 +9,111 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// Angle that a substep of a piece on the ground turns by at most, rad.
+// Angle that a substep of a piece among obstacles turns by at most, rad.
 constexpr double most_turn = 0.1;
 constexpr int most_substeps = 256;
 constexpr int most_rounds = 40;
 // Share of the speed that gravity gives in a substep below which a touching piece rests.
 constexpr double resting_share = 0.02;
-// Share of a depth that a piece found below the ground is lifted by in a step.
+// Share of a depth that a piece found within an obstacle is lifted by in a step.
 constexpr double lift_share = 0.2;
 
-// A point of a body that meets the plane within a substep.
+// A point of a body that meets an obstacle within a substep.
 struct Contact {
     Vec3 place;                    // m, world
     Vec3 arm;                      // m, from the centre
-    double allowed = 0;            // m/s, normal velocity that it may have at least
+    Vec3 normal;                   // unit, world, out of the obstacle
+    Vec3 drive = Vec3::Zero();     // m/s, of the obstacle there
+    double friction_limit = 0;     // Coulomb coefficient
+    double allowed = 0;            // m/s, normal velocity against the obstacle that it may have at least
     double normal_mass = 0;        // kg
     double pressure = 0;           // N s
     Vec3 friction = Vec3::Zero();  // N s
 };
 
-double gap_of(const GroundPlane& ground, const Vec3& place) {
-    return ground.normal.dot(place) - ground.offset;
-}
+// An obstacle at a share of the step.
+struct Placed {
+    const Obstacle& obstacle;
+    Isometry frame;   // world from own
+    Isometry to_own;  // its inverse
+
+    Placed(const Obstacle& o, double share) : obstacle(o) {
+        frame = o.before;
+        to_own = frame.inverse();
+        if (share == 0 || o.before.isApprox(o.after, 0)) return;
+        const Quat from(o.before.linear()), to(o.after.linear());
+        frame.linear() = from.slerp(share, to).toRotationMatrix();
+        frame.translation() = (1 - share) * o.before.translation() + share * o.after.translation();
+        frame.makeAffine();
+        to_own = frame.inverse();
+    }
+    // Distance (m, negative inside) and normal in the world.
+    geometry::SignedDistance::Sample at(const Vec3& place) const {
+        geometry::SignedDistance::Sample sample = obstacle.solid->at(to_own * place);
+        sample.normal = frame.linear() * sample.normal;
+        return sample;
+    }
+    // m/s, of the obstacle's matter at a place.
+    Vec3 velocity(const Vec3& place, double dt) const {
+        const Vec3 own = to_own * place;
+        return (obstacle.after * own - obstacle.before * own) / dt;
+    }
+};
 
 double effective_mass(const RigidPiece& body, const Mat3& inverse, const Vec3& arm, const Vec3& direction) {
     const Vec3 turn = arm.cross(direction);
     return 1 / (1 / body.mass + turn.dot(inverse * turn));
 }
 
-std::vector<Contact> find_contacts(const RigidPieces& rigid, const RigidPiece& body,
-                                   const GroundPlane& ground, double h) {
+// share: of the step, where the substep of h seconds begins.
+std::vector<Contact> find_contacts(const RigidPieces& rigid, const RigidPiece& body, const StepInput& input,
+                                   double share, double h) {
     std::vector<Contact> contacts;
     const Mat3 inverse = body.inverse_inertia();
-    for (const Vec3& point : rigid.points_of(body)) {
-        Contact contact;
-        contact.place = body.place_of(point);
-        contact.arm = contact.place - body.centre;
-        const double gap = gap_of(ground, contact.place);
-        // As far as it can come down in the substep, and as far again for what others push.
-        const double speed = body.velocity().norm() + (inverse * body.spin).norm() * contact.arm.norm();
-        if (gap > 2 * h * speed) continue;
-        contact.allowed = -std::max(gap, 0.0) / h;
-        contact.normal_mass = effective_mass(body, inverse, contact.arm, ground.normal);
-        contacts.push_back(contact);
+    for (const Obstacle& obstacle : input.obstacles) {
+        const Placed placed(obstacle, share);
+        for (const Vec3& point : rigid.points_of(body)) {
+            Contact contact;
+            contact.place = body.place_of(point);
+            contact.arm = contact.place - body.centre;
+            const geometry::SignedDistance::Sample nearest = placed.at(contact.place);
+            contact.normal = nearest.normal;
+            contact.drive = placed.velocity(contact.place, input.dt);
+            // As far as it can come down in the substep, and as far again for what others push.
+            const double speed = body.velocity().norm() + (inverse * body.spin).norm() * contact.arm.norm() +
+                                 contact.drive.norm();
+            if (!(nearest.distance <= 2 * h * speed)) continue;
+            contact.friction_limit = obstacle.friction;
+            contact.allowed = -std::max(nearest.distance, 0.0) / h;
+            contact.normal_mass = effective_mass(body, inverse, contact.arm, contact.normal);
+            contacts.push_back(contact);
+        }
     }
     return contacts;
 }
 
 // One round over the contacts; returns the largest change of velocity that it made, m/s.
-double push_apart(std::vector<Contact>& contacts, const GroundPlane& ground, RigidPiece& body) {
+double push_apart(std::vector<Contact>& contacts, RigidPiece& body) {
     const Mat3 inverse = body.inverse_inertia();
     const auto velocity = [&](const Contact& contact) {
-        return Vec3(body.velocity() + (inverse * body.spin).cross(contact.arm));
+        return Vec3(body.velocity() + (inverse * body.spin).cross(contact.arm) - contact.drive);
     };
     double largest = 0;
     for (Contact& contact : contacts) {
-        const double approach = contact.allowed - ground.normal.dot(velocity(contact));
+        const double approach = contact.allowed - contact.normal.dot(velocity(contact));
         const double pressure = std::max(0.0, contact.pressure + contact.normal_mass * approach);
         const double change = pressure - contact.pressure;
         contact.pressure = pressure;
-        body.push(contact.place, change * ground.normal);
+        body.push(contact.place, change * contact.normal);
         largest = std::max(largest, std::abs(change) / contact.normal_mass);
         if (pressure == 0 && contact.friction.isZero(0)) continue;
         Vec3 slip = velocity(contact);
-        slip -= ground.normal * ground.normal.dot(slip);
+        slip -= contact.normal * contact.normal.dot(slip);
         const double speed = slip.norm();
         if (!(speed > 0)) continue;
         const double mass = effective_mass(body, inverse, contact.arm, slip / speed);
         Vec3 friction = contact.friction - mass * slip;
-        const double limit = ground.friction * pressure;
+        const double limit = contact.friction_limit * pressure;
         if (friction.norm() > limit) friction *= limit / friction.norm();
         const Vec3 push = friction - contact.friction;
         contact.friction = friction;
@@ -87,25 +123,28 @@ double push_apart(std::vector<Contact>& contacts, const GroundPlane& ground, Rig
     return largest;
 }
 
-// Takes from the momenta what the ground stops. Returns whether it stops anything.
-bool meet_ground(const RigidPieces& rigid, const GroundPlane& ground, double gravity, double h,
-                 RigidPiece& body) {
-    std::vector<Contact> contacts = find_contacts(rigid, body, ground, h);
+// Takes from the momenta what obstacles stop. Returns whether they stop anything.
+bool meet_obstacles(const RigidPieces& rigid, const StepInput& input, double share, double h,
+                    RigidPiece& body) {
+    std::vector<Contact> contacts = find_contacts(rigid, body, input, share, h);
     if (contacts.empty()) return false;
     const double before = body.kinetic_energy();
-    const double enough = 1e-6 * std::sqrt(2 * before / body.mass);
+    double drive = 0;
+    for (const Contact& contact : contacts) drive = std::max(drive, contact.drive.norm());
+    const double enough = 1e-6 * (std::sqrt(2 * before / body.mass) + drive);
     for (int round = 0; round < most_rounds; ++round)
-        if (push_apart(contacts, ground, body) <= enough) break;
+        if (push_apart(contacts, body) <= enough) break;
     const bool touches =
         std::any_of(contacts.begin(), contacts.end(), [](const Contact& c) { return c.pressure > 0; });
     if (!touches) return false;
+    if (drive > 0) return true;
     // Rounds that were not enough must not leave more than there was.
     const double after = body.kinetic_energy();
     if (after > before) {
         body.momentum *= std::sqrt(before / after);
         body.spin *= std::sqrt(before / after);
     }
-    const double resting = resting_share * gravity * h;
+    const double resting = resting_share * input.gravity.norm() * h;
     if (body.kinetic_energy() < 0.5 * body.mass * resting * resting) {
         body.momentum.setZero();
         body.spin.setZero();
@@ -113,10 +152,15 @@ bool meet_ground(const RigidPieces& rigid, const GroundPlane& ground, double gra
     return true;
 }
 
-double lowest_gap(const RigidPieces& rigid, const GroundPlane& ground, const RigidPiece& body) {
-    double lowest = std::numeric_limits<double>::infinity();
-    for (const Vec3& point : rigid.points_of(body))
-        lowest = std::min(lowest, gap_of(ground, body.place_of(point)));
+// Of the point that is deepest in, or nearest to, an obstacle.
+geometry::SignedDistance::Sample deepest(const RigidPieces& rigid, const Placed& placed,
+                                         const RigidPiece& body) {
+    geometry::SignedDistance::Sample lowest;
+    lowest.distance = std::numeric_limits<double>::infinity();
+    for (const Vec3& point : rigid.points_of(body)) {
+        const geometry::SignedDistance::Sample sample = placed.at(body.place_of(point));
+        if (sample.distance < lowest.distance) lowest = sample;
+    }
     return lowest;
 }
 
@@ -128,9 +172,10 @@ void fall(const Vec3& gravity, double kept, double dt, RigidPiece& body) {
     turn_freely(body, dt);
 }
 
-void fall_on_ground(const RigidPieces& rigid, const StepInput& input, double kept, RigidPiece& body) {
-    const GroundPlane& ground = *input.ground;
-    const double depth = std::min(lowest_gap(rigid, ground, body), 0.0);
+void fall_on_obstacles(const RigidPieces& rigid, const StepInput& input, double kept, RigidPiece& body) {
+    std::vector<double> depth;  // per obstacle, m, <= 0
+    for (const Obstacle& obstacle : input.obstacles)
+        depth.push_back(std::min(deepest(rigid, Placed(obstacle, 0), body).distance, 0.0));
     const double turn = body.angular_velocity().norm() * input.dt;
     const int substeps =
         std::max(1, static_cast<int>(std::min<double>(std::ceil(turn / most_turn), most_substeps)));
@@ -140,14 +185,17 @@ void fall_on_ground(const RigidPieces& rigid, const StepInput& input, double kep
         const Vec3 before = body.velocity();
         body.momentum = kept_each * (body.momentum + h * body.mass * input.gravity);
         body.spin *= kept_each;
-        const bool touches = meet_ground(rigid, ground, input.gravity.norm(), h, body);
+        const bool touches = meet_obstacles(rigid, input, static_cast<double>(k) / substeps, h, body);
         body.touching = touches;
         body.centre += touches ? Vec3(h * body.velocity()) : Vec3(0.5 * h * (before + body.velocity()));
         turn_freely(body, h);
     }
-    // What it sank, since places go round on arcs, and a share of what it was below before.
-    const double sunk = (1 - lift_share) * depth - lowest_gap(rigid, ground, body);
-    if (sunk > 0) body.centre += sunk * ground.normal;
+    // What it sank, since places go round on arcs, and a share of how deep it was before.
+    for (std::size_t k = 0; k < depth.size(); ++k) {
+        const geometry::SignedDistance::Sample now = deepest(rigid, Placed(input.obstacles[k], 1), body);
+        const double sunk = (1 - lift_share) * depth[k] - now.distance;
+        if (sunk > 0) body.centre += sunk * now.normal;
+    }
 }
 
 void follow(const Isometry& motion, double dt, RigidPiece& body) {
@@ -171,8 +219,8 @@ void step_rigid(Phyxels& phyxels, const StepInput& input, double mass_damping) {
                                        [&](const RigidHold& h) { return h.body == k; });
         if (hold != input.rigid_holds.end())
             follow(hold->motion, input.dt, body);
-        else if (input.ground)
-            fall_on_ground(rigid, input, kept, body);
+        else if (!input.obstacles.empty())
+            fall_on_obstacles(rigid, input, kept, body);
         else
             fall(input.gravity, kept, input.dt, body);
     }

@@ -1,7 +1,7 @@
 #include <splitcubes/meshless/solver.h>
 
 #include <algorithm>
-#include <cassert>
+#include <array>
 #include <cmath>
 
 namespace splitcubes::meshless {
@@ -16,47 +16,13 @@ constexpr double far_share = 0.2;
 constexpr double rounding_share = 1e-6;
 // Share of the wanted square of the residual that rounding may make up.
 constexpr double noise_share = 0.1;
+// What stands on something rocks by the least force that is left over: share of the tolerance that is solved
+// to.
+constexpr double contact_tolerance_share = 0.01;
 // Share that the square of a residual falls by before it is taken again in double precision.
 constexpr double reach_share = 1e-8;
 
 }  // namespace
-
-SolverReport ImplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
-                                  const Material& material, const StepInput& input,
-                                  const SolverOptions& options, const Parallel& parallel) {
-    check_step_input(phyxels, input);
-    assert(neighbourhoods.size() == phyxels.size());
-    const Job job{phyxels, neighbourhoods, material, input, options, parallel};
-    report_ = SolverReport{};
-    size_buffers(phyxels.size());
-    choose_steps(job);
-    predict(job);
-    momenta_.begin(phyxels, input.piece_count, parallel);
-    meet_ground(job);
-    linearise(job);
-    start_guess(job);
-    solve_with_contacts(job);
-    for (int pass = 0; pass < max_distorted_passes && (pass < options.further_solves || is_torn(job));
-         ++pass) {
-        for_phyxels(parallel, phyxels.size(), [&](std::size_t i) {
-            base_[i] += d_[i];
-            d_[i].setZero();
-            // Found from the pressure of a solve that tore: it would fling what it holds.
-            friction_[i].setZero();
-        });
-        linearise(job);
-        solve_with_contacts(job);
-    }
-    for_phyxels(parallel, phyxels.size(), [&](std::size_t i) { finish_phyxel(job, i); });
-    for (std::size_t i = 0; i < phyxels.size(); ++i) report_.non_finite += failed_[i];
-    break_histories(job);
-    if (options.restore_momentum) restore_momenta(job);
-    phyxels.history_step = input.dt;
-    deform_and_flow(phyxels, neighbourhoods, material, input.dt, elastic_, parallel);
-    describe_(phyxels, neighbourhoods, elastic_, report_, parallel);
-    for (const Mode mode : mode_) report_.contacts += mode == Mode::stick || mode == Mode::slide;
-    return report_;
-}
 
 void ImplicitSolver::linearise(const Job& job) {
     elastic_.take_state(job.neighbourhoods, job.material,
@@ -64,11 +30,6 @@ void ImplicitSolver::linearise(const Job& job) {
                         job.parallel);
     exact_is_taken_ = false;
     right_side(job);
-}
-
-void ImplicitSolver::solve_with_contacts(const Job& job) {
-    solve(job);
-    for (int pass = 0; pass < max_contact_passes && revise_contacts(job); ++pass) solve(job);
 }
 
 // Whether the solve has torn a neighbourhood that was whole where it began: one that it
@@ -90,12 +51,12 @@ bool ImplicitSolver::is_torn(const Job& job) {
 }
 
 void ImplicitSolver::size_buffers(std::size_t count) {
-    for (auto* array : {&b_, &diagonal_, &inverse_}) array->resize(count);
+    for (auto* array : {&b_, &diagonal_, &mobility_, &inverse_}) array->resize(count);
     for (auto* array : {&predicted_, &predicted_velocity_, &base_, &start_position_, &start_velocity_,
-                        &right_, &friction_, &d_, &r_, &p_, &q_})
+                        &right_, &pushed_, &d_, &r_, &p_, &q_})
         array->resize(count);
-    for (auto* array : {&inverted_, &touched_, &met_, &failed_}) array->assign(count, 0);
-    mode_.resize(count);
+    for (auto* array : {&inverted_, &failed_}) array->assign(count, 0);
+    held_.resize(count);
 }
 
 // Which phyxels step by BDF2 and which by backward Euler.
@@ -104,9 +65,8 @@ void ImplicitSolver::choose_steps(const Job& job) {
     const bool history = job.options.bdf2 && phyxels.history_step == job.input.dt;
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
         inverted_[i] = !(phyxels.deformation[i].determinant() > 0);
-        const bool held = !job.input.held.empty() && job.input.held[i] != 0;
-        mode_[i] = held ? Mode::held : Mode::free;
-        friction_[i].setZero();
+        held_[i] = !job.input.held.empty() && job.input.held[i] != 0;
+        pushed_[i].setZero();
     });
     const bool any_inverted = std::find(inverted_.begin(), inverted_.end(), 1) != inverted_.end();
     const std::span<const std::uint32_t> offsets = job.neighbourhoods.offsets();
@@ -116,8 +76,8 @@ void ImplicitSolver::choose_steps(const Job& job) {
              ++l)
             beside_inverted =
                 inverted_[job.neighbourhoods.neighbour()[l]] != 0 && job.neighbourhoods.weight()[l] > 0;
-        const bool two_steps =
-            history && phyxels.history_broken[i] == 0 && mode_[i] == Mode::free && !beside_inverted;
+        const bool two_steps = history && phyxels.history_broken[i] == 0 && held_[i] == 0 &&
+                               !beside_inverted && hit_[piece_of(job, i)] == 0;
         b_[i] = two_steps ? 2 * job.input.dt / 3 : job.input.dt;
     });
 }
@@ -139,7 +99,7 @@ void ImplicitSolver::predict(const Job& job) {
         const Vec3 old_v = two_steps ? Vec3(v + (v - phyxels.previous_velocity[i]) / 3) : v;
         predicted_velocity_[i] = old_v + b * job.input.gravity;
         predicted_[i] = old_x + b * predicted_velocity_[i];
-        if (mode_[i] == Mode::held) {
+        if (held_[i] != 0) {
             predicted_[i] = job.input.held_position[i];
             predicted_velocity_[i] = (predicted_[i] - x) / dt;
         }
@@ -163,9 +123,9 @@ void ImplicitSolver::right_side(const Job& job) {
     if (damping > 0) {
         for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
             p_[i] = predicted_velocity_[i] + (base_[i] - predicted_[i]) / b_[i];
-            inverse_[i] = 0;
+            mobility_[i] = 0;
         });
-        elastic_.apply_stiffness(damping, inverse_, p_, q_, job.parallel);
+        elastic_.apply_stiffness(damping, mobility_, p_, q_, job.parallel);
     }
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
         right_[i] -= diagonal_[i] * (base_[i] - predicted_[i]);
@@ -177,7 +137,7 @@ void ImplicitSolver::right_side(const Job& job) {
         }
         const double all =
             diagonal_[i] + (1 + damping_ratio(job)) * job.neighbourhoods.stiffness_diagonal()[i];
-        inverse_[i] = all > 0 ? 1 / all : 0;
+        mobility_[i] = all > 0 ? 1 / all : 0;
     });
 }
 
@@ -186,29 +146,23 @@ void ImplicitSolver::right_side(const Job& job) {
 void ImplicitSolver::start_guess(const Job& job) {
     const Phyxels& phyxels = job.phyxels;
     const bool known = phyxels.history_step == job.input.dt;
+    stands_.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
+    for (std::size_t i = 0; i < phyxels.size(); ++i) stands_[piece_of(job, i)] |= phyxels.touching[i];
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
         d_[i].setZero();
-        if (mode_[i] != Mode::free || !known || !job.options.warm_start) return;
-        const Vec3 acceleration = (phyxels.velocity[i] - phyxels.previous_velocity[i]) / job.input.dt;
+        if (held_[i] != 0 || !known || !job.options.warm_start) return;
+        Vec3 acceleration = (phyxels.velocity[i] - phyxels.previous_velocity[i]) / job.input.dt;
+        // A hit's jump of velocity is no acceleration that goes on.
+        if (phyxels.history_broken[i] != 0)
+            acceleration = stands_[piece_of(job, i)] != 0 ? Vec3(Vec3::Zero()) : job.input.gravity;
         const Vec3 guess = b_[i] * b_[i] * (acceleration - job.input.gravity);
         if (guess.allFinite()) d_[i] = guess;
     });
 }
 
 // The part of a force that a phyxel is free to follow.
-Vec3 ImplicitSolver::filtered(const Job& job, std::size_t i, const Vec3& force) const {
-    switch (mode_[i]) {
-        case Mode::held:
-        case Mode::stick:
-            return Vec3::Zero();
-        case Mode::slide: {
-            const Vec3& normal = job.input.ground->normal;
-            return force - normal * normal.dot(force);
-        }
-        case Mode::free:
-            break;
-    }
-    return force;
+Vec3 ImplicitSolver::filtered(std::size_t i, const Vec3& force) const {
+    return held_[i] != 0 ? Vec3(Vec3::Zero()) : force;
 }
 
 double ImplicitSolver::damping_ratio(const Job& job) const {
@@ -226,7 +180,7 @@ double ImplicitSolver::wanted_residual(const Job& job) {
     const auto chunk = [&](std::size_t begin, std::size_t end) {
         WantedSums sums;
         for (std::size_t i = begin; i < end; ++i) {
-            sums.right += inverse_[i] * filtered(job, i, right_[i] + friction_[i]).squaredNorm();
+            sums.right += inverse_[i] * filtered(i, right_[i] + pushed_[i]).squaredNorm();
             const Vec3 acceleration = (start_velocity_[i] - phyxels.previous_velocity[i]) / job.input.dt;
             const double force = phyxels.mass[i] * (acceleration.norm() + job.input.gravity.norm());
             sums.felt += inverse_[i] * force * force;
@@ -237,12 +191,24 @@ double ImplicitSolver::wanted_residual(const Job& job) {
     };
     const WantedSums sums = wanted_sum_(job.parallel, phyxels.size(), phyxel_grain, chunk);
     const double scale = sums.felt > 0 ? std::min(sums.right, 100 * sums.felt) : sums.right;
-    return std::max(job.options.tolerance * job.options.tolerance * scale, sums.least);
+    const double tolerance = job.options.tolerance * (contacts_.empty() ? 1 : contact_tolerance_share);
+    return std::max(tolerance * tolerance * scale, sums.least);
 }
 
 // r_ = b - A d_, its square in the preconditioner's norm returned. noise: what rounding may
 // make of that. `exact`: in double precision.
 double ImplicitSolver::residual(const Job& job, bool exact, double& noise) {
+    image_of_solution(job, exact);
+    if (!contacts_.empty()) {
+        const std::array<std::span<const Vec3>, 1> solution = {d_};
+        const std::array<std::span<Vec3>, 1> image = {q_};
+        contacts_.apply(solution, image);
+    }
+    return residual_of_image(job, exact, noise);
+}
+
+// q_ = A d_, less the contacts' part.
+void ImplicitSolver::image_of_solution(const Job& job, bool exact) {
     const std::size_t n = job.phyxels.size();
     const double factor = 1 + damping_ratio(job);
     if (exact && !exact_is_taken_) {
@@ -258,6 +224,11 @@ double ImplicitSolver::residual(const Job& job, bool exact, double& noise) {
         exact_.apply_stiffness(job.neighbourhoods, job.material, factor, diagonal_, d_, q_, job.parallel);
     else
         elastic_.apply_stiffness(factor, diagonal_, d_, q_, job.parallel);
+}
+
+// From q_ = A d_.
+double ImplicitSolver::residual_of_image(const Job& job, bool exact, double& noise) {
+    const std::size_t n = job.phyxels.size();
     const auto squares = [&](const std::vector<Vec3>& of) {
         return sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
             double sum = 0;
@@ -266,8 +237,7 @@ double ImplicitSolver::residual(const Job& job, bool exact, double& noise) {
         });
     };
     noise = exact ? 0 : rounding_share * rounding_share * squares(q_);
-    for_phyxels(job.parallel, n,
-                [&](std::size_t i) { r_[i] = filtered(job, i, right_[i] + friction_[i] - q_[i]); });
+    for_phyxels(job.parallel, n, [&](std::size_t i) { r_[i] = filtered(i, right_[i] + pushed_[i] - q_[i]); });
     return squares(r_);
 }
 
@@ -288,7 +258,8 @@ void ImplicitSolver::solve(const Job& job) {
         rz = residual(job, true, noise);
         if (!(rz < 0.25 * before)) break;
     }
-    report_.residual = rz > 0 && wanted > 0 ? job.options.tolerance * std::sqrt(rz / wanted) : 0;
+    const double tolerance = job.options.tolerance * (contacts_.empty() ? 1 : contact_tolerance_share);
+    report_.residual = rz > 0 && wanted > 0 ? tolerance * std::sqrt(rz / wanted) : 0;
 }
 
 void ImplicitSolver::take_residual(const Job& job) {
@@ -300,7 +271,7 @@ void ImplicitSolver::take_residual(const Job& job) {
     for (FloatArray* array : {&fine_diagonal_, &fine_inverse_}) size(*array, stride);
     constrained_.clear();
     for (std::size_t i = 0; i < n; ++i)
-        if (mode_[i] != Mode::free) constrained_.push_back(static_cast<std::uint32_t>(i));
+        if (held_[i] != 0) constrained_.push_back(static_cast<std::uint32_t>(i));
     for_phyxels(job.parallel, n, [&](std::size_t i) {
         fine_diagonal_[i] = static_cast<float>(diagonal_[i]);
         fine_inverse_[i] = static_cast<float>(inverse_[i]);
@@ -311,17 +282,11 @@ void ImplicitSolver::take_residual(const Job& job) {
     });
 }
 
-// Takes off fine_q_ what constrained phyxels cannot follow.
-void ImplicitSolver::filter(const Job& job) {
+// Takes off fine_q_ what held phyxels cannot follow.
+void ImplicitSolver::filter() {
     const std::size_t stride = elastic_.stride();
-    for (const std::uint32_t i : constrained_) {
-        Vec3 force;
-        for (std::size_t k = 0; k < 3; ++k)
-            force[static_cast<int>(k)] = static_cast<double>(fine_q_[k * stride + i]);
-        force = filtered(job, i, force);
-        for (std::size_t k = 0; k < 3; ++k)
-            fine_q_[k * stride + i] = static_cast<float>(force[static_cast<int>(k)]);
-    }
+    for (const std::uint32_t i : constrained_)
+        for (std::size_t k = 0; k < 3; ++k) fine_q_[k * stride + i] = 0;
 }
 
 // Adds to d_ what brings the square of the residual r_ down to `goal`; returns where it got.
@@ -339,9 +304,10 @@ double ImplicitSolver::descend(const Job& job, double goal, int& left) {
         return begin_direction(stride, range, fine_inverse_.data(), fine_r_.data(), fine_p_.data());
     });
     while (rz > goal && left > 0) {
-        const double curvature = elastic_.apply_stiffness(factor, fine_diagonal_.data(), fine_p_.data(),
-                                                          fine_q_.data(), job.parallel);
-        filter(job);
+        double curvature = elastic_.apply_stiffness(factor, fine_diagonal_.data(), fine_p_.data(),
+                                                    fine_q_.data(), job.parallel);
+        curvature += contacts_.apply_rows(stride, fine_p_.data(), fine_q_.data());
+        filter();
         if (!(curvature > 0) || !std::isfinite(curvature)) break;
         const auto alpha = static_cast<float>(rz / curvature);
         const double next = sum([&](const SliceRange& range) {
@@ -368,40 +334,18 @@ double ImplicitSolver::descend(const Job& job, double goal, int& left) {
 void ImplicitSolver::finish_phyxel(const Job& job, std::size_t i) {
     Phyxels& phyxels = job.phyxels;
     Vec3 x = base_[i] + d_[i];
-    if (mode_[i] == Mode::free && below_ground(job, i, x)) x = touch_ground(job, i, x);
     Vec3 v = predicted_velocity_[i] + (x - predicted_[i]) / b_[i];
     if (!x.allFinite() || !v.allFinite()) failed_[i] = 1;
     if (failed_[i] != 0) {
         x = predicted_[i];
         v = predicted_velocity_[i];
     }
-    if (mode_[i] == Mode::stick) v.setZero();
-    if (mode_[i] == Mode::slide) {
-        const Vec3& normal = job.input.ground->normal;
-        v -= normal * normal.dot(v);
-        // Friction lagged by a solve must not push a phyxel back.
-        if (v.dot(friction_[i]) > 0) v.setZero();
-    }
     phyxels.previous_position[i] = start_position_[i];
     phyxels.previous_velocity[i] = start_velocity_[i];
     phyxels.position[i] = x;
     phyxels.velocity[i] = v;
-    const bool touches = mode_[i] == Mode::stick || mode_[i] == Mode::slide;
-    met_[i] = touches != (phyxels.touching[i] != 0) || touches != (touched_[i] != 0);
-    phyxels.history_broken[i] = mode_[i] == Mode::held || failed_[i] != 0;
-    phyxels.touching[i] = touches;
-}
-
-// Meeting or leaving the ground breaks the history of the whole piece: one half of
-// which steps by another rule hops. Resting and steady sliding do not.
-void ImplicitSolver::break_histories(const Job& job) {
-    Phyxels& phyxels = job.phyxels;
-    if (!job.input.ground) return;
-    broken_.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
-    for (std::size_t i = 0; i < phyxels.size(); ++i)
-        if (met_[i] != 0) broken_[piece_of(job, i)] = 1;
-    for (std::size_t i = 0; i < phyxels.size(); ++i)
-        if (broken_[piece_of(job, i)] != 0) phyxels.history_broken[i] = 1;
+    // A hit is no history to go on from: its jump of velocity would be carried on.
+    phyxels.history_broken[i] = held_[i] != 0 || failed_[i] != 0 || hit_[piece_of(job, i)] != 0;
 }
 
 // The phyxel's piece; piece_count for those outside the range.
@@ -409,17 +353,6 @@ std::size_t ImplicitSolver::piece_of(const Job& job, std::size_t i) const {
     const std::int32_t piece = job.phyxels.piece[i];
     return static_cast<std::size_t>(piece >= 0 && piece < job.input.piece_count ? piece
                                                                                 : job.input.piece_count);
-}
-
-// Gives every piece that is on its own the momenta that gravity and mass damping
-// leave it.
-void ImplicitSolver::restore_momenta(const Job& job) {
-    for (std::size_t i = 0; i < job.phyxels.size(); ++i)
-        if (mode_[i] != Mode::free || touched_[i] != 0 || failed_[i] != 0)
-            momenta_.bind(job.phyxels.piece[i]);
-    const double dt = job.input.dt;
-    momenta_.restore(job.phyxels, 1 / (1 + dt * job.material.mass_damping), dt * job.input.gravity, b_, dt,
-                     job.parallel);
 }
 
 }  // namespace splitcubes::meshless

@@ -1,10 +1,12 @@
 // One time step of the elastic body: implicit, predict and correct.
 #pragma once
 
+#include <splitcubes/meshless/contact_forces.h>
 #include <splitcubes/meshless/solver_types.h>
 #include <splitcubes/meshless/step_results.h>
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -12,7 +14,7 @@ namespace splitcubes::meshless {
 
 /// Implicit steps in predict-correct form. Predict y without elastic force by
 /// BDF2 (b = 2/3 dt), or backward Euler (b = dt) for phyxels whose history is
-/// broken, whose piece has just met or left the ground, that are held or lie beside an inverted one; take F
+/// broken, whose piece is hit in this step, that are held or lie beside an inverted one; take F
 /// and R at y; solve (M/b^2 + K) dx = f(y) by conjugate gradients; x = y + dx. Where that
 /// tears what was whole, once more from there. All state is in Phyxels, the
 /// object holds buffers only.
@@ -21,26 +23,37 @@ namespace splitcubes::meshless {
 /// Where single precision does not carry to the tolerance, which is so of stiff bodies
 /// that are held, the residual is taken in double and they start again from it.
 ///
-/// Ground: an active set. A phyxel whose prediction is below its contact radius
-/// is put on the plane and sticks; where the reaction leaves the friction cone it
-/// slides under Coulomb friction, where it pulls it is released; up to three
-/// further solves, started from the last; who is still below the plane then is put
-/// on it. Inelastic: no normal velocity is left.
+/// Contacts and pulls: springs within the solve (contact_forces.h), linearised at its
+/// start; where they push otherwise than assumed, up to five further solves, started
+/// from the last. A piece that is hit steps by backward Euler, and so does its next step.
 ///
 /// Momentum: an unfinished solve leaks it and backward Euler loses spin, so each
-/// piece that nothing holds or touches is given the rigid velocity that restores
-/// the linear momentum p + dt m g and the angular momentum about its centre, both
-/// divided by 1 + dt mass_damping.
+/// piece that nothing holds or touches, and all pieces together that push on nothing but
+/// each other, are given the rigid velocity that restores the linear momentum p + dt m g
+/// and the angular momentum about their centre, both divided by 1 + dt mass_damping.
 class ImplicitSolver {
   public:
     /// Throws InputError when dt is not positive or an array has a wrong length.
     SolverReport step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                       const StepInput& input, const SolverOptions& options, const Parallel& parallel);
 
-  private:
-    enum class Mode : std::uint8_t { free, held, stick, slide };
+    /// One of several bodies that push on each other.
+    struct Member {
+        ImplicitSolver& solver;
+        Phyxels& phyxels;
+        const Neighbourhoods& neighbourhoods;
+        const Material& material;
+        const StepInput& input;    // `contacts` is not read
+        SolverReport report = {};  // written
+    };
+    /// Steps all of them in one linear solve. Part k of the contacts is member k; all have
+    /// the same dt. Throws as step does.
+    static void step_together(std::span<Member> members, const ContactInput& contacts,
+                              const SolverOptions& options, const Parallel& parallel);
 
-    static constexpr int max_contact_passes = 3;
+  private:
+    static constexpr int max_contact_passes = 5;
+    static constexpr int letting_go_passes = 3;
     static constexpr int max_distorted_passes = 3;
     static constexpr int max_refinements = 4;
 
@@ -63,64 +76,86 @@ class ImplicitSolver {
         const SolverOptions& options;
         const Parallel& parallel;
     };
+    struct Group;
+    /// Copies are empty: it holds nothing from step to step but memory.
+    class GroupBuffer {
+      public:
+        GroupBuffer();
+        GroupBuffer(const GroupBuffer& other);
+        GroupBuffer& operator=(const GroupBuffer& other);
+        ~GroupBuffer();
+        Group& get();
+
+      private:
+        std::unique_ptr<Group> group_;
+    };
+    void find_hits(const Job& job, const ContactInput& contacts, std::span<const std::uint8_t> impact,
+                   std::uint32_t part);
+    void find_jolts(const Job& job, const ContactForces& forces, const ContactInput& contacts,
+                    std::uint32_t part);
+    void prepare(const Job& job);
+    void place_at_solution(const Job& job);
+    void take_step(const Job& job);
+    void bind_pieces(const Job& job, const ContactInput& contacts, std::uint32_t part);
+    void finish(const Job& job);
+    static void restore_shared(Group& group, const ContactInput& contacts);
     void size_buffers(std::size_t count);
     void choose_steps(const Job& job);
     void predict(const Job& job);
-    void meet_ground(const Job& job);
-    Vec3 touch_ground(const Job& job, std::size_t i, const Vec3& reached);
-    bool below_ground(const Job& job, std::size_t i, const Vec3& place) const;
     void linearise(const Job& job);
-    void solve_with_contacts(const Job& job);
     bool is_torn(const Job& job);
     void right_side(const Job& job);
     void start_guess(const Job& job);
     double wanted_residual(const Job& job);
     void solve(const Job& job);
     double residual(const Job& job, bool exact, double& noise);
+    void image_of_solution(const Job& job, bool exact);
+    double residual_of_image(const Job& job, bool exact, double& noise);
     void take_residual(const Job& job);
     double descend(const Job& job, double goal, int& left);
-    void filter(const Job& job);
-    bool revise_contacts(const Job& job);
-    bool revise_contact(const Job& job, std::size_t i);
+    void filter();
     double damping_ratio(const Job& job) const;
     void finish_phyxel(const Job& job, std::size_t i);
-    void break_histories(const Job& job);
     std::size_t piece_of(const Job& job, std::size_t i) const;
-    void restore_momenta(const Job& job);
-    Vec3 filtered(const Job& job, std::size_t i, const Vec3& force) const;
+    Vec3 filtered(std::size_t i, const Vec3& force) const;
 
     SlicedElasticity elastic_;
     ElasticForces exact_;  // for residuals beyond single precision
     StateDescriber describe_;
     ChunkSum sum_;
-    std::vector<Mode> mode_;                // per phyxel
     std::vector<double> b_;                 // s, per phyxel
     std::vector<double> diagonal_;          // N/m, (1 + b mass_damping) m / b^2
+    std::vector<double> mobility_;          // m/N, of the solve's diagonal without contacts
     std::vector<double> inverse_;           // m/N, preconditioner
     std::vector<Vec3> predicted_;           // m, y
     std::vector<Vec3> predicted_velocity_;  // m/s
-    std::vector<Vec3> base_;                // m, y with held and touching phyxels put in place
+    std::vector<Vec3> base_;                // m, y with held phyxels put in place
     std::vector<Vec3> start_position_;      // m, before the step
     std::vector<Vec3> start_velocity_;      // m/s, before the step
     std::vector<Mat3> deformation_;         // at base_, where exact_ needs them
     std::vector<Mat3> rotation_;            // at base_, where exact_ needs them
     std::vector<Vec3> right_;               // N
-    std::vector<Vec3> friction_;            // N, on sliding phyxels
+    std::vector<Vec3> pushed_;              // N, of contacts and pulls at base_
     std::vector<Vec3> d_, r_, p_, q_;       // x - base_ (m), residual (N), scratch
     FloatArray fine_d_, fine_r_, fine_p_,
         fine_q_;  // conjugate gradients, row arrays of 3: part of d_, residual, direction, A p
     FloatArray fine_diagonal_, fine_inverse_;  // row arrays of diagonal_ and inverse_
-    std::vector<std::uint32_t> constrained_;   // phyxels that are not free
+    std::vector<std::uint32_t> constrained_;   // phyxels that are held
     ChunkSumOf<double> slice_sum_;
     ChunkSumOf<WantedSums> wanted_sum_;
     bool exact_is_taken_ = false;         // exact_ has the tangents at base_
     std::vector<std::uint8_t> inverted_;  // per phyxel, det F <= 0 before the step
-    std::vector<std::uint8_t> touched_;   // per phyxel, met the ground in this step, if only for a solve
+    std::vector<std::uint8_t> held_;      // per phyxel
     std::vector<std::uint8_t> whole_;     // per phyxel, not distorted at base_
-    std::vector<std::uint8_t> met_;       // per phyxel, met or left the ground in this step
     std::vector<std::uint8_t> failed_;    // per phyxel, went non-finite in this step
-    std::vector<std::uint8_t> broken_;    // per piece, met or left the ground in this step
+    std::vector<std::uint8_t> hit_;       // per piece and for none, hit something in this step
+    std::vector<std::uint8_t> stands_;    // per piece and for none, something pushed it a step ago
+    std::vector<double> added_;           // N/m, of contacts and pulls, per phyxel
+    std::vector<Vec3> change_;            // N, per piece
+    std::vector<double> piece_mass_;      // kg, per piece
     MomentumKeeper momenta_;
+    ContactForces contacts_;
+    GroupBuffer group_;  // of steps that this one leads
     SolverReport report_;
 };
 

@@ -2,23 +2,17 @@
 #pragma once
 
 #include <splitcubes/core/parallel.h>
+#include <splitcubes/geometry/signed_distance.h>
+#include <splitcubes/meshless/contact.h>
 #include <splitcubes/meshless/elasticity.h>
 #include <splitcubes/meshless/material.h>
 #include <splitcubes/meshless/neighbourhoods.h>
 #include <splitcubes/meshless/phyxels.h>
 
 #include <cstdint>
-#include <optional>
 #include <span>
 
 namespace splitcubes::meshless {
-
-/// Half-space normal . x >= offset is free.
-struct GroundPlane {
-    Vec3 normal = Vec3::UnitZ();  // unit, world
-    double offset = 0;            // m
-    double friction = 0;          // Coulomb coefficient, >= 0
-};
 
 /// A rigid piece that is held: what it makes of its place in a step.
 struct RigidHold {
@@ -26,13 +20,22 @@ struct RigidHold {
     Isometry motion = Isometry::Identity();  // world at the end of the step from world at its start
 };
 
+/// A collider as rigid pieces see it in a step.
+struct Obstacle {
+    const geometry::SignedDistance* solid = nullptr;  // in its own frame
+    Isometry before = Isometry::Identity();           // world from own, at the start of the step
+    Isometry after = Isometry::Identity();            // the same at its end
+    double friction = 0;                              // Coulomb coefficient, >= 0
+};
+
 struct StepInput {
     double dt = 1.0 / 60;                 // s, > 0
     Vec3 gravity = Vec3::Zero();          // m/s^2, world
     std::span<const std::uint8_t> held;   // per phyxel, 1 = position is prescribed; or empty
     std::span<const Vec3> held_position;  // per phyxel, m, world, at the end of the step; or empty
-    std::optional<GroundPlane> ground;
+    ContactInput contacts;                // of part 0 only
     int piece_count = 1;
+    std::span<const Obstacle> obstacles;     // that rigid pieces meet
     std::span<const RigidHold> rigid_holds;  // at most one a rigid piece
 };
 
@@ -48,7 +51,7 @@ struct SolverOptions {
     int max_iterations = 200;      // of conjugate gradients, per solve
     bool bdf2 = true;              // false: backward Euler throughout
     bool warm_start = true;        // from the last step's acceleration
-    bool restore_momentum = true;  // of pieces without held or touching phyxels
+    bool restore_momentum = true;  // of pieces that nothing holds or touches
     bool guard_energy = true;      // EnergyGuard; false: for measuring what the solver alone does
     int further_solves = 0;        // of the implicit one: from where the first ended, linearised there
     int refinement = 1;            // of the explicit one: times the substeps that stability asks for
@@ -62,7 +65,7 @@ struct SolverReport {
     std::size_t inverted = 0;              // phyxels with det F <= 0 after the step
     std::size_t rank_deficient = 0;        // phyxels with fewer than 3 directions
     std::size_t non_finite = 0;            // phyxels that went on without elastic force
-    std::size_t contacts = 0;              // phyxels on the ground
+    std::size_t contacts = 0;              // points that something pushes
     std::size_t overdrawn = 0;             // pieces that had more energy than was put in (EnergyGuard)
     int retries = 0;                       // times the step was taken again, in finer parts
     double energy_taken = 0;               // J, by EnergyGuard

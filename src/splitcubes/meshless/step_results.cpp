@@ -2,7 +2,9 @@
 #include <splitcubes/meshless/step_results.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 #include <string>
 
 namespace splitcubes::meshless {
@@ -31,10 +33,69 @@ void MomentumKeeper::begin(const Phyxels& phyxels, int piece_count, const Parall
     piece_momenta(phyxels, piece_count, before_, partial_, parallel);
     bound_.assign(static_cast<std::size_t>(piece_count) + 1, 0);
     bound_.back() = 1;
+    joined_.resize(bound_.size());
+    std::iota(joined_.begin(), joined_.end(), std::size_t{0});
+}
+
+std::size_t MomentumKeeper::root(std::size_t slot) const {
+    while (joined_[slot] != slot) slot = joined_[slot];
+    return slot;
+}
+
+void MomentumKeeper::join(std::int32_t a, std::int32_t b) {
+    const std::size_t first = root(slot(a)), second = root(slot(b));
+    joined_[std::max(first, second)] = std::min(first, second);
+}
+
+void MomentumKeeper::join_touching(const Phyxels& phyxels, const ContactInput& contacts, std::uint32_t part) {
+    if (!contacts.memory) return;
+    for (const Contact& contact : contacts.contacts) {
+        if (!find_memory(*contacts.memory, contact.key)) continue;
+        const std::array<const ContactSide*, 2> sides = {&contact.upper, &contact.lower};
+        std::int32_t first = -1;
+        for (const ContactSide* side : sides)
+            for (std::uint32_t k = 0; k < side->count; ++k) {
+                if (side->part != part) continue;
+                const std::int32_t piece = phyxels.piece[side->phyxel[k]];
+                if (first >= 0) join(first, piece);
+                first = piece;
+            }
+        const bool alone = !contact.upper.is_collider() && !contact.lower.is_collider() &&
+                           contact.upper.part == part && contact.lower.part == part;
+        if (first >= 0 && !alone) bind(first);
+    }
+}
+
+// Each piece's entry becomes its group's.
+void MomentumKeeper::sum_groups(std::vector<Momenta>& momenta) {
+    whole_.assign(momenta.size(), Momenta{});
+    for (std::size_t k = 0; k < momenta.size(); ++k) {
+        Momenta& sum = whole_[root(k)];
+        sum.mass += momenta[k].mass;
+        sum.centre += momenta[k].mass * momenta[k].centre;
+        sum.linear += momenta[k].linear;
+    }
+    for (Momenta& sum : whole_)
+        if (sum.mass > 0) sum.centre /= sum.mass;
+    for (std::size_t k = 0; k < momenta.size(); ++k) {
+        Momenta& sum = whole_[root(k)];
+        const double m = momenta[k].mass;
+        if (!(m > 0)) continue;
+        const Vec3 arm = momenta[k].centre - sum.centre;
+        sum.spin += momenta[k].spin + arm.cross(momenta[k].linear - m / sum.mass * sum.linear);
+        sum.inertia +=
+            momenta[k].inertia + m * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+    }
+    for (std::size_t k = 0; k < momenta.size(); ++k) momenta[k] = whole_[root(k)];
 }
 
 void MomentumKeeper::restore(Phyxels& phyxels, double kept, const Vec3& velocity,
                              std::span<const double> shift, double dt, const Parallel& parallel) {
+    for (std::size_t k = 0; k < bound_.size(); ++k)
+        if (bound_[k] != 0) bound_[root(k)] = 1;
+    for (std::size_t k = 0; k < bound_.size(); ++k) bound_[k] = bound_[root(k)];
+    group_ = before_;
+    sum_groups(group_);
     // By moving (the solver's error), then by velocities to rounding.
     if (!shift.empty()) correct(phyxels, kept, velocity, shift, 0, parallel);
     correct(phyxels, kept, velocity, {}, dt, parallel);
@@ -44,15 +105,16 @@ void MomentumKeeper::restore(Phyxels& phyxels, double kept, const Vec3& velocity
 void MomentumKeeper::correct(Phyxels& phyxels, double kept, const Vec3& velocity,
                              std::span<const double> shift, double dt, const Parallel& parallel) {
     piece_momenta(phyxels, static_cast<int>(before_.size()), after_, partial_, parallel);
+    sum_groups(after_);
     way_.assign(before_.size() + 1, Vec3::Zero());
     for (std::size_t k = 0; k < before_.size(); ++k) {
         if (!(after_[k].mass > 0)) bound_[k] = 1;
         if (bound_[k] != 0) continue;
-        const Vec3 linear = kept * (before_[k].linear + before_[k].mass * velocity);
-        const Vec3 spin = kept * before_[k].spin;
+        const Vec3 linear = kept * (group_[k].linear + group_[k].mass * velocity);
+        const Vec3 spin = kept * group_[k].spin;
         if (dt > 0)
-            way_[k] = before_[k].centre - after_[k].centre +
-                      0.5 * dt / before_[k].mass * (before_[k].linear + linear);
+            way_[k] =
+                group_[k].centre - after_[k].centre + 0.5 * dt / group_[k].mass * (group_[k].linear + linear);
         // The correction replaces the momenta it was made from.
         after_[k].linear = (linear - after_[k].linear) / after_[k].mass;
         after_[k].spin = angular_velocity(after_[k].inertia, spin - after_[k].spin);

@@ -14,13 +14,18 @@ namespace splitcubes::meshless {
 void check_step_input(const Phyxels& phyxels, const StepInput& input);
 
 /// Gives pieces the rigid velocity that restores their linear momentum and their
-/// angular momentum about the centre of mass.
+/// angular momentum about the centre of mass; pieces that were joined are one.
 class MomentumKeeper {
   public:
     /// Notes the momenta of all pieces. None is bound.
     void begin(const Phyxels& phyxels, int piece_count, const Parallel& parallel);
     /// The piece of a phyxel that something holds or touches: its momenta are not restored.
     void bind(std::int32_t piece) { bound_[slot(piece)] = 1; }
+    /// The two pieces push on each other: only what they have together is kept.
+    void join(std::int32_t a, std::int32_t b);
+    /// Joins the pieces that contacts press together (those in the contacts' memory, written
+    /// by the step) and binds those that something else than a piece of this part presses.
+    void join_touching(const Phyxels& phyxels, const ContactInput& contacts, std::uint32_t part);
     /// Every free piece gets kept * (p + m velocity) and kept * spin. Where `shift`
     /// (s, one a phyxel) is given, phyxels first move by the change of velocity times it.
     /// Its centre of mass goes by the mean of both velocities over dt seconds: along its parabola.
@@ -33,13 +38,17 @@ class MomentumKeeper {
         const auto last = static_cast<std::int32_t>(bound_.size()) - 1;
         return static_cast<std::size_t>(piece >= 0 && piece < last ? piece : last);
     }
+    std::size_t root(std::size_t slot) const;
+    void sum_groups(std::vector<Momenta>& momenta);
     void correct(Phyxels& phyxels, double kept, const Vec3& velocity, std::span<const double> shift,
                  double dt, const Parallel& parallel);
 
-    std::vector<std::uint8_t> bound_;      // per piece, and one for none
-    std::vector<Momenta> before_, after_;  // per piece
-    std::vector<Momenta> partial_;         // per chunk and piece
-    std::vector<Vec3> way_;                // m, per piece, by which its centre is put right
+    std::vector<std::uint8_t> bound_;              // per piece, and one for none
+    std::vector<std::size_t> joined_;              // per slot: a lower one of its group, or itself
+    std::vector<Momenta> before_, after_, group_;  // per piece; group_: of the whole group
+    std::vector<Momenta> partial_;                 // per chunk and piece
+    std::vector<Momenta> whole_;                   // per slot, scratch
+    std::vector<Vec3> way_;                        // m, per piece, by which its group's centre is put right
 };
 
 /// Deformation at the phyxels' positions, into `elastic` and into the phyxels, then plastic

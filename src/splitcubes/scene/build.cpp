@@ -36,35 +36,7 @@ io::Model own_model(const BodyDescription& body, BuildReport& report) {
         return model;
     }
     if (const auto* shape = std::get_if<ImplicitShape>(&body.shape)) return implicit_model(*shape, body.name);
-    geometry::TriangleMesh mesh = std::visit(
-        Overloaded{
-            [](const MeshShape&) { return geometry::TriangleMesh{}; },
-            [](const ImplicitShape&) { return geometry::TriangleMesh{}; },
-            [](const BoxShape& s) { return geometry::make_box(s.size); },
-            [](const SphereShape& s) { return geometry::make_sphere(s.radius, 5); },
-            [](const CylinderShape& s) { return geometry::make_cylinder(s.radius, s.height, 128); },
-            [](const TorusShape& s) { return geometry::make_torus(s.ring_radius, s.tube_radius); },
-            [](const CapsuleShape& s) { return geometry::make_capsule(s.radius, s.straight_height, 96); },
-            [](const PearShape& s) { return geometry::make_pear(s.height, 96); }},
-        body.shape);
-    return {std::move(mesh), {}};
-}
-
-// World from rest at a time: about the pivot, linear between the keyframes.
-Isometry constraint_motion(const ConstraintDescription& c, double time) {
-    Isometry out = Isometry::Identity();
-    if (c.kind == ConstraintKind::hold || c.keyframes.empty()) return out;
-    const auto& keys = c.keyframes;
-    const auto after = std::upper_bound(keys.begin(), keys.end(), time,
-                                        [](double t, const MotionKeyframe& k) { return t < k.time; });
-    const MotionKeyframe& b = after == keys.end() ? keys.back() : *after;
-    const MotionKeyframe& a = after == keys.begin() ? keys.front() : *(after - 1);
-    const double s = b.time > a.time ? std::clamp((time - a.time) / (b.time - a.time), 0.0, 1.0) : 0.0;
-    const Vec3 shift = a.position + s * (b.position - a.position);
-    const Quat turn = quaternion(a.rotation).slerp(s, quaternion(b.rotation));
-    out.linear() = turn.toRotationMatrix();
-    out.translation() = c.pivot + shift - out.linear() * c.pivot;
-    return out;
+    return {shape_mesh(body.shape), {}};
 }
 
 void add_constraint(const ConstraintDescription& c, body::Body& target, std::size_t number) {
@@ -77,10 +49,31 @@ void add_constraint(const ConstraintDescription& c, body::Body& target, std::siz
                              std::to_string(target.phyxel_spacing()) + " m)");
     body::HoldConstraint hold;
     hold.region = region;
-    hold.motion = [c](double time) { return constraint_motion(c, time); };
+    hold.motion = [c](double time) {
+        return c.kind == ConstraintKind::hold ? Isometry::Identity()
+                                              : keyframe_motion(c.keyframes, c.pivot, time);
+    };
     hold.from = c.from_time;
     if (c.until_time) hold.until = *c.until_time;
     target.add_constraint(std::move(hold));
+}
+
+void add_handle(const HandleDescription& h, body::Body& target) {
+    const auto region = region_test(h.region);
+    const auto& rest = target.phyxels().rest_position;
+    if (std::none_of(rest.begin(), rest.end(), region))
+        throw InputError("handle '" + h.name + "'", "its region holds no phyxel of body '" + h.body + "'",
+                         "make it larger, or the phyxel spacing smaller (now " +
+                             std::to_string(target.phyxel_spacing()) + " m)");
+    body::Handle handle;
+    handle.name = h.name;
+    handle.region = region;
+    handle.motion = [h](double time) { return keyframe_motion(h.keyframes, h.pivot, time); };
+    handle.stiffness = h.stiffness;
+    if (h.force_limit) handle.limit = *h.force_limit;
+    handle.from = h.from_time;
+    if (h.until_time) handle.until = *h.until_time;
+    target.add_handle(std::move(handle));
 }
 
 cutting::BladeShape blade_shape(const BladeDescription& blade) {
@@ -106,7 +99,8 @@ meshless::Material material_of(const MaterialDescription& m) {
                            .mass_damping = m.mass_damping,
                            .stiffness_damping = m.stiffness_damping,
                            .zero_energy = m.zero_energy,
-                           .plasticity = {}};
+                           .plasticity = {},
+                           .cutting_resistance = m.cutting_resistance};
     if (!m.plasticity) return out;
     out.plasticity = meshless::Plasticity{};
     out.plasticity->yield = m.plasticity->yield;
@@ -175,6 +169,70 @@ const body::Body& add_body(body::World& world, const BodyDescription& b, const i
 
 }  // namespace
 
+geometry::TriangleMesh shape_mesh(const Shape& shape) {
+    return std::visit(
+        Overloaded{
+            [](const MeshShape& s) { return io::read_model(s.file).mesh; },
+            [](const ImplicitShape& s) { return implicit_model(s, "collider").mesh; },
+            [](const BoxShape& s) { return geometry::make_box(s.size); },
+            [](const SphereShape& s) { return geometry::make_sphere(s.radius, 5); },
+            [](const CylinderShape& s) { return geometry::make_cylinder(s.radius, s.height, 128); },
+            [](const TorusShape& s) { return geometry::make_torus(s.ring_radius, s.tube_radius); },
+            [](const CapsuleShape& s) { return geometry::make_capsule(s.radius, s.straight_height, 96); },
+            [](const PearShape& s) { return geometry::make_pear(s.height, 96, s.foot); }},
+        shape);
+}
+
+// Linear between the keyframes.
+Isometry keyframe_motion(const std::vector<MotionKeyframe>& keys, const Vec3& pivot, double time) {
+    Isometry out = Isometry::Identity();
+    if (keys.empty()) return out;
+    const auto after = std::upper_bound(keys.begin(), keys.end(), time,
+                                        [](double t, const MotionKeyframe& k) { return t < k.time; });
+    const MotionKeyframe& b = after == keys.end() ? keys.back() : *after;
+    const MotionKeyframe& a = after == keys.begin() ? keys.front() : *(after - 1);
+    const double s = b.time > a.time ? std::clamp((time - a.time) / (b.time - a.time), 0.0, 1.0) : 0.0;
+    const Vec3 shift = a.position + s * (b.position - a.position);
+    const Quat turn = quaternion(a.rotation).slerp(s, quaternion(b.rotation));
+    out.linear() = turn.toRotationMatrix();
+    out.translation() = pivot + shift - out.linear() * pivot;
+    return out;
+}
+
+Isometry collider_frame(const ColliderDescription& collider, double time) {
+    Isometry placed = Isometry::Identity();
+    placed.linear() = quaternion(collider.placement.rotation).toRotationMatrix();
+    placed.translation() = collider.placement.position;
+    return keyframe_motion(collider.keyframes, collider.pivot, time) * placed;
+}
+
+geometry::TriangleMesh collider_mesh(const ColliderDescription& collider) {
+    if (!collider.shape) return {};
+    geometry::TriangleMesh mesh = shape_mesh(*collider.shape);
+    for (Vec3& p : mesh.positions) p *= collider.placement.scale;
+    return mesh;
+}
+
+body::Collider make_collider(const ColliderDescription& collider, const Parallel& parallel) {
+    body::Collider out;
+    out.name = collider.name;
+    out.friction = collider.friction;
+    const double scale = collider.placement.scale;
+    if (collider.half_space) {
+        const Vec3 normal = collider.half_space->normal.normalized();
+        out.solid = geometry::make_plane_distance(normal, normal.dot(collider.half_space->point));
+    } else if (const auto* sphere = std::get_if<SphereShape>(&*collider.shape)) {
+        out.solid = geometry::make_sphere_distance(scale * sphere->radius);
+    } else if (const auto* box = std::get_if<BoxShape>(&*collider.shape)) {
+        out.solid = geometry::make_box_distance(scale * box->size, scale * collider.rounding);
+    } else {
+        constexpr int cells = 64;
+        out.solid = geometry::make_mesh_distance(collider_mesh(collider), cells, parallel);
+    }
+    out.motion = [collider](double time) { return collider_frame(collider, time); };
+    return out;
+}
+
 io::Model placed_model(const BodyDescription& body, BuildReport& report) {
     io::Model model = own_model(body, report);
     const Mat3 turn = quaternion(body.placement.rotation).toRotationMatrix();
@@ -217,6 +275,8 @@ std::unique_ptr<body::World> build_world(
         settings.ground = meshless::GroundPlane{Vec3::UnitZ(), scene.ground->height, scene.ground->friction};
     if (scene.solver.kind == SolverKind::explicit_steps)
         settings.solver.kind = meshless::SolverKind::explicit_steps;
+    settings.contact.pieces = scene.contact.pieces;
+    settings.contact.friction = scene.contact.friction;
     settings.solver.tolerance = scene.solver.tolerance;
     settings.solver.max_iterations = scene.solver.max_iterations;
     settings.solver.bdf2 = scene.solver.integrator == Integrator::bdf2;
@@ -235,10 +295,14 @@ std::unique_ptr<body::World> build_world(
     };
     for (std::size_t k = 0; k < scene.constraints.size(); ++k)
         add_constraint(scene.constraints[k], *world->bodies()[number_of(scene.constraints[k].body)], k);
+    for (const HandleDescription& handle : scene.handles)
+        add_handle(handle, *world->bodies()[number_of(handle.body)]);
+    for (const ColliderDescription& collider : scene.colliders)
+        world->add_collider(make_collider(collider, world->parallel()));
     for (const ToolDescription& tool : scene.tools) {
         std::vector<std::size_t> bodies;
         for (const std::string& name : tool.bodies) bodies.push_back(number_of(name));
-        world->add_tool(make_blade(tool), bodies);
+        world->add_tool(make_blade(tool), bodies, {tool.side, tool.friction});
     }
     return world;
 }

@@ -20,6 +20,18 @@ struct BuildReport {
     std::vector<io::Model> models;
 };
 
+/// A shape in its own frame; a mesh file is read.
+geometry::TriangleMesh shape_mesh(const Shape& shape);
+
+/// Displacement and turn about the pivot at a time; none where there are no keyframes.
+Isometry keyframe_motion(const std::vector<MotionKeyframe>& keyframes, const Vec3& pivot, double time);
+
+/// World from a collider's own frame at a time; own: `shape` with its scale.
+Isometry collider_frame(const ColliderDescription& collider, double time);
+/// In its own frame; empty for a half space.
+geometry::TriangleMesh collider_mesh(const ColliderDescription& collider);
+body::Collider make_collider(const ColliderDescription& collider, const Parallel& parallel);
+
 /// The body's mesh where the scene places it, world at time 0, with its attributes. Reads mesh files.
 io::Model placed_model(const BodyDescription& body, BuildReport& report);
 

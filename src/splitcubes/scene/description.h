@@ -52,6 +52,7 @@ struct CapsuleShape {
 };
 struct PearShape {
     double height = 1;  // m, whole, along z
+    double foot = 0;    // m, radius of the flat that it stands on; 0: none
     bool operator==(const PearShape&) const = default;
 };
 // Parts of an implicit shape.
@@ -173,6 +174,7 @@ struct MaterialDescription {
     double zero_energy = 0.1;      // dimensionless weight of the penalty on zero-energy modes
     std::optional<PlasticityDescription> plasticity;  // none: elastic
     std::optional<TearingDescription> tearing;        // none: only tools cut it
+    double cutting_resistance = 0;                    // J/m^2, work of a blade for each area that it cuts
     bool operator==(const MaterialDescription&) const = default;
 };
 
@@ -308,6 +310,8 @@ struct ToolDescription {
     Motion motion = KeyframeMotion{};
     double active_from = 0;   // s; when not said: the motion's first time
     double active_until = 0;  // s; when not said: the motion's last time
+    double side = 0;          // m, how far the blade's sides reach behind its edge
+    double friction = 0;      // of the sides, Coulomb coefficient
     bool operator==(const ToolDescription&) const = default;
 };
 
@@ -352,13 +356,58 @@ struct CameraDescription {
     bool operator==(const CameraDescription&) const = default;
 };
 
+/// A half space that is solid.
+struct HalfSpaceShape {
+    Vec3 point = Vec3::Zero();    // m, on its plane
+    Vec3 normal = Vec3::UnitZ();  // of any length above zero, out of the solid
+    bool operator==(const HalfSpaceShape&) const = default;
+};
+
+/// A solid that does not deform and is not pushed. In its placed place while nothing is said of
+/// its motion.
+struct ColliderDescription {
+    std::string name;
+    std::optional<Shape> shape;                // in its own frame
+    std::optional<HalfSpaceShape> half_space;  // world at time 0; exactly one of the two is set
+    PlacementDescription placement;            // of `shape`
+    double rounding = 0;                       // m, of a box's edges
+    std::vector<MotionKeyframe> keyframes;     // displacement, and rotation about the pivot; empty: still
+    Vec3 pivot = Vec3::Zero();  // m; when not said: the placement's position, the plane's point
+    double friction = 0.5;      // Coulomb coefficient
+    bool operator==(const ColliderDescription&) const = default;
+};
+
+/// Pieces and bodies against each other.
+struct ContactDescription {
+    bool pieces = false;
+    double friction = 0.5;  // Coulomb coefficient
+    bool operator==(const ContactDescription&) const = default;
+};
+
+/// Pulls what is inside `region` at time 0 along a path while from_time <= time < until_time.
+struct HandleDescription {
+    std::string name;
+    std::string body;
+    Region region = HalfSpaceRegion{};
+    std::vector<MotionKeyframe> keyframes;  // empty: it pulls to where the region was at time 0
+    Vec3 pivot = Vec3::Zero();              // m; when not said: the region's centre
+    double stiffness = 1000;                // N/m, of the whole region
+    std::optional<double> force_limit;      // N; none: as much as the springs give
+    double from_time = 0;                   // s
+    std::optional<double> until_time;       // s; none: never released
+    bool operator==(const HandleDescription&) const = default;
+};
+
 struct SceneDescription {
     std::string name;
     std::filesystem::path folder;  // absolute; what relative file names refer to
     std::vector<BodyDescription> bodies;
     Vec3 gravity = Vec3(0, 0, -9.81);  // m/s^2, world
     std::optional<GroundDescription> ground;
+    std::vector<ColliderDescription> colliders;
+    ContactDescription contact;
     std::vector<ConstraintDescription> constraints;
+    std::vector<HandleDescription> handles;
     std::vector<ToolDescription> tools;
     SolverDescription solver;
     OcclusionDescription occlusion;

@@ -19,6 +19,8 @@ struct ParseLimits {
     static constexpr std::size_t constraints = 1000;
     static constexpr std::size_t parts = 1000;            // of an implicit shape
     static constexpr std::size_t strength_layers = 1000;  // of one body
+    static constexpr std::size_t colliders = 1000;
+    static constexpr std::size_t handles = 1000;
     static constexpr std::size_t tools = 1000;
     static constexpr std::size_t blades = 1000;      // of a tool
     static constexpr std::size_t points = 10000;     // of a polyline

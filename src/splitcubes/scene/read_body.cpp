@@ -104,6 +104,16 @@ DeformationDescription read_deformation(const Value& value) {
     return MassSpringDescription{};
 }
 
+PearShape read_pear(const Value& value) {
+    const Object object(value, "pear_shape");
+    PearShape out{object.at("height").number(positive), 0};
+    if (const auto foot = object.find("foot")) out.foot = foot->number(not_negative);
+    // Half the belly's radius, which make_pear asks for, is 0.1625 of the height.
+    if (out.foot >= 0.16 * out.height)
+        object.at("foot").fail("is not below 0.16 of the height", "give a smaller foot");
+    return out;
+}
+
 Shape read_shape(const Value& value) {
     const Object object(value, "shape");
     const std::string_view kind = object.only_key();
@@ -113,7 +123,7 @@ Shape read_shape(const Value& value) {
     if (kind == "implicit") return read_implicit(inner);
     if (kind == "box") return BoxShape{Object(inner, "box_shape").at("size").vector(positive)};
     if (kind == "sphere") return SphereShape{Object(inner, "sphere_shape").at("radius").number(positive)};
-    if (kind == "pear") return PearShape{Object(inner, "pear_shape").at("height").number(positive)};
+    if (kind == "pear") return read_pear(inner);
     if (kind == "cylinder") {
         const Object cylinder(inner, "cylinder_shape");
         return CylinderShape{cylinder.at("radius").number(positive), cylinder.at("height").number(positive)};
@@ -200,6 +210,7 @@ MaterialDescription read_material(const Value& value) {
     object.read("mass_damping", out.mass_damping, {0, 1e6});
     object.read("stiffness_damping", out.stiffness_damping, {0, 1e6});
     object.read("zero_energy", out.zero_energy, {0, 100});
+    object.read("cutting_resistance", out.cutting_resistance, {0, 1e9});
     if (const auto plasticity = object.find("plasticity")) {
         out.plasticity = read_plasticity(*plasticity, out.model);
     }
@@ -208,6 +219,14 @@ MaterialDescription read_material(const Value& value) {
 }
 
 }  // namespace
+
+Shape read_any_shape(const Value& value) {
+    return read_shape(value);
+}
+
+PlacementDescription read_any_placement(const Value& value) {
+    return read_placement(value);
+}
 
 Rotation read_rotation(const Value& value) {
     const Object object(value, "rotation");

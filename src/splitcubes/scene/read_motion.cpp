@@ -147,6 +147,18 @@ void read_active_interval(const Object& object, ToolDescription& tool) {
 
 }  // namespace
 
+Region read_any_region(const Value& value) {
+    return read_region(value);
+}
+
+Vec3 center_of(const Region& region) {
+    return region_center(region);
+}
+
+std::string read_known_body(const Value& value, const std::vector<BodyDescription>& bodies) {
+    return read_body_name(value, bodies);
+}
+
 std::vector<MotionKeyframe> read_keyframes(const Value& value) {
     std::vector<MotionKeyframe> out;
     for (const Value& element : value.elements(1, ParseLimits::keyframes)) {
@@ -211,6 +223,8 @@ ToolDescription read_tool(const Value& value, const std::vector<BodyDescription>
         }
     }
     read_active_interval(object, out);
+    object.read("side", out.side, not_negative);
+    object.read("friction", out.friction, {0, 1000});
     return out;
 }
 

@@ -14,7 +14,11 @@ constexpr int most_frames = 1000000;
 // Refuses a name that an earlier element of the array has.
 void check_new_name(const Value& element, const std::string& name, std::set<std::string>& names) {
     if (!names.insert(name).second) {
-        Object(element, element.path()[0].key == "tools" ? "tool" : "body")
+        const std::string& array = element.path()[0].key;
+        Object(element, array == "tools"       ? "tool"
+                        : array == "colliders" ? "collider"
+                        : array == "handles"   ? "handle"
+                                               : "body")
             .at("name")
             .fail("is \"" + name + "\", a name given before", "give each its own name");
     }
@@ -148,6 +152,21 @@ SceneDescription read_scene(const Value& value) {
     object.read("gravity", out.gravity);
     if (const auto ground = object.find("ground")) out.ground = read_ground(*ground);
     read_bodies(object, out);
+    if (object.has("colliders")) {
+        std::set<std::string> names;
+        for (const Value& element : object.at("colliders").elements(0, ParseLimits::colliders)) {
+            out.colliders.push_back(read_collider(element));
+            check_new_name(element, out.colliders.back().name, names);
+        }
+    }
+    if (object.has("contact")) out.contact = read_contact(object.at("contact"));
+    if (object.has("handles")) {
+        std::set<std::string> names;
+        for (const Value& element : object.at("handles").elements(0, ParseLimits::handles)) {
+            out.handles.push_back(read_handle(element, out.bodies));
+            check_new_name(element, out.handles.back().name, names);
+        }
+    }
     if (object.has("constraints")) {
         for (const Value& element : object.at("constraints").elements(0, ParseLimits::constraints)) {
             out.constraints.push_back(read_constraint(element, out.bodies));

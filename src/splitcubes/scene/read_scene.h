@@ -28,6 +28,14 @@ std::vector<ToolDescription> read_path(const Value& value);
 BodyDescription read_body(const Value& value);
 Region read_region(const Value& value);
 Rotation read_rotation(const Value& value);
+Shape read_any_shape(const Value& value);
+PlacementDescription read_any_placement(const Value& value);
+Region read_any_region(const Value& value);
+Vec3 center_of(const Region& region);
+std::string read_known_body(const Value& value, const std::vector<BodyDescription>& bodies);
+ColliderDescription read_collider(const Value& value);
+ContactDescription read_contact(const Value& value);
+HandleDescription read_handle(const Value& value, const std::vector<BodyDescription>& bodies);
 /// Keyframes with strictly increasing times, at least one.
 std::vector<MotionKeyframe> read_keyframes(const Value& value);
 ConstraintDescription read_constraint(const Value& value, const std::vector<BodyDescription>& bodies);

@@ -91,7 +91,7 @@ Json to_json(const Shape& shape) {
                 return {{"capsule", {{"radius", s.radius}, {"straight_height", s.straight_height}}}};
             },
             [](const PearShape& s) -> Json {
-                return {{"pear", {{"height", s.height}}}};
+                return {{"pear", {{"height", s.height}, {"foot", s.foot}}}};
             },
             [](const ImplicitShape& s) -> Json {
                 Json parts = Json::array();
@@ -162,7 +162,8 @@ Json to_json(const MaterialDescription& material) {
             {"stiffness_damping", material.stiffness_damping},
             {"zero_energy", material.zero_energy},
             {"plasticity", plasticity},
-            {"tearing", material.tearing ? to_json(*material.tearing) : Json()}};
+            {"tearing", material.tearing ? to_json(*material.tearing) : Json()},
+            {"cutting_resistance", material.cutting_resistance}};
 }
 
 Json to_json(const BodyDescription& body) {
@@ -259,6 +260,45 @@ Json to_json(const ToolDescription& tool) {
     out["bodies"] = tool.bodies;
     out["active_from"] = tool.active_from;
     out["active_until"] = tool.active_until;
+    out["side"] = tool.side;
+    out["friction"] = tool.friction;
+    return out;
+}
+
+Json to_json(const PlacementDescription& placement) {
+    return {{"position", to_json(placement.position)},
+            {"rotation", to_json(placement.rotation)},
+            {"scale", placement.scale}};
+}
+
+Json to_json(const ColliderDescription& collider) {
+    Json out;
+    out["name"] = collider.name;
+    if (collider.half_space) {
+        out["half_space"] = {{"point", to_json(collider.half_space->point)},
+                             {"normal", to_json(collider.half_space->normal)}};
+    } else {
+        out["shape"] = to_json(*collider.shape);
+        out["placement"] = to_json(collider.placement);
+    }
+    out["rounding"] = collider.rounding;
+    if (!collider.keyframes.empty()) out["keyframes"] = to_json(collider.keyframes);
+    out["pivot"] = to_json(collider.pivot);
+    out["friction"] = collider.friction;
+    return out;
+}
+
+Json to_json(const HandleDescription& handle) {
+    Json out;
+    out["name"] = handle.name;
+    out["body"] = handle.body;
+    out["region"] = to_json(handle.region);
+    if (!handle.keyframes.empty()) out["keyframes"] = to_json(handle.keyframes);
+    out["pivot"] = to_json(handle.pivot);
+    out["stiffness"] = handle.stiffness;
+    out["force_limit"] = or_null(handle.force_limit);
+    out["from_time"] = handle.from_time;
+    out["until_time"] = or_null(handle.until_time);
     return out;
 }
 
@@ -294,8 +334,11 @@ nlohmann::ordered_json resolved_scene(const SceneDescription& scene) {
     if (scene.ground) {
         out["ground"] = {{"height", scene.ground->height}, {"friction", scene.ground->friction}};
     }
+    out["colliders"] = array_of(scene.colliders);
+    out["contact"] = {{"pieces", scene.contact.pieces}, {"friction", scene.contact.friction}};
     out["bodies"] = array_of(scene.bodies);
     out["constraints"] = array_of(scene.constraints);
+    out["handles"] = array_of(scene.handles);
     out["tools"] = array_of(scene.tools);
     out["solver"] = {{"kind", name_of(scene.solver.kind, solver_kind_names)},
                      {"integrator", name_of(scene.solver.integrator, integrator_names)},

@@ -73,7 +73,7 @@ TEST(Step, DoesNotAllocateOnceItIsWarm) {
             body.options.kind = way.kind;
             if (way.on_ground) {
                 body.input.gravity = Vec3(0, 0, -9.81);
-                body.input.ground = GroundPlane{Vec3::UnitZ(), -0.205, 0.4};
+                body.ground = fixtures::Ground{Vec3::UnitZ(), -0.205, 0.4};
             }
             if (way.moves)
                 body.move([](const Vec3& x) -> Vec3 { return x; },

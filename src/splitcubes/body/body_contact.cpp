@@ -1,0 +1,147 @@
+// What a body shows to contact: samples of its skin, who carries them, and its handles.
+#include <splitcubes/body/body.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <tuple>
+
+namespace splitcubes::body {
+
+namespace {
+
+// Spread of a side's phyxels along a direction, in squared spacings, below which nothing is
+// extrapolated along it.
+constexpr double least_spread = 0.005;
+
+// Changes the weights so that the side's point goes where every affine motion of the body takes
+// `place` (linear reproduction, as in moving least squares: weights times a linear function). The
+// mean of the phyxels lies up to a spacing off the skin: a push there would have another arm than
+// the skin's own motion, and make energy where a body rolls.
+void carry_exactly(std::span<const Vec3> rest, const Vec3& place, double spacing,
+                   meshless::ContactSide& side) {
+    Vec3 centre = Vec3::Zero();
+    for (std::uint32_t k = 0; k < side.count; ++k) centre += side.weight[k] * rest[side.phyxel[k]];
+    Mat3 spread = Mat3::Zero();
+    for (std::uint32_t k = 0; k < side.count; ++k) {
+        const Vec3 arm = rest[side.phyxel[k]] - centre;
+        spread += side.weight[k] * arm * arm.transpose();
+    }
+    const Eigen::SelfAdjointEigenSolver<Mat3> axes(spread);
+    const double least = least_spread * spacing * spacing;
+    Vec3 slope = Vec3::Zero();
+    for (int a = 0; a < 3; ++a) {
+        const double along = axes.eigenvalues()[a];
+        const Vec3 axis = axes.eigenvectors().col(a);
+        slope += along / (along * along + least * least) * axis.dot(place - centre) * axis;
+    }
+    for (std::uint32_t k = 0; k < side.count; ++k)
+        side.weight[k] *= 1 + slope.dot(rest[side.phyxel[k]] - centre);
+}
+
+}  // namespace
+
+// One vertex inside a surface cell for every fan, of those that fall into a box of half a phyxel
+// spacing the first of each piece and main direction of its normal.
+void Body::list_skin_points() {
+    skin_points_.clear();
+    const double cell = grid_.rest().cell_size;
+    const int side = std::max(1, static_cast<int>(std::floor(0.5 * spacing_ / cell)));
+    std::set<std::tuple<int, int, int, std::int32_t, int>> seen;
+    const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
+    for (std::uint32_t v = 0; v < vertices.size(); ++v) {
+        const splitting::SurfaceVertex& vertex = vertices[v];
+        if (!vertex.alive() || vertex.kind != splitting::VertexKind::centre) continue;
+        const std::int32_t piece = pieces_->piece_of(grid_, surface_->carrier(vertex));
+        int axis = 0;
+        const float main = vertex.normal.cwiseAbs().maxCoeff(&axis);
+        if (!(main > 0)) continue;
+        const int direction = 2 * axis + (vertex.normal[axis] < 0);
+        const Vec3i box = vertex.place / side;
+        if (seen.insert({box[0], box[1], box[2], piece, direction}).second)
+            skin_points_.push_back({v, piece});
+    }
+    skin_revision_ = surface_->revision();
+}
+
+// The heaviest node that carries the vertex stands for all: a contact needs who is near, the
+// exact place is that of the surface.
+meshless::ContactSide Body::carriers_of(std::uint32_t vertex, std::int32_t piece, std::uint32_t part) const {
+    const splitting::SurfaceVertex& v = surface_->vertices()[vertex];
+    const splitting::Carriers carriers = surface_->carriers(grid_.rest(), v);
+    std::size_t heaviest = 0;
+    for (std::size_t k = 1; k < carriers.count; ++k)
+        if (carriers.weights[k] > carriers.weights[heaviest]) heaviest = k;
+    meshless::ContactSide side;
+    side.part = part;
+    const auto take = [&](std::uint32_t phyxel, double weight) {
+        std::size_t at = side.count;
+        while (at > 0 && side.weight[at - 1] < weight) --at;
+        if (at >= meshless::ContactSide::most) return;
+        if (side.count < meshless::ContactSide::most) ++side.count;
+        for (std::size_t k = side.count - 1; k > at; --k) {
+            side.phyxel[k] = side.phyxel[k - 1];
+            side.weight[k] = side.weight[k - 1];
+        }
+        side.phyxel[at] = phyxel;
+        side.weight[at] = weight;
+    };
+    const std::uint32_t node = surface_to_tracked_[carriers.nodes[heaviest]];
+    const meshless::NodeKernels& kernels = tracker_.kernels();
+    if (node < kernels.size()) {
+        const meshless::NodeKernels::Row& row = kernels.rows[node];
+        for (std::uint32_t k = row.begin; k < row.begin + row.count; ++k)
+            if (kernels.weight[k] > 0) take(kernels.phyxel[k], kernels.weight[k]);
+    }
+    if (side.count == 0) {
+        // A node that sees no phyxel of its own: the nearest one of the piece.
+        double nearest = 1e300;
+        for (std::uint32_t i = 0; i < phyxels_.size(); ++i) {
+            const double distance = (phyxels_.rest_position[i] - v.rest).squaredNorm();
+            if (phyxels_.piece[i] != piece || distance >= nearest) continue;
+            nearest = distance;
+            side.phyxel[0] = i;
+            side.weight[0] = 1;
+            side.count = 1;
+        }
+    }
+    double total = 0;
+    for (std::uint32_t k = 0; k < side.count; ++k) total += side.weight[k];
+    for (std::uint32_t k = 0; k < side.count; ++k) side.weight[k] /= total;
+    carry_exactly(phyxels_.rest_position, v.rest, spacing_, side);
+    return side;
+}
+
+void Body::add_handle(Handle handle) {
+    handles_.push_back(std::move(handle));
+    grabbed_.clear();
+}
+
+void Body::add_pulls(const StepContext& context, std::uint32_t part, std::vector<meshless::Pull>& pulls,
+                     std::vector<double>& limits) {
+    if (grabbed_.size() != handles_.size()) {
+        grabbed_.assign(handles_.size(), {});
+        for (std::size_t h = 0; h < handles_.size(); ++h)
+            for (std::uint32_t i = 0; i < phyxels_.size(); ++i)
+                if (handles_[h].region(phyxels_.rest_position[i])) grabbed_[h].push_back(i);
+    }
+    for (std::size_t h = 0; h < handles_.size(); ++h) {
+        const Handle& handle = handles_[h];
+        const auto number = static_cast<std::uint32_t>(limits.size());
+        limits.push_back(handle.limit);
+        if (context.time < handle.from || context.time >= handle.until) continue;
+        const Isometry motion = handle.motion(context.time + context.dt);
+        double mass = 0;
+        for (const std::uint32_t i : grabbed_[h]) mass += phyxels_.mass[i];
+        if (!(mass > 0)) continue;
+        for (const std::uint32_t i : grabbed_[h]) {
+            const double stiffness = handle.stiffness * phyxels_.mass[i] / mass;
+            if (stiffness > 0)
+                pulls.push_back({part, i, number, motion * phyxels_.rest_position[i], stiffness});
+        }
+    }
+}
+
+}  // namespace splitcubes::body

@@ -1,0 +1,69 @@
+// What tools feel of what they cut.
+#include <splitcubes/body/world.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace splitcubes::body {
+
+namespace {
+
+// Square of the distance of a point from a polyline, m^2.
+double distance_from(const std::vector<Vec3>& line, const Vec3& point) {
+    double nearest = 1e300;
+    for (std::size_t k = 0; k + 1 < line.size(); ++k) {
+        const Vec3 along = line[k + 1] - line[k];
+        const double length = along.squaredNorm();
+        const double t = length > 0 ? std::clamp(along.dot(point - line[k]) / length, 0.0, 1.0) : 0;
+        nearest = std::min(nearest, (line[k] + t * along - point).squaredNorm());
+    }
+    return nearest;
+}
+
+void add_force(ToolForce& felt, const Isometry& tool, const Vec3& at, const Vec3& force) {
+    felt.force += force;
+    felt.torque += (at - tool.translation()).cross(force);
+}
+
+}  // namespace
+
+// One grid edge that the blade's edge has cut in the last interval of dt seconds.
+void Body::feel_cut(std::int32_t slot, double dt, const Isometry& tool_before, const Isometry& tool_now,
+                    ToolForce& felt) const {
+    const splitting::Crossing& crossing = grid_.crossing(slot);
+    const double cell = grid_.rest().cell_size;
+    const double area = cell * cell * std::abs(crossing.normal[crossing.edge.axis]);
+    const double work = settings_.material.cutting_resistance * area;
+    felt.area += area;
+    felt.work += work;
+    const std::int32_t a = tracker_.find(crossing.edge.node), b = tracker_.find(crossing.edge.upper());
+    if (!(work > 0) || a < 0 || b < 0) return;
+    const Vec3 at = (1 - crossing.parameter) * frames_[static_cast<std::size_t>(a)].position +
+                    crossing.parameter * frames_[static_cast<std::size_t>(b)].position;
+    const Vec3 way = at - tool_before * (tool_now.inverse() * at);
+    // Slower than a micrometre a second there is no direction to resist in.
+    if (way.norm() > 1e-6 * dt) add_force(felt, tool_now, at, -work / way.squaredNorm() * way);
+}
+
+void World::feel_sides(const Tool& tool, ToolForce& felt) const {
+    const double end = time();
+    if (!(tool.sides.reach > 0) || !(tool.sides.friction > 0) || !tool.blade.active(end)) return;
+    const Isometry now = tool.blade.frame(end), before = tool.blade.frame(end - settings_.time_step);
+    const std::vector<std::vector<Vec3>> pose = tool.blade.pose(end);
+    for (const meshless::ContactMemory& contact : contact_memory_) {
+        if ((contact.key >> 32 & 0xffffU) != 0) continue;
+        const Body& body = *bodies_[contact.key >> 48];
+        const auto vertex = static_cast<std::size_t>(contact.key & 0xffffffffU);
+        if (vertex >= body.vertex_positions().size()) continue;
+        const Vec3 at = body.vertex_positions()[vertex];
+        double nearest = 1e300;
+        for (const std::vector<Vec3>& line : pose) nearest = std::min(nearest, distance_from(line, at));
+        if (nearest > tool.sides.reach * tool.sides.reach) continue;
+        const Vec3 way = at - before * (now.inverse() * at);
+        // Both sides of the blade rub.
+        if (way.norm() > 1e-6 * settings_.time_step)
+            add_force(felt, now, at, -2 * tool.sides.friction * contact.pressure * way.normalized());
+    }
+}
+
+}  // namespace splitcubes::body

@@ -1,0 +1,363 @@
+#include <splitcubes/meshless/contact_forces.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace splitcubes::meshless {
+
+namespace {
+
+// Stiffness of a contact over that of what it touches.
+constexpr double hardness = 2.5;
+// A spring keeps its stiffness unless that of what it touches changes by more than this factor.
+constexpr double most_change = 4;
+// Share of all contact forces that may be wrong at the end of a step.
+constexpr double force_slack = 0.03;
+// What goes deeper by more than this share of the lift in a step (a hit) is solved for again, with a harder
+// push.
+constexpr double deep_share = 0.02;
+// A guess that stretches a slider to so many times what friction bears slides surely.
+constexpr double surely_sliding = 2;
+// What a slider's friction changes with its length, over the secant. Zero by the law; without any,
+// what all slides at once would be thrown to and fro from solve to solve.
+constexpr double slide_share = 0.5;
+// An approach by less than this share of the lift is resting, not hitting.
+constexpr double impact_share = 0.5;
+
+Vec3 along_plane(const Vec3& normal, const Vec3& v) {
+    return v - normal * normal.dot(v);
+}
+
+// Friction of a slider about a length: the limit, as a given force, and a little of a spring.
+void slide(const Vec3& slip, double limit, double& tangent, Vec3& rub) {
+    tangent = slide_share * limit / slip.norm();
+    rub = tangent * slip - limit / slip.norm() * slip;
+}
+
+// out[side] += sign * weight * force.
+void add_to_side(const ContactSide& side, double sign, const Vec3& force, Field out) {
+    for (std::uint32_t k = 0; k < side.count; ++k)
+        out[side.part][side.phyxel[k]] += (sign * side.weight[k]) * force;
+}
+
+}  // namespace
+
+const ContactMemory* find_memory(std::span<const ContactMemory> memory, std::uint64_t key) {
+    const auto at =
+        std::lower_bound(memory.begin(), memory.end(), key,
+                         [](const ContactMemory& m, std::uint64_t wanted) { return m.key < wanted; });
+    return at != memory.end() && at->key == key ? &*at : nullptr;
+}
+
+void find_impacts(const ContactInput& input, ConstField velocity, double dt,
+                  std::vector<std::uint8_t>& impact) {
+    impact.assign(input.contacts.size(), 0);
+    for (std::size_t c = 0; c < input.contacts.size(); ++c) {
+        const Contact& contact = input.contacts[c];
+        if (input.memory && find_memory(*input.memory, contact.key)) continue;
+        const Vec3 way =
+            dt * (side_value(contact.upper, velocity) - side_value(contact.lower, velocity)) - contact.drive;
+        const double closing = -contact.normal.dot(way);
+        impact[c] = closing > impact_share * contact.lift && contact.gap - closing < 0;
+    }
+}
+
+double ContactForces::load_of(const ContactSide& side, std::span<const Part> parts) const {
+    double sum = 0;
+    for (std::uint32_t k = 0; k < side.count; ++k) {
+        const std::uint32_t i = side.phyxel[k];
+        const Part& part = parts[side.part];
+        if (!part.fixed.empty() && part.fixed[i] != 0) continue;
+        // Contacts that share a phyxel share its stiffness.
+        const double shared = std::max(1.0, load_[side.part][i]);
+        sum += side.weight[k] * side.weight[k] * shared * part.mobility[i];
+    }
+    return sum;
+}
+
+// Way of the upper side against the lower one in the step, by their velocities.
+Vec3 ContactForces::coasting(const Contact& contact, std::span<const Part> parts) {
+    Vec3 way = -contact.drive;
+    double sign = 1;
+    for (const ContactSide* side : {&contact.upper, &contact.lower}) {
+        for (std::uint32_t k = 0; k < side->count; ++k)
+            way += sign * side->weight[k] * parts[side->part].coast *
+                   parts[side->part].velocity[side->phyxel[k]];
+        sign = -1;
+    }
+    return way;
+}
+
+void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std::span<const Part> parts,
+                            ConstField guess) {
+    const Contact& contact = input.contacts[number];
+    const double mobility = load_of(contact.upper, parts) + load_of(contact.lower, parts);
+    if (!(mobility > 0) || !std::isfinite(mobility)) return;
+    Row row;
+    row.contact = number;
+    row.normal = hardness / mobility;
+    // What overlaps when it is first seen (faces of a fresh cut, things put into each other) is no compressed
+    // spring.
+    row.allowed = std::min(0.0, contact.gap);
+    for (std::uint32_t k = 0; k < contact.upper.count; ++k)
+        row.start += contact.upper.weight[k] * parts[contact.upper.part].start[contact.upper.phyxel[k]];
+    for (std::uint32_t k = 0; k < contact.lower.count; ++k)
+        row.start -= contact.lower.weight[k] * parts[contact.lower.part].start[contact.lower.phyxel[k]];
+    const ContactMemory* memory = input.memory ? find_memory(*input.memory, contact.key) : nullptr;
+    if (memory) {
+        row.slip = along_plane(contact.normal, memory->slip);
+        row.pressure = memory->pressure;
+        row.last_force = memory->force;
+        row.allowed = std::min(0.0, memory->allowed + contact.lift);
+        // A spring that grew stiffer or softer under load would make or lose energy.
+        if (memory->stiffness > row.normal / most_change && memory->stiffness < row.normal * most_change)
+            row.normal = memory->stiffness;
+    }
+    const Vec3 way = relative(row, guess);
+    // What pushed goes on pushing, and what comes nearer by its own velocity begins to; a guess with gravity
+    // in it would press the whole underside of a thing that stands on a few points.
+    row.active = row.pressure > 0 || contact.gap + contact.normal.dot(coasting(contact, parts)) < row.allowed;
+    row.tangent = contact.friction > 0 ? row.normal : 0;
+    if (row.pressure > 0 && contact.friction > 0) {
+        const Vec3 slip = row.slip + along_plane(contact.normal, way);
+        const double limit = contact.friction * row.pressure;
+        if (row.tangent * slip.norm() > surely_sliding * limit) slide(slip, limit, row.tangent, row.rub);
+    }
+    rows_.push_back(row);
+}
+
+void ContactForces::begin(const ContactInput& input, std::span<const Part> parts, ConstField guess) {
+    input_ = input;
+    rows_.clear();
+    pulls_.clear();
+    pushing_ = 0;
+    load_.resize(parts.size());
+    for (std::size_t p = 0; p < parts.size(); ++p) load_[p].assign(parts[p].start.size(), 0);
+    for (const Contact& contact : input.contacts)
+        for (const ContactSide* side : {&contact.upper, &contact.lower})
+            for (std::uint32_t k = 0; k < side->count; ++k)
+                load_[side->part][side->phyxel[k]] += std::abs(side->weight[k]);
+    for (std::uint32_t c = 0; c < input.contacts.size(); ++c) add_row(input, c, parts, guess);
+    for (const Pull& pull : input.pulls) {
+        const Part& part = parts[pull.part];
+        if (part.fixed.empty() || part.fixed[pull.phyxel] == 0) pulls_.push_back({pull, pull.stiffness});
+    }
+    if (!pulls_.empty()) revise_pulls(guess);
+}
+
+// Way of the upper side against the lower one since the step began.
+Vec3 ContactForces::relative(const Row& row, ConstField position) const {
+    const Contact& contact = input_.contacts[row.contact];
+    return side_value(contact.upper, position) - side_value(contact.lower, position) - row.start -
+           contact.drive;
+}
+
+Vec3 ContactForces::spring_force(const Row& row, const Vec3& way) const {
+    const Contact& contact = input_.contacts[row.contact];
+    const double gap = contact.gap + contact.normal.dot(way);
+    return contact.normal * (row.normal * (row.allowed + row.push - gap)) -
+           row.tangent * (row.slip + along_plane(contact.normal, way)) + row.rub;
+}
+
+// By the law of contact; `tangent` is the stiffness that gives its friction.
+Vec3 ContactForces::allowed_force(const Row& row, const Vec3& way, double& tangent) const {
+    const Contact& contact = input_.contacts[row.contact];
+    const double gap = contact.gap + contact.normal.dot(way);
+    const double pressure = row.normal * (row.allowed + row.push - gap);
+    tangent = 0;
+    if (!(pressure > 0)) return Vec3::Zero();
+    const Vec3 slip = row.slip + along_plane(contact.normal, way);
+    const double length = slip.norm();
+    const double limit = contact.friction * pressure;
+    tangent = contact.friction > 0 ? row.normal : 0;
+    if (tangent * length > limit) tangent = limit / length;
+    return contact.normal * pressure - tangent * slip;
+}
+
+void ContactForces::add_diagonal(std::uint32_t part, std::span<double> diagonal) const {
+    for (const Row& row : rows_) {
+        if (!row.active) continue;
+        const Contact& contact = input_.contacts[row.contact];
+        for (const ContactSide* side : {&contact.upper, &contact.lower}) {
+            if (side->part != part) continue;
+            double sum = 0;
+            for (std::uint32_t k = 0; k < side->count; ++k) sum += std::abs(side->weight[k]);
+            for (std::uint32_t k = 0; k < side->count; ++k)
+                diagonal[side->phyxel[k]] += sum * std::abs(side->weight[k]) * row.normal;
+        }
+    }
+    for (const Spring& spring : pulls_)
+        if (spring.pull.part == part) diagonal[spring.pull.phyxel] += spring.stiffness;
+}
+
+void ContactForces::add_forces(ConstField position, Field force) const {
+    for (const Row& row : rows_) {
+        if (!row.active) continue;
+        const Contact& contact = input_.contacts[row.contact];
+        const Vec3 f = spring_force(row, relative(row, position));
+        if (!f.allFinite()) continue;
+        add_to_side(contact.upper, 1, f, force);
+        add_to_side(contact.lower, -1, f, force);
+    }
+    for (const Spring& s : pulls_)
+        force[s.pull.part][s.pull.phyxel] +=
+            s.stiffness * (s.pull.place - position[s.pull.part][s.pull.phyxel]);
+}
+
+double ContactForces::apply(ConstField in, Field out) const {
+    double product = 0;
+    for (const Row& row : rows_) {
+        if (!row.active) continue;
+        const Contact& contact = input_.contacts[row.contact];
+        const Vec3 way = side_value(contact.upper, in) - side_value(contact.lower, in);
+        const double along = contact.normal.dot(way);
+        const Vec3 force = row.tangent * way + ((row.normal - row.tangent) * along) * contact.normal;
+        product += way.dot(force);
+        add_to_side(contact.upper, 1, force, out);
+        add_to_side(contact.lower, -1, force, out);
+    }
+    for (const Spring& s : pulls_) {
+        const Vec3& way = in[s.pull.part][s.pull.phyxel];
+        out[s.pull.part][s.pull.phyxel] += s.stiffness * way;
+        product += s.stiffness * way.squaredNorm();
+    }
+    return product;
+}
+
+double ContactForces::apply_rows(std::size_t stride, const float* in, float* out) const {
+    double product = 0;
+    const auto at = [&](std::uint32_t i) { return Vec3(in[i], in[stride + i], in[2 * stride + i]); };
+    const auto value = [&](const ContactSide& side) {
+        Vec3 sum = Vec3::Zero();
+        for (std::uint32_t k = 0; k < side.count; ++k) sum += side.weight[k] * at(side.phyxel[k]);
+        return sum;
+    };
+    const auto add = [&](std::uint32_t i, const Vec3& force) {
+        for (std::size_t k = 0; k < 3; ++k)
+            out[k * stride + i] += static_cast<float>(force[static_cast<int>(k)]);
+    };
+    for (const Row& row : rows_) {
+        if (!row.active) continue;
+        const Contact& contact = input_.contacts[row.contact];
+        const Vec3 way = value(contact.upper) - value(contact.lower);
+        const double along = contact.normal.dot(way);
+        const Vec3 force = row.tangent * way + ((row.normal - row.tangent) * along) * contact.normal;
+        product += way.dot(force);
+        for (std::uint32_t k = 0; k < contact.upper.count; ++k)
+            add(contact.upper.phyxel[k], contact.upper.weight[k] * force);
+        for (std::uint32_t k = 0; k < contact.lower.count; ++k)
+            add(contact.lower.phyxel[k], -contact.lower.weight[k] * force);
+    }
+    for (const Spring& s : pulls_) {
+        const Vec3 way = at(s.pull.phyxel);
+        add(s.pull.phyxel, s.stiffness * way);
+        product += s.stiffness * way.squaredNorm();
+    }
+    return product;
+}
+
+// Scales the springs of each handle so that they pull by no more than its limit.
+bool ContactForces::revise_pulls(ConstField position) {
+    pulled_.assign(input_.pull_limits.size(), Vec3::Zero());
+    const auto stretch = [&](const Spring& s) {
+        return Vec3(s.pull.place - position[s.pull.part][s.pull.phyxel]);
+    };
+    for (const Spring& s : pulls_) pulled_[s.pull.handle] += s.pull.stiffness * stretch(s);
+    bool changed = false;
+    for (Spring& s : pulls_) {
+        const double limit = input_.pull_limits[s.pull.handle];
+        const double force = pulled_[s.pull.handle].norm();
+        const double wanted = s.pull.stiffness * (force > limit ? limit / force : 1);
+        changed = changed || std::abs(wanted - s.stiffness) > force_slack * wanted;
+        s.stiffness = wanted;
+    }
+    return changed;
+}
+
+bool ContactForces::revise(ConstField position, bool only_add) {
+    double wrong = 0, all = 0;
+    revisions_.assign(rows_.size(), Revision{});
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+        Row& row = rows_[r];
+        Revision& now = revisions_[r];
+        const Vec3 way = relative(row, position);
+        const Vec3 used = row.active ? spring_force(row, way) : Vec3(Vec3::Zero());
+        const Contact& contact = input_.contacts[row.contact];
+        // Never more than that: pushed out of where it was, it would be given energy.
+        const double deeper = std::min(0.0, contact.gap) - contact.gap - contact.normal.dot(way);
+        const double slack = deep_share * contact.lift;
+        const double push = row.active && deeper > slack ? deeper - 0.5 * slack : 0;
+        now.push = row.push + push;
+        std::swap(row.push, now.push);
+        const Vec3 right = allowed_force(row, way, now.tangent);
+        std::swap(row.push, now.push);
+        now.active = right.squaredNorm() > 0 || (row.active && only_add);
+        if (row.active && only_add && !(right.squaredNorm() > 0)) now.tangent = 0;
+        if (now.active && now.tangent > 0 && now.tangent < row.normal) {
+            const Vec3 slip = row.slip + along_plane(contact.normal, way);
+            slide(slip, now.tangent * slip.norm(), now.tangent, now.rub);
+        }
+        // One that begins to push now overlaps by what the solve did not know of: its pressure, and so the
+        // friction that it can bear, are known after the next solve only.
+        if (!row.active && contact.friction > 0) now.tangent = row.normal;
+        if (!way.allFinite())
+            now.active = false;
+        else {
+            wrong += (right - used).norm();
+            all += right.norm();
+        }
+    }
+    const bool pulls = !pulls_.empty() && revise_pulls(position);
+    if (!(wrong > force_slack * all) && !pulls) return false;
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+        rows_[r].active = revisions_[r].active;
+        rows_[r].push = revisions_[r].push;
+        rows_[r].tangent = revisions_[r].tangent;
+        rows_[r].rub = revisions_[r].rub;
+    }
+    return true;
+}
+
+void ContactForces::finish(ConstField position, std::span<const std::span<std::uint8_t>> touching) {
+    next_.clear();
+    for (Row& row : rows_) {
+        const Contact& contact = input_.contacts[row.contact];
+        const Vec3 way = relative(row, position);
+        double tangent = 0;
+        row.force = row.active ? allowed_force(row, way, tangent) : Vec3(Vec3::Zero());
+        if (!row.force.allFinite()) row.force.setZero();
+        if (!(row.force.squaredNorm() > 0)) continue;
+        // What slid stays behind: the spring keeps the length that friction bears.
+        const Vec3 slip = row.slip + along_plane(contact.normal, way);
+        const double kept = contact.friction > 0 ? tangent / row.normal : 0;
+        next_.push_back(
+            {contact.key, kept * slip, contact.normal.dot(row.force), row.force, row.normal, row.allowed});
+        for (const ContactSide* side : {&contact.upper, &contact.lower})
+            for (std::uint32_t k = 0; k < side->count; ++k) touching[side->part][side->phyxel[k]] = 1;
+    }
+    pushing_ = next_.size();
+    if (input_.memory) input_.memory->swap(next_);
+    if (!input_.pull_forces) return;
+    input_.pull_forces->assign(input_.pull_limits.size(), Vec3::Zero());
+    for (const Spring& s : pulls_)
+        (*input_.pull_forces)[s.pull.handle] +=
+            s.stiffness * (s.pull.place - position[s.pull.part][s.pull.phyxel]);
+}
+
+void ContactForces::add_changes(std::uint32_t part, std::span<const std::int32_t> piece,
+                                std::span<Vec3> change) const {
+    for (const Row& row : rows_) {
+        const Contact& contact = input_.contacts[row.contact];
+        const Vec3 more = row.force - row.last_force;
+        const auto add = [&](const ContactSide& side, double sign) {
+            if (side.is_collider() || side.part != part) return;
+            const std::int32_t k = piece[side.phyxel[0]];
+            if (k >= 0 && static_cast<std::size_t>(k) < change.size())
+                change[static_cast<std::size_t>(k)] += sign * more;
+        };
+        add(contact.upper, 1);
+        add(contact.lower, -1);
+    }
+}
+
+}  // namespace splitcubes::meshless

@@ -1,0 +1,114 @@
+// Contacts and pulls as springs within the implicit step's linear solve.
+#pragma once
+
+#include <splitcubes/meshless/contact.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace splitcubes::meshless {
+
+using Field = std::span<const std::span<Vec3>>;             // per part, per phyxel
+using ConstField = std::span<const std::span<const Vec3>>;  // per part, per phyxel
+
+/// Compliant contacts, linearised like the elastic forces: where the gap g at the end of
+/// the step is below what is allowed, the force k (allowed - g) along the normal, and
+/// along the plane a spring to the place where the two points met, whose force is cut
+/// off at friction times that (an elastic slider; Cundall and Strack 1979). The spring's length is
+/// carried from step to step, so nothing creeps that sticks. k is 2.5 times the stiffness that the
+/// phyxels of the contact show in the solve, and stays while the contact pushes: the force has a potential,
+/// so that what rolls from contact to contact gains nothing. Allowed is zero, or the overlap that the contact
+/// began with. Where a hit would go deeper by more than a little in one step the solve is repeated with what
+/// it went deeper added to what is allowed, for that step (augmented Lagrangian): that work is never
+/// positive.
+///
+/// Pulls are springs whose sum over a handle is cut off at its limit in the same way.
+///
+/// Sums run in the order of the contacts: the same bits for any number of threads.
+class ContactForces {
+  public:
+    /// What a step is about, one entry a part. Spans live as long as the step.
+    struct Part {
+        std::span<const Vec3> start;          // m, positions before the step
+        std::span<const Vec3> velocity;       // m/s, before the step
+        double coast = 0;                     // s, the step
+        std::span<const double> mobility;     // m/N, inverse diagonal of the solve without contacts
+        std::span<const std::uint8_t> fixed;  // per phyxel: 1: its place is prescribed
+    };
+
+    /// Forgets the last step. Guess: where the phyxels will be about; it decides what
+    /// begins as sliding.
+    void begin(const ContactInput& input, std::span<const Part> parts, ConstField guess);
+    bool empty() const { return rows_.empty() && pulls_.empty(); }
+
+    /// Adds what the springs add to the solve's diagonal, N/m.
+    void add_diagonal(std::uint32_t part, std::span<double> diagonal) const;
+    /// Adds the forces that the springs have at these places, N.
+    void add_forces(ConstField position, Field force) const;
+    /// out += stiffness of the springs times in; returns in . (what was added).
+    double apply(ConstField in, Field out) const;
+    /// The same of part 0 in row arrays: component k of phyxel i is at k * stride + i.
+    double apply_rows(std::size_t stride, const float* in, float* out) const;
+    /// Compares the springs' forces with what contact and friction allow at these places.
+    /// Where they differ by more than a few percent in all, changes the springs and
+    /// returns true: the solve is to be repeated. only_add: none is let go (against going round
+    /// in circles); a contact that pulls for a step does less harm than one that is missed.
+    bool revise(ConstField position, bool only_add);
+    /// Writes memory and pull forces of the step; marks phyxels that something pushes.
+    void finish(ConstField position, std::span<const std::span<std::uint8_t>> touching);
+    /// After finish: adds to each piece of a part by how much more it is pushed than a step ago, N.
+    void add_changes(std::uint32_t part, std::span<const std::int32_t> piece, std::span<Vec3> change) const;
+    /// Contacts that push, after finish.
+    std::size_t pushing() const { return pushing_; }
+
+  private:
+    struct Row {
+        std::uint32_t contact = 0;
+        bool active = false;
+        double normal = 0;                                     // N/m
+        double tangent = 0;                                    // N/m, now; of a slider a share of its secant
+        double allowed = 0;                                    // m, the gap above which nothing pushes, <= 0
+        double push = 0;                                       // m, added to that for this step by a hit
+        Vec3 slip = Vec3::Zero();                              // m, before the step
+        Vec3 rub = Vec3::Zero();                               // N, friction as a given force
+        Vec3 start = Vec3::Zero();                             // m, upper less lower before the step
+        double pressure = 0;                                   // N, last known
+        Vec3 last_force = Vec3::Zero(), force = Vec3::Zero();  // N, of the last step and of this
+    };
+    struct Spring {
+        Pull pull;
+        double stiffness = 0;  // N/m, now
+    };
+    static Vec3 coasting(const Contact& contact, std::span<const Part> parts);
+    Vec3 relative(const Row& row, ConstField position) const;
+    Vec3 spring_force(const Row& row, const Vec3& way) const;
+    Vec3 allowed_force(const Row& row, const Vec3& way, double& tangent) const;
+    void add_row(const ContactInput& input, std::uint32_t number, std::span<const Part> parts,
+                 ConstField guess);
+    double load_of(const ContactSide& side, std::span<const Part> parts) const;
+    bool revise_pulls(ConstField position);
+
+    ContactInput input_;
+    std::vector<Row> rows_;
+    std::vector<Spring> pulls_;
+    std::vector<std::vector<double>> load_;  // per part, per phyxel: sum of weights of its contacts
+    std::vector<ContactMemory> next_;
+    /// Of revise, per row.
+    struct Revision {
+        bool active = false;
+        double tangent = 0;       // N/m
+        double push = 0;          // m
+        Vec3 rub = Vec3::Zero();  // N
+    };
+    std::vector<Revision> revisions_;
+    std::vector<Vec3> pulled_;  // N, per handle
+    std::size_t pushing_ = 0;
+};
+
+/// Per contact 1 where the two sides, not touching before, close the gap within the step by
+/// their velocities alone.
+void find_impacts(const ContactInput& input, ConstField velocity, double dt,
+                  std::vector<std::uint8_t>& impact);
+
+}  // namespace splitcubes::meshless

@@ -1,0 +1,460 @@
+// The course of ImplicitSolver's step, of one body or of several that push on each other.
+#include <splitcubes/meshless/solver.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+namespace splitcubes::meshless {
+
+namespace {
+
+// A change of contact force that moves a piece by so many lifts in a step is a jolt.
+constexpr double jolt_lifts = 2;
+// Share of the wanted square of the residual that rounding may make up.
+constexpr double noise_share = 0.1;
+// As in solver.cpp.
+constexpr double contact_tolerance_share = 0.01;
+
+}  // namespace
+
+/// Bodies that step together, and their contacts.
+struct ImplicitSolver::Group {
+    std::vector<ImplicitSolver*> solvers;
+    std::vector<Job> jobs;
+    ContactForces* forces = nullptr;
+    std::vector<std::span<const Vec3>> base, place;
+    std::vector<std::span<Vec3>> pushed, image;
+    std::vector<std::span<std::uint8_t>> touching;
+    std::vector<std::span<const Vec3>> velocity, solution, direction;
+    std::vector<ContactForces::Part> parts;
+    std::vector<std::uint8_t> impact;         // per contact
+    std::vector<std::uint8_t> pushed_before;  // per contact
+
+    void clear() {
+        solvers.clear();
+        jobs.clear();
+        parts.clear();
+        touching.clear();
+        for (auto* spans : {&base, &place, &velocity, &solution, &direction}) spans->clear();
+        for (auto* spans : {&pushed, &image}) spans->clear();
+    }
+    std::size_t size() const { return solvers.size(); }
+    void add(ImplicitSolver& solver, const Job& job) {
+        solvers.push_back(&solver);
+        jobs.push_back(job);
+        base.emplace_back(solver.base_);
+        place.emplace_back(solver.p_);
+        pushed.emplace_back(solver.pushed_);
+        image.emplace_back(solver.q_);
+        velocity.emplace_back(job.phyxels.velocity);
+        solution.emplace_back(solver.d_);
+        direction.emplace_back(solver.p_);
+        touching.emplace_back(job.phyxels.touching);
+    }
+    template <class Do>
+    void each(const Do& act) {
+        for (std::size_t k = 0; k < size(); ++k) act(*solvers[k], jobs[k], static_cast<std::uint32_t>(k));
+    }
+    void begin_contacts(const ContactInput& input);
+    void refresh_contacts();
+    bool revise(bool only_add);
+    void solve();
+    double residual(double wanted);
+    double apply_to_direction();
+    void solve_together();
+    void solve_with_contacts();
+    void remember_pushing(const ContactInput& contacts);
+    void break_switched(const ContactInput& contacts);
+    using SetOf = std::function<std::size_t(std::uint32_t part, std::uint32_t phyxel)>;
+    void restore(std::size_t set, const SetOf& set_of);
+};
+
+ImplicitSolver::GroupBuffer::GroupBuffer() = default;
+ImplicitSolver::GroupBuffer::GroupBuffer(const GroupBuffer& /*other*/) {}
+ImplicitSolver::GroupBuffer& ImplicitSolver::GroupBuffer::operator=(const GroupBuffer& /*other*/) {
+    return *this;
+}
+ImplicitSolver::GroupBuffer::~GroupBuffer() = default;
+
+ImplicitSolver::Group& ImplicitSolver::GroupBuffer::get() {
+    if (!group_) group_ = std::make_unique<Group>();
+    return *group_;
+}
+
+// The springs begin at the places that the first guess leads to.
+void ImplicitSolver::Group::begin_contacts(const ContactInput& input) {
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        s.place_at_solution(job);
+        parts.push_back({s.start_position_, s.start_velocity_, job.input.dt, s.mobility_, s.held_});
+    });
+    forces->begin(input, parts, place);
+}
+
+// What follows from the springs: their forces at the base, and the preconditioner.
+void ImplicitSolver::Group::refresh_contacts() {
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
+        s.inverse_ = s.mobility_;
+        if (forces->empty()) return;
+        std::fill(s.pushed_.begin(), s.pushed_.end(), Vec3::Zero());
+        s.added_.assign(s.inverse_.size(), 0);
+        forces->add_diagonal(k, s.added_);
+        for_phyxels(job.parallel, s.added_.size(),
+                    [&](std::size_t i) { s.inverse_[i] /= 1 + s.added_[i] * s.inverse_[i]; });
+    });
+    if (!forces->empty()) forces->add_forces(base, pushed);
+}
+
+bool ImplicitSolver::Group::revise(bool only_add) {
+    if (forces->empty()) return false;
+    each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.place_at_solution(job); });
+    if (!forces->revise(place, only_add)) return false;
+    refresh_contacts();
+    return true;
+}
+
+void ImplicitSolver::Group::solve() {
+    if (size() == 1)
+        solvers[0]->solve(jobs[0]);
+    else
+        solve_together();
+}
+
+void ImplicitSolver::Group::solve_with_contacts() {
+    refresh_contacts();
+    solve();
+    for (int pass = 0; pass < max_contact_passes && revise(pass >= letting_go_passes); ++pass) solve();
+}
+
+void ImplicitSolver::Group::remember_pushing(const ContactInput& contacts) {
+    pushed_before.assign(contacts.contacts.size(), 0);
+    for (std::size_t c = 0; contacts.memory && c < pushed_before.size(); ++c)
+        pushed_before[c] = find_memory(*contacts.memory, contacts.contacts[c].key) != nullptr;
+}
+
+// A piece that begins or ends to be pushed somewhere has no history to go on from: extrapolated past the
+// change, BDF2 makes energy where something rolls from contact to contact.
+void ImplicitSolver::Group::break_switched(const ContactInput& contacts) {
+    for (std::size_t c = 0; contacts.memory && c < pushed_before.size(); ++c) {
+        const Contact& contact = contacts.contacts[c];
+        const bool pushes = find_memory(*contacts.memory, contact.key) != nullptr;
+        if (pushes == (pushed_before[c] != 0)) continue;
+        for (const ContactSide* side : {&contact.upper, &contact.lower})
+            for (std::uint32_t k = 0; k < side->count; ++k) {
+                ImplicitSolver& s = *solvers[side->part];
+                s.hit_[s.piece_of(jobs[side->part], side->phyxel[k])] = 1;
+            }
+    }
+}
+
+// Of all bodies, in double precision where single would say nothing.
+double ImplicitSolver::Group::residual(double wanted) {
+    const auto take = [&](bool exact, double& noise) {
+        each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { s.image_of_solution(job, exact); });
+        forces->apply(solution, image);
+        double square = 0;
+        noise = 0;
+        each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+            double part = 0;
+            square += s.residual_of_image(job, exact, part);
+            noise += part;
+        });
+        return square;
+    };
+    double noise = 0;
+    const double square = take(false, noise);
+    return noise > noise_share * wanted ? take(true, noise) : square;
+}
+
+// Image of the direction; returns their product.
+double ImplicitSolver::Group::apply_to_direction() {
+    double product = 0;
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        product +=
+            s.elastic_.apply_stiffness(1 + s.damping_ratio(job), s.diagonal_, s.p_, s.q_, job.parallel);
+    });
+    return product + forces->apply(direction, image);
+}
+
+// Conjugate gradients as of ImplicitSolver::solve, over all bodies at once.
+void ImplicitSolver::Group::solve_together() {
+    const auto sum = [&](const auto& term) {
+        double total = 0;
+        each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+            total += s.sum_(job.parallel, s.d_.size(), [&](std::size_t begin, std::size_t end) {
+                double part = 0;
+                for (std::size_t i = begin; i < end; ++i) part += term(s, i);
+                return part;
+            });
+        });
+        return total;
+    };
+    // What touches something rocks by the least force that is left over; less than of one body, since point
+    // Jacobi is slow where a stiff body lies on a soft one. The first body, which has the contacts, has asked
+    // for its own share of the tolerance.
+    constexpr double share = 0.1;
+    const double asked = share / contact_tolerance_share;
+    double wanted = 0;
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        ++s.report_.solves;
+        const double part = s.contacts_.empty() ? share : asked;
+        wanted += part * part * s.wanted_residual(job);
+    });
+    double rz = residual(wanted);
+    sum([](ImplicitSolver& s, std::size_t i) {
+        s.p_[i] = s.inverse_[i] * s.r_[i];
+        return 0.0;
+    });
+    const SolverOptions& options = jobs[0].options;
+    for (int k = 0; k < options.max_iterations && rz > wanted; ++k) {
+        const double curvature = apply_to_direction();
+        if (!(curvature > 0) || !std::isfinite(curvature)) break;
+        const double alpha = rz / curvature;
+        const double next = sum([&](ImplicitSolver& s, std::size_t i) {
+            s.d_[i] += alpha * s.p_[i];
+            s.r_[i] -= alpha * s.filtered(i, s.q_[i]);
+            return s.inverse_[i] * s.r_[i].squaredNorm();
+        });
+        if (!std::isfinite(next)) break;
+        const double beta = next / rz;
+        rz = next;
+        sum([&](ImplicitSolver& s, std::size_t i) {
+            s.p_[i] = s.inverse_[i] * s.r_[i] + beta * s.p_[i];
+            return 0.0;
+        });
+        ++solvers[0]->report_.iterations;
+    }
+    const double residual = rz > 0 && wanted > 0 ? share * options.tolerance * std::sqrt(rz / wanted) : 0;
+    each([&](ImplicitSolver& s, const Job&, std::uint32_t) { s.report_.residual = residual; });
+}
+
+SolverReport ImplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                  const Material& material, const StepInput& input,
+                                  const SolverOptions& options, const Parallel& parallel) {
+    std::array<Member, 1> alone = {Member{*this, phyxels, neighbourhoods, material, input}};
+    step_together(alone, input.contacts, options, parallel);
+    return alone[0].report;
+}
+
+void ImplicitSolver::step_together(std::span<Member> members, const ContactInput& contacts,
+                                   const SolverOptions& options, const Parallel& parallel) {
+    Group& group = members[0].solver.group_.get();
+    group.clear();
+    group.forces = &members[0].solver.contacts_;
+    for (Member& m : members) {
+        check_step_input(m.phyxels, m.input);
+        assert(m.neighbourhoods.size() == m.phyxels.size());
+        const Job job{m.phyxels, m.neighbourhoods, m.material, m.input, options, parallel};
+        m.solver.report_ = SolverReport{};
+        m.solver.size_buffers(m.phyxels.size());
+        group.add(m.solver, job);
+    }
+    group.remember_pushing(contacts);
+    find_impacts(contacts, group.velocity, members[0].input.dt, group.impact);
+    group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
+        s.find_hits(job, contacts, group.impact, k);
+        s.prepare(job);
+    });
+    group.begin_contacts(contacts);
+    group.solve_with_contacts();
+    const auto torn = [&] {
+        bool any = false;
+        group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { any = s.is_torn(job) || any; });
+        return any;
+    };
+    for (int pass = 0; pass < max_distorted_passes && (pass < options.further_solves || torn()); ++pass) {
+        group.each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
+            for_phyxels(job.parallel, s.d_.size(), [&](std::size_t i) {
+                s.base_[i] += s.d_[i];
+                s.d_[i].setZero();
+            });
+            s.linearise(job);
+        });
+        group.solve_with_contacts();
+    }
+    group.each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        s.place_at_solution(job);
+        std::fill(job.phyxels.touching.begin(), job.phyxels.touching.end(), std::uint8_t{0});
+    });
+    group.forces->finish(group.place, group.touching);
+    group.break_switched(contacts);
+    group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
+        s.find_jolts(job, *group.forces, contacts, k);
+        s.take_step(job);
+        s.bind_pieces(job, contacts, k);
+    });
+    if (options.restore_momentum && members.size() > 1) restore_shared(group, contacts);
+    group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
+        s.finish(job);
+        members[k].report = s.report_;
+    });
+    members[0].report.contacts = group.forces->pushing();
+}
+
+// Which pieces are hit in this step.
+void ImplicitSolver::find_hits(const Job& job, const ContactInput& contacts,
+                               std::span<const std::uint8_t> impact, std::uint32_t part) {
+    hit_.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
+    for (std::size_t c = 0; c < impact.size(); ++c) {
+        if (impact[c] == 0) continue;
+        for (const ContactSide* side : {&contacts.contacts[c].upper, &contacts.contacts[c].lower})
+            for (std::uint32_t k = 0; k < side->count; ++k)
+                if (side->part == part) hit_[piece_of(job, side->phyxel[k])] = 1;
+    }
+}
+
+// Pieces whose contacts push very differently than a step ago: no history to go on from, as
+// of those that are hit.
+void ImplicitSolver::find_jolts(const Job& job, const ContactForces& forces, const ContactInput& contacts,
+                                std::uint32_t part) {
+    if (contacts.contacts.empty()) return;
+    change_.assign(hit_.size() - 1, Vec3::Zero());
+    forces.add_changes(part, job.phyxels.piece, change_);
+    piece_mass_.assign(change_.size(), 0);
+    for (std::size_t i = 0; i < job.phyxels.size(); ++i)
+        if (piece_of(job, i) < piece_mass_.size()) piece_mass_[piece_of(job, i)] += job.phyxels.mass[i];
+    double lift = 1e300;
+    for (const Contact& c : contacts.contacts) lift = std::min(lift, c.lift);
+    for (std::size_t k = 0; k < change_.size(); ++k)
+        if (change_[k].norm() * job.input.dt * job.input.dt > jolt_lifts * lift * piece_mass_[k]) hit_[k] = 1;
+}
+
+void ImplicitSolver::prepare(const Job& job) {
+    choose_steps(job);
+    predict(job);
+    momenta_.begin(job.phyxels, job.input.piece_count, job.parallel);
+    linearise(job);
+    start_guess(job);
+}
+
+// p_ = where the solve puts the phyxels.
+void ImplicitSolver::place_at_solution(const Job& job) {
+    for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) { p_[i] = base_[i] + d_[i]; });
+}
+
+void ImplicitSolver::take_step(const Job& job) {
+    for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) { finish_phyxel(job, i); });
+    for (std::size_t i = 0; i < job.phyxels.size(); ++i) report_.non_finite += failed_[i];
+}
+
+// Pieces that something outside pushes or holds keep no momenta of their own; those that push
+// on each other keep theirs together.
+void ImplicitSolver::bind_pieces(const Job& job, const ContactInput& contacts, std::uint32_t part) {
+    const Phyxels& phyxels = job.phyxels;
+    for (std::size_t i = 0; i < phyxels.size(); ++i)
+        if (held_[i] != 0 || failed_[i] != 0) momenta_.bind(phyxels.piece[i]);
+    for (const Pull& pull : contacts.pulls)
+        if (pull.part == part) momenta_.bind(phyxels.piece[pull.phyxel]);
+    momenta_.join_touching(phyxels, contacts, part);
+}
+
+// Pieces of several bodies that push on nothing but each other keep their momenta together,
+// as those of one body do.
+void ImplicitSolver::restore_shared(Group& group, const ContactInput& contacts) {
+    std::vector<std::size_t> first(group.size() + 1, 0);  // slot of each part's first piece
+    group.each(
+        [&](ImplicitSolver& s, const Job&, std::uint32_t k) { first[k + 1] = first[k] + s.hit_.size(); });
+    std::vector<std::size_t> joined(first.back());
+    std::iota(joined.begin(), joined.end(), std::size_t{0});
+    std::vector<std::uint8_t> bound(joined.size(), 0), shared(joined.size(), 0);
+    const auto root = [&](std::size_t slot) {
+        while (joined[slot] != slot) slot = joined[slot];
+        return slot;
+    };
+    const auto slot_of = [&](std::uint32_t part, std::uint32_t phyxel) {
+        return first[part] + group.solvers[part]->piece_of(group.jobs[part], phyxel);
+    };
+    for (const Contact& c : contacts.contacts) {
+        if (!contacts.memory || !find_memory(*contacts.memory, c.key)) continue;
+        const std::size_t upper = slot_of(c.upper.part, c.upper.phyxel[0]);
+        if (c.lower.is_collider()) {
+            bound[upper] = 1;
+            continue;
+        }
+        const std::size_t lower = slot_of(c.lower.part, c.lower.phyxel[0]);
+        if (c.lower.part != c.upper.part) shared[upper] = 1;
+        const std::size_t a = root(upper), b = root(lower);
+        joined[std::max(a, b)] = std::min(a, b);
+    }
+    for (const Pull& pull : contacts.pulls) bound[slot_of(pull.part, pull.phyxel)] = 1;
+    group.each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
+        bound[first[k + 1] - 1] = 1;
+        for (std::uint32_t i = 0; i < s.held_.size(); ++i)
+            if (s.held_[i] != 0 || s.failed_[i] != 0) bound[slot_of(k, i)] = 1;
+    });
+    std::vector<std::uint8_t> any_bound(joined.size(), 0), any_shared(joined.size(), 0);
+    for (std::size_t slot = 0; slot < joined.size(); ++slot) {
+        any_bound[root(slot)] |= bound[slot];
+        any_shared[root(slot)] |= shared[slot];
+    }
+    for (std::size_t slot = 0; slot < joined.size(); ++slot)
+        if (joined[slot] == slot && any_shared[slot] != 0 && any_bound[slot] == 0)
+            group.restore(slot, [&](std::uint32_t part, std::uint32_t i) { return root(slot_of(part, i)); });
+}
+
+// Gives the phyxels of one set of touching pieces, by one rigid velocity, the momenta that
+// they had together, after gravity and mass damping; first by moving, then to rounding.
+void ImplicitSolver::Group::restore(std::size_t set, const SetOf& set_of) {
+    const auto sum_up = [&](bool before) {
+        Momenta sum;
+        const auto every = [&](const auto& act) {
+            each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
+                const double dt = job.input.dt;
+                const double kept = before ? 1 / (1 + dt * job.material.mass_damping) : 1;
+                for (std::uint32_t i = 0; i < job.phyxels.size(); ++i) {
+                    if (set_of(k, i) != set) continue;
+                    const Vec3& x = before ? s.start_position_[i] : job.phyxels.position[i];
+                    const Vec3 v = before ? Vec3(kept * (s.start_velocity_[i] + dt * job.input.gravity))
+                                          : job.phyxels.velocity[i];
+                    act(job.phyxels.mass[i], x, v);
+                }
+            });
+        };
+        every([&](double m, const Vec3& x, const Vec3& v) {
+            sum.mass += m;
+            sum.centre += m * x;
+            sum.linear += m * v;
+        });
+        if (!(sum.mass > 0)) return sum;
+        sum.centre /= sum.mass;
+        const Vec3 mean = sum.linear / sum.mass;
+        every([&](double m, const Vec3& x, const Vec3& v) {
+            const Vec3 arm = x - sum.centre;
+            sum.spin += m * arm.cross(v - mean);
+            sum.inertia += m * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+        });
+        return sum;
+    };
+    const Momenta wanted = sum_up(true);
+    if (!(wanted.mass > 0)) return;
+    for (const bool moving : {true, false}) {
+        const Momenta now = sum_up(false);
+        const Vec3 shift = (wanted.linear - now.linear) / now.mass;
+        const Vec3 turning = angular_velocity(now.inertia, wanted.spin - now.spin);
+        each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
+            for (std::uint32_t i = 0; i < job.phyxels.size(); ++i) {
+                if (set_of(k, i) != set) continue;
+                const Vec3 change = shift + turning.cross(job.phyxels.position[i] - now.centre);
+                job.phyxels.velocity[i] += change;
+                if (moving) job.phyxels.position[i] += s.b_[i] * change;
+            }
+        });
+    }
+}
+
+// Restores the momenta and describes the body as it is now.
+void ImplicitSolver::finish(const Job& job) {
+    Phyxels& phyxels = job.phyxels;
+    const double dt = job.input.dt;
+    if (job.options.restore_momentum)
+        momenta_.restore(phyxels, 1 / (1 + dt * job.material.mass_damping), dt * job.input.gravity, b_, dt,
+                         job.parallel);
+    phyxels.history_step = dt;
+    deform_and_flow(phyxels, job.neighbourhoods, job.material, dt, elastic_, job.parallel);
+    describe_(phyxels, job.neighbourhoods, elastic_, report_, job.parallel);
+}
+
+}  // namespace splitcubes::meshless
