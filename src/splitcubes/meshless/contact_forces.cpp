@@ -16,6 +16,9 @@ constexpr double force_slack = 0.03;
 // What goes deeper by more than this share of the lift in a step (a hit) is solved for again, with a harder
 // push.
 constexpr double deep_share = 0.02;
+// Shares of the lift: by how much a contact may be found deeper than it was left, and how much of an
+// overlap that no spring holds is undone in a step.
+constexpr double jump_share = 0.05, undone_share = 0.25;
 // A guess that stretches a slider to so many times what friction bears slides surely.
 constexpr double surely_sliding = 2;
 // What a slider's friction changes with its length, over the secant. Zero by the law; without any,
@@ -108,7 +111,13 @@ void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std
         row.slip = along_plane(contact.normal, memory->slip);
         row.pressure = memory->pressure;
         row.last_force = memory->force;
-        row.allowed = std::min(0.0, memory->allowed + contact.lift);
+        row.allowed = memory->allowed;
+        if (!contact.lower.is_collider() && memory->stiffness > 0) {
+            // Found deeper than it was left, since other skin is nearest now: no compressed spring either.
+            const double left = memory->allowed - memory->pressure / memory->stiffness;
+            row.allowed += std::min(0.0, contact.gap - left + jump_share * contact.lift);
+        }
+        row.allowed = std::min(0.0, row.allowed + undone_share * contact.lift);
         // A spring that grew stiffer or softer under load would make or lose energy.
         if (memory->stiffness > row.normal / most_change && memory->stiffness < row.normal * most_change)
             row.normal = memory->stiffness;
