@@ -27,7 +27,10 @@ SolverReport AnySolver::step_elastic(Phyxels& phyxels, const Neighbourhoods& nei
     const double tolerance = leaps ? explicit_tolerance : implicit_tolerance;
     // Contacts are those of the whole step: it is not divided.
     const std::size_t most = leaps || input.contacts.empty() ? divisions.size() : 1;
-    if (input.contacts.memory) memory_ = *input.contacts.memory;
+    if (input.contacts.memory) {
+        memory_.reserve(input.contacts.contacts.size());
+        memory_ = *input.contacts.memory;
+    }
     guard_.begin(phyxels, neighbourhoods, material, input, parallel);
     SolverReport report = step_once(phyxels, neighbourhoods, material, input, options, parallel);
     for (std::size_t k = 0;; ++k) {
