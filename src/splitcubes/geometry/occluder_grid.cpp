@@ -41,6 +41,28 @@ OccluderGrid::RoughBox OccluderGrid::RoughBox::around(const Box& box) {
     return out;
 }
 
+OccluderGrid::RoughPlane::RoughPlane(const std::array<Vec3, 3>& corner, const Vec3& origin) {
+    // Of a thinner one not even the direction is known to single precision.
+    constexpr double thinnest = 1e-6;
+    const Vec3 p = corner[1] - corner[0], q = corner[2] - corner[0], across = p.cross(q);
+    const double length = across.norm();
+    if (!(length > thinnest * std::max({p.squaredNorm(), q.squaredNorm(), (p - q).squaredNorm()}))) return;
+    const Vec3 unit = across / length;
+    for (std::size_t k = 0; k < 3; ++k) normal[k] = static_cast<float>(unit[static_cast<Eigen::Index>(k)]);
+    offset = static_cast<float>(unit.dot(corner[0] - origin));
+}
+
+OccluderGrid::RoughSegment::RoughSegment(const Vec3& from, const Vec3& to, const Box& around,
+                                         const Vec3& origin)
+    : box(RoughBox::around(around)) {
+    const Vec3 p = from - origin, q = to - origin;
+    for (std::size_t k = 0; k < 3; ++k) {
+        a[k] = static_cast<float>(p[static_cast<Eigen::Index>(k)]);
+        b[k] = static_cast<float>(q[static_cast<Eigen::Index>(k)]);
+    }
+    size = static_cast<float>(std::max(p.lpNorm<1>(), q.lpNorm<1>()));
+}
+
 // Points beyond the keys' range share its last cell; the boxes still decide.
 Vec3i OccluderGrid::cell_at(const Vec3& point, double margin) const {
     Vec3i cell;
@@ -137,6 +159,7 @@ bool OccluderGrid::for_listings(std::uint64_t owner, std::uint32_t index, std::u
     const Vec3i high = cell_at(entries_[id].box.max, listing_margin);
     if ((high - low).maxCoeff() >= largest_span) return false;
     const RoughBox rough = RoughBox::around(entries_[id].box);
+    const RoughPlane plane(entries_[id].triangle.corner, origin_);
     for (int z = low[2]; z <= high[2]; ++z)
         for (int y = low[1]; y <= high[1]; ++y)
             for (int x = low[0]; x <= high[0]; ++x) {
@@ -146,7 +169,7 @@ bool OccluderGrid::for_listings(std::uint64_t owner, std::uint32_t index, std::u
                     spread |= std::uint32_t{cell[axis] > low[axis]} << axis;
                     spread |= std::uint32_t{cell[axis] < high[axis]} << (3 + axis);
                 }
-                use(Listing{brick_of(cell), local_of(cell), Ref{owner, index, id, spread, rough}});
+                use(Listing{brick_of(cell), local_of(cell), Ref{owner, index, id, spread, rough, plane}});
             }
     return true;
 }
@@ -183,7 +206,7 @@ void OccluderGrid::set_cell(const Vec3i& cell, std::span<const OccluderTriangle>
         ++triangle_count_;
         if (for_listings(owner, index, id, [&](const Listing& listing) { touched.push_back(listing); }))
             continue;
-        const Ref ref{owner, index, id, 0, RoughBox::around(entries_[id].box)};
+        const Ref ref{owner, index, id, 0, RoughBox::around(entries_[id].box), RoughPlane{}};
         large_.insert(std::upper_bound(large_.begin(), large_.end(), ref,
                                        [](const Ref& a, const Ref& b) {
                                            return std::tie(a.owner, a.index) < std::tie(b.owner, b.index);
@@ -245,10 +268,10 @@ void OccluderGrid::gather(const Box& box, std::vector<OccluderTriangle>& out) co
 
 // seen: the ref's spread bits that say an earlier cell of the walk listed it too.
 bool OccluderGrid::blocked_in(const Brick& brick, std::uint32_t local, std::uint32_t seen, const Vec3& a,
-                              const Vec3& b, const RoughBox& rough, const Box& box) const {
+                              const Vec3& b, const RoughSegment& rough, const Box& box) const {
     for (std::uint32_t r = brick.first[local]; r < brick.first[local + 1]; ++r) {
         const Ref& ref = brick.refs[r];
-        if ((ref.spread & seen) != 0 || !ref.box.meets(rough)) continue;
+        if ((ref.spread & seen) != 0 || !ref.box.meets(rough.box) || rough.is_beside(ref.plane)) continue;
         const Entry& entry = entries_[ref.id];
         if (entry.box.meets(box) && segment_meets_triangle(a, b, entry.triangle.corner)) return true;
     }
@@ -263,7 +286,7 @@ bool OccluderGrid::segment_blocked(const Vec3& a, const Vec3& b) const {
     for (const Ref& ref : large_)
         if (entries_[ref.id].box.meets(box) && segment_meets_triangle(a, b, entries_[ref.id].triangle.corner))
             return true;
-    const RoughBox rough = RoughBox::around(box);
+    const RoughSegment rough(a, b, box, origin_);
     Vec3i cell = cell_at(a, 0);
     const Vec3i last = cell_at(b, 0);
     Vec3 next, stride;  // parameter of the next wall, and between walls

@@ -93,6 +93,34 @@ class OccluderGrid {
             return apart == 0;
         }
     };
+    // A triangle's plane in single precision: what lies clearly to one side of it, the
+    // exact test does not find to meet the triangle.
+    struct RoughPlane {
+        std::array<float, 3> normal{};  // unit; zero where the triangle is too thin to tell
+        float offset = 0;               // m, along the normal from the grid's origin
+
+        RoughPlane() = default;
+        RoughPlane(const std::array<Vec3, 3>& corner, const Vec3& origin);
+    };
+    // A segment as rough boxes and planes see it.
+    struct RoughSegment {
+        RoughBox box;
+        std::array<float, 3> a, b;  // m, from the grid's origin
+        float size;                 // m, the farthest of the two from it, by the sum of coordinates
+
+        RoughSegment(const Vec3& from, const Vec3& to, const Box& around, const Vec3& origin);
+        bool is_beside(const RoughPlane& plane) const {
+            // Forty roundings of what the sums hold: those of the coordinates, of the normal and of six sums.
+            constexpr float rounding = 40 * 6e-8F;
+            const float slack = rounding * (size + std::abs(plane.offset));
+            const auto side = [&](const std::array<float, 3>& p) {
+                return p[0] * plane.normal[0] + p[1] * plane.normal[1] + p[2] * plane.normal[2] -
+                       plane.offset;
+            };
+            const float at_a = side(a), at_b = side(b);
+            return (at_a > slack && at_b > slack) || (at_a < -slack && at_b < -slack);
+        }
+    };
     // One listing of a triangle in a cell.
     struct Ref {
         std::uint64_t owner;   // key of the cell that handed it over
@@ -100,6 +128,7 @@ class OccluderGrid {
         std::uint32_t id;      // into entries_
         std::uint32_t spread;  // bit a: also listed in the cell below along axis a; bit 3 + a: above
         RoughBox box;
+        RoughPlane plane;
     };
     struct alignas(64) Entry {
         OccluderTriangle triangle;
@@ -161,7 +190,7 @@ class OccluderGrid {
     void rebuild(Brick& brick, std::uint64_t owner, std::span<const Listing> added);
     std::vector<const Brick*> sorted_bricks(const Vec3i& first, const Vec3i& last) const;
     bool blocked_in(const Brick& brick, std::uint32_t local, std::uint32_t seen, const Vec3& a, const Vec3& b,
-                    const RoughBox& rough, const Box& box) const;
+                    const RoughSegment& rough, const Box& box) const;
     template <class Use>
     void visit_brick(const Brick& brick, const Vec3i& place, const Vec3i& low, const Vec3i& high,
                      const RoughBox& rough, const Box& box, const Use& use) const;
