@@ -196,7 +196,7 @@ TEST(Scenes, TheScalpelOpensTheLiverAndLeavesItWhole) {
 }
 
 TEST(Scenes, ThePlateWithAReliefPartsAlongTheCurve) {
-    const Showing run("relief_plate.json", {"bodies[0].cells=44", "bodies[0].phyxel_count=500", "frames=70"});
+    const Showing run("relief_plate.json", {"bodies[0].cells=36", "bodies[0].phyxel_count=320", "frames=65"});
     const body::Body& plate = *run.world->bodies()[0];
     const std::vector<meshless::Momenta> parts = pieces_of(plate);
     ASSERT_GE(parts.size(), 2U);
@@ -210,6 +210,60 @@ TEST(Scenes, ThePlateWithAReliefPartsAlongTheCurve) {
     EXPECT_EQ(gouge.before, 0);
     EXPECT_NEAR(gouge.work, 300 * gouge.area, 1e-6 * 300 * gouge.area);
     EXPECT_NEAR(cut_area(*run.world), 2 * gouge.area, 0.2 * gouge.area);
+}
+
+// Kinetic, elastic and of height, J.
+double energy_of(const body::World& world, const body::StepReport& report) {
+    double height = 0;
+    for (const auto& body : world.bodies()) {
+        const meshless::Momenta all = meshless::total_momenta(body->phyxels());
+        height += 9.81 * all.mass * all.centre[2];
+    }
+    return report.kinetic_energy + report.elastic_energy + height;
+}
+
+const std::vector<std::string> coarse_plate = {"bodies[0].cells=40",
+                                               "bodies[0].phyxel_spacing=0.0125",
+                                               "bodies[1].cells=10",
+                                               "bodies[1].phyxel_spacing=0.0125",
+                                               "bodies[0].material.tearing.strength=2e5",
+                                               "bodies[0].material.tearing.toughness=0.25"};
+
+TEST(Scenes, AFallingBallBreaksThePlate) {
+    std::vector<std::string> overrides = coarse_plate;
+    overrides.push_back("frames=75");
+    double first = 0, most = 0;
+    std::size_t torn_before_contact = 0;
+    const Showing run("plate_and_ball.json", overrides,
+                      [&](const body::World& world, const body::StepReport& report) {
+                          const double energy = energy_of(world, report);
+                          if (first == 0) first = energy;
+                          most = std::max(most, energy);
+                          // The ball's lowest point has 1.5 cm to fall at 2.5 m/s and more.
+                          if (report.time < 0.02) torn_before_contact += report.torn_edges;
+                      });
+    EXPECT_EQ(torn_before_contact, 0U);
+    const std::vector<meshless::Momenta> parts = pieces_of(*run.world->bodies()[0]);
+    const double plate = total_mass(*run.world->bodies()[0]);
+    ASSERT_GE(parts.size(), 2U);
+    EXPECT_GT(parts[1].mass, 0.3 * plate) << "it breaks across";
+    EXPECT_GT(parts[0].mass + parts[1].mass, 0.95 * plate);
+    EXPECT_EQ(run.world->bodies()[1]->pieces().count(), 1U);
+    EXPECT_LT(meshless::total_momenta(run.world->bodies()[1]->phyxels()).centre[2], 0.16)
+        << "the ball has gone through";
+    EXPECT_LT(most, first + 0.01 * 2.8) << "of 2.8 J that the ball brings";
+}
+
+TEST(Scenes, WithoutTheBallThePlateBearsItself) {
+    std::vector<std::string> overrides = coarse_plate;
+    overrides.push_back("frames=40");
+    overrides.push_back("bodies[1].placement.position=[1, 0, 0.5]");
+    std::size_t torn = 0;
+    const Showing run(
+        "plate_and_ball.json", overrides,
+        [&torn](const body::World&, const body::StepReport& report) { torn += report.torn_edges; });
+    EXPECT_EQ(torn, 0U);
+    EXPECT_NEAR(meshless::total_momenta(run.world->bodies()[0]->phyxels()).centre[2], 0.16, 0.003);
 }
 
 TEST(Scenes, AHandleLiftsWhatItsForceBears) {
