@@ -222,12 +222,7 @@ double energy_of(const body::World& world, const body::StepReport& report) {
     return report.kinetic_energy + report.elastic_energy + height;
 }
 
-const std::vector<std::string> coarse_plate = {"bodies[0].cells=40",
-                                               "bodies[0].phyxel_spacing=0.0125",
-                                               "bodies[1].cells=10",
-                                               "bodies[1].phyxel_spacing=0.0125",
-                                               "bodies[0].material.tearing.strength=2e5",
-                                               "bodies[0].material.tearing.toughness=0.25"};
+const std::vector<std::string> coarse_plate = {"bodies[0].cells=40", "bodies[1].cells=10"};
 
 TEST(Scenes, AFallingBallBreaksThePlate) {
     std::vector<std::string> overrides = coarse_plate;
