@@ -1,0 +1,283 @@
+// The demonstrations of cutting, breaking and pulling show what they say.
+#include "laws/worlds.h"
+
+#include <gtest/gtest.h>
+#include <splitcubes/geometry/mesh_check.h>
+#include <splitcubes/scene/build.h>
+#include <splitcubes/scene/parse.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <numbers>
+#include <string>
+#include <vector>
+
+namespace splitcubes::laws {
+namespace {
+
+// A scene that is stepped to its end; what its tools felt is summed up on the way.
+class Showing {
+  public:
+    using Watch = std::function<void(const body::World&, const body::StepReport&)>;
+
+    Showing(const std::string& name, const std::vector<std::string>& overrides, const Watch& watch = {}) {
+        const scene::SceneDescription description =
+            scene::parse_scene_file(std::filesystem::path(SPLITCUBES_SCENES) / name, overrides);
+        scene::BuildReport built;
+        world = scene::build_world(description, threads(0), built);
+        for (const auto& body : world->bodies()) mass += total_mass(*body);
+        tools.resize(world->tools().size());
+        for (int frame = 0; frame < description.frames; ++frame) {
+            const double begin = world->time();
+            last = world->step();
+            add_tools(begin);
+            top_speed = std::max(top_speed, last.top_speed);
+            if (watch) watch(*world, last);
+        }
+        check();
+    }
+
+    struct Felt {
+        double area = 0;    // m^2
+        double before = 0;  // N, the most that it felt before its first cut
+        double most = 0;    // N
+        double work = 0;    // J, that its motion did against what it felt
+    };
+
+    std::unique_ptr<body::World> world;
+    body::StepReport last;
+    double mass = 0;       // kg, at time 0
+    double top_speed = 0;  // m/s, of all steps
+    std::vector<Felt> tools;
+
+  private:
+    void add_tools(double begin) {
+        const double dt = world->settings().time_step;
+        for (std::size_t t = 0; t < tools.size(); ++t) {
+            const body::ToolForce& force = last.tools[t];
+            Felt& felt = tools[t];
+            felt.area += force.area;
+            (felt.area > 0 ? felt.most : felt.before) =
+                std::max(felt.area > 0 ? felt.most : felt.before, force.force.norm());
+            if (begin < dt) continue;
+            // A mark appears one step after the blade has passed.
+            const Isometry then = world->tools()[t].blade.frame(begin - dt);
+            const Isometry now = world->tools()[t].blade.frame(begin);
+            const Eigen::AngleAxisd turn(Quat(now.linear() * then.linear().transpose()));
+            const Vec3 way = now.translation() - then.translation();
+            felt.work -= force.force.dot(way) + force.torque.dot(turn.angle() * turn.axis());
+        }
+    }
+
+    void check() const {
+        for (const auto& body : world->bodies())
+            EXPECT_EQ(body->validate(), std::vector<std::string>{}) << body->name();
+        EXPECT_NEAR(last.mass, mass, 1e-9 * mass);
+        EXPECT_TRUE(geometry::check_mesh(world->surface_mesh().mesh).valid());
+    }
+};
+
+// Heaviest first.
+std::vector<meshless::Momenta> pieces_of(const body::Body& body) {
+    std::vector<meshless::Momenta> out;
+    meshless::piece_momenta(body.phyxels(), static_cast<int>(body.pieces().count()), out);
+    std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.mass > b.mass; });
+    return out;
+}
+
+double triangle_area(const std::vector<Vec3>& p, const geometry::Triangle& t) {
+    return 0.5 * (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]).norm();
+}
+
+// Of the faces of all cuts together, m^2; a cut has two.
+double cut_area(const body::World& world) {
+    const geometry::SurfaceMesh surface = world.surface_mesh();
+    double sum = 0;
+    for (std::size_t t = 0; t < surface.mesh.triangles.size(); ++t)
+        if (surface.triangle_origin[t] == geometry::Origin::cut)
+            sum += triangle_area(surface.mesh.positions, surface.mesh.triangles[t]);
+    return sum;
+}
+
+std::vector<Vec3> cut_places(const body::Body& body) {
+    std::vector<Vec3> out;
+    for (const splitting::Crossing& c : body.grid().crossings())
+        if (c.origin == splitting::Origin::cut) out.push_back(body.grid().crossing_position(c));
+    return out;
+}
+
+// Share of a body's inside nodes that lie beyond a plane at rest.
+double share_beyond(const body::Body& body, const Vec3& point, const Vec3& normal) {
+    const splitting::NodeGrid& grid = body.grid();
+    const Vec3i count = grid.rest().node_count;
+    double beyond = 0, all = 0;
+    for (int z = 0; z < count[2]; ++z)
+        for (int y = 0; y < count[1]; ++y)
+            for (int x = 0; x < count[0]; ++x) {
+                if (!grid.inside({x, y, z})) continue;
+                all += 1;
+                beyond += normal.dot(grid.rest().node_position({x, y, z}) - point) > 0 ? 1 : 0;
+            }
+    return beyond / all;
+}
+
+TEST(Scenes, ScissorsTakeThePearsTopOff) {
+    const Showing run("pear_scissors.json", {"bodies[0].cells=28", "bodies[0].phyxel_count=350"});
+    const body::Body& pear = *run.world->bodies()[0];
+    ASSERT_EQ(run.last.pieces, 2U);
+    const std::vector<meshless::Momenta> parts = pieces_of(pear);
+    // Both blades stay in the plane through their pivot that their axis is the normal of.
+    EXPECT_NEAR(parts[1].mass / run.mass, share_beyond(pear, {-0.1, 0, 0.14}, {0, 0.35, 1}), 0.006);
+    EXPECT_LT(parts[1].centre[1], parts[0].centre[1] - 0.06) << "the top lies beside the pear";
+    EXPECT_LT(parts[1].centre[2], 0.05);
+    EXPECT_NEAR(parts[0].centre.head<2>().norm(), 0, 0.02) << "the pear stands";
+    EXPECT_LT(run.last.top_speed, 0.02);
+    EXPECT_LT(run.top_speed, 3);
+    for (const Showing::Felt& blade : run.tools) {
+        EXPECT_EQ(blade.before, 0);
+        EXPECT_GT(blade.most, 0.5);
+        EXPECT_GT(blade.area, 0.3 * (run.tools[0].area + run.tools[1].area)) << "each cuts its share";
+    }
+}
+
+TEST(Scenes, RevolvingBladesCutAConeThatDropsOut) {
+    const Showing run("revolving_blades.json",
+                      {"bodies[0].cells=28", "bodies[0].phyxel_count=500", "frames=80"});
+    const std::vector<meshless::Momenta> parts = pieces_of(*run.world->bodies()[0]);
+    ASSERT_GE(parts.size(), 2U);
+    EXPECT_GT(parts[0].mass + parts[1].mass, 0.999 * run.mass);
+    // Where the blades meet the block's faces, of 20 x 20 x 8 cm.
+    const double top = 0.039, bottom = 0.059, height = 0.08;
+    const double volume = std::numbers::pi * height / 3 * (top * top + top * bottom + bottom * bottom);
+    EXPECT_NEAR(parts[1].mass / run.mass, volume / (0.2 * 0.2 * height), 0.008);
+    EXPECT_LT(parts[1].centre[2], parts[0].centre[2] - 0.12) << "it has dropped out";
+    EXPECT_NEAR(parts[0].centre[2], 0.25, 0.01) << "the block is held";
+    EXPECT_LT(run.top_speed, 3);
+    const double mantle = std::numbers::pi * (top + bottom) * std::hypot(height, bottom - top);
+    EXPECT_NEAR(run.tools[0].area, mantle, 0.06 * mantle);
+    EXPECT_EQ(run.tools[0].before, 0);
+    // Two blades opposite each other: what they feel is a torque, 150 J/m^2 on their way.
+    EXPECT_NEAR(run.tools[0].work, 150 * run.tools[0].area, 0.02 * 150 * run.tools[0].area);
+}
+
+TEST(Scenes, TheScalpelOpensTheLiverAndLeavesItWhole) {
+    double most_pull = 0;
+    const Showing run("liver_scalpel.json", {},
+                      [&most_pull](const body::World&, const body::StepReport& report) {
+                          for (const Vec3& pull : report.handle_forces)
+                              most_pull = std::max(most_pull, pull.norm());
+                      });
+    EXPECT_EQ(run.last.pieces, 1U);
+    // As many as the journal version's demonstration has.
+    EXPECT_NEAR(static_cast<double>(run.last.phyxels), 566, 0.02 * 566);
+    EXPECT_NEAR(static_cast<double>(run.last.surface_cells), 1177, 0.02 * 1177);
+    EXPECT_GT(most_pull, 1);
+    EXPECT_LE(most_pull, 3.0001) << "the handles' limit";
+    EXPECT_EQ(run.tools[0].before, 0);
+    EXPECT_GT(run.tools[0].most, 0.5);
+    EXPECT_NEAR(cut_area(*run.world), 2 * run.tools[0].area, 0.25 * run.tools[0].area);
+    // The incision gapes half way along it; at rest it is thin.
+    double low = 1, high = -1, rest_low = 1, rest_high = -1;
+    const geometry::SurfaceMesh surface = run.world->surface_mesh();
+    for (std::size_t t = 0; t < surface.mesh.triangles.size(); ++t) {
+        if (surface.triangle_origin[t] != geometry::Origin::cut) continue;
+        for (const auto v : surface.mesh.triangles[t]) {
+            if (std::abs(surface.rest[v][0]) > 0.008) continue;
+            low = std::min(low, surface.mesh.positions[v][1]);
+            high = std::max(high, surface.mesh.positions[v][1]);
+            rest_low = std::min(rest_low, surface.rest[v][1]);
+            rest_high = std::max(rest_high, surface.rest[v][1]);
+        }
+    }
+    EXPECT_LT(rest_high - rest_low, 0.005);
+    EXPECT_GT(high - low, 0.01);
+}
+
+TEST(Scenes, ThePlateWithAReliefPartsAlongTheCurve) {
+    const Showing run("relief_plate.json", {"bodies[0].cells=36", "bodies[0].phyxel_count=320", "frames=65"});
+    const body::Body& plate = *run.world->bodies()[0];
+    const std::vector<meshless::Momenta> parts = pieces_of(plate);
+    ASSERT_GE(parts.size(), 2U);
+    EXPECT_GT(parts[0].mass + parts[1].mass, 0.998 * run.mass);
+    EXPECT_GT(parts[1].mass, 0.25 * run.mass);
+    // The blade's arc; the end that sticks out of the table sags while it is cut.
+    for (const Vec3& at : cut_places(plate)) EXPECT_NEAR(std::hypot(at[0] + 0.06, at[1]), 0.1, 0.003);
+    EXPECT_LT(parts[1].centre[2], parts[0].centre[2] - 0.02) << "what is cut off drops";
+    // Straight down: 300 J/m^2 on the way; the blade's sides have no friction.
+    const Showing::Felt& gouge = run.tools[0];
+    EXPECT_EQ(gouge.before, 0);
+    EXPECT_NEAR(gouge.work, 300 * gouge.area, 1e-6 * 300 * gouge.area);
+    EXPECT_NEAR(cut_area(*run.world), 2 * gouge.area, 0.2 * gouge.area);
+}
+
+// Kinetic, elastic and of height, J.
+double energy_of(const body::World& world, const body::StepReport& report) {
+    double height = 0;
+    for (const auto& body : world.bodies()) {
+        const meshless::Momenta all = meshless::total_momenta(body->phyxels());
+        height += 9.81 * all.mass * all.centre[2];
+    }
+    return report.kinetic_energy + report.elastic_energy + height;
+}
+
+const std::vector<std::string> coarse_plate = {"bodies[0].cells=40", "bodies[1].cells=10"};
+
+TEST(Scenes, AFallingBallBreaksThePlate) {
+    std::vector<std::string> overrides = coarse_plate;
+    overrides.push_back("frames=75");
+    double first = 0, most = 0;
+    std::size_t torn_before_contact = 0;
+    const Showing run("plate_and_ball.json", overrides,
+                      [&](const body::World& world, const body::StepReport& report) {
+                          const double energy = energy_of(world, report);
+                          if (first == 0) first = energy;
+                          most = std::max(most, energy);
+                          // The ball's lowest point has 1.5 cm to fall at 2.5 m/s and more.
+                          if (report.time < 0.02) torn_before_contact += report.torn_edges;
+                      });
+    EXPECT_EQ(torn_before_contact, 0U);
+    const std::vector<meshless::Momenta> parts = pieces_of(*run.world->bodies()[0]);
+    const double plate = total_mass(*run.world->bodies()[0]);
+    ASSERT_GE(parts.size(), 2U);
+    EXPECT_GT(parts[1].mass, 0.3 * plate) << "it breaks across";
+    EXPECT_GT(parts[0].mass + parts[1].mass, 0.95 * plate);
+    EXPECT_EQ(run.world->bodies()[1]->pieces().count(), 1U);
+    EXPECT_LT(meshless::total_momenta(run.world->bodies()[1]->phyxels()).centre[2], 0.16)
+        << "the ball has gone through";
+    EXPECT_LT(most, first + 0.01 * 2.8) << "of 2.8 J that the ball brings";
+}
+
+TEST(Scenes, WithoutTheBallThePlateBearsItself) {
+    std::vector<std::string> overrides = coarse_plate;
+    overrides.push_back("frames=40");
+    overrides.push_back("bodies[1].placement.position=[1, 0, 0.5]");
+    std::size_t torn = 0;
+    const Showing run(
+        "plate_and_ball.json", overrides,
+        [&torn](const body::World&, const body::StepReport& report) { torn += report.torn_edges; });
+    EXPECT_EQ(torn, 0U);
+    EXPECT_NEAR(meshless::total_momenta(run.world->bodies()[0]->phyxels()).centre[2], 0.16, 0.003);
+}
+
+TEST(Scenes, AHandleLiftsWhatItsForceBears) {
+    double most_pull = 0;
+    const Showing run("handles_lift.json", {"bodies[0].phyxel_count=80", "bodies[1].phyxel_count=80"},
+                      [&most_pull](const body::World&, const body::StepReport& report) {
+                          for (const Vec3& pull : report.handle_forces)
+                              most_pull = std::max(most_pull, pull.norm());
+                      });
+    const double light = pieces_of(*run.world->bodies()[0])[0].centre[2];
+    const double heavy = pieces_of(*run.world->bodies()[1])[0].centre[2];
+    EXPECT_LE(most_pull, 12.00001);
+    // It hangs by springs of 500 N/m from a point that went up by 10 cm.
+    const double weight = 0.5 * 9.81;
+    EXPECT_NEAR(light, 0.05 + 0.1 - weight / 500, 0.004);
+    EXPECT_NEAR(run.last.handle_forces[0][2], weight, 0.1 * weight);
+    EXPECT_NEAR(heavy, 0.05, 0.002) << "19.6 N are more than 12";
+    EXPECT_NEAR(run.last.handle_forces[1][2], 12, 0.01);
+}
+
+}  // namespace
+}  // namespace splitcubes::laws
