@@ -1,5 +1,6 @@
 #include "accuracy_bench.h"
 #include "commands.h"
+#include "contact_bench.h"
 #include "criteria_bench.h"
 #include "mechanics_bench.h"
 #include "occlusion_bench.h"
@@ -187,6 +188,13 @@ int bench_mechanics(const Options& options) {
     return 0;
 }
 
+int bench_contact_and_tearing(const Options& options) {
+    const Json json = bench_contact(options.runs, options.threads);
+    std::cout << json.dump() << '\n';
+    write_json(options.json, json);
+    return 0;
+}
+
 int bench(const Options& options) {
     if (options.runs < 1) throw InputError("--runs", "must be at least 1");
     check_report_output(options.json);
@@ -202,8 +210,9 @@ int bench(const Options& options) {
     if (options.name == "criteria") return bench_criteria(options);
     if (options.name == "validation") return bench_validation(options);
     if (options.name == "mechanics") return bench_mechanics(options);
+    if (options.name == "contact") return bench_contact_and_tearing(options);
     throw InputError("bench", "there is no benchmark '" + options.name + "'",
-                     "known: criteria, mechanics, occlusion, paper, surface, validation");
+                     "known: contact, criteria, mechanics, occlusion, paper, surface, validation");
 }
 
 }  // namespace
@@ -214,6 +223,7 @@ void add_bench_command(CLI::App& app, Run& run) {
         app.add_subcommand("bench", "Runs a benchmark; prints a table, then one line of JSON");
     command
         ->add_option("name", options->name,
+                     "contact: what contact and tearing cost beside the rest of a step; "
                      "criteria: what hides phyxels from each other, each timed on one cut; mechanics: the "
                      "elastic step "
                      "and what bounds it; occlusion: disks by backend; paper: the published size, a blade "

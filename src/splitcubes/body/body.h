@@ -159,6 +159,10 @@ class Body {
 
     /// Samples of the skin, about two a phyxel spacing, as of the last update_surface.
     const std::vector<SkinPoint>& skin_points() const { return skin_points_; }
+    /// Another number for another list of them.
+    std::uint64_t skin_revision() const { return skin_revision_; }
+    /// The tracked node that carries most of a surface vertex.
+    std::uint32_t carrying_node(std::uint32_t vertex) const;
     /// The phyxels that carry most of a surface vertex of a piece; never none.
     meshless::ContactSide carriers_of(std::uint32_t vertex, std::int32_t piece, std::uint32_t part) const;
     /// Whether a surface stands between two points of rest space.

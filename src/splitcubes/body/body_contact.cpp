@@ -66,14 +66,19 @@ void Body::list_skin_points() {
     skin_revision_ = surface_->revision();
 }
 
-// The heaviest node that carries the vertex stands for all: a contact needs who is near, the
-// exact place is that of the surface.
-meshless::ContactSide Body::carriers_of(std::uint32_t vertex, std::int32_t piece, std::uint32_t part) const {
+std::uint32_t Body::carrying_node(std::uint32_t vertex) const {
     const splitting::SurfaceVertex& v = surface_->vertices()[vertex];
     const splitting::Carriers carriers = surface_->carriers(grid_.rest(), v);
     std::size_t heaviest = 0;
     for (std::size_t k = 1; k < carriers.count; ++k)
         if (carriers.weights[k] > carriers.weights[heaviest]) heaviest = k;
+    return surface_to_tracked_[carriers.nodes[heaviest]];
+}
+
+// The heaviest node that carries the vertex stands for all: a contact needs who is near, the
+// exact place is that of the surface.
+meshless::ContactSide Body::carriers_of(std::uint32_t vertex, std::int32_t piece, std::uint32_t part) const {
+    const splitting::SurfaceVertex& v = surface_->vertices()[vertex];
     meshless::ContactSide side;
     side.part = part;
     const auto take = [&](std::uint32_t phyxel, double weight) {
@@ -88,7 +93,7 @@ meshless::ContactSide Body::carriers_of(std::uint32_t vertex, std::int32_t piece
         side.phyxel[at] = phyxel;
         side.weight[at] = weight;
     };
-    const std::uint32_t node = surface_to_tracked_[carriers.nodes[heaviest]];
+    const std::uint32_t node = carrying_node(vertex);
     const meshless::NodeKernels& kernels = tracker_.kernels();
     if (node < kernels.size()) {
         const meshless::NodeKernels::Row& row = kernels.rows[node];

@@ -3,6 +3,7 @@
 
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/collider.h>
+#include <splitcubes/body/skin_grid.h>
 
 #include <cstdint>
 #include <memory>
@@ -31,6 +32,9 @@ struct ContactGroup {
 ///
 /// Rigid pieces meet colliders on their own (meshless::step_rigid) and nothing else; bodies that a
 /// deformation carries meet the ground only.
+///
+/// What a step finds depends on that step's bodies alone: samples and who carries them are kept
+/// from step to step only where nothing changed. Once warm, it allocates no memory.
 class ContactFinder {
   public:
     struct Task {
@@ -41,33 +45,92 @@ class ContactFinder {
         double dt = 0;    // s
         Vec3 gravity = Vec3::Zero();
     };
-    /// One group for every body that has a part in none else; in order of their first bodies.
-    std::vector<ContactGroup> find(const Task& task, const Parallel& parallel);
+    /// One group for every body that has a part in none else; in order of their first bodies. The
+    /// groups are replaced; their memory is used again. The bodies must be the same from call to call, but
+    /// for what happened to them.
+    void find(const Task& task, const Parallel& parallel, std::vector<ContactGroup>& groups);
 
   private:
     struct Sample {
         std::uint32_t body = 0;
         std::uint32_t vertex = 0;
+        std::uint32_t node = 0;  // tracked, that carries it
         std::int32_t piece = 0;
         Vec3 rest = Vec3::Zero();         // m, rest space
         Vec3 rest_normal = Vec3::Zero();  // unit, outward
-        Vec3 position = Vec3::Zero();     // m, world
-        Vec3 normal = Vec3::Zero();       // unit, outward, world
         double spacing = 0;               // m, of the body's phyxels
-        meshless::ContactSide side;       // its carriers, once found
     };
-    struct Meeting;
-    void list_samples(const Task& task);
-    static void find_carriers(const Task& task, Sample& sample);
+    struct Carrying {
+        meshless::ContactSide side;  // no phyxels: not known yet
+        Vec3 offset =
+            Vec3::Zero();  // m, rest space, from the carriers' mean; not zero only where few lie in a plane
+        double weight_sum = 0;  // of the weights' sizes
+        std::uint64_t row = 0;  // NodeTracker::row_revision when it was found
+    };
+    /// What a body's samples were listed from.
+    struct Listed {
+        std::uint64_t surface = 0, skin = 0;
+        std::size_t pieces = 0, rigid = 0;
+        std::size_t first = 0;  // of its samples
+
+        bool same_as(const Listed& o) const {
+            return surface == o.surface && skin == o.skin && pieces == o.pieces && rigid == o.rigid;
+        }
+    };
+    /// A sample that faces another one.
+    struct Facing {
+        std::uint32_t index;
+        double distance, cosine, along;  // m^2; of the normals; m, above the plane through it
+        enum class May : std::uint8_t { unknown, no, yes } may;
+    };
+    struct Chunk {
+        std::vector<meshless::Contact> found;
+        std::vector<Facing> facing;
+    };
+    struct Found {
+        std::uint64_t key;
+        const meshless::Contact* contact;
+    };
+    struct Reach {
+        double radius;  // m, about a sample
+        double fall;    // m, by gravity in the step
+        double gain;    // m for each unit of Carrying::weight_sum, that a side comes nearer
+        double widest;  // largest weight_sum
+    };
+
+    bool is_listed(const Task& task);
+    void list_samples(const Task& task, const Parallel& parallel);
+    void relist(const Task& task, const Parallel& parallel);
+    void take_over(std::size_t body, std::size_t first, std::size_t last);
+    void place_samples(const Task& task, const Parallel& parallel);
+    void find_carriers(const Task& task, std::size_t k);
     void meet_colliders(const Task& task, const Parallel& parallel);
+    void meet_collider(const Task& task, std::size_t number, std::size_t k,
+                       std::vector<meshless::Contact>& out);
+    bool is_far(const Collider& collider, const Isometry& to_before, const Isometry& to_after,
+                std::size_t begin, std::size_t end) const;
     void meet_pieces(const Task& task, const Parallel& parallel);
     bool may_meet(const Task& task, const Sample& a, const Sample& b) const;
-    bool meet(const Task& task, const Sample& sample, std::span<const std::uint32_t> near, double reach,
+    bool may_meet(const Task& task, std::size_t k, Facing& other) const;
+    Facing* partner_of(const Task& task, std::size_t k, std::vector<Facing>& facing) const;
+    bool meet(const Task& task, std::size_t k, const Reach& reach, std::vector<Facing>& facing,
               meshless::Contact& out) const;
-    std::vector<ContactGroup> grouped(const Task& task);
+    Reach reach_of(const Task& task) const;
+    void group(const Task& task, std::vector<ContactGroup>& groups);
 
-    std::vector<Sample> samples_;
-    std::vector<meshless::Contact> contacts_;  // part: number of the body
+    std::vector<Sample> samples_, fresh_;
+    std::vector<Carrying> carrying_, fresh_carrying_;
+    std::vector<std::int64_t> old_;  // per fresh sample: its number before, or -1; -2: no sample
+    std::vector<Listed> listed_, now_;
+    std::vector<Vec3> position_, normal_;  // m; unit, outward; world
+    std::vector<std::uint8_t> placed_;     // 1: the position is where the carriers take it
+    std::vector<double> way_;              // per body: m, that a sample goes in the step at most
+    std::vector<std::span<const Vec3>> velocity_;
+    SkinGrid grid_;
+    std::vector<Chunk> chunks_;  // contacts' part: number of the body
+    std::vector<Found> order_;
+    std::vector<std::uint32_t> first_, part_of_;
+    std::vector<std::size_t> group_of_;
 };
 
 }  // namespace splitcubes::body

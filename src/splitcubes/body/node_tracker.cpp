@@ -117,6 +117,8 @@ void NodeTracker::refresh(const TrackerContext& context) {
 // other; then nothing is shared.
 void NodeTracker::do_tasks(const TrackerContext& context) {
     kernels_.rows.resize(places_.size());
+    row_revision_.resize(places_.size(), 0);
+    ++writings_;
     for (const std::uint32_t i : work_)
         if (task_[i] == Task::build) fresh_.push_back(i);
     context.parallel.for_chunks(work_.size(), 32, [&](std::size_t begin, std::size_t end) {
@@ -174,6 +176,7 @@ void NodeTracker::look_again(const TrackerContext& context, std::size_t node,
 
 void NodeTracker::write_row(const TrackerContext& context, std::size_t node) {
     meshless::NodeKernels::Row& row = kernels_.rows[node];
+    row_revision_[node] = writings_;
     row.count = 0;
     double total = 0;
     for (const Link& link : links_[node]) {
@@ -241,6 +244,8 @@ void NodeTracker::bind_to_nearest(const TrackerContext& context, std::uint32_t n
     if (best == phyxels.size()) return;  // no phyxel yet: resampling gives the piece one
     meshless::NodeKernels::Row& row = kernels_.rows[node];
     row.count = 1;
+    row_revision_.resize(kernels_.size(), 0);
+    row_revision_[node] = ++writings_;
     kernels_.phyxel[row.begin] = static_cast<std::uint32_t>(best);
     kernels_.weight[row.begin] = 1;
 }

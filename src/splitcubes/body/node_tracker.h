@@ -77,6 +77,12 @@ class NodeTracker {
     const std::vector<Vec3i>& places() const { return places_; }
     const std::vector<Vec3>& rest_positions() const { return rest_; }
     const meshless::NodeKernels& kernels() const { return kernels_; }
+    /// Another number once a tracked node's kernel has been written again; not kept in checkpoints.
+    std::uint64_t row_revision(std::uint32_t node) const {
+        return node < row_revision_.size() ? row_revision_[node] : 0;
+    }
+    /// Whether phyxels carry the node by a kernel of its own.
+    bool has_row(std::uint32_t node) const { return node < kernels_.size() && kernels_.rows[node].count > 0; }
     /// Nodes that use another node's frame.
     std::size_t fallback_count() const { return fallbacks_.size(); }
     /// For checkpoints.
@@ -133,6 +139,8 @@ class NodeTracker {
     meshless::NodeKernels kernels_;
     meshless::FrameEvaluator evaluator_;
     std::vector<Fallback> fallbacks_;
+    std::vector<std::uint64_t> row_revision_;  // per kernel
+    std::uint64_t writings_ = 0;
 };
 
 }  // namespace splitcubes::body

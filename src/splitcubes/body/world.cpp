@@ -83,8 +83,9 @@ StepReport World::step() {
     done(Stage::resample);
     for (auto& body : bodies_) body->rebuild_neighbourhoods(context);
     done(Stage::rebuild_neighbourhoods);
-    contact_groups_ = contact_finder_.find(
-        {bodies_, colliders_, settings_.contact, time(), settings_.time_step, settings_.gravity}, *parallel_);
+    contact_finder_.find(
+        {bodies_, colliders_, settings_.contact, time(), settings_.time_step, settings_.gravity}, *parallel_,
+        contact_groups_);
     done(Stage::detect_contacts);
     integrate(context, report);
     done(Stage::integrate);

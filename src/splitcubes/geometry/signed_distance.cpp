@@ -105,6 +105,9 @@ class MeshDistance : public SignedDistance {
         const double outside = cell_ * (wanted - place).norm();
         return {outside > 0 ? std::max(outside, value - outside) : value, normal};
     }
+    // Between nodes each axis has its own slope of up to 1; beyond the grid there is one more of
+    // the way to the rim.
+    double steepness() const override { return 3; }
 
   private:
     std::size_t index_of(const Vec3i& at) const {

@@ -17,6 +17,8 @@ class SignedDistance {
     };
     virtual ~SignedDistance() = default;
     virtual Sample at(const Vec3& point) const = 0;
+    /// No two points' distances differ by more than this times the way between them.
+    virtual double steepness() const { return 1; }
 };
 
 /// The half space normal . x <= offset (m). Exact. InputError for a normal without direction.

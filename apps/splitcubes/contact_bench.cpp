@@ -1,0 +1,158 @@
+#include "contact_bench.h"
+
+#include <splitcubes/body/checkpoint.h>
+#include <splitcubes/body/world.h>
+#include <splitcubes/geometry/shapes.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
+namespace splitcubes::app {
+
+namespace {
+
+constexpr double time_step = 1.0 / 60;
+struct Case {
+    const char* name;
+    double spacing;  // m, between phyxels
+    int across;      // phyxels on the ground
+    int high;
+    double strength;  // Pa, of tearing
+    int steps;        // of which the first ones let the body settle
+    int warm;
+    int compare_every;  // steps between two comparisons with one that has no contacts
+};
+
+// A block on the ground whose bottom is pressed together by its weight and whose sides bulge; a blade
+// goes down through its middle, and its halves stand beside each other.
+std::unique_ptr<body::World> make_world(const Case& c, const std::shared_ptr<const Parallel>& parallel,
+                                        bool contact) {
+    const double side = c.across * c.spacing, height = c.high * c.spacing;
+    body::WorldSettings settings;
+    settings.time_step = time_step;
+    settings.contact.pieces = contact;
+    if (contact) settings.ground = meshless::GroundPlane{Vec3::UnitZ(), -0.5 * height, 0.6};
+    auto world = std::make_unique<body::World>(settings, parallel);
+    body::BodySettings block;
+    block.name = "block";
+    block.cell_size = 0.5 * c.spacing;
+    block.phyxel_spacing = c.spacing;
+    // Its own weight shortens it by a few hundredths, whatever its size.
+    block.material.youngs_modulus = 15 * block.material.density * 9.81 * height;
+    block.material.poisson_ratio = 0.33;
+    block.material.stiffness_damping = 0.004;
+    block.tearing = body::TearSettings{};
+    block.tearing->strength = c.strength * block.material.density * 9.81 * height;
+    world->add_body(geometry::make_box({side, side, height}), block);
+    const cutting::BladeShape shape = cutting::make_straight_blade({0, -0.7 * side, 0}, {0, 0.7 * side, 0});
+    const double from = c.warm * time_step, until = c.steps * time_step;
+    world->add_tool(cutting::Blade("blade", shape,
+                                   {{from, {0.013 * side, 0, 0.55 * height}, Quat::Identity()},
+                                    {until, {0.013 * side, 0, -0.55 * height}, Quat::Identity()}}));
+    return world;
+}
+
+double median(std::vector<double> values) {
+    if (values.empty()) return 0;
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+}
+
+struct Times {
+    std::array<std::vector<double>, body::stage_count> stages;  // ms
+    std::vector<double> whole, added;                           // ms; of `integrate`, by contacts
+    body::StepReport first, last;
+    std::size_t torn = 0, contacts = 0, cutting = 0;
+};
+
+double ms_of(const body::StepReport& report, body::Stage stage) {
+    return 1e3 * report.seconds[static_cast<std::size_t>(stage)];
+}
+
+// What contacts add to `integrate`: the next step, from one state, in two worlds made for it, one
+// with contacts and one without. Both begin cold, so what that costs is in neither's favour.
+double added_by_contacts(const Case& c, body::World& world, const std::shared_ptr<const Parallel>& parallel) {
+    const std::string state = body::encode_checkpoint(world, c.name);
+    double ms[2];
+    for (const bool contact : {false, true}) {
+        const auto twin = make_world(c, parallel, contact);
+        body::restore_checkpoint(*twin, state, c.name, "state");
+        ms[contact] = ms_of(twin->step(), body::Stage::integrate);
+    }
+    return std::max(0.0, ms[1] - ms[0]);
+}
+
+void run_once(const Case& c, const std::shared_ptr<const Parallel>& parallel, Times& out) {
+    const std::unique_ptr<body::World> world = make_world(c, parallel, true);
+    for (int k = 0; k < c.steps; ++k) {
+        if (k > c.warm && k % c.compare_every == 0)
+            out.added.push_back(added_by_contacts(c, *world, parallel));
+        const body::StepReport report = world->step();
+        if (k == 0) out.first = report;
+        out.last = report;
+        if (k <= c.warm) continue;
+        for (std::size_t s = 0; s < body::stage_count; ++s) out.stages[s].push_back(1e3 * report.seconds[s]);
+        out.whole.push_back(1e3 * report.total_seconds());
+        out.torn += report.torn_edges;
+        out.contacts += report.contacts;
+        out.cutting += report.new_cut_edges > report.torn_edges;
+    }
+}
+
+Json time_case(const Case& c, int runs, const std::shared_ptr<const Parallel>& parallel) {
+    Times times;
+    for (int run = 0; run < runs; ++run) run_once(c, parallel, times);
+    const auto steps = static_cast<double>(times.whole.size());
+    const double whole = median(times.whole), added = median(times.added);
+    std::printf("%s: %zu phyxels, %zu -> %zu pieces, %d threads, %.0f steps of which %zu cut\n", c.name,
+                times.first.phyxels, times.first.pieces, times.last.pieces, parallel->thread_count(), steps,
+                times.cutting);
+    std::printf("%-24s %10s %8s\n", "stage", "median ms", "share %");
+    Json stages;
+    for (std::size_t s = 0; s < body::stage_count; ++s) {
+        const double ms = median(times.stages[s]);
+        std::printf("%-24s %10.3f %8.1f\n", body::stage_names[s], ms, 100 * ms / whole);
+        stages[body::stage_names[s]] = {{"median_ms", ms}, {"share", ms / whole}};
+    }
+    const auto stage = [&](body::Stage which) {
+        return median(times.stages[static_cast<std::size_t>(which)]);
+    };
+    const double contact = stage(body::Stage::detect_contacts) + added;
+    const double share = (contact + stage(body::Stage::tear)) / whole;
+    std::printf("%-24s %10.3f %8.1f\n", "whole step", whole, 100.0);
+    std::printf("%-24s %10.3f %8.1f\n", "of integrate: contacts", added, 100 * added / whole);
+    std::printf("a step: %.0f contacts that push, %.2f torn edges\n",
+                static_cast<double>(times.contacts) / steps, static_cast<double>(times.torn) / steps);
+    std::printf("contact and tearing together: %.1f %%\n\n", 100 * share);
+    std::fflush(stdout);
+    return {{"world", c.name},
+            {"phyxels", times.first.phyxels},
+            {"pieces", times.last.pieces},
+            {"steps", times.whole.size()},
+            {"contacts_a_step", static_cast<double>(times.contacts) / steps},
+            {"torn_edges_a_step", static_cast<double>(times.torn) / steps},
+            {"whole_median_ms", whole},
+            {"contacts_in_integrate_median_ms", added},
+            {"contact_and_tearing_share", share},
+            {"stages", stages}};
+}
+
+}  // namespace
+
+Json bench_contact(int runs, int threads) {
+    const auto parallel = std::make_shared<const Parallel>(threads);
+    constexpr double small = 0.02, large = 0.05;
+    const Case cases[] = {{"near its strength", small, 10, 8, 0.12, 80, 20, 5},
+                          {"tearing", small, 10, 8, 0.05, 80, 20, 5},
+                          {"large, near its strength", large, 31, 31, 0.12, 36, 6, 12},
+                          {"large, tearing", large, 31, 31, 0.05, 36, 6, 12}};
+    Json worlds = Json::array();
+    for (const Case& c : cases) {
+        // The large ones take steps enough in one run.
+        worlds.push_back(time_case(c, c.across > 20 ? 1 : runs, parallel));
+    }
+    return {{"bench", "contact"}, {"threads", parallel->thread_count()}, {"runs", runs}, {"worlds", worlds}};
+}
+
+}  // namespace splitcubes::app

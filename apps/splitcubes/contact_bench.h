@@ -1,0 +1,12 @@
+// `bench contact`: what contact and tearing cost beside the rest of a step.
+#pragma once
+
+#include "report.h"
+
+namespace splitcubes::app {
+
+/// Prints the tables and returns their numbers (docs/reports.md lists the keys).
+/// runs: of each world, medians are over the steps of all. threads: 0 takes all.
+Json bench_contact(int runs, int threads);
+
+}  // namespace splitcubes::app
