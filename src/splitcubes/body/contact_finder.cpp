@@ -1,4 +1,5 @@
 #include <splitcubes/body/contact_finder.h>
+#include <splitcubes/body/contact_sides.h>
 
 #include <algorithm>
 #include <array>
@@ -168,7 +169,9 @@ bool ContactFinder::meet(const Task& task, const Sample& sample, std::span<const
     if (!partner) return false;
     const double width = std::sqrt(nearest) + 0.75 * partner->spacing;
     double distance = 0, rest_distance = 0, total = 0;
-    Vec3 normal = Vec3::Zero();
+    Vec3 normal = Vec3::Zero(), middle = Vec3::Zero(), rest_middle = Vec3::Zero();
+    std::vector<ContactSide> sides;
+    std::vector<double> weights;
     for (const std::uint32_t k : facing_it) {
         const Sample& other = samples_[k];
         if (other.body != partner->body || other.piece != partner->piece) continue;
@@ -179,22 +182,33 @@ bool ContactFinder::meet(const Task& task, const Sample& sample, std::span<const
         distance += weight * other.normal.dot(way);
         rest_distance += weight * other.rest_normal.dot(sample.rest - other.rest);
         normal += weight * other.normal;
+        middle += weight * other.position;
+        rest_middle += weight * other.rest;
         total += weight;
+        sides.push_back(other.side);
+        weights.push_back(weight);
     }
     if (!(total > 0) || !(normal.norm() > 0)) return false;
     distance /= total;
+    normal.normalize();
+    // What is pushed on is the point of the face that the sample lies before: what the planes' mean says of
+    // its distance then is what the two sides' ways say.
+    const meshless::Phyxels& phyxels = task.bodies[partner->body]->phyxels();
+    const Vec3 foot = sample.position - distance * normal - middle / total;
+    Vec3 rest_foot = phyxels.deformation[partner->side.phyxel[0]].inverse() * foot;
+    if (!(rest_foot.norm() < 2 * beside_share * partner->spacing)) rest_foot.setZero();
+    out.lower = side_between(sides, weights, phyxels.rest_position, rest_middle / total + rest_foot,
+                             partner->spacing);
     // Faces that a cut parted lie on each other at rest, however curved: what looks like an overlap there is
     // none.
     if (sample.body == partner->body && (sample.rest - partner->rest).norm() < 2 * sample.spacing)
         distance -= std::min(0.0, rest_distance / total);
-    normal.normalize();
     const double spacing = std::max(sample.spacing, partner->spacing);
     const Vec3 way = sample.position - partner->position;
     if (distance < -deepest_share * spacing || distance > reach) return false;
     if ((way - normal.dot(way) * normal).norm() > beside_share * spacing) return false;
     out.key = key_of(sample.body, 0, sample.vertex);
     out.upper = sample.side;
-    out.lower = partner->side;
     out.normal = normal;
     out.gap = distance;
     out.friction = task.options.friction;
