@@ -148,22 +148,20 @@ void ImplicitSolver::right_side(const Job& job) {
 void ImplicitSolver::start_guess(const Job& job) {
     const Phyxels& phyxels = job.phyxels;
     const bool known = phyxels.history_step == job.input.dt;
-    stands_.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
-    supported_.assign(stands_.size(), 0);
-    for (std::size_t i = 0; i < phyxels.size(); ++i) {
-        stands_[piece_of(job, i)] |= phyxels.touching[i];
+    supported_.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
+    for (std::size_t i = 0; i < phyxels.size(); ++i)
         supported_[piece_of(job, i)] |= held_[i] | phyxels.touching[i];
-    }
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
         d_[i].setZero();
-        if (held_[i] != 0 || !known || !job.options.warm_start) return;
+        const bool supported = supported_[piece_of(job, i)] != 0;
+        if (held_[i] != 0 || !job.options.warm_start || !(known || supported)) return;
         Vec3 acceleration = (phyxels.velocity[i] - phyxels.previous_velocity[i]) / job.input.dt;
         // A hit's jump of velocity is no acceleration that goes on.
-        if (phyxels.history_broken[i] != 0)
-            acceleration = stands_[piece_of(job, i)] != 0 ? Vec3(Vec3::Zero()) : job.input.gravity;
+        if (!known || phyxels.history_broken[i] != 0)
+            acceleration = supported ? Vec3(Vec3::Zero()) : job.input.gravity;
         const Vec3 guess = b_[i] * b_[i] * (acceleration - job.input.gravity);
         if (!guess.allFinite()) return;
-        if (supported_[piece_of(job, i)] != 0)
+        if (supported)
             base_[i] += guess;
         else
             d_[i] = guess;

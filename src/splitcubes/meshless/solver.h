@@ -150,7 +150,6 @@ class ImplicitSolver {
     std::vector<std::uint8_t> whole_;      // per phyxel, not distorted at base_
     std::vector<std::uint8_t> failed_;     // per phyxel, went non-finite in this step
     std::vector<std::uint8_t> hit_;        // per piece and for none, hit something in this step
-    std::vector<std::uint8_t> stands_;     // per piece and for none, something pushed it a step ago
     std::vector<std::uint8_t> supported_;  // per piece and for none, held or pushed a step ago
     std::vector<double> added_;            // N/m, of contacts and pulls, per phyxel
     std::vector<Vec3> change_;             // N, per piece
