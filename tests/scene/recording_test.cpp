@@ -20,7 +20,8 @@ Recording example() {
     out.program = "1.2";
     out.first_state = "0123456789abcdef";
     out.last_state = "fedcba9876543210";
-    for (const auto driven : {body::Driven::tool, body::Driven::constraint}) {
+    using enum body::Driven;
+    for (const auto driven : {tool, constraint, handle, collider}) {
         SampledMotion motion;
         for (int k = 0; k < 4; ++k) {
             Isometry place = Isometry::Identity();
@@ -28,7 +29,7 @@ Recording example() {
             place.translation() = Vec3(std::sin(k), 1e-17 * k, 1e5 / (k + 3));
             motion.add(k / 60.0, place);
         }
-        out.tracks.push_back({driven, driven == body::Driven::tool ? "knife" : "block/0", motion});
+        out.tracks.push_back({driven, driven == tool ? "knife" : "block/0", motion});
     }
     return out;
 }

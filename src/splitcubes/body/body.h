@@ -89,6 +89,9 @@ class Body {
     void add_constraint(HoldConstraint constraint);
     void add_handle(Handle handle);
     const std::vector<Handle>& handles() const { return handles_; }
+    void set_handle_motion(std::size_t number, std::function<Isometry(double time)> motion) {
+        handles_[number].motion = std::move(motion);
+    }
     /// Appends the pulls of the handles at the end of the step, and one limit a handle.
     void add_pulls(const StepContext& context, std::uint32_t part, std::vector<meshless::Pull>& pulls,
                    std::vector<double>& limits);

@@ -64,10 +64,16 @@ std::vector<MotionTrack> motion_tracks(const World& world, std::int64_t steps) {
         out.push_back({Driven::tool, tool.blade.name(),
                        sampled(times, [&](double time) { return tool.blade.frame(time); })});
     }
-    for (const auto& body : world.bodies())
+    const auto add = [&](Driven driven, const std::string& name, const auto& motion) {
+        out.push_back({driven, name, thinned(sampled(ends, motion))});
+    };
+    for (const auto& body : world.bodies()) {
         for (std::size_t k = 0; k < body->constraints().size(); ++k)
-            out.push_back({Driven::constraint, constraint_name(*body, k),
-                           thinned(sampled(ends, body->constraints()[k].motion))});
+            add(Driven::constraint, constraint_name(*body, k), body->constraints()[k].motion);
+        for (const Handle& handle : body->handles()) add(Driven::handle, handle.name, handle.motion);
+    }
+    for (const Collider& collider : world.colliders())
+        if (collider.motion) add(Driven::collider, collider.name, collider.motion);
     return out;
 }
 
@@ -82,14 +88,19 @@ void follow_tracks(World& world, const std::vector<MotionTrack>& tracks) {
         const auto motion = std::make_shared<const SampledMotion>(track.motion);
         for (std::size_t k = 0; k < world.tools().size(); ++k)
             if (take(Driven::tool, world.tools()[k].blade.name())) world.set_tool_path(k, *motion);
-        for (const auto& body : world.bodies())
+        const auto at = [motion](double time) { return motion->at(time); };
+        for (const auto& body : world.bodies()) {
             for (std::size_t k = 0; k < body->constraints().size(); ++k)
-                if (take(Driven::constraint, constraint_name(*body, k)))
-                    body->set_constraint_motion(k, [motion](double time) { return motion->at(time); });
+                if (take(Driven::constraint, constraint_name(*body, k))) body->set_constraint_motion(k, at);
+            for (std::size_t k = 0; k < body->handles().size(); ++k)
+                if (take(Driven::handle, body->handles()[k].name)) body->set_handle_motion(k, at);
+        }
+        for (std::size_t k = 0; k < world.colliders().size(); ++k)
+            if (take(Driven::collider, world.colliders()[k].name)) world.set_collider_motion(k, at);
         if (!fits)
             throw InputError("track '" + track.name + "'",
                              "there is nothing of this name that it could drive",
-                             "name a tool, or a constraint as body/number");
+                             "name a tool, a handle, a collider, or a constraint as body/number");
     }
 }
 

@@ -10,13 +10,13 @@
 namespace splitcubes::body {
 
 /// What is moved from outside.
-enum class Driven { tool, constraint };
+enum class Driven { tool, constraint, handle, collider };
 
 struct MotionTrack {
     Driven driven = Driven::tool;
-    /// The tool's name; of a constraint: its body's name and its number there, "body/0".
+    /// Its name; of a constraint: its body's name and its number there, "body/0".
     std::string name;
-    SampledMotion motion;  // world from own; of a constraint: world from rest
+    SampledMotion motion;  // world from own; of a constraint or a handle: world from rest
 };
 
 /// Where everything driven is at each time at which the world's first `steps` steps ask for

@@ -66,6 +66,9 @@ class World {
     const std::vector<std::unique_ptr<Body>>& bodies() const { return bodies_; }
     const std::vector<Tool>& tools() const { return tools_; }
     const std::vector<Collider>& colliders() const { return colliders_; }
+    void set_collider_motion(std::size_t number, std::function<Isometry(double time)> motion) {
+        colliders_[number].motion = std::move(motion);
+    }
     /// The contacts that pushed in the last step, sorted by key.
     const std::vector<meshless::ContactMemory>& pushing_contacts() const { return contact_memory_; }
 

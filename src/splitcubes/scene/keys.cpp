@@ -81,7 +81,7 @@ const std::vector<ObjectKeys>& path_keys() {
 const std::vector<ObjectKeys>& recording_keys() {
     static const std::vector<ObjectKeys> keys = {
         {"recording", {"format", "program", "scene", "frames", "first_state", "last_state", "tracks"}},
-        {"track", {"tool", "constraint", "times", "places"}},
+        {"track", {"tool", "constraint", "handle", "collider", "times", "places"}},
     };
     return keys;
 }

@@ -19,7 +19,7 @@ constexpr const char* format_name = "splitcubes recording 1";
 constexpr double rigid_tolerance = 1e-6;
 
 // Keys of a track by what it drives, in the order of body::Driven.
-const std::vector<std::string_view> driven_keys = {"tool", "constraint"};
+const std::vector<std::string_view> driven_keys = {"tool", "constraint", "handle", "collider"};
 
 std::string places_text(const SampledMotion& motion) {
     std::string out;
@@ -50,9 +50,12 @@ Isometry read_place(const Value& value) {
 
 body::MotionTrack read_track(const Value& value) {
     const Object object(value, "track");
-    object.not_both("tool", "constraint");
     body::MotionTrack out;
-    out.driven = object.has("constraint") ? body::Driven::constraint : body::Driven::tool;
+    for (std::size_t k = 1; k < driven_keys.size(); ++k) {
+        for (std::size_t before = 0; before < k; ++before)
+            object.not_both(driven_keys[before], driven_keys[k]);
+        if (object.has(driven_keys[k])) out.driven = static_cast<body::Driven>(k);
+    }
     out.name = object.at(driven_keys[static_cast<std::size_t>(out.driven)]).text();
     const std::vector<Value> times = object.at("times").elements(1, RecordingLimits::samples);
     const std::vector<Value> places = object.at("places").elements(1, RecordingLimits::samples);

@@ -28,8 +28,8 @@ struct RecordingLimits {
 
 /// JSON, one line a sample: `format` ("splitcubes recording 1"), `program` (its version),
 /// `scene` (resolved, as in a scene file), `frames`, `first_state`, `last_state`, and `tracks`, each with
-/// `tool` or `constraint` (its name), `times` (s) and `places` (12 numbers each: the rows of
-/// the 3 x 4 matrix world from own, m).
+/// `tool`, `constraint`, `handle` or `collider` (its name), `times` (s) and `places` (12 numbers each: the
+/// rows of the 3 x 4 matrix world from own, m).
 std::string recording_text(const Recording& recording);
 
 /// Reads it back; numbers are as they were to the last bit. Throws InputError, whose place is
