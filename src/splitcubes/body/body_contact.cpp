@@ -1,7 +1,7 @@
 // What a body shows to contact: samples of its skin, who carries them, and its handles.
 #include <splitcubes/body/body.h>
+#include <splitcubes/body/contact_sides.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,39 +9,6 @@
 #include <tuple>
 
 namespace splitcubes::body {
-
-namespace {
-
-// Spread of a side's phyxels along a direction, in squared spacings, below which nothing is
-// extrapolated along it.
-constexpr double least_spread = 0.005;
-
-// Changes the weights so that the side's point goes where every affine motion of the body takes
-// `place` (linear reproduction, as in moving least squares: weights times a linear function). The
-// mean of the phyxels lies up to a spacing off the skin: a push there would have another arm than
-// the skin's own motion, and make energy where a body rolls.
-void carry_exactly(std::span<const Vec3> rest, const Vec3& place, double spacing,
-                   meshless::ContactSide& side) {
-    Vec3 centre = Vec3::Zero();
-    for (std::uint32_t k = 0; k < side.count; ++k) centre += side.weight[k] * rest[side.phyxel[k]];
-    Mat3 spread = Mat3::Zero();
-    for (std::uint32_t k = 0; k < side.count; ++k) {
-        const Vec3 arm = rest[side.phyxel[k]] - centre;
-        spread += side.weight[k] * arm * arm.transpose();
-    }
-    const Eigen::SelfAdjointEigenSolver<Mat3> axes(spread);
-    const double least = least_spread * spacing * spacing;
-    Vec3 slope = Vec3::Zero();
-    for (int a = 0; a < 3; ++a) {
-        const double along = axes.eigenvalues()[a];
-        const Vec3 axis = axes.eigenvectors().col(a);
-        slope += along / (along * along + least * least) * axis.dot(place - centre) * axis;
-    }
-    for (std::uint32_t k = 0; k < side.count; ++k)
-        side.weight[k] *= 1 + slope.dot(rest[side.phyxel[k]] - centre);
-}
-
-}  // namespace
 
 // One vertex inside a surface cell for every fan, of those that fall into a box of half a phyxel
 // spacing the first of each piece and main direction of its normal.

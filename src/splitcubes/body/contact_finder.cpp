@@ -1,4 +1,5 @@
 #include <splitcubes/body/contact_finder.h>
+#include <splitcubes/body/contact_sides.h>
 
 #include <algorithm>
 #include <array>
@@ -278,8 +279,9 @@ ContactFinder::Facing* ContactFinder::partner_of(const Task& task, std::size_t k
     }
 }
 
-bool ContactFinder::meet(const Task& task, std::size_t k, const Reach& reach, std::vector<Facing>& facing,
+bool ContactFinder::meet(const Task& task, std::size_t k, const Reach& reach, Chunk& chunk,
                          Contact& out) const {
+    std::vector<Facing>& facing = chunk.facing;
     const Sample& sample = samples_[k];
     const Vec3& position = position_[k];
     // The gap will be a mean of heights above planes: where none of them is low enough to be
@@ -304,7 +306,8 @@ bool ContactFinder::meet(const Task& task, std::size_t k, const Reach& reach, st
     const Vec3& partner_normal = normal_[chosen->index];
     const double width = std::sqrt(chosen->distance) + 0.75 * partner.spacing;
     double distance = 0, rest_distance = 0, total = 0;
-    Vec3 normal = Vec3::Zero();
+    Vec3 normal = Vec3::Zero(), middle = Vec3::Zero(), rest_middle = Vec3::Zero();
+    chunk.between.clear();
     for (Facing& near : facing) {
         const Sample& other = samples_[near.index];
         if (other.body != partner.body || other.piece != partner.piece) continue;
@@ -315,22 +318,31 @@ bool ContactFinder::meet(const Task& task, std::size_t k, const Reach& reach, st
         distance += weight * near.along;
         rest_distance += weight * other.rest_normal.dot(sample.rest - other.rest);
         normal += weight * normal_[near.index];
+        middle += weight * position_[near.index];
+        rest_middle += weight * other.rest;
         total += weight;
+        chunk.between.add(carrying_[near.index].side, weight);
     }
-    if (!(total > 0) || !(normal.norm() > 0)) return false;
+    if (!(total > 0) || !(normal.norm() > 0) || chunk.between.empty()) return false;
     distance /= total;
+    normal.normalize();
+    // What is pushed on is the point of the face that the sample lies before: what the planes' mean says of
+    // its distance then is what the two sides' ways say.
+    const meshless::Phyxels& phyxels = task.bodies[partner.body]->phyxels();
+    const Vec3 foot = position - distance * normal - middle / total;
+    Vec3 rest_foot = phyxels.deformation[carrying_[chosen->index].side.phyxel[0]].inverse() * foot;
+    if (!(rest_foot.norm() < 2 * beside_share * partner.spacing)) rest_foot.setZero();
+    out.lower = chunk.between.take(phyxels.rest_position, rest_middle / total + rest_foot, partner.spacing);
     // Faces that a cut parted lie on each other at rest, however curved: what looks like an overlap there is
     // none.
     if (sample.body == partner.body && (sample.rest - partner.rest).norm() < 2 * sample.spacing)
         distance -= std::min(0.0, rest_distance / total);
-    normal.normalize();
     const double spacing = std::max(sample.spacing, partner.spacing);
     const Vec3 way = position - position_[chosen->index];
     if (distance < -deepest_share * spacing || distance > reach.radius) return false;
     if ((way - normal.dot(way) * normal).norm() > beside_share * spacing) return false;
     out.key = key_of(sample.body, 0, sample.vertex);
     out.upper = carrying_[k].side;
-    out.lower = carrying_[chosen->index].side;
     out.normal = normal;
     out.gap = distance;
     out.friction = task.options.friction;
@@ -379,7 +391,7 @@ void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
         Chunk& chunk = chunks_[begin / grain];
         for (std::size_t k = begin; k < end; ++k) {
             Contact contact;
-            if (!grid_.may_face(k) || !meet(task, k, reach, chunk.facing, contact)) continue;
+            if (!grid_.may_face(k) || !meet(task, k, reach, chunk, contact)) continue;
             const Vec3 v = side_value(contact.upper, velocity_) - side_value(contact.lower, velocity_);
             const double closing = std::max(0.0, -task.dt * contact.normal.dot(v));
             if (contact.gap - closing < margin_share * samples_[k].spacing + reach.fall)

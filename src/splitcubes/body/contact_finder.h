@@ -3,6 +3,7 @@
 
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/collider.h>
+#include <splitcubes/body/contact_sides.h>
 #include <splitcubes/body/skin_grid.h>
 
 #include <cstdint>
@@ -86,6 +87,7 @@ class ContactFinder {
     struct Chunk {
         std::vector<meshless::Contact> found;
         std::vector<Facing> facing;
+        SideBetween between;
     };
     struct Found {
         std::uint64_t key;
@@ -113,7 +115,7 @@ class ContactFinder {
     bool may_meet(const Task& task, const Sample& a, const Sample& b) const;
     bool may_meet(const Task& task, std::size_t k, Facing& other) const;
     Facing* partner_of(const Task& task, std::size_t k, std::vector<Facing>& facing) const;
-    bool meet(const Task& task, std::size_t k, const Reach& reach, std::vector<Facing>& facing,
+    bool meet(const Task& task, std::size_t k, const Reach& reach, Chunk& chunk,
               meshless::Contact& out) const;
     Reach reach_of(const Task& task) const;
     void group(const Task& task, std::vector<ContactGroup>& groups);

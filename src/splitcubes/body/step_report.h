@@ -84,6 +84,7 @@ struct StepReport {
     Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the origin
     double kinetic_energy = 0;             // J
     double elastic_energy = 0;             // J
+    double contact_energy = 0;             // J, in the springs of contacts (implicit steps)
     double top_speed = 0;                  // m/s
     // Of this step.
     std::size_t new_cut_edges = 0;  // by tools and by tearing

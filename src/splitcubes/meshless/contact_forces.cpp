@@ -14,8 +14,9 @@ constexpr double most_change = 4;
 // Share of all contact forces that may be wrong at the end of a step.
 constexpr double force_slack = 0.03;
 // What goes deeper by more than this share of the lift in a step (a hit) is solved for again, with a harder
-// push.
-constexpr double deep_share = 0.02;
+// push. Skins that give are measured anew in each step, on other skin where they roll: what they go deeper by
+// then is no hit, and to be pushed back from it would make them give in steps, by turns, with energy.
+constexpr double deep_share = 0.02, deep_share_of_skins = 1;
 // Shares of the lift: by how much a contact may be found deeper than it was left, and how much of an
 // overlap that no spring holds is undone in a step.
 constexpr double jump_share = 0.05, undone_share = 0.25;
@@ -294,7 +295,7 @@ bool ContactForces::revise(ConstField position, bool only_add) {
         const Contact& contact = input_.contacts[row.contact];
         // Never more than that: pushed out of where it was, it would be given energy.
         const double deeper = std::min(0.0, contact.gap) - contact.gap - contact.normal.dot(way);
-        const double slack = deep_share * contact.lift;
+        const double slack = (contact.lower.is_collider() ? deep_share : deep_share_of_skins) * contact.lift;
         const double push = row.active && deeper > slack ? deeper - 0.5 * slack : 0;
         now.push = row.push + push;
         std::swap(row.push, now.push);

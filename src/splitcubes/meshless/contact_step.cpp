@@ -326,8 +326,8 @@ void ImplicitSolver::prepare(const Job& job) {
     choose_steps(job);
     predict(job);
     momenta_.begin(job.phyxels, job.input.piece_count, job.parallel);
-    linearise(job);
     start_guess(job);
+    linearise(job);
 }
 
 // p_ = where the solve puts the phyxels.

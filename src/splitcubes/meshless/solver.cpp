@@ -142,21 +142,29 @@ void ImplicitSolver::right_side(const Job& job) {
 }
 
 // The correction that would keep the last step's acceleration: where a body
-// hangs, rests or turns it is the solution.
+// hangs, rests or turns it is the solution. Of a piece that is held or stands the solve begins there, and is
+// linearised there: the prediction lets it fall past what holds it, b^2 g, which shears what lies beside by
+// so much that a solve linearised there ends elsewhere, and elsewhere for each b.
 void ImplicitSolver::start_guess(const Job& job) {
     const Phyxels& phyxels = job.phyxels;
     const bool known = phyxels.history_step == job.input.dt;
-    stands_.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
-    for (std::size_t i = 0; i < phyxels.size(); ++i) stands_[piece_of(job, i)] |= phyxels.touching[i];
+    supported_.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
+    for (std::size_t i = 0; i < phyxels.size(); ++i)
+        supported_[piece_of(job, i)] |= held_[i] | phyxels.touching[i];
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
         d_[i].setZero();
-        if (held_[i] != 0 || !known || !job.options.warm_start) return;
+        const bool supported = supported_[piece_of(job, i)] != 0;
+        if (held_[i] != 0 || !job.options.warm_start || !(known || supported)) return;
         Vec3 acceleration = (phyxels.velocity[i] - phyxels.previous_velocity[i]) / job.input.dt;
         // A hit's jump of velocity is no acceleration that goes on.
-        if (phyxels.history_broken[i] != 0)
-            acceleration = stands_[piece_of(job, i)] != 0 ? Vec3(Vec3::Zero()) : job.input.gravity;
+        if (!known || phyxels.history_broken[i] != 0)
+            acceleration = supported ? Vec3(Vec3::Zero()) : job.input.gravity;
         const Vec3 guess = b_[i] * b_[i] * (acceleration - job.input.gravity);
-        if (guess.allFinite()) d_[i] = guess;
+        if (!guess.allFinite()) return;
+        if (supported)
+            base_[i] += guess;
+        else
+            d_[i] = guess;
     });
 }
 
@@ -174,13 +182,16 @@ double ImplicitSolver::damping_ratio(const Job& job) const {
 // tolerance's share of the right side, but no more than ten times that share of the
 // forces that gravity and the last step's acceleration stand for. The right side
 // grows with stiffness where a body that is held or stands was predicted to fall;
-// measured by it alone a stiff body would not feel its weight.
+// measured by it alone a stiff body would not feel its weight. Where the solve begins at
+// a guess the right side is what that is wrong by; what it bears counts too.
 double ImplicitSolver::wanted_residual(const Job& job) {
     const Phyxels& phyxels = job.phyxels;
     const auto chunk = [&](std::size_t begin, std::size_t end) {
         WantedSums sums;
         for (std::size_t i = begin; i < end; ++i) {
+            const Vec3 borne = filtered(i, diagonal_[i] * (base_[i] - predicted_[i]));
             sums.right += inverse_[i] * filtered(i, right_[i] + pushed_[i]).squaredNorm();
+            sums.borne += inverse_[i] * borne.squaredNorm();
             const Vec3 acceleration = (start_velocity_[i] - phyxels.previous_velocity[i]) / job.input.dt;
             const double force = phyxels.mass[i] * (acceleration.norm() + job.input.gravity.norm());
             sums.felt += inverse_[i] * force * force;
@@ -190,7 +201,8 @@ double ImplicitSolver::wanted_residual(const Job& job) {
         return sums;
     };
     const WantedSums sums = wanted_sum_(job.parallel, phyxels.size(), phyxel_grain, chunk);
-    const double scale = sums.felt > 0 ? std::min(sums.right, 100 * sums.felt) : sums.right;
+    const double right = std::max(sums.right, 100 * sums.borne);
+    const double scale = sums.felt > 0 ? std::min(right, 100 * sums.felt) : right;
     const double tolerance = job.options.tolerance * (contacts_.empty() ? 1 : contact_tolerance_share);
     return std::max(tolerance * tolerance * scale, sums.least);
 }

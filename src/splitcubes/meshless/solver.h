@@ -59,9 +59,10 @@ class ImplicitSolver {
 
     /// Sums over phyxels, in the preconditioner's norm.
     struct WantedSums {
-        double right = 0, felt = 0, least = 0;
+        double right = 0, borne = 0, felt = 0, least = 0;
         WantedSums& operator+=(const WantedSums& other) {
             right += other.right;
+            borne += other.borne;
             felt += other.felt;
             least += other.least;
             return *this;
@@ -143,16 +144,16 @@ class ImplicitSolver {
     std::vector<std::uint32_t> constrained_;   // phyxels that are held
     ChunkSumOf<double> slice_sum_;
     ChunkSumOf<WantedSums> wanted_sum_;
-    bool exact_is_taken_ = false;         // exact_ has the tangents at base_
-    std::vector<std::uint8_t> inverted_;  // per phyxel, det F <= 0 before the step
-    std::vector<std::uint8_t> held_;      // per phyxel
-    std::vector<std::uint8_t> whole_;     // per phyxel, not distorted at base_
-    std::vector<std::uint8_t> failed_;    // per phyxel, went non-finite in this step
-    std::vector<std::uint8_t> hit_;       // per piece and for none, hit something in this step
-    std::vector<std::uint8_t> stands_;    // per piece and for none, something pushed it a step ago
-    std::vector<double> added_;           // N/m, of contacts and pulls, per phyxel
-    std::vector<Vec3> change_;            // N, per piece
-    std::vector<double> piece_mass_;      // kg, per piece
+    bool exact_is_taken_ = false;          // exact_ has the tangents at base_
+    std::vector<std::uint8_t> inverted_;   // per phyxel, det F <= 0 before the step
+    std::vector<std::uint8_t> held_;       // per phyxel
+    std::vector<std::uint8_t> whole_;      // per phyxel, not distorted at base_
+    std::vector<std::uint8_t> failed_;     // per phyxel, went non-finite in this step
+    std::vector<std::uint8_t> hit_;        // per piece and for none, hit something in this step
+    std::vector<std::uint8_t> supported_;  // per piece and for none, held or pushed a step ago
+    std::vector<double> added_;            // N/m, of contacts and pulls, per phyxel
+    std::vector<Vec3> change_;             // N, per piece
+    std::vector<double> piece_mass_;       // kg, per piece
     MomentumKeeper momenta_;
     ContactForces contacts_;
     GroupBuffer group_;  // of steps that this one leads

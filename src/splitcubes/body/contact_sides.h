@@ -1,0 +1,41 @@
+// Which phyxels stand for a point of the skin.
+#pragma once
+
+#include <splitcubes/math/types.h>
+#include <splitcubes/meshless/contact.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace splitcubes::body {
+
+/// Changes the weights so that the side's point goes where every affine motion of the body takes
+/// `place` (linear reproduction, as in moving least squares: weights times a linear function). The
+/// mean of the phyxels lies up to a spacing off the skin: a push there would have another arm than
+/// the skin's own motion, and make energy where a body rolls. rest: m, of the body's phyxels; place: m,
+/// rest space; spacing: m.
+void carry_exactly(std::span<const Vec3> rest, const Vec3& place, double spacing,
+                   meshless::ContactSide& side);
+
+/// A side between several sides, with the memory that finding it takes.
+class SideBetween {
+  public:
+    void clear() { shares_.clear(); }
+    bool empty() const { return shares_.empty(); }
+    /// A side of the body and how much it counts, > 0.
+    void add(const meshless::ContactSide& side, double weight);
+    /// Of the phyxels that the added sides share, the heaviest, so that they carry `place` exactly; no
+    /// phyxels where none was added. Takes what was added. Arguments as of carry_exactly.
+    meshless::ContactSide take(std::span<const Vec3> rest, const Vec3& place, double spacing);
+
+  private:
+    struct Share {
+        std::uint32_t phyxel, number;  // number: in the order of adding
+        double weight;
+    };
+    std::vector<Share> shares_;
+    std::uint32_t part_ = 0;
+};
+
+}  // namespace splitcubes::body
