@@ -261,6 +261,31 @@ TEST(Scenes, WithoutTheBallThePlateBearsItself) {
     EXPECT_NEAR(meshless::total_momenta(run.world->bodies()[0]->phyxels()).centre[2], 0.16, 0.003);
 }
 
+TEST(Scenes, SantaLosesAnArmByTearingAndTheTopOfHisHatByTheWire) {
+    std::size_t torn = 0, torn_by_wire = 0;
+    const Showing run("santa_claus.json", {"bodies[0].cells=44", "bodies[0].phyxel_count=500", "frames=180"},
+                      [&](const body::World&, const body::StepReport& report) {
+                          torn += report.torn_edges;
+                          if (report.tools[0].area > 0) torn_by_wire += report.torn_edges;
+                      });
+    const std::vector<meshless::Momenta> parts = pieces_of(*run.world->bodies()[0]);
+    ASSERT_GE(parts.size(), 3U);
+    EXPECT_GT(parts[0].mass + parts[1].mass + parts[2].mass, 0.995 * run.mass);
+    EXPECT_GT(torn, 20U);
+    EXPECT_EQ(torn_by_wire, 0U);
+    EXPECT_GT(run.tools[0].area, 0.002) << "a slanting cut through a hat of 9 cm at its foot";
+    for (const int part : {1, 2}) {
+        EXPECT_GT(parts[static_cast<std::size_t>(part)].mass, 0.015 * run.mass);
+        EXPECT_LT(parts[static_cast<std::size_t>(part)].centre[2], 0.1) << "they lie on the ground";
+    }
+    // The scar of the arm is where he is weak, beside the shoulder; the other cut is the hat's.
+    for (const Vec3& at : cut_places(*run.world->bodies()[0])) {
+        const double below_wire = 0.335 - at[2] - std::tan(38 * std::numbers::pi / 180) * at[0];
+        EXPECT_TRUE((at[0] > 0.05 && at[0] < 0.13 && at[2] < 0.22) || std::abs(below_wire) < 0.01)
+            << at.transpose();
+    }
+}
+
 TEST(Scenes, AHandleLiftsWhatItsForceBears) {
     double most_pull = 0;
     const Showing run("handles_lift.json", {"bodies[0].phyxel_count=80", "bodies[1].phyxel_count=80"},
