@@ -1,5 +1,4 @@
 #include <splitcubes/body/tearing.h>
-#include <splitcubes/core/error.h>
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/meshless/constitutive.h>
 #include <splitcubes/meshless/kernel.h>
@@ -7,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <set>
 
 namespace splitcubes::body {
@@ -29,6 +29,8 @@ constexpr double turning_share = 0.25;
 // How far beyond its ends an edge still counts as met, in edges: two planes of one
 // crack differ by about so much, and an edge that both miss would stay as a strand.
 constexpr double slack = 0.1;
+// Of a bound, for the rounding of what it bounds: relative, far above both.
+constexpr double bound_slack = 1e-6;
 // Pieces below these have no stress field to speak of.
 constexpr std::size_t least_phyxels = 16;
 constexpr std::size_t least_nodes = 64;
@@ -97,14 +99,6 @@ bool is_riser(const NodeGrid& grid, const GridEdge& edge) {
 }
 
 }  // namespace
-
-void check_tearing(const TearSettings& s, const std::string& where) {
-    if (!(s.strength > 0)) throw InputError(where + ".strength", "must be above zero");
-    if (!(s.toughness > 0 && s.toughness <= 1))
-        throw InputError(where + ".toughness", "must be above 0 and at most 1");
-    if (!(s.crack_speed >= 0) || !std::isfinite(s.crack_speed))
-        throw InputError(where + ".crack_speed", "must be a positive number of metres a second");
-}
 
 Tearing::Tearing(const TearSettings& settings, const meshless::Material& material, const NodeGrid& grid,
                  const meshless::Phyxels& phyxels, const meshless::Neighbourhoods& neighbourhoods)
@@ -202,7 +196,10 @@ double Tearing::measure_phyxels(const TearContext& context) {
 void Tearing::find_loads(const TearContext& context) {
     const meshless::Neighbourhoods& n = context.neighbourhoods;
     load_.assign(context.phyxels.size(), 0);
+    principal_.resize(load_.size());
     context.parallel.for_each(load_.size(), grain, [&](std::size_t i) {
+        principal_[i] =
+            size_[i] < 0 ? -std::numeric_limits<double>::infinity() : eigen_symmetric(stress_[i]).values[0];
         // The mean over the neighbours cannot be near the limit where none of them is.
         const std::size_t begin = n.offsets()[i], end = n.offsets()[i + 1];
         double largest = size_[i];
@@ -224,10 +221,15 @@ void Tearing::find_loads(const TearContext& context) {
     for (const double load : load_) top_load_ = std::max(top_load_, load);
 }
 
-Tearing::Stress Tearing::stress_at(const Vec3& rest, std::int32_t piece, const TearContext& context,
-                                   std::vector<std::uint32_t>& near) const {
+// No phyxel has a say where the stress is no larger than `least` in any of them: no mean of tensors
+// has a larger principal value than the largest of theirs, so whom the place sees need not be asked.
+Tearing::Stress Tearing::stress_at(const Vec3& rest, std::int32_t piece, double least,
+                                   const TearContext& context, std::vector<std::uint32_t>& near) const {
     const meshless::Phyxels& p = context.phyxels;
     context.locator.near(rest, reach_, near);
+    const double enough = least - bound_slack * std::abs(least);
+    const auto loaded = [&](std::uint32_t j) { return p.piece[j] == piece && !(principal_[j] <= enough); };
+    if (std::none_of(near.begin(), near.end(), loaded)) return {};
     double total = 0, held = 0;
     Mat3 sum = Mat3::Zero(), gradient = Mat3::Zero();
     for (const std::uint32_t j : near) {
@@ -353,8 +355,10 @@ void Tearing::propose_from(const NodeGrid& grid, const TearContext& context, con
         const double from = normal.dot(a - centre), to = normal.dot(b - centre);
         if (from * to > 0 && std::min(std::abs(from), std::abs(to)) > 0.4 * h) continue;
         const Vec3 middle = 0.5 * (a + b);
-        const Stress stress = stress_at(middle, context.pieces.piece_of(grid, edge.node), context, near);
-        const double load = stress.largest / std::max(strength_at(middle), 1e-300);
+        const double strength = std::max(strength_at(middle), 1e-300);
+        const Stress stress = stress_at(middle, context.pieces.piece_of(grid, edge.node),
+                                        settings_.toughness * strength, context, near);
+        const double load = stress.largest / strength;
         if (!(stress.direction.squaredNorm() > 0) || !(load > settings_.toughness)) continue;
         Vec3 wanted = (stress.world_from_rest.transpose() * stress.direction).normalized();
         if (wanted.dot(normal) < 0) wanted = -wanted;
@@ -531,8 +535,8 @@ bool Tearing::begin_one(NodeGrid& grid, const TearContext& context, std::uint32_
                     const Vec3 b = grid.rest().node_position(edge.upper());
                     const double strength = std::max(strength_at(0.5 * (a + b)), 1e-300);
                     if (2 * load_[phyxel] * weakest_[phyxel] < strength) continue;
-                    const Stress stress =
-                        stress_at(0.5 * (a + b), context.phyxels.piece[phyxel], context, near);
+                    const Stress stress = stress_at(0.5 * (a + b), context.phyxels.piece[phyxel],
+                                                    best.load * strength, context, near);
                     if (!(stress.largest / strength > best.load)) continue;
                     const Vec3 way = stress.world_from_rest * (b - a);
                     if (std::abs(stress.direction.dot(way)) < least_edge_cosine * way.norm()) continue;

@@ -108,7 +108,7 @@ class Tearing {
     void find_weakest(const splitting::NodeGrid& grid, const TearContext& context);
     double measure_phyxels(const TearContext& context);
     void find_loads(const TearContext& context);
-    Stress stress_at(const Vec3& rest, std::int32_t piece, const TearContext& context,
+    Stress stress_at(const Vec3& rest, std::int32_t piece, double least, const TearContext& context,
                      std::vector<std::uint32_t>& near) const;
     bool may_tear(const splitting::NodeGrid& grid, const splitting::GridEdge& edge,
                   const TearContext& context) const;
@@ -143,6 +143,7 @@ class Tearing {
     std::vector<double> weakest_;         // per phyxel, Pa: the least strength of the nodes around it
     std::vector<Mat3> stress_;            // per phyxel, Pa, Cauchy; zero where it has no say
     std::vector<double> size_;            // per phyxel, Pa, Frobenius norm of it; negative: no say
+    std::vector<double> principal_;       // per phyxel, Pa, the largest principal stress; without a say: none
     std::vector<double> load_;  // per phyxel, smoothed stress over the weakest strength; 0: not near 1
     std::vector<std::size_t> phyxels_of_;  // per piece
     double reach_ = 0;                     // m, the largest support
