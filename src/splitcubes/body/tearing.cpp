@@ -223,24 +223,33 @@ void Tearing::find_loads(const TearContext& context) {
 
 // No phyxel has a say where the stress is no larger than `least` in any of them: no mean of tensors
 // has a larger principal value than the largest of theirs, so whom the place sees need not be asked.
-Tearing::Stress Tearing::stress_at(const Vec3& rest, std::int32_t piece, double least,
+Tearing::Stress Tearing::stress_at(const GridEdge& edge, const Vec3& rest, std::int32_t piece, double least,
                                    const TearContext& context, std::vector<std::uint32_t>& near) const {
     const meshless::Phyxels& p = context.phyxels;
-    context.locator.near(rest, reach_, near);
-    const double enough = least - bound_slack * std::abs(least);
-    const auto loaded = [&](std::uint32_t j) { return p.piece[j] == piece && !(principal_[j] <= enough); };
-    if (std::none_of(near.begin(), near.end(), loaded)) return {};
+    const std::uint64_t id = splitting::edge_id(edge);
+    const EdgeSights::List* seen = sights_.find(id);
+    if (!seen) {
+        context.locator.near(rest, reach_, near);
+        const double enough = least - bound_slack * std::abs(least);
+        const auto loaded = [&](std::uint32_t j) {
+            return p.piece[j] == piece && !(principal_[j] <= enough);
+        };
+        if (std::none_of(near.begin(), near.end(), loaded)) return {};
+        EdgeSights::List list;
+        for (const std::uint32_t j : near) {
+            if (p.piece[j] != piece) continue;
+            const double weight =
+                meshless::kernel((p.rest_position[j] - rest).squaredNorm(), p.support_radius[j]);
+            if (weight > 0 && !context.occluders.segment_blocked(rest, p.rest_position[j]))
+                list.push_back({j, weight});
+        }
+        seen = &sights_.keep(id, std::move(list));
+    }
     double total = 0, held = 0;
     Mat3 sum = Mat3::Zero(), gradient = Mat3::Zero();
-    for (const std::uint32_t j : near) {
-        if (p.piece[j] != piece || (size_[j] < 0 && size_[j] != held_phyxel)) continue;
-        const double weight =
-            meshless::kernel((p.rest_position[j] - rest).squaredNorm(), p.support_radius[j]);
-        if (!(weight > 0) || context.occluders.segment_blocked(rest, p.rest_position[j])) continue;
-        if (size_[j] == held_phyxel) {
-            held += weight;
-            continue;
-        }
+    for (const auto& [j, weight] : *seen) {
+        if (size_[j] == held_phyxel) held += weight;
+        if (size_[j] < 0) continue;
         sum += weight * stress_[j];
         gradient += weight * p.deformation[j];
         total += weight;
@@ -293,38 +302,6 @@ bool Tearing::beside_crack(const Vec3& rest, const Vec3& rest_normal, double loa
     return false;
 }
 
-// The plane along which the material around a place is weak, if it is so along a
-// plane: by the moments of the weakness over the nodes around.
-std::optional<Tearing::Plane> Tearing::seam_at(const Vec3& rest) const {
-    if (!settings_.strength_factor) return std::nullopt;
-    constexpr int around = 3;  // cells
-    std::vector<std::pair<Vec3, double>> samples;
-    double strongest = 0;
-    for (int z = -around; z <= around; ++z)
-        for (int y = -around; y <= around; ++y)
-            for (int x = -around; x <= around; ++x) {
-                if (x * x + y * y + z * z > around * around) continue;
-                const Vec3 offset = cell_size_ * Vec3(x, y, z);
-                samples.emplace_back(offset, settings_.strength_factor(rest + offset));
-                strongest = std::max(strongest, samples.back().second);
-            }
-    double total = 0, weakest = strongest;
-    Vec3 mean = Vec3::Zero();
-    Mat3 moment = Mat3::Zero();
-    for (const auto& [offset, factor] : samples) {
-        weakest = std::min(weakest, factor);
-        const double weakness = strongest / std::max(factor, 1e-9 * strongest) - 1;
-        total += weakness;
-        mean += weakness * offset;
-        moment += weakness * offset * offset.transpose();
-    }
-    if (!(weakest < 0.8 * strongest)) return std::nullopt;
-    mean /= total;
-    const SymmetricEigen eigen = eigen_symmetric(moment / total - mean * mean.transpose());
-    if (!(eigen.values[2] < 0.6 * eigen.values[1])) return std::nullopt;
-    return Plane{rest + mean, eigen.vectors.col(2)};
-}
-
 // The uncut edges of a cell that its crack's plane meets and that cannot bear their
 // stress.
 void Tearing::propose_from(const NodeGrid& grid, const TearContext& context, const Key& key,
@@ -356,7 +333,7 @@ void Tearing::propose_from(const NodeGrid& grid, const TearContext& context, con
         if (from * to > 0 && std::min(std::abs(from), std::abs(to)) > 0.4 * h) continue;
         const Vec3 middle = 0.5 * (a + b);
         const double strength = std::max(strength_at(middle), 1e-300);
-        const Stress stress = stress_at(middle, context.pieces.piece_of(grid, edge.node),
+        const Stress stress = stress_at(edge, middle, context.pieces.piece_of(grid, edge.node),
                                         settings_.toughness * strength, context, near);
         const double load = stress.largest / strength;
         if (!(stress.direction.squaredNorm() > 0) || !(load > settings_.toughness)) continue;
@@ -535,7 +512,7 @@ bool Tearing::begin_one(NodeGrid& grid, const TearContext& context, std::uint32_
                     const Vec3 b = grid.rest().node_position(edge.upper());
                     const double strength = std::max(strength_at(0.5 * (a + b)), 1e-300);
                     if (2 * load_[phyxel] * weakest_[phyxel] < strength) continue;
-                    const Stress stress = stress_at(0.5 * (a + b), context.phyxels.piece[phyxel],
+                    const Stress stress = stress_at(edge, 0.5 * (a + b), context.phyxels.piece[phyxel],
                                                     best.load * strength, context, near);
                     if (!(stress.largest / strength > best.load)) continue;
                     const Vec3 way = stress.world_from_rest * (b - a);
@@ -586,6 +563,7 @@ std::vector<std::int32_t> Tearing::tear(NodeGrid& grid, const TearContext& conte
     if (measure_phyxels(context) < settings_.toughness * settings_.strength * weakest_all_) return slots;
     find_loads(context);
     if (top_load_ < 0.8 * settings_.toughness) return slots;
+    sights_.begin(context.surface_revision, context.phyxels.size());
     phyxels_of_.assign(context.pieces.count(), 0);
     for (const std::int32_t piece : context.phyxels.piece) ++phyxels_of_[static_cast<std::size_t>(piece)];
     torn_now_.clear();
