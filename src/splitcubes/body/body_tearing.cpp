@@ -1,8 +1,19 @@
 // The stage in which a body's material gives way.
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/tearing.h>
+#include <splitcubes/core/error.h>
+
+#include <cmath>
 
 namespace splitcubes::body {
+
+void check_tearing(const TearSettings& s, const std::string& where) {
+    if (!(s.strength > 0)) throw InputError(where + ".strength", "must be above zero");
+    if (!(s.toughness > 0 && s.toughness <= 1))
+        throw InputError(where + ".toughness", "must be above 0 and at most 1");
+    if (!(s.crack_speed >= 0) || !std::isfinite(s.crack_speed))
+        throw InputError(where + ".crack_speed", "must be a positive number of metres a second");
+}
 
 void Body::tear(const StepContext& context, StepReport& report) {
     if (!tearing_) return;
@@ -16,9 +27,9 @@ void Body::tear(const StepContext& context, StepReport& report) {
             if (constraint.region(phyxels_.rest_position[i])) held[i] = 1;
         });
     }
-    const std::vector<std::int32_t> slots =
-        tearing_->tear(grid_, {*pieces_, occluders_, phyxels_, neighbourhoods_, locator_, settings_.material,
-                               tracker_, frames_, held, spacing_, context.dt, context.parallel});
+    const std::vector<std::int32_t> slots = tearing_->tear(
+        grid_, {*pieces_, occluders_, phyxels_, neighbourhoods_, locator_, settings_.material, tracker_,
+                frames_, held, surface_->revision(), spacing_, context.dt, context.parallel});
     new_slots_.insert(new_slots_.end(), slots.begin(), slots.end());
     report.new_cut_edges += slots.size();
     report.torn_edges += slots.size();

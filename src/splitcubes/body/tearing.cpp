@@ -1,5 +1,4 @@
 #include <splitcubes/body/tearing.h>
-#include <splitcubes/core/error.h>
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/meshless/constitutive.h>
 #include <splitcubes/meshless/kernel.h>
@@ -7,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <set>
 
 namespace splitcubes::body {
@@ -29,6 +29,8 @@ constexpr double turning_share = 0.25;
 // How far beyond its ends an edge still counts as met, in edges: two planes of one
 // crack differ by about so much, and an edge that both miss would stay as a strand.
 constexpr double slack = 0.1;
+// Of a bound, for the rounding of what it bounds: relative, far above both.
+constexpr double bound_slack = 1e-6;
 // Pieces below these have no stress field to speak of.
 constexpr std::size_t least_phyxels = 16;
 constexpr std::size_t least_nodes = 64;
@@ -97,14 +99,6 @@ bool is_riser(const NodeGrid& grid, const GridEdge& edge) {
 }
 
 }  // namespace
-
-void check_tearing(const TearSettings& s, const std::string& where) {
-    if (!(s.strength > 0)) throw InputError(where + ".strength", "must be above zero");
-    if (!(s.toughness > 0 && s.toughness <= 1))
-        throw InputError(where + ".toughness", "must be above 0 and at most 1");
-    if (!(s.crack_speed >= 0) || !std::isfinite(s.crack_speed))
-        throw InputError(where + ".crack_speed", "must be a positive number of metres a second");
-}
 
 Tearing::Tearing(const TearSettings& settings, const meshless::Material& material, const NodeGrid& grid,
                  const meshless::Phyxels& phyxels, const meshless::Neighbourhoods& neighbourhoods)
@@ -202,7 +196,10 @@ double Tearing::measure_phyxels(const TearContext& context) {
 void Tearing::find_loads(const TearContext& context) {
     const meshless::Neighbourhoods& n = context.neighbourhoods;
     load_.assign(context.phyxels.size(), 0);
+    principal_.resize(load_.size());
     context.parallel.for_each(load_.size(), grain, [&](std::size_t i) {
+        principal_[i] =
+            size_[i] < 0 ? -std::numeric_limits<double>::infinity() : eigen_symmetric(stress_[i]).values[0];
         // The mean over the neighbours cannot be near the limit where none of them is.
         const std::size_t begin = n.offsets()[i], end = n.offsets()[i + 1];
         double largest = size_[i];
@@ -224,21 +221,35 @@ void Tearing::find_loads(const TearContext& context) {
     for (const double load : load_) top_load_ = std::max(top_load_, load);
 }
 
-Tearing::Stress Tearing::stress_at(const Vec3& rest, std::int32_t piece, const TearContext& context,
-                                   std::vector<std::uint32_t>& near) const {
+// No phyxel has a say where the stress is no larger than `least` in any of them: no mean of tensors
+// has a larger principal value than the largest of theirs, so whom the place sees need not be asked.
+Tearing::Stress Tearing::stress_at(const GridEdge& edge, const Vec3& rest, std::int32_t piece, double least,
+                                   const TearContext& context, std::vector<std::uint32_t>& near) const {
     const meshless::Phyxels& p = context.phyxels;
-    context.locator.near(rest, reach_, near);
+    const std::uint64_t id = splitting::edge_id(edge);
+    const EdgeSights::List* seen = sights_.find(id);
+    if (!seen) {
+        context.locator.near(rest, reach_, near);
+        const double enough = least - bound_slack * std::abs(least);
+        const auto loaded = [&](std::uint32_t j) {
+            return p.piece[j] == piece && !(principal_[j] <= enough);
+        };
+        if (std::none_of(near.begin(), near.end(), loaded)) return {};
+        EdgeSights::List list;
+        for (const std::uint32_t j : near) {
+            if (p.piece[j] != piece) continue;
+            const double weight =
+                meshless::kernel((p.rest_position[j] - rest).squaredNorm(), p.support_radius[j]);
+            if (weight > 0 && !context.occluders.segment_blocked(rest, p.rest_position[j]))
+                list.push_back({j, weight});
+        }
+        seen = &sights_.keep(id, std::move(list));
+    }
     double total = 0, held = 0;
     Mat3 sum = Mat3::Zero(), gradient = Mat3::Zero();
-    for (const std::uint32_t j : near) {
-        if (p.piece[j] != piece || (size_[j] < 0 && size_[j] != held_phyxel)) continue;
-        const double weight =
-            meshless::kernel((p.rest_position[j] - rest).squaredNorm(), p.support_radius[j]);
-        if (!(weight > 0) || context.occluders.segment_blocked(rest, p.rest_position[j])) continue;
-        if (size_[j] == held_phyxel) {
-            held += weight;
-            continue;
-        }
+    for (const auto& [j, weight] : *seen) {
+        if (size_[j] == held_phyxel) held += weight;
+        if (size_[j] < 0) continue;
         sum += weight * stress_[j];
         gradient += weight * p.deformation[j];
         total += weight;
@@ -291,38 +302,6 @@ bool Tearing::beside_crack(const Vec3& rest, const Vec3& rest_normal, double loa
     return false;
 }
 
-// The plane along which the material around a place is weak, if it is so along a
-// plane: by the moments of the weakness over the nodes around.
-std::optional<Tearing::Plane> Tearing::seam_at(const Vec3& rest) const {
-    if (!settings_.strength_factor) return std::nullopt;
-    constexpr int around = 3;  // cells
-    std::vector<std::pair<Vec3, double>> samples;
-    double strongest = 0;
-    for (int z = -around; z <= around; ++z)
-        for (int y = -around; y <= around; ++y)
-            for (int x = -around; x <= around; ++x) {
-                if (x * x + y * y + z * z > around * around) continue;
-                const Vec3 offset = cell_size_ * Vec3(x, y, z);
-                samples.emplace_back(offset, settings_.strength_factor(rest + offset));
-                strongest = std::max(strongest, samples.back().second);
-            }
-    double total = 0, weakest = strongest;
-    Vec3 mean = Vec3::Zero();
-    Mat3 moment = Mat3::Zero();
-    for (const auto& [offset, factor] : samples) {
-        weakest = std::min(weakest, factor);
-        const double weakness = strongest / std::max(factor, 1e-9 * strongest) - 1;
-        total += weakness;
-        mean += weakness * offset;
-        moment += weakness * offset * offset.transpose();
-    }
-    if (!(weakest < 0.8 * strongest)) return std::nullopt;
-    mean /= total;
-    const SymmetricEigen eigen = eigen_symmetric(moment / total - mean * mean.transpose());
-    if (!(eigen.values[2] < 0.6 * eigen.values[1])) return std::nullopt;
-    return Plane{rest + mean, eigen.vectors.col(2)};
-}
-
 // The uncut edges of a cell that its crack's plane meets and that cannot bear their
 // stress.
 void Tearing::propose_from(const NodeGrid& grid, const TearContext& context, const Key& key,
@@ -353,8 +332,10 @@ void Tearing::propose_from(const NodeGrid& grid, const TearContext& context, con
         const double from = normal.dot(a - centre), to = normal.dot(b - centre);
         if (from * to > 0 && std::min(std::abs(from), std::abs(to)) > 0.4 * h) continue;
         const Vec3 middle = 0.5 * (a + b);
-        const Stress stress = stress_at(middle, context.pieces.piece_of(grid, edge.node), context, near);
-        const double load = stress.largest / std::max(strength_at(middle), 1e-300);
+        const double strength = std::max(strength_at(middle), 1e-300);
+        const Stress stress = stress_at(edge, middle, context.pieces.piece_of(grid, edge.node),
+                                        settings_.toughness * strength, context, near);
+        const double load = stress.largest / strength;
         if (!(stress.direction.squaredNorm() > 0) || !(load > settings_.toughness)) continue;
         Vec3 wanted = (stress.world_from_rest.transpose() * stress.direction).normalized();
         if (wanted.dot(normal) < 0) wanted = -wanted;
@@ -531,8 +512,8 @@ bool Tearing::begin_one(NodeGrid& grid, const TearContext& context, std::uint32_
                     const Vec3 b = grid.rest().node_position(edge.upper());
                     const double strength = std::max(strength_at(0.5 * (a + b)), 1e-300);
                     if (2 * load_[phyxel] * weakest_[phyxel] < strength) continue;
-                    const Stress stress =
-                        stress_at(0.5 * (a + b), context.phyxels.piece[phyxel], context, near);
+                    const Stress stress = stress_at(edge, 0.5 * (a + b), context.phyxels.piece[phyxel],
+                                                    best.load * strength, context, near);
                     if (!(stress.largest / strength > best.load)) continue;
                     const Vec3 way = stress.world_from_rest * (b - a);
                     if (std::abs(stress.direction.dot(way)) < least_edge_cosine * way.norm()) continue;
@@ -582,6 +563,7 @@ std::vector<std::int32_t> Tearing::tear(NodeGrid& grid, const TearContext& conte
     if (measure_phyxels(context) < settings_.toughness * settings_.strength * weakest_all_) return slots;
     find_loads(context);
     if (top_load_ < 0.8 * settings_.toughness) return slots;
+    sights_.begin(context.surface_revision, context.phyxels.size());
     phyxels_of_.assign(context.pieces.count(), 0);
     for (const std::int32_t piece : context.phyxels.piece) ++phyxels_of_[static_cast<std::size_t>(piece)];
     torn_now_.clear();

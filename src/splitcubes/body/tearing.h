@@ -3,6 +3,7 @@
 // here it is the largest principal stress (Rankine), and a crack grows as a sheet.
 #pragma once
 
+#include <splitcubes/body/edge_sights.h>
 #include <splitcubes/body/node_tracker.h>
 #include <splitcubes/body/tear_settings.h>
 #include <splitcubes/core/parallel.h>
@@ -32,6 +33,7 @@ struct TearContext {
     const NodeTracker& nodes;
     std::span<const geometry::Frame> frames;  // per tracked node
     std::span<const std::uint8_t> held;       // per phyxel, 1: its position is prescribed; or empty
+    std::uint64_t surface_revision;           // of what the occluders are made of
     double spacing;                           // m, between phyxels
     double dt;                                // s
     const Parallel& parallel;
@@ -108,8 +110,8 @@ class Tearing {
     void find_weakest(const splitting::NodeGrid& grid, const TearContext& context);
     double measure_phyxels(const TearContext& context);
     void find_loads(const TearContext& context);
-    Stress stress_at(const Vec3& rest, std::int32_t piece, const TearContext& context,
-                     std::vector<std::uint32_t>& near) const;
+    Stress stress_at(const splitting::GridEdge& edge, const Vec3& rest, std::int32_t piece, double least,
+                     const TearContext& context, std::vector<std::uint32_t>& near) const;
     bool may_tear(const splitting::NodeGrid& grid, const splitting::GridEdge& edge,
                   const TearContext& context) const;
     bool shadowed(const splitting::NodeGrid& grid, const splitting::GridEdge& edge, const Vec3& normal) const;
@@ -143,9 +145,11 @@ class Tearing {
     std::vector<double> weakest_;         // per phyxel, Pa: the least strength of the nodes around it
     std::vector<Mat3> stress_;            // per phyxel, Pa, Cauchy; zero where it has no say
     std::vector<double> size_;            // per phyxel, Pa, Frobenius norm of it; negative: no say
+    std::vector<double> principal_;       // per phyxel, Pa, the largest principal stress; without a say: none
     std::vector<double> load_;  // per phyxel, smoothed stress over the weakest strength; 0: not near 1
     std::vector<std::size_t> phyxels_of_;  // per piece
     double reach_ = 0;                     // m, the largest support
+    mutable EdgeSights sights_;            // of one piece each: only cuts change an edge's
 
     std::size_t known_crossings_ = 0;
     std::vector<Key> crack_cells_;  // around edges that were cut, not boundary, in order of first touch
