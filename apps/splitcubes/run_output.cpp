@@ -96,7 +96,8 @@ RunOutput::RunOutput(const fs::path& folder, const scene::SceneDescription& desc
         ",step_ms,phyxels,pairs,cut_edges,new_cut_edges,torn_edges,surface_cells,triangles,pieces,disks,mass,"
         "momentum_x,"
         "momentum_y,momentum_z,angular_momentum_x,angular_momentum_y,angular_momentum_z,kinetic_energy,"
-        "elastic_energy,top_speed,solver_iterations,substeps,contacts,overdrawn_pieces,retries,"
+        "elastic_energy,contact_energy,top_speed,solver_iterations,substeps,contacts,overdrawn_pieces,"
+        "retries,"
         "energy_taken,flags";
     for (const body::Tool& tool : world.tools())
         for (const char* what : {"force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z", "area"})
@@ -124,9 +125,9 @@ void RunOutput::add_metrics(const body::StepReport& r, int frame) {
         << r.pieces << ',' << r.disks << ',' << r.mass;
     for (const Vec3& v : {r.momentum, r.angular_momentum})
         for (int k = 0; k < 3; ++k) row << ',' << v[k];
-    row << ',' << r.kinetic_energy << ',' << r.elastic_energy << ',' << r.top_speed << ','
-        << r.solver_iterations << ',' << r.substeps << ',' << r.contacts << ',' << r.overdrawn_pieces << ','
-        << r.retries << ',' << r.energy_taken << ',' << body::flag_text(r.flags);
+    row << ',' << r.kinetic_energy << ',' << r.elastic_energy << ',' << r.contact_energy << ',' << r.top_speed
+        << ',' << r.solver_iterations << ',' << r.substeps << ',' << r.contacts << ',' << r.overdrawn_pieces
+        << ',' << r.retries << ',' << r.energy_taken << ',' << body::flag_text(r.flags);
     const auto add = [&](const Vec3& v) { row << ',' << v[0] << ',' << v[1] << ',' << v[2]; };
     for (const body::ToolForce& tool : r.tools) {
         add(tool.force);

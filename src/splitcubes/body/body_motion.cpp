@@ -67,6 +67,7 @@ void Body::end_step(const StepContext& context, const meshless::SolverReport& so
     if (solved.overdrawn > 0) report.flags |= flag_overdrawn;
     report.kinetic_energy += solved.kinetic_energy;
     report.elastic_energy += solved.elastic_energy;
+    report.contact_energy += solved.contact_energy;
     report.momentum += solved.momentum;
     report.angular_momentum += solved.angular_momentum;
     report.top_speed = std::max(report.top_speed, solved.top_speed);

@@ -30,10 +30,6 @@ void World::integrate(const StepContext& context, StepReport& report) {
     for (const ContactGroup& group : contact_groups_) integrate_group(group, context, report, next);
     std::sort(next.begin(), next.end(),
               [](const ContactMemory& a, const ContactMemory& b) { return a.key < b.key; });
-    for (const ContactMemory& m : next)
-        if (m.stiffness > 0)
-            report.contact_energy +=
-                0.5 * (m.pressure * m.pressure / m.stiffness + m.stiffness * m.slip.squaredNorm());
     contact_memory_ = std::move(next);
 }
 

@@ -330,6 +330,7 @@ bool ContactForces::revise(ConstField position, bool only_add) {
 
 void ContactForces::finish(ConstField position, std::span<const std::span<std::uint8_t>> touching) {
     next_.clear();
+    energy_ = 0;
     for (Row& row : rows_) {
         const Contact& contact = input_.contacts[row.contact];
         const Vec3 way = relative(row, position);
@@ -340,6 +341,8 @@ void ContactForces::finish(ConstField position, std::span<const std::span<std::u
         // What slid stays behind: the spring keeps the length that friction bears.
         const Vec3 slip = row.slip + along_plane(contact.normal, way);
         const double kept = contact.friction > 0 ? tangent / row.normal : 0;
+        const double overlap = std::max(0.0, row.allowed - contact.gap - contact.normal.dot(way));
+        energy_ += 0.5 * row.normal * (overlap * overlap + (kept * slip).squaredNorm());
         next_.push_back(
             {contact.key, kept * slip, contact.normal.dot(row.force), row.force, row.normal, row.allowed});
         for (const ContactSide* side : {&contact.upper, &contact.lower})

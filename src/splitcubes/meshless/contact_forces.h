@@ -61,6 +61,8 @@ class ContactForces {
     void add_changes(std::uint32_t part, std::span<const std::int32_t> piece, std::span<Vec3> change) const;
     /// Contacts that push, after finish.
     std::size_t pushing() const { return pushing_; }
+    /// What the springs of contacts hold, J, after finish. What pushed back a hit is no spring.
+    double energy() const { return energy_; }
 
   private:
     struct Row {
@@ -104,6 +106,7 @@ class ContactForces {
     std::vector<Revision> revisions_;
     std::vector<Vec3> pulled_;  // N, per handle
     std::size_t pushing_ = 0;
+    double energy_ = 0;  // J
 };
 
 /// Per contact 1 where the two sides, not touching before, close the gap within the step by

@@ -292,6 +292,7 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
         members[k].report = s.report_;
     });
     members[0].report.contacts = group.forces->pushing();
+    members[0].report.contact_energy = group.forces->energy();
 }
 
 // Which pieces are hit in this step.

@@ -71,6 +71,7 @@ struct SolverReport {
     double energy_taken = 0;               // J, by EnergyGuard
     double kinetic_energy = 0;             // J
     double elastic_energy = 0;             // J
+    double contact_energy = 0;             // J, in the springs of contacts (implicit steps)
     Vec3 momentum = Vec3::Zero();          // kg m/s
     Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the origin
     double top_speed = 0;                  // m/s
