@@ -35,7 +35,7 @@ struct ContactGroup {
 /// deformation carries meet the ground only.
 ///
 /// What a step finds depends on that step's bodies alone: samples and who carries them are kept
-/// from step to step only where nothing changed. Once warm, it allocates no memory.
+/// from step to step only where nothing changed. Its buffers are kept from step to step.
 class ContactFinder {
   public:
     struct Task {
