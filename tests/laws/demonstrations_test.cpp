@@ -226,7 +226,7 @@ const std::vector<std::string> coarse_plate = {"bodies[0].cells=40", "bodies[1].
 
 TEST(Scenes, AFallingBallBreaksThePlate) {
     std::vector<std::string> overrides = coarse_plate;
-    overrides.push_back("frames=75");
+    overrides.push_back("frames=160");
     double first = 0, most = 0;
     std::size_t torn_before_contact = 0;
     const Showing run("plate_and_ball.json", overrides,
@@ -244,14 +244,15 @@ TEST(Scenes, AFallingBallBreaksThePlate) {
     EXPECT_GT(parts[1].mass, 0.3 * plate) << "it breaks across";
     EXPECT_GT(parts[0].mass + parts[1].mass, 0.95 * plate);
     EXPECT_EQ(run.world->bodies()[1]->pieces().count(), 1U);
-    EXPECT_LT(meshless::total_momenta(run.world->bodies()[1]->phyxels()).centre[2], 0.16)
-        << "the ball has gone through";
+    // On the whole plate it would lie at 0.2.
+    EXPECT_LT(meshless::total_momenta(run.world->bodies()[1]->phyxels()).centre[2], 0.18)
+        << "the ball sinks between the halves";
     EXPECT_LT(most, first + 0.01 * 2.8) << "of 2.8 J that the ball brings";
 }
 
 TEST(Scenes, WithoutTheBallThePlateBearsItself) {
     std::vector<std::string> overrides = coarse_plate;
-    overrides.push_back("frames=40");
+    overrides.push_back("frames=80");
     overrides.push_back("bodies[1].placement.position=[1, 0, 0.5]");
     std::size_t torn = 0;
     const Showing run(
