@@ -129,11 +129,7 @@ int bench_criteria(const Options& options) {
     const Json json = {{"bench", "criteria"}, {"runs", options.runs}, {"criteria", rows}};
     std::cout << json.dump() << '\n';
     write_json(options.json, json);
-    if (!options.plot.empty()) {
-        io::AtomicFile file(options.plot);
-        file.write(criteria_plot(times));
-        file.commit();
-    }
+    if (!options.plot.empty()) io::write_file(options.plot, criteria_plot(times));
     return 0;
 }
 
@@ -163,11 +159,7 @@ int bench_validation(const Options& options) {
     const Json json = {{"bench", "validation"}, {"points", rows}};
     std::cout << json.dump() << '\n';
     write_json(options.json, json);
-    if (!options.plot.empty()) {
-        io::AtomicFile file(options.plot);
-        file.write(error_plot(points));
-        file.commit();
-    }
+    if (!options.plot.empty()) io::write_file(options.plot, error_plot(points));
     return 0;
 }
 

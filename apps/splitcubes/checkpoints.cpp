@@ -22,9 +22,7 @@ Checkpoints::Checkpoints(std::filesystem::path file, const scene::SceneDescripti
 }
 
 void Checkpoints::write(body::World& world, std::string_view metrics) const {
-    io::AtomicFile file(file_);
-    file.write(body::encode_checkpoint(world, identity_, metrics));
-    file.commit();
+    io::write_file(file_, body::encode_checkpoint(world, identity_, metrics));
 }
 
 RunOutput::Past Checkpoints::restore(body::World& world, const std::filesystem::path& from,

@@ -52,9 +52,7 @@ int draw_figure(const Options& options) {
     if (std::filesystem::path(options.out).extension() != ".svg")
         throw InputError(options.out.empty() ? "figure " + options.name : options.out,
                          "no output that ends in .svg", "give -o FILE.svg");
-    io::AtomicFile file(options.out);
-    file.write(found->draw().document());
-    file.commit();
+    io::write_file(options.out, found->draw().document());
     std::cout << options.out << ": " << found->shows << '\n';
     return 0;
 }

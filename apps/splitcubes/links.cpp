@@ -72,9 +72,7 @@ void write_links(const std::filesystem::path& file, const Links& links) {
         put(bytes, link.b);
         put(bytes, link.visibility);
     }
-    io::AtomicFile out(file);
-    out.write(bytes);
-    out.commit();
+    io::write_file(file, bytes);
 }
 
 Links read_links(const std::filesystem::path& file) {

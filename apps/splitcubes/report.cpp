@@ -53,9 +53,7 @@ Json surface_report(const splitting::NodeGrid& grid, const splitting::Surface& s
 
 void write_json(const std::filesystem::path& path, const Json& json) {
     if (path.empty()) return;
-    io::AtomicFile file(path);
-    file.stream() << json.dump(2) << '\n';
-    file.commit();
+    io::write_file(path, json.dump(2) + '\n');
 }
 
 void print_notes(const std::string& name, const std::vector<std::string>& notes) {

@@ -140,9 +140,7 @@ void RunOutput::add_metrics(const body::StepReport& r, int frame) {
 }
 
 void RunOutput::write_metrics() const {
-    io::AtomicFile file(folder_ / "metrics.csv");
-    file.write(metrics_);
-    file.commit();
+    io::write_file(folder_ / "metrics.csv", metrics_);
 }
 
 void RunOutput::write_frame(const body::World& world, const body::StepReport& report, int frame) {

@@ -45,9 +45,7 @@ void write_recording(const std::string& file, const scene::SceneDescription& des
     scene::Recording recording{description, SPLITCUBES_VERSION, body::motion_tracks(world, frames),
                                first_state, world.state_hash().text()};
     recording.scene.frames = frames;
-    io::AtomicFile out(file);
-    out.write(scene::recording_text(recording));
-    out.commit();
+    io::write_file(file, scene::recording_text(recording));
 }
 
 // The recorded last state belongs to the recorded number of frames.

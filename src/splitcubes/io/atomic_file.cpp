@@ -145,4 +145,10 @@ void AtomicFile::commit() {
     temporary_.clear();
 }
 
+void write_file(const fs::path& path, std::string_view bytes) {
+    AtomicFile file(path);
+    file.write(bytes);
+    file.commit();
+}
+
 }  // namespace splitcubes::io

@@ -40,4 +40,7 @@ class AtomicFile {
     int nameless_ = -1;  // descriptor
 };
 
+/// The whole of it at once. Throws as AtomicFile does.
+void write_file(const std::filesystem::path& path, std::string_view bytes);
+
 }  // namespace splitcubes::io

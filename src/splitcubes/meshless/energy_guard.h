@@ -76,7 +76,7 @@ class EnergyGuard {
         double loose_kinetic = 0;      // J, of what is not held
         double elastic = 0;            // J
         double reserve = 0;            // J
-        double work = 0;               // J, of gravity and what add_work was told
+        double work = 0;               // J, of gravity and holds
         double held_mass = 0;          // kg
         Vec3 held_way = Vec3::Zero();  // m, of the first held phyxel in the step
         bool one_way = true;           // all that is held goes that way
