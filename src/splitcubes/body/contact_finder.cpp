@@ -376,10 +376,7 @@ ContactFinder::Reach ContactFinder::reach_of(const Task& task) const {
 }
 
 void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
-    bool any = task.bodies.size() > 1;
-    for (const auto& body : task.bodies)
-        any = any || body->cut_edge_count() > 0 || body->pieces().count() > 1;
-    if (!any || samples_.empty()) return;
+    if (samples_.empty()) return;
     in_chunks(parallel, samples_.size(), [&](std::size_t begin, std::size_t end) {
         for (std::size_t k = begin; k < end; ++k) find_carriers(task, k);
     });
