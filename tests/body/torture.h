@@ -27,6 +27,8 @@ struct Torture {
     double time_step = 1.0 / 60;
     double youngs_modulus = 1e5;  // Pa
     meshless::SolverKind solver = meshless::SolverKind::implicit_steps;
+    meshless::MaterialModel model = meshless::MaterialModel::corotated;
+    double volume_stiffness = 0;  // of Young's modulus
     std::uint64_t seed = 1;
     int blades = 300;
     double seconds = 1;
@@ -106,6 +108,8 @@ inline std::unique_ptr<body::World> make_world(const Torture& torture) {
     auto world = std::make_unique<body::World>(settings, threads(2));
     body::BodySettings block = soft(torture.cell_size, torture.phyxels);
     block.material.youngs_modulus = torture.youngs_modulus;
+    block.material.model = torture.model;
+    block.material.volume_stiffness = torture.volume_stiffness * torture.youngs_modulus;
     if (torture.torment == Torment::spinning) block.angular_velocity = Vec3(2, -4, 1);
     const Vec3 center(0, 0, torture.torment == Torment::standing ? 0.075 : 0);
     body::Body& body = world->add_body(moved(geometry::make_box(Vec3(0.2, 0.16, 0.14)), center), block);

@@ -75,6 +75,23 @@ TEST(Torture, Standing) {
                  "standing, explicit");
 }
 
+// The paper's material; without the volume term it gives way where it is pressed.
+TEST(Torture, OfStVenantKirchhoff) {
+    for (const double volume : {0.0, 1.0})
+        for (const SolverKind solver : {SolverKind::implicit_steps, SolverKind::explicit_steps})
+            for (const Torment torment : {Torment::shaken, Torment::spinning})
+                expect_sound({.torment = torment,
+                              .solver = solver,
+                              .model = meshless::MaterialModel::st_venant_kirchhoff,
+                              .volume_stiffness = volume,
+                              .seed = 10,
+                              .blades = 60,
+                              .seconds = 0.5},
+                             "St. Venant-Kirchhoff, volume " + std::to_string(volume) + ", solver " +
+                                 std::to_string(static_cast<int>(solver)) + ", torment " +
+                                 std::to_string(static_cast<int>(torment)));
+}
+
 TEST(Torture, Shortly) {
     for (const Torment torment : {Torment::shaken, Torment::spinning, Torment::standing})
         expect_sound({.torment = torment, .seed = 9, .blades = 12, .seconds = 0.3}, "shortly");
