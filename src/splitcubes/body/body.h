@@ -23,6 +23,7 @@
 #include <splitcubes/splitting/solidify.h>
 #include <splitcubes/splitting/surface.h>
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -140,6 +141,13 @@ class Body {
     /// advance_deformation.
     bool is_carried() const { return deformation_ != nullptr; }
     void advance_deformation(const StepContext& context, StepReport& report);
+    /// Per phyxel, as of the last begin_step: 1 where a constraint prescribes its place.
+    std::span<const std::uint8_t> held() const { return held_; }
+    /// Whether one did so to a rigid piece, by its number in RigidPieces::bodies.
+    bool holds_rigid(std::size_t index) const {
+        return std::any_of(rigid_holds_.begin(), rigid_holds_.end(),
+                           [&](const meshless::RigidHold& hold) { return hold.body == index; });
+    }
     const meshless::Pairs& pairs() const { return pairs_; }
     const meshless::Neighbourhoods& neighbourhoods() const { return neighbourhoods_; }
     /// What can stand between phyxels, rest space.

@@ -31,8 +31,8 @@ struct ContactGroup {
 /// least squares, Kolluri 2005). Within one piece only what a cut parts at rest can meet:
 /// the segment between points just below the two samples crosses a surface.
 ///
-/// Rigid pieces meet colliders on their own (meshless::step_rigid) and nothing else; bodies that a
-/// deformation carries meet the ground only.
+/// Rigid pieces meet colliders on their own (meshless::step_rigid), and all else by RigidContacts; bodies
+/// that a deformation carries meet the ground only.
 ///
 /// What a step finds depends on that step's bodies alone: samples and who carries them are kept
 /// from step to step only where nothing changed. Its buffers are kept from step to step.

@@ -86,8 +86,16 @@ StepReport World::step() {
     contact_finder_.find(
         {bodies_, colliders_, settings_.contact, time(), settings_.time_step, settings_.gravity}, *parallel_,
         contact_groups_);
+    const RigidContacts::Task rigid{bodies_, obstacles, settings_.contact.friction, settings_.time_step,
+                                    settings_.gravity};
+    if (settings_.contact.pieces) rigid_contacts_.find(rigid);
     done(Stage::detect_contacts);
     integrate(context, report);
+    if (settings_.contact.pieces) {
+        const RigidContacts::Outcome pushed = rigid_contacts_.push(rigid);
+        report.kinetic_energy += pushed.kinetic_energy;
+        report.contacts += pushed.contacts;
+    }
     done(Stage::integrate);
     for (auto& body : bodies_) body->update_node_frames(context, report);
     done(Stage::update_node_frames);

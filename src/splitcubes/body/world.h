@@ -3,6 +3,7 @@
 
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/contact_finder.h>
+#include <splitcubes/body/rigid_contacts.h>
 #include <splitcubes/cutting/blade.h>
 
 #include <memory>
@@ -103,6 +104,7 @@ class World {
     std::vector<Collider> colliders_;
     ContactFinder contact_finder_;
     std::vector<ContactGroup> contact_groups_;
+    RigidContacts rigid_contacts_;
     std::vector<meshless::ContactMemory> contact_memory_;  // sorted by key
     std::int64_t step_count_ = 0;
 };

@@ -1,0 +1,148 @@
+// Rigid pieces against the skin of elastic ones, against each other, and between those and
+// colliders.
+#pragma once
+
+#include <splitcubes/body/body.h>
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace splitcubes::body {
+
+/// Contacts of rigid pieces with what is no collider. They are found where things are at the
+/// start of a step, and act when everything has moved: what has passed by in the step is put back, and what
+/// is left of the approach is taken by impulses with Coulomb friction, inelastic, found by projected
+/// Gauss-Seidel on the velocities (Erleben 2007). A rigid piece is its contact points
+/// towards skin, and the box around them in its own frame towards other rigid pieces. An
+/// overlap at the start of the step stays but for a slow lift. Elastic pieces take the impulses as a
+/// whole, by their rigid motion: rigid pieces are light, and do not dent them. So both momenta go from
+/// one side to the other exactly, and kinetic energy is only taken, but for what moving colliders
+/// give. What is held takes no impulse. No state of its own between steps. On one thread.
+class RigidContacts {
+  public:
+    struct Task {
+        std::span<const std::unique_ptr<Body>> bodies;
+        std::span<const meshless::Obstacle> obstacles;
+        double friction = 0;  // Coulomb coefficient
+        double dt = 0;        // s
+        Vec3 gravity = Vec3::Zero();
+    };
+    struct Outcome {
+        double kinetic_energy = 0;  // J, change of it
+        std::size_t contacts = 0;   // that pushed
+    };
+    /// Before the step of all bodies.
+    void find(const Task& task);
+    /// After it, before the node frames are taken.
+    Outcome push(const Task& task);
+
+  private:
+    struct Crumb {
+        std::uint32_t body = 0, index = 0;  // index into RigidPieces::bodies
+        double radius = 0;                  // m, of its points about the centre
+        double way = 0;                     // m, that a point of it goes in the step at most
+        Vec3 low = Vec3::Zero();            // m, own frame, box of its points
+        Vec3 high = Vec3::Zero();           // m
+        bool held = false;                  // by a constraint
+        bool pushed = false;                // by something else than a collider
+        std::vector<std::uint32_t> near;    // samples
+        std::vector<double> depth;          // m, <= 0, in each obstacle, after the step
+    };
+    struct Sample {
+        std::uint32_t body, vertex;
+        std::int32_t piece;
+        Vec3 position, normal;
+        meshless::ContactSide side;  // what carries it, where that was asked for
+    };
+    struct Row {
+        std::uint32_t upper = 0;            // crumb
+        std::int32_t lower = -1;            // crumb, -1: skin or an obstacle
+        std::int32_t whole = -1;            // the elastic piece that has the skin
+        meshless::ContactSide side;         // skin; its part is the body's number
+        Vec3 own = Vec3::Zero();            // m, upper's point in its own frame
+        Vec3 lower_own = Vec3::Zero();      // m, of a lower crumb in its frame; off the skin's sample
+        Vec3 normal = Vec3::UnitZ();        // from lower to upper
+        Vec3 start = Vec3::Zero();          // m, upper less lower at the start of the step
+        double gap = 0;                     // m, at the start of the step
+        double lift = 0;                    // m
+        double friction = 0;                // Coulomb coefficient
+        Vec3 drive = Vec3::Zero();          // m/s, of an obstacle
+        double allowed = 0;                 // m/s, normal velocity that it may have at least
+        Vec3 skin_velocity = Vec3::Zero();  // m/s, before the pushes
+        Vec3 before = Vec3::Zero();         // m/s, upper's less lower's, before the pushes
+        Vec3 place = Vec3::Zero();          // m, world, where both sides are pushed
+        Mat3 mobility = Mat3::Zero();       // 1/kg, of the relative velocity there
+        double normal_mass = 0;             // kg
+        double slide_mass = 0;              // kg
+        double pressure = 0;                // N s
+        Vec3 rubbing = Vec3::Zero();        // N s
+    };
+    /// An elastic piece, as the pushes move it.
+    struct Whole {
+        std::uint32_t body = 0;
+        std::int32_t piece = -1;
+        bool held = false;
+        double mass = 0;                       // kg
+        Vec3 centre = Vec3::Zero();            // m
+        Mat3 inertia = Mat3::Zero();           // kg m^2, about the centre
+        Mat3 turning = Mat3::Zero();           // its inverse
+        Vec3 turns = Vec3::Zero();             // rad/s, after the step
+        Vec3 shift = Vec3::Zero();             // m, of places
+        Vec3 owed = Vec3::Zero();              // kg m^2/s, spin that putting apart has changed
+        Vec3 velocity = Vec3::Zero();          // m/s, change of it
+        Vec3 angular_velocity = Vec3::Zero();  // rad/s, change of it
+    };
+
+    /// A face of a box in its own frame.
+    struct Face {
+        int axis = 2, sign = 1;
+        double gap = -std::numeric_limits<double>::infinity();  // m
+    };
+
+    void list_crumbs(const Task& task);
+    void list_samples(const Task& task);
+    void sort_crumbs();
+    template <class Visit>
+    void visit_near(const Vec3& place, const Visit& visit) const;
+    void meet_skin(const Task& task, std::uint32_t crumb, const Vec3& own);
+    Face face_between(const Crumb& upper, const Crumb& lower) const;
+    void meet_crumb(const Task& task, std::uint32_t first, std::uint32_t second);
+    void meet_obstacles(const Task& task, std::uint32_t crumb);
+    meshless::RigidPiece& piece_of(const Crumb& crumb) const;
+    double linear_mobility(const Row& row) const;
+    Vec3 lower_place(const Row& row) const;
+    Vec3 velocity_of(const Row& row) const;
+    std::int32_t whole_of(std::uint32_t body, std::int32_t piece);
+    void weigh_wholes(const Task& task);
+    void move_wholes();
+    void put_apart(const Task& task);
+    geometry::SignedDistance::Sample deepest(const meshless::Obstacle& obstacle, const Crumb& crumb) const;
+    void note_depth(const Task& task, Crumb& crumb) const;
+    bool lift_out(const Task& task, Crumb& crumb);
+    double room(const Row& row) const;
+    bool put_back(const Task& task, const Row& row);
+    void weigh(Row& row) const;
+    void apply(const Row& row, const Vec3& impulse);
+    double solve(Row& row);
+    double exchanged_energy() const;
+
+    std::vector<Crumb> crumbs_;
+    std::vector<Sample> samples_;
+    std::vector<std::pair<std::array<int, 3>, std::uint32_t>> sorted_;  // crumbs by cell of the centre
+    double cell_ = 0;                                                   // m
+    double skin_way_ = 0;  // m, that skin goes in the step at most
+    double spacing_ = 0;   // m, the largest
+    geometry::Box around_;
+    std::vector<Row> rows_;
+    std::vector<Whole> wholes_;
+    double dt_ = 0;                                              // s
+    std::vector<meshless::Phyxels*> phyxels_;                    // per body
+    std::vector<std::span<const Vec3>> positions_, velocities_;  // per body
+};
+
+}  // namespace splitcubes::body
