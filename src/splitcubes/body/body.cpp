@@ -137,7 +137,7 @@ void Body::restore(const Parallel& parallel) {
     neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
     constrained_.clear();
     grabbed_.clear();
-    list_skin_points();
+    list_skin_points(parallel);
     if (deformation_) restore_deformation();
 }
 

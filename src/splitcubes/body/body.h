@@ -71,6 +71,7 @@ struct StepContext {
     std::span<const meshless::Obstacle> obstacles;  // that rigid pieces meet
     meshless::SolverOptions solver;
     const Parallel& parallel;
+    bool contacts = true;  // the step after looks for contacts, and so for the skin's samples
 };
 
 /// A place on the skin where contact is looked for.
@@ -157,7 +158,8 @@ class Body {
     geometry::SurfaceMesh surface_mesh() const;
     std::size_t cut_edge_count() const { return cut_edge_count_; }
 
-    /// Samples of the skin, about two a phyxel spacing, as of the last update_surface.
+    /// Samples of the skin, about two a phyxel spacing, as of the last update_surface
+    /// that was told of contacts.
     const std::vector<SkinPoint>& skin_points() const { return skin_points_; }
     /// Another number for another list of them.
     std::uint64_t skin_revision() const { return skin_revision_; }
@@ -176,7 +178,7 @@ class Body {
         archive(grid_, *surface_, *pieces_, inside_piece_, phyxels_, pairs_, booking_, owner_);
         archive(previous_deformation_, tracker_, surface_to_tracked_, frames_, cut_position_, cut_step_,
                 step_);
-        archive(surface_frames_, vertex_positions_, vertex_normals_, cut_edge_count_);
+        archive(vertex_positions_, vertex_normals_, cut_edge_count_);
         if (deformation_) deformation_state_ = deformation_->state();
         archive(deformation_state_, node_frames_, node_frames_before_);
     }
@@ -248,7 +250,7 @@ class Body {
                                      std::span<const std::uint32_t> nodes) const;
     void make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
     std::vector<meshless::RigidHold> rigid_holds(const StepContext& context) const;
-    void list_skin_points();
+    void list_skin_points(const Parallel& parallel);
     void feel_cut(std::int32_t slot, double dt, const Isometry& tool_before, const Isometry& tool_now,
                   ToolForce& felt) const;
     void settle_topology(const Parallel& parallel, StepReport& report);
@@ -289,7 +291,7 @@ class Body {
     std::vector<Vec3> cut_position_;      // per tracked node, m, at its last cut_edges
     std::vector<std::int64_t> cut_step_;  // per tracked node, the step of that
     std::int64_t step_ = 0;
-    std::vector<geometry::Frame> surface_frames_;  // per surface node, now
+    std::vector<geometry::AffineDisplacement> surface_motion_;  // per surface node, of this step
     std::vector<Vec3> vertex_positions_, vertex_normals_;
     std::size_t cut_edge_count_ = 0;
 

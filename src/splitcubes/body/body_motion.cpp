@@ -85,12 +85,14 @@ void Body::update_node_frames(const StepContext& context, StepReport& report) {
 }
 
 void Body::update_surface(const StepContext& context, StepReport& report) {
-    surface_frames_.resize(surface_to_tracked_.size());
-    for (std::size_t k = 0; k < surface_frames_.size(); ++k)
-        surface_frames_[k] = frames_[surface_to_tracked_[k]];
-    splitting::deform(*surface_, grid_.rest(), surface_frames_, vertex_positions_, vertex_normals_,
+    surface_motion_.resize(surface_to_tracked_.size());
+    context.parallel.for_each(surface_motion_.size(), 512, [&](std::size_t k) {
+        const std::uint32_t node = surface_to_tracked_[k];
+        surface_motion_[k] = geometry::AffineDisplacement(tracker_.rest_positions()[node], frames_[node]);
+    });
+    splitting::deform(*surface_, grid_.rest(), surface_motion_, vertex_positions_, vertex_normals_,
                       context.parallel);
-    if (skin_revision_ != surface_->revision()) list_skin_points();
+    if (context.contacts && skin_revision_ != surface_->revision()) list_skin_points(context.parallel);
     report.phyxels += phyxels_.size();
     report.pieces += pieces_->count();
     report.cut_edges += cut_edge_count_;

@@ -10,6 +10,8 @@ using splitting::GridEdge;
 
 namespace {
 
+static_assert(NodeHulls::side == brick_side);
+
 // Bricks whose edges one task lists.
 constexpr std::size_t brick_grain = 4;
 
@@ -168,25 +170,68 @@ MovingBricks::Bound MovingBricks::bound_of(const State& state, std::uint32_t bri
     return bound;
 }
 
+bool MovingBricks::start_hulls(const State& state, std::uint32_t brick, const Bound& bound,
+                               Scratch& scratch) const {
+    const double largest = std::max(bound.off.max.cwiseAbs().maxCoeff(), bound.off.min.cwiseAbs().maxCoeff());
+    if (!scratch.hulls.start(state.grid.rest().cell_size, largest)) return false;
+    const Vec3 centre = cube_of(state.grid, brick).center();
+    const Vec3 mapped = bound.map.jacobian * centre + bound.map.shift;
+    for (const std::uint32_t i : scratch.phyxels) {
+        const Vec3 arm = centre - state.phyxels.rest_position[i];
+        const auto made = [&](const Vec3& position, const Mat3& deformation) {
+            return NodeHulls::State{position + deformation * arm - mapped, deformation - bound.map.jacobian};
+        };
+        scratch.hulls.add(-arm, reach_of(state, i),
+                          made(state.phyxels.position[i], state.phyxels.deformation[i]),
+                          made(state.phyxels.previous_position[i], state.previous_deformation[i]));
+    }
+    return true;
+}
+
 void MovingBricks::add_edges(const State& state, std::uint32_t brick, const SweptBoxes& swept,
                              Scratch& scratch, std::vector<GridEdge>& out) const {
-    const splitting::NodeGrid& grid = state.grid;
     const Bound bound = bound_of(state, brick, scratch.phyxels);
     if (bound.off.empty()) return;
-    swept.meeting(image_of(cube_of(grid, brick), bound.map.jacobian, bound.map.shift, bound.off),
+    swept.meeting(image_of(cube_of(state.grid, brick), bound.map.jacobian, bound.map.shift, bound.off),
                   scratch.boxes);
     if (scratch.boxes.empty()) return;
+    const bool closely = start_hulls(state, brick, bound, scratch);
+    for (int block = 0; block < NodeHulls::block_count; ++block)
+        add_block_edges(state, brick, block, bound, closely, swept, scratch, out);
+}
+
+// The uncut edges of the brick's nodes of one block. Not closely: by the brick's bound alone.
+void MovingBricks::add_block_edges(const State& state, std::uint32_t brick, int block, const Bound& bound,
+                                   bool closely, const SweptBoxes& swept, Scratch& scratch,
+                                   std::vector<GridEdge>& out) const {
+    const splitting::NodeGrid& grid = state.grid;
     const Vec3i base = grid.bricks().base(brick);
-    for (unsigned local = 0; local < splitting::brick_places; ++local) {
-        if (!(grid.inside_word(brick) >> local & 1U)) continue;
-        const Vec3i node = base + splitting::BrickLayout::local_place(local);
-        const Vec3 lower = bound.map.jacobian * grid.rest().node_position(node) + bound.map.shift;
+    const Vec3i low = NodeHulls::block_side * Vec3i(block & 1, block >> 1 & 1, block >> 2);
+    if (closely) {
+        scratch.hulls.choose_block(block);
+        const Vec3 at = grid.rest().node_position(base + low);
+        const geometry::Box cube{at, at + Vec3::Constant(NodeHulls::block_side * grid.rest().cell_size)};
+        const geometry::Box off = scratch.hulls.box_of_block();
+        if (!off.empty() &&
+            !swept.any_meets(image_of(cube, bound.map.jacobian, bound.map.shift, off), scratch.boxes))
+            return;
+    }
+    // Where a node is. One that no phyxel reaches goes with others of its brick.
+    const auto place_of = [&](const Vec3i& local) {
+        const Vec3 at = bound.map.jacobian * grid.rest().node_position(base + local) + bound.map.shift;
+        const geometry::Box* off = closely ? &scratch.hulls.box_of(local) : &bound.off;
+        if (off->empty()) off = &bound.off;
+        return geometry::Box{at + off->min, at + off->max};
+    };
+    for (int corner = 0; corner < NodeHulls::block_count; ++corner) {
+        const Vec3i local = low + Vec3i(corner & 1, corner >> 1 & 1, corner >> 2);
+        const Vec3i node = base + local;
+        if (!grid.rest().contains(node) || !grid.inside(node)) continue;
         for (int axis = 0; axis < 3; ++axis) {
             const GridEdge edge{node, axis};
             if (!grid.has_edge(edge) || grid.is_cut(edge)) continue;
-            const Vec3 upper = lower + grid.rest().cell_size * bound.map.jacobian.col(axis);
-            const geometry::Box moving{lower.cwiseMin(upper) + bound.off.min,
-                                       lower.cwiseMax(upper) + bound.off.max};
+            geometry::Box moving = place_of(local);
+            moving.add(place_of(local + Vec3i::Unit(axis)));
             if (swept.any_meets(moving, scratch.boxes)) out.push_back(edge);
         }
     }
