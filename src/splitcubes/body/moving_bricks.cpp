@@ -207,32 +207,41 @@ void MovingBricks::add_block_edges(const State& state, std::uint32_t brick, int 
     const splitting::NodeGrid& grid = state.grid;
     const Vec3i base = grid.bricks().base(brick);
     const Vec3i low = NodeHulls::block_side * Vec3i(block & 1, block >> 1 & 1, block >> 2);
+    const Vec3 corner = bound.map.jacobian * grid.rest().node_position(base + low) + bound.map.shift;
+    const Mat3 step = grid.rest().cell_size * bound.map.jacobian;
+    geometry::Box off = bound.off;
     if (closely) {
         scratch.hulls.choose_block(block);
-        const Vec3 at = grid.rest().node_position(base + low);
-        const geometry::Box cube{at, at + Vec3::Constant(NodeHulls::block_side * grid.rest().cell_size)};
-        const geometry::Box off = scratch.hulls.box_of_block();
-        if (!off.empty() &&
-            !swept.any_meets(image_of(cube, bound.map.jacobian, bound.map.shift, off), scratch.boxes))
-            return;
+        // What no phyxel reaches goes with others of its brick.
+        if (const geometry::Box box = scratch.hulls.box_of_block(); !box.empty()) off = box;
+        const Vec3 half = Vec3::Constant(0.5 * NodeHulls::block_side);
+        if (!swept.any_meets(image_of({-half, half}, step, corner + step * half, off), scratch.boxes)) return;
     }
-    // Where a node is. One that no phyxel reaches goes with others of its brick.
-    const auto place_of = [&](const Vec3i& local) {
-        const Vec3 at = bound.map.jacobian * grid.rest().node_position(base + local) + bound.map.shift;
-        const geometry::Box* off = closely ? &scratch.hulls.box_of(local) : &bound.off;
-        if (off->empty()) off = &bound.off;
-        return geometry::Box{at + off->min, at + off->max};
+    const auto moved = [&](const Vec3i& local, const geometry::Box& by) {
+        const Vec3 at = corner + step * (local - low).cast<double>();
+        return geometry::Box{at + by.min, at + by.max};
     };
-    for (int corner = 0; corner < NodeHulls::block_count; ++corner) {
-        const Vec3i local = low + Vec3i(corner & 1, corner >> 1 & 1, corner >> 2);
+    const auto place_of = [&](const Vec3i& local) {
+        const geometry::Box& own = scratch.hulls.box_of(local);
+        return moved(local, own.empty() ? bound.off : own);
+    };
+    for (int k = 0; k < NodeHulls::block_count; ++k) {
+        const Vec3i local = low + Vec3i(k & 1, k >> 1 & 1, k >> 2);
         const Vec3i node = base + local;
         if (!grid.rest().contains(node) || !grid.inside(node)) continue;
         for (int axis = 0; axis < 3; ++axis) {
             const GridEdge edge{node, axis};
             if (!grid.has_edge(edge) || grid.is_cut(edge)) continue;
-            geometry::Box moving = place_of(local);
-            moving.add(place_of(local + Vec3i::Unit(axis)));
-            if (swept.any_meets(moving, scratch.boxes)) out.push_back(edge);
+            const Vec3i upper = local + Vec3i::Unit(axis);
+            geometry::Box moving = moved(local, off);
+            moving.add(moved(upper, off));
+            if (!swept.any_meets(moving, scratch.boxes)) continue;
+            if (closely) {
+                moving = place_of(local);
+                moving.add(place_of(upper));
+                if (!swept.any_meets(moving, scratch.boxes)) continue;
+            }
+            out.push_back(edge);
         }
     }
 }

@@ -52,6 +52,31 @@ void NodeHulls::choose_block(int block) {
         count += outside.squaredNorm() <= carriers_[k].square;
     }
     near_.resize(count);
+    for (std::vector<float>* list : {&x_, &y_, &z_, &square_, &room_}) list->resize(count);
+    reaching_.resize(count);
+    for (std::size_t n = 0; n < count; ++n) {
+        const Carrier& carrier = carriers_[near_[n]];
+        x_[n] = carrier.from_centre[0];
+        y_[n] = carrier.from_centre[1];
+        z_[n] = carrier.from_centre[2];
+        square_[n] = carrier.square;
+    }
+}
+
+// Writes the carriers of the block that reach a point to reaching_; their count.
+std::size_t NodeHulls::list_reaching(const Vec4f& at) {
+    const std::size_t count = near_.size();
+    const float x = at[0], y = at[1], z = at[2];
+    for (std::size_t n = 0; n < count; ++n) {
+        const float dx = x_[n] - x, dy = y_[n] - y, dz = z_[n] - z;
+        room_[n] = square_[n] - (dx * dx + dy * dy + dz * dz);
+    }
+    std::size_t reaching = 0;
+    for (std::size_t n = 0; n < count; ++n) {
+        reaching_[reaching] = near_[n];
+        reaching += room_[n] >= 0;
+    }
+    return reaching;
 }
 
 geometry::Box NodeHulls::box_of_block() const {
@@ -76,15 +101,13 @@ const geometry::Box& NodeHulls::box_of(const Vec3i& node) {
     Vec4f at;
     at << (node.cast<float>() - Vec3f::Constant(0.5F * side)) * cell_, 0.0F;
     Vec4f low = Vec4f::Constant(infinity), high = -low;
-    for (const std::uint32_t k : near_) {
-        const Carrier& carrier = carriers_[k];
-        if ((carrier.from_centre - at).squaredNorm() > carrier.square) continue;
-        for (const Eigen::Matrix4f& made : carrier.made) {
+    const std::size_t count = list_reaching(at);
+    for (std::size_t n = 0; n < count; ++n)
+        for (const Eigen::Matrix4f& made : carriers_[reaching_[n]].made) {
             const Vec4f there = made.col(3) + made.col(0) * at[0] + made.col(1) * at[1] + made.col(2) * at[2];
             low = low.cwiseMin(there);
             high = high.cwiseMax(there);
         }
-    }
     box_[index] = widened(low, high);
     return box_[index];
 }

@@ -49,9 +49,13 @@ class NodeHulls {
         float square;                         // of the reach, m^2
     };
     geometry::Box widened(const Vec4f& low, const Vec4f& high) const;
+    std::size_t list_reaching(const Vec4f& at);
 
     std::vector<Carrier> carriers_;
-    std::vector<std::uint32_t> near_;  // that reach the chosen block
+    std::vector<std::uint32_t> near_;        // that reach the chosen block
+    std::vector<float> x_, y_, z_, square_;  // of those: from_centre and square
+    std::vector<float> room_;                // scratch of box_of
+    std::vector<std::uint32_t> reaching_;    // the same
     float cell_ = 0;                   // m
     double slack_ = 0;                 // m
     Vec4f block_ = Vec4f::Zero();      // the chosen one's centre from the cube's, m

@@ -28,6 +28,15 @@ OccluderGrid::OccluderGrid(const Vec3& origin, double cell_size, const Vec3i& ce
                          "must be a positive number of metres, got " + std::to_string(cell_size));
     if ((cell_count.array() < 1).any() || (cell_count.array() > key_bias).any())
         throw InputError("occluder grid", "needs 1 to " + std::to_string(key_bias) + " cells along an axis");
+    lay_out_words();
+}
+
+void OccluderGrid::lay_out_words() {
+    constexpr double most = 1 << 21;
+    const Vec3i count = brick_of(cell_count_ - Vec3i::Ones()) + Vec3i::Constant(3);
+    if (count.cast<double>().prod() > most) return;
+    word_count_ = count;
+    words_.assign(static_cast<std::size_t>(count.prod()), 0);
 }
 
 OccluderGrid::RoughBox OccluderGrid::RoughBox::around(const Box& box) {
@@ -61,6 +70,16 @@ OccluderGrid::RoughSegment::RoughSegment(const Vec3& from, const Vec3& to, const
         b[k] = static_cast<float>(q[static_cast<Eigen::Index>(k)]);
     }
     size = static_cast<float>(std::max(p.lpNorm<1>(), q.lpNorm<1>()));
+    // A way of zero: far within or far without, as `room` keeps the difference from being zero.
+    constexpr double most = 1e30;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const auto axis = static_cast<Eigen::Index>(k);
+        const double way = to[axis] - from[axis];
+        start[k] = static_cast<float>(from[axis]);
+        inverse[k] = static_cast<float>(std::abs(way) * most > 1 ? 1 / way : most);
+    }
+    room = static_cast<float>(3e-7 * (around.max.cwiseAbs().maxCoeff() + around.min.cwiseAbs().maxCoeff()) +
+                              1e-7 * around.size().maxCoeff());
 }
 
 // Points beyond the keys' range share its last cell; the boxes still decide.
@@ -248,6 +267,8 @@ void OccluderGrid::rebuild(Brick& brick, std::uint64_t owner, std::span<const Li
     first[brick_cells] = static_cast<std::uint32_t>(refs.size());
     brick.first = first;
     brick.refs = std::move(refs);
+    if (const std::size_t word = word_of(place_of(brick.key)); word < words_.size())
+        words_[word] = brick.occupied;
 }
 
 std::vector<const OccluderGrid::Brick*> OccluderGrid::sorted_bricks(const Vec3i& first,
@@ -266,12 +287,35 @@ void OccluderGrid::gather(const Box& box, std::vector<OccluderTriangle>& out) co
     visit(box, [&](const OccluderTriangle& triangle) { out.push_back(triangle); });
 }
 
+bool OccluderGrid::is_clear(const Box& box) const {
+    if (triangle_count_ == 0) return true;
+    for (const Ref& ref : large_)
+        if (entries_[ref.id].box.meets(box)) return false;
+    return is_clear(cell_at(box.min, 0), cell_at(box.max, 0));
+}
+
+// False also where looking would take longer than it saves.
+bool OccluderGrid::is_clear(const Vec3i& low, const Vec3i& high) const {
+    constexpr int most_bricks = 4;  // along an axis
+    const Vec3i first = brick_of(low), last = brick_of(high);
+    if ((last - first).maxCoeff() >= most_bricks) return false;
+    for (int z = first[2]; z <= last[2]; ++z)
+        for (int y = first[1]; y <= last[1]; ++y)
+            for (int x = first[0]; x <= last[0]; ++x) {
+                const std::uint64_t cells = occupied({x, y, z});
+                if (cells != 0 && (cells & range_mask({x, y, z}, low, high)) != 0) return false;
+            }
+    return true;
+}
+
 // seen: the ref's spread bits that say an earlier cell of the walk listed it too.
 bool OccluderGrid::blocked_in(const Brick& brick, std::uint32_t local, std::uint32_t seen, const Vec3& a,
                               const Vec3& b, const RoughSegment& rough, const Box& box) const {
     for (std::uint32_t r = brick.first[local]; r < brick.first[local + 1]; ++r) {
         const Ref& ref = brick.refs[r];
-        if ((ref.spread & seen) != 0 || !ref.box.meets(rough.box) || rough.is_beside(ref.plane)) continue;
+        if ((ref.spread & seen) != 0 || !ref.box.meets(rough.box) || rough.is_beside(ref.plane) ||
+            rough.is_past(ref.box))
+            continue;
         const Entry& entry = entries_[ref.id];
         if (entry.box.meets(box) && segment_meets_triangle(a, b, entry.triangle.corner)) return true;
     }
@@ -286,9 +330,10 @@ bool OccluderGrid::segment_blocked(const Vec3& a, const Vec3& b) const {
     for (const Ref& ref : large_)
         if (entries_[ref.id].box.meets(box) && segment_meets_triangle(a, b, entries_[ref.id].triangle.corner))
             return true;
-    const RoughSegment rough(a, b, box, origin_);
     Vec3i cell = cell_at(a, 0);
     const Vec3i last = cell_at(b, 0);
+    if (is_clear(cell.cwiseMin(last), cell.cwiseMax(last))) return false;
+    const RoughSegment rough(a, b, box, origin_);
     Vec3 next, stride;  // parameter of the next wall, and between walls
     Vec3i way;
     for (int axis = 0; axis < 3; ++axis) {
@@ -298,10 +343,11 @@ bool OccluderGrid::segment_blocked(const Vec3& a, const Vec3& b) const {
         stride[axis] = length > 0 ? 1 / length : 0;
         next[axis] = (way[axis] > 0 ? 1 - at : at) * stride[axis];
     }
-    const Brick* brick = find_brick(brick_of(cell));
+    std::uint64_t cells = occupied(brick_of(cell));
     for (std::uint32_t seen = 0;;) {
         const std::uint32_t local = local_of(cell);
-        if (brick && brick->occupied >> local & 1 && blocked_in(*brick, local, seen, a, b, rough, box))
+        if ((cells >> local & 1) != 0 &&
+            blocked_in(*find_brick(brick_of(cell)), local, seen, a, b, rough, box))
             return true;
         int axis = -1;
         for (int k = 0; k < 3; ++k)
@@ -311,7 +357,7 @@ bool OccluderGrid::segment_blocked(const Vec3& a, const Vec3& b) const {
         cell[axis] += way[axis];
         next[axis] += stride[axis];
         seen = std::uint32_t{1} << (way[axis] > 0 ? axis : 3 + axis);
-        if (brick_of(cell)[axis] != old_brick[axis]) brick = find_brick(brick_of(cell));
+        if (brick_of(cell)[axis] != old_brick[axis]) cells = occupied(brick_of(cell));
     }
 }
 
@@ -344,19 +390,20 @@ bool segment_meets_triangle(const Vec3& a, const Vec3& b, const std::array<Vec3,
     constexpr double relative = 1e-13;
     const Vec3 d = b - a;
     const std::array<Vec3, 3> p{corner[0] - a, corner[1] - a, corner[2] - a};
+    const double length = d.cwiseAbs().maxCoeff();
+    const double size =
+        std::max(p[0].cwiseAbs().cwiseMax(p[1].cwiseAbs()).cwiseMax(p[2].cwiseAbs()).maxCoeff(), length);
+    const double edge_slack = relative * size * size * length;
+    const double e0 = d.dot(p[0].cross(p[1])), e1 = d.dot(p[1].cross(p[2])), e2 = d.dot(p[2].cross(p[0]));
+    const auto [low, high] = std::minmax({e0, e1, e2});
+    if (low < -edge_slack && high > edge_slack) return false;
     const Vec3 normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
-    const double size = std::max({p[0].cwiseAbs().maxCoeff(), p[1].cwiseAbs().maxCoeff(),
-                                  p[2].cwiseAbs().maxCoeff(), d.cwiseAbs().maxCoeff()});
     const double normal_size = normal.cwiseAbs().maxCoeff();
     const double plane_slack = relative * normal_size * size;
     const double side_a = -normal.dot(p[0]);
     const double side_b = side_a + normal.dot(d);
     if ((side_a > plane_slack && side_b > plane_slack) || (side_a < -plane_slack && side_b < -plane_slack))
         return false;
-    const double edge_slack = relative * size * size * d.cwiseAbs().maxCoeff();
-    const double e0 = d.dot(p[0].cross(p[1])), e1 = d.dot(p[1].cross(p[2])), e2 = d.dot(p[2].cross(p[0]));
-    const auto [low, high] = std::minmax({e0, e1, e2});
-    if (low < -edge_slack && high > edge_slack) return false;
     const double longest =
         std::max({(p[1] - p[0]).squaredNorm(), (p[2] - p[1]).squaredNorm(), (p[0] - p[2]).squaredNorm()});
     if (!(normal_size > 1e-14 * longest)) return false;

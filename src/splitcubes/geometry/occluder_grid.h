@@ -5,6 +5,7 @@
 #include <splitcubes/geometry/box.h>
 #include <splitcubes/geometry/occluder_pack.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cassert>
@@ -37,8 +38,8 @@ bool segment_meets_triangle(const Vec3& a, const Vec3& b, const std::array<Vec3,
 /// The triangles of a surface, handed over cell by cell and replaced cell by
 /// cell. A triangle may overhang its cell by any amount: it is listed in every
 /// cell that its box meets (beyond a size, in a list that every query reads).
-/// Memory goes with the occupied cells, not with the grid. Queries may run at
-/// the same time on many threads, not together with set_cell; their answers
+/// Memory goes with the occupied cells, but for a bit a cell where the grid is no
+/// larger than 512 cells a side. Queries may run at the same time on many threads, not together with set_cell; their answers
 /// depend on what the cells hold, not on the order in which they were set.
 class OccluderGrid {
   public:
@@ -69,6 +70,10 @@ class OccluderGrid {
     void visit_packs(const Box& box, const Use& use, const Loose& loose) const;
     /// By the id of a pack's lane. Holds until the next set_cell.
     const OccluderTriangle& triangle(std::uint32_t id) const { return entries_[id].triangle; }
+
+    /// Whether no segment within the box can be blocked: none of its cells lists a triangle. May
+    /// be false where none is met.
+    bool is_clear(const Box& box) const;
 
     /// Whether segment_meets_triangle holds for any triangle.
     bool segment_blocked(const Vec3& a, const Vec3& b) const;
@@ -107,8 +112,22 @@ class OccluderGrid {
         RoughBox box;
         std::array<float, 3> a, b;  // m, from the grid's origin
         float size;                 // m, the farthest of the two from it, by the sum of coordinates
+        std::array<float, 3> start, inverse;  // m, rest space; 1/m, of the way along each axis
+        float room;                           // m, more than what rounding moves `start` by
 
         RoughSegment(const Vec3& from, const Vec3& to, const Box& around, const Vec3& origin);
+        // True only where it clearly passes by the box.
+        bool is_past(const RoughBox& other) const {
+            float from = 0, to = 1;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const float t0 = (other.min[k] - room - start[k]) * inverse[k];
+                const float t1 = (other.max[k] + room - start[k]) * inverse[k];
+                from = std::max(from, std::min(t0, t1));
+                to = std::min(to, std::max(t0, t1));
+            }
+            // Five roundings on either side, and no less where both are near zero.
+            return from - to > 1e-6F * (from + std::abs(to));
+        }
         bool is_beside(const RoughPlane& plane) const {
             // Forty roundings of what the sums hold: those of the coordinates, of the normal and of six sums.
             constexpr float rounding = 40 * 6e-8F;
@@ -178,6 +197,21 @@ class OccluderGrid {
     static std::uint64_t range_mask(const Vec3i& brick, const Vec3i& low, const Vec3i& high);
 
     Vec3i cell_at(const Vec3& point, double margin) const;
+    void lay_out_words();
+    // Its number in words_, or their count.
+    std::size_t word_of(const Vec3i& brick) const {
+        const Vec3i at = brick + Vec3i::Ones();
+        const bool within = (at.array() >= 0).all() && (at.array() < word_count_.array()).all();
+        return within ? static_cast<std::size_t>((at[2] * word_count_[1] + at[1]) * word_count_[0] + at[0])
+                      : words_.size();
+    }
+    // Bits of the brick's cells that list something.
+    std::uint64_t occupied(const Vec3i& brick) const {
+        if (const std::size_t word = word_of(brick); word < words_.size()) return words_[word];
+        const Brick* found = find_brick(brick);
+        return found ? found->occupied : 0;
+    }
+    bool is_clear(const Vec3i& low, const Vec3i& high) const;
     std::size_t slot_of(std::uint64_t key) const;
     const Brick* find_brick(const Vec3i& place) const;
     std::size_t make_brick(const Vec3i& place);
@@ -207,6 +241,9 @@ class OccluderGrid {
     double overhang_ = 0;              // of packed triangles beyond their bricks, m, the most so far
     std::vector<Brick> bricks_;
     std::vector<std::uint32_t> table_;  // open addressing: brick number + 1, or 0
+    // What the bricks of the grid, and one around it, have as `occupied`; none for a large grid.
+    Vec3i word_count_ = Vec3i::Zero();
+    std::vector<std::uint64_t> words_;
 };
 
 template <class Use>
