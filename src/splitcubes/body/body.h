@@ -190,7 +190,8 @@ class Body {
     void list_inside_nodes();
     void sample(const Parallel& parallel);
     void build_occluders();
-    void set_occluders(std::uint32_t cell_number);
+    void add_occluders(std::uint32_t cell_number, std::vector<geometry::OccluderTriangle>& out) const;
+    void set_occluders(std::span<const std::uint32_t> cells);
     Vec3i owner_of(const Vec3& rest, const Vec3i& fallback,
                    const std::function<bool(std::int32_t piece)>& welcome) const;
     std::optional<Vec3> place_in_material(const Vec3& candidate) const;
@@ -215,7 +216,8 @@ class Body {
     void evaluate_some_before(const TrackerContext& context, std::span<const std::uint32_t> nodes);
     std::vector<std::uint32_t> bricks_of_nodes_in(const geometry::Box& box) const;
     void update_owners(std::span<const geometry::Box> boxes);
-    std::vector<std::uint32_t> changed_sights(std::span<const std::int32_t> piece_before) const;
+    std::vector<std::uint32_t> changed_sights(std::span<const std::int32_t> piece_before,
+                                              const Parallel& parallel) const;
     std::size_t bridge(std::uint32_t phyxel, std::span<const std::uint32_t> strand);
     void bridge_strands(std::span<const std::uint32_t> asked);
     void track_surface_nodes();

@@ -64,25 +64,30 @@ int MovingBricks::bricks_around(const State& state) const {
     return static_cast<int>(std::ceil(reach_ / (brick_side * state.grid.rest().cell_size)));
 }
 
-// The mean of what the phyxels make of a point. What is not finite does not count: any map
-// would do, this one is only near.
-template <class Numbers>
-MovingBricks::Map MovingBricks::mean_map(const State& state, const Numbers& numbers) {
-    Mat3 jacobian = Mat3::Zero();
-    Vec3 position = Vec3::Zero(), rest = Vec3::Zero();
-    double count = 0;
+// Of what the phyxels make of a point. What is not finite does not count: any map would do,
+// this one is only near.
+MovingBricks::MapSum MovingBricks::sum_of(const State& state, std::span<const std::uint32_t> numbers) {
+    MapSum sum;
     for (const std::size_t i : numbers) {
         const Mat3& f = state.phyxels.deformation[i];
         const Vec3& x = state.phyxels.position[i];
-        if (!std::isfinite(f.sum() + x.sum())) continue;
-        jacobian += f;
-        position += x;
-        rest += state.phyxels.rest_position[i];
-        ++count;
+        if (std::isfinite(f.sum() + x.sum())) sum += MapSum{f, x, state.phyxels.rest_position[i], 1};
     }
+    return sum;
+}
+
+MovingBricks::MapSum& MovingBricks::MapSum::operator+=(const MapSum& other) {
+    jacobian += other.jacobian;
+    position += other.position;
+    rest += other.rest;
+    count += other.count;
+    return *this;
+}
+
+MovingBricks::Map MovingBricks::MapSum::mean() const {
     if (count == 0) return {};
-    jacobian /= count;
-    return {jacobian, (position - jacobian * rest) / count};
+    const Mat3 matrix = jacobian / count;
+    return {matrix, (position - matrix * rest) / count};
 }
 
 // Adds how far off the map a phyxel carries a node within reach, now and a step ago.
@@ -121,7 +126,12 @@ void MovingBricks::spread_boxes(const splitting::BrickLayout& layout, int around
 
 void MovingBricks::choose_bricks(const State& state, const SweptBoxes& swept, const Parallel& parallel) {
     const splitting::BrickLayout& layout = state.grid.bricks();
-    mean_ = mean_map(state, phyxels_);
+    mean_ = parallel
+                .sum(phyxels_.size(), 2048, MapSum{},
+                     [&](std::size_t begin, std::size_t end) {
+                         return sum_of(state, std::span(phyxels_).subspan(begin, end - begin));
+                     })
+                .mean();
     take_boxes(state, parallel);
     for (int axis = 0; axis < 3; ++axis) spread_boxes(layout, bricks_around(state), axis, parallel);
     meets_.assign(layout.total(), 0);
@@ -154,7 +164,7 @@ MovingBricks::Bound MovingBricks::bound_of(const State& state, std::uint32_t bri
                     distance_squared(rest[phyxels_[k]], cube) < reach * reach)
                     near.push_back(phyxels_[k]);
         }
-    Bound bound{mean_map(state, near), {}};
+    Bound bound{sum_of(state, near).mean(), {}};
     const Vec3 mapped = bound.map.jacobian * cube.center() + bound.map.shift;
     for (const std::uint32_t i : near) {
         const Vec3 arm = cube.center() - rest[i];

@@ -43,6 +43,15 @@ class MovingBricks {
         Mat3 jacobian = Mat3::Identity();
         Vec3 shift = Vec3::Zero();  // m
     };
+    /// Of the maps of phyxels, and how many they are.
+    struct MapSum {
+        Mat3 jacobian = Mat3::Zero();
+        Vec3 position = Vec3::Zero(), rest = Vec3::Zero();  // m
+        double count = 0;
+
+        MapSum& operator+=(const MapSum& other);
+        Map mean() const;
+    };
     /// The nodes and edges of one brick: by the map, off by what lies in the box.
     struct Bound {
         Map map;
@@ -53,8 +62,7 @@ class MovingBricks {
         std::vector<std::uint32_t> phyxels, boxes;
         NodeHulls hulls;
     };
-    template <class Numbers>
-    static Map mean_map(const State& state, const Numbers& numbers);
+    static MapSum sum_of(const State& state, std::span<const std::uint32_t> numbers);
     static void add_difference(const State& state, std::size_t i, const Map& map, geometry::Box& off);
 
     void sort_phyxels(const State& state);

@@ -169,12 +169,17 @@ void NodeTracker::build_links(const TrackerContext& context, std::size_t node,
 void NodeTracker::look_again(const TrackerContext& context, std::size_t node,
                              std::vector<geometry::Box>& near) {
     near.clear();
+    geometry::Box all;
     for (const geometry::Box& box : boxes_)
-        if (within(rest_[node], box, reach_)) near.push_back(box.grown(1e-9 * reach_));
+        if (within(rest_[node], box, reach_)) {
+            near.push_back(box.grown(1e-9 * reach_));
+            all.add(near.back());
+        }
     for (Link& link : links_[node]) {
         const Vec3& phyxel = context.phyxels.rest_position[link.phyxel];
         const BoxSegment segment(rest_[node], phyxel);
-        if (std::any_of(near.begin(), near.end(), [&](const auto& box) { return segment.meets(box); }))
+        if (segment.meets(all) &&
+            std::any_of(near.begin(), near.end(), [&](const auto& box) { return segment.meets(box); }))
             link.sees = !context.occluders.segment_blocked(rest_[node], phyxel);
     }
 }

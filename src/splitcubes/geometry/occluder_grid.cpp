@@ -169,7 +169,7 @@ void OccluderGrid::pack(Brick& brick, const Vec3i& cell, std::uint32_t id) {
                      entry.triangle.corner, entry.triangle.boundary, id);
 }
 
-// Calls use(listing) for each cell that lists the triangle; false, and no call,
+// Calls use(cell, ref) for each cell that lists the triangle; false, and no call,
 // where it is too long for that.
 template <class Use>
 bool OccluderGrid::for_listings(std::uint64_t owner, std::uint32_t index, std::uint32_t id,
@@ -188,42 +188,80 @@ bool OccluderGrid::for_listings(std::uint64_t owner, std::uint32_t index, std::u
                     spread |= std::uint32_t{cell[axis] > low[axis]} << axis;
                     spread |= std::uint32_t{cell[axis] < high[axis]} << (3 + axis);
                 }
-                use(Listing{brick_of(cell), local_of(cell), Ref{owner, index, id, spread, rough, plane}});
+                use(cell, Ref{owner, index, id, spread, rough, plane});
             }
     return true;
 }
 
 void OccluderGrid::set_cell(const Vec3i& cell, std::span<const OccluderTriangle> triangles) {
+    const CellTriangles one{cell, triangles};
+    set_cells({&one, 1});
+}
+
+// Cells in the order of their keys: what a brick is to list then comes in the order of its refs.
+void OccluderGrid::set_cells(std::span<const CellTriangles> cells) {
+    std::vector<std::pair<std::uint64_t, const CellTriangles*>> order;
+    for (const CellTriangles& of : cells)
+        if (!of.triangles.empty() || find_brick(brick_of(of.cell)))
+            order.push_back({key_of(of.cell), &of});
+    std::sort(order.begin(), order.end());
+    std::vector<std::uint64_t> owners;
+    for (const auto& [owner, of] : order) owners.push_back(owner);
+    assert(std::adjacent_find(owners.begin(), owners.end()) == owners.end());
+    TouchedBricks touched;
+    for (const auto& [owner, of] : order) {
+        const std::size_t home = make_brick(brick_of(of->cell));
+        take_out(home, of->cell, touched);
+        put_in(home, *of, touched);
+    }
+    for (TouchedBrick& brick : touched.bricks) {
+        std::stable_sort(brick.added.begin(), brick.added.end(),
+                         [](const Listing& a, const Listing& b) { return a.local < b.local; });
+        rebuild(bricks_[brick.number], owners, brick.added);
+    }
+}
+
+OccluderGrid::TouchedBrick& OccluderGrid::touch(const Vec3i& brick, TouchedBricks& touched) {
+    if (!touched.bricks.empty() && touched.last_place == brick) return touched.bricks[touched.last];
+    const std::size_t number = make_brick(brick);
+    if (touched.of_brick.size() < bricks_.size()) touched.of_brick.resize(bricks_.size(), -1);
+    if (touched.of_brick[number] < 0) {
+        touched.of_brick[number] = static_cast<std::int32_t>(touched.bricks.size());
+        touched.bricks.push_back({number, {}});
+    }
+    touched.last = static_cast<std::size_t>(touched.of_brick[number]);
+    touched.last_place = brick;
+    return touched.bricks[touched.last];
+}
+
+// Of what the cell handed over, all but its refs; notes the bricks that list it.
+void OccluderGrid::take_out(std::size_t home, const Vec3i& cell, TouchedBricks& touched) {
     assert((cell.array() >= 0).all() && (cell.array() < cell_count_.array()).all());
     const std::uint64_t owner = key_of(cell);
-    const Vec3i home_place = brick_of(cell);
-    if (triangles.empty() && !find_brick(home_place)) return;
-    Brick& home = bricks_[make_brick(home_place)];
-
-    std::vector<Listing> touched;
-    std::vector<Owned> owned;
-    for (const Owned& o : home.owned) {
-        if (o.owner != owner) {
-            owned.push_back(o);
-            continue;
-        }
-        for_listings(owner, 0, o.id, [&](Listing listing) {
-            listing.local = brick_cells;
-            touched.push_back(listing);
-        });
+    for (std::size_t k = 0; k < bricks_[home].owned.size(); ++k) {
+        const Owned o = bricks_[home].owned[k];
+        if (o.owner != owner) continue;
+        for_listings(owner, 0, o.id, [&](const Vec3i& at, const Ref&) { touch(brick_of(at), touched); });
         free_.push_back(o.id);
         --triangle_count_;
     }
-    std::erase_if(large_, [&](const Ref& ref) { return ref.owner == owner; });
-    std::erase_if(loose_, [&](const Owned& o) { return o.owner == owner; });
-    home.packed.remove(static_cast<std::uint8_t>(local_of(cell)));
+    const auto is_own = [&](const auto& kept) { return kept.owner == owner; };
+    std::erase_if(bricks_[home].owned, is_own);
+    std::erase_if(large_, is_own);
+    std::erase_if(loose_, is_own);
+    bricks_[home].packed.remove(static_cast<std::uint8_t>(local_of(cell)));
+}
 
-    for (std::uint32_t index = 0; index < triangles.size(); ++index) {
-        const std::uint32_t id = store(triangles[index]);
-        owned.push_back({owner, id});
-        pack(home, cell, id);
+void OccluderGrid::put_in(std::size_t home, const CellTriangles& of, TouchedBricks& touched) {
+    const std::uint64_t owner = key_of(of.cell);
+    for (std::uint32_t index = 0; index < of.triangles.size(); ++index) {
+        const std::uint32_t id = store(of.triangles[index]);
+        bricks_[home].owned.push_back({owner, id});
+        pack(bricks_[home], of.cell, id);
         ++triangle_count_;
-        if (for_listings(owner, index, id, [&](const Listing& listing) { touched.push_back(listing); }))
+        if (for_listings(owner, index, id, [&](const Vec3i& at, const Ref& ref) {
+                touch(brick_of(at), touched).added.push_back({local_of(at), ref});
+            }))
             continue;
         const Ref ref{owner, index, id, 0, RoughBox::around(entries_[id].box), RoughPlane{}};
         large_.insert(std::upper_bound(large_.begin(), large_.end(), ref,
@@ -232,36 +270,36 @@ void OccluderGrid::set_cell(const Vec3i& cell, std::span<const OccluderTriangle>
                                        }),
                       ref);
     }
-    home.owned = std::move(owned);
-
-    std::sort(touched.begin(), touched.end(), [](const Listing& a, const Listing& b) {
-        return std::make_tuple(key_of(a.brick), a.local, a.ref.index) <
-               std::make_tuple(key_of(b.brick), b.local, b.ref.index);
-    });
-    for (std::size_t begin = 0; begin < touched.size();) {
-        std::size_t end = begin;
-        while (end < touched.size() && touched[end].brick == touched[begin].brick) ++end;
-        rebuild(bricks_[make_brick(touched[begin].brick)], owner,
-                std::span(touched).subspan(begin, end - begin));
-        begin = end;
-    }
 }
 
-// Replaces the owner's refs in the brick by `added`, which is sorted by cell, then index.
-void OccluderGrid::rebuild(Brick& brick, std::uint64_t owner, std::span<const Listing> added) {
+// Replaces the owners' refs in the brick by `added`, which is sorted by cell, then owner, then
+// index; `owners` are ascending.
+void OccluderGrid::rebuild(Brick& brick, std::span<const std::uint64_t> owners,
+                           std::span<const Listing> added) {
     std::vector<Ref> refs;
     refs.reserve(brick.refs.size() + added.size());
     std::array<std::uint32_t, brick_cells + 1> first{};
     brick.occupied = 0;
+    std::uint64_t known = ~std::uint64_t{0};
+    bool is_replaced = false;
+    const auto replaced = [&](std::uint64_t owner) {
+        if (owner != known) is_replaced = std::binary_search(owners.begin(), owners.end(), owner);
+        known = owner;
+        return is_replaced;
+    };
     auto next = added.begin();
     for (std::uint32_t local = 0; local < brick_cells; ++local) {
         first[local] = static_cast<std::uint32_t>(refs.size());
-        std::uint32_t old = brick.first[local];
-        const std::uint32_t old_end = brick.first[local + 1];
-        for (; old < old_end && brick.refs[old].owner < owner; ++old) refs.push_back(brick.refs[old]);
-        for (; next != added.end() && next->local == local; ++next) refs.push_back(next->ref);
-        for (; old < old_end; ++old)
-            if (brick.refs[old].owner != owner) refs.push_back(brick.refs[old]);
+        const auto take_until = [&](std::uint64_t owner) {
+            for (; next != added.end() && next->local == local && next->ref.owner < owner; ++next)
+                refs.push_back(next->ref);
+        };
+        for (std::uint32_t r = brick.first[local]; r < brick.first[local + 1]; ++r) {
+            if (replaced(brick.refs[r].owner)) continue;
+            take_until(brick.refs[r].owner);
+            refs.push_back(brick.refs[r]);
+        }
+        take_until(~std::uint64_t{0});
         if (refs.size() > first[local]) brick.occupied |= std::uint64_t{1} << local;
     }
     first[brick_cells] = static_cast<std::uint32_t>(refs.size());

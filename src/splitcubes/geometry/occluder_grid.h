@@ -52,6 +52,12 @@ class OccluderGrid {
     /// triangles of the cell and of its surroundings, not of the grid.
     /// cell: 0 <= cell < cell_count; corners finite.
     void set_cell(const Vec3i& cell, std::span<const OccluderTriangle> triangles);
+    /// The same for many cells, each at most once, and faster than one by one.
+    struct CellTriangles {
+        Vec3i cell;
+        std::span<const OccluderTriangle> triangles;
+    };
+    void set_cells(std::span<const CellTriangles> cells);
 
     std::size_t triangle_count() const { return triangle_count_; }
 
@@ -166,11 +172,21 @@ class OccluderGrid {
         std::vector<Owned> owned;  // by the cells of this brick
         PackedTriangles packed{Vec3::Zero()};
     };
-    // A ref to be, and where it goes; local = brick_cells: the brick only loses refs.
+    // A ref to be, and the cell of its brick.
     struct Listing {
-        Vec3i brick;
         std::uint32_t local;
         Ref ref;
+    };
+    // Bricks whose refs change, in order of first touch.
+    struct TouchedBrick {
+        std::size_t number;
+        std::vector<Listing> added;
+    };
+    struct TouchedBricks {
+        std::vector<TouchedBrick> bricks;
+        std::vector<std::int32_t> of_brick;  // per brick of the grid: its place above, or -1
+        Vec3i last_place;                    // that was touched last
+        std::size_t last = 0;
     };
 
     // Cells by which listings are widened: rounding in a walk that runs along a
@@ -221,7 +237,10 @@ class OccluderGrid {
     void visit_packs_of(const Brick& brick, const Box& box, const Use& use) const;
     template <class Use>
     bool for_listings(std::uint64_t owner, std::uint32_t index, std::uint32_t id, const Use& use) const;
-    void rebuild(Brick& brick, std::uint64_t owner, std::span<const Listing> added);
+    TouchedBrick& touch(const Vec3i& brick, TouchedBricks& touched);
+    void take_out(std::size_t home, const Vec3i& cell, TouchedBricks& touched);
+    void put_in(std::size_t home, const CellTriangles& of, TouchedBricks& touched);
+    void rebuild(Brick& brick, std::span<const std::uint64_t> owners, std::span<const Listing> added);
     std::vector<const Brick*> sorted_bricks(const Vec3i& first, const Vec3i& last) const;
     bool blocked_in(const Brick& brick, std::uint32_t local, std::uint32_t seen, const Vec3& a, const Vec3& b,
                     const RoughSegment& rough, const Box& box) const;
