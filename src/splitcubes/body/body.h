@@ -215,7 +215,7 @@ class Body {
     void evaluate_some_now(const TrackerContext& context, std::span<const std::uint32_t> nodes);
     void evaluate_some_before(const TrackerContext& context, std::span<const std::uint32_t> nodes);
     std::vector<std::uint32_t> bricks_of_nodes_in(const geometry::Box& box) const;
-    void update_owners(std::span<const geometry::Box> boxes);
+    void update_owners(std::span<const geometry::Box> boxes, const Parallel& parallel);
     std::vector<std::uint32_t> changed_sights(std::span<const std::int32_t> piece_before,
                                               const Parallel& parallel) const;
     std::size_t bridge(std::uint32_t phyxel, std::span<const std::uint32_t> strand);

@@ -62,14 +62,14 @@ void Body::label_pieces(StepReport&) {
 // A phyxel belongs to the piece of the nearest node that sees it; near a new cut
 // that may be another node than before. It can go with a fragment that comes off
 // its piece now, but never over to a piece that has parted earlier and moved away.
-void Body::update_owners(std::span<const geometry::Box> boxes) {
+void Body::update_owners(std::span<const geometry::Box> boxes, const Parallel& parallel) {
     const double reach = 1.8 * grid_.rest().cell_size;  // to the farthest of the nodes around
     geometry::Box all;
     for (const geometry::Box& box : boxes) all.add(box);
     all = all.grown(reach);
-    for (std::size_t i = 0; i < phyxels_.size(); ++i) {
+    parallel.for_each(phyxels_.size(), 512, [&](std::size_t i) {
         const Vec3& rest = phyxels_.rest_position[i];
-        if (!all.contains(rest) || !meets_any(geometry::Box{rest, rest}.grown(reach), boxes)) continue;
+        if (!all.contains(rest) || !meets_any(geometry::Box{rest, rest}.grown(reach), boxes)) return;
         const std::int32_t own = phyxels_.piece[i];
         owner_[i] = owner_of(rest, owner_[i], [&](std::int32_t piece) {
             return piece == own ||
@@ -77,7 +77,7 @@ void Body::update_owners(std::span<const geometry::Box> boxes) {
                        return split.parent == own && split.piece == piece;
                    });
         });
-    }
+    });
 }
 
 void Body::evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& parallel) {
@@ -135,8 +135,10 @@ void Body::update_visibility(const StepContext& context, StepReport& report) {
     changed_pairs_.clear();
     if (changed_boxes_.empty()) return;
     const std::vector<std::int32_t> piece_before = phyxels_.piece;
-    update_owners(changed_boxes_);
-    for (std::size_t i = 0; i < phyxels_.size(); ++i) phyxels_.piece[i] = pieces_->piece_of(grid_, owner_[i]);
+    update_owners(changed_boxes_, context.parallel);
+    context.parallel.for_each(phyxels_.size(), 2048, [&](std::size_t i) {
+        phyxels_.piece[i] = pieces_->piece_of(grid_, owner_[i]);
+    });
     if (phyxels_.piece != piece_before) tracker_.mark_pieces_changed();
 
     const std::vector<std::uint32_t> asked = changed_sights(piece_before, context.parallel);
@@ -161,7 +163,7 @@ void Body::update_visibility(const StepContext& context, StepReport& report) {
 
     double reach = 0;
     for (const double h : phyxels_.support_radius) reach = std::max(reach, h);
-    tracker_.mark_near(changed_boxes_, reach);
+    tracker_.mark_near(changed_boxes_, reach, context.parallel);
 }
 
 void Body::rebuild_neighbourhoods(const StepContext& context) {

@@ -85,17 +85,17 @@ void NodeTracker::mark_all() {
         if (use_[i] != Use::none) task_[i] = Task::build;
 }
 
-void NodeTracker::mark_near(std::span<const geometry::Box> boxes, double radius) {
+void NodeTracker::mark_near(std::span<const geometry::Box> boxes, double radius, const Parallel& parallel) {
     boxes_.insert(boxes_.end(), boxes.begin(), boxes.end());
     geometry::Box all;
     for (const geometry::Box& box : boxes) all.add(box);
     if (all.empty()) return;
     all = all.grown(radius);
-    for (std::size_t i = 0; i < rest_.size(); ++i) {
-        if (use_[i] == Use::none || task_[i] >= Task::look || !all.contains(rest_[i])) continue;
+    parallel.for_each(rest_.size(), 2048, [&](std::size_t i) {
+        if (use_[i] == Use::none || task_[i] >= Task::look || !all.contains(rest_[i])) return;
         const auto near = [&](const geometry::Box& box) { return within(rest_[i], box, radius); };
         if (std::any_of(boxes.begin(), boxes.end(), near)) task_[i] = Task::look;
-    }
+    });
 }
 
 void NodeTracker::refresh(const TrackerContext& context) {
