@@ -134,7 +134,8 @@ void Body::set_occluders(std::span<const std::uint32_t> cells) {
     std::vector<geometry::OccluderGrid::CellTriangles> changed;
     for (std::size_t k = 0; k < cells.size(); ++k) {
         const std::size_t begin = k == 0 ? 0 : end[k - 1];
-        const auto own = std::span<const geometry::OccluderTriangle>(triangles).subspan(begin, end[k] - begin);
+        const auto own =
+            std::span<const geometry::OccluderTriangle>(triangles).subspan(begin, end[k] - begin);
         geometry::Box box;
         for (const geometry::OccluderTriangle& t : own)
             for (const Vec3& corner : t.corner) box.add(corner);

@@ -98,8 +98,8 @@ void Body::update_surface(const StepContext& context, StepReport& report) {
     report.cut_edges += cut_edge_count_;
     report.surface_cells += surface_->cells().size();
     report.triangles += surface_->triangle_count();
-    report.pairs += context.parallel.sum<std::size_t>(
-        pairs_.size(), 1 << 15, 0, [&](std::size_t begin, std::size_t end) {
+    report.pairs +=
+        context.parallel.sum<std::size_t>(pairs_.size(), 1 << 15, 0, [&](std::size_t begin, std::size_t end) {
             std::uint32_t seen = 0;
             for (std::size_t k = begin; k < end; ++k) seen += std::uint32_t{pairs_.visibility[k] > 0};
             return std::size_t{seen};

@@ -23,8 +23,8 @@ class NodeHulls {
 
     /// What a phyxel makes of the cube beyond the map.
     struct State {
-        Vec3 off;     // m, world, at the cube's centre
-        Mat3 matrix;  // d world / d rest
+        Vec3 off = Vec3::Zero();     // m, world, at the cube's centre
+        Mat3 matrix = Mat3::Zero();  // d world / d rest
     };
     /// cell: m; largest: m, by how much a phyxel can be off within the cube, along any axis.
     /// False where that is too large for single precision: nothing else may be asked then.
@@ -56,9 +56,9 @@ class NodeHulls {
     std::vector<float> x_, y_, z_, square_;  // of those: from_centre and square
     std::vector<float> room_;                // scratch of box_of
     std::vector<std::uint32_t> reaching_;    // the same
-    float cell_ = 0;                   // m
-    double slack_ = 0;                 // m
-    Vec4f block_ = Vec4f::Zero();      // the chosen one's centre from the cube's, m
+    float cell_ = 0;                         // m
+    double slack_ = 0;                       // m
+    Vec4f block_ = Vec4f::Zero();            // the chosen one's centre from the cube's, m
     std::array<geometry::Box, static_cast<std::size_t>(nodes_a_side* nodes_a_side* nodes_a_side)> box_;
     std::array<bool, static_cast<std::size_t>(nodes_a_side* nodes_a_side* nodes_a_side)> known_{};
 };

@@ -161,8 +161,7 @@ void NodeTracker::build_links(const TrackerContext& context, std::size_t node,
         const Vec3& phyxel = context.phyxels.rest_position[i];
         const double weight =
             meshless::kernel((phyxel - rest_[node]).squaredNorm(), context.phyxels.support_radius[i]);
-        if (weight > 0)
-            links_[node].push_back({i, !sights.blocked(phyxel), weight});
+        if (weight > 0) links_[node].push_back({i, !sights.blocked(phyxel), weight});
     }
 }
 

@@ -202,8 +202,7 @@ void OccluderGrid::set_cell(const Vec3i& cell, std::span<const OccluderTriangle>
 void OccluderGrid::set_cells(std::span<const CellTriangles> cells) {
     std::vector<std::pair<std::uint64_t, const CellTriangles*>> order;
     for (const CellTriangles& of : cells)
-        if (!of.triangles.empty() || find_brick(brick_of(of.cell)))
-            order.push_back({key_of(of.cell), &of});
+        if (!of.triangles.empty() || find_brick(brick_of(of.cell))) order.push_back({key_of(of.cell), &of});
     std::sort(order.begin(), order.end());
     std::vector<std::uint64_t> owners;
     for (const auto& [owner, of] : order) owners.push_back(owner);

@@ -39,8 +39,8 @@ bool segment_meets_triangle(const Vec3& a, const Vec3& b, const std::array<Vec3,
 /// cell. A triangle may overhang its cell by any amount: it is listed in every
 /// cell that its box meets (beyond a size, in a list that every query reads).
 /// Memory goes with the occupied cells, but for a bit a cell where the grid is no
-/// larger than 512 cells a side. Queries may run at the same time on many threads, not together with set_cell; their answers
-/// depend on what the cells hold, not on the order in which they were set.
+/// larger than 512 cells a side. Queries may run at the same time on many threads, not together with
+/// set_cell; their answers depend on what the cells hold, not on the order in which they were set.
 class OccluderGrid {
   public:
     /// origin, cell_size: m, rest space; cell (i, j, k) spans origin + cell_size *
@@ -116,8 +116,8 @@ class OccluderGrid {
     // A segment as rough boxes and planes see it.
     struct RoughSegment {
         RoughBox box;
-        std::array<float, 3> a, b;  // m, from the grid's origin
-        float size;                 // m, the farthest of the two from it, by the sum of coordinates
+        std::array<float, 3> a, b;            // m, from the grid's origin
+        float size;                           // m, the farthest of the two from it, by the sum of coordinates
         std::array<float, 3> start, inverse;  // m, rest space; 1/m, of the way along each axis
         float room;                           // m, more than what rounding moves `start` by
 

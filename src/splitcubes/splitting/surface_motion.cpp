@@ -22,8 +22,11 @@ void deform(const Surface& surface, const RestGrid& rest, std::span<const Affine
             std::vector<Vec3>& positions, std::vector<Vec3>& normals, const Parallel& parallel) {
     const std::vector<SurfaceVertex>& vertices = surface.vertices();
     assert(motion.size() == surface.nodes().size());
-    positions.resize(vertices.size());
-    normals.resize(vertices.size());
+    // Room for cuts to come, lest one step copies all.
+    for (std::vector<Vec3>* out : {&positions, &normals}) {
+        if (out->capacity() < vertices.size()) out->reserve(vertices.size() + vertices.size() / 2);
+        out->resize(vertices.size());
+    }
     parallel.for_each(vertices.size(), 512, [&](std::size_t i) {
         const SurfaceVertex& v = vertices[i];
         positions[i] = v.rest;
