@@ -222,7 +222,7 @@ void MovingBricks::add_block_edges(const State& state, std::uint32_t brick, int 
     geometry::Box off = bound.off;
     if (closely) {
         scratch.hulls.choose_block(block);
-        // What no phyxel reaches goes with others of its brick.
+        // What no phyxel reaches goes with the others.
         if (const geometry::Box box = scratch.hulls.box_of_block(); !box.empty()) off = box;
         const Vec3 half = Vec3::Constant(0.5 * NodeHulls::block_side);
         if (!swept.any_meets(image_of({-half, half}, step, corner + step * half, off), scratch.boxes)) return;

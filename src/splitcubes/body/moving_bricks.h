@@ -33,7 +33,7 @@ class MovingBricks {
         double margin;  // m, by how much a node may lie out of a phyxel's support that carries it
     };
     /// The uncut edges between inside nodes that may have met one of the swept boxes, brick
-    /// by brick, in a brick by node and axis.
+    /// by brick, in a brick by block of eight nodes, then by node and axis.
     std::vector<splitting::GridEdge> edges_near(const State& state, const SweptBoxes& swept,
                                                 const Parallel& parallel);
 
