@@ -1,6 +1,7 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/random.h>
 #include <splitcubes/geometry/occluder_grid.h>
+#include <splitcubes/geometry/sights.h>
 
 #include <gtest/gtest.h>
 
@@ -191,6 +192,83 @@ TEST(OccluderGrid, SegmentBlockedEqualsBruteForce) {
 }
 
 // Segments along the grid's planes and lines, triangles in those planes.
+// Triangles of many cells at once, some of them emptied, some set again.
+TEST(OccluderGrid, ManyCellsAtOnceAreAsOneByOne) {
+    Random random(11);
+    OccluderGrid single(origin, cell_size, Vec3i::Constant(cells));
+    OccluderGrid batch = single;
+    for (int round = 0; round < 30; ++round) {
+        Content content;
+        for (int k = 0; k < 40; ++k) {
+            const Vec3i cell(static_cast<int>(random.below(cells)), static_cast<int>(random.below(cells)),
+                             static_cast<int>(random.below(cells)));
+            content[{cell[2], cell[1], cell[0]}] = random_cell(random, cell, k % 10 ? 0.5 : 4);
+        }
+        std::vector<OccluderGrid::CellTriangles> changed;
+        for (const auto& [place, triangles] : content) {
+            const Vec3i cell(place[2], place[1], place[0]);
+            single.set_cell(cell, triangles);
+            changed.insert(random.below(2) ? changed.begin() : changed.end(), {cell, triangles});
+        }
+        batch.set_cells(changed);
+        ASSERT_EQ(batch.triangle_count(), single.triangle_count());
+        for (int query = 0; query < 20; ++query) {
+            const Vec3 a = random_vector(random, 2.2), b = random_vector(random, 2.2);
+            ASSERT_EQ(batch.segment_blocked(a, b), single.segment_blocked(a, b));
+            std::vector<OccluderTriangle> there, expected;
+            const Box box{a.cwiseMin(b), a.cwiseMax(b)};
+            batch.gather(box, there);
+            single.gather(box, expected);
+            ASSERT_EQ(numbers(there), numbers(expected));
+        }
+    }
+}
+
+TEST(OccluderGrid, NothingIsBlockedWhereItIsClear) {
+    Random random(12);
+    int clear = 0, occupied = 0;
+    for (int round = 0; round < 20; ++round) {
+        Content content;
+        const OccluderGrid grid = random_grid(random, 30, 0.3, content);
+        for (int query = 0; query < 100; ++query) {
+            const Vec3 centre = random_vector(random, 2.5);
+            const Box box = Box{centre, centre}.grown(random.uniform(0.05, 0.8));
+            if (!grid.is_clear(box)) {
+                ++occupied;
+                continue;
+            }
+            ++clear;
+            std::vector<OccluderTriangle> there;
+            grid.gather(box, there);
+            ASSERT_TRUE(there.empty());
+        }
+    }
+    EXPECT_GT(clear, 200);
+    EXPECT_GT(occupied, 200);
+}
+
+TEST(Sights, EqualSegmentBlocked) {
+    Random random(13);
+    int blocked = 0, seen = 0;
+    for (int round = 0; round < 20; ++round) {
+        Content content;
+        const OccluderGrid grid = random_grid(random, round < 10 ? 40 : 400, round % 3 ? 0.4 : 4, content);
+        for (int from = 0; from < 20; ++from) {
+            const Vec3 a = random_vector(random, 2.2);
+            Sights sights(grid, a, 1.1);
+            for (int to = 0; to < 20; ++to) {
+                Vec3 b = a + random_vector(random, 1.1);
+                if (to % 4 == 0) b[to / 4 % 3] = a[to / 4 % 3];
+                const bool expected = grid.segment_blocked(a, b);
+                ASSERT_EQ(sights.blocked(b), expected);
+                ++(expected ? blocked : seen);
+            }
+        }
+    }
+    EXPECT_GT(blocked, 500);
+    EXPECT_GT(seen, 500);
+}
+
 TEST(OccluderGrid, SegmentsAlongCellFaces) {
     Random random(4);
     for (int round = 0; round < 3000; ++round) {

@@ -102,31 +102,47 @@ std::pair<Vec3, Vec3> Body::node_reach(const Vec3i& node) const {
 }
 
 void Body::build_occluders() {
-    for (std::uint32_t c = 0; c < surface_->cells().size(); ++c) set_occluders(c);
+    std::vector<std::uint32_t> cells(surface_->cells().size());
+    std::iota(cells.begin(), cells.end(), 0U);
+    set_occluders(cells);
 }
 
 // Each cut edge of the cell gives its two triangles once, whichever side has a
 // quad: both sides lie at the same place.
-void Body::set_occluders(std::uint32_t cell_number) {
-    const splitting::SurfaceCell& cell = surface_->cells()[cell_number];
-    std::vector<geometry::OccluderTriangle> triangles;
-    std::vector<std::int32_t> seen;
-    for (const splitting::SurfaceQuad& q : surface_->quads(cell)) {
-        if (std::find(seen.begin(), seen.end(), q.crossing) != seen.end()) continue;
-        seen.push_back(q.crossing);
-        const splitting::Crossing& crossing = grid_.crossing(q.crossing);
+void Body::add_occluders(std::uint32_t cell_number, std::vector<geometry::OccluderTriangle>& out) const {
+    const std::span<const splitting::SurfaceQuad> quads = surface_->quads(surface_->cells()[cell_number]);
+    for (auto q = quads.begin(); q != quads.end(); ++q) {
+        const auto same = [&](const splitting::SurfaceQuad& other) { return other.crossing == q->crossing; };
+        if (std::any_of(quads.begin(), q, same)) continue;
+        const splitting::Crossing& crossing = grid_.crossing(q->crossing);
         // A gap between two inside nodes is a slit, not skin: it has no outside.
         const bool skin = grid_.inside(crossing.edge.node) != grid_.inside(crossing.edge.upper());
-        const auto at = [&](std::size_t k) { return surface_->vertices()[q.vertices[k]].rest; };
-        triangles.push_back({{at(0), at(1), at(2)}, skin});
-        triangles.push_back({{at(0), at(2), at(3)}, skin});
+        const auto at = [&](std::size_t k) { return surface_->vertices()[q->vertices[k]].rest; };
+        out.push_back({{at(0), at(1), at(2)}, skin});
+        out.push_back({{at(0), at(2), at(3)}, skin});
     }
-    geometry::Box box;
-    for (const geometry::OccluderTriangle& t : triangles)
-        for (const Vec3& corner : t.corner) box.add(corner);
-    if (occluder_box_.size() <= cell_number) occluder_box_.resize(cell_number + 1);
-    occluder_box_[cell_number] = box;
-    occluders_.set_cell(cell.place, triangles);
+}
+
+void Body::set_occluders(std::span<const std::uint32_t> cells) {
+    std::vector<geometry::OccluderTriangle> triangles;
+    std::vector<std::size_t> end;
+    for (const std::uint32_t c : cells) {
+        add_occluders(c, triangles);
+        end.push_back(triangles.size());
+    }
+    occluder_box_.resize(surface_->cells().size());
+    std::vector<geometry::OccluderGrid::CellTriangles> changed;
+    for (std::size_t k = 0; k < cells.size(); ++k) {
+        const std::size_t begin = k == 0 ? 0 : end[k - 1];
+        const auto own =
+            std::span<const geometry::OccluderTriangle>(triangles).subspan(begin, end[k] - begin);
+        geometry::Box box;
+        for (const geometry::OccluderTriangle& t : own)
+            for (const Vec3& corner : t.corner) box.add(corner);
+        occluder_box_[cells[k]] = box;
+        changed.push_back({surface_->cells()[cells[k]].place, own});
+    }
+    occluders_.set_cells(changed);
 }
 
 void Body::restore(const Parallel& parallel) {
@@ -137,7 +153,7 @@ void Body::restore(const Parallel& parallel) {
     neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
     constrained_.clear();
     grabbed_.clear();
-    list_skin_points();
+    list_skin_points(parallel);
     if (deformation_) restore_deformation();
 }
 

@@ -72,6 +72,7 @@ struct StepContext {
     std::span<const meshless::Obstacle> obstacles;  // that rigid pieces meet
     meshless::SolverOptions solver;
     const Parallel& parallel;
+    bool contacts = true;  // the step after looks for contacts, and so for the skin's samples
 };
 
 /// A place on the skin where contact is looked for.
@@ -165,7 +166,8 @@ class Body {
     geometry::SurfaceMesh surface_mesh() const;
     std::size_t cut_edge_count() const { return cut_edge_count_; }
 
-    /// Samples of the skin, about two a phyxel spacing, as of the last update_surface.
+    /// Samples of the skin, about two a phyxel spacing, as of the last update_surface
+    /// that was told of contacts.
     const std::vector<SkinPoint>& skin_points() const { return skin_points_; }
     /// Another number for another list of them.
     std::uint64_t skin_revision() const { return skin_revision_; }
@@ -184,7 +186,7 @@ class Body {
         archive(grid_, *surface_, *pieces_, inside_piece_, phyxels_, pairs_, booking_, owner_);
         archive(previous_deformation_, tracker_, surface_to_tracked_, frames_, cut_position_, cut_step_,
                 step_);
-        archive(surface_frames_, vertex_positions_, vertex_normals_, cut_edge_count_);
+        archive(vertex_positions_, vertex_normals_, cut_edge_count_);
         if (deformation_) deformation_state_ = deformation_->state();
         archive(deformation_state_, node_frames_, node_frames_before_);
     }
@@ -196,7 +198,8 @@ class Body {
     void list_inside_nodes();
     void sample(const Parallel& parallel);
     void build_occluders();
-    void set_occluders(std::uint32_t cell_number);
+    void add_occluders(std::uint32_t cell_number, std::vector<geometry::OccluderTriangle>& out) const;
+    void set_occluders(std::span<const std::uint32_t> cells);
     Vec3i owner_of(const Vec3& rest, const Vec3i& fallback,
                    const std::function<bool(std::int32_t piece)>& welcome) const;
     std::optional<Vec3> place_in_material(const Vec3& candidate) const;
@@ -220,8 +223,9 @@ class Body {
     void evaluate_some_now(const TrackerContext& context, std::span<const std::uint32_t> nodes);
     void evaluate_some_before(const TrackerContext& context, std::span<const std::uint32_t> nodes);
     std::vector<std::uint32_t> bricks_of_nodes_in(const geometry::Box& box) const;
-    void update_owners(std::span<const geometry::Box> boxes);
-    std::vector<std::uint32_t> changed_sights(std::span<const std::int32_t> piece_before) const;
+    void update_owners(std::span<const geometry::Box> boxes, const Parallel& parallel);
+    std::vector<std::uint32_t> changed_sights(std::span<const std::int32_t> piece_before,
+                                              const Parallel& parallel) const;
     std::size_t bridge(std::uint32_t phyxel, std::span<const std::uint32_t> strand);
     void bridge_strands(std::span<const std::uint32_t> asked);
     void track_surface_nodes();
@@ -256,7 +260,7 @@ class Body {
                                      std::span<const std::uint32_t> nodes) const;
     void make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
     std::vector<meshless::RigidHold> rigid_holds(const StepContext& context) const;
-    void list_skin_points();
+    void list_skin_points(const Parallel& parallel);
     void feel_cut(std::int32_t slot, double dt, const Isometry& tool_before, const Isometry& tool_now,
                   ToolForce& felt) const;
     void settle_topology(const Parallel& parallel, StepReport& report);
@@ -297,7 +301,7 @@ class Body {
     std::vector<Vec3> cut_position_;      // per tracked node, m, at its last cut_edges
     std::vector<std::int64_t> cut_step_;  // per tracked node, the step of that
     std::int64_t step_ = 0;
-    std::vector<geometry::Frame> surface_frames_;  // per surface node, now
+    std::vector<geometry::AffineDisplacement> surface_motion_;  // per surface node, of this step
     std::vector<Vec3> vertex_positions_, vertex_normals_;
     std::size_t cut_edge_count_ = 0;
 

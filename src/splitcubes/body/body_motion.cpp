@@ -85,18 +85,25 @@ void Body::update_node_frames(const StepContext& context, StepReport& report) {
 }
 
 void Body::update_surface(const StepContext& context, StepReport& report) {
-    surface_frames_.resize(surface_to_tracked_.size());
-    for (std::size_t k = 0; k < surface_frames_.size(); ++k)
-        surface_frames_[k] = frames_[surface_to_tracked_[k]];
-    splitting::deform(*surface_, grid_.rest(), surface_frames_, vertex_positions_, vertex_normals_,
+    surface_motion_.resize(surface_to_tracked_.size());
+    context.parallel.for_each(surface_motion_.size(), 512, [&](std::size_t k) {
+        const std::uint32_t node = surface_to_tracked_[k];
+        surface_motion_[k] = geometry::AffineDisplacement(tracker_.rest_positions()[node], frames_[node]);
+    });
+    splitting::deform(*surface_, grid_.rest(), surface_motion_, vertex_positions_, vertex_normals_,
                       context.parallel);
-    if (skin_revision_ != surface_->revision()) list_skin_points();
+    if (context.contacts && skin_revision_ != surface_->revision()) list_skin_points(context.parallel);
     report.phyxels += phyxels_.size();
     report.pieces += pieces_->count();
     report.cut_edges += cut_edge_count_;
     report.surface_cells += surface_->cells().size();
     report.triangles += surface_->triangle_count();
-    for (const float v : pairs_.visibility) report.pairs += v > 0;
+    report.pairs +=
+        context.parallel.sum<std::size_t>(pairs_.size(), 1 << 15, 0, [&](std::size_t begin, std::size_t end) {
+            std::uint32_t seen = 0;
+            for (std::size_t k = begin; k < end; ++k) seen += std::uint32_t{pairs_.visibility[k] > 0};
+            return std::size_t{seen};
+        });
     for (const double m : phyxels_.mass) report.mass += m;
 }
 

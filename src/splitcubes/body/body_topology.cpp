@@ -33,15 +33,10 @@ void Body::retessellate(StepReport& report) {
     const std::vector<std::uint32_t>& changed = surface_->retessellate(grid_, new_slots_);
     // What was there before and what is there now: both changed what is seen.
     std::vector<geometry::Box> boxes;
-    for (const std::uint32_t c : changed) {
-        if (c < occluder_box_.size()) {
-            boxes.push_back(occluder_box_[c]);
-        } else {
-            boxes.emplace_back();
-        }
-        set_occluders(c);
-        boxes.back().add(occluder_box_[c]);
-    }
+    for (const std::uint32_t c : changed)
+        boxes.push_back(c < occluder_box_.size() ? occluder_box_[c] : geometry::Box{});
+    set_occluders(changed);
+    for (std::size_t k = 0; k < changed.size(); ++k) boxes[k].add(occluder_box_[changed[k]]);
     changed_boxes_ = boxes_of(*surface_, changed, boxes);
     cut_edge_count_ += new_slots_.size();
     report.changed_cells += changed.size();
@@ -67,14 +62,14 @@ void Body::label_pieces(StepReport&) {
 // A phyxel belongs to the piece of the nearest node that sees it; near a new cut
 // that may be another node than before. It can go with a fragment that comes off
 // its piece now, but never over to a piece that has parted earlier and moved away.
-void Body::update_owners(std::span<const geometry::Box> boxes) {
+void Body::update_owners(std::span<const geometry::Box> boxes, const Parallel& parallel) {
     const double reach = 1.8 * grid_.rest().cell_size;  // to the farthest of the nodes around
     geometry::Box all;
     for (const geometry::Box& box : boxes) all.add(box);
     all = all.grown(reach);
-    for (std::size_t i = 0; i < phyxels_.size(); ++i) {
+    parallel.for_each(phyxels_.size(), 512, [&](std::size_t i) {
         const Vec3& rest = phyxels_.rest_position[i];
-        if (!all.contains(rest) || !meets_any(geometry::Box{rest, rest}.grown(reach), boxes)) continue;
+        if (!all.contains(rest) || !meets_any(geometry::Box{rest, rest}.grown(reach), boxes)) return;
         const std::int32_t own = phyxels_.piece[i];
         owner_[i] = owner_of(rest, owner_[i], [&](std::int32_t piece) {
             return piece == own ||
@@ -82,7 +77,7 @@ void Body::update_owners(std::span<const geometry::Box> boxes) {
                        return split.parent == own && split.piece == piece;
                    });
         });
-    }
+    });
 }
 
 void Body::evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& parallel) {
@@ -101,31 +96,36 @@ void Body::evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& 
 }
 
 // The pairs, ascending, whose phyxels changed piece or whose factor a change can reach.
-std::vector<std::uint32_t> Body::changed_sights(std::span<const std::int32_t> piece_before) const {
+std::vector<std::uint32_t> Body::changed_sights(std::span<const std::int32_t> piece_before,
+                                                const Parallel& parallel) const {
+    constexpr std::size_t chunk = 1024;
     geometry::Box all;
     for (const geometry::Box& box : changed_boxes_) all.add(box);
     double longest = 0;
     for (const double h : phyxels_.support_radius) longest = std::max(longest, h);
     const geometry::Box reached = all.grown(criterion_->range(longest));
     const occlusion::PairSet pairs = pair_set();
-    std::vector<std::uint32_t> asked;
     const std::span<const std::uint32_t> offsets = neighbourhoods_.offsets();
-    for (std::uint32_t a = 0; a < phyxels_.size(); ++a) {
+    std::vector<std::vector<std::uint32_t>> found((phyxels_.size() + chunk - 1) / chunk);
+    const auto look_at = [&](std::size_t a) {
         const bool moved = phyxels_.piece[a] != piece_before[a];
         const bool near = reached.contains(phyxels_.rest_position[a]);
-        if (!moved && !near) continue;
+        if (!moved && !near) return;
         for (std::uint32_t l = offsets[a]; l < offsets[a + 1]; ++l) {
             const std::uint32_t b = neighbourhoods_.neighbour()[l];
-            if (moved || phyxels_.piece[b] != piece_before[b]) {
-                asked.push_back(neighbourhoods_.pair()[l]);
-                continue;
-            }
-            if (b < a) continue;
             const std::uint32_t pair = neighbourhoods_.pair()[l];
-            const geometry::Box region = criterion_->region(pairs, pair);
-            if (region.meets(all) && meets_any(region, changed_boxes_)) asked.push_back(pair);
+            bool changed = moved || phyxels_.piece[b] != piece_before[b];
+            if (!changed && b > a) {
+                const geometry::Box region = criterion_->region(pairs, pair);
+                changed = region.meets(all) && meets_any(region, changed_boxes_);
+            }
+            if (changed) found[a / chunk].push_back(pair);
         }
-    }
+    };
+    parallel.for_each(phyxels_.size(), chunk, look_at);
+    std::vector<std::uint32_t> asked;
+    for (const std::vector<std::uint32_t>& pairs_of : found)
+        asked.insert(asked.end(), pairs_of.begin(), pairs_of.end());
     std::sort(asked.begin(), asked.end());
     asked.erase(std::unique(asked.begin(), asked.end()), asked.end());
     return asked;
@@ -135,11 +135,13 @@ void Body::update_visibility(const StepContext& context, StepReport& report) {
     changed_pairs_.clear();
     if (changed_boxes_.empty()) return;
     const std::vector<std::int32_t> piece_before = phyxels_.piece;
-    update_owners(changed_boxes_);
-    for (std::size_t i = 0; i < phyxels_.size(); ++i) phyxels_.piece[i] = pieces_->piece_of(grid_, owner_[i]);
+    update_owners(changed_boxes_, context.parallel);
+    context.parallel.for_each(phyxels_.size(), 2048, [&](std::size_t i) {
+        phyxels_.piece[i] = pieces_->piece_of(grid_, owner_[i]);
+    });
     if (phyxels_.piece != piece_before) tracker_.mark_pieces_changed();
 
-    const std::vector<std::uint32_t> asked = changed_sights(piece_before);
+    const std::vector<std::uint32_t> asked = changed_sights(piece_before, context.parallel);
     std::vector<float> before;
     for (const std::uint32_t k : asked) before.push_back(pairs_.visibility[k]);
     // What is dark stays so, and what comes off whole keeps its sights.
@@ -161,7 +163,7 @@ void Body::update_visibility(const StepContext& context, StepReport& report) {
 
     double reach = 0;
     for (const double h : phyxels_.support_radius) reach = std::max(reach, h);
-    tracker_.mark_near(changed_boxes_, reach);
+    tracker_.mark_near(changed_boxes_, reach, context.parallel);
 }
 
 void Body::rebuild_neighbourhoods(const StepContext& context) {

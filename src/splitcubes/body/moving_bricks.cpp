@@ -10,6 +10,8 @@ using splitting::GridEdge;
 
 namespace {
 
+static_assert(NodeHulls::side == brick_side);
+
 // Bricks whose edges one task lists.
 constexpr std::size_t brick_grain = 4;
 
@@ -62,25 +64,30 @@ int MovingBricks::bricks_around(const State& state) const {
     return static_cast<int>(std::ceil(reach_ / (brick_side * state.grid.rest().cell_size)));
 }
 
-// The mean of what the phyxels make of a point. What is not finite does not count: any map
-// would do, this one is only near.
-template <class Numbers>
-MovingBricks::Map MovingBricks::mean_map(const State& state, const Numbers& numbers) {
-    Mat3 jacobian = Mat3::Zero();
-    Vec3 position = Vec3::Zero(), rest = Vec3::Zero();
-    double count = 0;
+// Of what the phyxels make of a point. What is not finite does not count: any map would do,
+// this one is only near.
+MovingBricks::MapSum MovingBricks::sum_of(const State& state, std::span<const std::uint32_t> numbers) {
+    MapSum sum;
     for (const std::size_t i : numbers) {
         const Mat3& f = state.phyxels.deformation[i];
         const Vec3& x = state.phyxels.position[i];
-        if (!std::isfinite(f.sum() + x.sum())) continue;
-        jacobian += f;
-        position += x;
-        rest += state.phyxels.rest_position[i];
-        ++count;
+        if (std::isfinite(f.sum() + x.sum())) sum += MapSum{f, x, state.phyxels.rest_position[i], 1};
     }
+    return sum;
+}
+
+MovingBricks::MapSum& MovingBricks::MapSum::operator+=(const MapSum& other) {
+    jacobian += other.jacobian;
+    position += other.position;
+    rest += other.rest;
+    count += other.count;
+    return *this;
+}
+
+MovingBricks::Map MovingBricks::MapSum::mean() const {
     if (count == 0) return {};
-    jacobian /= count;
-    return {jacobian, (position - jacobian * rest) / count};
+    const Mat3 matrix = jacobian / count;
+    return {matrix, (position - matrix * rest) / count};
 }
 
 // Adds how far off the map a phyxel carries a node within reach, now and a step ago.
@@ -119,7 +126,12 @@ void MovingBricks::spread_boxes(const splitting::BrickLayout& layout, int around
 
 void MovingBricks::choose_bricks(const State& state, const SweptBoxes& swept, const Parallel& parallel) {
     const splitting::BrickLayout& layout = state.grid.bricks();
-    mean_ = mean_map(state, phyxels_);
+    mean_ = parallel
+                .sum(phyxels_.size(), 2048, MapSum{},
+                     [&](std::size_t begin, std::size_t end) {
+                         return sum_of(state, std::span(phyxels_).subspan(begin, end - begin));
+                     })
+                .mean();
     take_boxes(state, parallel);
     for (int axis = 0; axis < 3; ++axis) spread_boxes(layout, bricks_around(state), axis, parallel);
     meets_.assign(layout.total(), 0);
@@ -152,7 +164,7 @@ MovingBricks::Bound MovingBricks::bound_of(const State& state, std::uint32_t bri
                     distance_squared(rest[phyxels_[k]], cube) < reach * reach)
                     near.push_back(phyxels_[k]);
         }
-    Bound bound{mean_map(state, near), {}};
+    Bound bound{sum_of(state, near).mean(), {}};
     const Vec3 mapped = bound.map.jacobian * cube.center() + bound.map.shift;
     for (const std::uint32_t i : near) {
         const Vec3 arm = cube.center() - rest[i];
@@ -168,26 +180,78 @@ MovingBricks::Bound MovingBricks::bound_of(const State& state, std::uint32_t bri
     return bound;
 }
 
+bool MovingBricks::start_hulls(const State& state, std::uint32_t brick, const Bound& bound,
+                               Scratch& scratch) const {
+    const double largest = std::max(bound.off.max.cwiseAbs().maxCoeff(), bound.off.min.cwiseAbs().maxCoeff());
+    if (!scratch.hulls.start(state.grid.rest().cell_size, largest)) return false;
+    const Vec3 centre = cube_of(state.grid, brick).center();
+    const Vec3 mapped = bound.map.jacobian * centre + bound.map.shift;
+    for (const std::uint32_t i : scratch.phyxels) {
+        const Vec3 arm = centre - state.phyxels.rest_position[i];
+        const auto made = [&](const Vec3& position, const Mat3& deformation) {
+            return NodeHulls::State{position + deformation * arm - mapped, deformation - bound.map.jacobian};
+        };
+        scratch.hulls.add(-arm, reach_of(state, i),
+                          made(state.phyxels.position[i], state.phyxels.deformation[i]),
+                          made(state.phyxels.previous_position[i], state.previous_deformation[i]));
+    }
+    return true;
+}
+
 void MovingBricks::add_edges(const State& state, std::uint32_t brick, const SweptBoxes& swept,
                              Scratch& scratch, std::vector<GridEdge>& out) const {
-    const splitting::NodeGrid& grid = state.grid;
     const Bound bound = bound_of(state, brick, scratch.phyxels);
     if (bound.off.empty()) return;
-    swept.meeting(image_of(cube_of(grid, brick), bound.map.jacobian, bound.map.shift, bound.off),
+    swept.meeting(image_of(cube_of(state.grid, brick), bound.map.jacobian, bound.map.shift, bound.off),
                   scratch.boxes);
     if (scratch.boxes.empty()) return;
+    const bool closely = start_hulls(state, brick, bound, scratch);
+    for (int block = 0; block < NodeHulls::block_count; ++block)
+        add_block_edges(state, brick, block, bound, closely, swept, scratch, out);
+}
+
+// The uncut edges of the brick's nodes of one block. Not closely: by the brick's bound alone.
+void MovingBricks::add_block_edges(const State& state, std::uint32_t brick, int block, const Bound& bound,
+                                   bool closely, const SweptBoxes& swept, Scratch& scratch,
+                                   std::vector<GridEdge>& out) const {
+    const splitting::NodeGrid& grid = state.grid;
     const Vec3i base = grid.bricks().base(brick);
-    for (unsigned local = 0; local < splitting::brick_places; ++local) {
-        if (!(grid.inside_word(brick) >> local & 1U)) continue;
-        const Vec3i node = base + splitting::BrickLayout::local_place(local);
-        const Vec3 lower = bound.map.jacobian * grid.rest().node_position(node) + bound.map.shift;
+    const Vec3i low = NodeHulls::block_side * Vec3i(block & 1, block >> 1 & 1, block >> 2);
+    const Vec3 corner = bound.map.jacobian * grid.rest().node_position(base + low) + bound.map.shift;
+    const Mat3 step = grid.rest().cell_size * bound.map.jacobian;
+    geometry::Box off = bound.off;
+    if (closely) {
+        scratch.hulls.choose_block(block);
+        // What no phyxel reaches goes with the others.
+        if (const geometry::Box box = scratch.hulls.box_of_block(); !box.empty()) off = box;
+        const Vec3 half = Vec3::Constant(0.5 * NodeHulls::block_side);
+        if (!swept.any_meets(image_of({-half, half}, step, corner + step * half, off), scratch.boxes)) return;
+    }
+    const auto moved = [&](const Vec3i& local, const geometry::Box& by) {
+        const Vec3 at = corner + step * (local - low).cast<double>();
+        return geometry::Box{at + by.min, at + by.max};
+    };
+    const auto place_of = [&](const Vec3i& local) {
+        const geometry::Box& own = scratch.hulls.box_of(local);
+        return moved(local, own.empty() ? bound.off : own);
+    };
+    for (int k = 0; k < NodeHulls::block_count; ++k) {
+        const Vec3i local = low + Vec3i(k & 1, k >> 1 & 1, k >> 2);
+        const Vec3i node = base + local;
+        if (!grid.rest().contains(node) || !grid.inside(node)) continue;
         for (int axis = 0; axis < 3; ++axis) {
             const GridEdge edge{node, axis};
             if (!grid.has_edge(edge) || grid.is_cut(edge)) continue;
-            const Vec3 upper = lower + grid.rest().cell_size * bound.map.jacobian.col(axis);
-            const geometry::Box moving{lower.cwiseMin(upper) + bound.off.min,
-                                       lower.cwiseMax(upper) + bound.off.max};
-            if (swept.any_meets(moving, scratch.boxes)) out.push_back(edge);
+            const Vec3i upper = local + Vec3i::Unit(axis);
+            geometry::Box moving = moved(local, off);
+            moving.add(moved(upper, off));
+            if (!swept.any_meets(moving, scratch.boxes)) continue;
+            if (closely) {
+                moving = place_of(local);
+                moving.add(place_of(upper));
+                if (!swept.any_meets(moving, scratch.boxes)) continue;
+            }
+            out.push_back(edge);
         }
     }
 }

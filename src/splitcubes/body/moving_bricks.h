@@ -1,6 +1,7 @@
 // Which grid edges may have been where, as the body moves.
 #pragma once
 
+#include <splitcubes/body/node_hulls.h>
 #include <splitcubes/body/swept_boxes.h>
 #include <splitcubes/core/parallel.h>
 #include <splitcubes/geometry/box.h>
@@ -17,7 +18,8 @@ namespace splitcubes::body {
 /// a kernel for it. A node's place is a convex combination of where its phyxels would carry
 /// it. Those of a brick of nodes carry it nearly alike: as one affine map, and off by no more
 /// than a box, which is taken over the phyxels that can reach the brick and over both states.
-/// The body's mean map and wide boxes choose the bricks that are looked at so closely.
+/// The body's mean map and wide boxes choose the bricks that are looked at so closely; in those
+/// that are left, blocks of eight nodes and then single nodes are bounded by the phyxels in their own reach.
 ///
 /// The bounds hold for whatever of the phyxels a node's kernel is made: an edge that they
 /// keep away from the blade's place at the end of an interval is away from it at the start of
@@ -31,7 +33,7 @@ class MovingBricks {
         double margin;  // m, by how much a node may lie out of a phyxel's support that carries it
     };
     /// The uncut edges between inside nodes that may have met one of the swept boxes, brick
-    /// by brick, in a brick by node and axis.
+    /// by brick, in a brick by block of eight nodes, then by node and axis.
     std::vector<splitting::GridEdge> edges_near(const State& state, const SweptBoxes& swept,
                                                 const Parallel& parallel);
 
@@ -41,6 +43,15 @@ class MovingBricks {
         Mat3 jacobian = Mat3::Identity();
         Vec3 shift = Vec3::Zero();  // m
     };
+    /// Of the maps of phyxels, and how many they are.
+    struct MapSum {
+        Mat3 jacobian = Mat3::Zero();
+        Vec3 position = Vec3::Zero(), rest = Vec3::Zero();  // m
+        double count = 0;
+
+        MapSum& operator+=(const MapSum& other);
+        Map mean() const;
+    };
     /// The nodes and edges of one brick: by the map, off by what lies in the box.
     struct Bound {
         Map map;
@@ -49,9 +60,9 @@ class MovingBricks {
     /// What a thread works with.
     struct Scratch {
         std::vector<std::uint32_t> phyxels, boxes;
+        NodeHulls hulls;
     };
-    template <class Numbers>
-    static Map mean_map(const State& state, const Numbers& numbers);
+    static MapSum sum_of(const State& state, std::span<const std::uint32_t> numbers);
     static void add_difference(const State& state, std::size_t i, const Map& map, geometry::Box& off);
 
     void sort_phyxels(const State& state);
@@ -60,8 +71,12 @@ class MovingBricks {
     void spread_boxes(const splitting::BrickLayout& layout, int around, int axis, const Parallel& parallel);
     void choose_bricks(const State& state, const SweptBoxes& swept, const Parallel& parallel);
     Bound bound_of(const State& state, std::uint32_t brick, std::vector<std::uint32_t>& near) const;
+    bool start_hulls(const State& state, std::uint32_t brick, const Bound& bound, Scratch& scratch) const;
     void add_edges(const State& state, std::uint32_t brick, const SweptBoxes& swept, Scratch& scratch,
                    std::vector<splitting::GridEdge>& out) const;
+    void add_block_edges(const State& state, std::uint32_t brick, int block, const Bound& bound, bool closely,
+                         const SweptBoxes& swept, Scratch& scratch,
+                         std::vector<splitting::GridEdge>& out) const;
 
     std::vector<std::uint32_t> begin_;     // per brick, first entry of phyxels_; one more at the end
     std::vector<std::uint32_t> phyxels_;   // by brick

@@ -1,4 +1,5 @@
 #include <splitcubes/body/node_tracker.h>
+#include <splitcubes/geometry/sights.h>
 #include <splitcubes/meshless/kernel.h>
 
 #include <algorithm>
@@ -11,21 +12,25 @@ using splitting::GridEdge;
 
 namespace {
 
-// Whether the segment from a to b meets the box.
-bool segment_meets(const Vec3& a, const Vec3& b, const geometry::Box& box) {
-    double from = 0, to = 1;
-    for (int k = 0; k < 3; ++k) {
-        const double way = b[k] - a[k];
-        if (way == 0) {
-            if (a[k] < box.min[k] || a[k] > box.max[k]) return false;
-            continue;
+// A segment that many boxes are compared with.
+class BoxSegment {
+  public:
+    BoxSegment(const Vec3& a, const Vec3& b) : a_(a) {
+        for (int k = 0; k < 3; ++k) {
+            const double way = b[k] - a[k];
+            // On an axis along which it does not go, it is far within or far without: boxes that it is
+            // compared with have a little room around what they hold.
+            inverse_[k] = way == 0 ? 1e300 : 1 / way;
         }
-        const double t0 = (box.min[k] - a[k]) / way, t1 = (box.max[k] - a[k]) / way;
-        from = std::max(from, std::min(t0, t1));
-        to = std::min(to, std::max(t0, t1));
     }
-    return from <= to;
-}
+    bool meets(const geometry::Box& box) const {
+        const Vec3 t0 = (box.min - a_).cwiseProduct(inverse_), t1 = (box.max - a_).cwiseProduct(inverse_);
+        return std::max(t0.cwiseMin(t1).maxCoeff(), 0.0) <= std::min(t0.cwiseMax(t1).minCoeff(), 1.0);
+    }
+
+  private:
+    Vec3 a_, inverse_;  // m, 1/m
+};
 
 bool within(const Vec3& point, const geometry::Box& box, double radius) {
     const Vec3 outside = (box.min - point).cwiseMax(point - box.max).cwiseMax(0);
@@ -80,17 +85,17 @@ void NodeTracker::mark_all() {
         if (use_[i] != Use::none) task_[i] = Task::build;
 }
 
-void NodeTracker::mark_near(std::span<const geometry::Box> boxes, double radius) {
+void NodeTracker::mark_near(std::span<const geometry::Box> boxes, double radius, const Parallel& parallel) {
     boxes_.insert(boxes_.end(), boxes.begin(), boxes.end());
     geometry::Box all;
     for (const geometry::Box& box : boxes) all.add(box);
     if (all.empty()) return;
     all = all.grown(radius);
-    for (std::size_t i = 0; i < rest_.size(); ++i) {
-        if (use_[i] == Use::none || task_[i] >= Task::look || !all.contains(rest_[i])) continue;
+    parallel.for_each(rest_.size(), 2048, [&](std::size_t i) {
+        if (use_[i] == Use::none || task_[i] >= Task::look || !all.contains(rest_[i])) return;
         const auto near = [&](const geometry::Box& box) { return within(rest_[i], box, radius); };
         if (std::any_of(boxes.begin(), boxes.end(), near)) task_[i] = Task::look;
-    }
+    });
 }
 
 void NodeTracker::refresh(const TrackerContext& context) {
@@ -150,26 +155,30 @@ void NodeTracker::build_links(const TrackerContext& context, std::size_t node,
                               std::vector<std::uint32_t>& near) {
     links_[node].clear();
     context.locator.near(rest_[node], reach_, near);
+    links_[node].reserve(near.size());
+    geometry::Sights sights(context.occluders, rest_[node], reach_);
     for (const std::uint32_t i : near) {
         const Vec3& phyxel = context.phyxels.rest_position[i];
         const double weight =
             meshless::kernel((phyxel - rest_[node]).squaredNorm(), context.phyxels.support_radius[i]);
-        if (weight > 0)
-            links_[node].push_back({i, !context.occluders.segment_blocked(rest_[node], phyxel), weight});
+        if (weight > 0) links_[node].push_back({i, !sights.blocked(phyxel), weight});
     }
 }
 
 void NodeTracker::look_again(const TrackerContext& context, std::size_t node,
                              std::vector<geometry::Box>& near) {
     near.clear();
+    geometry::Box all;
     for (const geometry::Box& box : boxes_)
-        if (within(rest_[node], box, reach_)) near.push_back(box);
+        if (within(rest_[node], box, reach_)) {
+            near.push_back(box.grown(1e-9 * reach_));
+            all.add(near.back());
+        }
     for (Link& link : links_[node]) {
         const Vec3& phyxel = context.phyxels.rest_position[link.phyxel];
-        const auto through = [&](const geometry::Box& box) {
-            return segment_meets(rest_[node], phyxel, box);
-        };
-        if (std::any_of(near.begin(), near.end(), through))
+        const BoxSegment segment(rest_[node], phyxel);
+        if (segment.meets(all) &&
+            std::any_of(near.begin(), near.end(), [&](const auto& box) { return segment.meets(box); }))
             link.sees = !context.occluders.segment_blocked(rest_[node], phyxel);
     }
 }

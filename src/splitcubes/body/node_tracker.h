@@ -53,7 +53,7 @@ class NodeTracker {
     void refresh(const TrackerContext& context);
     /// The surface changed within the boxes (rest space): nodes within `radius` of
     /// one look again at the phyxels that they see through a box.
-    void mark_near(std::span<const geometry::Box> boxes, double radius);
+    void mark_near(std::span<const geometry::Box> boxes, double radius, const Parallel& parallel);
     /// Pieces or the phyxels' pieces changed.
     void mark_pieces_changed() { pieces_changed_ = true; }
     /// All kernels are built again (phyxels were added).

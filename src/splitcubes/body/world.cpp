@@ -44,8 +44,9 @@ void World::set_tool_path(std::size_t tool, const SampledMotion& path) {
 
 StepReport World::step() {
     const std::vector<meshless::Obstacle> obstacles = obstacles_now();
-    const StepContext context{time(),    settings_.time_step, settings_.gravity, settings_.ground,
-                              obstacles, settings_.solver,    *parallel_};
+    const StepContext context{
+        time(),    settings_.time_step, settings_.gravity, settings_.ground,
+        obstacles, settings_.solver,    *parallel_,        settings_.contact.pieces || !colliders_.empty()};
     StepReport report;
     Stopwatch watch;
     const auto done = [&](Stage stage) { report.stage_seconds(stage) += watch.lap(); };

@@ -28,6 +28,15 @@ OccluderGrid::OccluderGrid(const Vec3& origin, double cell_size, const Vec3i& ce
                          "must be a positive number of metres, got " + std::to_string(cell_size));
     if ((cell_count.array() < 1).any() || (cell_count.array() > key_bias).any())
         throw InputError("occluder grid", "needs 1 to " + std::to_string(key_bias) + " cells along an axis");
+    lay_out_words();
+}
+
+void OccluderGrid::lay_out_words() {
+    constexpr double most = 1 << 21;
+    const Vec3i count = brick_of(cell_count_ - Vec3i::Ones()) + Vec3i::Constant(3);
+    if (count.cast<double>().prod() > most) return;
+    word_count_ = count;
+    words_.assign(static_cast<std::size_t>(count.prod()), 0);
 }
 
 OccluderGrid::RoughBox OccluderGrid::RoughBox::around(const Box& box) {
@@ -61,6 +70,16 @@ OccluderGrid::RoughSegment::RoughSegment(const Vec3& from, const Vec3& to, const
         b[k] = static_cast<float>(q[static_cast<Eigen::Index>(k)]);
     }
     size = static_cast<float>(std::max(p.lpNorm<1>(), q.lpNorm<1>()));
+    // A way of zero: far within or far without, as `room` keeps the difference from being zero.
+    constexpr double most = 1e30;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const auto axis = static_cast<Eigen::Index>(k);
+        const double way = to[axis] - from[axis];
+        start[k] = static_cast<float>(from[axis]);
+        inverse[k] = static_cast<float>(std::abs(way) * most > 1 ? 1 / way : most);
+    }
+    room = static_cast<float>(3e-7 * (around.max.cwiseAbs().maxCoeff() + around.min.cwiseAbs().maxCoeff()) +
+                              1e-7 * around.size().maxCoeff());
 }
 
 // Points beyond the keys' range share its last cell; the boxes still decide.
@@ -150,7 +169,7 @@ void OccluderGrid::pack(Brick& brick, const Vec3i& cell, std::uint32_t id) {
                      entry.triangle.corner, entry.triangle.boundary, id);
 }
 
-// Calls use(listing) for each cell that lists the triangle; false, and no call,
+// Calls use(cell, ref) for each cell that lists the triangle; false, and no call,
 // where it is too long for that.
 template <class Use>
 bool OccluderGrid::for_listings(std::uint64_t owner, std::uint32_t index, std::uint32_t id,
@@ -169,42 +188,79 @@ bool OccluderGrid::for_listings(std::uint64_t owner, std::uint32_t index, std::u
                     spread |= std::uint32_t{cell[axis] > low[axis]} << axis;
                     spread |= std::uint32_t{cell[axis] < high[axis]} << (3 + axis);
                 }
-                use(Listing{brick_of(cell), local_of(cell), Ref{owner, index, id, spread, rough, plane}});
+                use(cell, Ref{owner, index, id, spread, rough, plane});
             }
     return true;
 }
 
 void OccluderGrid::set_cell(const Vec3i& cell, std::span<const OccluderTriangle> triangles) {
+    const CellTriangles one{cell, triangles};
+    set_cells({&one, 1});
+}
+
+// Cells in the order of their keys: what a brick is to list then comes in the order of its refs.
+void OccluderGrid::set_cells(std::span<const CellTriangles> cells) {
+    std::vector<std::pair<std::uint64_t, const CellTriangles*>> order;
+    for (const CellTriangles& of : cells)
+        if (!of.triangles.empty() || find_brick(brick_of(of.cell))) order.push_back({key_of(of.cell), &of});
+    std::sort(order.begin(), order.end());
+    std::vector<std::uint64_t> owners;
+    for (const auto& [owner, of] : order) owners.push_back(owner);
+    assert(std::adjacent_find(owners.begin(), owners.end()) == owners.end());
+    TouchedBricks touched;
+    for (const auto& [owner, of] : order) {
+        const std::size_t home = make_brick(brick_of(of->cell));
+        take_out(home, of->cell, touched);
+        put_in(home, *of, touched);
+    }
+    for (TouchedBrick& brick : touched.bricks) {
+        std::stable_sort(brick.added.begin(), brick.added.end(),
+                         [](const Listing& a, const Listing& b) { return a.local < b.local; });
+        rebuild(bricks_[brick.number], owners, brick.added);
+    }
+}
+
+OccluderGrid::TouchedBrick& OccluderGrid::touch(const Vec3i& brick, TouchedBricks& touched) {
+    if (!touched.bricks.empty() && touched.last_place == brick) return touched.bricks[touched.last];
+    const std::size_t number = make_brick(brick);
+    if (touched.of_brick.size() < bricks_.size()) touched.of_brick.resize(bricks_.size(), -1);
+    if (touched.of_brick[number] < 0) {
+        touched.of_brick[number] = static_cast<std::int32_t>(touched.bricks.size());
+        touched.bricks.push_back({number, {}});
+    }
+    touched.last = static_cast<std::size_t>(touched.of_brick[number]);
+    touched.last_place = brick;
+    return touched.bricks[touched.last];
+}
+
+// Of what the cell handed over, all but its refs; notes the bricks that list it.
+void OccluderGrid::take_out(std::size_t home, const Vec3i& cell, TouchedBricks& touched) {
     assert((cell.array() >= 0).all() && (cell.array() < cell_count_.array()).all());
     const std::uint64_t owner = key_of(cell);
-    const Vec3i home_place = brick_of(cell);
-    if (triangles.empty() && !find_brick(home_place)) return;
-    Brick& home = bricks_[make_brick(home_place)];
-
-    std::vector<Listing> touched;
-    std::vector<Owned> owned;
-    for (const Owned& o : home.owned) {
-        if (o.owner != owner) {
-            owned.push_back(o);
-            continue;
-        }
-        for_listings(owner, 0, o.id, [&](Listing listing) {
-            listing.local = brick_cells;
-            touched.push_back(listing);
-        });
+    for (std::size_t k = 0; k < bricks_[home].owned.size(); ++k) {
+        const Owned o = bricks_[home].owned[k];
+        if (o.owner != owner) continue;
+        for_listings(owner, 0, o.id, [&](const Vec3i& at, const Ref&) { touch(brick_of(at), touched); });
         free_.push_back(o.id);
         --triangle_count_;
     }
-    std::erase_if(large_, [&](const Ref& ref) { return ref.owner == owner; });
-    std::erase_if(loose_, [&](const Owned& o) { return o.owner == owner; });
-    home.packed.remove(static_cast<std::uint8_t>(local_of(cell)));
+    const auto is_own = [&](const auto& kept) { return kept.owner == owner; };
+    std::erase_if(bricks_[home].owned, is_own);
+    std::erase_if(large_, is_own);
+    std::erase_if(loose_, is_own);
+    bricks_[home].packed.remove(static_cast<std::uint8_t>(local_of(cell)));
+}
 
-    for (std::uint32_t index = 0; index < triangles.size(); ++index) {
-        const std::uint32_t id = store(triangles[index]);
-        owned.push_back({owner, id});
-        pack(home, cell, id);
+void OccluderGrid::put_in(std::size_t home, const CellTriangles& of, TouchedBricks& touched) {
+    const std::uint64_t owner = key_of(of.cell);
+    for (std::uint32_t index = 0; index < of.triangles.size(); ++index) {
+        const std::uint32_t id = store(of.triangles[index]);
+        bricks_[home].owned.push_back({owner, id});
+        pack(bricks_[home], of.cell, id);
         ++triangle_count_;
-        if (for_listings(owner, index, id, [&](const Listing& listing) { touched.push_back(listing); }))
+        if (for_listings(owner, index, id, [&](const Vec3i& at, const Ref& ref) {
+                touch(brick_of(at), touched).added.push_back({local_of(at), ref});
+            }))
             continue;
         const Ref ref{owner, index, id, 0, RoughBox::around(entries_[id].box), RoughPlane{}};
         large_.insert(std::upper_bound(large_.begin(), large_.end(), ref,
@@ -213,41 +269,43 @@ void OccluderGrid::set_cell(const Vec3i& cell, std::span<const OccluderTriangle>
                                        }),
                       ref);
     }
-    home.owned = std::move(owned);
-
-    std::sort(touched.begin(), touched.end(), [](const Listing& a, const Listing& b) {
-        return std::make_tuple(key_of(a.brick), a.local, a.ref.index) <
-               std::make_tuple(key_of(b.brick), b.local, b.ref.index);
-    });
-    for (std::size_t begin = 0; begin < touched.size();) {
-        std::size_t end = begin;
-        while (end < touched.size() && touched[end].brick == touched[begin].brick) ++end;
-        rebuild(bricks_[make_brick(touched[begin].brick)], owner,
-                std::span(touched).subspan(begin, end - begin));
-        begin = end;
-    }
 }
 
-// Replaces the owner's refs in the brick by `added`, which is sorted by cell, then index.
-void OccluderGrid::rebuild(Brick& brick, std::uint64_t owner, std::span<const Listing> added) {
+// Replaces the owners' refs in the brick by `added`, which is sorted by cell, then owner, then
+// index; `owners` are ascending.
+void OccluderGrid::rebuild(Brick& brick, std::span<const std::uint64_t> owners,
+                           std::span<const Listing> added) {
     std::vector<Ref> refs;
     refs.reserve(brick.refs.size() + added.size());
     std::array<std::uint32_t, brick_cells + 1> first{};
     brick.occupied = 0;
+    std::uint64_t known = ~std::uint64_t{0};
+    bool is_replaced = false;
+    const auto replaced = [&](std::uint64_t owner) {
+        if (owner != known) is_replaced = std::binary_search(owners.begin(), owners.end(), owner);
+        known = owner;
+        return is_replaced;
+    };
     auto next = added.begin();
     for (std::uint32_t local = 0; local < brick_cells; ++local) {
         first[local] = static_cast<std::uint32_t>(refs.size());
-        std::uint32_t old = brick.first[local];
-        const std::uint32_t old_end = brick.first[local + 1];
-        for (; old < old_end && brick.refs[old].owner < owner; ++old) refs.push_back(brick.refs[old]);
-        for (; next != added.end() && next->local == local; ++next) refs.push_back(next->ref);
-        for (; old < old_end; ++old)
-            if (brick.refs[old].owner != owner) refs.push_back(brick.refs[old]);
+        const auto take_until = [&](std::uint64_t owner) {
+            for (; next != added.end() && next->local == local && next->ref.owner < owner; ++next)
+                refs.push_back(next->ref);
+        };
+        for (std::uint32_t r = brick.first[local]; r < brick.first[local + 1]; ++r) {
+            if (replaced(brick.refs[r].owner)) continue;
+            take_until(brick.refs[r].owner);
+            refs.push_back(brick.refs[r]);
+        }
+        take_until(~std::uint64_t{0});
         if (refs.size() > first[local]) brick.occupied |= std::uint64_t{1} << local;
     }
     first[brick_cells] = static_cast<std::uint32_t>(refs.size());
     brick.first = first;
     brick.refs = std::move(refs);
+    if (const std::size_t word = word_of(place_of(brick.key)); word < words_.size())
+        words_[word] = brick.occupied;
 }
 
 std::vector<const OccluderGrid::Brick*> OccluderGrid::sorted_bricks(const Vec3i& first,
@@ -266,12 +324,35 @@ void OccluderGrid::gather(const Box& box, std::vector<OccluderTriangle>& out) co
     visit(box, [&](const OccluderTriangle& triangle) { out.push_back(triangle); });
 }
 
+bool OccluderGrid::is_clear(const Box& box) const {
+    if (triangle_count_ == 0) return true;
+    for (const Ref& ref : large_)
+        if (entries_[ref.id].box.meets(box)) return false;
+    return is_clear(cell_at(box.min, 0), cell_at(box.max, 0));
+}
+
+// False also where looking would take longer than it saves.
+bool OccluderGrid::is_clear(const Vec3i& low, const Vec3i& high) const {
+    constexpr int most_bricks = 4;  // along an axis
+    const Vec3i first = brick_of(low), last = brick_of(high);
+    if ((last - first).maxCoeff() >= most_bricks) return false;
+    for (int z = first[2]; z <= last[2]; ++z)
+        for (int y = first[1]; y <= last[1]; ++y)
+            for (int x = first[0]; x <= last[0]; ++x) {
+                const std::uint64_t cells = occupied({x, y, z});
+                if (cells != 0 && (cells & range_mask({x, y, z}, low, high)) != 0) return false;
+            }
+    return true;
+}
+
 // seen: the ref's spread bits that say an earlier cell of the walk listed it too.
 bool OccluderGrid::blocked_in(const Brick& brick, std::uint32_t local, std::uint32_t seen, const Vec3& a,
                               const Vec3& b, const RoughSegment& rough, const Box& box) const {
     for (std::uint32_t r = brick.first[local]; r < brick.first[local + 1]; ++r) {
         const Ref& ref = brick.refs[r];
-        if ((ref.spread & seen) != 0 || !ref.box.meets(rough.box) || rough.is_beside(ref.plane)) continue;
+        if ((ref.spread & seen) != 0 || !ref.box.meets(rough.box) || rough.is_beside(ref.plane) ||
+            rough.is_past(ref.box))
+            continue;
         const Entry& entry = entries_[ref.id];
         if (entry.box.meets(box) && segment_meets_triangle(a, b, entry.triangle.corner)) return true;
     }
@@ -286,9 +367,10 @@ bool OccluderGrid::segment_blocked(const Vec3& a, const Vec3& b) const {
     for (const Ref& ref : large_)
         if (entries_[ref.id].box.meets(box) && segment_meets_triangle(a, b, entries_[ref.id].triangle.corner))
             return true;
-    const RoughSegment rough(a, b, box, origin_);
     Vec3i cell = cell_at(a, 0);
     const Vec3i last = cell_at(b, 0);
+    if (is_clear(cell.cwiseMin(last), cell.cwiseMax(last))) return false;
+    const RoughSegment rough(a, b, box, origin_);
     Vec3 next, stride;  // parameter of the next wall, and between walls
     Vec3i way;
     for (int axis = 0; axis < 3; ++axis) {
@@ -298,10 +380,11 @@ bool OccluderGrid::segment_blocked(const Vec3& a, const Vec3& b) const {
         stride[axis] = length > 0 ? 1 / length : 0;
         next[axis] = (way[axis] > 0 ? 1 - at : at) * stride[axis];
     }
-    const Brick* brick = find_brick(brick_of(cell));
+    std::uint64_t cells = occupied(brick_of(cell));
     for (std::uint32_t seen = 0;;) {
         const std::uint32_t local = local_of(cell);
-        if (brick && brick->occupied >> local & 1 && blocked_in(*brick, local, seen, a, b, rough, box))
+        if ((cells >> local & 1) != 0 &&
+            blocked_in(*find_brick(brick_of(cell)), local, seen, a, b, rough, box))
             return true;
         int axis = -1;
         for (int k = 0; k < 3; ++k)
@@ -311,7 +394,7 @@ bool OccluderGrid::segment_blocked(const Vec3& a, const Vec3& b) const {
         cell[axis] += way[axis];
         next[axis] += stride[axis];
         seen = std::uint32_t{1} << (way[axis] > 0 ? axis : 3 + axis);
-        if (brick_of(cell)[axis] != old_brick[axis]) brick = find_brick(brick_of(cell));
+        if (brick_of(cell)[axis] != old_brick[axis]) cells = occupied(brick_of(cell));
     }
 }
 
@@ -344,19 +427,20 @@ bool segment_meets_triangle(const Vec3& a, const Vec3& b, const std::array<Vec3,
     constexpr double relative = 1e-13;
     const Vec3 d = b - a;
     const std::array<Vec3, 3> p{corner[0] - a, corner[1] - a, corner[2] - a};
+    const double length = d.cwiseAbs().maxCoeff();
+    const double size =
+        std::max(p[0].cwiseAbs().cwiseMax(p[1].cwiseAbs()).cwiseMax(p[2].cwiseAbs()).maxCoeff(), length);
+    const double edge_slack = relative * size * size * length;
+    const double e0 = d.dot(p[0].cross(p[1])), e1 = d.dot(p[1].cross(p[2])), e2 = d.dot(p[2].cross(p[0]));
+    const auto [low, high] = std::minmax({e0, e1, e2});
+    if (low < -edge_slack && high > edge_slack) return false;
     const Vec3 normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
-    const double size = std::max({p[0].cwiseAbs().maxCoeff(), p[1].cwiseAbs().maxCoeff(),
-                                  p[2].cwiseAbs().maxCoeff(), d.cwiseAbs().maxCoeff()});
     const double normal_size = normal.cwiseAbs().maxCoeff();
     const double plane_slack = relative * normal_size * size;
     const double side_a = -normal.dot(p[0]);
     const double side_b = side_a + normal.dot(d);
     if ((side_a > plane_slack && side_b > plane_slack) || (side_a < -plane_slack && side_b < -plane_slack))
         return false;
-    const double edge_slack = relative * size * size * d.cwiseAbs().maxCoeff();
-    const double e0 = d.dot(p[0].cross(p[1])), e1 = d.dot(p[1].cross(p[2])), e2 = d.dot(p[2].cross(p[0]));
-    const auto [low, high] = std::minmax({e0, e1, e2});
-    if (low < -edge_slack && high > edge_slack) return false;
     const double longest =
         std::max({(p[1] - p[0]).squaredNorm(), (p[2] - p[1]).squaredNorm(), (p[0] - p[2]).squaredNorm()});
     if (!(normal_size > 1e-14 * longest)) return false;

@@ -5,6 +5,7 @@
 #include <splitcubes/geometry/box.h>
 #include <splitcubes/geometry/occluder_pack.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cassert>
@@ -37,9 +38,9 @@ bool segment_meets_triangle(const Vec3& a, const Vec3& b, const std::array<Vec3,
 /// The triangles of a surface, handed over cell by cell and replaced cell by
 /// cell. A triangle may overhang its cell by any amount: it is listed in every
 /// cell that its box meets (beyond a size, in a list that every query reads).
-/// Memory goes with the occupied cells, not with the grid. Queries may run at
-/// the same time on many threads, not together with set_cell; their answers
-/// depend on what the cells hold, not on the order in which they were set.
+/// Memory goes with the occupied cells, but for a bit a cell where the grid is no
+/// larger than 512 cells a side. Queries may run at the same time on many threads, not together with
+/// set_cell; their answers depend on what the cells hold, not on the order in which they were set.
 class OccluderGrid {
   public:
     /// origin, cell_size: m, rest space; cell (i, j, k) spans origin + cell_size *
@@ -51,6 +52,12 @@ class OccluderGrid {
     /// triangles of the cell and of its surroundings, not of the grid.
     /// cell: 0 <= cell < cell_count; corners finite.
     void set_cell(const Vec3i& cell, std::span<const OccluderTriangle> triangles);
+    /// The same for many cells, each at most once, and faster than one by one.
+    struct CellTriangles {
+        Vec3i cell;
+        std::span<const OccluderTriangle> triangles;
+    };
+    void set_cells(std::span<const CellTriangles> cells);
 
     std::size_t triangle_count() const { return triangle_count_; }
 
@@ -69,6 +76,10 @@ class OccluderGrid {
     void visit_packs(const Box& box, const Use& use, const Loose& loose) const;
     /// By the id of a pack's lane. Holds until the next set_cell.
     const OccluderTriangle& triangle(std::uint32_t id) const { return entries_[id].triangle; }
+
+    /// Whether no segment within the box can be blocked: none of its cells lists a triangle. May
+    /// be false where none is met.
+    bool is_clear(const Box& box) const;
 
     /// Whether segment_meets_triangle holds for any triangle.
     bool segment_blocked(const Vec3& a, const Vec3& b) const;
@@ -105,10 +116,24 @@ class OccluderGrid {
     // A segment as rough boxes and planes see it.
     struct RoughSegment {
         RoughBox box;
-        std::array<float, 3> a, b;  // m, from the grid's origin
-        float size;                 // m, the farthest of the two from it, by the sum of coordinates
+        std::array<float, 3> a, b;            // m, from the grid's origin
+        float size;                           // m, the farthest of the two from it, by the sum of coordinates
+        std::array<float, 3> start, inverse;  // m, rest space; 1/m, of the way along each axis
+        float room;                           // m, more than what rounding moves `start` by
 
         RoughSegment(const Vec3& from, const Vec3& to, const Box& around, const Vec3& origin);
+        // True only where it clearly passes by the box.
+        bool is_past(const RoughBox& other) const {
+            float from = 0, to = 1;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const float t0 = (other.min[k] - room - start[k]) * inverse[k];
+                const float t1 = (other.max[k] + room - start[k]) * inverse[k];
+                from = std::max(from, std::min(t0, t1));
+                to = std::min(to, std::max(t0, t1));
+            }
+            // Five roundings on either side, and no less where both are near zero.
+            return from - to > 1e-6F * (from + std::abs(to));
+        }
         bool is_beside(const RoughPlane& plane) const {
             // Forty roundings of what the sums hold: those of the coordinates, of the normal and of six sums.
             constexpr float rounding = 40 * 6e-8F;
@@ -147,11 +172,21 @@ class OccluderGrid {
         std::vector<Owned> owned;  // by the cells of this brick
         PackedTriangles packed{Vec3::Zero()};
     };
-    // A ref to be, and where it goes; local = brick_cells: the brick only loses refs.
+    // A ref to be, and the cell of its brick.
     struct Listing {
-        Vec3i brick;
         std::uint32_t local;
         Ref ref;
+    };
+    // Bricks whose refs change, in order of first touch.
+    struct TouchedBrick {
+        std::size_t number;
+        std::vector<Listing> added;
+    };
+    struct TouchedBricks {
+        std::vector<TouchedBrick> bricks;
+        std::vector<std::int32_t> of_brick;  // per brick of the grid: its place above, or -1
+        Vec3i last_place;                    // that was touched last
+        std::size_t last = 0;
     };
 
     // Cells by which listings are widened: rounding in a walk that runs along a
@@ -178,6 +213,21 @@ class OccluderGrid {
     static std::uint64_t range_mask(const Vec3i& brick, const Vec3i& low, const Vec3i& high);
 
     Vec3i cell_at(const Vec3& point, double margin) const;
+    void lay_out_words();
+    // Its number in words_, or their count.
+    std::size_t word_of(const Vec3i& brick) const {
+        const Vec3i at = brick + Vec3i::Ones();
+        const bool within = (at.array() >= 0).all() && (at.array() < word_count_.array()).all();
+        return within ? static_cast<std::size_t>((at[2] * word_count_[1] + at[1]) * word_count_[0] + at[0])
+                      : words_.size();
+    }
+    // Bits of the brick's cells that list something.
+    std::uint64_t occupied(const Vec3i& brick) const {
+        if (const std::size_t word = word_of(brick); word < words_.size()) return words_[word];
+        const Brick* found = find_brick(brick);
+        return found ? found->occupied : 0;
+    }
+    bool is_clear(const Vec3i& low, const Vec3i& high) const;
     std::size_t slot_of(std::uint64_t key) const;
     const Brick* find_brick(const Vec3i& place) const;
     std::size_t make_brick(const Vec3i& place);
@@ -187,7 +237,10 @@ class OccluderGrid {
     void visit_packs_of(const Brick& brick, const Box& box, const Use& use) const;
     template <class Use>
     bool for_listings(std::uint64_t owner, std::uint32_t index, std::uint32_t id, const Use& use) const;
-    void rebuild(Brick& brick, std::uint64_t owner, std::span<const Listing> added);
+    TouchedBrick& touch(const Vec3i& brick, TouchedBricks& touched);
+    void take_out(std::size_t home, const Vec3i& cell, TouchedBricks& touched);
+    void put_in(std::size_t home, const CellTriangles& of, TouchedBricks& touched);
+    void rebuild(Brick& brick, std::span<const std::uint64_t> owners, std::span<const Listing> added);
     std::vector<const Brick*> sorted_bricks(const Vec3i& first, const Vec3i& last) const;
     bool blocked_in(const Brick& brick, std::uint32_t local, std::uint32_t seen, const Vec3& a, const Vec3& b,
                     const RoughSegment& rough, const Box& box) const;
@@ -207,6 +260,9 @@ class OccluderGrid {
     double overhang_ = 0;              // of packed triangles beyond their bricks, m, the most so far
     std::vector<Brick> bricks_;
     std::vector<std::uint32_t> table_;  // open addressing: brick number + 1, or 0
+    // What the bricks of the grid, and one around it, have as `occupied`; none for a large grid.
+    Vec3i word_count_ = Vec3i::Zero();
+    std::vector<std::uint64_t> words_;
 };
 
 template <class Use>

@@ -49,29 +49,17 @@ void compact(NodeKernels& kernels) {
     kernels = std::move(packed);
 }
 
-// x_i + F_i (X - X_i) - X as shift_i + (F_i - I) X: half the work a link, and
-// nothing is added to X at rest.
-FrameEvaluator::Affine affine_of(const Vec3& rest, const Vec3& position, const Mat3& deformation) {
-    FrameEvaluator::Affine affine;
-    affine.gradient = deformation - Mat3::Identity();
-    affine.shift = position - rest - affine.gradient * rest;
-    return affine;
-}
-
-// affine_at(i): of a phyxel.
+// affine_at(i): of a phyxel, x_i + F_i (X - X_i) as a displacement.
 template <class AffineAt>
 void evaluate_row(const NodeKernels& kernels, std::size_t p, const Vec3& rest_point,
                   const AffineAt& affine_at, geometry::Frame& out) {
     const NodeKernels::Row& row = kernels.rows[p];
     if (row.count == 0) return;
-    FrameEvaluator::Affine sum{Mat3::Zero(), Vec3::Zero()};
-    for (std::uint32_t k = row.begin; k < row.begin + row.count; ++k) {
-        const FrameEvaluator::Affine& affine = affine_at(kernels.phyxel[k]);
-        sum.gradient += kernels.weight[k] * affine.gradient;
-        sum.shift += kernels.weight[k] * affine.shift;
-    }
-    out.position = rest_point + (sum.shift + sum.gradient * rest_point);
-    out.jacobian = Mat3::Identity() + sum.gradient;
+    geometry::AffineDisplacement sum;
+    for (std::uint32_t k = row.begin; k < row.begin + row.count; ++k)
+        sum.add(kernels.weight[k], affine_at(kernels.phyxel[k]));
+    out.position = sum.image(rest_point);
+    out.jacobian = sum.jacobian();
 }
 
 }  // namespace
@@ -132,11 +120,11 @@ void FrameEvaluator::operator()(const NodeKernels& kernels, std::span<const Vec3
     assert(rest_points.size() == kernels.size() && out.size() == kernels.size());
     affine_.resize(rest_position.size());
     for_phyxels(parallel, affine_.size(), [&](std::size_t i) {
-        affine_[i] = affine_of(rest_position[i], position[i], deformation[i]);
+        affine_[i] = geometry::AffineDisplacement(rest_position[i], position[i], deformation[i]);
     });
     for_phyxels(parallel, kernels.size(), [&](std::size_t p) {
         evaluate_row(
-            kernels, p, rest_points[p], [&](std::uint32_t i) -> const Affine& { return affine_[i]; }, out[p]);
+            kernels, p, rest_points[p], [&](std::uint32_t i) -> const auto& { return affine_[i]; }, out[p]);
     });
 }
 
@@ -146,7 +134,7 @@ void evaluate_frames_of(std::span<const std::uint32_t> subset, const NodeKernels
                         std::span<geometry::Frame> out, const Parallel& parallel) {
     assert(rest_points.size() == kernels.size() && out.size() == kernels.size());
     const auto affine = [&](std::uint32_t i) {
-        return affine_of(rest_position[i], position[i], deformation[i]);
+        return geometry::AffineDisplacement(rest_position[i], position[i], deformation[i]);
     };
     for_phyxels(parallel, subset.size(), [&](std::size_t k) {
         evaluate_row(kernels, subset[k], rest_points[subset[k]], affine, out[subset[k]]);

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <splitcubes/core/parallel.h>
-#include <splitcubes/geometry/frame.h>
+#include <splitcubes/geometry/affine_displacement.h>
 #include <splitcubes/meshless/locator.h>
 #include <splitcubes/meshless/phyxels.h>
 
@@ -65,14 +65,8 @@ class FrameEvaluator {
                     std::span<const Mat3> deformation, std::span<geometry::Frame> out,
                     const Parallel& parallel);
 
-    /// Displacement that a phyxel's motion gives a rest point X: shift + gradient X.
-    struct Affine {
-        Mat3 gradient;  // F - I
-        Vec3 shift;     // m, of the rest origin
-    };
-
   private:
-    std::vector<Affine> affine_;  // per phyxel
+    std::vector<geometry::AffineDisplacement> affine_;  // per phyxel
 };
 
 /// The same of some points only: those of `subset`. The same bits as of all of them.

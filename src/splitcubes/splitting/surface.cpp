@@ -11,9 +11,6 @@ namespace splitcubes::splitting {
 namespace {
 
 constexpr double grazing_cosine = 0.05;
-// Trilinear weights are taken a little inside the cell, so that a vertex at or
-// beyond a corner still has a weight for each node it depends on.
-constexpr double weight_inset = 0.01;
 
 Vec3 face_point(int axis, double level, const Vec2& in_face) {
     Vec3 p;
@@ -179,19 +176,11 @@ void Surface::carry(SurfaceVertex& vertex, std::uint32_t cell, unsigned corners)
 }
 
 Carriers Surface::carriers(const RestGrid& rest, const SurfaceVertex& vertex) const {
-    const SurfaceCell& cell = cells_[vertex.cell];
-    const Vec3 in_cell = rest.to_grid(vertex.rest) - cell.place.cast<double>();
-    const Vec3 p = in_cell.cwiseMax(weight_inset).cwiseMin(1 - weight_inset);
     Carriers out;
-    double total = 0;
-    for (unsigned rest_of = vertex.corners; rest_of != 0; rest_of &= rest_of - 1) {
-        const int c = std::countr_zero(rest_of);
-        double w = 1;
-        for (int axis = 0; axis < 3; ++axis) w *= corner_bit(c, axis) ? p[axis] : 1 - p[axis];
-        out.nodes[out.count] = static_cast<std::uint32_t>(cell.node[static_cast<std::size_t>(c)]);
-        out.weights[out.count++] = w;
-        total += w;
-    }
+    const double total = visit_carriers(rest, vertex, [&](std::uint32_t node, double weight) {
+        out.nodes[out.count] = node;
+        out.weights[out.count++] = weight;
+    });
     for (std::size_t k = 0; k < out.count; ++k) out.weights[k] /= total;
     return out;
 }
@@ -463,41 +452,6 @@ std::size_t Surface::bytes() const {
            edge_vertices_.size() * sizeof(edge_vertices_[0]) + vertices_.size() * sizeof(SurfaceVertex) +
            quads_.size() * sizeof(SurfaceQuad) + nodes_.size() * sizeof(Vec3i) +
            cell_stamp_.size() * sizeof(std::uint64_t);
-}
-
-void deform(const Surface& surface, const RestGrid& rest, std::span<const geometry::Frame> frames,
-            std::vector<Vec3>& positions, std::vector<Vec3>& normals, const Parallel& parallel) {
-    const std::vector<SurfaceVertex>& vertices = surface.vertices();
-    const std::vector<Vec3i>& nodes = surface.nodes();
-    assert(frames.size() == nodes.size());
-    positions.resize(vertices.size());
-    normals.resize(vertices.size());
-    parallel.for_each(vertices.size(), 512, [&](std::size_t i) {
-        const SurfaceVertex& v = vertices[i];
-        const Vec3 rest_normal = v.normal.cast<double>();
-        if (!v.alive()) {
-            positions[i] = v.rest;
-            normals[i] = rest_normal;
-            return;
-        }
-        Vec3 x = Vec3::Zero();
-        Mat3 jacobian = Mat3::Zero();
-        const Carriers carriers = surface.carriers(rest, v);
-        for (std::size_t k = 0; k < carriers.count; ++k) {
-            const geometry::Frame& frame = frames[carriers.nodes[k]];
-            const double w = carriers.weights[k];
-            x += w *
-                 (frame.position + frame.jacobian * (v.rest - rest.node_position(nodes[carriers.nodes[k]])));
-            jacobian += w * frame.jacobian;
-        }
-        positions[i] = x;
-        // Cofactor: columns are cross products of the other two columns.
-        Mat3 cofactor;
-        cofactor.col(0) = jacobian.col(1).cross(jacobian.col(2));
-        cofactor.col(1) = jacobian.col(2).cross(jacobian.col(0));
-        cofactor.col(2) = jacobian.col(0).cross(jacobian.col(1));
-        normals[i] = unit_or(cofactor * rest_normal, rest_normal);
-    });
 }
 
 }  // namespace splitcubes::splitting

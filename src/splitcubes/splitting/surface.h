@@ -3,11 +3,12 @@
 #pragma once
 
 #include <splitcubes/core/parallel.h>
-#include <splitcubes/geometry/frame.h>
+#include <splitcubes/geometry/affine_displacement.h>
 #include <splitcubes/splitting/node_grid.h>
 #include <splitcubes/splitting/table.h>
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -99,6 +100,10 @@ class Surface {
     /// Inside nodes that carry a vertex, in order of first use.
     const std::vector<Vec3i>& nodes() const { return nodes_; }
     Carriers carriers(const RestGrid& rest, const SurfaceVertex& vertex) const;
+    /// Calls use(node, weight) for each node that carries a vertex, in the order of `carriers`, with
+    /// weights that sum to what it returns.
+    template <class Use>
+    double visit_carriers(const RestGrid& rest, const SurfaceVertex& vertex, const Use& use) const;
     /// One of the nodes that carry a vertex.
     const Vec3i& carrier(const SurfaceVertex& vertex) const;
     std::size_t quad_count() const { return quad_count_; }
@@ -164,9 +169,39 @@ class Surface {
     std::uint64_t revision_ = 0;
 };
 
+template <class Use>
+double Surface::visit_carriers(const RestGrid& rest, const SurfaceVertex& vertex, const Use& use) const {
+    // Weights are taken a little inside the cell, so that a vertex at or beyond a corner still
+    // has a weight for each node it depends on.
+    constexpr double inset = 0.01;
+    const SurfaceCell& cell = cells_[vertex.cell];
+    const auto node = [&](int corner) {
+        return static_cast<std::uint32_t>(cell.node[static_cast<std::size_t>(corner)]);
+    };
+    if (std::has_single_bit(vertex.corners)) {
+        use(node(std::countr_zero(vertex.corners)), 1.0);
+        return 1;
+    }
+    const Vec3 p =
+        (rest.to_grid(vertex.rest) - cell.place.cast<double>()).cwiseMax(inset).cwiseMin(1 - inset);
+    double total = 0;
+    for (unsigned rest_of = vertex.corners; rest_of != 0; rest_of &= rest_of - 1) {
+        const int c = std::countr_zero(rest_of);
+        double w = 1;
+        for (int axis = 0; axis < 3; ++axis) w *= corner_bit(c, axis) ? p[axis] : 1 - p[axis];
+        use(node(c), w);
+        total += w;
+    }
+    return total;
+}
+
 /// Moves the vertices: x(p) = sum_j a_j (x_j + J_j (p - b_j)) over the nodes b_j
-/// that carry each. frames: one per surface.nodes(). Both outputs are resized to
-/// vertices(); world frame; normals by the cofactor of the mean Jacobian.
+/// that carry each. Both outputs are resized to vertices(); world frame; normals by the cofactor
+/// of the mean Jacobian. motion: how each of surface.nodes() carries its surroundings.
+void deform(const Surface& surface, const RestGrid& rest,
+            std::span<const geometry::AffineDisplacement> motion, std::vector<Vec3>& positions,
+            std::vector<Vec3>& normals, const Parallel& parallel);
+/// The same by the frames of the nodes.
 void deform(const Surface& surface, const RestGrid& rest, std::span<const geometry::Frame> frames,
             std::vector<Vec3>& positions, std::vector<Vec3>& normals, const Parallel& parallel);
 

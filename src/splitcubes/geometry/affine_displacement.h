@@ -1,0 +1,36 @@
+// Affine motions that are added up with weights.
+#pragma once
+
+#include <splitcubes/geometry/frame.h>
+
+namespace splitcubes::geometry {
+
+/// Displacement of rest points by an affine motion: point p goes to p + gradient p + shift. All twelve
+/// numbers in one array, so that a weighted sum is one loop without a branch; nothing is added at rest.
+class AffineDisplacement {
+  public:
+    AffineDisplacement() = default;
+    /// Of the motion that carries the point `rest` (m) as the frame says.
+    AffineDisplacement(const Vec3& rest, const Frame& frame)
+        : AffineDisplacement(rest, frame.position, frame.jacobian) {}
+    AffineDisplacement(const Vec3& rest, const Vec3& position, const Mat3& jacobian) {
+        Eigen::Map<Mat3> gradient(entries_.data());
+        gradient = jacobian - Mat3::Identity();
+        entries_.tail<3>() = position - rest - gradient * rest;
+    }
+
+    void add(double weight, const AffineDisplacement& other) { entries_ += weight * other.entries_; }
+    void scale(double factor) { entries_ *= factor; }
+
+    Mat3 jacobian() const { return Mat3::Identity() + Eigen::Map<const Mat3>(entries_.data()); }
+    /// Where it carries a rest point, m.
+    Vec3 image(const Vec3& point) const {
+        return point + (entries_.tail<3>() + Eigen::Map<const Mat3>(entries_.data()) * point);
+    }
+
+  private:
+    Eigen::Matrix<double, 12, 1, Eigen::DontAlign> entries_ =
+        Eigen::Matrix<double, 12, 1, Eigen::DontAlign>::Zero();  // gradient by columns, then shift (m)
+};
+
+}  // namespace splitcubes::geometry

@@ -1,0 +1,85 @@
+// The samples of the skin are those of the slow list.
+#include <splitcubes/body/world.h>
+#include <splitcubes/geometry/shapes.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+#include <tuple>
+
+namespace splitcubes::body {
+namespace {
+
+// The first vertex inside a cell, for each piece and direction, of those in a box of half a phyxel spacing.
+std::vector<std::pair<std::uint32_t, std::int32_t>> slow_list(const Body& body) {
+    const int side = static_cast<int>(std::floor(0.5 * body.phyxel_spacing() / body.grid().rest().cell_size));
+    std::set<std::tuple<int, int, int, std::int32_t, int>> seen;
+    std::vector<std::pair<std::uint32_t, std::int32_t>> out;
+    const auto& vertices = body.surface().vertices();
+    for (std::uint32_t v = 0; v < vertices.size(); ++v) {
+        const splitting::SurfaceVertex& vertex = vertices[v];
+        if (!vertex.alive() || vertex.kind != splitting::VertexKind::centre) continue;
+        const std::int32_t piece = body.pieces().piece_of(body.grid(), body.surface().carrier(vertex));
+        int axis = 0;
+        vertex.normal.cwiseAbs().maxCoeff(&axis);
+        const int direction = 2 * axis + (vertex.normal[axis] < 0);
+        const Vec3i box = vertex.place / std::max(side, 1);
+        if (seen.insert({box[0], box[1], box[2], piece, direction}).second) out.emplace_back(v, piece);
+    }
+    return out;
+}
+
+std::vector<std::pair<std::uint32_t, std::int32_t>> list_of(const Body& body) {
+    std::vector<std::pair<std::uint32_t, std::int32_t>> out;
+    for (const SkinPoint& point : body.skin_points()) out.emplace_back(point.vertex, point.piece);
+    return out;
+}
+
+geometry::TriangleMesh sheet(const Vec3& a, const Vec3& b, const Vec3& c) {
+    return {{a, b, c}, {{0, 1, 2}}};
+}
+
+TEST(SkinPoints, AreThoseOfTheSlowList) {
+    for (const double spacing : {0.02, 0.045}) {
+        const Parallel parallel(3);
+        BodySettings settings;
+        settings.cell_size = 0.01;
+        settings.phyxel_spacing = spacing;
+        Body body(geometry::make_box(Vec3(0.2, 0.2, 0.2)), settings, parallel);
+        EXPECT_EQ(list_of(body), slow_list(body));
+        body.cut_with_sheet(sheet({0.011, -1, -1}, {0.012, 1, -1}, {0.013, 0, 2}), 0, parallel);
+        EXPECT_EQ(list_of(body), slow_list(body));
+        const std::size_t before = body.skin_points().size();
+        body.cut_with_sheet(sheet({-1, -1, 0.031}, {1, -1, 0.012}, {0, 2, 0.017}), 1, parallel);
+        EXPECT_EQ(list_of(body), slow_list(body));
+        EXPECT_EQ(body.pieces().count(), 4U);
+        EXPECT_GT(body.skin_points().size(), before + 20);
+    }
+}
+
+TEST(SkinPoints, AreListedAgainOnlyForContacts) {
+    const auto parallel = std::make_shared<const Parallel>(2);
+    for (const bool contacts : {false, true}) {
+        WorldSettings world_settings;
+        world_settings.contact.pieces = contacts;
+        World world(world_settings, parallel);
+        BodySettings settings;
+        settings.cell_size = 0.02;
+        settings.phyxel_spacing = 0.04;
+        Body& body = world.add_body(geometry::make_box(Vec3::Constant(0.2)), settings);
+        world.step();
+        body.cut_with_sheet(sheet({0.011, -1, -1}, {0.012, 1, -1}, {0.013, 0, 2}), 0, *parallel);
+        const std::uint64_t listed = body.skin_revision();
+        EXPECT_EQ(listed, body.surface().revision());  // a cut at rest lists them in any case
+        world.add_tool(cutting::Blade(
+            "blade", cutting::make_straight_blade({0, -0.3, 0}, {0, 0.3, 0}),
+            {{0, {-0.03, 0, 0.2}, Quat::Identity()}, {0.1, {-0.03, 0, -0.2}, Quat::Identity()}}));
+        for (int step = 0; step < 4; ++step) world.step();
+        EXPECT_GT(body.surface().revision(), listed);
+        EXPECT_EQ(body.skin_revision() == body.surface().revision(), contacts);
+    }
+}
+
+}  // namespace
+}  // namespace splitcubes::body
