@@ -18,6 +18,11 @@ constexpr double rank_threshold = 1e-3;
 // body back whose phyxels start at random places, and 0.02 leaves it crumpled.
 constexpr double penalty_factor = 5;
 
+// Pa: of a gradient e n^T, n a unit vector, the mean over unit vectors e of what its energy is twice.
+double mean_modulus(const Material& material) {
+    return (4 * material.lame_mu() + material.lame_lambda() + material.volume_stiffness) / 3;
+}
+
 std::uint64_t next_revision() {
     static std::atomic<std::uint64_t> last{0};
     return ++last;
@@ -66,6 +71,9 @@ void Neighbourhoods::build_structure(const Phyxels& phyxels, const Pairs& pairs,
     penalty_.assign(n, 0);
     volume_.assign(phyxels.volume.begin(), phyxels.volume.end());
     diagonal_.assign(n, 0);
+    coupling_.assign(n, 0);
+    row_revision_.assign(n, 0);
+    structure_ = next_revision();
     mark_.assign(n, 0);
     rows_.clear();
     ring_.clear();
@@ -125,6 +133,9 @@ void Neighbourhoods::set_penalty(const Material& material, std::size_t i) {
     const bool told = base_trace_[i] > 0 && tells_neighbours(i);
     penalty_[i] =
         told ? penalty_factor * material.zero_energy * material.lame_mu() * volume_[i] / base_trace_[i] : 0;
+    const double trace = moment_[i].trace();
+    coupling_[i] = trace > 0 ? 1.5 * mean_modulus(material) * volume_[i] / trace + 0.5 * penalty_[i] : 0;
+    row_revision_[i] = revision_;
 }
 
 // What row i's links say, from gradients and penalties on both sides.
@@ -157,9 +168,7 @@ void Neighbourhoods::finish_row(const Material& material, std::size_t i) {
         penalties += penalty_[i] * weight_[l] * (1 - gradient_sum_[i].dot(rest_edge_[l])) +
                      penalty_[j] * weight_[reverse_[l]] * (1 + reverse_gradient_[l].dot(rest_edge_[l]));
     }
-    diagonal_[i] =
-        (4 * material.lame_mu() + material.lame_lambda() + material.volume_stiffness) / 3 * squares +
-        penalties;
+    diagonal_[i] = mean_modulus(material) * squares + penalties;
     slices_.set_row(i, {volume_[i], gradient_sum_[i], penalty_[i] * moment_[i]});
 }
 

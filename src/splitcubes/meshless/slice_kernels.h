@@ -60,9 +60,16 @@ double finish_product(std::size_t stride, const SliceRange& range, const float* 
 double advance(std::size_t stride, const SliceRange& range, float alpha, const float* inverse, const float* p,
                const float* q, float* to, float* r);
 
-/// p = inverse r + beta p.
+/// What a preconditioner adds that is the same for all rows of an aggregate.
+struct CoarsePart {
+    const std::int32_t* index = nullptr;  // per row
+    const float* value = nullptr;         // component k of aggregate c at k * stride + c
+    std::size_t stride = 0;
+};
+
+/// p = inverse r + coarse + beta p.
 void turn_direction(std::size_t stride, const SliceRange& range, float beta, const float* inverse,
-                    const float* r, float* p);
+                    const float* r, const CoarsePart& coarse, float* p);
 
 /// Sum of r . inverse r; p is set to inverse r.
 double begin_direction(std::size_t stride, const SliceRange& range, const float* inverse, const float* r,
