@@ -52,18 +52,30 @@ void ImplicitSolver::Group::refresh_contacts() {
     if (!forces->empty()) forces->add_forces(base, pushed);
 }
 
+// Changes the springs where they push otherwise than they may, and the residual by as much.
 bool ImplicitSolver::Group::revise(bool only_add) {
     if (forces->empty()) return false;
-    each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.place_at_solution(job); });
+    each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        s.place_at_solution(job);
+        std::fill(s.q_.begin(), s.q_.end(), Vec3::Zero());
+    });
+    forces->add_forces(place, image);
     if (!forces->revise(place, only_add)) return false;
+    each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        for_phyxels(job.parallel, s.q_.size(), [&](std::size_t i) { s.q_[i] = -s.q_[i]; });
+    });
+    forces->add_forces(place, image);
+    each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        for_phyxels(job.parallel, s.q_.size(), [&](std::size_t i) { s.r_[i] += s.filtered(i, s.q_[i]); });
+    });
     refresh_contacts();
     return true;
 }
 
 void ImplicitSolver::Group::solve_with_contacts() {
     refresh_contacts();
-    solve();
-    for (int pass = 0; pass < max_contact_passes && revise(pass >= letting_go_passes); ++pass) solve();
+    solve(true);
+    for (int pass = 0; pass < max_contact_passes && revise(pass >= letting_go_passes); ++pass) solve(false);
 }
 
 void ImplicitSolver::Group::remember_pushing(const ContactInput& contacts) {

@@ -2,6 +2,7 @@
 // conjugate gradients (Hestenes and Stiefel 1952).
 #include <splitcubes/meshless/solver_group.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace splitcubes::meshless {
@@ -14,7 +15,7 @@ constexpr double noise_share = 0.1;
 // to, of one body and of several.
 constexpr double contact_tolerance_share = 0.01, shared_tolerance_share = 0.1;
 // Share that the square of a residual falls by before it is taken again in double precision.
-constexpr double reach_share = 1e-8;
+constexpr double reach_share = 1e-11;
 
 }  // namespace
 
@@ -46,14 +47,30 @@ double ImplicitSolver::Group::residual(bool exact, double& noise) {
     return square;
 }
 
-// From d_; constrained parts of d_ stay.
-void ImplicitSolver::Group::solve() {
-    const double wanted = wanted_residual();
-    each([](ImplicitSolver& s, const Job&, std::uint32_t) { ++s.report_.solves; });
-    int left = jobs[0].options.max_iterations;
+// From the solution; in double precision where single would say nothing.
+double ImplicitSolver::Group::first_residual(double wanted) {
     double noise = 0;
     double square = residual(false, noise);
     if (noise > noise_share * wanted) square = residual(true, noise);
+    furthest = square;
+    return square;
+}
+
+// Of r_ as it was left by the last solve.
+double ImplicitSolver::Group::carried_residual() {
+    double square = 0;
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { square += s.square_of(job, s.r_); });
+    furthest = std::max(furthest, square);
+    return square;
+}
+
+// From d_; constrained parts of d_ stay. Not `anew`: r_ is the residual.
+void ImplicitSolver::Group::solve(bool anew) {
+    const double wanted = wanted_residual();
+    each([](ImplicitSolver& s, const Job&, std::uint32_t) { ++s.report_.solves; });
+    int left = jobs[0].options.max_iterations;
+    double square = anew ? first_residual(wanted) : carried_residual();
+    if (!anew && wanted < reach_share * furthest) square = first_residual(wanted);
     if (square > wanted)
         each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.weigh_aggregates(job); });
     for (int pass = 0; pass < max_refinements && square > wanted && left > 0; ++pass) {
@@ -62,7 +79,8 @@ void ImplicitSolver::Group::solve() {
         const double before = square;
         square = descend(in_reach ? wanted : reach_share * square, left);
         if (in_reach) break;
-        square = residual(true, noise);
+        double noise = 0;
+        square = furthest = residual(true, noise);
         if (!(square < 0.25 * before)) break;
     }
     const double reached = square > 0 && wanted > 0 ? tolerance() * std::sqrt(square / wanted) : 0;

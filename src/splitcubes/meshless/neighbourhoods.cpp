@@ -67,6 +67,7 @@ void Neighbourhoods::build_structure(const Phyxels& phyxels, const Pairs& pairs,
     basis_.assign(n, Mat3::Identity());
     gradient_sum_.assign(n, Vec3::Zero());
     moment_.assign(n, Mat3::Zero());
+    inverse_moment_.assign(n, Mat3::Zero());
     base_trace_.assign(n, 0);
     penalty_.assign(n, 0);
     volume_.assign(phyxels.volume.begin(), phyxels.volume.end());
@@ -105,6 +106,7 @@ void Neighbourhoods::compute_row(const Pairs& pairs, std::size_t i) {
     if (kept == 2) basis.col(2) = Vec3(basis.col(0)).cross(Vec3(basis.col(1))).normalized();
     Mat3 inverse = Mat3::Zero();
     for (int k = 0; k < kept; ++k) inverse += basis.col(k) * basis.col(k).transpose() / eigen.values[k];
+    inverse_moment_[i] = inverse;
     rank_[i] = static_cast<std::uint8_t>(kept);
     leans_[i] = 0;
     for (std::uint32_t l = offsets_[i]; kept == 2 && l < offsets_[i + 1]; ++l)
@@ -142,7 +144,8 @@ void Neighbourhoods::set_penalty(const Material& material, std::size_t i) {
 void Neighbourhoods::link_row(std::size_t i) {
     for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
         reverse_gradient_[l] = gradient_[reverse_[l]];
-        slices_.set_link(l, {gradient_[l], link_penalty(l, i), reverse_gradient_[l]});
+        slices_.set_link(
+            l, {gradient_[l], link_penalty(l, i), reverse_gradient_[l], weight_[l], weight_[reverse_[l]]});
     }
 }
 
@@ -152,7 +155,7 @@ void Neighbourhoods::link_back(std::size_t i) {
         if (mark_[neighbour_[l]] == 1) continue;
         const std::uint32_t back = reverse_[l];
         reverse_gradient_[back] = gradient_[l];
-        slices_.set_reverse(back, gradient_[l]);
+        slices_.set_reverse(back, gradient_[l], weight_[l]);
         slices_.set_penalty(back, link_penalty(l, i));
     }
 }
@@ -169,7 +172,8 @@ void Neighbourhoods::finish_row(const Material& material, std::size_t i) {
                      penalty_[j] * weight_[reverse_[l]] * (1 + reverse_gradient_[l].dot(rest_edge_[l]));
     }
     diagonal_[i] = mean_modulus(material) * squares + penalties;
-    slices_.set_row(i, {volume_[i], gradient_sum_[i], penalty_[i] * moment_[i]});
+    slices_.set_row(i, {volume_[i], gradient_sum_[i], penalty_[i] * moment_[i], inverse_moment_[i],
+                        moment_[i] * gradient_sum_[i]});
 }
 
 Neighbourhoods::MaterialKey Neighbourhoods::key_of(const Material& material) {

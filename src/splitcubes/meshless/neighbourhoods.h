@@ -161,6 +161,7 @@ class Neighbourhoods {
     std::vector<Mat3> basis_;               // per phyxel
     std::vector<Vec3> gradient_sum_;        // per phyxel, 1/m
     std::vector<Mat3> moment_;              // per phyxel, 1/m
+    std::vector<Mat3> inverse_moment_;      // per phyxel, of the directions kept, m
     std::vector<double> base_trace_;        // per phyxel, trace of the moment before any cut, 1/m
     std::vector<double> penalty_;           // per phyxel, N m^2
     std::vector<double> volume_;            // per phyxel, m^3

@@ -47,6 +47,15 @@ void direction_pass(const LinkSlices& slices, const SliceRange& range, const flo
 /// force = T_i G_i - sum_j T_j g_ji + penalty, 3 per row, N.
 void force_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state, float* force);
 
+/// The same two from weights instead of gradients, of corotated material: a third of what is read of links
+/// where LinkSlices::weights_pay. The first leaves T A^+ in `tension`. Where a neighbourhood is nearly flat
+/// single precision loses digits as (largest over least eigenvalue)^(1/2) of A: for solving, not for the
+/// state.
+void weighted_direction_pass(const LinkSlices& slices, const SliceRange& range, const float* p,
+                             const SliceState& state, const Lame& lame);
+void weighted_force_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
+                         float* force);
+
 /// Energy of the rows that are not `odd` after a state pass with `corotated`, J. Each row's own
 /// goes to `rows`, a row array; of `odd` ones it means nothing.
 double energy_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state,

@@ -218,19 +218,21 @@ void ImplicitSolver::image_of_solution(const Job& job, bool exact) {
         elastic_.apply_stiffness(factor, diagonal_, d_, q_, job.parallel);
 }
 
+// In the norm of the inverse diagonal.
+double ImplicitSolver::square_of(const Job& job, std::span<const Vec3> of) {
+    return sum_(job.parallel, of.size(), [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t i = begin; i < end; ++i) sum += inverse_[i] * of[i].squaredNorm();
+        return sum;
+    });
+}
+
 // From q_ = A d_.
 double ImplicitSolver::residual_of_image(const Job& job, bool exact, double& noise) {
-    const std::size_t n = job.phyxels.size();
-    const auto squares = [&](const std::vector<Vec3>& of) {
-        return sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
-            double sum = 0;
-            for (std::size_t i = begin; i < end; ++i) sum += inverse_[i] * of[i].squaredNorm();
-            return sum;
-        });
-    };
-    noise = exact ? 0 : rounding_share * rounding_share * squares(q_);
-    for_phyxels(job.parallel, n, [&](std::size_t i) { r_[i] = filtered(i, right_[i] + pushed_[i] - q_[i]); });
-    return squares(r_);
+    noise = exact ? 0 : rounding_share * rounding_share * square_of(job, q_);
+    for_phyxels(job.parallel, q_.size(),
+                [&](std::size_t i) { r_[i] = filtered(i, right_[i] + pushed_[i] - q_[i]); });
+    return square_of(job, r_);
 }
 
 void ImplicitSolver::take_residual(const Job& job) {
@@ -266,11 +268,14 @@ void ImplicitSolver::weigh_aggregates(const Job& job) {
     aggregates_.weigh(job.neighbourhoods, 1 + damping_ratio(job), diagonal_, added_, job.parallel);
 }
 
+// Adds what a descent found to the solution; r_ is what it left.
 void ImplicitSolver::add_found(const Job& job) {
     const std::size_t stride = elastic_.stride();
     for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) {
-        for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t k = 0; k < 3; ++k) {
             d_[i][static_cast<int>(k)] += static_cast<double>(fine_d_[k * stride + i]);
+            r_[i][static_cast<int>(k)] = static_cast<double>(fine_r_[k * stride + i]);
+        }
     });
 }
 

@@ -110,6 +110,7 @@ class ImplicitSolver {
     void start_guess(const Job& job);
     double wanted_residual(const Job& job, double tolerance);
     void image_of_solution(const Job& job, bool exact);
+    double square_of(const Job& job, std::span<const Vec3> of);
     double residual_of_image(const Job& job, bool exact, double& noise);
     void take_residual(const Job& job);
     void add_found(const Job& job);

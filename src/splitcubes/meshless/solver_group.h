@@ -18,6 +18,7 @@ struct ImplicitSolver::Group {
     std::vector<std::span<const Vec3>> velocity, solution, direction;
     std::vector<ContactForces::Part> parts;
     std::vector<ContactForces::RowPart> rows;
+    double furthest = 0;  // square of the largest residual since it was taken from the solution
     std::vector<std::uint8_t> impact;         // per contact
     std::vector<std::uint8_t> pushed_before;  // per contact
 
@@ -49,10 +50,12 @@ struct ImplicitSolver::Group {
     void begin_contacts(const ContactInput& input);
     void refresh_contacts();
     bool revise(bool only_add);
-    void solve();
+    void solve(bool anew);
     double tolerance() const;
     double wanted_residual();
     double residual(bool exact, double& noise);
+    double first_residual(double wanted);
+    double carried_residual();
     double descend(double goal, int& left);
     double begin_direction();
     double apply_to_direction();
