@@ -30,9 +30,15 @@ void ImplicitSolver::linearise(const Job& job) {
 bool ImplicitSolver::is_torn(const Job& job) {
     const Phyxels& phyxels = job.phyxels;
     const std::size_t n = phyxels.size();
-    bool far = false;
-    for (std::size_t i = 0; i < n && !far; ++i) far = d_[i].norm() > far_share * phyxels.support_radius[i];
-    if (!far) return false;
+    const double far = sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
+        double count = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            const double reach = far_share * phyxels.support_radius[i];
+            count += d_[i].squaredNorm() > reach * reach;
+        }
+        return count;
+    });
+    if (far == 0) return false;
     for_phyxels(job.parallel, n, [&](std::size_t i) { p_[i] = base_[i] + d_[i]; });
     whole_.resize(n);
     for (std::size_t i = 0; i < n; ++i) whole_[i] = !elastic_.is_distorted(i);
