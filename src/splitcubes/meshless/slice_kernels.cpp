@@ -106,20 +106,20 @@ struct Gathered {
     Three penalty;
 };
 
+// row += a b^T
+HWY_INLINE void add_products(V* row, V a, const Three& b) {
+    row[0] = add_product(row[0], a, b.x);
+    row[1] = add_product(row[1], a, b.y);
+    row[2] = add_product(row[2], a, b.z);
+}
+
 HWY_INLINE void add_link(const float* link, V x, V y, V z, Gathered& sum) {
     constexpr std::size_t lanes = LinkSlices::lanes;
-    const V gx = hn::LoadU(d, link), gy = hn::LoadU(d, link + lanes), gz = hn::LoadU(d, link + 2 * lanes);
+    const Three g = load3(link, lanes);
     const V m = hn::LoadU(d, link + 3 * lanes);
-    Nine& H = sum.gradient;
-    H.m[0] = add_product(H.m[0], x, gx);
-    H.m[1] = add_product(H.m[1], x, gy);
-    H.m[2] = add_product(H.m[2], x, gz);
-    H.m[3] = add_product(H.m[3], y, gx);
-    H.m[4] = add_product(H.m[4], y, gy);
-    H.m[5] = add_product(H.m[5], y, gz);
-    H.m[6] = add_product(H.m[6], z, gx);
-    H.m[7] = add_product(H.m[7], z, gy);
-    H.m[8] = add_product(H.m[8], z, gz);
+    add_products(sum.gradient.m, x, g);
+    add_products(sum.gradient.m + 3, y, g);
+    add_products(sum.gradient.m + 6, z, g);
     sum.penalty = {add_product(sum.penalty.x, m, x), add_product(sum.penalty.y, m, y),
                    add_product(sum.penalty.z, m, z)};
 }
@@ -340,13 +340,7 @@ HWY_INLINE Gathered gather_weighted(const LinkSlices& slices, std::size_t slice,
         const V w = hn::LoadU(d, link), m = hn::LoadU(d, link + LinkSlices::lanes);
         const Three x = edge_of(slices, column, lane);
         const V way[3] = {hn::Sub(read(p), u.x), hn::Sub(read(p + n), u.y), hn::Sub(read(p + 2 * n), u.z)};
-        for (int k = 0; k < 3; ++k) {
-            const V weighted = hn::Mul(w, way[k]);
-            V* const H = sum.gradient.m + 3 * k;
-            H[0] = add_product(H[0], weighted, x.x);
-            H[1] = add_product(H[1], weighted, x.y);
-            H[2] = add_product(H[2], weighted, x.z);
-        }
+        for (int k = 0; k < 3; ++k) add_products(sum.gradient.m + 3 * k, hn::Mul(w, way[k]), x);
         sum.penalty = {add_product(sum.penalty.x, m, way[0]), add_product(sum.penalty.y, m, way[1]),
                        add_product(sum.penalty.z, m, way[2])};
     });
@@ -455,11 +449,7 @@ void bare_gradient_slices(const LinkSlices& slices, const SliceRange& range, con
                 const Three g = load3(slices.forward() + column * 4 * lanes + lane, lanes);
                 const V way[3] = {hn::Sub(read(p), u.x), hn::Sub(read(p + n), u.y),
                                   hn::Sub(read(p + 2 * n), u.z)};
-                for (int k = 0; k < 3; ++k) {
-                    H.m[3 * k] = add_product(H.m[3 * k], way[k], g.x);
-                    H.m[3 * k + 1] = add_product(H.m[3 * k + 1], way[k], g.y);
-                    H.m[3 * k + 2] = add_product(H.m[3 * k + 2], way[k], g.z);
-                }
+                for (int k = 0; k < 3; ++k) add_products(H.m + 3 * k, way[k], g);
             });
             store9(H, gradient + row, n);
         }

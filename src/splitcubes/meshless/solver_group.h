@@ -18,8 +18,8 @@ struct ImplicitSolver::Group {
     std::vector<std::span<const Vec3>> velocity, solution, direction;
     std::vector<ContactForces::Part> parts;
     std::vector<ContactForces::RowPart> rows;
-    double furthest = 0;  // square of the largest residual since it was taken from the solution
-    std::vector<std::uint8_t> impact;         // per contact
+    double furthest = 0;               // square of the largest residual since it was taken from the solution
+    std::vector<std::uint8_t> impact;  // per contact
     std::vector<std::uint8_t> pushed_before;  // per contact
 
     void clear() {
