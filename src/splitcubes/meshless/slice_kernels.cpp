@@ -364,35 +364,38 @@ void weighted_direction_slices(const LinkSlices& slices, const SliceRange& range
         }
 }
 
+// sum_j w_ji T_j A_j^+ x_ij, T being T A^+.
+HWY_INLINE Three gather_weighted_tension(const LinkSlices& slices, std::size_t slice, std::size_t lane,
+                                         const float* T) {
+    const std::size_t n = slices.stride();
+    V sum[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+    for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
+        const V w = hn::LoadU(d, slices.push() + column * LinkSlices::lanes + lane);
+        const Three x = edge_of(slices, column, lane);
+        for (std::size_t k = 0; k < 3; ++k) {
+            const V first = hn::Mul(read(T + 3 * k * n), x.x);
+            const V second = add_product(first, read(T + (3 * k + 1) * n), x.y);
+            sum[k] = add_product(sum[k], w, add_product(second, read(T + (3 * k + 2) * n), x.z));
+        }
+    });
+    return {sum[0], sum[1], sum[2]};
+}
+
 // T_i G_i - sum_j T_j g_ji + penalty from T A^+.
 void weighted_force_slices(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
                            float* force) {
     const std::size_t n = slices.stride();
-    constexpr std::size_t lanes = LinkSlices::lanes;
     for (std::size_t slice = range.begin; slice < range.end; ++slice)
-        for (std::size_t lane = 0; lane < lanes; lane += hn::Lanes(d)) {
-            const std::size_t row = slice * lanes + lane;
-            const float* const T = state.tension;
-            V sum[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-            for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
-                const V w = hn::LoadU(d, slices.push() + column * lanes + lane);
-                const Three x = edge_of(slices, column, lane);
-                for (std::size_t k = 0; k < 3; ++k) {
-                    const V first = hn::Mul(read(T + 3 * k * n), x.x);
-                    const V second = add_product(first, read(T + (3 * k + 1) * n), x.y);
-                    sum[k] = add_product(sum[k], w, add_product(second, read(T + (3 * k + 2) * n), x.z));
-                }
-            });
-            const Nine own = load9(T + row, n);
-            const Three E = load3(slices.edge_sum() + row, n);
-            const Three penalty = load3(state.penalty + row, n);
-            const auto all = [&](int k, V held) HWY_ATTR {
-                const V first = hn::Mul(own.m[3 * k], E.x);
-                const V own_part =
-                    add_product(add_product(first, own.m[3 * k + 1], E.y), own.m[3 * k + 2], E.z);
-                return hn::Add(hn::Add(own_part, sum[k]), held);
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d)) {
+            const std::size_t row = slice * LinkSlices::lanes + lane;
+            const Three sum = gather_weighted_tension(slices, slice, lane, state.tension);
+            const Nine own = load9(state.tension + row, n);
+            const Three E = load3(slices.edge_sum() + row, n), held = load3(state.penalty + row, n);
+            const auto all = [&](int k, V others, V penalty) HWY_ATTR {
+                const V first = add_product(hn::Mul(own.m[3 * k], E.x), own.m[3 * k + 1], E.y);
+                return hn::Add(hn::Add(add_product(first, own.m[3 * k + 2], E.z), others), penalty);
             };
-            store3({all(0, penalty.x), all(1, penalty.y), all(2, penalty.z)}, force + row, n);
+            store3({all(0, sum.x, held.x), all(1, sum.y, held.y), all(2, sum.z, held.z)}, force + row, n);
         }
 }
 
@@ -438,29 +441,24 @@ void force_slices(const LinkSlices& slices, const SliceRange& range, const Slice
 
 void bare_gradient_slices(const LinkSlices& slices, const SliceRange& range, const float* p,
                           float* gradient) {
-    const std::size_t n = slices.stride();
-    constexpr std::size_t lanes = LinkSlices::lanes;
+    const bool weights = slices.weights_pay();
     for (std::size_t slice = range.begin; slice < range.end; ++slice)
-        for (std::size_t lane = 0; lane < lanes; lane += hn::Lanes(d)) {
-            const std::size_t row = slice * lanes + lane;
-            const Three u = load3(p + row, n);
-            Nine H = nothing().gradient;
-            for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
-                const Three g = load3(slices.forward() + column * 4 * lanes + lane, lanes);
-                const V way[3] = {hn::Sub(read(p), u.x), hn::Sub(read(p + n), u.y),
-                                  hn::Sub(read(p + 2 * n), u.z)};
-                for (int k = 0; k < 3; ++k) add_products(H.m + 3 * k, way[k], g);
-            });
-            store9(H, gradient + row, n);
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d)) {
+            const Gathered sum =
+                weights ? gather_weighted(slices, slice, lane, p) : gather_direction(slices, slice, lane, p);
+            store9(sum.gradient, gradient + slice * LinkSlices::lanes + lane, slices.stride());
         }
 }
 
 void bare_force_slices(const LinkSlices& slices, const SliceRange& range, const float* tension,
                        float* force) {
+    const bool weights = slices.weights_pay();
     for (std::size_t slice = range.begin; slice < range.end; ++slice)
-        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d))
-            store3(gather_tension(slices, slice, lane, tension), force + slice * LinkSlices::lanes + lane,
-                   slices.stride());
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d)) {
+            const Three sum = weights ? gather_weighted_tension(slices, slice, lane, tension)
+                                      : gather_tension(slices, slice, lane, tension);
+            store3(sum, force + slice * LinkSlices::lanes + lane, slices.stride());
+        }
 }
 
 const char* own_target() {

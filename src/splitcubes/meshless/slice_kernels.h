@@ -84,8 +84,8 @@ void turn_direction(std::size_t stride, const SliceRange& range, float beta, con
 double begin_direction(std::size_t stride, const SliceRange& range, const float* inverse, const float* r,
                        float* p);
 
-/// The two gathers and nothing else, to measure what the machine allows:
-/// gradient = sum_j (p_j - p_i) g_ij^T (9 per row), then force = sum_j T_j g_ji (3 per row).
+/// The two gathers of a product and nothing else, from weights where they pay, to measure what the
+/// machine allows: sums over neighbours of p (9 per row), then of tensions (3 per row).
 void bare_gradients(const LinkSlices& slices, const SliceRange& range, const float* p, float* gradient);
 void bare_forces(const LinkSlices& slices, const SliceRange& range, const float* tension, float* force);
 
