@@ -121,11 +121,17 @@ void expect_equal(const Neighbourhoods& a, const Neighbourhoods& b) {
     const std::size_t values = one.column_count() * LinkSlices::lanes;
     expect_same(std::span(one.forward(), 4 * values), std::span(other.forward(), 4 * values), "forward");
     expect_same(std::span(one.backward(), 3 * values), std::span(other.backward(), 3 * values), "backward");
+    expect_same(std::span(one.pull(), 2 * values), std::span(other.pull(), 2 * values), "weights");
+    expect_same(std::span(one.push(), values), std::span(other.push(), values), "weights back");
+    expect_same(one.edge_at(), other.edge_at(), "edges");
     const std::size_t rows = one.stride();
     expect_same(std::span(one.volume(), rows), std::span(other.volume(), rows), "volume");
     expect_same(std::span(one.gradient_sum(), 3 * rows), std::span(other.gradient_sum(), 3 * rows), "sums");
     expect_same(std::span(one.penalty_moment(), 6 * rows), std::span(other.penalty_moment(), 6 * rows),
                 "moments");
+    expect_same(std::span(one.inverse_moment(), 6 * rows), std::span(other.inverse_moment(), 6 * rows),
+                "inverse moments");
+    expect_same(std::span(one.edge_sum(), 3 * rows), std::span(other.edge_sum(), 3 * rows), "edge sums");
 }
 
 TEST(Neighbourhoods, UpdateEqualsRebuild) {

@@ -205,6 +205,9 @@ TEST(Slices, LatticesAreReadInRuns) {
     const double links = static_cast<double>(body.neighbourhoods.link_count());
     EXPECT_LT(static_cast<double>(slices.column_count() * LinkSlices::lanes), 1.15 * links);
     EXPECT_LT(10 * slices.gather_count(), slices.column_count());
+    // Twelve bytes of a link's values where its gradients take twenty-eight.
+    EXPECT_TRUE(slices.weights_pay());
+    EXPECT_LT(static_cast<double>(slices.bytes()), 18 * links);
 }
 
 }  // namespace

@@ -234,33 +234,38 @@ double ContactForces::apply(ConstField in, Field out) const {
     return product;
 }
 
-double ContactForces::apply_rows(std::size_t stride, const float* in, float* out) const {
+double ContactForces::apply_rows(std::span<const RowPart> parts) const {
     double product = 0;
-    const auto at = [&](std::uint32_t i) { return Vec3(in[i], in[stride + i], in[2 * stride + i]); };
+    const auto at = [&](std::uint32_t p, std::uint32_t i) {
+        const RowPart& part = parts[p];
+        return Vec3(part.in[i], part.in[part.stride + i], part.in[2 * part.stride + i]);
+    };
     const auto value = [&](const ContactSide& side) {
         Vec3 sum = Vec3::Zero();
-        for (std::uint32_t k = 0; k < side.count; ++k) sum += side.weight[k] * at(side.phyxel[k]);
+        for (std::uint32_t k = 0; k < side.count; ++k) sum += side.weight[k] * at(side.part, side.phyxel[k]);
         return sum;
     };
-    const auto add = [&](std::uint32_t i, const Vec3& force) {
+    const auto add = [&](std::uint32_t p, std::uint32_t i, const Vec3& force) {
+        const RowPart& part = parts[p];
         for (std::size_t k = 0; k < 3; ++k)
-            out[k * stride + i] += static_cast<float>(force[static_cast<int>(k)]);
+            part.out[k * part.stride + i] += static_cast<float>(force[static_cast<int>(k)]);
     };
     for (const Row& row : rows_) {
         if (!row.active) continue;
         const Contact& contact = input_.contacts[row.contact];
-        const Vec3 way = value(contact.upper) - value(contact.lower);
+        const ContactSide &upper = contact.upper, &lower = contact.lower;
+        const Vec3 way = value(upper) - value(lower);
         const double along = contact.normal.dot(way);
         const Vec3 force = row.tangent * way + ((row.normal - row.tangent) * along) * contact.normal;
         product += way.dot(force);
-        for (std::uint32_t k = 0; k < contact.upper.count; ++k)
-            add(contact.upper.phyxel[k], contact.upper.weight[k] * force);
-        for (std::uint32_t k = 0; k < contact.lower.count; ++k)
-            add(contact.lower.phyxel[k], -contact.lower.weight[k] * force);
+        for (std::uint32_t k = 0; k < upper.count; ++k)
+            add(upper.part, upper.phyxel[k], upper.weight[k] * force);
+        for (std::uint32_t k = 0; k < lower.count; ++k)
+            add(lower.part, lower.phyxel[k], -lower.weight[k] * force);
     }
     for (const Spring& s : pulls_) {
-        const Vec3 way = at(s.pull.phyxel);
-        add(s.pull.phyxel, s.stiffness * way);
+        const Vec3 way = at(s.pull.part, s.pull.phyxel);
+        add(s.pull.part, s.pull.phyxel, s.stiffness * way);
         product += s.stiffness * way.squaredNorm();
     }
     return product;

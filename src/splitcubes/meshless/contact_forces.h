@@ -48,8 +48,14 @@ class ContactForces {
     void add_forces(ConstField position, Field force) const;
     /// out += stiffness of the springs times in; returns in . (what was added).
     double apply(ConstField in, Field out) const;
-    /// The same of part 0 in row arrays: component k of phyxel i is at k * stride + i.
-    double apply_rows(std::size_t stride, const float* in, float* out) const;
+    /// A part's row arrays: component k of phyxel i is at k * stride + i.
+    struct RowPart {
+        std::size_t stride = 0;
+        const float* in = nullptr;
+        float* out = nullptr;
+    };
+    /// The same of row arrays, one entry a part.
+    double apply_rows(std::span<const RowPart> parts) const;
     /// Compares the springs' forces with what contact and friction allow at these places.
     /// Where they differ by more than a few percent in all, changes the springs and
     /// returns true: the solve is to be repeated. only_add: none is let go (against going round

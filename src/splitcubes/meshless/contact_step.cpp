@@ -1,11 +1,10 @@
 // The course of ImplicitSolver's step, of one body or of several that push on each other.
-#include <splitcubes/meshless/solver.h>
+#include <splitcubes/meshless/solver_group.h>
 
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <functional>
 #include <numeric>
 
 namespace splitcubes::meshless {
@@ -14,64 +13,8 @@ namespace {
 
 // A change of contact force that moves a piece by so many lifts in a step is a jolt.
 constexpr double jolt_lifts = 2;
-// Share of the wanted square of the residual that rounding may make up.
-constexpr double noise_share = 0.1;
-// As in solver.cpp.
-constexpr double contact_tolerance_share = 0.01;
 
 }  // namespace
-
-/// Bodies that step together, and their contacts.
-struct ImplicitSolver::Group {
-    std::vector<ImplicitSolver*> solvers;
-    std::vector<Job> jobs;
-    ContactForces* forces = nullptr;
-    std::vector<std::span<const Vec3>> base, place;
-    std::vector<std::span<Vec3>> pushed, image;
-    std::vector<std::span<std::uint8_t>> touching;
-    std::vector<std::span<const Vec3>> velocity, solution, direction;
-    std::vector<ContactForces::Part> parts;
-    std::vector<std::uint8_t> impact;         // per contact
-    std::vector<std::uint8_t> pushed_before;  // per contact
-
-    void clear() {
-        solvers.clear();
-        jobs.clear();
-        parts.clear();
-        touching.clear();
-        for (auto* spans : {&base, &place, &velocity, &solution, &direction}) spans->clear();
-        for (auto* spans : {&pushed, &image}) spans->clear();
-    }
-    std::size_t size() const { return solvers.size(); }
-    void add(ImplicitSolver& solver, const Job& job) {
-        solvers.push_back(&solver);
-        jobs.push_back(job);
-        base.emplace_back(solver.base_);
-        place.emplace_back(solver.p_);
-        pushed.emplace_back(solver.pushed_);
-        image.emplace_back(solver.q_);
-        velocity.emplace_back(job.phyxels.velocity);
-        solution.emplace_back(solver.d_);
-        direction.emplace_back(solver.p_);
-        touching.emplace_back(job.phyxels.touching);
-    }
-    template <class Do>
-    void each(const Do& act) {
-        for (std::size_t k = 0; k < size(); ++k) act(*solvers[k], jobs[k], static_cast<std::uint32_t>(k));
-    }
-    void begin_contacts(const ContactInput& input);
-    void refresh_contacts();
-    bool revise(bool only_add);
-    void solve();
-    double residual(double wanted);
-    double apply_to_direction();
-    void solve_together();
-    void solve_with_contacts();
-    void remember_pushing(const ContactInput& contacts);
-    void break_switched(const ContactInput& contacts);
-    using SetOf = std::function<std::size_t(std::uint32_t part, std::uint32_t phyxel)>;
-    void restore(std::size_t set, const SetOf& set_of);
-};
 
 ImplicitSolver::GroupBuffer::GroupBuffer() = default;
 ImplicitSolver::GroupBuffer::GroupBuffer(const GroupBuffer& /*other*/) {}
@@ -98,6 +41,7 @@ void ImplicitSolver::Group::begin_contacts(const ContactInput& input) {
 void ImplicitSolver::Group::refresh_contacts() {
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
         s.inverse_ = s.mobility_;
+        s.added_.clear();
         if (forces->empty()) return;
         std::fill(s.pushed_.begin(), s.pushed_.end(), Vec3::Zero());
         s.added_.assign(s.inverse_.size(), 0);
@@ -108,25 +52,30 @@ void ImplicitSolver::Group::refresh_contacts() {
     if (!forces->empty()) forces->add_forces(base, pushed);
 }
 
+// Changes the springs where they push otherwise than they may, and the residual by as much.
 bool ImplicitSolver::Group::revise(bool only_add) {
     if (forces->empty()) return false;
-    each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.place_at_solution(job); });
+    each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        s.place_at_solution(job);
+        std::fill(s.q_.begin(), s.q_.end(), Vec3::Zero());
+    });
+    forces->add_forces(place, image);
     if (!forces->revise(place, only_add)) return false;
+    each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        for_phyxels(job.parallel, s.q_.size(), [&](std::size_t i) { s.q_[i] = -s.q_[i]; });
+    });
+    forces->add_forces(place, image);
+    each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        for_phyxels(job.parallel, s.q_.size(), [&](std::size_t i) { s.r_[i] += s.filtered(i, s.q_[i]); });
+    });
     refresh_contacts();
     return true;
 }
 
-void ImplicitSolver::Group::solve() {
-    if (size() == 1)
-        solvers[0]->solve(jobs[0]);
-    else
-        solve_together();
-}
-
 void ImplicitSolver::Group::solve_with_contacts() {
     refresh_contacts();
-    solve();
-    for (int pass = 0; pass < max_contact_passes && revise(pass >= letting_go_passes); ++pass) solve();
+    solve(true);
+    for (int pass = 0; pass < max_contact_passes && revise(pass >= letting_go_passes); ++pass) solve(false);
 }
 
 void ImplicitSolver::Group::remember_pushing(const ContactInput& contacts) {
@@ -148,87 +97,6 @@ void ImplicitSolver::Group::break_switched(const ContactInput& contacts) {
                 s.hit_[s.piece_of(jobs[side->part], side->phyxel[k])] = 1;
             }
     }
-}
-
-// Of all bodies, in double precision where single would say nothing.
-double ImplicitSolver::Group::residual(double wanted) {
-    const auto take = [&](bool exact, double& noise) {
-        each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { s.image_of_solution(job, exact); });
-        forces->apply(solution, image);
-        double square = 0;
-        noise = 0;
-        each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
-            double part = 0;
-            square += s.residual_of_image(job, exact, part);
-            noise += part;
-        });
-        return square;
-    };
-    double noise = 0;
-    const double square = take(false, noise);
-    return noise > noise_share * wanted ? take(true, noise) : square;
-}
-
-// Image of the direction; returns their product.
-double ImplicitSolver::Group::apply_to_direction() {
-    double product = 0;
-    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        product +=
-            s.elastic_.apply_stiffness(1 + s.damping_ratio(job), s.diagonal_, s.p_, s.q_, job.parallel);
-    });
-    return product + forces->apply(direction, image);
-}
-
-// Conjugate gradients as of ImplicitSolver::solve, over all bodies at once.
-void ImplicitSolver::Group::solve_together() {
-    const auto sum = [&](const auto& term) {
-        double total = 0;
-        each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
-            total += s.sum_(job.parallel, s.d_.size(), [&](std::size_t begin, std::size_t end) {
-                double part = 0;
-                for (std::size_t i = begin; i < end; ++i) part += term(s, i);
-                return part;
-            });
-        });
-        return total;
-    };
-    // What touches something rocks by the least force that is left over; less than of one body, since point
-    // Jacobi is slow where a stiff body lies on a soft one. The first body, which has the contacts, has asked
-    // for its own share of the tolerance.
-    constexpr double share = 0.1;
-    const double asked = share / contact_tolerance_share;
-    double wanted = 0;
-    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        ++s.report_.solves;
-        const double part = s.contacts_.empty() ? share : asked;
-        wanted += part * part * s.wanted_residual(job);
-    });
-    double rz = residual(wanted);
-    sum([](ImplicitSolver& s, std::size_t i) {
-        s.p_[i] = s.inverse_[i] * s.r_[i];
-        return 0.0;
-    });
-    const SolverOptions& options = jobs[0].options;
-    for (int k = 0; k < options.max_iterations && rz > wanted; ++k) {
-        const double curvature = apply_to_direction();
-        if (!(curvature > 0) || !std::isfinite(curvature)) break;
-        const double alpha = rz / curvature;
-        const double next = sum([&](ImplicitSolver& s, std::size_t i) {
-            s.d_[i] += alpha * s.p_[i];
-            s.r_[i] -= alpha * s.filtered(i, s.q_[i]);
-            return s.inverse_[i] * s.r_[i].squaredNorm();
-        });
-        if (!std::isfinite(next)) break;
-        const double beta = next / rz;
-        rz = next;
-        sum([&](ImplicitSolver& s, std::size_t i) {
-            s.p_[i] = s.inverse_[i] * s.r_[i] + beta * s.p_[i];
-            return 0.0;
-        });
-        ++solvers[0]->report_.iterations;
-    }
-    const double residual = rz > 0 && wanted > 0 ? share * options.tolerance * std::sqrt(rz / wanted) : 0;
-    each([&](ImplicitSolver& s, const Job&, std::uint32_t) { s.report_.residual = residual; });
 }
 
 SolverReport ImplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,

@@ -1,5 +1,6 @@
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/meshless/energy_guard.h>
+#include <splitcubes/meshless/loops.h>
 
 #include <algorithm>
 #include <cmath>
@@ -39,43 +40,89 @@ Mat3 turn_by(const Vec3& rotation) {
 
 }  // namespace
 
-void EnergyGuard::sum_up(const Phyxels& phyxels, const StepInput& input,
-                         std::vector<Account>& accounts) const {
-    for (std::size_t i = 0; i < phyxels.size(); ++i) {
-        if (!is_counted(phyxels, i)) continue;
-        Account& account = accounts[slot(phyxels, i)];
-        const double m = phyxels.mass[i];
-        const double kinetic = 0.5 * m * phyxels.velocity[i].squaredNorm();
-        account.mass += m;
-        account.volume += phyxels.volume[i];
-        account.all_kinetic += kinetic;
-        account.elastic += phyxels.elastic_energy[i];
-        account.reserve += phyxels.reserve[i];
-        account.touches |= phyxels.touching[i] != 0;
-        if (is_held(input, i)) {
-            const Vec3 way = input.held_position[i] - position_[i];
-            if (!(account.held_mass > 0)) account.held_way = way;
-            account.one_way &= (way - account.held_way).norm() <= same_way * account.held_way.norm();
-            account.held_moves |= !way.isZero(0);
-            account.held_mass += m;
-        } else {
-            account.loose_kinetic += kinetic;
-            account.linear += m * phyxels.velocity[i];
-        }
+// gravity: it has done its work on the way from where begin found the phyxels. What lies on something falls
+// onto it no further: lifting it costs nothing.
+void EnergyGuard::add_phyxel(const Phyxels& phyxels, const StepInput& input, bool gravity, std::size_t i,
+                             Account& account) const {
+    const double m = phyxels.mass[i];
+    const double kinetic = 0.5 * m * phyxels.velocity[i].squaredNorm();
+    account.mass += m;
+    account.volume += phyxels.volume[i];
+    account.all_kinetic += kinetic;
+    account.elastic += phyxels.elastic_energy[i];
+    account.reserve += phyxels.reserve[i];
+    account.touches |= phyxels.touching[i] != 0;
+    if (is_held(input, i)) {
+        account.add_hold(input.held_position[i] - position_[i], m);
+        return;
     }
+    account.loose_kinetic += kinetic;
+    account.linear += m * phyxels.velocity[i];
+    if (!gravity) return;
+    const double work = m * input.gravity.dot(phyxels.position[i] - position_[i]);
+    if (phyxels.touching[i] == 0 || work > 0) account.work += work;
+}
+
+void EnergyGuard::Account::add_hold(const Vec3& way, double m) {
+    if (!(held_mass > 0)) held_way = way;
+    one_way &= (way - held_way).norm() <= same_way * held_way.norm();
+    held_moves |= !way.isZero(0);
+    held_mass += m;
+}
+
+EnergyGuard::Account& EnergyGuard::Account::operator+=(const Account& other) {
+    mass += other.mass;
+    volume += other.volume;
+    linear += other.linear;
+    all_kinetic += other.all_kinetic;
+    loose_kinetic += other.loose_kinetic;
+    elastic += other.elastic;
+    reserve += other.reserve;
+    work += other.work;
+    touches |= other.touches;
+    if (other.held_mass > 0) {
+        const bool moved = held_moves || other.held_moves;
+        add_hold(other.held_way, other.held_mass);
+        one_way &= other.one_way;
+        held_moves = moved;
+    }
+    return *this;
+}
+
+void EnergyGuard::sum_up(const Phyxels& phyxels, const StepInput& input, bool gravity,
+                         std::vector<Account>& accounts, const Parallel& parallel) {
+    constexpr std::size_t grain = 1024;
+    const std::size_t pieces = accounts.size(), chunks = (phyxels.size() + grain - 1) / grain;
+    const auto add = [&](std::size_t begin, std::size_t end, Account* sums) {
+        for (std::size_t i = begin; i < end; ++i)
+            if (is_counted(phyxels, i)) add_phyxel(phyxels, input, gravity, i, sums[slot(phyxels, i)]);
+    };
+    // With many pieces the chunks' sums would cost more than they save.
+    if (chunks < 2 || pieces > 64) return add(0, phyxels.size(), accounts.data());
+    chunk_accounts_.assign(chunks * pieces, Account{});
+    const auto chunk = [&](std::size_t begin, std::size_t end) {
+        add(begin, end, chunk_accounts_.data() + begin / grain * pieces);
+    };
+    parallel.for_chunks(phyxels.size(), grain, std::cref(chunk));
+    for (std::size_t k = 0; k < chunk_accounts_.size(); ++k) accounts[k % pieces] += chunk_accounts_[k];
 }
 
 void EnergyGuard::begin(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
                         const Material& material, const StepInput& input, const Parallel& parallel) {
-    position_ = phyxels.position;
-    velocity_ = phyxels.velocity;
-    rotation_ = phyxels.rotation;
+    const std::size_t n = phyxels.size();
+    for (auto* array : {&position_, &velocity_}) array->resize(n);
+    rotation_.resize(n);
+    for_phyxels(parallel, n, [&](std::size_t i) {
+        position_[i] = phyxels.position[i];
+        velocity_[i] = phyxels.velocity[i];
+        rotation_[i] = phyxels.rotation[i];
+    });
     if (material.plasticity) plastic_strain_ = phyxels.plastic_strain;
     touching_ = phyxels.touching;
     start_.assign(static_cast<std::size_t>(std::max(input.piece_count, 0)), Account{});
     extra_.assign(start_.size(), 0);
     pushed_.assign(start_.size(), 0);
-    sum_up(phyxels, input, start_);
+    sum_up(phyxels, input, false, start_, parallel);
     if (phyxels.history_step > 0) return;
     // Before the first step: however it was placed is what it has.
     rows_.resize(phyxels.size());
@@ -116,15 +163,6 @@ std::vector<double>& EnergyGuard::elastic_by_piece(const Phyxels& phyxels, std::
     for (std::size_t i = 0; i < phyxels.size(); ++i)
         if (is_counted(phyxels, i)) sum_[slot(phyxels, i)] += rows[i];
     return sum_;
-}
-
-// What lies on something falls onto it no further: lifting it costs nothing.
-void EnergyGuard::add_gravity(const Phyxels& phyxels, const StepInput& input) {
-    for (std::size_t i = 0; i < phyxels.size(); ++i) {
-        if (!is_counted(phyxels, i) || is_held(input, i)) continue;
-        const double work = phyxels.mass[i] * input.gravity.dot(phyxels.position[i] - position_[i]);
-        if (phyxels.touching[i] == 0 || work > 0) end_[slot(phyxels, i)].work += work;
-    }
 }
 
 // What a hold that only shifts what it holds does: all that changes the momentum of what is not
@@ -197,8 +235,7 @@ bool EnergyGuard::weigh(const Phyxels& phyxels, const Neighbourhoods& neighbourh
     tolerance_ = tolerance;
     end_.assign(start_.size(), Account{});
     verdict_.assign(start_.size(), Verdict{});
-    sum_up(phyxels, input, end_);
-    add_gravity(phyxels, input);
+    sum_up(phyxels, input, true, end_, parallel);
     any_over_ = false;
     bool holds_are_known = false;
     for (std::size_t k = 0; k < start_.size(); ++k) {
@@ -391,14 +428,14 @@ void EnergyGuard::settle(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
         const double taken = before - report.kinetic_energy - report.elastic_energy;
         report.energy_taken += std::isfinite(taken) ? std::max(taken, 0.0) : 0;
         end_.assign(start_.size(), Account{});
-        sum_up(phyxels, input, end_);
+        sum_up(phyxels, input, false, end_, parallel);
     }
-    write_reserves(phyxels);
+    write_reserves(phyxels, parallel);
 }
 
 // What is unspent, shared out by mass so that it goes along when pieces part; what is owed,
 // by elastic energy: it lies where a cut has brought some.
-void EnergyGuard::write_reserves(Phyxels& phyxels) {
+void EnergyGuard::write_reserves(Phyxels& phyxels, const Parallel& parallel) {
     sum_.assign(start_.size(), 0);
     for (std::size_t k = 0; k < start_.size(); ++k) {
         if (!(start_[k].mass > 0) || !std::isfinite(verdict_[k].budget)) continue;
@@ -408,14 +445,14 @@ void EnergyGuard::write_reserves(Phyxels& phyxels) {
         const bool owes = left < 0 && end_[k].elastic > 0;
         sum_[k] = owes ? left / end_[k].elastic : (left > 0 ? reserve_kept * left : left) / start_[k].mass;
     }
-    for (std::size_t i = 0; i < phyxels.size(); ++i) {
+    for_phyxels(parallel, phyxels.size(), [&](std::size_t i) {
         phyxels.reserve[i] = 0;
-        if (!is_counted(phyxels, i)) continue;
+        if (!is_counted(phyxels, i)) return;
         const std::size_t k = slot(phyxels, i);
         const bool owes = sum_[k] < 0 && end_[k].elastic > 0;
         const double share = sum_[k] * (owes ? phyxels.elastic_energy[i] : phyxels.mass[i]);
         if (std::isfinite(share)) phyxels.reserve[i] = share;
-    }
+    });
 }
 
 }  // namespace splitcubes::meshless

@@ -36,7 +36,7 @@ namespace splitcubes::meshless {
 /// overdrawn: the piece does not move within itself until what was too much has gone.
 ///
 /// All state is in Phyxels (elastic_energy, reserve), the object holds buffers only. Rigid pieces
-/// keep their energy by themselves. Sums run in the order of phyxels on one thread.
+/// keep their energy by themselves.
 class EnergyGuard {
   public:
     /// Notes what the pieces have. To be called when nothing but the elastic step is left to
@@ -82,6 +82,9 @@ class EnergyGuard {
         bool one_way = true;           // all that is held goes that way
         bool touches = false;          // before or after the step
         bool held_moves = false;
+
+        void add_hold(const Vec3& way, double m);
+        Account& operator+=(const Account& other);
     };
     struct Verdict {
         bool free = false;        // nothing pushed it
@@ -101,8 +104,10 @@ class EnergyGuard {
     std::size_t slot(const Phyxels& phyxels, std::size_t i) const {
         return static_cast<std::size_t>(phyxels.piece[i]);
     }
-    void sum_up(const Phyxels& phyxels, const StepInput& input, std::vector<Account>& accounts) const;
-    void add_gravity(const Phyxels& phyxels, const StepInput& input);
+    void sum_up(const Phyxels& phyxels, const StepInput& input, bool gravity, std::vector<Account>& accounts,
+                const Parallel& parallel);
+    void add_phyxel(const Phyxels& phyxels, const StepInput& input, bool gravity, std::size_t i,
+                    Account& account) const;
     void add_hold_work(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                        const StepInput& input, const Parallel& parallel);
     double work_along(const Material& material, const StepInput& input, std::size_t k) const;
@@ -116,7 +121,7 @@ class EnergyGuard {
                   const StepInput& input, const Parallel& parallel);
     void place_between(Phyxels& phyxels, const StepInput& input, double share) const;
     void scale_velocities(Phyxels& phyxels, const StepInput& input);
-    void write_reserves(Phyxels& phyxels);
+    void write_reserves(Phyxels& phyxels, const Parallel& parallel);
     std::vector<double>& elastic_by_piece(const Phyxels& phyxels, std::span<const double> rows);
 
     SlicedElasticity elastic_;
@@ -126,7 +131,7 @@ class EnergyGuard {
     std::vector<std::uint8_t> touching_;                           // before the step
     std::vector<double> rows_;                                     // J, per phyxel
     std::vector<Vec3> force_, reached_;                            // N, m, per phyxel
-    std::vector<Account> start_, end_;                             // per piece
+    std::vector<Account> start_, end_, chunk_accounts_;            // per piece
     std::vector<Verdict> verdict_;                                 // per piece
     std::vector<double> extra_, pushed_, hold_work_, sum_, most_;  // J, per piece
     std::vector<Momenta> before_, after_, partial_;                // per piece, where something is mended

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 
 namespace splitcubes::meshless {
 
@@ -10,6 +11,8 @@ namespace {
 // Lanes that must share a distance for a run: an index a lane costs more than
 // twice the loads of a run.
 constexpr std::size_t least_run = 8;
+// Edges that differ by no more than this share of their length are one: rounding of places.
+constexpr double same_edge = 3e-7;
 
 struct Entry {
     std::int64_t distance;  // neighbour less row
@@ -30,6 +33,9 @@ void LinkSlices::build(std::span<const std::uint32_t> offsets, std::span<const s
     for (std::size_t slice = 0; slice < slices; ++slice) build_slice(offsets, neighbour, slice);
     forward_.assign(run_.size() * 4 * lanes, 0);
     backward_.assign(run_.size() * 3 * lanes, 0);
+    pull_.assign(run_.size() * 2 * lanes, 0);
+    push_.assign(run_.size() * lanes, 0);
+    build_edges(offsets, neighbour, rest_position);
     volume_.assign(stride(), 0);
     rest_position_.assign(3 * stride(), 0);
     for (std::size_t i = 0; i < rows_; ++i)
@@ -37,8 +43,39 @@ void LinkSlices::build(std::span<const std::uint32_t> offsets, std::span<const s
             rest_position_[k * stride() + i] =
                 static_cast<float>((rest_position[i] - rest_position[0])[static_cast<int>(k)]);
     gradient_sum_.assign(3 * stride(), 0);
-    penalty_moment_.assign(6 * stride(), 0);
+    for (FloatArray* array : {&penalty_moment_, &inverse_moment_}) array->assign(6 * stride(), 0);
+    edge_sum_.assign(3 * stride(), 0);
     deficient_.assign(slices, 0);
+}
+
+void LinkSlices::build_edges(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> neighbour,
+                             std::span<const Vec3> rest_position) {
+    std::vector<std::array<Vec3, lanes>> edges(run_.size());
+    std::vector<std::uint16_t> filled(run_.size(), 0);
+    for (std::size_t i = 0; i < rows_; ++i)
+        for (std::uint32_t l = offsets[i]; l < offsets[i + 1]; ++l) {
+            const std::size_t column = place_[l] / lanes, lane = place_[l] % lanes;
+            edges[column][lane] = rest_position[neighbour[l]] - rest_position[i];
+            filled[column] = static_cast<std::uint16_t>(filled[column] | 1U << lane);
+        }
+    edge_.clear();
+    edge_at_.clear();
+    for (std::size_t column = 0; column < edges.size(); ++column) {
+        const auto first = static_cast<std::size_t>(std::countr_zero(filled[column]));
+        const Vec3 edge = edges[column][first % lanes];
+        bool same = true;
+        for (std::size_t lane = 0; lane < lanes; ++lane) {
+            if ((filled[column] >> lane & 1U) == 0) edges[column][lane] = edge;
+            same = same && (edges[column][lane] - edge).norm() <= same_edge * edge.norm();
+        }
+        const auto at = static_cast<std::int32_t>(edge_.size());
+        edge_at_.push_back(same ? at : ~at);
+        for (int k = 0; k < 3; ++k)
+            for (std::size_t lane = 0; lane < (same ? 1 : lanes); ++lane)
+                edge_.push_back(static_cast<float>(edges[column][lane][k]));
+    }
+    // Edges are read for the gradients and again for the forces.
+    weights_pay_ = 2 * edge_.size() + pull_.size() + push_.size() < forward_.size() + backward_.size();
 }
 
 void LinkSlices::build_slice(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> neighbour,
@@ -92,19 +129,31 @@ void LinkSlices::set_link(std::size_t link, const Link& value) {
     for (std::size_t k = 0; k < 3; ++k)
         forward[k * lanes] = static_cast<float>(value.gradient[static_cast<int>(k)]);
     forward[3 * lanes] = static_cast<float>(value.penalty);
-    set_reverse(link, value.reverse);
+    float* const pull = pull_.data() + column * 2 * lanes + lane;
+    pull[0] = static_cast<float>(value.weight);
+    pull[lanes] = static_cast<float>(value.penalty);
+    set_reverse(link, value.reverse, value.reverse_weight);
 }
 
-void LinkSlices::set_reverse(std::size_t link, const Vec3& reverse) {
+void LinkSlices::set_reverse(std::size_t link, const Vec3& reverse, double reverse_weight) {
     const std::size_t column = place_[link] / lanes, lane = place_[link] % lanes;
     float* const backward = backward_.data() + column * 3 * lanes + lane;
     for (std::size_t k = 0; k < 3; ++k)
         backward[k * lanes] = static_cast<float>(reverse[static_cast<int>(k)]);
+    push_[place_[link]] = static_cast<float>(reverse_weight);
 }
 
 void LinkSlices::set_penalty(std::size_t link, double penalty) {
     const std::size_t column = place_[link] / lanes, lane = place_[link] % lanes;
     forward_[column * 4 * lanes + 3 * lanes + lane] = static_cast<float>(penalty);
+    pull_[column * 2 * lanes + lanes + lane] = static_cast<float>(penalty);
+}
+
+// Its upper triangle.
+void LinkSlices::set_symmetric(FloatArray& array, std::size_t row, const Mat3& value) const {
+    constexpr std::array<std::array<int, 2>, 6> upper{{{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
+    for (std::size_t k = 0; k < 6; ++k)
+        array[k * stride() + row] = static_cast<float>(value(upper[k][0], upper[k][1]));
 }
 
 void LinkSlices::set_row(std::size_t row, const Row& value) {
@@ -112,9 +161,10 @@ void LinkSlices::set_row(std::size_t row, const Row& value) {
     volume_[row] = static_cast<float>(value.volume);
     for (std::size_t k = 0; k < 3; ++k)
         gradient_sum_[k * n + row] = static_cast<float>(value.gradient_sum[static_cast<int>(k)]);
-    constexpr std::array<std::array<int, 2>, 6> upper{{{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
-    for (std::size_t k = 0; k < 6; ++k)
-        penalty_moment_[k * n + row] = static_cast<float>(value.penalty_moment(upper[k][0], upper[k][1]));
+    for (std::size_t k = 0; k < 3; ++k)
+        edge_sum_[k * n + row] = static_cast<float>(value.edge_sum[static_cast<int>(k)]);
+    set_symmetric(penalty_moment_, row, value.penalty_moment);
+    set_symmetric(inverse_moment_, row, value.inverse_moment);
 }
 
 void LinkSlices::set_rank(std::size_t row, bool full) {
@@ -124,8 +174,9 @@ void LinkSlices::set_rank(std::size_t row, bool full) {
 }
 
 std::size_t LinkSlices::bytes() const {
-    return sizeof(float) * (forward_.size() + backward_.size()) +
-           sizeof(std::int32_t) * (2 * run_.size() + 2 * index_.size());
+    const std::size_t values = weights_pay_ ? 2 * edge_.size() + pull_.size() + push_.size() + run_.size()
+                                            : forward_.size() + backward_.size();
+    return sizeof(float) * values + sizeof(std::int32_t) * (2 * run_.size() + 2 * index_.size());
 }
 
 }  // namespace splitcubes::meshless

@@ -20,6 +20,9 @@ namespace splitcubes::meshless {
 /// weight zero. Which link stands where follows from the structure alone: a cut changes
 /// values, never places.
 ///
+/// What a link says stands here twice, for loops that need its gradients to the last digit and for those
+/// that need them fast.
+///
 /// Every sum over a row runs through its columns in order, in one lane, so results do not
 /// depend on the width of the machine's vectors.
 class LinkSlices {
@@ -31,12 +34,16 @@ class LinkSlices {
         Vec3 gradient = Vec3::Zero();  // g_ij, 1/m
         double penalty = 0;            // m_ij = c_i w_ij + c_j w_ji, N/m
         Vec3 reverse = Vec3::Zero();   // g_ji, 1/m
+        double weight = 0;             // w_ij, 1/m^3
+        double reverse_weight = 0;     // w_ji, 1/m^3
     };
     /// What a row carries.
     struct Row {
         double volume = 0;                   // m^3
         Vec3 gradient_sum = Vec3::Zero();    // 1/m
         Mat3 penalty_moment = Mat3::Zero();  // c_i A_i, N m, symmetric
+        Mat3 inverse_moment = Mat3::Zero();  // A_i^+, m, symmetric
+        Vec3 edge_sum = Vec3::Zero();        // A_i sum_j g_ij, 1/m^2
     };
 
     /// Rows of links as Neighbourhoods has them (CSR), and where the phyxels rest (m). All
@@ -44,7 +51,7 @@ class LinkSlices {
     void build(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> neighbour,
                std::span<const Vec3> rest_position);
     void set_link(std::size_t link, const Link& value);
-    void set_reverse(std::size_t link, const Vec3& reverse);
+    void set_reverse(std::size_t link, const Vec3& reverse, double reverse_weight);
     void set_penalty(std::size_t link, double penalty);
     void set_row(std::size_t row, const Row& value);
     /// Rows of one slice must not be set at the same time.
@@ -59,6 +66,9 @@ class LinkSlices {
     std::size_t gather_count() const { return index_.size() / lanes; }
     /// Bytes that one application of the stiffness reads of links.
     std::size_t bytes() const;
+    /// Whether it reads less by weights: g_ij = w_ij A_i^+ x_ij, and on a lattice all lanes of a column
+    /// have the same x_ij.
+    bool weights_pay() const { return weights_pay_; }
 
     // Per slice, one more at the end.
     std::span<const std::uint32_t> first_column() const { return first_column_; }
@@ -67,25 +77,37 @@ class LinkSlices {
     const float* forward() const { return forward_.data(); }    // per column: 16 each of g_ij (x, y, z), m_ij
     const float* backward() const { return backward_.data(); }  // per column: 16 each of g_ji (x, y, z)
     const std::int32_t* index() const { return index_.data(); }
+    const float* pull() const { return pull_.data(); }  // per column: 16 each of w_ij, m_ij
+    const float* push() const { return push_.data(); }  // per column: 16 of w_ji
+    // Per column: where x_ij stands in edge(): k, three values for all lanes; or ~k, 16 each.
+    std::span<const std::int32_t> edge_at() const { return edge_at_; }
+    const float* edge() const { return edge_.data(); }  // m
     // Row arrays.
     const float* rest_position() const { return rest_position_.data(); }  // 3, m, from the first
     const float* volume() const { return volume_.data(); }
     const float* gradient_sum() const { return gradient_sum_.data(); }      // 3
     const float* penalty_moment() const { return penalty_moment_.data(); }  // 6: xx xy xz yy yz zz
+    const float* inverse_moment() const { return inverse_moment_.data(); }  // 6, as penalty_moment
+    const float* edge_sum() const { return edge_sum_.data(); }              // 3
     /// Bit per row: rank below 3.
     std::span<const std::uint16_t> deficient() const { return deficient_; }
 
   private:
     void build_slice(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> neighbour,
                      std::size_t slice);
+    void build_edges(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> neighbour,
+                     std::span<const Vec3> rest_position);
+    void set_symmetric(FloatArray& array, std::size_t row, const Mat3& value) const;
 
     std::size_t rows_ = 0;
     std::vector<std::uint32_t> first_column_;
     std::vector<std::int32_t> run_;
     IndexArray index_;
     std::vector<std::uint32_t> place_;  // per link, column * lanes + lane
-    FloatArray forward_, backward_;
-    FloatArray rest_position_, volume_, gradient_sum_, penalty_moment_;
+    FloatArray forward_, backward_, pull_, push_, edge_;
+    std::vector<std::int32_t> edge_at_;
+    bool weights_pay_ = false;
+    FloatArray rest_position_, volume_, gradient_sum_, penalty_moment_, inverse_moment_, edge_sum_;
     std::vector<std::uint16_t> deficient_;  // per slice
 };
 

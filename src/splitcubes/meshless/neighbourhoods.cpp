@@ -18,6 +18,11 @@ constexpr double rank_threshold = 1e-3;
 // body back whose phyxels start at random places, and 0.02 leaves it crumpled.
 constexpr double penalty_factor = 5;
 
+// Pa: of a gradient e n^T, n a unit vector, the mean over unit vectors e of what its energy is twice.
+double mean_modulus(const Material& material) {
+    return (4 * material.lame_mu() + material.lame_lambda() + material.volume_stiffness) / 3;
+}
+
 std::uint64_t next_revision() {
     static std::atomic<std::uint64_t> last{0};
     return ++last;
@@ -62,10 +67,14 @@ void Neighbourhoods::build_structure(const Phyxels& phyxels, const Pairs& pairs,
     basis_.assign(n, Mat3::Identity());
     gradient_sum_.assign(n, Vec3::Zero());
     moment_.assign(n, Mat3::Zero());
+    inverse_moment_.assign(n, Mat3::Zero());
     base_trace_.assign(n, 0);
     penalty_.assign(n, 0);
     volume_.assign(phyxels.volume.begin(), phyxels.volume.end());
     diagonal_.assign(n, 0);
+    coupling_.assign(n, 0);
+    row_revision_.assign(n, 0);
+    structure_ = next_revision();
     mark_.assign(n, 0);
     rows_.clear();
     ring_.clear();
@@ -97,6 +106,7 @@ void Neighbourhoods::compute_row(const Pairs& pairs, std::size_t i) {
     if (kept == 2) basis.col(2) = Vec3(basis.col(0)).cross(Vec3(basis.col(1))).normalized();
     Mat3 inverse = Mat3::Zero();
     for (int k = 0; k < kept; ++k) inverse += basis.col(k) * basis.col(k).transpose() / eigen.values[k];
+    inverse_moment_[i] = inverse;
     rank_[i] = static_cast<std::uint8_t>(kept);
     leans_[i] = 0;
     for (std::uint32_t l = offsets_[i]; kept == 2 && l < offsets_[i + 1]; ++l)
@@ -125,13 +135,17 @@ void Neighbourhoods::set_penalty(const Material& material, std::size_t i) {
     const bool told = base_trace_[i] > 0 && tells_neighbours(i);
     penalty_[i] =
         told ? penalty_factor * material.zero_energy * material.lame_mu() * volume_[i] / base_trace_[i] : 0;
+    const double trace = moment_[i].trace();
+    coupling_[i] = trace > 0 ? 1.5 * mean_modulus(material) * volume_[i] / trace + 0.5 * penalty_[i] : 0;
+    row_revision_[i] = revision_;
 }
 
 // What row i's links say, from gradients and penalties on both sides.
 void Neighbourhoods::link_row(std::size_t i) {
     for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
         reverse_gradient_[l] = gradient_[reverse_[l]];
-        slices_.set_link(l, {gradient_[l], link_penalty(l, i), reverse_gradient_[l]});
+        slices_.set_link(
+            l, {gradient_[l], link_penalty(l, i), reverse_gradient_[l], weight_[l], weight_[reverse_[l]]});
     }
 }
 
@@ -141,7 +155,7 @@ void Neighbourhoods::link_back(std::size_t i) {
         if (mark_[neighbour_[l]] == 1) continue;
         const std::uint32_t back = reverse_[l];
         reverse_gradient_[back] = gradient_[l];
-        slices_.set_reverse(back, gradient_[l]);
+        slices_.set_reverse(back, gradient_[l], weight_[l]);
         slices_.set_penalty(back, link_penalty(l, i));
     }
 }
@@ -157,10 +171,9 @@ void Neighbourhoods::finish_row(const Material& material, std::size_t i) {
         penalties += penalty_[i] * weight_[l] * (1 - gradient_sum_[i].dot(rest_edge_[l])) +
                      penalty_[j] * weight_[reverse_[l]] * (1 + reverse_gradient_[l].dot(rest_edge_[l]));
     }
-    diagonal_[i] =
-        (4 * material.lame_mu() + material.lame_lambda() + material.volume_stiffness) / 3 * squares +
-        penalties;
-    slices_.set_row(i, {volume_[i], gradient_sum_[i], penalty_[i] * moment_[i]});
+    diagonal_[i] = mean_modulus(material) * squares + penalties;
+    slices_.set_row(i, {volume_[i], gradient_sum_[i], penalty_[i] * moment_[i], inverse_moment_[i],
+                        moment_[i] * gradient_sum_[i]});
 }
 
 Neighbourhoods::MaterialKey Neighbourhoods::key_of(const Material& material) {

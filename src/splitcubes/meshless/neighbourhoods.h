@@ -89,6 +89,12 @@ class Neighbourhoods {
     /// Mean of the diagonal of the stiffness matrix's 3x3 block, N/m: exact for corotated
     /// phyxels that are turned alike. For the preconditioner.
     std::span<const double> stiffness_diagonal() const { return diagonal_; }
+    /// What the link of phyxel i adds to the stiffness, N/m, of a shift of what is on its one side against
+    /// what is on the other: of a plane through a lattice the mean over the shift's directions is exact,
+    /// since both sides' gradients see half of each jump. The same of the link back.
+    double link_coupling(std::size_t link, std::size_t i) const {
+        return coupling_[i] * weight_[link] + coupling_[neighbour_[link]] * weight_[reverse_[link]];
+    }
     /// A_i = sum_j w_ij x_ij x_ij^T, 1/m.
     std::span<const Mat3> moment() const { return moment_; }
     /// c_i of the penalty c_i w_ij / 2 |F_i x_ij - (x_j - x_i)|^2, N m^2. Zero where the
@@ -117,6 +123,9 @@ class Neighbourhoods {
     const LinkSlices& slices() const { return slices_; }
     /// Another number after every change; equal numbers mean equal contents.
     std::uint64_t revision() const { return revision_; }
+    /// The same of what is said of phyxel i's own links, and of who is whose neighbour.
+    std::span<const std::uint64_t> row_revision() const { return row_revision_; }
+    std::uint64_t structure() const { return structure_; }
 
   private:
     /// What of the material the penalties and diagonals depend on.
@@ -138,29 +147,32 @@ class Neighbourhoods {
     }
     void add_ring();
 
-    std::vector<std::uint32_t> offsets_;      // rows of links, one more than phyxels
-    std::vector<std::uint32_t> neighbour_;    // per link, phyxel
-    std::vector<std::uint32_t> reverse_;      // per link i -> j, the link j -> i
-    std::vector<std::uint32_t> pair_;         // per link, index of its pair
-    std::vector<Vec3> rest_edge_;             // per link, m
-    std::vector<Vec3> gradient_;              // per link, 1/m
-    std::vector<Vec3> reverse_gradient_;      // per link, 1/m
-    std::vector<double> base_weight_;         // per link, w_ij, 1/m^3
-    std::vector<double> weight_;              // per link, w_ij * visibility, 1/m^3
-    std::vector<std::uint8_t> rank_;          // per phyxel
-    std::vector<std::uint8_t> leans_;         // per phyxel
-    std::vector<Mat3> basis_;                 // per phyxel
-    std::vector<Vec3> gradient_sum_;          // per phyxel, 1/m
-    std::vector<Mat3> moment_;                // per phyxel, 1/m
-    std::vector<double> base_trace_;          // per phyxel, trace of the moment before any cut, 1/m
-    std::vector<double> penalty_;             // per phyxel, N m^2
-    std::vector<double> volume_;              // per phyxel, m^3
-    std::vector<double> diagonal_;            // per phyxel, N/m
+    std::vector<std::uint32_t> offsets_;    // rows of links, one more than phyxels
+    std::vector<std::uint32_t> neighbour_;  // per link, phyxel
+    std::vector<std::uint32_t> reverse_;    // per link i -> j, the link j -> i
+    std::vector<std::uint32_t> pair_;       // per link, index of its pair
+    std::vector<Vec3> rest_edge_;           // per link, m
+    std::vector<Vec3> gradient_;            // per link, 1/m
+    std::vector<Vec3> reverse_gradient_;    // per link, 1/m
+    std::vector<double> base_weight_;       // per link, w_ij, 1/m^3
+    std::vector<double> weight_;            // per link, w_ij * visibility, 1/m^3
+    std::vector<std::uint8_t> rank_;        // per phyxel
+    std::vector<std::uint8_t> leans_;       // per phyxel
+    std::vector<Mat3> basis_;               // per phyxel
+    std::vector<Vec3> gradient_sum_;        // per phyxel, 1/m
+    std::vector<Mat3> moment_;              // per phyxel, 1/m
+    std::vector<Mat3> inverse_moment_;      // per phyxel, of the directions kept, m
+    std::vector<double> base_trace_;        // per phyxel, trace of the moment before any cut, 1/m
+    std::vector<double> penalty_;           // per phyxel, N m^2
+    std::vector<double> volume_;            // per phyxel, m^3
+    std::vector<double> diagonal_;          // per phyxel, N/m
+    std::vector<double> coupling_;          // per phyxel, N m^2, of a unit of weight
+    std::vector<std::uint64_t> row_revision_;
     std::vector<std::uint8_t> mark_;          // scratch of update: 1 own row, 2 beside one
     std::vector<std::uint32_t> rows_, ring_;  // scratch of update
     LinkSlices slices_;
     MaterialKey material_key_;  // of the penalties and diagonals
-    std::uint64_t revision_ = 0;
+    std::uint64_t revision_ = 0, structure_ = 0;
 };
 
 }  // namespace splitcubes::meshless

@@ -106,20 +106,20 @@ struct Gathered {
     Three penalty;
 };
 
+// row += a b^T
+HWY_INLINE void add_products(V* row, V a, const Three& b) {
+    row[0] = add_product(row[0], a, b.x);
+    row[1] = add_product(row[1], a, b.y);
+    row[2] = add_product(row[2], a, b.z);
+}
+
 HWY_INLINE void add_link(const float* link, V x, V y, V z, Gathered& sum) {
     constexpr std::size_t lanes = LinkSlices::lanes;
-    const V gx = hn::LoadU(d, link), gy = hn::LoadU(d, link + lanes), gz = hn::LoadU(d, link + 2 * lanes);
+    const Three g = load3(link, lanes);
     const V m = hn::LoadU(d, link + 3 * lanes);
-    Nine& H = sum.gradient;
-    H.m[0] = add_product(H.m[0], x, gx);
-    H.m[1] = add_product(H.m[1], x, gy);
-    H.m[2] = add_product(H.m[2], x, gz);
-    H.m[3] = add_product(H.m[3], y, gx);
-    H.m[4] = add_product(H.m[4], y, gy);
-    H.m[5] = add_product(H.m[5], y, gz);
-    H.m[6] = add_product(H.m[6], z, gx);
-    H.m[7] = add_product(H.m[7], z, gy);
-    H.m[8] = add_product(H.m[8], z, gz);
+    add_products(sum.gradient.m, x, g);
+    add_products(sum.gradient.m + 3, y, g);
+    add_products(sum.gradient.m + 6, z, g);
     sum.penalty = {add_product(sum.penalty.x, m, x), add_product(sum.penalty.y, m, y),
                    add_product(sum.penalty.z, m, z)};
 }
@@ -257,19 +257,21 @@ HWY_INLINE std::uint32_t bits_of(M mask) {
     return static_cast<std::uint32_t>(bytes[0]) | static_cast<std::uint32_t>(bytes[1]) << 8;
 }
 
-// V P - c H A to memory; returns the lanes that are finite.
+// V P - c H A
+HWY_INLINE Nine tension_of(const LinkSlices& slices, std::size_t row, const Nine& stress, const Nine& H) {
+    const V volume = hn::LoadU(d, slices.volume() + row);
+    Nine T = product<false>(H, symmetric_at(slices.penalty_moment() + row, slices.stride()));  // c H A
+    for (int k = 0; k < 9; ++k) T.m[k] = hn::Sub(hn::Mul(volume, stress.m[k]), T.m[k]);
+    return T;
+}
+
+// To memory; returns the lanes that are finite.
 HWY_INLINE M store_tension(const LinkSlices& slices, std::size_t row, const Nine& stress, const Nine& H,
                            float* tension) {
-    const std::size_t n = slices.stride();
-    const V volume = hn::LoadU(d, slices.volume() + row);
-    const Nine held = product<false>(H, symmetric_at(slices.penalty_moment() + row, n));  // c H A
-    Nine T;
+    const Nine T = tension_of(slices, row, stress, H);
     V sum = hn::Zero(d);
-    for (int k = 0; k < 9; ++k) {
-        T.m[k] = hn::Sub(hn::Mul(volume, stress.m[k]), held.m[k]);
-        sum = hn::Add(sum, hn::Abs(T.m[k]));
-    }
-    store9(T, tension + row, n);
+    for (int k = 0; k < 9; ++k) sum = hn::Add(sum, hn::Abs(T.m[k]));
+    store9(T, tension + row, slices.stride());
     return hn::Lt(sum, hn::Set(d, 1e37F));
 }
 
@@ -318,6 +320,85 @@ void direction_slices(const LinkSlices& slices, const SliceRange& range, const f
         }
 }
 
+// x_ij of a column.
+HWY_INLINE Three edge_of(const LinkSlices& slices, std::size_t column, std::size_t lane) {
+    const std::int32_t at = slices.edge_at()[column];
+    if (at < 0) return load3(slices.edge() + ~at + lane, LinkSlices::lanes);
+    const float* const edge = slices.edge() + at;
+    return {hn::Set(d, edge[0]), hn::Set(d, edge[1]), hn::Set(d, edge[2])};
+}
+
+// H = (sum_j w_ij (p_j - p_i) x_ij^T) A_i^+ and the penalties' sums.
+HWY_INLINE Gathered gather_weighted(const LinkSlices& slices, std::size_t slice, std::size_t lane,
+                                    const float* p) {
+    const std::size_t n = slices.stride();
+    const std::size_t row = slice * LinkSlices::lanes + lane;
+    const Three u = load3(p + row, n);
+    Gathered sum = nothing();
+    for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
+        const float* const link = slices.pull() + column * 2 * LinkSlices::lanes + lane;
+        const V w = hn::LoadU(d, link), m = hn::LoadU(d, link + LinkSlices::lanes);
+        const Three x = edge_of(slices, column, lane);
+        const V way[3] = {hn::Sub(read(p), u.x), hn::Sub(read(p + n), u.y), hn::Sub(read(p + 2 * n), u.z)};
+        for (int k = 0; k < 3; ++k) add_products(sum.gradient.m + 3 * k, hn::Mul(w, way[k]), x);
+        sum.penalty = {add_product(sum.penalty.x, m, way[0]), add_product(sum.penalty.y, m, way[1]),
+                       add_product(sum.penalty.z, m, way[2])};
+    });
+    sum.gradient = product<false>(sum.gradient, symmetric_at(slices.inverse_moment() + row, n));
+    return sum;
+}
+
+void weighted_direction_slices(const LinkSlices& slices, const SliceRange& range, const float* p,
+                               const SliceState& state, const Lame& lame) {
+    const std::size_t n = slices.stride();
+    for (std::size_t slice = range.begin; slice < range.end; ++slice)
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d)) {
+            const std::size_t row = slice * LinkSlices::lanes + lane;
+            const Gathered sum = gather_weighted(slices, slice, lane, p);
+            store3(sum.penalty, state.penalty + row, n);
+            const Nine Y = load9(state.turn + row, n);
+            const V turning = hn::LoadU(d, state.turning + row);
+            const Nine T =
+                tension_of(slices, row, corotated_change(sum.gradient, Y, turning, lame), sum.gradient);
+            store9(product<false>(T, symmetric_at(slices.inverse_moment() + row, n)), state.tension + row, n);
+        }
+}
+
+// sum_j w_ji T_j A_j^+ x_ij, T being T A^+.
+HWY_INLINE Three gather_weighted_tension(const LinkSlices& slices, std::size_t slice, std::size_t lane,
+                                         const float* T) {
+    const std::size_t n = slices.stride();
+    V sum[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+    for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
+        const V w = hn::LoadU(d, slices.push() + column * LinkSlices::lanes + lane);
+        const Three x = edge_of(slices, column, lane);
+        for (std::size_t k = 0; k < 3; ++k) {
+            const V first = hn::Mul(read(T + 3 * k * n), x.x);
+            const V second = add_product(first, read(T + (3 * k + 1) * n), x.y);
+            sum[k] = add_product(sum[k], w, add_product(second, read(T + (3 * k + 2) * n), x.z));
+        }
+    });
+    return {sum[0], sum[1], sum[2]};
+}
+
+// T_i G_i - sum_j T_j g_ji + penalty from T A^+.
+void weighted_force_slices(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
+                           float* force) {
+    const std::size_t n = slices.stride();
+    for (std::size_t slice = range.begin; slice < range.end; ++slice)
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d)) {
+            const std::size_t row = slice * LinkSlices::lanes + lane;
+            const Three sum = gather_weighted_tension(slices, slice, lane, state.tension);
+            const Nine own = load9(state.tension + row, n);
+            const Three E = load3(slices.edge_sum() + row, n), held = load3(state.penalty + row, n);
+            const auto all = [&](int k, V others, V penalty) HWY_ATTR {
+                const V first = add_product(hn::Mul(own.m[3 * k], E.x), own.m[3 * k + 1], E.y);
+                return hn::Add(hn::Add(add_product(first, own.m[3 * k + 2], E.z), others), penalty);
+            };
+            store3({all(0, sum.x, held.x), all(1, sum.y, held.y), all(2, sum.z, held.z)}, force + row, n);
+        }
+}
+
 // sum_j T_j g_ji
 HWY_INLINE Three gather_tension(const LinkSlices& slices, std::size_t slice, std::size_t lane,
                                 const float* T) {
@@ -360,33 +441,24 @@ void force_slices(const LinkSlices& slices, const SliceRange& range, const Slice
 
 void bare_gradient_slices(const LinkSlices& slices, const SliceRange& range, const float* p,
                           float* gradient) {
-    const std::size_t n = slices.stride();
-    constexpr std::size_t lanes = LinkSlices::lanes;
+    const bool weights = slices.weights_pay();
     for (std::size_t slice = range.begin; slice < range.end; ++slice)
-        for (std::size_t lane = 0; lane < lanes; lane += hn::Lanes(d)) {
-            const std::size_t row = slice * lanes + lane;
-            const Three u = load3(p + row, n);
-            Nine H = nothing().gradient;
-            for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
-                const Three g = load3(slices.forward() + column * 4 * lanes + lane, lanes);
-                const V way[3] = {hn::Sub(read(p), u.x), hn::Sub(read(p + n), u.y),
-                                  hn::Sub(read(p + 2 * n), u.z)};
-                for (int k = 0; k < 3; ++k) {
-                    H.m[3 * k] = add_product(H.m[3 * k], way[k], g.x);
-                    H.m[3 * k + 1] = add_product(H.m[3 * k + 1], way[k], g.y);
-                    H.m[3 * k + 2] = add_product(H.m[3 * k + 2], way[k], g.z);
-                }
-            });
-            store9(H, gradient + row, n);
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d)) {
+            const Gathered sum =
+                weights ? gather_weighted(slices, slice, lane, p) : gather_direction(slices, slice, lane, p);
+            store9(sum.gradient, gradient + slice * LinkSlices::lanes + lane, slices.stride());
         }
 }
 
 void bare_force_slices(const LinkSlices& slices, const SliceRange& range, const float* tension,
                        float* force) {
+    const bool weights = slices.weights_pay();
     for (std::size_t slice = range.begin; slice < range.end; ++slice)
-        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d))
-            store3(gather_tension(slices, slice, lane, tension), force + slice * LinkSlices::lanes + lane,
-                   slices.stride());
+        for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d)) {
+            const Three sum = weights ? gather_weighted_tension(slices, slice, lane, tension)
+                                      : gather_tension(slices, slice, lane, tension);
+            store3(sum, force + slice * LinkSlices::lanes + lane, slices.stride());
+        }
 }
 
 const char* own_target() {
@@ -464,6 +536,8 @@ namespace splitcubes::meshless {
 HWY_EXPORT(state_slices);
 HWY_EXPORT(direction_slices);
 HWY_EXPORT(force_slices);
+HWY_EXPORT(weighted_direction_slices);
+HWY_EXPORT(weighted_force_slices);
 HWY_EXPORT(energy_slices);
 HWY_EXPORT(bare_gradient_slices);
 HWY_EXPORT(bare_force_slices);
@@ -484,6 +558,18 @@ void direction_pass(const LinkSlices& slices, const SliceRange& range, const flo
 void force_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state, float* force) {
     const FlushTiny flush;
     HWY_DYNAMIC_DISPATCH(force_slices)(slices, range, state, force);
+}
+
+void weighted_direction_pass(const LinkSlices& slices, const SliceRange& range, const float* p,
+                             const SliceState& state, const Lame& lame) {
+    const FlushTiny flush;
+    HWY_DYNAMIC_DISPATCH(weighted_direction_slices)(slices, range, p, state, lame);
+}
+
+void weighted_force_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
+                         float* force) {
+    const FlushTiny flush;
+    HWY_DYNAMIC_DISPATCH(weighted_force_slices)(slices, range, state, force);
 }
 
 double energy_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state,

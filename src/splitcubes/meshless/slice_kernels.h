@@ -47,6 +47,15 @@ void direction_pass(const LinkSlices& slices, const SliceRange& range, const flo
 /// force = T_i G_i - sum_j T_j g_ji + penalty, 3 per row, N.
 void force_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state, float* force);
 
+/// The same two from weights instead of gradients, of corotated material: a third of what is read of links
+/// where LinkSlices::weights_pay. The first leaves T A^+ in `tension`. Where a neighbourhood is nearly flat
+/// single precision loses digits as (largest over least eigenvalue)^(1/2) of A: for solving, not for the
+/// state.
+void weighted_direction_pass(const LinkSlices& slices, const SliceRange& range, const float* p,
+                             const SliceState& state, const Lame& lame);
+void weighted_force_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
+                         float* force);
+
 /// Energy of the rows that are not `odd` after a state pass with `corotated`, J. Each row's own
 /// goes to `rows`, a row array; of `odd` ones it means nothing.
 double energy_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
@@ -60,16 +69,23 @@ double finish_product(std::size_t stride, const SliceRange& range, const float* 
 double advance(std::size_t stride, const SliceRange& range, float alpha, const float* inverse, const float* p,
                const float* q, float* to, float* r);
 
-/// p = inverse r + beta p.
+/// What a preconditioner adds that is the same for all rows of an aggregate.
+struct CoarsePart {
+    const std::int32_t* index = nullptr;  // per row
+    const float* value = nullptr;         // component k of aggregate c at k * stride + c
+    std::size_t stride = 0;
+};
+
+/// p = inverse r + coarse + beta p.
 void turn_direction(std::size_t stride, const SliceRange& range, float beta, const float* inverse,
-                    const float* r, float* p);
+                    const float* r, const CoarsePart& coarse, float* p);
 
 /// Sum of r . inverse r; p is set to inverse r.
 double begin_direction(std::size_t stride, const SliceRange& range, const float* inverse, const float* r,
                        float* p);
 
-/// The two gathers and nothing else, to measure what the machine allows:
-/// gradient = sum_j (p_j - p_i) g_ij^T (9 per row), then force = sum_j T_j g_ji (3 per row).
+/// The two gathers of a product and nothing else, from weights where they pay, to measure what the
+/// machine allows: sums over neighbours of p (9 per row), then of tensions (3 per row).
 void bare_gradients(const LinkSlices& slices, const SliceRange& range, const float* p, float* gradient);
 void bare_forces(const LinkSlices& slices, const SliceRange& range, const float* tension, float* force);
 

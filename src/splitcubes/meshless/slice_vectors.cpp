@@ -103,14 +103,17 @@ double begin_slices(std::size_t stride, const SliceRange& range, const float* in
 }
 
 void turn_slices(std::size_t stride, const SliceRange& range, float beta, const float* inverse,
-                 const float* r, float* p) {
+                 const float* r, const CoarsePart& coarse, float* p) {
+    constexpr hn::RebindToSigned<decltype(d)> di;
     const auto share = hn::Set(d, beta);
     for (std::size_t begin = range.begin * LinkSlices::lanes; begin < range.end * LinkSlices::lanes;
          begin += hn::Lanes(d)) {
         const auto weight = hn::LoadU(d, inverse + begin);
+        const auto aggregate = hn::LoadU(di, coarse.index + begin);
         for (std::size_t k = 0; k < 3; ++k) {
             float* const to = p + k * stride + begin;
-            const auto fresh = hn::Mul(weight, hn::LoadU(d, r + k * stride + begin));
+            const auto own = hn::Mul(weight, hn::LoadU(d, r + k * stride + begin));
+            const auto fresh = hn::Add(own, hn::GatherIndex(d, coarse.value + k * coarse.stride, aggregate));
             hn::StoreU(hn::Add(fresh, hn::Mul(share, hn::LoadU(d, to))), d, to);
         }
     }
@@ -147,9 +150,9 @@ double begin_direction(std::size_t stride, const SliceRange& range, const float*
 }
 
 void turn_direction(std::size_t stride, const SliceRange& range, float beta, const float* inverse,
-                    const float* r, float* p) {
+                    const float* r, const CoarsePart& coarse, float* p) {
     const FlushTiny flush;
-    HWY_DYNAMIC_DISPATCH(turn_slices)(stride, range, beta, inverse, r, p);
+    HWY_DYNAMIC_DISPATCH(turn_slices)(stride, range, beta, inverse, r, coarse, p);
 }
 
 }  // namespace splitcubes::meshless

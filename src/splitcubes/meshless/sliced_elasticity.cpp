@@ -217,12 +217,19 @@ void SlicedElasticity::change_stress(const SliceRange& range) {
 double SlicedElasticity::apply_stiffness(float factor, const float* diagonal, const float* dx, float* out,
                                          const Parallel& parallel) {
     const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
+    const bool weights = corotated_ && slices_->weights_pay();
     for_slices(parallel, slice_count(), [&](const SliceRange& range) {
-        direction_pass(*slices_, range, dx, arrays(), corotated_, lame);
+        if (weights)
+            weighted_direction_pass(*slices_, range, dx, arrays(), lame);
+        else
+            direction_pass(*slices_, range, dx, arrays(), corotated_, lame);
         if (!corotated_) change_stress(range);
     });
     return sum_(parallel, slice_count(), slice_grain, [&](std::size_t begin, std::size_t end) {
-        force_pass(*slices_, {begin, end}, arrays(), out);
+        if (weights)
+            weighted_force_pass(*slices_, {begin, end}, arrays(), out);
+        else
+            force_pass(*slices_, {begin, end}, arrays(), out);
         return finish_product(stride(), {begin, end}, diagonal, factor, dx, out);
     });
 }

@@ -14,13 +14,6 @@ constexpr double smallest_correction = 1e-10;
 constexpr double far_share = 0.2;
 // Share of A d that single precision may lose.
 constexpr double rounding_share = 1e-6;
-// Share of the wanted square of the residual that rounding may make up.
-constexpr double noise_share = 0.1;
-// What stands on something rocks by the least force that is left over: share of the tolerance that is solved
-// to.
-constexpr double contact_tolerance_share = 0.01;
-// Share that the square of a residual falls by before it is taken again in double precision.
-constexpr double reach_share = 1e-8;
 
 }  // namespace
 
@@ -37,9 +30,15 @@ void ImplicitSolver::linearise(const Job& job) {
 bool ImplicitSolver::is_torn(const Job& job) {
     const Phyxels& phyxels = job.phyxels;
     const std::size_t n = phyxels.size();
-    bool far = false;
-    for (std::size_t i = 0; i < n && !far; ++i) far = d_[i].norm() > far_share * phyxels.support_radius[i];
-    if (!far) return false;
+    const double far = sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
+        double count = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            const double reach = far_share * phyxels.support_radius[i];
+            count += d_[i].squaredNorm() > reach * reach;
+        }
+        return count;
+    });
+    if (far == 0) return false;
     for_phyxels(job.parallel, n, [&](std::size_t i) { p_[i] = base_[i] + d_[i]; });
     whole_.resize(n);
     for (std::size_t i = 0; i < n; ++i) whole_[i] = !elastic_.is_distorted(i);
@@ -178,13 +177,13 @@ double ImplicitSolver::damping_ratio(const Job& job) const {
     return job.material.stiffness_damping / b;
 }
 
-// The square of the residual, in the preconditioner's norm, that ends a solve: the
+// The square of the residual, in the norm of the inverse diagonal, that ends a solve: the
 // tolerance's share of the right side, but no more than ten times that share of the
 // forces that gravity and the last step's acceleration stand for. The right side
 // grows with stiffness where a body that is held or stands was predicted to fall;
 // measured by it alone a stiff body would not feel its weight. Where the solve begins at
 // a guess the right side is what that is wrong by; what it bears counts too.
-double ImplicitSolver::wanted_residual(const Job& job) {
+double ImplicitSolver::wanted_residual(const Job& job, double tolerance) {
     const Phyxels& phyxels = job.phyxels;
     const auto chunk = [&](std::size_t begin, std::size_t end) {
         WantedSums sums;
@@ -203,20 +202,7 @@ double ImplicitSolver::wanted_residual(const Job& job) {
     const WantedSums sums = wanted_sum_(job.parallel, phyxels.size(), phyxel_grain, chunk);
     const double right = std::max(sums.right, 100 * sums.borne);
     const double scale = sums.felt > 0 ? std::min(right, 100 * sums.felt) : right;
-    const double tolerance = job.options.tolerance * (contacts_.empty() ? 1 : contact_tolerance_share);
     return std::max(tolerance * tolerance * scale, sums.least);
-}
-
-// r_ = b - A d_, its square in the preconditioner's norm returned. noise: what rounding may
-// make of that. `exact`: in double precision.
-double ImplicitSolver::residual(const Job& job, bool exact, double& noise) {
-    image_of_solution(job, exact);
-    if (!contacts_.empty()) {
-        const std::array<std::span<const Vec3>, 1> solution = {d_};
-        const std::array<std::span<Vec3>, 1> image = {q_};
-        contacts_.apply(solution, image);
-    }
-    return residual_of_image(job, exact, noise);
 }
 
 // q_ = A d_, less the contacts' part.
@@ -238,40 +224,21 @@ void ImplicitSolver::image_of_solution(const Job& job, bool exact) {
         elastic_.apply_stiffness(factor, diagonal_, d_, q_, job.parallel);
 }
 
-// From q_ = A d_.
-double ImplicitSolver::residual_of_image(const Job& job, bool exact, double& noise) {
-    const std::size_t n = job.phyxels.size();
-    const auto squares = [&](const std::vector<Vec3>& of) {
-        return sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
-            double sum = 0;
-            for (std::size_t i = begin; i < end; ++i) sum += inverse_[i] * of[i].squaredNorm();
-            return sum;
-        });
-    };
-    noise = exact ? 0 : rounding_share * rounding_share * squares(q_);
-    for_phyxels(job.parallel, n, [&](std::size_t i) { r_[i] = filtered(i, right_[i] + pushed_[i] - q_[i]); });
-    return squares(r_);
+// In the norm of the inverse diagonal.
+double ImplicitSolver::square_of(const Job& job, std::span<const Vec3> of) {
+    return sum_(job.parallel, of.size(), [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t i = begin; i < end; ++i) sum += inverse_[i] * of[i].squaredNorm();
+        return sum;
+    });
 }
 
-// Conjugate gradients with point Jacobi, from d_; constrained parts of d_ stay.
-void ImplicitSolver::solve(const Job& job) {
-    ++report_.solves;
-    const double wanted = wanted_residual(job);
-    int left = job.options.max_iterations;
-    double noise = 0;
-    double rz = residual(job, false, noise);
-    if (noise > noise_share * wanted) rz = residual(job, true, noise);
-    for (int pass = 0; pass < max_refinements && rz > wanted && left > 0; ++pass) {
-        // Single precision carries no further than this at a time.
-        const bool in_reach = wanted >= reach_share * rz;
-        const double before = rz;
-        rz = descend(job, in_reach ? wanted : reach_share * rz, left);
-        if (in_reach) break;
-        rz = residual(job, true, noise);
-        if (!(rz < 0.25 * before)) break;
-    }
-    const double tolerance = job.options.tolerance * (contacts_.empty() ? 1 : contact_tolerance_share);
-    report_.residual = rz > 0 && wanted > 0 ? tolerance * std::sqrt(rz / wanted) : 0;
+// From q_ = A d_.
+double ImplicitSolver::residual_of_image(const Job& job, bool exact, double& noise) {
+    noise = exact ? 0 : rounding_share * rounding_share * square_of(job, q_);
+    for_phyxels(job.parallel, q_.size(),
+                [&](std::size_t i) { r_[i] = filtered(i, right_[i] + pushed_[i] - q_[i]); });
+    return square_of(job, r_);
 }
 
 void ImplicitSolver::take_residual(const Job& job) {
@@ -301,45 +268,21 @@ void ImplicitSolver::filter() {
         for (std::size_t k = 0; k < 3; ++k) fine_q_[k * stride + i] = 0;
 }
 
-// Adds to d_ what brings the square of the residual r_ down to `goal`; returns where it got.
-double ImplicitSolver::descend(const Job& job, double goal, int& left) {
+// The preconditioner's coarse part.
+void ImplicitSolver::weigh_aggregates(const Job& job) {
+    aggregates_.update(job.phyxels, job.neighbourhoods, held_, job.parallel);
+    aggregates_.weigh(job.neighbourhoods, 1 + damping_ratio(job), diagonal_, added_, job.parallel);
+}
+
+// Adds what a descent found to the solution; r_ is what it left.
+void ImplicitSolver::add_found(const Job& job) {
     const std::size_t stride = elastic_.stride();
-    const auto factor = static_cast<float>(1 + damping_ratio(job));
-    const auto sum = [&](const auto& chunk) {
-        return slice_sum_(job.parallel, elastic_.slice_count(), slice_grain,
-                          [&](std::size_t begin, std::size_t end) {
-                              return chunk(SliceRange{begin, end});
-                          });
-    };
-    take_residual(job);
-    double rz = sum([&](const SliceRange& range) {
-        return begin_direction(stride, range, fine_inverse_.data(), fine_r_.data(), fine_p_.data());
-    });
-    while (rz > goal && left > 0) {
-        double curvature = elastic_.apply_stiffness(factor, fine_diagonal_.data(), fine_p_.data(),
-                                                    fine_q_.data(), job.parallel);
-        curvature += contacts_.apply_rows(stride, fine_p_.data(), fine_q_.data());
-        filter();
-        if (!(curvature > 0) || !std::isfinite(curvature)) break;
-        const auto alpha = static_cast<float>(rz / curvature);
-        const double next = sum([&](const SliceRange& range) {
-            return advance(stride, range, alpha, fine_inverse_.data(), fine_p_.data(), fine_q_.data(),
-                           fine_d_.data(), fine_r_.data());
-        });
-        if (!std::isfinite(next)) break;
-        const auto beta = static_cast<float>(next / rz);
-        rz = next;
-        for_slices(job.parallel, elastic_.slice_count(), [&](const SliceRange& range) {
-            turn_direction(stride, range, beta, fine_inverse_.data(), fine_r_.data(), fine_p_.data());
-        });
-        --left;
-        ++report_.iterations;
-    }
     for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) {
-        for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t k = 0; k < 3; ++k) {
             d_[i][static_cast<int>(k)] += static_cast<double>(fine_d_[k * stride + i]);
+            r_[i][static_cast<int>(k)] = static_cast<double>(fine_r_[k * stride + i]);
+        }
     });
-    return rz;
 }
 
 // New position, velocity and history of one phyxel.

@@ -1,6 +1,7 @@
 // One time step of the elastic body: implicit, predict and correct.
 #pragma once
 
+#include <splitcubes/meshless/aggregates.h>
 #include <splitcubes/meshless/contact_forces.h>
 #include <splitcubes/meshless/solver_types.h>
 #include <splitcubes/meshless/step_results.h>
@@ -107,13 +108,20 @@ class ImplicitSolver {
     bool is_torn(const Job& job);
     void right_side(const Job& job);
     void start_guess(const Job& job);
-    double wanted_residual(const Job& job);
-    void solve(const Job& job);
-    double residual(const Job& job, bool exact, double& noise);
+    double wanted_residual(const Job& job, double tolerance);
     void image_of_solution(const Job& job, bool exact);
+    double square_of(const Job& job, std::span<const Vec3> of);
     double residual_of_image(const Job& job, bool exact, double& noise);
     void take_residual(const Job& job);
-    double descend(const Job& job, double goal, int& left);
+    void add_found(const Job& job);
+    void weigh_aggregates(const Job& job);
+    template <class Chunk>
+    double sum_slices(const Job& job, const Chunk& chunk) {
+        return slice_sum_(job.parallel, elastic_.slice_count(), slice_grain,
+                          [&](std::size_t begin, std::size_t end) {
+                              return chunk(SliceRange{begin, end});
+                          });
+    }
     void filter();
     double damping_ratio(const Job& job) const;
     void finish_phyxel(const Job& job, std::size_t i);
@@ -121,6 +129,7 @@ class ImplicitSolver {
     Vec3 filtered(std::size_t i, const Vec3& force) const;
 
     SlicedElasticity elastic_;
+    Aggregates aggregates_;
     ElasticForces exact_;  // for residuals beyond single precision
     StateDescriber describe_;
     ChunkSum sum_;

@@ -94,6 +94,7 @@ void MomentumKeeper::restore(Phyxels& phyxels, double kept, const Vec3& velocity
     for (std::size_t k = 0; k < bound_.size(); ++k)
         if (bound_[k] != 0) bound_[root(k)] = 1;
     for (std::size_t k = 0; k < bound_.size(); ++k) bound_[k] = bound_[root(k)];
+    if (std::find(bound_.begin(), bound_.end(), 0) == bound_.end()) return;
     group_ = before_;
     sum_groups(group_);
     // By moving (the solver's error), then by velocities to rounding.

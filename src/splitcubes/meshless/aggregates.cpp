@@ -1,0 +1,405 @@
+#include <splitcubes/meshless/aggregates.h>
+#include <splitcubes/meshless/loops.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <numeric>
+
+namespace splitcubes::meshless {
+
+namespace {
+
+// Phyxels of an aggregate over those of one a level below.
+constexpr std::size_t growth = 8;
+// Levels overlap: with less than all of each fewer iterations are needed (from 0.5 to 1 it matters little).
+constexpr double relaxation = 0.7;
+// Aggregates a chunk.
+constexpr std::size_t aggregate_grain = 8;
+
+/// body(c) over aggregates.
+template <class Body>
+void for_aggregates(const Parallel& parallel, std::size_t count, const Body& body) {
+    const auto chunk = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t c = begin; c < end; ++c) body(c);
+    };
+    parallel.for_chunks(count, aggregate_grain, std::cref(chunk));
+}
+
+}  // namespace
+
+// Puts the phyxels of a set in the order of its halves. A set that is no more than a level allows is a
+// box of that level.
+void Aggregates::halve(std::span<const Vec3> rest, std::size_t begin, std::size_t end) {
+    struct Set {
+        std::size_t begin, end, level;  // level: of the smallest box that it is in, so far
+    };
+    std::vector<std::size_t> limits(levels_.size(), most);
+    for (std::size_t l = 1; l < limits.size(); ++l) limits[l] = growth * limits[l - 1];
+    limits.back() = end - begin;
+    std::vector<Set> sets = {{begin, end, levels_.size()}};
+    std::vector<std::uint32_t> opened(levels_.size(), 0);
+    for (std::size_t l = 0; l < levels_.size(); ++l)
+        opened[l] = levels_[l].box.empty() ? none : levels_[l].box.back();
+    while (!sets.empty()) {
+        Set set = sets.back();
+        sets.pop_back();
+        for (; set.level > 0 && set.end - set.begin <= limits[set.level - 1]; --set.level)
+            ++opened[set.level - 1];
+        if (set.level == 0) {
+            first_member_.push_back(static_cast<std::uint32_t>(set.end));
+            for (std::size_t l = 0; l < levels_.size(); ++l) levels_[l].box.push_back(opened[l]);
+            continue;
+        }
+        Vec3 low = rest[member_[set.begin]], high = low;
+        for (std::size_t k = set.begin; k < set.end; ++k) {
+            low = low.cwiseMin(rest[member_[k]]);
+            high = high.cwiseMax(rest[member_[k]]);
+        }
+        int axis = 0;
+        (high - low).maxCoeff(&axis);
+        // A lattice's plane that is in the very middle goes as a whole.
+        const double middle = 0.5 * (low[axis] + high[axis]) + 1e-6 * (high[axis] - low[axis]);
+        other_.clear();
+        std::size_t kept = set.begin;
+        for (std::size_t k = set.begin; k < set.end; ++k) {
+            if (rest[member_[k]][axis] < middle)
+                member_[kept++] = member_[k];
+            else
+                other_.push_back(member_[k]);
+        }
+        std::copy(other_.begin(), other_.end(), member_.begin() + static_cast<std::ptrdiff_t>(kept));
+        if (kept == set.begin || kept == set.end) kept = (set.begin + set.end) / 2;
+        sets.push_back({kept, set.end, set.level});
+        sets.push_back({set.begin, kept, set.level});
+    }
+}
+
+void Aggregates::divide(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods) {
+    const std::size_t n = phyxels.size();
+    member_.clear();
+    for (std::uint32_t i = 0; i < n; ++i)
+        if (held_[i] == 0) member_.push_back(i);
+    std::stable_sort(member_.begin(), member_.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return piece_[a] < piece_[b]; });
+    std::vector<std::size_t> ends;
+    for (std::size_t k = 1; k <= member_.size(); ++k)
+        if (k == member_.size() || piece_[member_[k]] != piece_[member_[k - 1]]) ends.push_back(k);
+    std::size_t largest = 0, begin = 0;
+    for (const std::size_t end : ends) {
+        largest = std::max(largest, end - begin);
+        begin = end;
+    }
+    std::size_t count = 1;
+    for (std::size_t size = most; size < largest; size *= growth) ++count;
+    levels_.resize(count);
+    for (Level& level : levels_) level.box.clear();
+    first_member_.assign(1, 0);
+    begin = 0;
+    for (const std::size_t end : ends) {
+        halve(phyxels.rest_position, begin, end);
+        begin = end;
+    }
+    const std::size_t boxes = first_member_.size() - 1;
+    box_.assign(n, none);
+    part_.assign(n, 0);
+    place_.assign(n, 0);
+    for (std::uint32_t box = 0; box < boxes; ++box)
+        for (std::uint32_t k = first_member_[box]; k < first_member_[box + 1]; ++k) box_[member_[k]] = box;
+    part_count_.assign(boxes, 0);
+    couplings_.resize(boxes);
+    stale_.assign(boxes, 1);
+    relink_.assign(boxes, 1);
+    list_.reserve(boxes);
+    stride_ = neighbourhoods.slices().stride();
+    row_revision_.assign(neighbourhoods.row_revision().begin(), neighbourhoods.row_revision().end());
+}
+
+// Which boxes have links that changed.
+void Aggregates::find_stale(const Neighbourhoods& neighbourhoods) {
+    const std::span<const std::uint64_t> now = neighbourhoods.row_revision();
+    for (std::size_t i = 0; i < now.size(); ++i) {
+        if (now[i] == row_revision_[i]) continue;
+        row_revision_[i] = now[i];
+        if (box_[i] != none) stale_[box_[i]] = 1;
+        for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
+            const std::uint32_t box = box_[neighbourhoods.neighbour()[l]];
+            if (box != none) stale_[box] = 1;
+        }
+    }
+}
+
+// What hangs together within a box; whether that changed.
+bool Aggregates::take_parts(const Neighbourhoods& neighbourhoods, std::uint32_t box) {
+    const std::uint32_t begin = first_member_[box], size = first_member_[box + 1] - begin;
+    const std::span<std::uint32_t> members(member_.data() + begin, size);
+    std::sort(members.begin(), members.end());
+    std::array<std::uint32_t, most> root{};
+    const auto find = [&](std::uint32_t k) {
+        while (root[k] != k) k = root[k];
+        return k;
+    };
+    for (std::uint32_t k = 0; k < size; ++k) {
+        const std::uint32_t i = members[k];
+        place_[i] = root[k] = k;
+        for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
+            const std::uint32_t j = neighbourhoods.neighbour()[l];
+            if (j >= i) break;
+            if (box_[j] != box || !(neighbourhoods.link_coupling(l, i) > 0)) continue;
+            const std::uint32_t a = find(k), b = find(place_[j]);
+            root[std::max(a, b)] = std::min(a, b);
+        }
+    }
+    std::array<std::uint32_t, most> part{};
+    std::uint32_t count = 0;
+    bool changed = false;
+    for (std::uint32_t k = 0; k < size; ++k) {
+        part[k] = root[k] == k ? count++ : part[find(k)];
+        changed = changed || part_[members[k]] != part[k];
+        part_[members[k]] = part[k];
+    }
+    changed = changed || part_count_[box] != count;
+    part_count_[box] = count;
+    if (count > 1)
+        std::sort(members.begin(), members.end(), [&](std::uint32_t a, std::uint32_t b) {
+            return part_[a] != part_[b] ? part_[a] < part_[b] : a < b;
+        });
+    return changed;
+}
+
+// Couplings of a box's parts.
+void Aggregates::take_links(const Neighbourhoods& neighbourhoods, std::uint32_t box) {
+    std::vector<Coupling>& couplings = couplings_[box];
+    couplings.clear();
+    std::size_t begin = 0, at = 0;  // of the part's
+    for (std::uint32_t k = first_member_[box]; k < first_member_[box + 1]; ++k) {
+        const std::uint32_t i = member_[k];
+        if (k == first_member_[box] || part_[i] != part_[member_[k - 1]]) begin = at = couplings.size();
+        for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
+            const std::uint32_t j = neighbourhoods.neighbour()[l];
+            const double stiffness = neighbourhoods.link_coupling(l, i);
+            if (!(stiffness > 0) || (box_[j] == box && part_[j] == part_[i])) continue;
+            const std::uint32_t to = box_[j] == none ? 0 : part_[j];
+            const auto is_it = [&](const Coupling& c) { return c.to_box == box_[j] && c.to == to; };
+            // Neighbours that follow each other are often of one part.
+            if (at >= couplings.size() || !is_it(couplings[at])) {
+                at = begin;
+                while (at < couplings.size() && !is_it(couplings[at])) ++at;
+                if (at == couplings.size()) couplings.push_back({part_[i], box_[j], to, 0});
+            }
+            couplings[at].stiffness += stiffness;
+        }
+    }
+}
+
+// act(from, to, stiffness): parts; `to` may be none.
+template <class Do>
+void Aggregates::each_coupling(const Do& act) const {
+    for (std::size_t box = 0; box < couplings_.size(); ++box)
+        for (const Coupling& c : couplings_[box])
+            act(first_part_[box] + c.from, c.to_box == none ? none : first_part_[c.to_box] + c.to,
+                c.stiffness);
+}
+
+void Aggregates::number_parts() {
+    first_part_.assign(1, 0);
+    for (const std::uint32_t count : part_count_) first_part_.push_back(first_part_.back() + count);
+    const std::size_t parts = first_part_.back();
+    first_.assign(parts + 1, static_cast<std::uint32_t>(member_.size()));
+    for (std::size_t k = member_.size(); k-- > 0;)
+        first_[first_part_[box_[member_[k]]] + part_[member_[k]]] = static_cast<std::uint32_t>(k);
+    box_of_.resize(parts);
+    for (std::uint32_t box = 0; box < part_count_.size(); ++box)
+        for (std::uint32_t p = first_part_[box]; p < first_part_[box + 1]; ++p) box_of_[p] = box;
+    for (auto* array : {&inertia_, &added_, &finest_}) array->resize(parts);
+    part_sum_.resize(parts);
+}
+
+// Aggregates of level 0: parts, and what hangs on them.
+void Aggregates::join_splinters() {
+    const std::size_t parts = part_sum_.size();
+    const auto is_splinter = [&](std::uint32_t p) { return 3 * (first_[p + 1] - first_[p]) < most; };
+    root_.resize(parts);
+    std::iota(root_.begin(), root_.end(), 0U);
+    strongest_.assign(parts, 0);
+    each_coupling([&](std::uint32_t from, std::uint32_t to, double stiffness) {
+        if (to == none || !(stiffness > strongest_[from]) || !is_splinter(from) || is_splinter(to)) return;
+        strongest_[from] = stiffness;
+        root_[from] = to;
+    });
+    std::vector<std::uint32_t>& of = levels_[0].of;
+    of.resize(parts);
+    std::uint32_t count = 0;
+    for (std::uint32_t p = 0; p < parts; ++p)
+        if (root_[p] == p) of[p] = count++;
+    for (std::uint32_t p = 0; p < parts; ++p) {
+        of[p] = of[root_[p]];
+        box_of_[p] = box_of_[root_[p]];
+    }
+    levels_[0].stiffness.assign(count, 0);
+    index_.assign(stride_, static_cast<std::int32_t>(count));
+    for (std::uint32_t p = 0; p < parts; ++p)
+        for (std::uint32_t k = first_[p]; k < first_[p + 1]; ++k)
+            index_[member_[k]] = static_cast<std::int32_t>(of[p]);
+    correction_.assign(3 * (std::size_t{count} + 1), 0);
+}
+
+// Aggregates of a level from those of the level below: what hangs together within a box.
+void Aggregates::number(std::size_t level) {
+    Level& of = levels_[level];
+    std::size_t size = of.size();
+    if (level > 0) {
+        Level& below = levels_[level - 1];
+        const std::size_t children = below.size();
+        root_.resize(children);
+        std::iota(root_.begin(), root_.end(), 0U);
+        const auto find = [&](std::uint32_t k) {
+            while (root_[k] != k) k = root_[k] = root_[root_[k]];
+            return k;
+        };
+        each_coupling([&](std::uint32_t from, std::uint32_t to, double) {
+            if (to == none || of.box[box_of_[from]] != of.box[box_of_[to]]) return;
+            const std::uint32_t a = find(below.of[from]), b = find(below.of[to]);
+            root_[std::max(a, b)] = std::min(a, b);
+        });
+        below.parent.resize(children);
+        size = 0;
+        for (std::uint32_t k = 0; k < children; ++k)
+            below.parent[k] = root_[k] == k ? static_cast<std::uint32_t>(size++) : below.parent[find(k)];
+        of.of.resize(below.of.size());
+        for (std::size_t p = 0; p < of.of.size(); ++p) of.of[p] = below.parent[below.of[p]];
+    }
+    for (auto* array : {&of.stiffness, &of.inertia, &of.diagonal, &of.finer, &of.left, &of.inverse})
+        array->assign(size, 0);
+    of.sum.resize(size);
+    stiffen(of);
+}
+
+// Of the links that leave each aggregate.
+void Aggregates::stiffen(Level& level) const {
+    each_coupling([&](std::uint32_t from, std::uint32_t to, double stiffness) {
+        if (to == none || level.of[from] != level.of[to]) level.stiffness[level.of[from]] += stiffness;
+    });
+}
+
+void Aggregates::update(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                        std::span<const std::uint8_t> held, const Parallel& parallel) {
+    assert(held.size() == phyxels.size());
+    if (structure_ != neighbourhoods.structure() || piece_ != phyxels.piece ||
+        !std::equal(held.begin(), held.end(), held_.begin(), held_.end())) {
+        structure_ = neighbourhoods.structure();
+        piece_ = phyxels.piece;
+        held_.assign(held.begin(), held.end());
+        divide(phyxels, neighbourhoods);
+        revision_ = 0;
+    }
+    if (revision_ == neighbourhoods.revision()) return;
+    revision_ = neighbourhoods.revision();
+    find_stale(neighbourhoods);
+    const auto list = [&](std::vector<std::uint8_t>& marks) {
+        list_.clear();
+        for (std::uint32_t box = 0; box < marks.size(); ++box)
+            if (marks[box] != 0) list_.push_back(box);
+    };
+    list(stale_);
+    for_aggregates(parallel, list_.size(), [&](std::size_t k) {
+        // 2: those beside it must learn of its parts.
+        stale_[list_[k]] = take_parts(neighbourhoods, list_[k]) ? 2 : 1;
+    });
+    for (const std::uint32_t box : list_) {
+        relink_[box] = 1;
+        if (stale_[box] == 2)
+            for (const Coupling& c : couplings_[box])
+                if (c.to_box != none) relink_[c.to_box] = 1;
+        stale_[box] = 0;
+    }
+    list(relink_);
+    for_aggregates(parallel, list_.size(), [&](std::size_t k) { take_links(neighbourhoods, list_[k]); });
+    std::fill(relink_.begin(), relink_.end(), std::uint8_t{0});
+    number_parts();
+    join_splinters();
+    for (std::size_t l = 0; l < levels_.size(); ++l) number(l);
+}
+
+void Aggregates::weigh(const Neighbourhoods& neighbourhoods, double factor, std::span<const double> inertia,
+                       std::span<const double> added, const Parallel& parallel) {
+    for_aggregates(parallel, part_sum_.size(), [&](std::size_t p) {
+        double own = 0, contacts = 0, links = 0;
+        for (std::uint32_t k = first_[p]; k < first_[p + 1]; ++k) {
+            const std::uint32_t i = member_[k];
+            own += inertia[i];
+            links += neighbourhoods.stiffness_diagonal()[i];
+            if (!added.empty()) contacts += added[i];
+        }
+        inertia_[p] = own;
+        added_[p] = contacts;
+        finest_[p] = own + contacts + factor * links;
+    });
+    for (std::size_t l = 0; l < levels_.size(); ++l) {
+        Level& level = levels_[l];
+        std::fill(level.inertia.begin(), level.inertia.end(), 0.0);
+        for (std::size_t c = 0; c < level.size(); ++c) level.diagonal[c] = factor * level.stiffness[c];
+        for (std::size_t p = 0; p < part_sum_.size(); ++p) {
+            level.inertia[level.of[p]] += inertia_[p];
+            level.diagonal[level.of[p]] += inertia_[p] + added_[p];
+        }
+        invert(l);
+    }
+}
+
+// From the diagonals, and what the level below leaves.
+void Aggregates::invert(std::size_t level) {
+    Level& of = levels_[level];
+    for (auto* array : {&of.finer, &of.left}) std::fill(array->begin(), array->end(), 0.0);
+    if (level == 0) {
+        for (std::size_t p = 0; p < finest_.size(); ++p) of.finer[of.of[p]] += finest_[p];
+        std::fill(of.left.begin(), of.left.end(), 1.0);
+    } else {
+        const Level& below = levels_[level - 1];
+        // The mean of what the level below leaves, by diagonal.
+        for (std::size_t c = 0; c < below.size(); ++c) {
+            of.finer[below.parent[c]] += below.diagonal[c];
+            of.left[below.parent[c]] += below.diagonal[c] * below.left[c];
+        }
+        for (std::size_t c = 0; c < of.size(); ++c)
+            of.left[c] = of.finer[c] > 0 ? of.left[c] / of.finer[c] : 0;
+    }
+    for (std::size_t c = 0; c < of.size(); ++c) {
+        of.left[c] *= of.finer[c] > 0 ? std::max(0.0, 1 - of.inertia[c] / of.finer[c]) : 0;
+        of.inverse[c] = of.diagonal[c] > 0 ? relaxation * of.left[c] / of.diagonal[c] : 0;
+    }
+}
+
+double Aggregates::correct(const float* r, const Parallel& parallel) {
+    if (count() == 0) return 0;
+    for_aggregates(parallel, part_sum_.size(), [&](std::size_t p) {
+        Vec3 sum = Vec3::Zero();
+        for (std::uint32_t k = first_[p]; k < first_[p + 1]; ++k) {
+            const float* const at = r + member_[k];
+            sum += Vec3(static_cast<double>(at[0]), static_cast<double>(at[stride_]),
+                        static_cast<double>(at[2 * stride_]));
+        }
+        part_sum_[p] = sum;
+    });
+    double product = 0;
+    for (Level& level : levels_) std::fill(level.sum.begin(), level.sum.end(), Vec3::Zero());
+    for (std::size_t p = 0; p < part_sum_.size(); ++p) levels_[0].sum[levels_[0].of[p]] += part_sum_[p];
+    for (std::size_t l = 1; l < levels_.size(); ++l) {
+        for (std::size_t c = 0; c < levels_[l - 1].size(); ++c)
+            levels_[l].sum[levels_[l - 1].parent[c]] += levels_[l - 1].sum[c];
+    }
+    for (std::size_t l = levels_.size(); l-- > 0;) {
+        Level& level = levels_[l];
+        for (std::size_t c = 0; c < level.size(); ++c) {
+            product += level.inverse[c] * level.sum[c].squaredNorm();
+            level.sum[c] *= level.inverse[c];
+            if (l + 1 < levels_.size()) level.sum[c] += levels_[l + 1].sum[level.parent[c]];
+        }
+    }
+    for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t c = 0; c < count(); ++c)
+            correction_[k * (count() + 1) + c] = static_cast<float>(levels_[0].sum[c][static_cast<int>(k)]);
+    return product;
+}
+
+}  // namespace splitcubes::meshless

@@ -1,0 +1,177 @@
+// The linear solve of ImplicitSolver's step, over all bodies that step together: preconditioned
+// conjugate gradients (Hestenes and Stiefel 1952).
+#include <splitcubes/meshless/solver_group.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace splitcubes::meshless {
+
+namespace {
+
+// Share of the wanted square of the residual that rounding may make up.
+constexpr double noise_share = 0.1;
+// What stands on something rocks by the least force that is left over: share of the tolerance that is solved
+// to, of one body and of several.
+constexpr double contact_tolerance_share = 0.01, shared_tolerance_share = 0.1;
+// Share that the square of a residual falls by before it is taken again in double precision.
+constexpr double reach_share = 1e-11;
+
+}  // namespace
+
+double ImplicitSolver::Group::tolerance() const {
+    const double share = size() > 1 ? shared_tolerance_share : forces->empty() ? 1 : contact_tolerance_share;
+    return share * jobs[0].options.tolerance;
+}
+
+double ImplicitSolver::Group::wanted_residual() {
+    double wanted = 0;
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        wanted += s.wanted_residual(job, tolerance());
+    });
+    return wanted;
+}
+
+// r_ = b - A d_ of all bodies; returns its square in the norm of the inverse diagonal. noise: what rounding
+// may make of that. `exact`: in double precision.
+double ImplicitSolver::Group::residual(bool exact, double& noise) {
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { s.image_of_solution(job, exact); });
+    if (!forces->empty()) forces->apply(solution, image);
+    double square = 0;
+    noise = 0;
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        double part = 0;
+        square += s.residual_of_image(job, exact, part);
+        noise += part;
+    });
+    return square;
+}
+
+// From the solution; in double precision where single would say nothing.
+double ImplicitSolver::Group::first_residual(double wanted) {
+    double noise = 0;
+    double square = residual(false, noise);
+    if (noise > noise_share * wanted) square = residual(true, noise);
+    furthest = square;
+    return square;
+}
+
+// Of r_ as it was left by the last solve.
+double ImplicitSolver::Group::carried_residual() {
+    double square = 0;
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { square += s.square_of(job, s.r_); });
+    furthest = std::max(furthest, square);
+    return square;
+}
+
+// From d_; constrained parts of d_ stay. Not `anew`: r_ is the residual.
+void ImplicitSolver::Group::solve(bool anew) {
+    const double wanted = wanted_residual();
+    each([](ImplicitSolver& s, const Job&, std::uint32_t) { ++s.report_.solves; });
+    int left = jobs[0].options.max_iterations;
+    double square = anew ? first_residual(wanted) : carried_residual();
+    if (!anew && wanted < reach_share * furthest) square = first_residual(wanted);
+    if (square > wanted)
+        each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.weigh_aggregates(job); });
+    for (int pass = 0; pass < max_refinements && square > wanted && left > 0; ++pass) {
+        // Single precision carries no further than this at a time.
+        const bool in_reach = wanted >= reach_share * square;
+        const double before = square;
+        square = descend(in_reach ? wanted : reach_share * square, left);
+        if (in_reach) break;
+        double noise = 0;
+        square = furthest = residual(true, noise);
+        if (!(square < 0.25 * before)) break;
+    }
+    const double reached = square > 0 && wanted > 0 ? tolerance() * std::sqrt(square / wanted) : 0;
+    each([&](ImplicitSolver& s, const Job&, std::uint32_t) { s.report_.residual = reached; });
+}
+
+// Square of the residual in the norm of the inverse diagonal.
+double ImplicitSolver::Group::begin_direction() {
+    double square = 0;
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        s.take_residual(job);
+        square += s.sum_slices(job, [&](const SliceRange& range) {
+            return meshless::begin_direction(s.elastic_.stride(), range, s.fine_inverse_.data(),
+                                             s.fine_r_.data(), s.fine_p_.data());
+        });
+    });
+    return square;
+}
+
+// Image of the direction; returns their product.
+double ImplicitSolver::Group::apply_to_direction() {
+    double product = 0;
+    rows.clear();
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        const auto factor = static_cast<float>(1 + s.damping_ratio(job));
+        product += s.elastic_.apply_stiffness(factor, s.fine_diagonal_.data(), s.fine_p_.data(),
+                                              s.fine_q_.data(), job.parallel);
+        rows.push_back({s.elastic_.stride(), s.fine_p_.data(), s.fine_q_.data()});
+    });
+    product += forces->apply_rows(rows);
+    each([](ImplicitSolver& s, const Job&, std::uint32_t) { s.filter(); });
+    return product;
+}
+
+// As begin_direction, after a step of alpha.
+double ImplicitSolver::Group::advance(float alpha) {
+    double square = 0;
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        square += s.sum_slices(job, [&](const SliceRange& range) {
+            return meshless::advance(s.elastic_.stride(), range, alpha, s.fine_inverse_.data(),
+                                     s.fine_p_.data(), s.fine_q_.data(), s.fine_d_.data(), s.fine_r_.data());
+        });
+    });
+    return square;
+}
+
+// The aggregates' part of the residual's square in the preconditioner's norm. Of several bodies none: what
+// is left of bending when the residual is small enough is more with aggregates than without, and too much for
+// a thin plate that something falls onto.
+double ImplicitSolver::Group::correct() {
+    if (size() > 1) {
+        each([](ImplicitSolver& s, const Job&, std::uint32_t) { s.aggregates_.leave_out(); });
+        return 0;
+    }
+    double square = 0;
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        square += s.aggregates_.correct(s.fine_r_.data(), job.parallel);
+    });
+    return square;
+}
+
+void ImplicitSolver::Group::turn_direction(float beta) {
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        const CoarsePart coarse{s.aggregates_.index(), s.aggregates_.correction(), s.aggregates_.count() + 1};
+        for_slices(job.parallel, s.elastic_.slice_count(), [&](const SliceRange& range) {
+            meshless::turn_direction(s.elastic_.stride(), range, beta, s.fine_inverse_.data(),
+                                     s.fine_r_.data(), coarse, s.fine_p_.data());
+        });
+    });
+}
+
+// Adds to d_ what brings the square of the residual r_ down to `goal`; returns where it got.
+double ImplicitSolver::Group::descend(double goal, int& left) {
+    double square = begin_direction();
+    double rz = square + correct();
+    turn_direction(0);
+    while (square > goal && left > 0) {
+        const double curvature = apply_to_direction();
+        if (!(curvature > 0) || !std::isfinite(curvature)) break;
+        const double next = advance(static_cast<float>(rz / curvature));
+        if (!std::isfinite(next)) break;
+        square = next;
+        ++solvers[0]->report_.iterations;
+        --left;
+        if (square <= goal) break;
+        const double next_rz = square + correct();
+        turn_direction(static_cast<float>(next_rz / rz));
+        rz = next_rz;
+    }
+    each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.add_found(job); });
+    return square;
+}
+
+}  // namespace splitcubes::meshless
