@@ -225,7 +225,7 @@ void add_bench_command(CLI::App& app, Run& run) {
     command->add_option("meshes", options->meshes, "Of surface: meshes to count folded triangles of, too");
     command->add_option("--plot", options->plot,
                         "Of validation: an SVG picture of the errors; of criteria: of the times");
-    command->add_option("--world", options->world, "Of contact: only worlds with this in their names");
+    command->add_option("--world", options->world, "Of contact: the only world to run (all)");
     command->add_option("--threads", options->threads, "Threads (all; of mechanics: one, then two)")
         ->check(CLI::Range(1, 1024));
     command->add_option("--runs", options->runs, "Runs to take medians over (5)");

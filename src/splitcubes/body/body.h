@@ -6,6 +6,7 @@
 #include <splitcubes/body/moving_bricks.h>
 #include <splitcubes/body/node_tracker.h>
 #include <splitcubes/body/step_report.h>
+#include <splitcubes/body/surface_changes.h>
 #include <splitcubes/body/tear_settings.h>
 #include <splitcubes/core/parallel.h>
 #include <splitcubes/core/state_hash.h>
@@ -167,6 +168,8 @@ class Body {
     meshless::ContactSide carriers_of(std::uint32_t vertex, std::int32_t piece, std::uint32_t part) const;
     /// Whether a surface stands between two points of rest space.
     bool parted_at_rest(const Vec3& a, const Vec3& b) const { return occluders_.segment_blocked(a, b); }
+    /// Where that may have changed.
+    const SurfaceChanges& surface_changes() const { return changes_; }
 
     void add_to_hash(StateHash& hash) const;
     /// For checkpoints: all that a step reads and no settings tell. After reading into
@@ -262,6 +265,7 @@ class Body {
     std::unique_ptr<splitting::Surface> surface_;
     std::unique_ptr<splitting::Pieces> pieces_;
     geometry::OccluderGrid occluders_;
+    SurfaceChanges changes_;  // of the occluders
     std::vector<geometry::Box> occluder_box_;  // per surface cell: of its occluders, m, rest space
     std::unique_ptr<occlusion::Criterion> criterion_;
 

@@ -33,6 +33,7 @@ void Body::retessellate(StepReport& report) {
     const std::vector<std::uint32_t>& changed = surface_->retessellate(grid_, new_slots_);
     // What was there before and what is there now: both changed what is seen.
     std::vector<geometry::Box> boxes;
+    if (!changed.empty()) changes_.begin();
     for (const std::uint32_t c : changed) {
         if (c < occluder_box_.size()) {
             boxes.push_back(occluder_box_[c]);
@@ -41,6 +42,7 @@ void Body::retessellate(StepReport& report) {
         }
         set_occluders(c);
         boxes.back().add(occluder_box_[c]);
+        changes_.mark(boxes.back());
     }
     changed_boxes_ = boxes_of(*surface_, changed, boxes);
     cut_edge_count_ += new_slots_.size();
