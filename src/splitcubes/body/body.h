@@ -192,6 +192,7 @@ class Body {
     void sample(const Parallel& parallel);
     void build_occluders();
     void set_occluders(std::uint32_t cell_number);
+    std::uint32_t nearest_of_piece(const Vec3& rest, std::int32_t piece) const;
     Vec3i owner_of(const Vec3& rest, const Vec3i& fallback,
                    const std::function<bool(std::int32_t piece)>& welcome) const;
     std::optional<Vec3> place_in_material(const Vec3& candidate) const;
@@ -265,7 +266,7 @@ class Body {
     std::unique_ptr<splitting::Surface> surface_;
     std::unique_ptr<splitting::Pieces> pieces_;
     geometry::OccluderGrid occluders_;
-    SurfaceChanges changes_;  // of the occluders
+    SurfaceChanges changes_;                   // of the occluders
     std::vector<geometry::Box> occluder_box_;  // per surface cell: of its occluders, m, rest space
     std::unique_ptr<occlusion::Criterion> criterion_;
 
