@@ -305,7 +305,8 @@ class Body {
     std::vector<geometry::Frame> node_frames_;         // per inside node, now
     std::vector<geometry::Frame> node_frames_before_;  // the same, a step ago
 
-    std::unique_ptr<Tearing> tearing_;  // none: does not tear
+    std::unique_ptr<Tearing> tearing_;     // none: does not tear
+    std::vector<std::uint8_t> tear_held_;  // per phyxel, scratch of tear
 
     std::vector<HoldConstraint> constraints_;
     std::vector<std::vector<std::uint32_t>> constrained_;  // per constraint: its phyxels

@@ -19,7 +19,8 @@ void Body::tear(const StepContext& context, StepReport& report) {
     if (!tearing_) return;
     // Which phyxels the last step held: from the constraints, not from that step's buffer,
     // which a body that goes on from a checkpoint does not have.
-    std::vector<std::uint8_t> held(phyxels_.size(), 0);
+    std::vector<std::uint8_t>& held = tear_held_;
+    held.assign(phyxels_.size(), 0);
     const double then = context.time - context.dt;
     for (const HoldConstraint& constraint : constraints_) {
         if (then < constraint.from || then >= constraint.until) continue;

@@ -87,6 +87,7 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
     parallel.for_each(kept, grain, [&](std::size_t k) { take_along(k); });
     samples_.swap(fresh_);
     carrying_.swap(fresh_carrying_);
+    drop_known();
     parted_.swap(fresh_parted_);
     listed_.swap(now_);
 }
@@ -96,7 +97,7 @@ void ContactFinder::renumber(std::size_t count) {
     if (serials_ > std::numeric_limits<std::uint32_t>::max() - count - 1) {
         serials_ = 0;
         for (Sample& sample : samples_) sample.serial = 0;
-        std::fill(parted_.begin(), parted_.end(), KnownParted{});
+        drop_known();
     }
     for (std::size_t k = 0; k < count; ++k) {
         const Sample* const before = old_[k] < 0 ? nullptr : &samples_[static_cast<std::size_t>(old_[k])];
@@ -107,14 +108,29 @@ void ContactFinder::renumber(std::size_t count) {
 
 // What was found out about a sample before.
 void ContactFinder::take_along(std::size_t k) {
-    if (old_[k] < 0) {
-        fresh_carrying_[k] = {};
-        fresh_parted_[k] = {};
-        return;
-    }
+    fresh_carrying_[k] = {};
+    fresh_parted_[k] = nullptr;
+    if (old_[k] < 0) return;
     const auto before = static_cast<std::size_t>(old_[k]);
     fresh_carrying_[k] = carrying_[before];
-    fresh_parted_[k] = samples_[before].serial == fresh_[k].serial ? parted_[before] : KnownParted{};
+    if (samples_[before].serial == fresh_[k].serial) std::swap(fresh_parted_[k], parted_[before]);
+}
+
+// What was known of samples that are none any more.
+void ContactFinder::drop_known() {
+    for (KnownParted*& known : parted_) {
+        if (known) free_known_.push_back(known);
+        known = nullptr;
+    }
+}
+
+ContactFinder::KnownParted& ContactFinder::take_known() {
+    const std::scoped_lock lock(mutex_);
+    if (free_known_.empty()) return known_.emplace_back();
+    KnownParted& known = *free_known_.back();
+    free_known_.pop_back();
+    known = {};
+    return known;
 }
 
 // Which of a body's samples were samples before; both lists are in order of vertices.
@@ -252,7 +268,7 @@ void ContactFinder::meet_colliders(const Task& task, const Parallel& parallel) {
 }
 
 ContactFinder::Chunk& ContactFinder::take_chunk() {
-    const std::scoped_lock lock(chunks_mutex_);
+    const std::scoped_lock lock(mutex_);
     if (free_chunks_.empty()) {
         chunks_.push_back(std::make_unique<Chunk>());
         free_chunks_.reserve(chunks_.size());
@@ -264,7 +280,7 @@ ContactFinder::Chunk& ContactFinder::take_chunk() {
 }
 
 void ContactFinder::give_back(Chunk& chunk) {
-    const std::scoped_lock lock(chunks_mutex_);
+    const std::scoped_lock lock(mutex_);
     free_chunks_.push_back(&chunk);
 }
 

@@ -2,7 +2,6 @@
 #include <splitcubes/meshless/kernel.h>
 
 #include <algorithm>
-#include <cassert>
 #include <utility>
 
 namespace splitcubes::body {
@@ -76,7 +75,10 @@ std::uint32_t EdgeSights::number_of(std::uint64_t edge, const Vec3& rest) {
 
 std::span<const EdgeSights::Link> EdgeSights::near(std::uint32_t number, const SightContext& context) {
     Entry& entry = entries_[number];
-    if (entry.is_found) return entry.links;
+    if (entry.is_found) {
+        doubt(entry, context);
+        return entry.links;
+    }
     entry.links.clear();
     context.locator.visit(entry.rest, context.reach, [&](std::uint32_t i) {
         entry.links.push_back({i & 0x3fffffffU, Link::unknown});
@@ -92,14 +94,6 @@ std::span<const EdgeSights::Link> EdgeSights::near(std::uint32_t number, const S
 void EdgeSights::look(std::uint32_t number, std::int32_t piece, const SightContext& context) {
     const meshless::Phyxels& p = context.phyxels;
     Entry& entry = entries_[number];
-    assert(entry.is_found);
-    const geometry::Box around = geometry::Box{entry.rest, entry.rest}.grown(context.reach);
-    if (context.changes.since(around, entry.when))
-        for (Link& link : entry.links)
-            if (link.sight != Link::unknown &&
-                context.changes.since(box_of(entry.rest, p.rest_position[link.phyxel]), entry.when))
-                link.sight = Link::unknown;
-    entry.when = context.changes.now();
     for (Link& link : entry.links) {
         const Vec3& rest = p.rest_position[link.phyxel];
         if (link.sight != Link::unknown || p.piece[link.phyxel] != piece) continue;
@@ -107,6 +101,18 @@ void EdgeSights::look(std::uint32_t number, std::int32_t piece, const SightConte
             continue;
         link.sight = context.occluders.segment_blocked(entry.rest, rest) ? Link::hidden : Link::seen;
     }
+}
+
+// What may have changed is not known any more.
+void EdgeSights::doubt(Entry& entry, const SightContext& context) {
+    const meshless::Phyxels& p = context.phyxels;
+    const geometry::Box around = geometry::Box{entry.rest, entry.rest}.grown(context.reach);
+    if (context.changes.since(around, entry.when))
+        for (Link& link : entry.links)
+            if (link.sight != Link::unknown &&
+                context.changes.since(box_of(entry.rest, p.rest_position[link.phyxel]), entry.when))
+                link.sight = Link::unknown;
+    entry.when = context.changes.now();
 }
 
 }  // namespace splitcubes::body

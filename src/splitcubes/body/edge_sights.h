@@ -42,9 +42,10 @@ class EdgeSights {
     std::uint32_t number_of(std::uint64_t edge, const Vec3& rest);
     std::size_t size() const { return used_; }
 
-    /// The phyxels within reach of the edge, ascending; whether one is seen is known after look.
+    /// The phyxels within reach of the edge, ascending, and which of them are still known to be seen or
+    /// hidden; of the others look finds it out.
     std::span<const Link> near(std::uint32_t number, const SightContext& context);
-    /// Finds out which of the phyxels of a piece the edge sees.
+    /// Finds out which of the phyxels of a piece the edge sees; after near.
     void look(std::uint32_t number, std::int32_t piece, const SightContext& context);
 
   private:
@@ -57,6 +58,7 @@ class EdgeSights {
         std::vector<Link> links;
     };
     std::size_t slot_of(std::uint64_t edge) const;
+    static void doubt(Entry& entry, const SightContext& context);
     void rebuild_table(std::size_t slots);
     void forget_unused();
 

@@ -103,6 +103,9 @@ class Tearing {
         double strength = 0;  // Pa
         Stress stress;        // zero where it is too small to tear it
     };
+    struct WeightedStress {
+        double weight, stress;  // Pa, principal
+    };
     struct Request {
         std::uint32_t tip, number;
         splitting::GridEdge edge;
@@ -137,7 +140,9 @@ class Tearing {
     std::uint32_t ask(const splitting::NodeGrid& grid, const splitting::GridEdge& edge,
                       const TearContext& context);
     void answer(const TearContext& context);
-    void find_stress(std::uint32_t number, const TearContext& context);
+    double most_stress(std::span<const EdgeSights::Link> near, const LoadedEdge& edge,
+                       const TearContext& context, std::vector<WeightedStress>& unknown) const;
+    void find_stress(std::uint32_t number, const TearContext& context, std::vector<WeightedStress>& unknown);
     bool may_tear(const splitting::NodeGrid& grid, const splitting::GridEdge& edge,
                   const TearContext& context) const;
     bool shadowed(const splitting::NodeGrid& grid, const splitting::GridEdge& edge, const Vec3& normal) const;
@@ -193,15 +198,16 @@ class Tearing {
     std::vector<std::size_t> phyxels_of_;  // per piece
     double reach_ = 0;                     // m, the largest support
     EdgeSights sights_;
-    std::uint64_t step_ = 0;                // calls that looked at edges
-    std::vector<LoadedEdge> loaded_edges_;  // by the sights' numbers
-    std::vector<std::uint32_t> asked_;      // those whose stress is to be found
-    std::vector<Tip> tips_;                 // of the front
-    std::vector<Request> requests_;         // edges of tips
-    std::vector<Proposal> proposals_;       // to cut now
-    std::vector<Key> front_, parted_;       // cells that cracks go on from; nodes that strands parted at
-    std::vector<std::uint8_t> is_loaded_;   // per crack cell
-    std::vector<std::uint32_t> order_;      // phyxels past their strength, the most loaded first
+    std::uint64_t step_ = 0;                            // calls that looked at edges
+    std::vector<LoadedEdge> loaded_edges_;              // by the sights' numbers
+    std::vector<std::uint32_t> asked_;                  // those whose stress is to be found
+    std::vector<std::vector<WeightedStress>> unknown_;  // scratch, per work chunk
+    std::vector<Tip> tips_;                             // of the front
+    std::vector<Request> requests_;                     // edges of tips
+    std::vector<Proposal> proposals_;                   // to cut now
+    std::vector<Key> front_, parted_;      // cells that cracks go on from; nodes that strands parted at
+    std::vector<std::uint8_t> is_loaded_;  // per crack cell
+    std::vector<std::uint32_t> order_;     // phyxels past their strength, the most loaded first
 
     std::size_t known_crossings_ = 0;
     std::vector<Key> crack_cells_;  // around edges that were cut, not boundary, in order of first touch

@@ -118,14 +118,51 @@ std::uint32_t Tearing::ask(const NodeGrid& grid, const GridEdge& edge, const Tea
 }
 
 void Tearing::answer(const TearContext& context) {
-    context.parallel.for_each(asked_.size(), edge_grain,
-                              [&](std::size_t k) { find_stress(asked_[k], context); });
+    unknown_.resize(std::max(unknown_.size(), (asked_.size() + edge_grain - 1) / edge_grain));
+    const auto find = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k)
+            find_stress(asked_[k], context, unknown_[begin / edge_grain]);
+    };
+    context.parallel.for_chunks(asked_.size(), edge_grain, std::cref(find));
     asked_.clear();
 }
 
-// No phyxel has a say where the stress is too small to tear the edge in any of them: no mean of tensors
-// has a larger principal value than the largest of theirs, so whom the place sees need not be asked.
-void Tearing::find_stress(std::uint32_t number, const TearContext& context) {
+// Pa, no less than the largest principal stress of the mean, whoever of those not yet known is seen: the
+// principal value of a sum is at most the sum of the principal values, and those above the mean make it
+// largest. NaN where a stress is none.
+double Tearing::most_stress(std::span<const EdgeSights::Link> near, const LoadedEdge& edge,
+                            const TearContext& context, std::vector<WeightedStress>& unknown) const {
+    const meshless::Phyxels& p = context.phyxels;
+    double total = 0;
+    Mat3 sum = Mat3::Zero();
+    unknown.clear();
+    for (const EdgeSights::Link& link : near) {
+        const std::uint32_t j = link.phyxel;
+        if (link.sight == EdgeSights::Link::hidden || p.piece[j] != edge.piece || size_[j] < 0) continue;
+        const double weight =
+            meshless::kernel((p.rest_position[j] - edge.rest).squaredNorm(), p.support_radius[j]);
+        if (link.sight == EdgeSights::Link::unknown) {
+            unknown.push_back({weight, principal_[j]});
+            continue;
+        }
+        sum += weight * stress_[j];
+        total += weight;
+    }
+    std::sort(unknown.begin(), unknown.end(),
+              [](const WeightedStress& a, const WeightedStress& b) { return a.stress > b.stress; });
+    if (!(total > 0)) return unknown.empty() ? 0 : unknown.front().stress;
+    double top = total * eigen_symmetric(sum / total).values[0];
+    for (const WeightedStress& u : unknown) {
+        if (!(u.stress * total > top)) break;
+        top += u.weight * u.stress;
+        total += u.weight;
+    }
+    return top / total;
+}
+
+// Where no choice of those that may be seen could tear the edge, whom it sees need not be asked.
+void Tearing::find_stress(std::uint32_t number, const TearContext& context,
+                          std::vector<WeightedStress>& unknown) {
     const meshless::Phyxels& p = context.phyxels;
     const SightContext sight{context.occluders, context.changes, p, context.locator, reach_};
     LoadedEdge& out = loaded_edges_[number];
@@ -134,10 +171,7 @@ void Tearing::find_stress(std::uint32_t number, const TearContext& context) {
     const double least = settings_.toughness * out.strength;
     const double enough = least - bound_slack * std::abs(least);
     const std::span<const EdgeSights::Link> near = sights_.near(number, sight);
-    if (std::none_of(near.begin(), near.end(), [&](const EdgeSights::Link& link) {
-            return p.piece[link.phyxel] == out.piece && !(principal_[link.phyxel] <= enough);
-        }))
-        return;
+    if (most_stress(near, out, context, unknown) <= enough) return;
     sights_.look(number, out.piece, sight);
     double total = 0, held = 0;
     Mat3 sum = Mat3::Zero(), gradient = Mat3::Zero();
