@@ -43,10 +43,10 @@ std::uint32_t Body::carrying_node(std::uint32_t vertex) const {
     return surface_to_tracked_[carriers.nodes[heaviest]];
 }
 
-// Of equally near ones the first; 0 where the piece has none.
+// Of equally near ones the first; the count of all where the piece has none.
 std::uint32_t Body::nearest_of_piece(const Vec3& rest, std::int32_t piece) const {
     double nearest = std::numeric_limits<double>::infinity();
-    std::uint32_t best = 0;
+    auto best = static_cast<std::uint32_t>(phyxels_.size());
     const auto take = [&](std::uint32_t i) {
         const double distance = (phyxels_.rest_position[i] - rest).squaredNorm();
         if (phyxels_.piece[i] == piece && (distance < nearest || (distance == nearest && i < best))) {
@@ -94,7 +94,8 @@ meshless::ContactSide Body::carriers_of(std::uint32_t vertex, std::int32_t piece
         // A node that sees no phyxel of its own: the nearest one of the piece.
         side.phyxel[0] = nearest_of_piece(v.rest, piece);
         side.weight[0] = 1;
-        side.count = 1;
+        side.count = side.phyxel[0] < phyxels_.size() ? 1 : 0;
+        if (side.count == 0) side.phyxel[0] = 0;
     }
     double total = 0;
     for (std::uint32_t k = 0; k < side.count; ++k) total += side.weight[k];

@@ -181,7 +181,7 @@ bool ContactFinder::push_on(const Task& task, const Vec3& foot, double total, co
     return true;
 }
 
-// How fast samples go, and between what what carries them does.
+// How fast samples go, and the range of what their carriers do.
 void ContactFinder::find_speeds(const Task& task, const Parallel& parallel) {
     velocity_.clear();
     for (const auto& body : task.bodies) velocity_.emplace_back(body->phyxels().velocity);
@@ -235,7 +235,9 @@ void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
     in_chunks(parallel, samples_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
         for (std::size_t k = begin; k < end; ++k) {
             Contact contact;
-            if (!grid_.may_face(k, radius_[k]) || !meet(task, k, reach, chunk, contact)) continue;
+            if (carrying_[k].side.is_collider() || !grid_.may_face(k, radius_[k]) ||
+                !meet(task, k, reach, chunk, contact))
+                continue;
             const Vec3 v = side_value(contact.upper, velocity_) - side_value(contact.lower, velocity_);
             const double closing = std::max(0.0, -task.dt * contact.normal.dot(v));
             if (!(contact.gap - closing < margin_share * samples_[k].spacing + reach.fall)) continue;

@@ -7,7 +7,7 @@ namespace splitcubes::body {
 
 namespace {
 
-constexpr double cells_a_cube = 2;
+constexpr double cells_a_cube = 1;
 constexpr double most_cubes = 1 << 21;
 // Of a cube's side: what is asked for is widened by so much, far above the rounding of those who look.
 constexpr double margin = 1e-6;

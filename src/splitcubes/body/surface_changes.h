@@ -11,8 +11,9 @@
 namespace splitcubes::body {
 
 /// Tells those who keep what they have seen between two places whether to look again. Rest space
-/// is cut into cubes of a few cells, each with the number of its last change. Errs to "changed".
-/// The numbers count changes since this was made; they mean nothing to another body or run.
+/// is cut into cubes of a cell (of more where there were too many), each with the number of its last change.
+/// Errs to "changed". The numbers count changes since this was made; they mean nothing to another body or
+/// run.
 class SurfaceChanges {
   public:
     explicit SurfaceChanges(const geometry::RestGrid& rest);
