@@ -22,7 +22,7 @@ namespace splitcubes::app {
 namespace {
 
 struct Options {
-    std::string name, json, plot;
+    std::string name, json, plot, world;
     std::vector<std::string> meshes;
     int threads = 0;
     int runs = 5;
@@ -181,7 +181,7 @@ int bench_mechanics(const Options& options) {
 }
 
 int bench_contact_and_tearing(const Options& options) {
-    const Json json = bench_contact(options.runs, options.threads);
+    const Json json = bench_contact(options.runs, options.threads, options.world);
     std::cout << json.dump() << '\n';
     write_json(options.json, json);
     return 0;
@@ -225,6 +225,7 @@ void add_bench_command(CLI::App& app, Run& run) {
     command->add_option("meshes", options->meshes, "Of surface: meshes to count folded triangles of, too");
     command->add_option("--plot", options->plot,
                         "Of validation: an SVG picture of the errors; of criteria: of the times");
+    command->add_option("--world", options->world, "Of contact: the only world to run (all)");
     command->add_option("--threads", options->threads, "Threads (all; of mechanics: one, then two)")
         ->check(CLI::Range(1, 1024));
     command->add_option("--runs", options->runs, "Runs to take medians over (5)");

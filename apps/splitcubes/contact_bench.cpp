@@ -2,6 +2,7 @@
 
 #include <splitcubes/body/checkpoint.h>
 #include <splitcubes/body/world.h>
+#include <splitcubes/core/error.h>
 #include <splitcubes/geometry/shapes.h>
 
 #include <algorithm>
@@ -140,7 +141,7 @@ Json time_case(const Case& c, int runs, const std::shared_ptr<const Parallel>& p
 
 }  // namespace
 
-Json bench_contact(int runs, int threads) {
+Json bench_contact(int runs, int threads, const std::string& world) {
     const auto parallel = std::make_shared<const Parallel>(threads);
     constexpr double small = 0.02, large = 0.05;
     const Case cases[] = {{"near its strength", small, 10, 8, 0.12, 80, 20, 5},
@@ -149,9 +150,13 @@ Json bench_contact(int runs, int threads) {
                           {"large, tearing", large, 31, 31, 0.05, 36, 6, 12}};
     Json worlds = Json::array();
     for (const Case& c : cases) {
+        if (!world.empty() && world != c.name) continue;
         // The large ones take steps enough in one run.
         worlds.push_back(time_case(c, c.across > 20 ? 1 : runs, parallel));
     }
+    if (worlds.empty())
+        throw InputError("--world", "there is no world '" + world + "'",
+                         "known: near its strength; tearing; large, near its strength; large, tearing");
     return {{"bench", "contact"}, {"threads", parallel->thread_count()}, {"runs", runs}, {"worlds", worlds}};
 }
 

@@ -3,10 +3,13 @@
 
 #include "report.h"
 
+#include <string>
+
 namespace splitcubes::app {
 
 /// Prints the tables and returns their numbers (docs/reports.md lists the keys).
 /// runs: of each world, medians are over the steps of all. threads: 0 takes all.
-Json bench_contact(int runs, int threads);
+/// world: the only one to run; empty: all. Throws InputError where there is none of that name.
+Json bench_contact(int runs, int threads, const std::string& world);
 
 }  // namespace splitcubes::app

@@ -60,6 +60,7 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
       surface_(std::make_unique<splitting::Surface>(grid_)),
       pieces_(std::make_unique<splitting::Pieces>(grid_)),
       occluders_(grid_.rest().origin, grid_.rest().cell_size, grid_.rest().node_count),
+      changes_(grid_.rest()),
       criterion_(criterion_of(settings)),
       tracker_(grid_.bricks()) {
     check_settings(settings_);
@@ -149,6 +150,7 @@ void Body::restore(const Parallel& parallel) {
     occluders_ = geometry::OccluderGrid(grid_.rest().origin, grid_.rest().cell_size, grid_.rest().node_count);
     occluder_box_.clear();
     build_occluders();
+    changes_.mark_all();
     locator_ = meshless::PhyxelLocator(phyxels_.rest_position, 1.6 * spacing_);
     neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
     constrained_.clear();

@@ -6,6 +6,7 @@
 #include <splitcubes/body/moving_bricks.h>
 #include <splitcubes/body/node_tracker.h>
 #include <splitcubes/body/step_report.h>
+#include <splitcubes/body/surface_changes.h>
 #include <splitcubes/body/tear_settings.h>
 #include <splitcubes/core/parallel.h>
 #include <splitcubes/core/state_hash.h>
@@ -177,6 +178,8 @@ class Body {
     meshless::ContactSide carriers_of(std::uint32_t vertex, std::int32_t piece, std::uint32_t part) const;
     /// Whether a surface stands between two points of rest space.
     bool parted_at_rest(const Vec3& a, const Vec3& b) const { return occluders_.segment_blocked(a, b); }
+    /// Where that may have changed.
+    const SurfaceChanges& surface_changes() const { return changes_; }
 
     void add_to_hash(StateHash& hash) const;
     /// For checkpoints: all that a step reads and no settings tell. After reading into
@@ -200,6 +203,7 @@ class Body {
     void build_occluders();
     void add_occluders(std::uint32_t cell_number, std::vector<geometry::OccluderTriangle>& out) const;
     void set_occluders(std::span<const std::uint32_t> cells);
+    std::uint32_t nearest_of_piece(const Vec3& rest, std::int32_t piece) const;
     Vec3i owner_of(const Vec3& rest, const Vec3i& fallback,
                    const std::function<bool(std::int32_t piece)>& welcome) const;
     std::optional<Vec3> place_in_material(const Vec3& candidate) const;
@@ -274,6 +278,7 @@ class Body {
     std::unique_ptr<splitting::Surface> surface_;
     std::unique_ptr<splitting::Pieces> pieces_;
     geometry::OccluderGrid occluders_;
+    SurfaceChanges changes_;                   // of the occluders
     std::vector<geometry::Box> occluder_box_;  // per surface cell: of its occluders, m, rest space
     std::unique_ptr<occlusion::Criterion> criterion_;
 
@@ -312,7 +317,8 @@ class Body {
     std::vector<geometry::Frame> node_frames_;         // per inside node, now
     std::vector<geometry::Frame> node_frames_before_;  // the same, a step ago
 
-    std::unique_ptr<Tearing> tearing_;  // none: does not tear
+    std::unique_ptr<Tearing> tearing_;     // none: does not tear
+    std::vector<std::uint8_t> tear_held_;  // per phyxel, scratch of tear
 
     std::vector<HoldConstraint> constraints_;
     std::vector<std::vector<std::uint32_t>> constrained_;  // per constraint: its phyxels

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 namespace splitcubes::body {
 
@@ -83,6 +84,28 @@ std::uint32_t Body::carrying_node(std::uint32_t vertex) const {
     return surface_to_tracked_[carriers.nodes[heaviest]];
 }
 
+// Of equally near ones the first; the count of all where the piece has none.
+std::uint32_t Body::nearest_of_piece(const Vec3& rest, std::int32_t piece) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    auto best = static_cast<std::uint32_t>(phyxels_.size());
+    const auto take = [&](std::uint32_t i) {
+        const double distance = (phyxels_.rest_position[i] - rest).squaredNorm();
+        if (phyxels_.piece[i] == piece && (distance < nearest || (distance == nearest && i < best))) {
+            nearest = distance;
+            best = i;
+        }
+        return true;
+    };
+    // What is within a radius is all there, so the nearest of it is the nearest of all.
+    constexpr int most_doublings = 4;
+    double radius = 1.5 * spacing_;
+    for (int k = 0; k < most_doublings && std::isinf(nearest); ++k, radius *= 2)
+        locator_.visit(rest, radius, take);
+    if (std::isinf(nearest))
+        for (std::uint32_t i = 0; i < phyxels_.size(); ++i) take(i);
+    return best;
+}
+
 // The heaviest node that carries the vertex stands for all: a contact needs who is near, the
 // exact place is that of the surface.
 meshless::ContactSide Body::carriers_of(std::uint32_t vertex, std::int32_t piece, std::uint32_t part) const {
@@ -110,15 +133,10 @@ meshless::ContactSide Body::carriers_of(std::uint32_t vertex, std::int32_t piece
     }
     if (side.count == 0) {
         // A node that sees no phyxel of its own: the nearest one of the piece.
-        double nearest = 1e300;
-        for (std::uint32_t i = 0; i < phyxels_.size(); ++i) {
-            const double distance = (phyxels_.rest_position[i] - v.rest).squaredNorm();
-            if (phyxels_.piece[i] != piece || distance >= nearest) continue;
-            nearest = distance;
-            side.phyxel[0] = i;
-            side.weight[0] = 1;
-            side.count = 1;
-        }
+        side.phyxel[0] = nearest_of_piece(v.rest, piece);
+        side.weight[0] = 1;
+        side.count = side.phyxel[0] < phyxels_.size() ? 1 : 0;
+        if (side.count == 0) side.phyxel[0] = 0;
     }
     double total = 0;
     for (std::uint32_t k = 0; k < side.count; ++k) total += side.weight[k];

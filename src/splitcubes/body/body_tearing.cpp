@@ -19,7 +19,8 @@ void Body::tear(const StepContext& context, StepReport& report) {
     if (!tearing_) return;
     // Which phyxels the last step held: from the constraints, not from that step's buffer,
     // which a body that goes on from a checkpoint does not have.
-    std::vector<std::uint8_t> held(phyxels_.size(), 0);
+    std::vector<std::uint8_t>& held = tear_held_;
+    held.assign(phyxels_.size(), 0);
     const double then = context.time - context.dt;
     for (const HoldConstraint& constraint : constraints_) {
         if (then < constraint.from || then >= constraint.until) continue;
@@ -27,9 +28,9 @@ void Body::tear(const StepContext& context, StepReport& report) {
             if (constraint.region(phyxels_.rest_position[i])) held[i] = 1;
         });
     }
-    const std::vector<std::int32_t> slots = tearing_->tear(
-        grid_, {*pieces_, occluders_, phyxels_, neighbourhoods_, locator_, settings_.material, tracker_,
-                frames_, held, surface_->revision(), spacing_, context.dt, context.parallel});
+    const std::vector<std::int32_t> slots =
+        tearing_->tear(grid_, {*pieces_, occluders_, phyxels_, neighbourhoods_, locator_, settings_.material,
+                               tracker_, frames_, held, changes_, spacing_, context.dt, context.parallel});
     new_slots_.insert(new_slots_.end(), slots.begin(), slots.end());
     report.new_cut_edges += slots.size();
     report.torn_edges += slots.size();

@@ -33,10 +33,14 @@ void Body::retessellate(StepReport& report) {
     const std::vector<std::uint32_t>& changed = surface_->retessellate(grid_, new_slots_);
     // What was there before and what is there now: both changed what is seen.
     std::vector<geometry::Box> boxes;
+    if (!changed.empty()) changes_.begin();
     for (const std::uint32_t c : changed)
         boxes.push_back(c < occluder_box_.size() ? occluder_box_[c] : geometry::Box{});
     set_occluders(changed);
-    for (std::size_t k = 0; k < changed.size(); ++k) boxes[k].add(occluder_box_[changed[k]]);
+    for (std::size_t k = 0; k < changed.size(); ++k) {
+        boxes[k].add(occluder_box_[changed[k]]);
+        changes_.mark(boxes[k]);
+    }
     changed_boxes_ = boxes_of(*surface_, changed, boxes);
     cut_edge_count_ += new_slots_.size();
     report.changed_cells += changed.size();

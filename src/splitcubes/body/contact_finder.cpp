@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
+#include <limits>
 #include <numeric>
 
 namespace splitcubes::body {
@@ -14,30 +14,11 @@ namespace {
 using meshless::Contact;
 using meshless::ContactSide;
 
-// Samples a work chunk; part of no result.
-constexpr std::size_t grain = 64;
-// In phyxel spacings: how far a contact is looked for beyond what speed asks for, the deepest
-// overlap that is believed, how far along the face a sample may be from another piece's
-// samples, and how much of an overlap is undone in a step.
-constexpr double margin_share = 0.05, deepest_share = 1, beside_share = 0.9, lift_share = 0.02;
+// In phyxel spacings: how far a contact is looked for beyond what speed asks for, and how much of an
+// overlap is undone in a step.
+constexpr double margin_share = 0.05, lift_share = 0.02;
 constexpr double off_share = 0.5;  // of the drawn vertex off the point that its carriers move
 constexpr double most_weight = 4;  // sum of the weights' sizes
-constexpr double reach_share = 1.25, most_reach_share = 3;
-// Skins that lie opposite; normals of one face.
-constexpr double opposite_skins = -0.8, one_face = 0.8;
-// Points just below the skin, in cells; and the distance at rest, in spacings, beyond which two
-// places of one piece may meet though no cut parts them.
-constexpr double below_skin = 0.6, far_at_rest = 4;
-
-// By reference: a function object of its own would be allocated.
-template <class Work>
-void in_chunks(const Parallel& parallel, std::size_t count, const Work& work) {
-    parallel.for_chunks(count, grain, std::cref(work));
-}
-
-std::uint64_t key_of(std::uint32_t body, std::size_t other, std::uint32_t vertex) {
-    return static_cast<std::uint64_t>(body) << 48 | static_cast<std::uint64_t>(other) << 32 | vertex;
-}
 
 }  // namespace
 
@@ -101,13 +82,55 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
     }
     fresh_.resize(kept);
     fresh_carrying_.resize(kept);
-    in_chunks(parallel, kept, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t k = begin; k < end; ++k)
-            fresh_carrying_[k] = old_[k] < 0 ? Carrying{} : carrying_[static_cast<std::size_t>(old_[k])];
-    });
+    fresh_parted_.resize(kept);
+    renumber(kept);
+    parallel.for_each(kept, grain, [&](std::size_t k) { take_along(k); });
     samples_.swap(fresh_);
     carrying_.swap(fresh_carrying_);
+    drop_known();
+    parted_.swap(fresh_parted_);
     listed_.swap(now_);
+}
+
+// Gives serial numbers; a sample that is turned is another one to those who know what it is parted from.
+void ContactFinder::renumber(std::size_t count) {
+    if (serials_ > std::numeric_limits<std::uint32_t>::max() - count - 1) {
+        serials_ = 0;
+        for (Sample& sample : samples_) sample.serial = 0;
+        drop_known();
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+        const Sample* const before = old_[k] < 0 ? nullptr : &samples_[static_cast<std::size_t>(old_[k])];
+        const bool same = before && before->rest_normal == fresh_[k].rest_normal && before->serial != 0;
+        fresh_[k].serial = same ? before->serial : ++serials_;
+    }
+}
+
+// What was found out about a sample before.
+void ContactFinder::take_along(std::size_t k) {
+    fresh_carrying_[k] = {};
+    fresh_parted_[k] = nullptr;
+    if (old_[k] < 0) return;
+    const auto before = static_cast<std::size_t>(old_[k]);
+    fresh_carrying_[k] = carrying_[before];
+    if (samples_[before].serial == fresh_[k].serial) std::swap(fresh_parted_[k], parted_[before]);
+}
+
+// What was known of samples that are none any more.
+void ContactFinder::drop_known() {
+    for (KnownParted*& known : parted_) {
+        if (known) free_known_.push_back(known);
+        known = nullptr;
+    }
+}
+
+ContactFinder::KnownParted& ContactFinder::take_known() {
+    const std::scoped_lock lock(mutex_);
+    if (free_known_.empty()) return known_.emplace_back();
+    KnownParted& known = *free_known_.back();
+    free_known_.pop_back();
+    known = {};
+    return known;
 }
 
 // Which of a body's samples were samples before; both lists are in order of vertices.
@@ -237,177 +260,40 @@ void ContactFinder::meet_colliders(const Task& task, const Parallel& parallel) {
         const Collider& collider = task.colliders[c];
         const Isometry to_before = collider.at(task.time).inverse();
         const Isometry to_after = collider.at(task.time + task.dt).inverse();
-        in_chunks(parallel, samples_.size(), [&](std::size_t begin, std::size_t end) {
+        in_chunks(parallel, samples_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
             if (is_far(collider, to_before, to_after, begin, end)) return;
-            for (std::size_t k = begin; k < end; ++k) meet_collider(task, c, k, chunks_[begin / grain].found);
+            for (std::size_t k = begin; k < end; ++k) meet_collider(task, c, k, chunk.found);
         });
     }
 }
 
-// Whether two samples that face each other can be of skins that meet.
-bool ContactFinder::may_meet(const Task& task, const Sample& a, const Sample& b) const {
-    if (a.body != b.body || a.piece != b.piece) return true;
-    if ((a.rest - b.rest).norm() > far_at_rest * a.spacing) return true;
-    const double below = below_skin * task.bodies[a.body]->grid().rest().cell_size;
-    return task.bodies[a.body]->parted_at_rest(a.rest - below * a.rest_normal,
-                                               b.rest - below * b.rest_normal);
-}
-
-// The same, looked up once.
-bool ContactFinder::may_meet(const Task& task, std::size_t k, Facing& other) const {
-    if (other.may == Facing::May::unknown)
-        other.may = may_meet(task, samples_[k], samples_[other.index]) ? Facing::May::yes : Facing::May::no;
-    return other.may == Facing::May::yes;
-}
-
-// The nearest sample whose skin lies opposite; only where there is none, an edge's or a corner's.
-ContactFinder::Facing* ContactFinder::partner_of(const Task& task, std::size_t k,
-                                                 std::vector<Facing>& facing) const {
-    for (;;) {
-        Facing* best = nullptr;
-        bool opposite = false;
-        for (Facing& other : facing) {
-            if (other.may == Facing::May::no) continue;
-            const bool lies_opposite = other.cosine < opposite_skins;
-            if (opposite && !lies_opposite) continue;
-            if (best && opposite == lies_opposite && other.distance >= best->distance) continue;
-            opposite = lies_opposite;
-            best = &other;
-        }
-        // Few are looked at so: whether a cut parts the two is dear to know.
-        if (!best || may_meet(task, k, *best)) return best;
+ContactFinder::Chunk& ContactFinder::take_chunk() {
+    const std::scoped_lock lock(mutex_);
+    if (free_chunks_.empty()) {
+        chunks_.push_back(std::make_unique<Chunk>());
+        free_chunks_.reserve(chunks_.size());
+        return *chunks_.back();
     }
+    Chunk& chunk = *free_chunks_.back();
+    free_chunks_.pop_back();
+    return chunk;
 }
 
-bool ContactFinder::meet(const Task& task, std::size_t k, const Reach& reach, Chunk& chunk,
-                         Contact& out) const {
-    std::vector<Facing>& facing = chunk.facing;
-    const Sample& sample = samples_[k];
-    const Vec3& position = position_[k];
-    // The gap will be a mean of heights above planes: where none of them is low enough to be
-    // met within the step, nothing is.
-    const double enough = margin_share * sample.spacing + reach.fall +
-                          reach.gain * (carrying_[k].weight_sum + reach.widest) + 1e-6 * reach.radius;
-    facing.clear();
-    bool low = false;
-    grid_.visit_facing(k, reach.radius, [&](std::uint32_t other) {
-        const Vec3 way = position - position_[other];
-        const double along = normal_[other].dot(way);
-        low = low || !(along > enough);
-        facing.push_back(
-            {other, way.squaredNorm(), normal_[k].dot(normal_[other]), along, Facing::May::unknown});
-    });
-    if (!low) return false;
-    std::sort(facing.begin(), facing.end(),
-              [](const Facing& a, const Facing& b) { return a.index < b.index; });
-    const Facing* const chosen = partner_of(task, k, facing);
-    if (!chosen) return false;
-    const Sample& partner = samples_[chosen->index];
-    const Vec3& partner_normal = normal_[chosen->index];
-    const double width = std::sqrt(chosen->distance) + 0.75 * partner.spacing;
-    double distance = 0, rest_distance = 0, total = 0;
-    Vec3 normal = Vec3::Zero(), middle = Vec3::Zero(), rest_middle = Vec3::Zero();
-    chunk.between.clear();
-    for (Facing& near : facing) {
-        const Sample& other = samples_[near.index];
-        if (other.body != partner.body || other.piece != partner.piece) continue;
-        const double share = 1 - near.distance / (width * width);
-        if (!(share > 0) || !(normal_[near.index].dot(partner_normal) > one_face)) continue;
-        if (!may_meet(task, k, near)) continue;
-        const double weight = share * share;
-        distance += weight * near.along;
-        rest_distance += weight * other.rest_normal.dot(sample.rest - other.rest);
-        normal += weight * normal_[near.index];
-        middle += weight * position_[near.index];
-        rest_middle += weight * other.rest;
-        total += weight;
-        chunk.between.add(carrying_[near.index].side, weight);
-    }
-    if (!(total > 0) || !(normal.norm() > 0) || chunk.between.empty()) return false;
-    distance /= total;
-    normal.normalize();
-    // What is pushed on is the point of the face that the sample lies before: what the planes' mean says of
-    // its distance then is what the two sides' ways say.
-    const meshless::Phyxels& phyxels = task.bodies[partner.body]->phyxels();
-    const Vec3 foot = position - distance * normal - middle / total;
-    Vec3 rest_foot = phyxels.deformation[carrying_[chosen->index].side.phyxel[0]].inverse() * foot;
-    if (!(rest_foot.norm() < 2 * beside_share * partner.spacing)) rest_foot.setZero();
-    out.lower = chunk.between.take(phyxels.rest_position, rest_middle / total + rest_foot, partner.spacing);
-    // Faces that a cut parted lie on each other at rest, however curved: what looks like an overlap there is
-    // none.
-    if (sample.body == partner.body && (sample.rest - partner.rest).norm() < 2 * sample.spacing)
-        distance -= std::min(0.0, rest_distance / total);
-    const double spacing = std::max(sample.spacing, partner.spacing);
-    const Vec3 way = position - position_[chosen->index];
-    if (distance < -deepest_share * spacing || distance > reach.radius) return false;
-    if ((way - normal.dot(way) * normal).norm() > beside_share * spacing) return false;
-    out.key = key_of(sample.body, 0, sample.vertex);
-    out.upper = carrying_[k].side;
-    out.normal = normal;
-    out.gap = distance;
-    out.friction = task.options.friction;
-    out.lift = lift_share * std::min(sample.spacing, partner.spacing);
-    return true;
-}
-
-ContactFinder::Reach ContactFinder::reach_of(const Task& task) const {
-    double spacing = 0, top_speed = 0, count = 0, apart = 0;
-    Reach out{};
-    for (std::size_t k = 0; k < samples_.size(); ++k) {
-        spacing = std::max(spacing, samples_[k].spacing);
-        out.widest = std::max(out.widest, carrying_[k].weight_sum);
-    }
-    Vec3 mean = Vec3::Zero();
-    for (const std::span<const Vec3> velocity : velocity_)
-        for (const Vec3& v : velocity) {
-            top_speed = std::max(top_speed, v.norm());
-            mean += v;
-            ++count;
-        }
-    mean /= std::max(count, 1.0);
-    for (const std::span<const Vec3> velocity : velocity_)
-        for (const Vec3& v : velocity) apart = std::max(apart, (v - mean).squaredNorm());
-    const double moved = std::min(2 * task.dt * top_speed, (most_reach_share - reach_share) * spacing);
-    out.radius = reach_share * spacing + moved;
-    out.fall = task.gravity.norm() * task.dt * task.dt;
-    // A side's velocity is the mean and no more than so much of what is off it: weights sum to 1.
-    out.gain = task.dt * std::sqrt(apart);
-    return out;
-}
-
-void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
-    if (samples_.empty()) return;
-    in_chunks(parallel, samples_.size(), [&](std::size_t begin, std::size_t end) {
-        for (std::size_t k = begin; k < end; ++k) find_carriers(task, k);
-    });
-    velocity_.clear();
-    for (const auto& body : task.bodies) velocity_.emplace_back(body->phyxels().velocity);
-    const Reach reach = reach_of(task);
-    grid_.build(position_, normal_, reach.radius);
-    in_chunks(parallel, samples_.size(), [&](std::size_t begin, std::size_t end) {
-        Chunk& chunk = chunks_[begin / grain];
-        for (std::size_t k = begin; k < end; ++k) {
-            Contact contact;
-            if (!grid_.may_face(k) || !meet(task, k, reach, chunk, contact)) continue;
-            const Vec3 v = side_value(contact.upper, velocity_) - side_value(contact.lower, velocity_);
-            const double closing = std::max(0.0, -task.dt * contact.normal.dot(v));
-            if (contact.gap - closing < margin_share * samples_[k].spacing + reach.fall)
-                chunk.found.push_back(contact);
-        }
-    });
+void ContactFinder::give_back(Chunk& chunk) {
+    const std::scoped_lock lock(mutex_);
+    free_chunks_.push_back(&chunk);
 }
 
 void ContactFinder::find(const Task& task, const Parallel& parallel, std::vector<ContactGroup>& groups) {
-    for (Chunk& chunk : chunks_) chunk.found.clear();
+    for (const auto& chunk : chunks_) chunk->found.clear();
     if (task.options.pieces || !task.colliders.empty()) {
         list_samples(task, parallel);
-        chunks_.resize(std::max(chunks_.size(), (samples_.size() + grain - 1) / grain));
         meet_colliders(task, parallel);
         if (task.options.pieces) meet_pieces(task, parallel);
     }
     order_.clear();
-    for (const Chunk& chunk : chunks_)
-        for (const Contact& contact : chunk.found) order_.push_back({contact.key, &contact});
+    for (const auto& chunk : chunks_)
+        for (const Contact& contact : chunk->found) order_.push_back({contact.key, &contact});
     std::sort(order_.begin(), order_.end(), [](const Found& a, const Found& b) { return a.key < b.key; });
     group(task, groups);
 }

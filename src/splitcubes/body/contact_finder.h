@@ -5,9 +5,14 @@
 #include <splitcubes/body/collider.h>
 #include <splitcubes/body/contact_sides.h>
 #include <splitcubes/body/skin_grid.h>
+#include <splitcubes/body/speed_bounds.h>
 
+#include <array>
 #include <cstdint>
+#include <deque>
+#include <functional>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <vector>
 
@@ -60,6 +65,15 @@ class ContactFinder {
         Vec3 rest = Vec3::Zero();         // m, rest space
         Vec3 rest_normal = Vec3::Zero();  // unit, outward
         double spacing = 0;               // m, of the body's phyxels
+        std::uint32_t serial = 0;         // as long as nothing above changes, and no other's
+    };
+    /// Of one sample: which others, by serial numbers, a cut parts from it at rest.
+    struct KnownParted {
+        static constexpr std::size_t size = 64, probed = 16;
+        static constexpr std::uint32_t parted = 1U << 31;
+
+        std::array<std::uint32_t, size> other{};   // 0: none
+        std::array<std::uint32_t, size> answer{};  // the last change of the surface it knows of, and `parted`
     };
     struct Carrying {
         meshless::ContactSide side;  // no phyxels: not known yet
@@ -82,8 +96,10 @@ class ContactFinder {
     struct Facing {
         std::uint32_t index;
         double distance, cosine, along;  // m^2; of the normals; m, above the plane through it
+        double weight;                   // in the mean
         enum class May : std::uint8_t { unknown, no, yes } may;
     };
+    /// What one thread works with and finds; which, is part of no result.
     struct Chunk {
         std::vector<meshless::Contact> found;
         std::vector<Facing> facing;
@@ -94,16 +110,37 @@ class ContactFinder {
         const meshless::Contact* contact;
     };
     struct Reach {
-        double radius;  // m, about a sample
-        double fall;    // m, by gravity in the step
-        double gain;    // m for each unit of Carrying::weight_sum, that a side comes nearer
-        double widest;  // largest weight_sum
+        double spacing;   // m, the widest
+        double fall;      // m, by gravity in the step
+        double widest;    // largest weight_sum
+        double farthest;  // m, largest radius of a sample
     };
 
+    static constexpr std::size_t grain = 64;  // samples a work chunk; part of no result
+    static std::uint64_t key_of(std::uint32_t body, std::size_t other, std::uint32_t vertex) {
+        return static_cast<std::uint64_t>(body) << 48 | static_cast<std::uint64_t>(other) << 32 | vertex;
+    }
+    Chunk& take_chunk();
+    KnownParted& take_known();
+    void drop_known();
+    void give_back(Chunk& chunk);
+    /// Calls work(chunk, begin, end) for parts of [0, count).
+    template <class Work>
+    void in_chunks(const Parallel& parallel, std::size_t count, const Work& work) {
+        const auto with_chunk = [&](std::size_t begin, std::size_t end) {
+            Chunk& chunk = take_chunk();
+            work(chunk, begin, end);
+            give_back(chunk);
+        };
+        // By reference: a function object of its own would be allocated.
+        parallel.for_chunks(count, grain, std::cref(with_chunk));
+    }
     bool is_listed(const Task& task);
     void list_samples(const Task& task, const Parallel& parallel);
     void relist(const Task& task, const Parallel& parallel);
     void take_over(std::size_t body, std::size_t first, std::size_t last);
+    void renumber(std::size_t count);
+    void take_along(std::size_t k);
     void place_samples(const Task& task, const Parallel& parallel);
     void find_carriers(const Task& task, std::size_t k);
     void meet_colliders(const Task& task, const Parallel& parallel);
@@ -112,24 +149,38 @@ class ContactFinder {
     bool is_far(const Collider& collider, const Isometry& to_before, const Isometry& to_after,
                 std::size_t begin, std::size_t end) const;
     void meet_pieces(const Task& task, const Parallel& parallel);
-    bool may_meet(const Task& task, const Sample& a, const Sample& b) const;
-    bool may_meet(const Task& task, std::size_t k, Facing& other) const;
-    Facing* partner_of(const Task& task, std::size_t k, std::vector<Facing>& facing) const;
-    bool meet(const Task& task, std::size_t k, const Reach& reach, Chunk& chunk,
-              meshless::Contact& out) const;
-    Reach reach_of(const Task& task) const;
+    bool is_behind(std::size_t a, std::size_t b, double along) const;
+    bool are_parted(const Body& body, std::size_t a, std::size_t b);
+    bool may_meet(const Task& task, std::size_t a, std::size_t b);
+    bool may_meet(const Task& task, std::size_t k, Facing& other);
+    Facing* partner_of(const Task& task, std::size_t k, std::vector<Facing>& facing);
+    bool meet(const Task& task, std::size_t k, const Reach& reach, Chunk& chunk, meshless::Contact& out);
+    bool push_on(const Task& task, const Vec3& foot, double total, const Facing& chosen, Chunk& chunk,
+                 meshless::Contact& out) const;
+    void find_speeds(const Task& task, const Parallel& parallel);
+    Reach reach_of(const Task& task);
     void group(const Task& task, std::vector<ContactGroup>& groups);
 
     std::vector<Sample> samples_, fresh_;
     std::vector<Carrying> carrying_, fresh_carrying_;
+    std::vector<KnownParted*> parted_, fresh_parted_;  // per sample; nullptr: nothing is known
+    std::deque<KnownParted> known_;                    // grows only, and stays where it is
+    std::vector<KnownParted*> free_known_;
+    std::uint32_t serials_ = 0;      // given so far
     std::vector<std::int64_t> old_;  // per fresh sample: its number before, or -1; -2: no sample
     std::vector<Listed> listed_, now_;
     std::vector<Vec3> position_, normal_;  // m; unit, outward; world
     std::vector<std::uint8_t> placed_;     // 1: the position is where the carriers take it
     std::vector<double> way_;              // per body: m, that a sample goes in the step at most
     std::vector<std::span<const Vec3>> velocity_;
+    std::vector<Vec3> sample_velocity_;               // m/s
+    std::vector<SpeedBounds::Range> carrier_speeds_;  // per sample
+    std::vector<double> radius_, closing_;            // per sample: m, looked around; that it may come nearer
+    SpeedBounds speeds_;
     SkinGrid grid_;
-    std::vector<Chunk> chunks_;  // contacts' part: number of the body
+    std::mutex mutex_;                            // of chunks_ and known_
+    std::vector<std::unique_ptr<Chunk>> chunks_;  // contacts' part: number of the body
+    std::vector<Chunk*> free_chunks_;
     std::vector<Found> order_;
     std::vector<std::uint32_t> first_, part_of_;
     std::vector<std::size_t> group_of_;

@@ -21,20 +21,24 @@ void carry_exactly(std::span<const Vec3> rest, const Vec3& place, double spacing
 /// A side between several sides, with the memory that finding it takes.
 class SideBetween {
   public:
-    void clear() { shares_.clear(); }
     bool empty() const { return shares_.empty(); }
     /// A side of the body and how much it counts, > 0.
     void add(const meshless::ContactSide& side, double weight);
     /// Of the phyxels that the added sides share, the heaviest, so that they carry `place` exactly; no
-    /// phyxels where none was added. Takes what was added. Arguments as of carry_exactly.
+    /// phyxels where none was added. Forgets what was added. Arguments as of carry_exactly.
     meshless::ContactSide take(std::span<const Vec3> rest, const Vec3& place, double spacing);
 
   private:
     struct Share {
-        std::uint32_t phyxel, number;  // number: in the order of adding
+        std::uint32_t phyxel;
+        std::uint32_t slot;  // of table_
         double weight;
     };
-    std::vector<Share> shares_;
+    std::size_t slot_of(std::uint32_t phyxel) const;
+    void grow_table();
+
+    std::vector<Share> shares_;         // in the order of adding
+    std::vector<std::uint32_t> table_;  // open addressing: number of the share + 1, or 0
     std::uint32_t part_ = 0;
 };
 

@@ -1,45 +1,70 @@
-// Which phyxels the middles of grid edges see, kept for as long as no surface changes.
+// Which phyxels the middles of grid edges see, kept from step to step.
 #pragma once
 
+#include <splitcubes/body/surface_changes.h>
+#include <splitcubes/geometry/occluder_grid.h>
+#include <splitcubes/meshless/locator.h>
+#include <splitcubes/meshless/phyxels.h>
+
+#include <cstddef>
 #include <cstdint>
-#include <mutex>
-#include <shared_mutex>
-#include <unordered_map>
+#include <span>
 #include <vector>
 
 namespace splitcubes::body {
 
-/// May be asked and told from several threads at once: what is kept of an edge is the same
-/// whoever found it.
+/// What EdgeSights looks at.
+struct SightContext {
+    const geometry::OccluderGrid& occluders;
+    const SurfaceChanges& changes;  // of what the occluders are made of
+    const meshless::Phyxels& phyxels;
+    const meshless::PhyxelLocator& locator;
+    double reach;  // m, the largest support
+};
+
+/// A phyxel is seen where the segment from the edge's middle to it meets no surface. Looks again
+/// only where the surface has changed since; what it tells is what looking anew at all would tell.
+/// Edges are numbered by one thread; different numbers may then be looked at by different threads.
 class EdgeSights {
   public:
-    struct Seen {
-        std::uint32_t phyxel;
-        double weight;  // kernel, 1/m^3
+    /// What is known of a phyxel near an edge.
+    struct Link {
+        std::uint32_t phyxel : 30;
+        enum : std::uint32_t { unknown, seen, hidden };
+        std::uint32_t sight : 2;
     };
-    using List = std::vector<Seen>;  // ascending
 
-    /// Forgets all where the surface, or how many phyxels there are, is not what it was.
-    void begin(std::uint64_t surface_revision, std::size_t phyxels) {
-        if (revision_ != surface_revision || phyxels_ != phyxels) lists_.clear();
-        revision_ = surface_revision;
-        phyxels_ = phyxels;
-    }
-    /// nullptr where the edge is not known. Stays valid until begin.
-    const List* find(std::uint64_t edge) const {
-        const std::shared_lock lock(mutex_);
-        const auto found = lists_.find(edge);
-        return found == lists_.end() ? nullptr : &found->second;
-    }
-    const List& keep(std::uint64_t edge, List&& list) {
-        const std::unique_lock lock(mutex_);
-        return lists_.try_emplace(edge, std::move(list)).first->second;
-    }
+    /// A step begins: edges that the last step did not ask for may be forgotten, and all are where there are
+    /// other phyxels. Numbers of the step before mean nothing any more.
+    void begin(std::size_t phyxels);
+
+    /// The edge's number, the same until begin. rest: m, the edge's middle.
+    std::uint32_t number_of(std::uint64_t edge, const Vec3& rest);
+    std::size_t size() const { return used_; }
+
+    /// The phyxels within reach of the edge, ascending, and which of them are still known to be seen or
+    /// hidden; of the others look finds it out.
+    std::span<const Link> near(std::uint32_t number, const SightContext& context);
+    /// Finds out which of the phyxels of a piece the edge sees; after near.
+    void look(std::uint32_t number, std::int32_t piece, const SightContext& context);
 
   private:
-    mutable std::shared_mutex mutex_;
-    std::unordered_map<std::uint64_t, List> lists_;
-    std::uint64_t revision_ = 0;
+    struct Entry {
+        std::uint64_t edge = 0;
+        Vec3 rest = Vec3::Zero();  // m
+        std::uint32_t when = 0;    // the last change of the surface that the links know of
+        bool is_found = false;     // whether links holds what is near
+        bool is_wanted = false;    // in this step
+        std::vector<Link> links;
+    };
+    std::size_t slot_of(std::uint64_t edge) const;
+    static void doubt(Entry& entry, const SightContext& context);
+    void rebuild_table(std::size_t slots);
+    void forget_unused();
+
+    std::vector<Entry> entries_;  // those from used_ on wait for new edges, with their memory
+    std::size_t used_ = 0, wanted_ = 0;
+    std::vector<std::uint32_t> table_;  // open addressing: number + 1, or 0
     std::size_t phyxels_ = 0;
 };
 

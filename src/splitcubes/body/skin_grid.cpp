@@ -76,7 +76,7 @@ void SkinGrid::lay_out(std::span<const Vec3> points, double reach) {
         if (point.allFinite()) box.add(point);
     origin_ = box.empty() ? Vec3(Vec3::Zero()) : box.min;
     const Vec3 extent = box.empty() ? Vec3(Vec3::Zero()) : Vec3(box.size());
-    // A hair more than the reach: what is within it is then never two cells on.
+    // A hair more than the reach: what is within it is then never two cells on, nor three times it four.
     size_ = 1.0001 * reach;
     // At most about eight cells a point, whatever the points' spread.
     const double limit = 8.0 * static_cast<double>(points.size()) + 64;
@@ -85,28 +85,32 @@ void SkinGrid::lay_out(std::span<const Vec3> points, double reach) {
 }
 
 // Ors each cell's directions with those of its 26 neighbours, axis by axis.
-void SkinGrid::spread_bins() {
-    spare_.resize(around_.size());
+void SkinGrid::spread_bins(std::span<const std::uint64_t> from, std::vector<std::uint64_t>& to) {
+    to.assign(from.begin(), from.end());
+    spare_.resize(from.size());
     std::size_t stride = 1;
     for (int axis = 0; axis < 3; ++axis) {
         const auto length = static_cast<std::size_t>(count_[axis]);
-        for (std::size_t c = 0; c < around_.size(); ++c) {
-            const std::size_t at = c / stride % length;
-            spare_[c] =
-                around_[c] | (at > 0 ? around_[c - stride] : 0) | (at + 1 < length ? around_[c + stride] : 0);
-        }
-        around_.swap(spare_);
+        for (std::size_t base = 0; base < to.size(); base += stride * length)
+            for (std::size_t at = 0; at < length; ++at) {
+                const std::size_t low = at > 0 ? stride : 0, high = at + 1 < length ? stride : 0;
+                const std::size_t first = base + at * stride;
+                for (std::size_t c = first; c < first + stride; ++c)
+                    spare_[c] = to[c - low] | to[c] | to[c + high];
+            }
+        to.swap(spare_);
         stride *= length;
     }
 }
 
-void SkinGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals, double reach) {
+void SkinGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals, double reach,
+                     double farthest) {
     points_ = points;
     normals_ = normals;
     lay_out(points, reach);
     const std::size_t cells = cell_index(0, 0, count_.z());
     begin_.assign(cells + 1, 0);
-    around_.assign(cells, 0);
+    around_[0].assign(cells, 0);
     cell_.resize(points.size());
     bin_.resize(points.size());
     entries_.resize(points.size());
@@ -115,14 +119,17 @@ void SkinGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals
         const std::size_t cell = cell_index(at.x(), at.y(), at.z());
         cell_[i] = static_cast<std::uint32_t>(cell);
         bin_[i] = bin_of(normals[i]);
-        around_[cell] |= std::uint64_t{1} << bin_[i];
+        around_[0][cell] |= std::uint64_t{1} << bin_[i];
         ++begin_[cell + 1];
     }
     for (std::size_t c = 0; c < cells; ++c) begin_[c + 1] += begin_[c];
     next_.assign(begin_.begin(), begin_.end() - 1);
     for (std::size_t i = 0; i < points.size(); ++i)
         entries_[next_[cell_[i]]++] = {points[i], normals[i], static_cast<std::uint32_t>(i)};
-    spread_bins();
+    for (std::size_t ring = 1; ring <= most_rings; ++ring) {
+        spread_bins(around_[ring - 1], around_[ring]);
+        if (farthest <= static_cast<double>(ring) * size_) break;
+    }
 }
 
 }  // namespace splitcubes::body

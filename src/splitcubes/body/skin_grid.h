@@ -4,6 +4,7 @@
 #include <splitcubes/math/types.h>
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -15,20 +16,25 @@ inline constexpr double facing_cosine = -0.4;
 
 /// A uniform grid over points with normals, whose memory is kept from build to build. It
 /// knows for each point whether anything around it can face it at all: directions are sorted
-/// into 54 solid angles, and those within one cell of a point are a mask. Where a solid is not cut, next to
+/// into 54 solid angles, and those within some cells of a point are a mask. Where a solid is not cut, next to
 /// no point is ever looked around. Queries may run on several threads at once.
 class SkinGrid {
   public:
-    /// points: m; normals: unit; reach: m, > 0, the largest radius that is asked for. Spans must stay.
-    void build(std::span<const Vec3> points, std::span<const Vec3> normals, double reach);
+    /// The largest radius that may be asked for, in the reach of build.
+    static constexpr int most_rings = 3;
 
-    /// False only where no point within the reach of this one faces it.
-    bool may_face(std::size_t point) const {
-        return (around_[cell_[point]] & facing_bins()[bin_[point]]) != 0;
+    /// points: m; normals: unit; reach: m, > 0, of most queries; farthest: m, the largest radius that is
+    /// asked for, at most most_rings times the reach. Spans must stay.
+    void build(std::span<const Vec3> points, std::span<const Vec3> normals, double reach, double farthest);
+
+    /// False only where no point within `radius` of this one (m, as of visit_facing) faces it.
+    bool may_face(std::size_t point, double radius) const {
+        const auto ring = static_cast<std::size_t>(std::ceil(radius / size_));
+        return (around_[ring][cell_[point]] & facing_bins()[bin_[point]]) != 0;
     }
 
     /// Calls use(index) for each point that faces point number `of` and is nearer to it than
-    /// `radius` (m, at most the reach), in a fixed order.
+    /// `radius` (m, at most the farthest), in a fixed order.
     template <class Use>
     void visit_facing(std::size_t of, double radius, const Use& use) const;
 
@@ -44,7 +50,7 @@ class SkinGrid {
                static_cast<std::size_t>(x);
     }
     void lay_out(std::span<const Vec3> points, double reach);
-    void spread_bins();
+    void spread_bins(std::span<const std::uint64_t> from, std::vector<std::uint64_t>& to);
 
     struct Entry {
         Vec3 point, normal;
@@ -53,11 +59,13 @@ class SkinGrid {
     Vec3 origin_ = Vec3::Zero();  // m, low corner
     double size_ = 1;             // m, of a cell
     Vec3i count_ = Vec3i::Ones();
-    std::vector<std::uint32_t> cell_;            // per point
-    std::vector<std::uint8_t> bin_;              // per point
-    std::vector<std::uint32_t> begin_, next_;    // per cell, first of its entries; one more at the end
-    std::vector<Entry> entries_;                 // cell by cell
-    std::vector<std::uint64_t> around_, spare_;  // per cell: directions of its points and its neighbours'
+    std::vector<std::uint32_t> cell_;          // per point
+    std::vector<std::uint8_t> bin_;            // per point
+    std::vector<std::uint32_t> begin_, next_;  // per cell, first of its entries; one more at the end
+    std::vector<Entry> entries_;               // cell by cell
+    // Per cell: directions of the points within so many cells of it along each axis.
+    std::array<std::vector<std::uint64_t>, most_rings + 1> around_;
+    std::vector<std::uint64_t> spare_;
     std::span<const Vec3> points_, normals_;
 };
 

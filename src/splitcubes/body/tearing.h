@@ -33,7 +33,7 @@ struct TearContext {
     const NodeTracker& nodes;
     std::span<const geometry::Frame> frames;  // per tracked node
     std::span<const std::uint8_t> held;       // per phyxel, 1: its position is prescribed; or empty
-    std::uint64_t surface_revision;           // of what the occluders are made of
+    const SurfaceChanges& changes;            // of what the occluders are made of
     double spacing;                           // m, between phyxels
     double dt;                                // s
     const Parallel& parallel;
@@ -88,13 +88,40 @@ class Tearing {
         Mat3 world_from_rest = Mat3::Identity();
     };
     struct Proposal {
-        std::uint64_t id;
-        double load;  // stress over strength
-        double parameter;
-        Vec3 normal;
+        std::uint64_t id = no_edge;
+        double load = 0;  // stress over strength
+        double parameter = 0;
+        Vec3 normal = Vec3::Zero();
+        std::uint32_t order = 0;
+    };
+    static constexpr std::uint64_t no_edge = ~std::uint64_t{0};
+    /// What an edge has to bear in this step.
+    struct LoadedEdge {
+        std::uint64_t asked = 0;   // step
+        Vec3 rest = Vec3::Zero();  // m, its middle
+        std::int32_t piece = 0;
+        double strength = 0;  // Pa
+        Stress stress;        // zero where it is too small to tear it
+    };
+    struct WeightedStress {
+        double weight, stress;  // Pa, principal
+    };
+    struct Request {
+        std::uint32_t tip, number;
+        splitting::GridEdge edge;
+    };
+    struct Beside {
+        splitting::GridEdge edge;
+        double stretch;  // of the last step; negative: cut
     };
     struct Plane {
         Vec3 point, normal;  // m, unit; rest space
+    };
+    /// A cell at a crack's edge.
+    struct Tip {
+        Vec3 centre = Vec3::Zero(), normal = Vec3::Zero();  // of what is cut; m, unit; rest space
+        std::optional<Plane> seam;
+        std::uint32_t edges = 0;  // bit e: the plane nearly meets the cell's edge e, which may tear
     };
     using Key = std::array<int, 3>;
     struct KeyHash {
@@ -110,8 +137,12 @@ class Tearing {
     void find_weakest(const splitting::NodeGrid& grid, const TearContext& context);
     double measure_phyxels(const TearContext& context);
     void find_loads(const TearContext& context);
-    Stress stress_at(const splitting::GridEdge& edge, const Vec3& rest, std::int32_t piece, double least,
-                     const TearContext& context, std::vector<std::uint32_t>& near) const;
+    std::uint32_t ask(const splitting::NodeGrid& grid, const splitting::GridEdge& edge,
+                      const TearContext& context);
+    void answer(const TearContext& context);
+    double most_stress(std::span<const EdgeSights::Link> near, const LoadedEdge& edge,
+                       const TearContext& context, std::vector<WeightedStress>& unknown) const;
+    void find_stress(std::uint32_t number, const TearContext& context, std::vector<WeightedStress>& unknown);
     bool may_tear(const splitting::NodeGrid& grid, const splitting::GridEdge& edge,
                   const TearContext& context) const;
     bool shadowed(const splitting::NodeGrid& grid, const splitting::GridEdge& edge, const Vec3& normal) const;
@@ -120,13 +151,30 @@ class Tearing {
     void break_strands(splitting::NodeGrid& grid, const TearContext& context,
                        std::vector<std::int32_t>& slots);
     void close_gaps(splitting::NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots);
-    void propose_from(const splitting::NodeGrid& grid, const TearContext& context, const Key& cell,
-                      std::vector<Proposal>& out) const;
-    std::vector<Key> grow_once(splitting::NodeGrid& grid, const TearContext& context,
-                               const std::vector<Key>& front, std::vector<std::int32_t>& slots);
-    void grow(splitting::NodeGrid& grid, const TearContext& context, std::vector<Key> front,
-              std::vector<std::int32_t>& slots);
-    std::vector<Key> loaded_front(const splitting::NodeGrid& grid, const TearContext& context) const;
+    Tip tip_of(const splitting::NodeGrid& grid, const TearContext& context, const Key& cell) const;
+    bool propose(const splitting::NodeGrid& grid, const Tip& tip, std::uint32_t number,
+                 const splitting::GridEdge& edge, Proposal& out) const;
+    void find_proposals(const splitting::NodeGrid& grid, const TearContext& context,
+                        std::span<const Key> front);
+    void merge_proposals();
+    static void cells_of(const splitting::NodeGrid& grid, std::span<const std::int32_t> slots,
+                         std::vector<Key>& out);
+    void grow(splitting::NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots);
+    void find_loaded_front(const splitting::NodeGrid& grid, const TearContext& context);
+    void note_edges_beside(const splitting::NodeGrid& grid, const Key& cell);
+    /// Calls use(cell) for the cells that share an edge.
+    template <class Use>
+    static void for_cells_around(const splitting::NodeGrid& grid, const splitting::GridEdge& edge,
+                                 const Use& use) {
+        for (int k = 0; k < 4; ++k) {
+            Vec3i cell = edge.node;
+            cell[(edge.axis + 1) % 3] -= k & 1;
+            cell[(edge.axis + 2) % 3] -= k >> 1;
+            if (grid.has_cell(cell)) use(Key{cell[0], cell[1], cell[2]});
+        }
+    }
+    void consider(const splitting::NodeGrid& grid, std::uint32_t phyxel, const Request& request,
+                  Proposal& best) const;
     bool begin_one(splitting::NodeGrid& grid, const TearContext& context, std::uint32_t phyxel,
                    std::vector<std::int32_t>& slots);
     void begin_cracks(splitting::NodeGrid& grid, const TearContext& context,
@@ -149,11 +197,23 @@ class Tearing {
     std::vector<double> load_;  // per phyxel, smoothed stress over the weakest strength; 0: not near 1
     std::vector<std::size_t> phyxels_of_;  // per piece
     double reach_ = 0;                     // m, the largest support
-    mutable EdgeSights sights_;            // of one piece each: only cuts change an edge's
+    EdgeSights sights_;
+    std::uint64_t step_ = 0;                            // calls that looked at edges
+    std::vector<LoadedEdge> loaded_edges_;              // by the sights' numbers
+    std::vector<std::uint32_t> asked_;                  // those whose stress is to be found
+    std::vector<std::vector<WeightedStress>> unknown_;  // scratch, per work chunk
+    std::vector<Tip> tips_;                             // of the front
+    std::vector<Request> requests_;                     // edges of tips
+    std::vector<Proposal> proposals_;                   // to cut now
+    std::vector<Key> front_, parted_;      // cells that cracks go on from; nodes that strands parted at
+    std::vector<std::uint8_t> is_loaded_;  // per crack cell
+    std::vector<std::uint32_t> order_;     // phyxels past their strength, the most loaded first
 
     std::size_t known_crossings_ = 0;
     std::vector<Key> crack_cells_;  // around edges that were cut, not boundary, in order of first touch
     std::unordered_set<Key, KeyHash> is_crack_cell_;
+    std::vector<Beside> beside_;  // uncut edges of these cells, each once
+    std::unordered_set<std::uint64_t> is_beside_;
     struct CrackPoint {
         Vec3 rest, normal;
     };

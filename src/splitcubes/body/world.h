@@ -89,8 +89,9 @@ class World {
     std::vector<meshless::Obstacle> obstacles_now() const;
     void feel_sides(const Tool& tool, ToolForce& force) const;
     void integrate(const StepContext& context, StepReport& report);
-    void integrate_group(const ContactGroup& group, const StepContext& context, StepReport& report,
-                         std::vector<meshless::ContactMemory>& next);
+    void integrate_group(const ContactGroup& group, const StepContext& context, StepReport& report);
+    void step_together(const ContactGroup& group, const meshless::ContactInput& contacts,
+                       const StepContext& context, StepReport& report);
     void step_apart(const ContactGroup& group, const meshless::ContactInput& contacts,
                     const StepContext& context, StepReport& report);
     void push_between(const ContactGroup& group, std::vector<meshless::Contact>& between,
@@ -106,6 +107,17 @@ class World {
     std::vector<ContactGroup> contact_groups_;
     RigidContacts rigid_contacts_;
     std::vector<meshless::ContactMemory> contact_memory_;  // sorted by key
+    /// Of the group that steps, kept for its memory.
+    struct GroupStep {
+        std::vector<meshless::ContactMemory> memory;
+        std::vector<meshless::Pull> pulls;
+        std::vector<double> limits;
+        std::vector<Vec3> pull_forces;
+        std::vector<meshless::StepInput> inputs;
+        std::vector<meshless::ImplicitSolver::Member> members;
+    };
+    GroupStep group_step_;
+    std::vector<meshless::ContactMemory> next_memory_;
     std::int64_t step_count_ = 0;
 };
 

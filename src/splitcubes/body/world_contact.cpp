@@ -12,77 +12,83 @@ using meshless::ContactInput;
 using meshless::ContactMemory;
 
 // What is remembered of these contacts; both sorted by key.
-std::vector<ContactMemory> memory_of(std::span<const meshless::Contact> contacts,
-                                     std::span<const ContactMemory> all) {
-    std::vector<ContactMemory> out;
+void find_memory_of(std::span<const meshless::Contact> contacts, std::span<const ContactMemory> all,
+                    std::vector<ContactMemory>& out) {
+    out.clear();
     for (const meshless::Contact& c : contacts)
         if (const ContactMemory* memory = meshless::find_memory(all, c.key)) out.push_back(*memory);
-    return out;
 }
 
 }  // namespace
 
 void World::integrate(const StepContext& context, StepReport& report) {
-    std::vector<ContactMemory> next;
+    next_memory_.clear();
     std::size_t handles = 0;
     for (const auto& body : bodies_) handles += body->handles().size();
     report.handle_forces.assign(handles, Vec3::Zero());
-    for (const ContactGroup& group : contact_groups_) integrate_group(group, context, report, next);
-    std::sort(next.begin(), next.end(),
+    for (const ContactGroup& group : contact_groups_) integrate_group(group, context, report);
+    std::sort(next_memory_.begin(), next_memory_.end(),
               [](const ContactMemory& a, const ContactMemory& b) { return a.key < b.key; });
-    contact_memory_ = std::move(next);
+    contact_memory_.swap(next_memory_);
 }
 
-void World::integrate_group(const ContactGroup& group, const StepContext& context, StepReport& report,
-                            std::vector<ContactMemory>& next) {
+void World::integrate_group(const ContactGroup& group, const StepContext& context, StepReport& report) {
     if (bodies_[group.bodies[0]]->is_carried())
         return bodies_[group.bodies[0]]->advance_deformation(context, report);
-    std::vector<ContactMemory> memory = memory_of(group.contacts, contact_memory_);
-    std::vector<meshless::Pull> pulls;
-    std::vector<double> limits;
-    std::vector<meshless::StepInput> inputs;
+    GroupStep& step = group_step_;
+    find_memory_of(group.contacts, contact_memory_, step.memory);
+    step.pulls.clear();
+    step.limits.clear();
+    step.inputs.clear();
+    step.pull_forces.clear();
     for (std::uint32_t k = 0; k < group.bodies.size(); ++k) {
         Body& body = *bodies_[group.bodies[k]];
-        body.add_pulls(context, k, pulls, limits);
-        inputs.push_back(body.begin_step(context));
+        body.add_pulls(context, k, step.pulls, step.limits);
+        step.inputs.push_back(body.begin_step(context));
     }
-    std::vector<Vec3> pull_forces;
-    const ContactInput contacts{group.contacts, pulls, limits, &memory, &pull_forces};
+    const ContactInput contacts{group.contacts, step.pulls, step.limits, &step.memory, &step.pull_forces};
     if (group.bodies.size() == 1) {
         Body& body = *bodies_[group.bodies[0]];
-        inputs[0].contacts = contacts;
+        step.inputs[0].contacts = contacts;
         const meshless::SolverReport solved =
-            body.solver().step(body.phyxels(), body.neighbourhoods(), body.settings().material, inputs[0],
-                               context.solver, context.parallel);
+            body.solver().step(body.phyxels(), body.neighbourhoods(), body.settings().material,
+                               step.inputs[0], context.solver, context.parallel);
         body.end_step(context, solved, report);
     } else if (context.solver.kind == meshless::SolverKind::implicit_steps) {
-        std::vector<meshless::ImplicitSolver::Member> members;
-        for (std::size_t k = 0; k < group.bodies.size(); ++k) {
-            Body& body = *bodies_[group.bodies[k]];
-            inputs[k] = body.solver().begin(body.phyxels(), body.settings().material, inputs[k]);
-            body.solver().watch(body.phyxels(), body.neighbourhoods(), body.settings().material, inputs[k],
-                                context.solver, context.parallel);
-            members.push_back({body.solver().implicit_solver(), body.phyxels(), body.neighbourhoods(),
-                               body.settings().material, inputs[k]});
-        }
-        meshless::ImplicitSolver::step_together(members, contacts, context.solver, context.parallel);
-        for (std::uint32_t k = 0; k < group.bodies.size(); ++k) {
-            Body& body = *bodies_[group.bodies[k]];
-            body.solver().mend(body.phyxels(), body.neighbourhoods(), body.settings().material, inputs[k],
-                               contacts, k, context.solver, members[k].report, context.parallel);
-            body.solver().end(body.phyxels(), members[k].report);
-            body.end_step(context, members[k].report, report);
-        }
+        step_together(group, contacts, context, report);
     } else {
         step_apart(group, contacts, context, report);
     }
-    next.insert(next.end(), memory.begin(), memory.end());
+    next_memory_.insert(next_memory_.end(), step.memory.begin(), step.memory.end());
     std::size_t number = 0;
     for (const std::size_t b : group.bodies) {
         std::size_t first = 0;
         for (std::size_t before = 0; before < b; ++before) first += bodies_[before]->handles().size();
         for (std::size_t h = 0; h < bodies_[b]->handles().size(); ++h, ++number)
-            if (number < pull_forces.size()) report.handle_forces[first + h] = pull_forces[number];
+            if (number < step.pull_forces.size()) report.handle_forces[first + h] = step.pull_forces[number];
+    }
+}
+
+// Implicit steps: one solve for all.
+void World::step_together(const ContactGroup& group, const ContactInput& contacts, const StepContext& context,
+                          StepReport& report) {
+    GroupStep& step = group_step_;
+    step.members.clear();
+    for (std::size_t k = 0; k < group.bodies.size(); ++k) {
+        Body& body = *bodies_[group.bodies[k]];
+        step.inputs[k] = body.solver().begin(body.phyxels(), body.settings().material, step.inputs[k]);
+        body.solver().watch(body.phyxels(), body.neighbourhoods(), body.settings().material, step.inputs[k],
+                            context.solver, context.parallel);
+        step.members.push_back({body.solver().implicit_solver(), body.phyxels(), body.neighbourhoods(),
+                                body.settings().material, step.inputs[k]});
+    }
+    meshless::ImplicitSolver::step_together(step.members, contacts, context.solver, context.parallel);
+    for (std::uint32_t k = 0; k < group.bodies.size(); ++k) {
+        Body& body = *bodies_[group.bodies[k]];
+        body.solver().mend(body.phyxels(), body.neighbourhoods(), body.settings().material, step.inputs[k],
+                           contacts, k, context.solver, step.members[k].report, context.parallel);
+        body.solver().end(body.phyxels(), step.members[k].report);
+        body.end_step(context, step.members[k].report, report);
     }
 }
 
@@ -107,7 +113,8 @@ void World::step_apart(const ContactGroup& group, const ContactInput& contacts, 
         std::vector<meshless::Pull> pulls;
         std::vector<double> limits;
         body.add_pulls(context, 0, pulls, limits);
-        std::vector<ContactMemory> memory = memory_of(own, *contacts.memory);
+        std::vector<ContactMemory> memory;
+        find_memory_of(own, *contacts.memory, memory);
         std::vector<Vec3> pulled;
         inputs.push_back(body.begin_step(context));
         inputs[k].contacts = {own, pulls, limits, &memory, &pulled};

@@ -45,16 +45,10 @@ Vec3i PhyxelLocator::cell_of(const Vec3& point) const {
 
 void PhyxelLocator::near(const Vec3& point, double radius, std::vector<std::uint32_t>& out) const {
     out.clear();
-    if (points_.empty()) return;
-    const Vec3i low = cell_of(point - Vec3::Constant(radius));
-    const Vec3i high = cell_of(point + Vec3::Constant(radius));
-    const double limit = radius * radius;
-    for (int z = low.z(); z <= high.z(); ++z)
-        for (int y = low.y(); y <= high.y(); ++y) {
-            const std::uint32_t end = begin_[cell_index(high.x(), y, z) + 1];
-            for (std::uint32_t k = begin_[cell_index(low.x(), y, z)]; k < end; ++k)
-                if ((points_[indices_[k]] - point).squaredNorm() < limit) out.push_back(indices_[k]);
-        }
+    visit(point, radius, [&](std::uint32_t index) {
+        out.push_back(index);
+        return true;
+    });
     std::sort(out.begin(), out.end());
 }
 

@@ -21,6 +21,10 @@ class PhyxelLocator {
     std::size_t size() const { return points_.size(); }
     /// Indices of the points with |p - point| < radius, ascending. `out` is replaced.
     void near(const Vec3& point, double radius, std::vector<std::uint32_t>& out) const;
+    /// Calls use(index) for the same points, in another order that is always the same, until it returns
+    /// false; returns whether it never did.
+    template <class Use>
+    bool visit(const Vec3& point, double radius, const Use& use) const;
     /// The `count` points nearest to `point` (all, where there are fewer), nearest
     /// first, equal distances by index. `out` is replaced.
     void nearest(const Vec3& point, std::size_t count, std::vector<std::uint32_t>& out) const;
@@ -41,5 +45,20 @@ class PhyxelLocator {
     std::vector<std::uint32_t> begin_;    // per cell, first entry of indices_; one more at the end
     std::vector<std::uint32_t> indices_;  // point numbers, cell by cell, ascending in a cell
 };
+
+template <class Use>
+bool PhyxelLocator::visit(const Vec3& point, double radius, const Use& use) const {
+    if (points_.empty()) return true;
+    const Vec3i low = cell_of(point - Vec3::Constant(radius));
+    const Vec3i high = cell_of(point + Vec3::Constant(radius));
+    const double limit = radius * radius;
+    for (int z = low.z(); z <= high.z(); ++z)
+        for (int y = low.y(); y <= high.y(); ++y) {
+            const std::uint32_t end = begin_[cell_index(high.x(), y, z) + 1];
+            for (std::uint32_t k = begin_[cell_index(low.x(), y, z)]; k < end; ++k)
+                if ((points_[indices_[k]] - point).squaredNorm() < limit && !use(indices_[k])) return false;
+        }
+    return true;
+}
 
 }  // namespace splitcubes::meshless

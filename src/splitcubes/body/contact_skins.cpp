@@ -1,0 +1,247 @@
+// Which skins of pieces and bodies may push on each other.
+#include <splitcubes/body/contact_finder.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace splitcubes::body {
+
+namespace {
+
+using meshless::Contact;
+
+// In phyxel spacings: how far a contact is looked for beyond what speed asks for, the deepest
+// overlap that is believed, how far along the face a sample may be from another piece's
+// samples, and how much of an overlap is undone in a step.
+constexpr double margin_share = 0.05, deepest_share = 1, beside_share = 0.9, lift_share = 0.02;
+constexpr double hidden_share = 1.25;  // deeper than that nothing is looked at; some more than deepest_share
+constexpr double reach_share = 1.25, most_reach_share = 3;
+// Skins that lie opposite; normals of one face.
+constexpr double opposite_skins = -0.8, one_face = 0.8;
+// Points just below the skin, in cells; and the distance at rest, in spacings, beyond which two
+// places of one piece may meet though no cut parts them.
+constexpr double below_skin = 0.6, far_at_rest = 4;
+
+}  // namespace
+
+// Whether a surface stands between points just below two samples of a body. Only one thread asks for
+// sample a at a time.
+bool ContactFinder::are_parted(const Body& body, std::size_t a, std::size_t b) {
+    const double below = below_skin * body.grid().rest().cell_size;
+    const Vec3 from = samples_[a].rest - below * samples_[a].rest_normal;
+    const Vec3 to = samples_[b].rest - below * samples_[b].rest_normal;
+    const SurfaceChanges& changes = body.surface_changes();
+    if (!parted_[a]) parted_[a] = &take_known();
+    KnownParted& known = *parted_[a];
+    const std::uint32_t serial = samples_[b].serial;
+    std::size_t place = serial % KnownParted::size;
+    for (std::size_t k = 0; k < KnownParted::probed; ++k) {
+        const std::size_t at = (serial + k) % KnownParted::size;
+        if (known.other[at] == serial) {
+            place = at;
+            const bool parted = (known.answer[at] & KnownParted::parted) != 0;
+            const geometry::Box box{from.cwiseMin(to), from.cwiseMax(to)};
+            if (changes.since(box, known.answer[at] & ~KnownParted::parted)) break;
+            known.answer[at] = changes.now() | (parted ? KnownParted::parted : 0);
+            return parted;
+        }
+        // What is longest unasked gives way.
+        if ((known.answer[at] & ~KnownParted::parted) < (known.answer[place] & ~KnownParted::parted))
+            place = at;
+    }
+    const bool parted = body.parted_at_rest(from, to);
+    known.other[place] = serial;
+    known.answer[place] = changes.now() | (parted ? KnownParted::parted : 0);
+    return parted;
+}
+
+// Whether sample a lies deeper behind another one than any overlap that is believed. What a cut parted lies
+// at rest behind a curved face by as much as it is curved. along: m, of a above the plane through b.
+bool ContactFinder::is_behind(std::size_t a, std::size_t b, double along) const {
+    const Sample &one = samples_[a], &other = samples_[b];
+    const double spacing = std::max(one.spacing, other.spacing);
+    const Vec3 way = one.rest - other.rest;
+    if (one.body == other.body && way.norm() < 2 * one.spacing)
+        along -= std::min(0.0, other.rest_normal.dot(way));
+    return along < -hidden_share * spacing;
+}
+
+// Whether two samples that face each other can be of skins that meet.
+bool ContactFinder::may_meet(const Task& task, std::size_t a, std::size_t b) {
+    const Sample &one = samples_[a], &other = samples_[b];
+    if (one.body != other.body || one.piece != other.piece) return true;
+    if ((one.rest - other.rest).norm() > far_at_rest * one.spacing) return true;
+    return are_parted(*task.bodies[one.body], a, b);
+}
+
+// The same, looked up once.
+bool ContactFinder::may_meet(const Task& task, std::size_t k, Facing& other) {
+    if (other.may == Facing::May::unknown)
+        other.may = may_meet(task, k, other.index) ? Facing::May::yes : Facing::May::no;
+    return other.may == Facing::May::yes;
+}
+
+// The nearest sample whose skin lies opposite; only where there is none, an edge's or a corner's.
+ContactFinder::Facing* ContactFinder::partner_of(const Task& task, std::size_t k,
+                                                 std::vector<Facing>& facing) {
+    for (;;) {
+        Facing* best = nullptr;
+        bool opposite = false;
+        for (Facing& other : facing) {
+            if (other.may == Facing::May::no) continue;
+            const bool lies_opposite = other.cosine < opposite_skins;
+            if (opposite && !lies_opposite) continue;
+            if (best && opposite == lies_opposite && other.distance >= best->distance) continue;
+            opposite = lies_opposite;
+            best = &other;
+        }
+        // Few are looked at so: whether a cut parts the two is dear to know.
+        if (!best || may_meet(task, k, *best)) return best;
+    }
+}
+
+bool ContactFinder::meet(const Task& task, std::size_t k, const Reach& reach, Chunk& chunk, Contact& out) {
+    std::vector<Facing>& facing = chunk.facing;
+    const Sample& sample = samples_[k];
+    const Vec3& position = position_[k];
+    // The gap will be a mean of heights above planes: where none of them is low enough to be
+    // met within the step, nothing is.
+    const double radius = radius_[k];
+    const double enough = margin_share * sample.spacing + reach.fall + closing_[k] + 1e-6 * radius;
+    facing.clear();
+    bool low = false;
+    grid_.visit_facing(k, radius, [&](std::uint32_t other) {
+        const Vec3 way = position - position_[other];
+        const double along = normal_[other].dot(way);
+        if (along < -hidden_share * sample.spacing && is_behind(k, other, along)) return;
+        low = low || !(along > enough);
+        facing.push_back(
+            {other, way.squaredNorm(), normal_[k].dot(normal_[other]), along, 0, Facing::May::unknown});
+    });
+    if (!low) return false;
+    std::sort(facing.begin(), facing.end(),
+              [](const Facing& a, const Facing& b) { return a.index < b.index; });
+    const Facing* const chosen = partner_of(task, k, facing);
+    if (!chosen) return false;
+    const Sample& partner = samples_[chosen->index];
+    const Vec3& partner_normal = normal_[chosen->index];
+    const double width = std::sqrt(chosen->distance) + 0.75 * partner.spacing;
+    double distance = 0, rest_distance = 0, total = 0;
+    Vec3 normal = Vec3::Zero();
+    for (Facing& near : facing) {
+        const Sample& other = samples_[near.index];
+        if (other.body != partner.body || other.piece != partner.piece) continue;
+        const double share = 1 - near.distance / (width * width);
+        if (!(share > 0) || !(normal_[near.index].dot(partner_normal) > one_face)) continue;
+        if (!may_meet(task, k, near)) continue;
+        near.weight = share * share;
+        distance += near.weight * near.along;
+        rest_distance += near.weight * other.rest_normal.dot(sample.rest - other.rest);
+        normal += near.weight * normal_[near.index];
+        total += near.weight;
+    }
+    if (!(total > 0) || !(normal.norm() > 0)) return false;
+    distance /= total;
+    normal.normalize();
+    out.gap = distance;
+    out.normal = normal;
+    // Faces that a cut parted lie on each other at rest, however curved: what looks like an overlap there is
+    // none.
+    if (sample.body == partner.body && (sample.rest - partner.rest).norm() < 2 * sample.spacing)
+        out.gap -= std::min(0.0, rest_distance / total);
+    const double spacing = std::max(sample.spacing, partner.spacing);
+    const Vec3 way = position - position_[chosen->index];
+    if (out.gap < -deepest_share * spacing || out.gap > radius) return false;
+    if ((way - normal.dot(way) * normal).norm() > beside_share * spacing) return false;
+    out.upper = carrying_[k].side;
+    out.friction = task.options.friction;
+    out.lift = lift_share * std::min(sample.spacing, partner.spacing);
+    return push_on(task, position - distance * normal, total, *chosen, chunk, out);
+}
+
+// What is pushed on is the point of the face that the sample lies before: what the planes' mean says of
+// its distance then is what the two sides' ways say. foot: m, world; total: of the weights.
+bool ContactFinder::push_on(const Task& task, const Vec3& foot, double total, const Facing& chosen,
+                            Chunk& chunk, Contact& out) const {
+    Vec3 middle = Vec3::Zero(), rest_middle = Vec3::Zero();
+    for (const Facing& near : chunk.facing) {
+        if (!(near.weight > 0)) continue;
+        middle += near.weight * position_[near.index];
+        rest_middle += near.weight * samples_[near.index].rest;
+        chunk.between.add(carrying_[near.index].side, near.weight);
+    }
+    if (chunk.between.empty()) return false;
+    const Sample& partner = samples_[chosen.index];
+    const meshless::Phyxels& phyxels = task.bodies[partner.body]->phyxels();
+    Vec3 rest_foot =
+        phyxels.deformation[carrying_[chosen.index].side.phyxel[0]].inverse() * (foot - middle / total);
+    if (!(rest_foot.norm() < 2 * beside_share * partner.spacing)) rest_foot.setZero();
+    out.lower = chunk.between.take(phyxels.rest_position, rest_middle / total + rest_foot, partner.spacing);
+    return true;
+}
+
+// How fast samples go, and the range of what their carriers do.
+void ContactFinder::find_speeds(const Task& task, const Parallel& parallel) {
+    velocity_.clear();
+    for (const auto& body : task.bodies) velocity_.emplace_back(body->phyxels().velocity);
+    sample_velocity_.resize(samples_.size());
+    carrier_speeds_.resize(samples_.size());
+    parallel.for_each(samples_.size(), grain, [&](std::size_t k) {
+        find_carriers(task, k);
+        const meshless::ContactSide& side = carrying_[k].side;
+        const std::span<const Vec3> velocity = velocity_[samples_[k].body];
+        SpeedBounds::Range& range = carrier_speeds_[k];
+        range.low = range.high = velocity[side.phyxel[0]];
+        sample_velocity_[k].setZero();
+        for (std::uint32_t c = 0; c < side.count; ++c) {
+            const Vec3& v = velocity[side.phyxel[c]];
+            sample_velocity_[k] += side.weight[c] * v;
+            range.low = range.low.cwiseMin(v);
+            range.high = range.high.cwiseMax(v);
+        }
+    });
+}
+
+// Only what moves against a sample makes its radius larger: a body that flies is looked at as one that lies.
+ContactFinder::Reach ContactFinder::reach_of(const Task& task) {
+    Reach out{0, task.gravity.norm() * task.dt * task.dt, 0, 0};
+    for (std::size_t k = 0; k < samples_.size(); ++k) {
+        out.spacing = std::max(out.spacing, samples_[k].spacing);
+        out.widest = std::max(out.widest, carrying_[k].weight_sum);
+    }
+    speeds_.build(position_, carrier_speeds_, most_reach_share * out.spacing);
+    radius_.resize(samples_.size());
+    closing_.resize(samples_.size());
+    for (std::size_t k = 0; k < samples_.size(); ++k) {
+        // The other side's velocity is a mean of its carriers', with weights of both signs.
+        const double way = task.dt * speeds_.against(k, sample_velocity_[k]);
+        closing_[k] = out.widest * way;
+        radius_[k] =
+            reach_share * out.spacing + std::min((most_reach_share - reach_share) * out.spacing, 2 * way);
+        out.farthest = std::max(out.farthest, radius_[k]);
+    }
+    return out;
+}
+
+void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
+    if (samples_.empty()) return;
+    find_speeds(task, parallel);
+    const Reach reach = reach_of(task);
+    grid_.build(position_, normal_, reach_share * reach.spacing, reach.farthest);
+    in_chunks(parallel, samples_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) {
+            Contact contact;
+            if (carrying_[k].side.is_collider() || !grid_.may_face(k, radius_[k]) ||
+                !meet(task, k, reach, chunk, contact))
+                continue;
+            const Vec3 v = side_value(contact.upper, velocity_) - side_value(contact.lower, velocity_);
+            const double closing = std::max(0.0, -task.dt * contact.normal.dot(v));
+            if (!(contact.gap - closing < margin_share * samples_[k].spacing + reach.fall)) continue;
+            contact.key = key_of(samples_[k].body, 0, samples_[k].vertex);
+            chunk.found.push_back(contact);
+        }
+    });
+}
+
+}  // namespace splitcubes::body

@@ -1,0 +1,118 @@
+#include <splitcubes/body/edge_sights.h>
+#include <splitcubes/meshless/kernel.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace splitcubes::body {
+
+namespace {
+
+// Edges that a step did not ask for are kept while there are at most so many of them for one that it did.
+constexpr std::size_t most_unused = 3, always_kept = 4096;
+
+// Fibonacci hashing: neighbouring edges have neighbouring numbers.
+std::size_t hash_of(std::uint64_t edge) {
+    const std::uint64_t mixed = edge * 0x9e3779b97f4a7c15ULL;
+    return static_cast<std::size_t>(mixed ^ mixed >> 32);
+}
+
+geometry::Box box_of(const Vec3& a, const Vec3& b) {
+    return {a.cwiseMin(b), a.cwiseMax(b)};
+}
+
+}  // namespace
+
+std::size_t EdgeSights::slot_of(std::uint64_t edge) const {
+    const std::size_t mask = table_.size() - 1;
+    std::size_t slot = hash_of(edge) & mask;
+    while (table_[slot] != 0 && entries_[table_[slot] - 1].edge != edge) slot = (slot + 1) & mask;
+    return slot;
+}
+
+void EdgeSights::rebuild_table(std::size_t slots) {
+    table_.assign(slots, 0);
+    for (std::size_t k = 0; k < used_; ++k)
+        table_[slot_of(entries_[k].edge)] = static_cast<std::uint32_t>(k + 1);
+}
+
+void EdgeSights::forget_unused() {
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < used_; ++k)
+        if (entries_[k].is_wanted) std::swap(entries_[kept++], entries_[k]);
+    used_ = kept;
+    rebuild_table(table_.size());
+}
+
+void EdgeSights::begin(std::size_t phyxels) {
+    if (phyxels_ != phyxels) {
+        used_ = 0;
+        rebuild_table(table_.size());
+    } else if (used_ > (1 + most_unused) * wanted_ + always_kept) {
+        forget_unused();
+    }
+    phyxels_ = phyxels;
+    wanted_ = 0;
+    for (std::size_t k = 0; k < used_; ++k) entries_[k].is_wanted = false;
+}
+
+std::uint32_t EdgeSights::number_of(std::uint64_t edge, const Vec3& rest) {
+    if (2 * (used_ + 1) > table_.size()) rebuild_table(std::max<std::size_t>(2 * table_.size(), 64));
+    std::uint32_t& found = table_[slot_of(edge)];
+    if (found == 0) {
+        if (used_ == entries_.size()) entries_.emplace_back();
+        Entry& entry = entries_[used_++];
+        entry.edge = edge;
+        entry.rest = rest;
+        entry.is_found = entry.is_wanted = false;
+        found = static_cast<std::uint32_t>(used_);
+    }
+    Entry& entry = entries_[found - 1];
+    wanted_ += !entry.is_wanted;
+    entry.is_wanted = true;
+    return found - 1;
+}
+
+std::span<const EdgeSights::Link> EdgeSights::near(std::uint32_t number, const SightContext& context) {
+    Entry& entry = entries_[number];
+    if (entry.is_found) {
+        doubt(entry, context);
+        return entry.links;
+    }
+    entry.links.clear();
+    context.locator.visit(entry.rest, context.reach, [&](std::uint32_t i) {
+        entry.links.push_back({i & 0x3fffffffU, Link::unknown});
+        return true;
+    });
+    std::sort(entry.links.begin(), entry.links.end(),
+              [](const Link& a, const Link& b) { return a.phyxel < b.phyxel; });
+    entry.when = context.changes.now();
+    entry.is_found = true;
+    return entry.links;
+}
+
+void EdgeSights::look(std::uint32_t number, std::int32_t piece, const SightContext& context) {
+    const meshless::Phyxels& p = context.phyxels;
+    Entry& entry = entries_[number];
+    for (Link& link : entry.links) {
+        const Vec3& rest = p.rest_position[link.phyxel];
+        if (link.sight != Link::unknown || p.piece[link.phyxel] != piece) continue;
+        if (!(meshless::kernel((rest - entry.rest).squaredNorm(), p.support_radius[link.phyxel]) > 0))
+            continue;
+        link.sight = context.occluders.segment_blocked(entry.rest, rest) ? Link::hidden : Link::seen;
+    }
+}
+
+// What may have changed is not known any more.
+void EdgeSights::doubt(Entry& entry, const SightContext& context) {
+    const meshless::Phyxels& p = context.phyxels;
+    const geometry::Box around = geometry::Box{entry.rest, entry.rest}.grown(context.reach);
+    if (context.changes.since(around, entry.when))
+        for (Link& link : entry.links)
+            if (link.sight != Link::unknown &&
+                context.changes.since(box_of(entry.rest, p.rest_position[link.phyxel]), entry.when))
+                link.sight = Link::unknown;
+    entry.when = context.changes.now();
+}
+
+}  // namespace splitcubes::body

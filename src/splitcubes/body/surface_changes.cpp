@@ -1,0 +1,61 @@
+#include <splitcubes/body/surface_changes.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace splitcubes::body {
+
+namespace {
+
+constexpr double cells_a_cube = 1;
+constexpr double most_cubes = 1 << 21;
+// Of a cube's side: what is asked for is widened by so much, far above the rounding of those who look.
+constexpr double margin = 1e-6;
+
+}  // namespace
+
+SurfaceChanges::SurfaceChanges(const geometry::RestGrid& rest)
+    : origin_(rest.origin), side_(cells_a_cube * rest.cell_size) {
+    const Vec3 extent = rest.cell_size * rest.node_count.cast<double>();
+    while (((extent / side_).array().floor() + 1).prod() > most_cubes) side_ *= 2;
+    count_ = (extent / side_).array().floor().cast<int>() + 1;
+    last_.assign(index_of(0, 0, count_.z()), 0);
+}
+
+// What lies outside belongs to the cubes at the rim. Clamped as numbers, so that nothing overflows.
+SurfaceChanges::Range SurfaceChanges::cubes_of(const geometry::Box& box) const {
+    Range out;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double most = count_[axis] - 1;
+        const double low = (box.min[axis] - origin_[axis]) / side_ - margin;
+        const double high = (box.max[axis] - origin_[axis]) / side_ + margin;
+        out.low[axis] = static_cast<int>(std::clamp(low, 0.0, most));
+        out.high[axis] = static_cast<int>(std::clamp(high, 0.0, most));
+    }
+    return out;
+}
+
+void SurfaceChanges::mark(const geometry::Box& box) {
+    if (box.empty()) return;
+    const Range range = cubes_of(box);
+    for (int z = range.low.z(); z <= range.high.z(); ++z)
+        for (int y = range.low.y(); y <= range.high.y(); ++y)
+            for (int x = range.low.x(); x <= range.high.x(); ++x) last_[index_of(x, y, z)] = now_;
+}
+
+void SurfaceChanges::mark_all() {
+    begin();
+    std::fill(last_.begin(), last_.end(), now_);
+}
+
+bool SurfaceChanges::since(const geometry::Box& box, std::uint32_t when) const {
+    if (when == now_) return false;
+    const Range range = cubes_of(box);
+    for (int z = range.low.z(); z <= range.high.z(); ++z)
+        for (int y = range.low.y(); y <= range.high.y(); ++y)
+            for (int x = range.low.x(); x <= range.high.x(); ++x)
+                if (last_[index_of(x, y, z)] > when) return true;
+    return false;
+}
+
+}  // namespace splitcubes::body

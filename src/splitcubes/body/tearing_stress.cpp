@@ -1,0 +1,196 @@
+// What the material around phyxels and edges bears, and what it has to.
+#include <splitcubes/body/tearing.h>
+#include <splitcubes/math/decompose.h>
+#include <splitcubes/meshless/constitutive.h>
+#include <splitcubes/meshless/kernel.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+namespace splitcubes::body {
+
+using splitting::GridEdge;
+using splitting::NodeGrid;
+
+namespace {
+
+constexpr std::size_t grain = 256, edge_grain = 8;
+// In place of the norm of a stress: what moves the phyxel is not its stress.
+constexpr double held_phyxel = -2;
+// Of a bound, for the rounding of what it bounds: relative, far above both.
+constexpr double bound_slack = 1e-6;
+
+}  // namespace
+
+// A weak region may be thinner than the phyxels' spacing: each answers for the
+// weakest node within half a spacing along each axis.
+void Tearing::find_weakest(const NodeGrid& grid, const TearContext& context) {
+    const std::size_t known = weakest_.size(), count = context.phyxels.size();
+    weakest_.resize(count, settings_.strength);
+    own_rank_.resize(count, 3);
+    if (!settings_.strength_factor) return;
+    context.parallel.for_each(count - known, grain, [&](std::size_t k) {
+        const Vec3& rest = context.phyxels.rest_position[known + k];
+        const Vec3 half = Vec3::Constant(0.5 * context.spacing);
+        const Vec3i low = grid.rest().to_grid(rest - half).array().floor().cast<int>();
+        const Vec3i high = grid.rest().to_grid(rest + half).array().ceil().cast<int>();
+        double weakest = strength_at(rest);
+        for (int z = low[2]; z <= high[2]; ++z)
+            for (int y = low[1]; y <= high[1]; ++y)
+                for (int x = low[0]; x <= high[0]; ++x)
+                    weakest = std::min(weakest, strength_at(grid.rest().node_position({x, y, z})));
+        weakest_[known + k] = weakest;
+    });
+}
+
+// Returns the largest norm of a stress, an upper bound of all principal stresses.
+double Tearing::measure_phyxels(const TearContext& context) {
+    const meshless::Phyxels& p = context.phyxels;
+    const std::size_t count = p.size();
+    stress_.resize(count);
+    size_.resize(count);
+    const auto rank = context.neighbourhoods.rank();
+    const bool some_held = context.held.size() == count;
+    context.parallel.for_each(count, grain, [&](std::size_t i) {
+        stress_[i].setZero();
+        size_[i] = -1;
+        if (some_held && context.held[i]) size_[i] = held_phyxel;
+        if (rank[i] < own_rank_[i] || size_[i] == held_phyxel) return;
+        const Mat3& F = p.deformation[i];
+        const double volume = F.determinant();
+        if (!(volume > 0.05)) return;
+        const Mat3 cauchy = meshless::piola_stress(context.material, F, p.rotation[i], p.plastic_strain[i]) *
+                            F.transpose() / volume;
+        if (!cauchy.allFinite()) return;
+        stress_[i] = 0.5 * (cauchy + cauchy.transpose());
+        size_[i] = stress_[i].norm();
+    });
+    double largest = 0;
+    for (const double size : size_) largest = std::max(largest, size);
+    return largest;
+}
+
+void Tearing::find_loads(const TearContext& context) {
+    const meshless::Neighbourhoods& n = context.neighbourhoods;
+    load_.assign(context.phyxels.size(), 0);
+    principal_.resize(load_.size());
+    const double least = settings_.toughness * settings_.strength * weakest_all_;
+    context.parallel.for_each(load_.size(), grain, [&](std::size_t i) {
+        principal_[i] = size_[i] < 0       ? -std::numeric_limits<double>::infinity()
+                        : size_[i] < least ? size_[i]
+                                           : eigen_symmetric(stress_[i]).values[0];
+        // The mean over the neighbours cannot be near the limit where none of them is.
+        const std::size_t begin = n.offsets()[i], end = n.offsets()[i + 1];
+        double largest = size_[i];
+        for (std::size_t k = begin; k < end; ++k)
+            if (n.weight()[k] > 0) largest = std::max(largest, size_[n.neighbour()[k]]);
+        if (!(largest >= settings_.toughness * weakest_[i])) return;
+        double total = 0;
+        Mat3 sum = Mat3::Zero();
+        const auto add = [&](std::size_t j, double weight) {
+            if (size_[j] < 0) return;
+            sum += weight * stress_[j];
+            total += weight;
+        };
+        add(i, meshless::kernel(0, context.phyxels.support_radius[i]));
+        for (std::size_t k = begin; k < end; ++k) add(n.neighbour()[k], n.weight()[k]);
+        if (!(total > 0)) return;
+        load_[i] = eigen_symmetric(sum / total).values[0] / std::max(weakest_[i], 1e-300);
+    });
+    for (const double load : load_) top_load_ = std::max(top_load_, load);
+}
+
+// The edge's number in this step; its load is known after the next answer.
+std::uint32_t Tearing::ask(const NodeGrid& grid, const GridEdge& edge, const TearContext& context) {
+    const Vec3 middle =
+        0.5 * (grid.rest().node_position(edge.node) + grid.rest().node_position(edge.upper()));
+    const std::uint32_t number = sights_.number_of(splitting::edge_id(edge), middle);
+    if (number >= loaded_edges_.size()) loaded_edges_.resize(sights_.size());
+    LoadedEdge& loaded = loaded_edges_[number];
+    if (loaded.asked == step_) return number;
+    loaded.asked = step_;
+    loaded.rest = middle;
+    loaded.piece = context.pieces.piece_of(grid, edge.node);
+    asked_.push_back(number);
+    return number;
+}
+
+void Tearing::answer(const TearContext& context) {
+    unknown_.resize(std::max(unknown_.size(), (asked_.size() + edge_grain - 1) / edge_grain));
+    const auto find = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k)
+            find_stress(asked_[k], context, unknown_[begin / edge_grain]);
+    };
+    context.parallel.for_chunks(asked_.size(), edge_grain, std::cref(find));
+    asked_.clear();
+}
+
+// Pa, no less than the largest principal stress of the mean, whoever of those not yet known is seen: the
+// principal value of a sum is at most the sum of the principal values, and those above the mean make it
+// largest. NaN where a stress is none.
+double Tearing::most_stress(std::span<const EdgeSights::Link> near, const LoadedEdge& edge,
+                            const TearContext& context, std::vector<WeightedStress>& unknown) const {
+    const meshless::Phyxels& p = context.phyxels;
+    double total = 0;
+    Mat3 sum = Mat3::Zero();
+    unknown.clear();
+    for (const EdgeSights::Link& link : near) {
+        const std::uint32_t j = link.phyxel;
+        if (link.sight == EdgeSights::Link::hidden || p.piece[j] != edge.piece || size_[j] < 0) continue;
+        const double weight =
+            meshless::kernel((p.rest_position[j] - edge.rest).squaredNorm(), p.support_radius[j]);
+        if (link.sight == EdgeSights::Link::unknown) {
+            unknown.push_back({weight, principal_[j]});
+            continue;
+        }
+        sum += weight * stress_[j];
+        total += weight;
+    }
+    std::sort(unknown.begin(), unknown.end(),
+              [](const WeightedStress& a, const WeightedStress& b) { return a.stress > b.stress; });
+    if (!(total > 0)) return unknown.empty() ? 0 : unknown.front().stress;
+    double top = total * eigen_symmetric(sum / total).values[0];
+    for (const WeightedStress& u : unknown) {
+        if (!(u.stress * total > top)) break;
+        top += u.weight * u.stress;
+        total += u.weight;
+    }
+    return top / total;
+}
+
+// Where no choice of those that may be seen could tear the edge, whom it sees need not be asked.
+void Tearing::find_stress(std::uint32_t number, const TearContext& context,
+                          std::vector<WeightedStress>& unknown) {
+    const meshless::Phyxels& p = context.phyxels;
+    const SightContext sight{context.occluders, context.changes, p, context.locator, reach_};
+    LoadedEdge& out = loaded_edges_[number];
+    out.strength = std::max(strength_at(out.rest), 1e-300);
+    out.stress = {};
+    const double least = settings_.toughness * out.strength;
+    const double enough = least - bound_slack * std::abs(least);
+    const std::span<const EdgeSights::Link> near = sights_.near(number, sight);
+    if (most_stress(near, out, context, unknown) <= enough) return;
+    sights_.look(number, out.piece, sight);
+    double total = 0, held = 0;
+    Mat3 sum = Mat3::Zero(), gradient = Mat3::Zero();
+    for (const EdgeSights::Link& link : near) {
+        const std::uint32_t j = link.phyxel;
+        if (link.sight != EdgeSights::Link::seen || p.piece[j] != out.piece) continue;
+        const double weight =
+            meshless::kernel((p.rest_position[j] - out.rest).squaredNorm(), p.support_radius[j]);
+        if (size_[j] == held_phyxel) held += weight;
+        if (size_[j] < 0) continue;
+        sum += weight * stress_[j];
+        gradient += weight * p.deformation[j];
+        total += weight;
+    }
+    if (!(total > held)) return;
+    const SymmetricEigen eigen = eigen_symmetric(sum / total);
+    out.stress.largest = eigen.values[0];
+    out.stress.direction = eigen.vectors.col(0);
+    out.stress.world_from_rest = gradient / total;
+}
+
+}  // namespace splitcubes::body

@@ -1,0 +1,166 @@
+// Contact search and tearing work in memory that they have.
+#include <splitcubes/body/contact_finder.h>
+#include <splitcubes/body/tearing.h>
+#include <splitcubes/body/world.h>
+#include <splitcubes/geometry/shapes.h>
+
+#include <gtest/gtest.h>
+
+#include <optional>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+// Every allocation of this program by operator new is counted.
+namespace {
+
+std::atomic<std::size_t> allocations{0};
+
+void* allocate(std::size_t size, std::size_t alignment) {
+    ++allocations;
+    const std::size_t whole = (size + alignment - 1) / alignment * alignment;
+    if (void* const memory = std::aligned_alloc(alignment, whole == 0 ? alignment : whole)) return memory;
+    throw std::bad_alloc();
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+    return allocate(size, alignof(std::max_align_t));
+}
+void* operator new(std::size_t size, std::align_val_t alignment) {
+    return allocate(size, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* memory) noexcept {
+    std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+    std::free(memory);
+}
+void operator delete(void* memory, std::align_val_t) noexcept {
+    std::free(memory);
+}
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+    std::free(memory);
+}
+
+namespace splitcubes::body {
+namespace {
+
+geometry::TriangleMesh level_sheet(double height, double half) {
+    return {{{-half, -half, height}, {half, -half, height}, {half, half, height}, {-half, half, height}},
+            {{0, 1, 2}, {0, 2, 3}}};
+}
+
+// A block on the ground, cut into two slices that lie on each other.
+struct Slices {
+    explicit Slices(int threads)
+        : parallel(std::make_shared<const Parallel>(threads)), world(settings(), parallel) {
+        BodySettings block;
+        block.cell_size = 0.01;
+        block.phyxel_spacing = 0.02;
+        block.material.youngs_modulus = 5e4;
+        world.add_body(geometry::make_box(Vec3::Constant(0.12)), block);
+        world.add_collider({"ball", geometry::make_sphere_distance(0.05),
+                            [](double) { return Isometry(Eigen::Translation3d(0, 0, 0.12)); }, 0.5});
+        world.bodies()[0]->cut_with_sheet(level_sheet(0.004, 0.1), 0, *parallel);
+        for (int k = 0; k < 30; ++k) world.step();
+    }
+    static WorldSettings settings() {
+        WorldSettings out;
+        out.contact.pieces = true;
+        out.ground = meshless::GroundPlane{Vec3::UnitZ(), -0.06, 0.6};
+        out.validate_each_step = false;
+        return out;
+    }
+    std::shared_ptr<const Parallel> parallel;
+    World world;
+};
+
+TEST(Contact, IsSearchedWithoutAllocatingOnceItIsWarm) {
+    for (const int threads : {1, 2}) {
+        Slices slices(threads);
+        ContactFinder finder;
+        std::vector<ContactGroup> groups;
+        const auto find = [&] {
+            finder.find(
+                {slices.world.bodies(), slices.world.colliders(), slices.world.settings().contact,
+                 slices.world.time(), slices.world.settings().time_step, slices.world.settings().gravity},
+                *slices.parallel, groups);
+        };
+        // Who works with which memory is a matter of chance with several threads.
+        for (int k = 0; k < 50; ++k) find();
+        ASSERT_EQ(groups.size(), 1U);
+        EXPECT_GT(groups[0].contacts.size(), 100U);
+        const std::size_t before = allocations;
+        for (int k = 0; k < 10; ++k) find();
+        EXPECT_EQ(allocations, before) << "threads: " << threads;
+    }
+}
+
+// Tearing of the slices as they are, with a strength that they bear by little, so that it looks at edges in
+// every call.
+struct NearItsStrength {
+    explicit NearItsStrength(Slices& slices)
+        : body(*slices.world.bodies()[0]),
+          grid(body.grid()),
+          locator(body.phyxels().rest_position, 1.6 * body.phyxel_spacing()),
+          parallel(*slices.parallel) {
+        TearSettings settings;
+        settings.toughness = 1;
+        double load = 0;
+        for (settings.strength = 4000; load < 0.9 && settings.strength > 1; settings.strength *= 0.97) {
+            tearing.emplace(settings, body.settings().material, grid, body.phyxels(), body.neighbourhoods());
+            torn += tear();
+            load = tearing->top_load();
+        }
+        EXPECT_GT(load, 0.9);
+        EXPECT_LT(load, 1);
+    }
+    std::size_t tear() {
+        return tearing
+            ->tear(grid, {body.pieces(),
+                          body.occluders(),
+                          body.phyxels(),
+                          body.neighbourhoods(),
+                          locator,
+                          body.settings().material,
+                          body.nodes(),
+                          {},
+                          {},
+                          body.surface_changes(),
+                          body.phyxel_spacing(),
+                          1.0 / 60,
+                          parallel})
+            .size();
+    }
+
+    const Body& body;
+    splitting::NodeGrid grid;
+    meshless::PhyxelLocator locator;
+    const Parallel& parallel;
+    std::optional<Tearing> tearing;
+    std::size_t torn = 0;
+};
+
+TEST(Tearing, LooksWithoutAllocatingOnceItIsWarm) {
+    for (const int threads : {1, 2}) {
+        Slices slices(threads);
+        NearItsStrength near(slices);
+        for (int k = 0; k < 30; ++k) near.torn += near.tear();
+        EXPECT_EQ(near.torn, 0U);
+        const std::size_t before = allocations;
+        for (int k = 0; k < 10; ++k) near.tear();
+        EXPECT_EQ(allocations, before) << "threads: " << threads;
+    }
+}
+
+TEST(Allocation, IsCounted) {
+    const std::size_t before = allocations;
+    const std::vector<int> some(100);
+    EXPECT_EQ(allocations, before + 1) << some.size();
+}
+
+}  // namespace
+}  // namespace splitcubes::body

@@ -1,0 +1,114 @@
+// What the search for contacts of skins rests on, against looking at everything.
+#include <splitcubes/body/skin_grid.h>
+#include <splitcubes/body/speed_bounds.h>
+#include <splitcubes/core/random.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace splitcubes::body {
+namespace {
+
+Vec3 random_in(Random& random, double half) {
+    return {random.uniform(-half, half), random.uniform(-half, half), random.uniform(-half, half)};
+}
+
+struct Cloud {
+    std::vector<Vec3> points, normals;
+
+    // Points of a few patches, whose normals are much alike, and some anywhere.
+    explicit Cloud(std::uint64_t seed) {
+        Random random(seed);
+        for (int patch = 0; patch < 6; ++patch) {
+            const Vec3 centre = random_in(random, 1), normal = random_in(random, 1).normalized();
+            for (int k = 0; k < 60; ++k) {
+                points.emplace_back(centre + random_in(random, 0.3));
+                normals.emplace_back((normal + random_in(random, 0.3)).normalized());
+            }
+        }
+        for (int k = 0; k < 40; ++k) {
+            points.push_back(random_in(random, 2));
+            normals.emplace_back(random_in(random, 1).normalized());
+        }
+    }
+    std::vector<std::uint32_t> facing(std::size_t of, double radius) const {
+        std::vector<std::uint32_t> out;
+        for (std::uint32_t k = 0; k < points.size(); ++k)
+            if ((points[k] - points[of]).norm() < radius && normals[k].dot(normals[of]) < facing_cosine)
+                out.push_back(k);
+        return out;
+    }
+};
+
+TEST(SkinGrid, VisitsAllThatFaceAPointAndNoneElse) {
+    SkinGrid grid;
+    std::size_t found = 0, passed_over = 0;
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        const Cloud cloud(seed);
+        constexpr double reach = 0.2;
+        grid.build(cloud.points, cloud.normals, reach, 3 * reach);
+        for (std::size_t of = 0; of < cloud.points.size(); ++of)
+            for (const double radius : {0.05, 0.2, 0.33, 0.6}) {
+                std::vector<std::uint32_t> visited;
+                grid.visit_facing(of, radius, [&](std::uint32_t k) { visited.push_back(k); });
+                std::sort(visited.begin(), visited.end());
+                const std::vector<std::uint32_t> expected = cloud.facing(of, radius);
+                ASSERT_EQ(visited, expected) << "seed " << seed << ", point " << of << ", radius " << radius;
+                ASSERT_TRUE(expected.empty() || grid.may_face(of, radius));
+                found += expected.size();
+                passed_over += !grid.may_face(of, radius);
+            }
+    }
+    // Neither of the two is so for want of cases.
+    EXPECT_GT(found, 1000U);
+    EXPECT_GT(passed_over, 1000U);
+}
+
+TEST(SkinGrid, BearsPointsThatAreNone) {
+    Cloud cloud(1);
+    cloud.points[3].x() = std::numeric_limits<double>::quiet_NaN();
+    cloud.points[5].y() = 1e300;
+    SkinGrid grid;
+    grid.build(cloud.points, cloud.normals, 0.2, 0.6);
+    for (std::size_t of = 0; of < cloud.points.size(); ++of) {
+        std::size_t visited = 0;
+        grid.visit_facing(of, 0.4, [&](std::uint32_t) { ++visited; });
+        EXPECT_EQ(visited, cloud.facing(of, 0.4).size());
+    }
+}
+
+TEST(SpeedBounds, AreAboveEveryDifferenceWithinReach) {
+    SpeedBounds bounds;
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        const Cloud cloud(seed);
+        Random random(seed + 100);
+        std::vector<SpeedBounds::Range> ranges;
+        for (const Vec3& point : cloud.points) {
+            const Vec3 a = Vec3(1, 2, 3).cross(point) + random_in(random, 0.1);
+            const Vec3 b = a + random_in(random, 0.1);
+            ranges.push_back({a.cwiseMin(b), a.cwiseMax(b)});
+        }
+        constexpr double reach = 0.3;
+        bounds.build(cloud.points, ranges, reach);
+        double most = 0, mean = 0, count = 0;
+        for (std::size_t a = 0; a < cloud.points.size(); ++a) {
+            const Vec3 v = ranges[a].low;
+            const double bound = bounds.against(a, v);
+            for (std::size_t b = 0; b < cloud.points.size(); ++b) {
+                if ((cloud.points[a] - cloud.points[b]).norm() > reach) continue;
+                ASSERT_GE(bound, (ranges[b].low - v).norm() * (1 - 1e-12));
+                ASSERT_GE(bound, (ranges[b].high - v).norm() * (1 - 1e-12));
+            }
+            for (const SpeedBounds::Range& range : ranges) most = std::max(most, (range.high - v).norm());
+            mean += bound;
+            ++count;
+        }
+        // Nearer than the bound over all.
+        EXPECT_LT(mean / count, 0.5 * most);
+    }
+}
+
+}  // namespace
+}  // namespace splitcubes::body
