@@ -1,6 +1,5 @@
 // What the search for contacts of skins rests on, against looking at everything.
 #include <splitcubes/body/skin_grid.h>
-#include <splitcubes/body/speed_bounds.h>
 #include <splitcubes/core/random.h>
 
 #include <gtest/gtest.h>
@@ -76,37 +75,6 @@ TEST(SkinGrid, BearsPointsThatAreNone) {
         std::size_t visited = 0;
         grid.visit_facing(of, 0.4, [&](std::uint32_t) { ++visited; });
         EXPECT_EQ(visited, cloud.facing(of, 0.4).size());
-    }
-}
-
-TEST(SpeedBounds, AreAboveEveryDifferenceWithinReach) {
-    SpeedBounds bounds;
-    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-        const Cloud cloud(seed);
-        Random random(seed + 100);
-        std::vector<SpeedBounds::Range> ranges;
-        for (const Vec3& point : cloud.points) {
-            const Vec3 a = Vec3(1, 2, 3).cross(point) + random_in(random, 0.1);
-            const Vec3 b = a + random_in(random, 0.1);
-            ranges.push_back({a.cwiseMin(b), a.cwiseMax(b)});
-        }
-        constexpr double reach = 0.3;
-        bounds.build(cloud.points, ranges, reach);
-        double most = 0, mean = 0, count = 0;
-        for (std::size_t a = 0; a < cloud.points.size(); ++a) {
-            const Vec3 v = ranges[a].low;
-            const double bound = bounds.against(a, v);
-            for (std::size_t b = 0; b < cloud.points.size(); ++b) {
-                if ((cloud.points[a] - cloud.points[b]).norm() > reach) continue;
-                ASSERT_GE(bound, (ranges[b].low - v).norm() * (1 - 1e-12));
-                ASSERT_GE(bound, (ranges[b].high - v).norm() * (1 - 1e-12));
-            }
-            for (const SpeedBounds::Range& range : ranges) most = std::max(most, (range.high - v).norm());
-            mean += bound;
-            ++count;
-        }
-        // Nearer than the bound over all.
-        EXPECT_LT(mean / count, 0.5 * most);
     }
 }
 

@@ -5,7 +5,6 @@
 #include <splitcubes/body/collider.h>
 #include <splitcubes/body/contact_sides.h>
 #include <splitcubes/body/skin_grid.h>
-#include <splitcubes/body/speed_bounds.h>
 
 #include <array>
 #include <cstdint>
@@ -110,10 +109,11 @@ class ContactFinder {
         const meshless::Contact* contact;
     };
     struct Reach {
-        double spacing;   // m, the widest
-        double fall;      // m, by gravity in the step
-        double widest;    // largest weight_sum
-        double farthest;  // m, largest radius of a sample
+        double spacing;  // m, the widest
+        double radius;   // m, about a sample
+        double fall;     // m, by gravity in the step
+        double gain;     // m for each unit of Carrying::weight_sum, that a side comes nearer
+        double widest;   // largest weight_sum
     };
 
     static constexpr std::size_t grain = 64;  // samples a work chunk; part of no result
@@ -149,7 +149,6 @@ class ContactFinder {
     bool is_far(const Collider& collider, const Isometry& to_before, const Isometry& to_after,
                 std::size_t begin, std::size_t end) const;
     void meet_pieces(const Task& task, const Parallel& parallel);
-    bool is_behind(std::size_t a, std::size_t b, double along) const;
     bool are_parted(const Body& body, std::size_t a, std::size_t b);
     bool may_meet(const Task& task, std::size_t a, std::size_t b);
     bool may_meet(const Task& task, std::size_t k, Facing& other);
@@ -157,8 +156,7 @@ class ContactFinder {
     bool meet(const Task& task, std::size_t k, const Reach& reach, Chunk& chunk, meshless::Contact& out);
     bool push_on(const Task& task, const Vec3& foot, double total, const Facing& chosen, Chunk& chunk,
                  meshless::Contact& out) const;
-    void find_speeds(const Task& task, const Parallel& parallel);
-    Reach reach_of(const Task& task);
+    Reach reach_of(const Task& task) const;
     void group(const Task& task, std::vector<ContactGroup>& groups);
 
     std::vector<Sample> samples_, fresh_;
@@ -173,10 +171,6 @@ class ContactFinder {
     std::vector<std::uint8_t> placed_;     // 1: the position is where the carriers take it
     std::vector<double> way_;              // per body: m, that a sample goes in the step at most
     std::vector<std::span<const Vec3>> velocity_;
-    std::vector<Vec3> sample_velocity_;               // m/s
-    std::vector<SpeedBounds::Range> carrier_speeds_;  // per sample
-    std::vector<double> radius_, closing_;            // per sample: m, looked around; that it may come nearer
-    SpeedBounds speeds_;
     SkinGrid grid_;
     std::mutex mutex_;                            // of chunks_ and known_
     std::vector<std::unique_ptr<Chunk>> chunks_;  // contacts' part: number of the body

@@ -1,6 +1,6 @@
 #include <splitcubes/body/contact_sides.h>
 
-#include <Eigen/LU>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 
 namespace splitcubes::body {
@@ -9,7 +9,7 @@ using meshless::ContactSide;
 
 namespace {
 
-// Spread of a side's phyxels along a direction, in squared spacings, below which little is
+// Spread of a side's phyxels along a direction, in squared spacings, below which nothing is
 // extrapolated along it.
 constexpr double least_spread = 0.005;
 // Of a phyxel among those of several sides: smaller weights carry nothing.
@@ -25,12 +25,14 @@ void carry_exactly(std::span<const Vec3> rest, const Vec3& place, double spacing
         const Vec3 arm = rest[side.phyxel[k]] - centre;
         spread += side.weight[k] * arm * arm.transpose();
     }
-    // Along each axis of the spread the arm over the spread, which dies away where there is little spread:
-    // s / (s^2 + least^2).
-    const double scale = 1 / (spacing * spacing);
-    const Mat3 scaled = scale * spread;
-    const Mat3 square = scaled * scaled + least_spread * least_spread * Mat3::Identity();
-    const Vec3 slope = scale * (scaled * (square.inverse() * (place - centre)));
+    const Eigen::SelfAdjointEigenSolver<Mat3> axes(spread);
+    const double least = least_spread * spacing * spacing;
+    Vec3 slope = Vec3::Zero();
+    for (int a = 0; a < 3; ++a) {
+        const double along = axes.eigenvalues()[a];
+        const Vec3 axis = axes.eigenvectors().col(a);
+        slope += along / (along * along + least * least) * axis.dot(place - centre) * axis;
+    }
     for (std::uint32_t k = 0; k < side.count; ++k)
         side.weight[k] *= 1 + slope.dot(rest[side.phyxel[k]] - centre);
 }

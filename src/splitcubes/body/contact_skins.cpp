@@ -15,7 +15,6 @@ using meshless::Contact;
 // overlap that is believed, how far along the face a sample may be from another piece's
 // samples, and how much of an overlap is undone in a step.
 constexpr double margin_share = 0.05, deepest_share = 1, beside_share = 0.9, lift_share = 0.02;
-constexpr double hidden_share = 1.25;  // deeper than that nothing is looked at; some more than deepest_share
 constexpr double reach_share = 1.25, most_reach_share = 3;
 // Skins that lie opposite; normals of one face.
 constexpr double opposite_skins = -0.8, one_face = 0.8;
@@ -54,17 +53,6 @@ bool ContactFinder::are_parted(const Body& body, std::size_t a, std::size_t b) {
     known.other[place] = serial;
     known.answer[place] = changes.now() | (parted ? KnownParted::parted : 0);
     return parted;
-}
-
-// Whether sample a lies deeper behind another one than any overlap that is believed. What a cut parted lies
-// at rest behind a curved face by as much as it is curved. along: m, of a above the plane through b.
-bool ContactFinder::is_behind(std::size_t a, std::size_t b, double along) const {
-    const Sample &one = samples_[a], &other = samples_[b];
-    const double spacing = std::max(one.spacing, other.spacing);
-    const Vec3 way = one.rest - other.rest;
-    if (one.body == other.body && way.norm() < 2 * one.spacing)
-        along -= std::min(0.0, other.rest_normal.dot(way));
-    return along < -hidden_share * spacing;
 }
 
 // Whether two samples that face each other can be of skins that meet.
@@ -107,14 +95,13 @@ bool ContactFinder::meet(const Task& task, std::size_t k, const Reach& reach, Ch
     const Vec3& position = position_[k];
     // The gap will be a mean of heights above planes: where none of them is low enough to be
     // met within the step, nothing is.
-    const double radius = radius_[k];
-    const double enough = margin_share * sample.spacing + reach.fall + closing_[k] + 1e-6 * radius;
+    const double enough = margin_share * sample.spacing + reach.fall +
+                          reach.gain * (carrying_[k].weight_sum + reach.widest) + 1e-6 * reach.radius;
     facing.clear();
     bool low = false;
-    grid_.visit_facing(k, radius, [&](std::uint32_t other) {
+    grid_.visit_facing(k, reach.radius, [&](std::uint32_t other) {
         const Vec3 way = position - position_[other];
         const double along = normal_[other].dot(way);
-        if (along < -hidden_share * sample.spacing && is_behind(k, other, along)) return;
         low = low || !(along > enough);
         facing.push_back(
             {other, way.squaredNorm(), normal_[k].dot(normal_[other]), along, 0, Facing::May::unknown});
@@ -152,7 +139,7 @@ bool ContactFinder::meet(const Task& task, std::size_t k, const Reach& reach, Ch
         out.gap -= std::min(0.0, rest_distance / total);
     const double spacing = std::max(sample.spacing, partner.spacing);
     const Vec3 way = position - position_[chosen->index];
-    if (out.gap < -deepest_share * spacing || out.gap > radius) return false;
+    if (out.gap < -deepest_share * spacing || out.gap > reach.radius) return false;
     if ((way - normal.dot(way) * normal).norm() > beside_share * spacing) return false;
     out.upper = carrying_[k].side;
     out.friction = task.options.friction;
@@ -181,58 +168,42 @@ bool ContactFinder::push_on(const Task& task, const Vec3& foot, double total, co
     return true;
 }
 
-// How fast samples go, and the range of what their carriers do.
-void ContactFinder::find_speeds(const Task& task, const Parallel& parallel) {
-    velocity_.clear();
-    for (const auto& body : task.bodies) velocity_.emplace_back(body->phyxels().velocity);
-    sample_velocity_.resize(samples_.size());
-    carrier_speeds_.resize(samples_.size());
-    parallel.for_each(samples_.size(), grain, [&](std::size_t k) {
-        find_carriers(task, k);
-        const meshless::ContactSide& side = carrying_[k].side;
-        const std::span<const Vec3> velocity = velocity_[samples_[k].body];
-        SpeedBounds::Range& range = carrier_speeds_[k];
-        range.low = range.high = velocity[side.phyxel[0]];
-        sample_velocity_[k].setZero();
-        for (std::uint32_t c = 0; c < side.count; ++c) {
-            const Vec3& v = velocity[side.phyxel[c]];
-            sample_velocity_[k] += side.weight[c] * v;
-            range.low = range.low.cwiseMin(v);
-            range.high = range.high.cwiseMax(v);
-        }
-    });
-}
-
-// Only what moves against a sample makes its radius larger: a body that flies is looked at as one that lies.
-ContactFinder::Reach ContactFinder::reach_of(const Task& task) {
-    Reach out{0, task.gravity.norm() * task.dt * task.dt, 0, 0};
+ContactFinder::Reach ContactFinder::reach_of(const Task& task) const {
+    double top_speed = 0, count = 0, apart = 0;
+    Reach out{};
     for (std::size_t k = 0; k < samples_.size(); ++k) {
         out.spacing = std::max(out.spacing, samples_[k].spacing);
         out.widest = std::max(out.widest, carrying_[k].weight_sum);
     }
-    speeds_.build(position_, carrier_speeds_, most_reach_share * out.spacing);
-    radius_.resize(samples_.size());
-    closing_.resize(samples_.size());
-    for (std::size_t k = 0; k < samples_.size(); ++k) {
-        // The other side's velocity is a mean of its carriers', with weights of both signs.
-        const double way = task.dt * speeds_.against(k, sample_velocity_[k]);
-        closing_[k] = out.widest * way;
-        radius_[k] =
-            reach_share * out.spacing + std::min((most_reach_share - reach_share) * out.spacing, 2 * way);
-        out.farthest = std::max(out.farthest, radius_[k]);
-    }
+    Vec3 mean = Vec3::Zero();
+    for (const std::span<const Vec3> velocity : velocity_)
+        for (const Vec3& v : velocity) {
+            top_speed = std::max(top_speed, v.norm());
+            mean += v;
+            ++count;
+        }
+    mean /= std::max(count, 1.0);
+    for (const std::span<const Vec3> velocity : velocity_)
+        for (const Vec3& v : velocity) apart = std::max(apart, (v - mean).squaredNorm());
+    const double moved = std::min(2 * task.dt * top_speed, (most_reach_share - reach_share) * out.spacing);
+    out.radius = reach_share * out.spacing + moved;
+    out.fall = task.gravity.norm() * task.dt * task.dt;
+    // A side's velocity is the mean and no more than so much of what is off it: weights sum to 1.
+    out.gain = task.dt * std::sqrt(apart);
     return out;
 }
 
 void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
     if (samples_.empty()) return;
-    find_speeds(task, parallel);
+    parallel.for_each(samples_.size(), grain, [&](std::size_t k) { find_carriers(task, k); });
+    velocity_.clear();
+    for (const auto& body : task.bodies) velocity_.emplace_back(body->phyxels().velocity);
     const Reach reach = reach_of(task);
-    grid_.build(position_, normal_, reach_share * reach.spacing, reach.farthest);
+    grid_.build(position_, normal_, reach_share * reach.spacing, reach.radius);
     in_chunks(parallel, samples_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
         for (std::size_t k = begin; k < end; ++k) {
             Contact contact;
-            if (carrying_[k].side.is_collider() || !grid_.may_face(k, radius_[k]) ||
+            if (carrying_[k].side.is_collider() || !grid_.may_face(k, reach.radius) ||
                 !meet(task, k, reach, chunk, contact))
                 continue;
             const Vec3 v = side_value(contact.upper, velocity_) - side_value(contact.lower, velocity_);
