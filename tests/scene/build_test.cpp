@@ -37,5 +37,22 @@ TEST(BuildWorld, says_which_constraint_holds_nothing) {
     EXPECT_THAT(error, testing::StartsWith("constraints[0]: its region holds no phyxel of body 'good'"));
 }
 
+TEST(BuildWorld, says_that_nothing_presses_on_a_blades_sides) {
+    for (const bool pieces : {false, true}) {
+        const std::string text = R"json({
+            "bodies": [{"name": "good", "shape": {"box": {"size": [1, 1, 1]}}, "cell_size": 0.2}],
+            "contact": {"pieces": )json" +
+                                 std::string(pieces ? "true" : "false") + R"json(},
+            "tools": [{"name": "knife", "side": 0.1, "friction": 0.3,
+                       "blades": [{"polyline": {"points": [[0, -1, 0], [0, 1, 0]]}}],
+                       "motion": {"path": {"keyframes": [{"time": 0, "position": [0, 0, 1]},
+                                                         {"time": 1, "position": [0, 0, -1]}]}}}]})json";
+        BuildReport report;
+        build_world(parse_scene_text(text, "x.json", "/"), std::make_shared<const Parallel>(1), report);
+        ASSERT_EQ(report.notes.size(), pieces ? 0U : 1U);
+        if (!pieces) EXPECT_EQ(report.notes[0].first, "knife");
+    }
+}
+
 }  // namespace
 }  // namespace splitcubes::scene

@@ -303,6 +303,10 @@ std::unique_ptr<body::World> build_world(
         std::vector<std::size_t> bodies;
         for (const std::string& name : tool.bodies) bodies.push_back(number_of(name));
         world->add_tool(make_blade(tool), bodies, {tool.side, tool.friction});
+        if (tool.side > 0 && tool.friction > 0 && !scene.contact.pieces)
+            report.notes.push_back({tool.name,
+                                    "nothing presses on its sides, and their friction is zero: what does is "
+                                    "found with contact.pieces"});
     }
     return world;
 }
