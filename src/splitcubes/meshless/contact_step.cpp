@@ -13,6 +13,8 @@ namespace {
 
 // A change of contact force that moves a piece by so many lifts in a step is a jolt.
 constexpr double jolt_lifts = 2;
+// Times the tolerance, while contacts still change.
+constexpr double early_looseness = 10;
 
 }  // namespace
 
@@ -72,10 +74,18 @@ bool ImplicitSolver::Group::revise(bool only_add) {
     return true;
 }
 
+// Which contacts of a body push is found by looser solves; when nothing changes any more the last goes on.
 void ImplicitSolver::Group::solve_with_contacts() {
     refresh_contacts();
+    looseness = forces->empty() || size() > 1 ? 1 : early_looseness;
     solve(true);
-    for (int pass = 0; pass < max_contact_passes && revise(pass >= letting_go_passes); ++pass) solve(false);
+    for (int pass = 0; pass < max_contact_passes; ++pass) {
+        const bool changed = revise(pass >= letting_go_passes);
+        if (!changed && looseness == 1) break;
+        if (!changed || pass + 1 >= letting_go_passes) looseness = 1;
+        solve(false);
+    }
+    looseness = 1;
 }
 
 void ImplicitSolver::Group::remember_pushing(const ContactInput& contacts) {

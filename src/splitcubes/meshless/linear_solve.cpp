@@ -21,7 +21,7 @@ constexpr double reach_share = 1e-11;
 
 double ImplicitSolver::Group::tolerance() const {
     const double share = size() > 1 ? shared_tolerance_share : forces->empty() ? 1 : contact_tolerance_share;
-    return share * jobs[0].options.tolerance;
+    return looseness * share * jobs[0].options.tolerance;
 }
 
 double ImplicitSolver::Group::wanted_residual() {
