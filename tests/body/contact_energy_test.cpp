@@ -1,4 +1,6 @@
 // No energy comes out of a contact: what falls, bounces, tips over and rolls only loses.
+#include "rubber.h"
+
 #include <splitcubes/body/world.h>
 #include <splitcubes/geometry/shapes.h>
 
@@ -14,23 +16,14 @@
 namespace splitcubes::body {
 namespace {
 
+using fixtures::at;
+
 std::shared_ptr<const Parallel> one_thread() {
     return std::make_shared<const Parallel>(1);
 }
 
-geometry::TriangleMesh at(geometry::TriangleMesh mesh, const Vec3& place) {
-    for (Vec3& p : mesh.positions) p += place;
-    return mesh;
-}
-
 BodySettings rubber(double spacing, double youngs_modulus = 2e5) {
-    BodySettings out;
-    out.cell_size = 0.5 * spacing;
-    out.phyxel_spacing = spacing;
-    out.material.youngs_modulus = youngs_modulus;
-    out.material.poisson_ratio = 0.3;
-    out.material.stiffness_damping = 0.002;
-    return out;
+    return fixtures::rubber(spacing, youngs_modulus, 0.002);
 }
 
 WorldSettings world_settings() {

@@ -1,4 +1,6 @@
 // Laws of contact: bodies against colliders, pieces and each other; handles and tools.
+#include "rubber.h"
+
 #include <splitcubes/body/world.h>
 #include <splitcubes/geometry/shapes.h>
 
@@ -10,24 +12,11 @@
 namespace splitcubes::body {
 namespace {
 
+using fixtures::box_at;
+using fixtures::rubber;
+
 std::shared_ptr<const Parallel> threads(int count) {
     return std::make_shared<const Parallel>(count);
-}
-
-geometry::TriangleMesh box_at(const Vec3& size, const Vec3& place) {
-    geometry::TriangleMesh mesh = geometry::make_box(size);
-    for (Vec3& p : mesh.positions) p += place;
-    return mesh;
-}
-
-BodySettings rubber(double spacing, double youngs_modulus = 1e5) {
-    BodySettings out;
-    out.cell_size = 0.5 * spacing;
-    out.phyxel_spacing = spacing;
-    out.material.youngs_modulus = youngs_modulus;
-    out.material.poisson_ratio = 0.3;
-    out.material.stiffness_damping = 0.003;
-    return out;
 }
 
 WorldSettings falling() {

@@ -1,4 +1,6 @@
 // Laws of rigid pieces that meet skin, each other and what lies below.
+#include "rubber.h"
+
 #include <splitcubes/body/world.h>
 #include <splitcubes/geometry/shapes.h>
 
@@ -9,20 +11,8 @@
 namespace splitcubes::body {
 namespace {
 
-geometry::TriangleMesh box_at(const Vec3& size, const Vec3& place) {
-    geometry::TriangleMesh mesh = geometry::make_box(size);
-    for (Vec3& p : mesh.positions) p += place;
-    return mesh;
-}
-
-BodySettings rubber(double spacing, double youngs_modulus = 1e5) {
-    BodySettings out;
-    out.cell_size = 0.5 * spacing;
-    out.phyxel_spacing = spacing;
-    out.material.youngs_modulus = youngs_modulus;
-    out.material.stiffness_damping = 0.003;
-    return out;
-}
+using fixtures::box_at;
+using fixtures::rubber;
 
 World make_world(bool pieces, const Vec3& gravity) {
     WorldSettings settings;
@@ -146,14 +136,9 @@ TEST(RigidContacts, ACrumbThatHitsABodyKeepsTheMomenta) {
         std::vector<meshless::Momenta> pieces;
         meshless::piece_momenta(body.phyxels(), static_cast<int>(body.pieces().count()), pieces);
         meshless::Momenta all;
-        for (std::size_t k = 0; k < pieces.size(); ++k) {
-            const std::int32_t index = body.phyxels().rigid.index(static_cast<std::int32_t>(k));
-            const meshless::Momenta one =
-                index >= 0
-                    ? meshless::momenta_of(body.phyxels().rigid.bodies[static_cast<std::size_t>(index)])
-                    : pieces[k];
+        for (const meshless::Momenta& one : pieces) {
             all.linear += one.linear;
-            all.spin += one.spin + one.centre.cross(one.linear);
+            all.spin += one.angular();
         }
         return all;
     };

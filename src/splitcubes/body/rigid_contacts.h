@@ -89,8 +89,7 @@ class RigidContacts {
         bool held = false;
         double mass = 0;                       // kg
         Vec3 centre = Vec3::Zero();            // m
-        Mat3 inertia = Mat3::Zero();           // kg m^2, about the centre
-        Mat3 turning = Mat3::Zero();           // its inverse
+        Mat3 turning = Mat3::Zero();           // 1/(kg m^2), inverse inertia about the centre
         Vec3 turns = Vec3::Zero();             // rad/s, after the step
         Vec3 shift = Vec3::Zero();             // m, of places
         Vec3 owed = Vec3::Zero();              // kg m^2/s, spin that putting apart has changed

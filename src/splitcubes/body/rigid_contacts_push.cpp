@@ -132,32 +132,25 @@ void RigidContacts::put_apart(const Task& task) {
 
 // After the step. `velocity` is that of the centre until the pushes begin.
 void RigidContacts::weigh_wholes(const Task& task) {
+    std::vector<meshless::Momenta> momenta;
+    std::size_t summed = task.bodies.size();  // the body whose momenta these are
     for (Whole& whole : wholes_) {
-        const meshless::Phyxels& phyxels = *phyxels_[whole.body];
-        const std::span<const std::uint8_t> held = task.bodies[whole.body]->held();
-        for (std::size_t i = 0; i < phyxels.size(); ++i) {
-            if (phyxels.piece[i] != whole.piece) continue;
-            whole.held = whole.held || (!held.empty() && held[i] != 0);
-            whole.mass += phyxels.mass[i];
-            whole.centre += phyxels.mass[i] * phyxels.position[i];
-            whole.velocity += phyxels.mass[i] * phyxels.velocity[i];
-        }
-        if (!(whole.mass > 0)) continue;
-        whole.centre /= whole.mass;
-        whole.velocity /= whole.mass;
-        for (std::size_t i = 0; i < phyxels.size(); ++i) {
-            if (phyxels.piece[i] != whole.piece) continue;
-            const Vec3 arm = phyxels.position[i] - whole.centre;
-            whole.inertia += phyxels.mass[i] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
-        }
+        const Body& body = *task.bodies[whole.body];
+        const meshless::Phyxels& phyxels = body.phyxels();
+        if (summed != whole.body)
+            meshless::piece_momenta(phyxels, static_cast<int>(body.pieces().count()), momenta);
+        summed = whole.body;
+        const meshless::Momenta& now = momenta[static_cast<std::size_t>(whole.piece)];
+        for (std::size_t i = 0; i < body.held().size(); ++i)
+            whole.held = whole.held || (phyxels.piece[i] == whole.piece && body.held()[i] != 0);
+        if (!(now.mass > 0)) continue;
+        whole.mass = now.mass;
+        whole.centre = now.centre;
+        whole.velocity = now.linear / now.mass;
         for (int axis = 0; axis < 3; ++axis)
-            whole.turning.col(axis) = meshless::angular_velocity(whole.inertia, Vec3::Unit(axis));
+            whole.turning.col(axis) = meshless::angular_velocity(now.inertia, Vec3::Unit(axis));
         whole.turning = (0.5 * (whole.turning + whole.turning.transpose())).eval();
-        Vec3 spin = Vec3::Zero();
-        for (std::size_t i = 0; i < phyxels.size(); ++i)
-            if (phyxels.piece[i] == whole.piece)
-                spin += phyxels.mass[i] * (phyxels.position[i] - whole.centre).cross(phyxels.velocity[i]);
-        whole.turns = whole.turning * spin;
+        whole.turns = whole.turning * now.spin;
     }
 }
 
