@@ -270,7 +270,7 @@ std::vector<std::int32_t> Tearing::tear(NodeGrid& grid, const TearContext& conte
     find_weakest(grid, context);
     if (measure_phyxels(context) < settings_.toughness * settings_.strength * weakest_all_) return slots;
     find_loads(context);
-    if (top_load_ < 0.8 * settings_.toughness) return slots;
+    if (top_load_ < least_load * settings_.toughness) return slots;
     ++step_;
     sights_.begin(context.phyxels.size());
     phyxels_of_.assign(context.pieces.count(), 0);

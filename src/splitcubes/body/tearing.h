@@ -78,7 +78,7 @@ class Tearing {
     std::vector<std::int32_t> tear(splitting::NodeGrid& grid, const TearContext& context);
 
     /// Largest ratio of smoothed principal stress to strength at a phyxel, as of the
-    /// last call of tear; 0 where it was not near 1.
+    /// last call of tear; 0 where it was below four fifths of the toughness.
     double top_load() const { return top_load_; }
 
   private:
@@ -95,6 +95,8 @@ class Tearing {
         std::uint32_t order = 0;
     };
     static constexpr std::uint64_t no_edge = ~std::uint64_t{0};
+    /// Of a phyxel, in shares of the toughness, from which on cracks are looked for around it.
+    static constexpr double least_load = 0.8;
     /// What an edge has to bear in this step.
     struct LoadedEdge {
         std::uint64_t asked = 0;   // step
@@ -137,6 +139,8 @@ class Tearing {
     void find_weakest(const splitting::NodeGrid& grid, const TearContext& context);
     double measure_phyxels(const TearContext& context);
     void find_loads(const TearContext& context);
+    void bound_principal_stress(const TearContext& context, double least);
+    double load_of(const TearContext& context, std::size_t i) const;
     std::uint32_t ask(const splitting::NodeGrid& grid, const splitting::GridEdge& edge,
                       const TearContext& context);
     void answer(const TearContext& context);
@@ -193,8 +197,10 @@ class Tearing {
     std::vector<double> weakest_;         // per phyxel, Pa: the least strength of the nodes around it
     std::vector<Mat3> stress_;            // per phyxel, Pa, Cauchy; zero where it has no say
     std::vector<double> size_;            // per phyxel, Pa, Frobenius norm of it; negative: no say
-    std::vector<double> principal_;       // per phyxel, Pa, the largest principal stress; without a say: none
-    std::vector<double> load_;  // per phyxel, smoothed stress over the weakest strength; 0: not near 1
+    std::vector<double>
+        principal_;  // per phyxel, Pa, no less than its principal stresses; without a say: none
+    std::vector<std::uint8_t> is_strained_;  // per phyxel, whether it or one beside it is near the strength
+    std::vector<double> load_;  // per phyxel, smoothed stress over the weakest strength; 0: below least_load
     std::vector<std::size_t> phyxels_of_;  // per piece
     double reach_ = 0;                     // m, the largest support
     EdgeSights sights_;

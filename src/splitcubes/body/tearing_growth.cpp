@@ -156,7 +156,7 @@ void Tearing::find_loaded_front(const NodeGrid& grid, const TearContext& context
         const Vec3 centre =
             grid.rest().node_position({c[0], c[1], c[2]}) + Vec3::Constant(0.5 * grid.rest().cell_size);
         is_loaded_[k] = !context.locator.visit(centre, 1.5 * context.spacing, [&](std::uint32_t i) {
-            return !(load_[i] >= 0.8 * settings_.toughness);
+            return !(load_[i] >= least_load * settings_.toughness);
         });
     });
     front_.clear();

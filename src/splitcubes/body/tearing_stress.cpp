@@ -21,6 +21,8 @@ constexpr std::size_t grain = 256, edge_grain = 8;
 constexpr double held_phyxel = -2;
 // Of a bound, for the rounding of what it bounds: relative, far above both.
 constexpr double bound_slack = 1e-6;
+// Of phyxels, in Tearing::is_strained_.
+constexpr std::uint8_t strained = 1, beside_strained = 2;
 
 }  // namespace
 
@@ -72,34 +74,68 @@ double Tearing::measure_phyxels(const TearContext& context) {
     return largest;
 }
 
-void Tearing::find_loads(const TearContext& context) {
+// Bounds of the phyxels' principal stresses, and next to whom one is above `least`. Most material is
+// pressed: what that is needs no principal values.
+void Tearing::bound_principal_stress(const TearContext& context, double least) {
     const meshless::Neighbourhoods& n = context.neighbourhoods;
-    load_.assign(context.phyxels.size(), 0);
-    principal_.resize(load_.size());
-    const double least = settings_.toughness * settings_.strength * weakest_all_;
-    context.parallel.for_each(load_.size(), grain, [&](std::size_t i) {
-        principal_[i] = size_[i] < 0       ? -std::numeric_limits<double>::infinity()
-                        : size_[i] < least ? size_[i]
-                                           : eigen_symmetric(stress_[i]).values[0];
-        // The mean over the neighbours cannot be near the limit where none of them is.
-        const std::size_t begin = n.offsets()[i], end = n.offsets()[i + 1];
-        double largest = size_[i];
-        for (std::size_t k = begin; k < end; ++k)
-            if (n.weight()[k] > 0) largest = std::max(largest, size_[n.neighbour()[k]]);
-        if (!(largest >= settings_.toughness * weakest_[i])) return;
-        double total = 0;
-        Mat3 sum = Mat3::Zero();
-        const auto add = [&](std::size_t j, double weight) {
-            if (size_[j] < 0) return;
-            sum += weight * stress_[j];
-            total += weight;
-        };
-        add(i, meshless::kernel(0, context.phyxels.support_radius[i]));
-        for (std::size_t k = begin; k < end; ++k) add(n.neighbour()[k], n.weight()[k]);
-        if (!(total > 0)) return;
-        load_[i] = eigen_symmetric(sum / total).values[0] / std::max(weakest_[i], 1e-300);
+    const std::size_t count = context.phyxels.size();
+    principal_.resize(count);
+    is_strained_.assign(count, 0);
+    context.parallel.for_each(count, grain, [&](std::size_t i) {
+        principal_[i] = size_[i] < 0 ? -std::numeric_limits<double>::infinity() : least;
+        if (size_[i] < least || has_values_below(stress_[i], least - bound_slack * size_[i])) return;
+        principal_[i] = greatest_value_bound(stress_[i]);
+        is_strained_[i] = strained;
     });
+    for (std::size_t i = 0; i < count; ++i) {
+        if (is_strained_[i] != strained) continue;
+        for (std::size_t k = n.offsets()[i]; k < n.offsets()[i + 1]; ++k)
+            is_strained_[n.neighbour()[k]] |= beside_strained;
+    }
+}
+
+void Tearing::find_loads(const TearContext& context) {
+    load_.assign(context.phyxels.size(), 0);
+    bound_principal_stress(context, least_load * settings_.toughness * settings_.strength * weakest_all_);
+    context.parallel.for_each(load_.size(), grain, [&](std::size_t i) {
+        if (is_strained_[i] != 0) load_[i] = load_of(context, i);
+    });
+    top_load_ = 0;
     for (const double load : load_) top_load_ = std::max(top_load_, load);
+}
+
+// Of one phyxel; 0 where it is below the least that anything asks for.
+double Tearing::load_of(const TearContext& context, std::size_t i) const {
+    const meshless::Neighbourhoods& n = context.neighbourhoods;
+    const std::size_t begin = n.offsets()[i], end = n.offsets()[i + 1];
+    const double own = meshless::kernel(0, context.phyxels.support_radius[i]);
+    const double least = least_load * settings_.toughness * weakest_[i];
+    // No principal stress of a mean is above the mean of the principal stresses.
+    double largest = size_[i], total = 0, top = 0;
+    const auto bound = [&](std::size_t j, double weight) {
+        if (size_[j] < 0 || !(weight > 0)) return;
+        largest = std::max(largest, size_[j]);
+        top += weight * principal_[j];
+        total += weight;
+    };
+    bound(i, own);
+    for (std::size_t k = begin; k < end; ++k) bound(n.neighbour()[k], n.weight()[k]);
+    if (!(largest >= settings_.toughness * weakest_[i]) ||
+        top < (least - bound_slack * std::abs(least)) * total)
+        return 0;
+    total = 0;
+    Mat3 sum = Mat3::Zero();
+    const auto add = [&](std::size_t j, double weight) {
+        if (size_[j] < 0) return;
+        sum += weight * stress_[j];
+        total += weight;
+    };
+    add(i, own);
+    for (std::size_t k = begin; k < end; ++k) add(n.neighbour()[k], n.weight()[k]);
+    if (!(total > 0)) return 0;
+    const Mat3 mean = sum / total;
+    if (has_values_below(mean, least - bound_slack * mean.norm())) return 0;
+    return eigen_symmetric(mean).values[0] / std::max(weakest_[i], 1e-300);
 }
 
 // The edge's number in this step; its load is known after the next answer.
