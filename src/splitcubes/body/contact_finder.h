@@ -101,6 +101,7 @@ class ContactFinder {
     /// What one thread works with and finds; which, is part of no result.
     struct Chunk {
         std::vector<meshless::Contact> found;
+        std::vector<std::uint32_t> near;
         std::vector<Facing> facing;
         SideBetween between;
     };
@@ -153,6 +154,8 @@ class ContactFinder {
     bool may_meet(const Task& task, std::size_t a, std::size_t b);
     bool may_meet(const Task& task, std::size_t k, Facing& other);
     Facing* partner_of(const Task& task, std::size_t k, std::vector<Facing>& facing);
+    bool find_facing(std::size_t k, const Reach& reach, Chunk& chunk) const;
+    const Sample* find_face(const Task& task, std::size_t k, Chunk& chunk, Facing& chosen);
     bool meet(const Task& task, std::size_t k, const Reach& reach, Chunk& chunk, meshless::Contact& out);
     bool push_on(const Task& task, const Vec3& foot, double total, const Facing& chosen, Chunk& chunk,
                  meshless::Contact& out) const;
