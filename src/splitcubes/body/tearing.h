@@ -102,11 +102,9 @@ class Tearing {
         std::uint64_t asked = 0;   // step
         Vec3 rest = Vec3::Zero();  // m, its middle
         std::int32_t piece = 0;
-        double strength = 0;  // Pa
-        Stress stress;        // zero where it is too small to tear it
-    };
-    struct WeightedStress {
-        double weight, stress;  // Pa, principal
+        double strength = 0;   // Pa
+        unsigned shadows = 0;  // bit a crossing on its line: keeps it from being cut, whoever asks
+        Stress stress;         // zero where it is too small to tear it
     };
     struct Request {
         std::uint32_t tip, number;
@@ -144,9 +142,9 @@ class Tearing {
     std::uint32_t ask(const splitting::NodeGrid& grid, const splitting::GridEdge& edge,
                       const TearContext& context);
     void answer(const TearContext& context);
-    double most_stress(std::span<const EdgeSights::Link> near, const LoadedEdge& edge,
-                       const TearContext& context, std::vector<WeightedStress>& unknown) const;
-    void find_stress(std::uint32_t number, const TearContext& context, std::vector<WeightedStress>& unknown);
+    bool may_pass(std::span<const EdgeSights::Link> near, const LoadedEdge& edge, const TearContext& context,
+                  double limit) const;
+    void find_stress(std::uint32_t number, const TearContext& context);
     bool may_tear(const splitting::NodeGrid& grid, const splitting::GridEdge& edge,
                   const TearContext& context) const;
     bool shadowed(const splitting::NodeGrid& grid, const splitting::GridEdge& edge, const Vec3& normal) const;
@@ -156,6 +154,10 @@ class Tearing {
                        std::vector<std::int32_t>& slots);
     void close_gaps(splitting::NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots);
     Tip tip_of(const splitting::NodeGrid& grid, const TearContext& context, const Key& cell) const;
+    static bool may_meet(const Tip& tip, const Vec3& a, const Vec3& b, double slack);
+    static unsigned sure_shadows(const splitting::NodeGrid& grid, const Tip& tip,
+                                 const splitting::GridEdge& edge);
+    void spare_shadowed(const splitting::NodeGrid& grid, const TearContext& context);
     bool propose(const splitting::NodeGrid& grid, const Tip& tip, std::uint32_t number,
                  const splitting::GridEdge& edge, Proposal& out) const;
     void find_proposals(const splitting::NodeGrid& grid, const TearContext& context,
@@ -204,16 +206,16 @@ class Tearing {
     std::vector<std::size_t> phyxels_of_;  // per piece
     double reach_ = 0;                     // m, the largest support
     EdgeSights sights_;
-    std::uint64_t step_ = 0;                            // calls that looked at edges
-    std::vector<LoadedEdge> loaded_edges_;              // by the sights' numbers
-    std::vector<std::uint32_t> asked_;                  // those whose stress is to be found
-    std::vector<std::vector<WeightedStress>> unknown_;  // scratch, per work chunk
-    std::vector<Tip> tips_;                             // of the front
-    std::vector<Request> requests_;                     // edges of tips
-    std::vector<Proposal> proposals_;                   // to cut now
-    std::vector<Key> front_, parted_;      // cells that cracks go on from; nodes that strands parted at
-    std::vector<std::uint8_t> is_loaded_;  // per crack cell
-    std::vector<std::uint32_t> order_;     // phyxels past their strength, the most loaded first
+    std::uint64_t step_ = 0;                // calls that looked at edges
+    std::vector<LoadedEdge> loaded_edges_;  // by the sights' numbers
+    std::vector<std::uint32_t> asked_;      // those whose stress is to be found
+    std::vector<Tip> tips_;                 // of the front
+    std::vector<Request> requests_;         // edges of tips
+    std::vector<unsigned> shadows_;                     // per request, of the tip that asks
+    std::vector<Proposal> proposals_;       // to cut now
+    std::vector<Key> front_, parted_;       // cells that cracks go on from; nodes that strands parted at
+    std::vector<std::uint8_t> is_loaded_;   // per crack cell
+    std::vector<std::uint32_t> order_;      // phyxels past their strength, the most loaded first
 
     std::size_t known_crossings_ = 0;
     std::vector<Key> crack_cells_;  // around edges that were cut, not boundary, in order of first touch

@@ -53,6 +53,12 @@ Tearing::Tip Tearing::tip_of(const NodeGrid& grid, const TearContext& context, c
     if (tip.edges == 0) return tip;
     tip.seam = seam_at(tip.centre);
     if (tip.seam && std::abs(tip.seam->normal.dot(tip.normal)) < least_opening_cosine) tip.seam.reset();
+    for (std::uint32_t edges = tip.seam ? 0 : tip.edges; edges != 0; edges &= edges - 1) {
+        const GridEdge edge = splitting::cell_edge(cell, std::countr_zero(edges));
+        if (!may_meet(tip, grid.rest().node_position(edge.node), grid.rest().node_position(edge.upper()),
+                      slack))
+            tip.edges &= ~(edges & -edges);
+    }
     return tip;
 }
 
@@ -92,6 +98,7 @@ void Tearing::find_proposals(const NodeGrid& grid, const TearContext& context, s
             const GridEdge edge = splitting::cell_edge(cell, std::countr_zero(edges));
             requests_.push_back({k, ask(grid, edge, context), edge});
         }
+    spare_shadowed(grid, context);
     answer(context);
     proposals_.resize(requests_.size());
     context.parallel.for_each(requests_.size(), grain, [&](std::size_t r) {

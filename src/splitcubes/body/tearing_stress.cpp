@@ -154,51 +154,38 @@ std::uint32_t Tearing::ask(const NodeGrid& grid, const GridEdge& edge, const Tea
 }
 
 void Tearing::answer(const TearContext& context) {
-    unknown_.resize(std::max(unknown_.size(), (asked_.size() + edge_grain - 1) / edge_grain));
     const auto find = [&](std::size_t begin, std::size_t end) {
-        for (std::size_t k = begin; k < end; ++k)
-            find_stress(asked_[k], context, unknown_[begin / edge_grain]);
+        for (std::size_t k = begin; k < end; ++k) find_stress(asked_[k], context);
     };
     context.parallel.for_chunks(asked_.size(), edge_grain, std::cref(find));
     asked_.clear();
 }
 
-// Pa, no less than the largest principal stress of the mean, whoever of those not yet known is seen: the
-// principal value of a sum is at most the sum of the principal values, and those above the mean make it
-// largest. NaN where a stress is none.
-double Tearing::most_stress(std::span<const EdgeSights::Link> near, const LoadedEdge& edge,
-                            const TearContext& context, std::vector<WeightedStress>& unknown) const {
+// Whether the mean's largest principal stress may be above `limit` (Pa), whoever of those not yet known is
+// seen: the principal value of a sum is at most the sum of the principal values, and it is largest where
+// those above the limit are seen and none else.
+bool Tearing::may_pass(std::span<const EdgeSights::Link> near, const LoadedEdge& edge,
+                       const TearContext& context, double limit) const {
     const meshless::Phyxels& p = context.phyxels;
-    double total = 0;
+    double total = 0, excess = 0;
     Mat3 sum = Mat3::Zero();
-    unknown.clear();
     for (const EdgeSights::Link& link : near) {
         const std::uint32_t j = link.phyxel;
         if (link.sight == EdgeSights::Link::hidden || p.piece[j] != edge.piece || size_[j] < 0) continue;
-        const double weight =
-            meshless::kernel((p.rest_position[j] - edge.rest).squaredNorm(), p.support_radius[j]);
         if (link.sight == EdgeSights::Link::unknown) {
-            unknown.push_back({weight, principal_[j]});
+            excess += link.weight * std::max(0.0, principal_[j] - limit);
             continue;
         }
-        sum += weight * stress_[j];
-        total += weight;
+        sum += link.weight * stress_[j];
+        total += link.weight;
     }
-    std::sort(unknown.begin(), unknown.end(),
-              [](const WeightedStress& a, const WeightedStress& b) { return a.stress > b.stress; });
-    if (!(total > 0)) return unknown.empty() ? 0 : unknown.front().stress;
-    double top = total * eigen_symmetric(sum / total).values[0];
-    for (const WeightedStress& u : unknown) {
-        if (!(u.stress * total > top)) break;
-        top += u.weight * u.stress;
-        total += u.weight;
-    }
-    return top / total;
+    if (!(total > 0)) return excess > 0;
+    return !has_values_below(sum, limit * total - excess);
 }
 
-// Where no choice of those that may be seen could tear the edge, whom it sees need not be asked.
-void Tearing::find_stress(std::uint32_t number, const TearContext& context,
-                          std::vector<WeightedStress>& unknown) {
+// Where no choice of those that may be seen could tear the edge, whom it sees need not be asked; of those who
+// are asked first, what is seen of the loaded ones tells most.
+void Tearing::find_stress(std::uint32_t number, const TearContext& context) {
     const meshless::Phyxels& p = context.phyxels;
     const SightContext sight{context.occluders, context.changes, p, context.locator, reach_};
     LoadedEdge& out = loaded_edges_[number];
@@ -207,23 +194,25 @@ void Tearing::find_stress(std::uint32_t number, const TearContext& context,
     const double least = settings_.toughness * out.strength;
     const double enough = least - bound_slack * std::abs(least);
     const std::span<const EdgeSights::Link> near = sights_.near(number, sight);
-    if (most_stress(near, out, context, unknown) <= enough) return;
+    if (!may_pass(near, out, context, enough)) return;
+    sights_.look(number, out.piece, sight, [&](std::uint32_t j) { return principal_[j] > enough; });
+    if (!may_pass(near, out, context, enough)) return;
     sights_.look(number, out.piece, sight);
     double total = 0, held = 0;
     Mat3 sum = Mat3::Zero(), gradient = Mat3::Zero();
     for (const EdgeSights::Link& link : near) {
         const std::uint32_t j = link.phyxel;
         if (link.sight != EdgeSights::Link::seen || p.piece[j] != out.piece) continue;
-        const double weight =
-            meshless::kernel((p.rest_position[j] - out.rest).squaredNorm(), p.support_radius[j]);
-        if (size_[j] == held_phyxel) held += weight;
+        if (size_[j] == held_phyxel) held += link.weight;
         if (size_[j] < 0) continue;
-        sum += weight * stress_[j];
-        gradient += weight * p.deformation[j];
-        total += weight;
+        sum += link.weight * stress_[j];
+        gradient += link.weight * p.deformation[j];
+        total += link.weight;
     }
     if (!(total > held)) return;
-    const SymmetricEigen eigen = eigen_symmetric(sum / total);
+    const Mat3 mean = sum / total;
+    if (has_values_below(mean, enough - bound_slack * mean.norm())) return;
+    const SymmetricEigen eigen = eigen_symmetric(mean);
     out.stress.largest = eigen.values[0];
     out.stress.direction = eigen.vectors.col(0);
     out.stress.world_from_rest = gradient / total;
