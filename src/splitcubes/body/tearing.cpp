@@ -16,8 +16,6 @@ namespace {
 constexpr double least_edge_cosine = 0.7071;
 // Of two planes that are of one crack: 60 degrees.
 constexpr double least_opening_cosine = 0.5;
-// Stress that a crack's gape stands for, over the strength, from which on it may come off with a slab.
-constexpr double slab_gape = 4;
 // Pieces below these have no stress field to speak of.
 constexpr std::size_t least_phyxels = 16;
 constexpr std::size_t least_nodes = 64;
@@ -282,7 +280,7 @@ std::vector<std::int32_t> Tearing::tear(NodeGrid& grid, const TearContext& conte
     find_weakest(grid, context);
     if (measure_phyxels(context) < settings_.toughness * settings_.strength * weakest_all_) return slots;
     find_loads(context);
-    if (top_load_ < 0.8 * settings_.toughness) return slots;
+    if (top_load_ < least_load * settings_.toughness) return slots;
     ++step_;
     sights_.begin(context.phyxels.size());
     phyxels_of_.assign(context.pieces.count(), 0);

@@ -61,6 +61,12 @@ Tearing::Tip Tearing::tip_of(const NodeGrid& grid, const TearContext& context, c
     tip.gape_stress = gape_stress(grid, context, key, tip.normal);
     tip.seam = seam_at(tip.centre);
     if (tip.seam && std::abs(tip.seam->normal.dot(tip.normal)) < least_opening_cosine) tip.seam.reset();
+    for (std::uint32_t edges = tip.seam ? 0 : tip.edges; edges != 0; edges &= edges - 1) {
+        const GridEdge edge = splitting::cell_edge(cell, std::countr_zero(edges));
+        if (!may_meet(tip, grid.rest().node_position(edge.node), grid.rest().node_position(edge.upper()),
+                      slack))
+            tip.edges &= ~(edges & -edges);
+    }
     return tip;
 }
 
@@ -136,6 +142,7 @@ void Tearing::find_proposals(const NodeGrid& grid, const TearContext& context, s
             const GridEdge edge = splitting::cell_edge(cell, std::countr_zero(edges));
             requests_.push_back({k, ask(grid, edge, context), edge});
         }
+    spare_shadowed(grid, context);
     answer(context);
     proposals_.resize(requests_.size());
     context.parallel.for_each(requests_.size(), grain, [&](std::size_t r) {
@@ -201,7 +208,7 @@ void Tearing::find_loaded_front(const NodeGrid& grid, const TearContext& context
         const Vec3 centre =
             grid.rest().node_position({c[0], c[1], c[2]}) + Vec3::Constant(0.5 * grid.rest().cell_size);
         is_loaded_[k] = !context.locator.visit(centre, 1.5 * context.spacing, [&](std::uint32_t i) {
-            return !(load_[i] >= 0.8 * settings_.toughness);
+            return !(load_[i] >= least_load * settings_.toughness);
         });
     });
     front_.clear();
