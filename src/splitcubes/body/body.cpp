@@ -254,7 +254,7 @@ void Body::sample(const Parallel& parallel) {
     set_contact_radii(0);
     rebuild_samples(parallel);
     const meshless::NodeBook book{inside_rest_, inside_volume_, inside_piece_};
-    booking_ = meshless::book(book, phyxels_, locator_);
+    booking_ = meshless::book(book, phyxels_, locator_, parallel);
     meshless::apply(booking_, inside_volume_, settings_.material.density, phyxels_);
     neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
 

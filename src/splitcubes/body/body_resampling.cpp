@@ -82,12 +82,13 @@ Body::NodeMotion Body::motion_of(std::uint32_t node, std::int32_t side) const {
         for (std::size_t k = 0; k < row.size(); ++k) {
             const std::uint32_t i = row[k];
             if (own_side && phyxels_.piece[i] != side) continue;
-            sum.weight += weights[k];
-            sum.position += weights[k] * (phyxels_.position[i] +
-                                          phyxels_.deformation[i] * (rest - phyxels_.rest_position[i]));
-            sum.jacobian += weights[k] * phyxels_.deformation[i];
-            sum.velocity += weights[k] * phyxels_.velocity[i];
-            sum.plastic_strain += weights[k] * phyxels_.plastic_strain[i];
+            const double weight = std::abs(weights[k]);
+            sum.weight += weight;
+            sum.position += weight * (phyxels_.position[i] +
+                                      phyxels_.deformation[i] * (rest - phyxels_.rest_position[i]));
+            sum.jacobian += weight * phyxels_.deformation[i];
+            sum.velocity += weight * phyxels_.velocity[i];
+            sum.plastic_strain += weight * phyxels_.plastic_strain[i];
         }
         return sum;
     };
@@ -230,7 +231,8 @@ meshless::RigidPiece Body::rigid_start(std::int32_t piece, std::span<const std::
     for (std::size_t k = 0; k < nodes.size(); ++k)
         for (std::uint32_t e = booking_.offsets[nodes[k]]; e < booking_.offsets[nodes[k] + 1]; ++e) {
             meshless::Momenta one;
-            one.mass = mass[k] * booking_.share[e];
+            // Who holds more is asked more, however it adds up: shares below zero fit nothing.
+            one.mass = mass[k] * std::abs(booking_.share[e]);
             one.centre = phyxels_.position[booking_.phyxel[e]];
             one.linear = one.mass * phyxels_.velocity[booking_.phyxel[e]];
             held.push_back(one);
@@ -478,7 +480,7 @@ void Body::resample(const StepContext& context, StepReport& report) {
             kinds[k] = Kind::rigid;
     make_rigid(nodes, kinds);
     meshless::rebook(booking_, {inside_rest_, inside_volume_, inside_piece_}, settings_.material.density,
-                     locator_, phyxels_);
+                     locator_, phyxels_, context.parallel);
     undeform_small(kinds, before, context.parallel);
     parting.settle(phyxels_);
     meshless::write_phyxels(phyxels_);

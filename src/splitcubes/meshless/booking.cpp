@@ -1,4 +1,5 @@
 #include <splitcubes/meshless/booking.h>
+#include <splitcubes/meshless/booking_moments.h>
 #include <splitcubes/meshless/kernel.h>
 
 #include <algorithm>
@@ -142,7 +143,8 @@ std::vector<Reference> references(const Booking& booking, const NodeBook& nodes,
 
 }  // namespace
 
-Booking book(const NodeBook& nodes, const Phyxels& phyxels, const PhyxelLocator& locator) {
+Booking book(const NodeBook& nodes, const Phyxels& phyxels, const PhyxelLocator& locator,
+             const Parallel& parallel) {
     assert(nodes.volume.size() == nodes.rest_position.size());
     assert(nodes.piece.size() == nodes.rest_position.size());
     Booking booking;
@@ -151,6 +153,7 @@ Booking book(const NodeBook& nodes, const Phyxels& phyxels, const PhyxelLocator&
     Bookkeeper keeper(phyxels, locator);
     for (std::size_t b = 0; b < nodes.rest_position.size(); ++b)
         keeper.add(nodes.rest_position[b], nodes.piece[b], booking);
+    keep_moments(nodes, phyxels, std::vector<std::uint8_t>(nodes.piece.size(), 1), booking, parallel);
     return booking;
 }
 
@@ -164,7 +167,7 @@ void apply(const Booking& booking, std::span<const double> volumes, double densi
 }
 
 void rebook(Booking& booking, const NodeBook& nodes, double density, const PhyxelLocator& locator,
-            Phyxels& phyxels) {
+            Phyxels& phyxels, const Parallel& parallel) {
     assert(booking.node_count() <= nodes.piece.size());
     const std::size_t piece_count = piece_limit(nodes.piece, phyxels.piece);
     std::vector<std::int32_t> old_piece;
@@ -192,10 +195,10 @@ void rebook(Booking& booking, const NodeBook& nodes, double density, const Phyxe
     fresh.offsets.push_back(0);
     fresh.piece.assign(nodes.piece.begin(), nodes.piece.end());
     Bookkeeper keeper(phyxels, locator);
+    std::vector<std::uint8_t> again(nodes.piece.size());
     for (std::size_t b = 0; b < nodes.piece.size(); ++b) {
-        const bool again =
-            b >= booking.node_count() || changed[static_cast<std::size_t>(nodes.piece[b])] != 0;
-        if (again) {
+        again[b] = b >= booking.node_count() || changed[static_cast<std::size_t>(nodes.piece[b])] != 0;
+        if (again[b] != 0) {
             keeper.add(nodes.rest_position[b], nodes.piece[b], fresh);
             continue;
         }
@@ -205,6 +208,7 @@ void rebook(Booking& booking, const NodeBook& nodes, double density, const Phyxe
         fresh.unbooked += begin == end;
         fresh.offsets.push_back(static_cast<std::uint32_t>(fresh.phyxel.size()));
     }
+    keep_moments(nodes, phyxels, again, fresh, parallel);
     std::vector<double> old_mass(piece_count, 0);  // of each piece's phyxels, as booked so far
     for (std::size_t i = 0; i < phyxels.size(); ++i)
         if (phyxels.piece[i] >= 0) old_mass[static_cast<std::size_t>(phyxels.piece[i])] += phyxels.mass[i];

@@ -3,6 +3,7 @@
 // its nodes weigh, whatever was cut.
 #pragma once
 
+#include <splitcubes/core/parallel.h>
 #include <splitcubes/meshless/locator.h>
 #include <splitcubes/meshless/phyxels.h>
 
@@ -23,7 +24,7 @@ struct NodeBook {
 struct Booking {
     std::vector<std::uint32_t> offsets;  // node count + 1
     std::vector<std::uint32_t> phyxel;   // per entry
-    std::vector<double> share;           // per entry, > 0; a row sums to 1
+    std::vector<double> share;           // per entry; a row sums to 1
     std::vector<std::int32_t> piece;     // per node, its piece when it was booked
     std::size_t unbooked = 0;            // nodes of pieces without any phyxel: their row is empty
 
@@ -35,10 +36,12 @@ struct Booking {
     }
 };
 
-/// Shares by kernel weight within the phyxels' support; a node out of everyone's
+/// Shares by kernel weight within the phyxels' support, changed so that they keep moments
+/// (booking_moments.h); a node out of everyone's
 /// reach goes to the nearest phyxel of its piece (the lower index of equals).
 /// `locator` holds all rest positions of the phyxels.
-Booking book(const NodeBook& nodes, const Phyxels& phyxels, const PhyxelLocator& locator);
+Booking book(const NodeBook& nodes, const Phyxels& phyxels, const PhyxelLocator& locator,
+             const Parallel& parallel);
 
 /// Sets volume and mass of all phyxels. volumes: m^3 a node; density: kg/m^3.
 void apply(const Booking& booking, std::span<const double> volumes, double density, Phyxels& phyxels);
@@ -56,6 +59,6 @@ void apply(const Booking& booking, std::span<const double> volumes, double densi
 /// pieces whose phyxels are all new, which are given their linear momentum only. Pieces whose nodes and
 /// phyxels are as before are not touched. Phyxels of the old booking must keep their numbers.
 void rebook(Booking& booking, const NodeBook& nodes, double density, const PhyxelLocator& locator,
-            Phyxels& phyxels);
+            Phyxels& phyxels, const Parallel& parallel);
 
 }  // namespace splitcubes::meshless

@@ -136,6 +136,13 @@ void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std
     rows_.push_back(row);
 }
 
+// Whether more of what pushed a step ago slides now than sticks.
+bool ContactForces::mostly_slides() const {
+    double slide = 0, stick = 0;
+    for (const Row& row : rows_) (row.rub.squaredNorm() > 0 ? slide : stick) += row.pressure;
+    return slide > stick;
+}
+
 void ContactForces::begin(const ContactInput& input, std::span<const Part> parts, ConstField guess) {
     input_ = input;
     rows_.clear();
@@ -148,6 +155,10 @@ void ContactForces::begin(const ContactInput& input, std::span<const Part> parts
             for (std::uint32_t k = 0; k < side->count; ++k)
                 load_[side->part][side->phyxel[k]] += std::abs(side->weight[k]);
     for (std::uint32_t c = 0; c < input.contacts.size(); ++c) add_row(input, c, parts, guess);
+    const bool sliding = mostly_slides();
+    if (sliding)
+        for (Row& row : rows_)
+            if (!(row.pressure > 0)) row.tangent = 0;
     for (const Pull& pull : input.pulls) {
         const Part& part = parts[pull.part];
         if (part.fixed.empty() || part.fixed[pull.phyxel] == 0) pulls_.push_back({pull, pull.stiffness});
@@ -290,7 +301,7 @@ bool ContactForces::revise_pulls(ConstField position) {
 }
 
 bool ContactForces::revise(ConstField position, bool only_add) {
-    double wrong = 0, all = 0;
+    double wrong = 0, all = 0, slide_sum = 0, stick_sum = 0;
     revisions_.assign(rows_.size(), Revision{});
     for (std::size_t r = 0; r < rows_.size(); ++r) {
         Row& row = rows_[r];
@@ -315,6 +326,7 @@ bool ContactForces::revise(ConstField position, bool only_add) {
         // One that begins to push now overlaps by what the solve did not know of: its pressure, and so the
         // friction that it can bear, are known after the next solve only.
         if (!row.active && contact.friction > 0) now.tangent = row.normal;
+        if (row.active && now.active) (now.rub.squaredNorm() > 0 ? slide_sum : stick_sum) += right.norm();
         if (!way.allFinite())
             now.active = false;
         else {
@@ -324,6 +336,9 @@ bool ContactForces::revise(ConstField position, bool only_add) {
     }
     const bool pulls = !pulls_.empty() && revise_pulls(position);
     if (!(wrong > force_slack * all) && !pulls) return false;
+    if (slide_sum > stick_sum)
+        for (std::size_t r = 0; r < rows_.size(); ++r)
+            if (!rows_[r].active) revisions_[r].tangent = 0;
     for (std::size_t r = 0; r < rows_.size(); ++r) {
         rows_[r].active = revisions_[r].active;
         rows_[r].push = revisions_[r].push;

@@ -95,6 +95,7 @@ class ContactForces {
     void add_row(const ContactInput& input, std::uint32_t number, std::span<const Part> parts,
                  ConstField guess);
     double load_of(const ContactSide& side, std::span<const Part> parts) const;
+    bool mostly_slides() const;
     bool revise_pulls(ConstField position);
 
     ContactInput input_;

@@ -1,0 +1,125 @@
+#include <splitcubes/meshless/booking_moments.h>
+
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <vector>
+
+namespace splitcubes::meshless {
+
+namespace {
+
+constexpr std::size_t grain = 64;
+// Of a phyxel's volume, what has to be left of it.
+constexpr double least_volume = 0.3;
+// The sum of what a row's shares may change by.
+constexpr double most_change = 3;
+// Squares are small where coordinates are below one: so much larger, both weigh alike.
+constexpr double square_scale = 3;
+// Against directions in which a row's phyxels hardly spread; those in which they do have variances
+// of 0.05 and more. What it leaves undone is done again.
+constexpr double damping = 0.005;
+constexpr int refinements = 2;
+
+using Moments = Eigen::Matrix<double, 9, 1>;
+using Products = Eigen::Matrix<double, 9, 9>;
+
+// The linear and quadratic monomials at an offset in shares of the support.
+Moments monomials(const Vec3& d) {
+    Moments out;
+    out << d, square_scale * d.cwiseProduct(d), square_scale * d[0] * d[1], square_scale * d[1] * d[2],
+        square_scale * d[2] * d[0];
+    return out;
+}
+
+class Row {
+  public:
+    Row(const Vec3& node, const Phyxels& phyxels, std::span<const std::uint32_t> phyxel,
+        std::span<double> share)
+        : node_(node), phyxels_(phyxels), phyxel_(phyxel), share_(share) {
+        for (std::size_t k = 0; k < share.size(); ++k) scale_ += share[k] * phyxels.support_radius[phyxel[k]];
+    }
+
+    void keep_moments() {
+        Moments mean = Moments::Zero();
+        Products product = Products::Zero();
+        for (std::size_t k = 0; k < share_.size(); ++k) {
+            const Moments q = at(k);
+            mean += share_[k] * q;
+            product += share_[k] * q * q.transpose();
+        }
+        product -= mean * mean.transpose();
+        const Eigen::LDLT<Products> damped(product + damping * Products::Identity());
+        Moments change = Moments::Zero();
+        for (int pass = 0; pass <= refinements; ++pass) change -= damped.solve(mean + product * change);
+        if (change.allFinite()) apply(mean, change);
+    }
+
+  private:
+    Moments at(std::size_t k) const {
+        return monomials((phyxels_.rest_position[phyxel_[k]] - node_) / scale_);
+    }
+
+    void apply(const Moments& mean, const Moments& change) {
+        double all = 0;
+        for (std::size_t k = 0; k < share_.size(); ++k) all += share_[k] * std::abs(change.dot(at(k) - mean));
+        const double part = all > most_change ? most_change / all : 1;
+        double sum = 0;
+        for (std::size_t k = 0; k < share_.size(); ++k) {
+            share_[k] *= 1 + part * change.dot(at(k) - mean);
+            sum += share_[k];
+        }
+        for (double& share : share_) share /= sum;
+    }
+
+    const Vec3& node_;
+    const Phyxels& phyxels_;
+    std::span<const std::uint32_t> phyxel_;
+    std::span<double> share_;
+    double scale_ = 0;  // m
+};
+
+// Takes back as much of each piece's changes as leaves its phyxels enough volume.
+void keep_volumes(const NodeBook& nodes, const Phyxels& phyxels, std::span<const std::uint8_t> chosen,
+                  std::span<const double> plain, Booking& booking) {
+    std::vector<double> volume(phyxels.size(), 0), before(phyxels.size(), 0);
+    for (std::size_t b = 0; b < chosen.size(); ++b)
+        for (std::uint32_t e = booking.offsets[b]; chosen[b] != 0 && e < booking.offsets[b + 1]; ++e) {
+            volume[booking.phyxel[e]] += booking.share[e] * nodes.volume[b];
+            before[booking.phyxel[e]] += plain[e] * nodes.volume[b];
+        }
+    std::vector<double> part;  // per piece
+    for (std::size_t i = 0; i < phyxels.size(); ++i) {
+        if (phyxels.piece[i] < 0) continue;
+        const auto piece = static_cast<std::size_t>(phyxels.piece[i]);
+        if (piece >= part.size()) part.resize(piece + 1, 1);
+        if (volume[i] < least_volume * before[i])
+            part[piece] = std::min(part[piece], (1 - least_volume) * before[i] / (before[i] - volume[i]));
+    }
+    for (std::size_t b = 0; b < chosen.size(); ++b) {
+        if (chosen[b] == 0 || booking.offsets[b] == booking.offsets[b + 1]) continue;
+        const double kept = part[static_cast<std::size_t>(nodes.piece[b])];
+        for (std::uint32_t e = booking.offsets[b]; kept < 1 && e < booking.offsets[b + 1]; ++e)
+            booking.share[e] = plain[e] + kept * (booking.share[e] - plain[e]);
+    }
+}
+
+}  // namespace
+
+void keep_moments(const NodeBook& nodes, const Phyxels& phyxels, std::span<const std::uint8_t> chosen,
+                  Booking& booking, const Parallel& parallel) {
+    assert(chosen.size() == booking.node_count());
+    const std::vector<double> plain = booking.share;
+    parallel.for_each(chosen.size(), grain, [&](std::size_t b) {
+        const std::uint32_t begin = booking.offsets[b], count = booking.offsets[b + 1] - begin;
+        if (chosen[b] == 0 || count < 2) return;
+        Row(nodes.rest_position[b], phyxels, std::span(booking.phyxel).subspan(begin, count),
+            std::span(booking.share).subspan(begin, count))
+            .keep_moments();
+    });
+    keep_volumes(nodes, phyxels, chosen, plain, booking);
+}
+
+}  // namespace splitcubes::meshless
