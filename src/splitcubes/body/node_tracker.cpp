@@ -268,11 +268,11 @@ void NodeTracker::evaluate(const TrackerContext& context, std::span<const Vec3> 
 
 void NodeTracker::evaluate_some(const TrackerContext& context, std::span<const std::uint32_t> nodes,
                                 std::span<const Vec3> position, std::span<const Mat3> deformation,
-                                std::vector<geometry::Frame>& out) const {
+                                std::vector<geometry::Frame>& out) {
     out.resize(places_.size());
     const auto evaluate_of = [&](std::span<const std::uint32_t> some) {
-        meshless::evaluate_frames_of(some, kernels_, rest_, context.phyxels.rest_position, position,
-                                     deformation, out, context.parallel);
+        evaluator_.evaluate_some(some, kernels_, rest_, context.phyxels.rest_position, position, deformation,
+                                 out, context.parallel);
     };
     evaluate_of(nodes);
     if (fallbacks_.empty()) return;

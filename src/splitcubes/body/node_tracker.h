@@ -66,7 +66,7 @@ class NodeTracker {
     /// Of some tracked nodes only; `out` gets room for all, what is not asked for stays.
     void evaluate_some(const TrackerContext& context, std::span<const std::uint32_t> nodes,
                        std::span<const Vec3> position, std::span<const Mat3> deformation,
-                       std::vector<geometry::Frame>& out) const;
+                       std::vector<geometry::Frame>& out);
 
     /// Nodes whose kernels were built since clear_fresh: they never had a frame or have an
     /// old one. A node may stand here twice.
