@@ -6,16 +6,19 @@
 
 namespace splitcubes::body {
 
-void CarrierTable::resize(std::size_t count) {
+void CarrierTable::make_room(std::size_t count) {
     const std::size_t needed = count + 2 * width;
-    if (needed > stride_) {
-        const std::size_t stride = std::max(needed, 2 * stride_);
-        std::vector<float> numbers(fields * stride, 0.0F);
-        for (std::size_t f = 0; f < fields; ++f)
-            std::copy_n(field(f), size_, numbers.begin() + static_cast<std::ptrdiff_t>(f * stride));
-        numbers_ = std::move(numbers);
-        stride_ = stride;
-    }
+    if (needed <= stride_) return;
+    const std::size_t stride = std::max(needed, 2 * stride_);
+    std::vector<float> numbers(fields * stride, 0.0F);
+    for (std::size_t f = 0; f < fields; ++f)
+        std::copy_n(field(f), size_, numbers.begin() + static_cast<std::ptrdiff_t>(f * stride));
+    numbers_ = std::move(numbers);
+    stride_ = stride;
+}
+
+void CarrierTable::resize(std::size_t count) {
+    make_room(count);
     if (count > size_) std::fill(field(square) + size_, field(square) + count, -1.0F);
     size_ = count;
 }
@@ -39,14 +42,13 @@ void CarrierTable::set(std::size_t i, const Vec3& at, double square_of_reach, co
 
 void CarrierTable::append_from(const CarrierTable& from, std::size_t begin, std::size_t end,
                                const Cube& cube) {
-    const std::size_t known = size_;
-    resize(known + (end - begin));
-    size_ = known + choose_carriers({from.numbers_.data(), from.stride_, begin, end}, cube, true,
-                                    numbers_.data() + known, stride_);
+    make_room(size_ + (end - begin));
+    size_ += choose_carriers({from.numbers_.data(), from.stride_, begin, end}, cube, true,
+                             numbers_.data() + size_, stride_);
 }
 
 void CarrierTable::assign_from(const CarrierTable& from, const Cube& cube) {
-    resize(from.size());
+    make_room(from.size());
     size_ = choose_carriers({from.numbers_.data(), from.stride_, 0, from.size()}, cube, false,
                             numbers_.data(), stride_);
 }

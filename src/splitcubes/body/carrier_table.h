@@ -50,6 +50,7 @@ class CarrierTable {
     // Entries are read so many at a time, and there are some that reach nothing behind the last.
     static constexpr std::size_t width = 16;
 
+    void make_room(std::size_t count);
     float* field(std::size_t f) { return numbers_.data() + f * stride_; }
     const float* field(std::size_t f) const { return numbers_.data() + f * stride_; }
 

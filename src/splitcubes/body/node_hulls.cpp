@@ -39,11 +39,11 @@ void NodeHulls::choose_block(int block) {
     const Vec3f at(static_cast<float>(block & 1), static_cast<float>(block >> 1 & 1),
                    static_cast<float>(block >> 2));
     block_ = {(2 * at - Vec3f::Ones()) * cell_, cell_};
-    near_.assign_from(carriers_, block_);
+    is_near_known_ = false;
 }
 
 geometry::Box NodeHulls::box_of_block() const {
-    return widened(near_.box_of(block_));
+    return widened(carriers_.box_of(block_));
 }
 
 const geometry::Box& NodeHulls::box_of(const Vec3i& node) {
@@ -51,6 +51,8 @@ const geometry::Box& NodeHulls::box_of(const Vec3i& node) {
         static_cast<std::size_t>(node.x() + nodes_a_side * (node.y() + nodes_a_side * node.z()));
     if (known_[index]) return box_[index];
     known_[index] = true;
+    if (!is_near_known_) near_.assign_from(carriers_, block_);
+    is_near_known_ = true;
     box_[index] = widened(near_.box_of({(node.cast<float>() - Vec3f::Constant(0.5F * side)) * cell_, 0}));
     return box_[index];
 }

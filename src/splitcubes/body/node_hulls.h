@@ -54,6 +54,7 @@ class NodeHulls {
     double place_error_ = 0, slack_ = 0;  // m
     Mat3 mean_ = Mat3::Zero();
     geometry::Box whole_;
+    bool is_near_known_ = false;
     CarrierTable::Cube block_;  // the chosen one
     std::array<geometry::Box, static_cast<std::size_t>(nodes_a_side* nodes_a_side* nodes_a_side)> box_;
     std::array<bool, static_cast<std::size_t>(nodes_a_side* nodes_a_side* nodes_a_side)> known_{};

@@ -381,11 +381,13 @@ bool OccluderGrid::segment_blocked(const Vec3& a, const Vec3& b) const {
         next[axis] = (way[axis] > 0 ? 1 - at : at) * stride[axis];
     }
     std::uint64_t cells = occupied(brick_of(cell));
+    const Brick* brick = nullptr;  // looked up where a cell of it lists something
     for (std::uint32_t seen = 0;;) {
         const std::uint32_t local = local_of(cell);
-        if ((cells >> local & 1) != 0 &&
-            blocked_in(*find_brick(brick_of(cell)), local, seen, a, b, rough, box))
-            return true;
+        if ((cells >> local & 1) != 0) {
+            if (!brick) brick = find_brick(brick_of(cell));
+            if (blocked_in(*brick, local, seen, a, b, rough, box)) return true;
+        }
         int axis = -1;
         for (int k = 0; k < 3; ++k)
             if (cell[k] != last[k] && (axis < 0 || next[k] < next[axis])) axis = k;
@@ -394,7 +396,9 @@ bool OccluderGrid::segment_blocked(const Vec3& a, const Vec3& b) const {
         cell[axis] += way[axis];
         next[axis] += stride[axis];
         seen = std::uint32_t{1} << (way[axis] > 0 ? axis : 3 + axis);
-        if (brick_of(cell)[axis] != old_brick[axis]) cells = occupied(brick_of(cell));
+        if (brick_of(cell)[axis] == old_brick[axis]) continue;
+        cells = occupied(brick_of(cell));
+        brick = nullptr;
     }
 }
 
