@@ -59,15 +59,6 @@ void MovingBricks::sort_phyxels(const State& state) {
     phyxels_.resize(rest.size());
     for (std::size_t i = 0; i < rest.size(); ++i)
         phyxels_[next[brick_of(i)]++] = static_cast<std::uint32_t>(i);
-    const auto length = static_cast<std::size_t>(layout.brick_count.x());
-    row_begin_.assign(layout.total() / length + 1, 0);
-    for (std::size_t row = 0; row < row_begin_.size(); ++row) row_begin_[row] = begin_[row * length];
-    next.assign(row_begin_.begin(), row_begin_.end() - 1);
-    row_phyxels_.resize(rest.size());
-    for (std::uint32_t i = 0; i < rest.size(); ++i) {
-        const std::size_t brick = brick_of(i);
-        row_phyxels_[next[brick / length]++] = {i, static_cast<std::uint32_t>(brick % length)};
-    }
     sorted_ = rest.size();
 }
 
@@ -102,29 +93,29 @@ MovingBricks::Map MovingBricks::MapSum::mean() const {
     return {matrix, (position - matrix * rest) / count};
 }
 
-// How far off the mean map its phyxels carry a node within reach, now and a step ago. Phyxels by rows of
-// bricks, in the order of their numbers: read so, memory keeps up.
+// How far off the mean map its phyxels carry a node within reach, now and a step ago.
 void MovingBricks::take_boxes(const State& state, const Parallel& parallel) {
     const meshless::Phyxels& phyxels = state.phyxels;
-    const auto length = static_cast<std::size_t>(state.grid.bricks().brick_count.x());
-    boxes_.assign(state.grid.bricks().total(), {});
-    parallel.for_each(row_begin_.size() - 1, 4, [&](std::size_t row) {
-        geometry::Box* const boxes = boxes_.data() + row * length;
-        for (std::uint32_t k = row_begin_[row]; k < row_begin_[row + 1]; ++k) {
-            const std::uint32_t i = row_phyxels_[k].phyxel;
-            const Vec3 mapped = mean_.jacobian * phyxels.rest_position[i] + mean_.shift;
-            const double reach = reach_of(state, i);
-            const auto add = [&](const Vec3& position, const Mat3& deformation) {
-                const Mat3 matrix = deformation - mean_.jacobian;
-                const Vec3 spread = reach * matrix.rowwise().norm();
-                const Vec3 off = position - mapped;
-                // What is not finite carries nothing that could be met.
-                if (std::isfinite(spread.sum() + off.sum()))
-                    boxes[row_phyxels_[k].brick].add(geometry::Box{off - spread, off + spread});
-            };
-            add(phyxels.position[i], phyxels.deformation[i]);
-            add(phyxels.previous_position[i], state.previous_deformation[i]);
-        }
+    // First in the order in which they lie in memory, which else could not keep up.
+    phyxel_box_.resize(phyxels.size());
+    parallel.for_each(phyxels.size(), 512, [&](std::size_t i) {
+        const Vec3 mapped = mean_.jacobian * phyxels.rest_position[i] + mean_.shift;
+        const double reach = reach_of(state, i);
+        geometry::Box box;
+        const auto add = [&](const Vec3& position, const Mat3& deformation) {
+            const Vec3 spread = reach * (deformation - mean_.jacobian).rowwise().norm();
+            const Vec3 off = position - mapped;
+            // What is not finite carries nothing that could be met.
+            if (std::isfinite(spread.sum() + off.sum())) box.add(geometry::Box{off - spread, off + spread});
+        };
+        add(phyxels.position[i], phyxels.deformation[i]);
+        add(phyxels.previous_position[i], state.previous_deformation[i]);
+        phyxel_box_[i] = box;
+    });
+    boxes_.resize(state.grid.bricks().total());
+    parallel.for_each(boxes_.size(), 64, [&](std::size_t b) {
+        boxes_[b] = {};
+        for (std::uint32_t k = begin_[b]; k < begin_[b + 1]; ++k) boxes_[b].add(phyxel_box_[phyxels_[k]]);
     });
 }
 

@@ -78,21 +78,17 @@ class MovingBricks {
                          const SweptBoxes& swept, Scratch& scratch,
                          std::vector<splitting::GridEdge>& out) const;
 
-    std::vector<std::uint32_t> begin_;    // per brick, first entry of phyxels_; one more at the end
-    std::vector<std::uint32_t> phyxels_;  // by brick
-    struct InRow {
-        std::uint32_t phyxel, brick;  // the brick along x
-    };
-    std::vector<std::uint32_t> row_begin_;  // per row of bricks along x, as begin_ into row_phyxels_
-    std::vector<InRow> row_phyxels_;        // by row, then by phyxel
-    Map mean_;                              // of all phyxels, now
-    std::vector<geometry::Box> boxes_;      // per brick: how far off mean_ its phyxels carry a node
-    std::vector<geometry::Box> wider_;      // scratch
-    std::vector<std::uint8_t> meets_;       // scratch, per brick
-    std::vector<std::uint32_t> chosen_;     // bricks to look at closely, ascending
-    CarrierTable carriers_;                 // as phyxels_, of the bricks whose phyxels reach these; places
-                                            // from the grid's origin, by mean_
-    std::vector<std::uint8_t> listed_;      // per brick: whether its phyxels are in carriers_
+    std::vector<std::uint32_t> begin_;       // per brick, first entry of phyxels_; one more at the end
+    std::vector<std::uint32_t> phyxels_;     // by brick
+    Map mean_;                               // of all phyxels, now
+    std::vector<geometry::Box> phyxel_box_;  // per phyxel: how far off mean_ it carries a node
+    std::vector<geometry::Box> boxes_;       // per brick: how far off mean_ its phyxels carry a node
+    std::vector<geometry::Box> wider_;       // scratch
+    std::vector<std::uint8_t> meets_;        // scratch, per brick
+    std::vector<std::uint32_t> chosen_;      // bricks to look at closely, ascending
+    CarrierTable carriers_;                  // as phyxels_, of the bricks whose phyxels reach these; places
+                                             // from the grid's origin, by mean_
+    std::vector<std::uint8_t> listed_;       // per brick: whether its phyxels are in carriers_
     std::vector<std::vector<splitting::GridEdge>> edges_;  // scratch, per chunk of these
     std::size_t sorted_ = 0;                               // phyxels that are in phyxels_
     double reach_ = 0;                                     // m, of the phyxel that reaches farthest

@@ -176,6 +176,8 @@ void NodeTracker::look_again(const TrackerContext& context, std::size_t node,
         }
     for (Link& link : links_[node]) {
         const Vec3& phyxel = context.phyxels.rest_position[link.phyxel];
+        // Most go another way.
+        if (!all.meets({rest_[node].cwiseMin(phyxel), rest_[node].cwiseMax(phyxel)})) continue;
         const BoxSegment segment(rest_[node], phyxel);
         if (segment.meets(all) &&
             std::any_of(near.begin(), near.end(), [&](const auto& box) { return segment.meets(box); }))

@@ -3,6 +3,8 @@
 
 #include <splitcubes/geometry/affine_displacement.h>
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -18,5 +20,21 @@ struct AffineRow {
 /// `out` has room for as many as there are rows.
 void sum_affine(std::span<const AffineRow> rows, const std::uint32_t* index, const double* weight,
                 const AffineDisplacement* motions, AffineDisplacement* out);
+
+inline constexpr std::size_t carried_width = 8;
+
+/// Points of rest space with normals that go along with motions, coordinate by coordinate; each list has room
+/// for a whole number of `carried_width` of them, and so have the motions.
+struct CarriedPoints {
+    std::array<const double*, 3> point;   // m, rest space
+    std::array<const double*, 3> normal;  // rest space
+    const double* factor;                 // of the motion's numbers
+};
+
+/// positions[k] = image of point k by motions[k] times factor[k]; normals[k] = its normal by the cofactor
+/// matrix of that motion's Jacobian, unit, or as it was where nothing is left of it. To the last bit what
+/// AffineDisplacement and Eigen's products give one by one, for every instruction set.
+void carry_points(std::size_t count, const AffineDisplacement* motions, const CarriedPoints& points,
+                  Vec3* positions, Vec3* normals);
 
 }  // namespace splitcubes::geometry

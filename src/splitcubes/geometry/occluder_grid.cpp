@@ -11,6 +11,13 @@ namespace splitcubes::geometry {
 
 namespace {
 
+// The nearest float that is larger; what std::nextafter gives, in line. Of finite numbers.
+float next_above(float number) {
+    if (number == 0) return std::numeric_limits<float>::denorm_min();
+    const auto bits = std::bit_cast<std::uint32_t>(number);
+    return std::bit_cast<float>(number > 0 ? bits + 1 : bits - 1);
+}
+
 std::size_t hash_of(std::uint64_t key) {
     return (key * 0x9e3779b97f4a7c15ULL) >> 20;
 }
@@ -40,12 +47,11 @@ void OccluderGrid::lay_out_words() {
 }
 
 OccluderGrid::RoughBox OccluderGrid::RoughBox::around(const Box& box) {
-    constexpr float infinity = std::numeric_limits<float>::infinity();
     RoughBox out;
     for (std::size_t k = 0; k < 3; ++k) {
         const auto axis = static_cast<Eigen::Index>(k);
-        out.min[k] = std::nextafter(static_cast<float>(box.min[axis]), -infinity);
-        out.max[k] = std::nextafter(static_cast<float>(box.max[axis]), infinity);
+        out.min[k] = -next_above(-static_cast<float>(box.min[axis]));
+        out.max[k] = next_above(static_cast<float>(box.max[axis]));
     }
     return out;
 }
