@@ -167,7 +167,7 @@ void Body::update_visibility(const StepContext& context, StepReport& report) {
 
     double reach = 0;
     for (const double h : phyxels_.support_radius) reach = std::max(reach, h);
-    tracker_.mark_near(changed_boxes_, reach, context.parallel);
+    tracker_.mark_near(changed_boxes_, reach, occluders_.changes(), context.parallel);
 }
 
 void Body::rebuild_neighbourhoods(const StepContext& context) {
