@@ -14,6 +14,8 @@ Vec3 random_in(Random& random, double half) {
     return {random.uniform(-half, half), random.uniform(-half, half), random.uniform(-half, half)};
 }
 
+constexpr double anywhere = std::numeric_limits<double>::infinity();
+
 struct Cloud {
     std::vector<Vec3> points, normals;
 
@@ -39,28 +41,46 @@ struct Cloud {
                 out.push_back(k);
         return out;
     }
+    // Of a point above the planes through others.
+    double least_height(std::size_t of, const std::vector<std::uint32_t>& others) const {
+        double least = anywhere;
+        for (const std::uint32_t k : others) least = std::min(least, normals[k].dot(points[of] - points[k]));
+        return least;
+    }
 };
 
 TEST(SkinGrid, VisitsAllThatFaceAPointAndNoneElse) {
     SkinGrid grid;
-    std::size_t found = 0, passed_over = 0;
+    Random random(77);
+    std::size_t found = 0, passed_over = 0, too_high = 0;
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
         const Cloud cloud(seed);
         constexpr double reach = 0.2;
-        grid.build(cloud.points, cloud.normals, reach, 3 * reach);
+        grid.build(cloud.points, cloud.normals, reach, 3 * reach, Parallel(2));
         for (std::size_t of = 0; of < cloud.points.size(); ++of)
             for (const double radius : {0.05, 0.2, 0.33, 0.6}) {
                 std::vector<std::uint32_t> visited;
-                grid.visit_facing(of, radius, [&](std::uint32_t k) { visited.push_back(k); });
+                grid.find_facing(of, radius, anywhere, visited);
                 std::sort(visited.begin(), visited.end());
                 const std::vector<std::uint32_t> expected = cloud.facing(of, radius);
                 ASSERT_EQ(visited, expected) << "seed " << seed << ", point " << of << ", radius " << radius;
                 ASSERT_TRUE(expected.empty() || grid.may_face(of, radius));
+                const double height = radius * random.uniform(-1, 1);
+                std::vector<std::uint32_t> low;
+                grid.find_facing(of, radius, height, low);
+                if (low.empty()) {
+                    ASSERT_GE(cloud.least_height(of, expected), height);
+                    too_high += !expected.empty();
+                } else {
+                    std::sort(low.begin(), low.end());
+                    ASSERT_EQ(low, expected);
+                }
                 found += expected.size();
                 passed_over += !grid.may_face(of, radius);
             }
     }
-    // Neither of the two is so for want of cases.
+    // None of them is so for want of cases.
+    EXPECT_GT(too_high, 300U);
     EXPECT_GT(found, 1000U);
     EXPECT_GT(passed_over, 1000U);
 }
@@ -70,11 +90,11 @@ TEST(SkinGrid, BearsPointsThatAreNone) {
     cloud.points[3].x() = std::numeric_limits<double>::quiet_NaN();
     cloud.points[5].y() = 1e300;
     SkinGrid grid;
-    grid.build(cloud.points, cloud.normals, 0.2, 0.6);
+    grid.build(cloud.points, cloud.normals, 0.2, 0.6, Parallel(1));
     for (std::size_t of = 0; of < cloud.points.size(); ++of) {
-        std::size_t visited = 0;
-        grid.visit_facing(of, 0.4, [&](std::uint32_t) { ++visited; });
-        EXPECT_EQ(visited, cloud.facing(of, 0.4).size());
+        std::vector<std::uint32_t> visited;
+        grid.find_facing(of, 0.4, anywhere, visited);
+        EXPECT_EQ(visited.size(), cloud.facing(of, 0.4).size());
     }
 }
 

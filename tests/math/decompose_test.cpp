@@ -48,6 +48,43 @@ TEST(EigenSymmetric, RebuildsTheMatrix) {
     }
 }
 
+// Values of all spreads, some equal, in random frames.
+Mat3 random_symmetric(Random& random, Vec3& values) {
+    for (int k = 0; k < 3; ++k) values[k] = random.uniform(-1, 1) * std::pow(10.0, random.uniform(-8, 0));
+    if (random.uniform(0, 1) < 0.3) values[1] = values[0];
+    if (random.uniform(0, 1) < 0.3) values[2] = values[1];
+    const Mat3 R = random_rotation(random);
+    const Mat3 matrix = R * values.asDiagonal() * R.transpose();
+    return 0.5 * (matrix + matrix.transpose());
+}
+
+TEST(EigenSymmetric, ValuesAreBelowALimitOrNot) {
+    Random random(11);
+    for (int trial = 0; trial < 5000; ++trial) {
+        Vec3 values;
+        const Mat3 matrix = random_symmetric(random, values);
+        const double off = 1e-13 * (matrix.norm() + std::abs(values.maxCoeff()));
+        EXPECT_TRUE(has_values_below(matrix, values.maxCoeff() + off));
+        EXPECT_FALSE(has_values_below(matrix, values.maxCoeff() - off));
+        EXPECT_FALSE(has_values_below(matrix, values.minCoeff() - off));
+    }
+    Mat3 broken = Mat3::Identity();
+    EXPECT_FALSE(has_values_below(broken, 1));
+    broken(2, 1) = broken(1, 2) = std::nan("");
+    EXPECT_FALSE(has_values_below(broken, 2));
+}
+
+TEST(EigenSymmetric, TheBoundIsAboveTheGreatestValueByLittle) {
+    Random random(12);
+    for (int trial = 0; trial < 5000; ++trial) {
+        Vec3 values;
+        const Mat3 matrix = random_symmetric(random, values);
+        EXPECT_GE(greatest_value_bound(matrix), values.maxCoeff());
+        EXPECT_LE(greatest_value_bound(matrix), values.maxCoeff() + 2e-7 * values.norm());
+    }
+    EXPECT_EQ(greatest_value_bound(Mat3::Zero()), 0);
+}
+
 TEST(EigenSymmetric, EqualAndZeroValues) {
     EXPECT_EQ(eigen_symmetric(Mat3::Identity()).vectors, Mat3::Identity());
     EXPECT_EQ(eigen_symmetric(Mat3::Zero()).values, Vec3::Zero());

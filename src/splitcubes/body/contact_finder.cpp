@@ -19,6 +19,9 @@ using meshless::ContactSide;
 constexpr double margin_share = 0.05, lift_share = 0.02;
 constexpr double off_share = 0.5;  // of the drawn vertex off the point that its carriers move
 constexpr double most_weight = 4;  // sum of the weights' sizes
+// Of fresh samples, in place of the number of one before.
+constexpr std::int64_t new_sample = -1, no_sample = -2;
+constexpr std::size_t list_grain = 256;
 
 }  // namespace
 
@@ -45,46 +48,23 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
     std::size_t count = 0;
     for (const auto& body : task.bodies) count += body->is_carried() ? 0 : body->skin_points().size();
     fresh_.resize(count);
-    old_.assign(count, -2);
+    old_.assign(count, no_sample);
     std::size_t first = 0;
     for (std::uint32_t b = 0; b < task.bodies.size(); ++b) {
-        const Body& body = *task.bodies[b];
-        if (body.is_carried()) continue;
-        const auto list = [&](std::size_t k) {
-            const SkinPoint& point = body.skin_points()[k];
-            // The list is of the last step: this one may have cut there.
-            const splitting::SurfaceVertex& vertex = body.surface().vertices()[point.vertex];
-            if (!vertex.alive()) return;
-            const std::int32_t piece = body.pieces().piece_of(body.grid(), body.surface().carrier(vertex));
-            if (body.phyxels().rigid.index(piece) >= 0) return;
-            old_[first + k] = -1;
-            fresh_[first + k] = {b,
-                                 point.vertex,
-                                 body.carrying_node(point.vertex),
-                                 piece,
-                                 vertex.rest,
-                                 vertex.normal.cast<double>(),
-                                 body.phyxel_spacing()};
+        now_[b].first = first;
+        if (task.bodies[b]->is_carried()) continue;
+        const std::size_t points = task.bodies[b]->skin_points().size();
+        const auto list = [&](std::size_t begin, std::size_t end) {
+            list_points(*task.bodies[b], b, first, begin, end);
         };
-        parallel.for_each(body.skin_points().size(), grain, list);
-        take_over(b, first, first + body.skin_points().size());
-        first += body.skin_points().size();
+        parallel.for_chunks(points, list_grain, std::cref(list));
+        first += points;
     }
-    // Squeezes out what is no sample.
-    std::size_t kept = 0;
-    for (std::size_t b = 0, k = 0; b < now_.size(); ++b) {
-        now_[b].first = kept;
-        for (; k < count && (old_[k] == -2 || fresh_[k].body == b); ++k) {
-            if (old_[k] == -2) continue;
-            fresh_[kept] = fresh_[k];
-            old_[kept++] = old_[k];
-        }
-    }
-    fresh_.resize(kept);
-    fresh_carrying_.resize(kept);
-    fresh_parted_.resize(kept);
-    renumber(kept);
-    parallel.for_each(kept, grain, [&](std::size_t k) { take_along(k); });
+    if (std::find(old_.begin(), old_.end(), no_sample) != old_.end()) squeeze_out();
+    fresh_carrying_.resize(fresh_.size());
+    fresh_parted_.resize(fresh_.size());
+    renumber();
+    parallel.for_each(fresh_.size(), list_grain, [&](std::size_t k) { take_along(k); });
     samples_.swap(fresh_);
     carrying_.swap(fresh_carrying_);
     drop_known();
@@ -92,18 +72,68 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
     listed_.swap(now_);
 }
 
-// Gives serial numbers; a sample that is turned is another one to those who know what it is parted from.
-void ContactFinder::renumber(std::size_t count) {
-    if (serials_ > std::numeric_limits<std::uint32_t>::max() - count - 1) {
+// Samples of a body's points begin .. end - 1, and which of them were samples before: both lists are in
+// order of vertices. first: of the body's fresh samples.
+void ContactFinder::list_points(const Body& body, std::uint32_t number, std::size_t first, std::size_t begin,
+                                std::size_t end) {
+    const bool is_known = number < listed_.size();
+    const std::size_t last_old = number + 1 < listed_.size() ? listed_[number + 1].first : samples_.size();
+    auto old = samples_.begin() + static_cast<std::ptrdiff_t>(is_known ? listed_[number].first : last_old);
+    const auto old_end = samples_.begin() + static_cast<std::ptrdiff_t>(last_old);
+    const auto is_before = [](const Sample& sample, std::uint32_t vertex) { return sample.vertex < vertex; };
+    if (begin < end) old = std::lower_bound(old, old_end, body.skin_points()[begin].vertex, is_before);
+    for (std::size_t k = begin; k < end; ++k) {
+        const SkinPoint& point = body.skin_points()[k];
+        // The list is of the last step: this one may have cut there.
+        const splitting::SurfaceVertex& vertex = body.surface().vertices()[point.vertex];
+        if (!vertex.alive()) continue;
+        const std::int32_t piece = body.pieces().piece_of(body.grid(), body.surface().carrier(vertex));
+        if (body.phyxels().rigid.index(piece) >= 0) continue;
+        Sample& sample = fresh_[first + k];
+        sample = {number,
+                  point.vertex,
+                  body.carrying_node(point.vertex),
+                  piece,
+                  vertex.rest,
+                  vertex.normal.cast<double>(),
+                  body.phyxel_spacing()};
+        old_[first + k] = new_sample;
+        while (old != old_end && old->vertex < sample.vertex) ++old;
+        if (old == old_end || old->vertex != sample.vertex || old->node != sample.node ||
+            old->piece != sample.piece || old->rest != sample.rest)
+            continue;
+        old_[first + k] = old - samples_.begin();
+        // One that is turned is another one to those who know what it is parted from.
+        if (old->rest_normal == sample.rest_normal) sample.serial = old->serial;
+    }
+}
+
+// What is no sample.
+void ContactFinder::squeeze_out() {
+    std::size_t kept = 0;
+    for (std::size_t b = 0, k = 0; b < now_.size(); ++b) {
+        const std::size_t end = b + 1 < now_.size() ? now_[b + 1].first : fresh_.size();
+        now_[b].first = kept;
+        for (; k < end; ++k) {
+            if (old_[k] == no_sample) continue;
+            fresh_[kept] = fresh_[k];
+            old_[kept++] = old_[k];
+        }
+    }
+    fresh_.resize(kept);
+    old_.resize(kept);
+}
+
+// Gives serial numbers to those that have none yet.
+void ContactFinder::renumber() {
+    if (serials_ > std::numeric_limits<std::uint32_t>::max() - fresh_.size() - 1) {
         serials_ = 0;
         for (Sample& sample : samples_) sample.serial = 0;
+        for (Sample& sample : fresh_) sample.serial = 0;
         drop_known();
     }
-    for (std::size_t k = 0; k < count; ++k) {
-        const Sample* const before = old_[k] < 0 ? nullptr : &samples_[static_cast<std::size_t>(old_[k])];
-        const bool same = before && before->rest_normal == fresh_[k].rest_normal && before->serial != 0;
-        fresh_[k].serial = same ? before->serial : ++serials_;
-    }
+    for (Sample& sample : fresh_)
+        if (sample.serial == 0) sample.serial = ++serials_;
 }
 
 // What was found out about a sample before.
@@ -131,23 +161,6 @@ ContactFinder::KnownParted& ContactFinder::take_known() {
     free_known_.pop_back();
     known = {};
     return known;
-}
-
-// Which of a body's samples were samples before; both lists are in order of vertices.
-void ContactFinder::take_over(std::size_t body, std::size_t first, std::size_t last) {
-    if (body >= listed_.size()) return;
-    std::size_t old = listed_[body].first;
-    for (std::size_t k = first; k < last; ++k) {
-        if (old_[k] == -2) continue;
-        const Sample& sample = fresh_[k];
-        while (old < samples_.size() && samples_[old].body == body && samples_[old].vertex < sample.vertex)
-            ++old;
-        if (old == samples_.size() || samples_[old].body != body) return;
-        const Sample& before = samples_[old];
-        if (before.vertex == sample.vertex && before.node == sample.node && before.piece == sample.piece &&
-            before.rest == sample.rest)
-            old_[k] = static_cast<std::int64_t>(old);
-    }
 }
 
 // Where they are drawn.
@@ -212,11 +225,10 @@ bool ContactFinder::is_far(const Collider& collider, const Isometry& to_before, 
     return distance - collider.solid->steepness() * radius > (1 + 1e-9) * (most + moved);
 }
 
-void ContactFinder::meet_collider(const Task& task, std::size_t number, std::size_t k,
-                                  std::vector<Contact>& out) {
+void ContactFinder::meet_collider(const Task& task, std::size_t number, const ColliderPlaces& places,
+                                  std::size_t k, std::vector<Contact>& out) {
     const Collider& collider = task.colliders[number];
-    const Isometry before = collider.at(task.time), after = collider.at(task.time + task.dt);
-    const Isometry to_before = before.inverse(), to_after = after.inverse();
+    const auto& [before, after, to_before, to_after] = places;
     const Sample& s = samples_[k];
     const Vec3& position = position_[k];
     const Body& body = *task.bodies[s.body];
@@ -258,11 +270,11 @@ void ContactFinder::meet_colliders(const Task& task, const Parallel& parallel) {
     }
     for (std::size_t c = 0; c < task.colliders.size(); ++c) {
         const Collider& collider = task.colliders[c];
-        const Isometry to_before = collider.at(task.time).inverse();
-        const Isometry to_after = collider.at(task.time + task.dt).inverse();
+        const Isometry before = collider.at(task.time), after = collider.at(task.time + task.dt);
+        const ColliderPlaces places{before, after, before.inverse(), after.inverse()};
         in_chunks(parallel, samples_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
-            if (is_far(collider, to_before, to_after, begin, end)) return;
-            for (std::size_t k = begin; k < end; ++k) meet_collider(task, c, k, chunk.found);
+            if (is_far(collider, places.to_before, places.to_after, begin, end)) return;
+            for (std::size_t k = begin; k < end; ++k) meet_collider(task, c, places, k, chunk.found);
         });
     }
 }

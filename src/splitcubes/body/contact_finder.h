@@ -101,12 +101,18 @@ class ContactFinder {
     /// What one thread works with and finds; which, is part of no result.
     struct Chunk {
         std::vector<meshless::Contact> found;
+        std::vector<std::uint32_t> near;
         std::vector<Facing> facing;
         SideBetween between;
     };
     struct Found {
         std::uint64_t key;
         const meshless::Contact* contact;
+    };
+    /// A collider at the step's beginning and end.
+    struct ColliderPlaces {
+        Isometry before, after;        // world from own
+        Isometry to_before, to_after;  // own from world
     };
     struct Reach {
         double spacing;  // m, the widest
@@ -138,13 +144,15 @@ class ContactFinder {
     bool is_listed(const Task& task);
     void list_samples(const Task& task, const Parallel& parallel);
     void relist(const Task& task, const Parallel& parallel);
-    void take_over(std::size_t body, std::size_t first, std::size_t last);
-    void renumber(std::size_t count);
+    void list_points(const Body& body, std::uint32_t number, std::size_t first, std::size_t begin,
+                     std::size_t end);
+    void squeeze_out();
+    void renumber();
     void take_along(std::size_t k);
     void place_samples(const Task& task, const Parallel& parallel);
     void find_carriers(const Task& task, std::size_t k);
     void meet_colliders(const Task& task, const Parallel& parallel);
-    void meet_collider(const Task& task, std::size_t number, std::size_t k,
+    void meet_collider(const Task& task, std::size_t number, const ColliderPlaces& places, std::size_t k,
                        std::vector<meshless::Contact>& out);
     bool is_far(const Collider& collider, const Isometry& to_before, const Isometry& to_after,
                 std::size_t begin, std::size_t end) const;
@@ -153,6 +161,8 @@ class ContactFinder {
     bool may_meet(const Task& task, std::size_t a, std::size_t b);
     bool may_meet(const Task& task, std::size_t k, Facing& other);
     Facing* partner_of(const Task& task, std::size_t k, std::vector<Facing>& facing);
+    bool find_facing(std::size_t k, const Reach& reach, Chunk& chunk) const;
+    const Sample* find_face(const Task& task, std::size_t k, Chunk& chunk, Facing& chosen);
     bool meet(const Task& task, std::size_t k, const Reach& reach, Chunk& chunk, meshless::Contact& out);
     bool push_on(const Task& task, const Vec3& foot, double total, const Facing& chosen, Chunk& chunk,
                  meshless::Contact& out) const;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <bit>
 
 namespace splitcubes::body {
 
@@ -37,31 +38,16 @@ void carry_exactly(std::span<const Vec3> rest, const Vec3& place, double spacing
         side.weight[k] *= 1 + slope.dot(rest[side.phyxel[k]] - centre);
 }
 
-std::size_t SideBetween::slot_of(std::uint32_t phyxel) const {
-    const std::size_t mask = table_.size() - 1;
-    std::size_t slot = phyxel * 0x9e3779b9U >> 7 & mask;
-    while (table_[slot] != 0 && shares_[table_[slot] - 1].phyxel != phyxel) slot = (slot + 1) & mask;
-    return slot;
-}
-
-void SideBetween::grow_table() {
-    table_.assign(std::max<std::size_t>(2 * table_.size(), 256), 0);
-    for (std::uint32_t k = 0; k < shares_.size(); ++k) {
-        shares_[k].slot = static_cast<std::uint32_t>(slot_of(shares_[k].phyxel));
-        table_[shares_[k].slot] = k + 1;
-    }
-}
-
 void SideBetween::add(const ContactSide& side, double weight) {
     part_ = side.part;
     for (std::uint32_t k = 0; k < side.count; ++k) {
-        if (2 * (shares_.size() + 1) > table_.size()) grow_table();
-        const std::size_t slot = slot_of(side.phyxel[k]);
-        if (table_[slot] == 0) {
-            shares_.push_back({side.phyxel[k], static_cast<std::uint32_t>(slot), 0});
-            table_[slot] = static_cast<std::uint32_t>(shares_.size());
+        const std::uint32_t phyxel = side.phyxel[k];
+        if (phyxel >= number_.size()) number_.resize(std::bit_ceil(std::size_t{phyxel} + 1), 0);
+        if (number_[phyxel] == 0) {
+            shares_.push_back({phyxel, 0});
+            number_[phyxel] = static_cast<std::uint32_t>(shares_.size());
         }
-        shares_[table_[slot] - 1].weight += weight * std::max(0.0, side.weight[k]);
+        shares_[number_[phyxel] - 1].weight += weight * std::max(0.0, side.weight[k]);
     }
 }
 
@@ -72,7 +58,7 @@ ContactSide SideBetween::take(std::span<const Vec3> rest, const Vec3& place, dou
     // The heaviest in order, of equal ones the first phyxel.
     for (const Share& share : shares_) {
         total += share.weight;
-        table_[share.slot] = 0;
+        number_[share.phyxel] = 0;
         std::uint32_t at = out.count;
         while (at > 0 && (out.weight[at - 1] < share.weight ||
                           (out.weight[at - 1] == share.weight && out.phyxel[at - 1] > share.phyxel)))

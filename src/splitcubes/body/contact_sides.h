@@ -22,7 +22,7 @@ void carry_exactly(std::span<const Vec3> rest, const Vec3& place, double spacing
 class SideBetween {
   public:
     bool empty() const { return shares_.empty(); }
-    /// A side of the body and how much it counts, > 0.
+    /// A side of the body and how much it counts, > 0. All that is added until take is of one body.
     void add(const meshless::ContactSide& side, double weight);
     /// Of the phyxels that the added sides share, the heaviest, so that they carry `place` exactly; no
     /// phyxels where none was added. Forgets what was added. Arguments as of carry_exactly.
@@ -31,14 +31,10 @@ class SideBetween {
   private:
     struct Share {
         std::uint32_t phyxel;
-        std::uint32_t slot;  // of table_
         double weight;
     };
-    std::size_t slot_of(std::uint32_t phyxel) const;
-    void grow_table();
-
-    std::vector<Share> shares_;         // in the order of adding
-    std::vector<std::uint32_t> table_;  // open addressing: number of the share + 1, or 0
+    std::vector<Share> shares_;          // in the order of adding
+    std::vector<std::uint32_t> number_;  // per phyxel: of its share, from 1; 0: none
     std::uint32_t part_ = 0;
 };
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace splitcubes::body {
 
@@ -70,7 +69,8 @@ bool ContactFinder::may_meet(const Task& task, std::size_t k, Facing& other) {
     return other.may == Facing::May::yes;
 }
 
-// The nearest sample whose skin lies opposite; only where there is none, an edge's or a corner's.
+// The nearest sample whose skin lies opposite, of equally near ones the first; only where there is none, an
+// edge's or a corner's.
 ContactFinder::Facing* ContactFinder::partner_of(const Task& task, std::size_t k,
                                                  std::vector<Facing>& facing) {
     for (;;) {
@@ -80,7 +80,10 @@ ContactFinder::Facing* ContactFinder::partner_of(const Task& task, std::size_t k
             if (other.may == Facing::May::no) continue;
             const bool lies_opposite = other.cosine < opposite_skins;
             if (opposite && !lies_opposite) continue;
-            if (best && opposite == lies_opposite && other.distance >= best->distance) continue;
+            if (best && opposite == lies_opposite &&
+                (other.distance > best->distance ||
+                 (other.distance == best->distance && other.index > best->index)))
+                continue;
             opposite = lies_opposite;
             best = &other;
         }
@@ -89,40 +92,62 @@ ContactFinder::Facing* ContactFinder::partner_of(const Task& task, std::size_t k
     }
 }
 
-bool ContactFinder::meet(const Task& task, std::size_t k, const Reach& reach, Chunk& chunk, Contact& out) {
-    std::vector<Facing>& facing = chunk.facing;
+// The samples that face this one; false where no contact can come of them.
+bool ContactFinder::find_facing(std::size_t k, const Reach& reach, Chunk& chunk) const {
     const Sample& sample = samples_[k];
-    const Vec3& position = position_[k];
     // The gap will be a mean of heights above planes: where none of them is low enough to be
     // met within the step, nothing is.
     const double enough = margin_share * sample.spacing + reach.fall +
                           reach.gain * (carrying_[k].weight_sum + reach.widest) + 1e-6 * reach.radius;
-    facing.clear();
+    chunk.facing.clear();
+    grid_.find_facing(k, reach.radius, enough, chunk.near);
     bool low = false;
-    grid_.visit_facing(k, reach.radius, [&](std::uint32_t other) {
-        const Vec3 way = position - position_[other];
+    for (const std::uint32_t other : chunk.near) {
+        const Vec3 way = position_[k] - position_[other];
         const double along = normal_[other].dot(way);
         low = low || !(along > enough);
-        facing.push_back(
+        chunk.facing.push_back(
             {other, way.squaredNorm(), normal_[k].dot(normal_[other]), along, 0, Facing::May::unknown});
+    }
+    return low;
+}
+
+// Keeps, in order, the samples of the face that the partner is of, with their weights, and returns the
+// partner; nullptr where there is none.
+const ContactFinder::Sample* ContactFinder::find_face(const Task& task, std::size_t k, Chunk& chunk,
+                                                      Facing& chosen) {
+    std::vector<Facing>& facing = chunk.facing;
+    const Facing* const best = partner_of(task, k, facing);
+    if (!best) return nullptr;
+    chosen = *best;
+    const Sample& partner = samples_[chosen.index];
+    const Vec3& partner_normal = normal_[chosen.index];
+    const double width = std::sqrt(chosen.distance) + 0.75 * partner.spacing;
+    std::erase_if(facing, [&](Facing& near) {
+        const Sample& other = samples_[near.index];
+        if (other.body != partner.body || other.piece != partner.piece) return true;
+        const double share = 1 - near.distance / (width * width);
+        near.weight = share * share;
+        return !(share > 0) || !(normal_[near.index].dot(partner_normal) > one_face) ||
+               !may_meet(task, k, near);
     });
-    if (!low) return false;
     std::sort(facing.begin(), facing.end(),
               [](const Facing& a, const Facing& b) { return a.index < b.index; });
-    const Facing* const chosen = partner_of(task, k, facing);
-    if (!chosen) return false;
-    const Sample& partner = samples_[chosen->index];
-    const Vec3& partner_normal = normal_[chosen->index];
-    const double width = std::sqrt(chosen->distance) + 0.75 * partner.spacing;
+    return &partner;
+}
+
+bool ContactFinder::meet(const Task& task, std::size_t k, const Reach& reach, Chunk& chunk, Contact& out) {
+    const Sample& sample = samples_[k];
+    const Vec3& position = position_[k];
+    Facing chosen{};
+    if (!find_facing(k, reach, chunk)) return false;
+    const Sample* const found = find_face(task, k, chunk, chosen);
+    if (!found) return false;
+    const Sample& partner = *found;
     double distance = 0, rest_distance = 0, total = 0;
     Vec3 normal = Vec3::Zero();
-    for (Facing& near : facing) {
+    for (const Facing& near : chunk.facing) {
         const Sample& other = samples_[near.index];
-        if (other.body != partner.body || other.piece != partner.piece) continue;
-        const double share = 1 - near.distance / (width * width);
-        if (!(share > 0) || !(normal_[near.index].dot(partner_normal) > one_face)) continue;
-        if (!may_meet(task, k, near)) continue;
-        near.weight = share * share;
         distance += near.weight * near.along;
         rest_distance += near.weight * other.rest_normal.dot(sample.rest - other.rest);
         normal += near.weight * normal_[near.index];
@@ -138,13 +163,13 @@ bool ContactFinder::meet(const Task& task, std::size_t k, const Reach& reach, Ch
     if (sample.body == partner.body && (sample.rest - partner.rest).norm() < 2 * sample.spacing)
         out.gap -= std::min(0.0, rest_distance / total);
     const double spacing = std::max(sample.spacing, partner.spacing);
-    const Vec3 way = position - position_[chosen->index];
+    const Vec3 way = position - position_[chosen.index];
     if (out.gap < -deepest_share * spacing || out.gap > reach.radius) return false;
     if ((way - normal.dot(way) * normal).norm() > beside_share * spacing) return false;
     out.upper = carrying_[k].side;
     out.friction = task.options.friction;
     out.lift = lift_share * std::min(sample.spacing, partner.spacing);
-    return push_on(task, position - distance * normal, total, *chosen, chunk, out);
+    return push_on(task, position - distance * normal, total, chosen, chunk, out);
 }
 
 // What is pushed on is the point of the face that the sample lies before: what the planes' mean says of
@@ -153,7 +178,6 @@ bool ContactFinder::push_on(const Task& task, const Vec3& foot, double total, co
                             Chunk& chunk, Contact& out) const {
     Vec3 middle = Vec3::Zero(), rest_middle = Vec3::Zero();
     for (const Facing& near : chunk.facing) {
-        if (!(near.weight > 0)) continue;
         middle += near.weight * position_[near.index];
         rest_middle += near.weight * samples_[near.index].rest;
         chunk.between.add(carrying_[near.index].side, near.weight);
@@ -199,7 +223,7 @@ void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
     velocity_.clear();
     for (const auto& body : task.bodies) velocity_.emplace_back(body->phyxels().velocity);
     const Reach reach = reach_of(task);
-    grid_.build(position_, normal_, reach_share * reach.spacing, reach.radius);
+    grid_.build(position_, normal_, reach.radius, reach.radius, parallel);
     in_chunks(parallel, samples_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
         for (std::size_t k = begin; k < end; ++k) {
             Contact contact;

@@ -80,8 +80,11 @@ std::span<const EdgeSights::Link> EdgeSights::near(std::uint32_t number, const S
         return entry.links;
     }
     entry.links.clear();
+    const meshless::Phyxels& p = context.phyxels;
     context.locator.visit(entry.rest, context.reach, [&](std::uint32_t i) {
-        entry.links.push_back({i & 0x3fffffffU, Link::unknown});
+        const double weight =
+            meshless::kernel((p.rest_position[i] - entry.rest).squaredNorm(), p.support_radius[i]);
+        if (weight > 0) entry.links.push_back({weight, i & 0x3fffffffU, Link::unknown});
         return true;
     });
     std::sort(entry.links.begin(), entry.links.end(),
@@ -89,18 +92,6 @@ std::span<const EdgeSights::Link> EdgeSights::near(std::uint32_t number, const S
     entry.when = context.changes.now();
     entry.is_found = true;
     return entry.links;
-}
-
-void EdgeSights::look(std::uint32_t number, std::int32_t piece, const SightContext& context) {
-    const meshless::Phyxels& p = context.phyxels;
-    Entry& entry = entries_[number];
-    for (Link& link : entry.links) {
-        const Vec3& rest = p.rest_position[link.phyxel];
-        if (link.sight != Link::unknown || p.piece[link.phyxel] != piece) continue;
-        if (!(meshless::kernel((rest - entry.rest).squaredNorm(), p.support_radius[link.phyxel]) > 0))
-            continue;
-        link.sight = context.occluders.segment_blocked(entry.rest, rest) ? Link::hidden : Link::seen;
-    }
 }
 
 // What may have changed is not known any more.

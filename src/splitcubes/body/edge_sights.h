@@ -29,6 +29,7 @@ class EdgeSights {
   public:
     /// What is known of a phyxel near an edge.
     struct Link {
+        double weight;  // of the kernel there, > 0
         std::uint32_t phyxel : 30;
         enum : std::uint32_t { unknown, seen, hidden };
         std::uint32_t sight : 2;
@@ -42,11 +43,25 @@ class EdgeSights {
     std::uint32_t number_of(std::uint64_t edge, const Vec3& rest);
     std::size_t size() const { return used_; }
 
-    /// The phyxels within reach of the edge, ascending, and which of them are still known to be seen or
-    /// hidden; of the others look finds it out.
+    /// The phyxels whose support holds the edge's middle, ascending, and which of them are still known to be
+    /// seen or hidden; of the others look finds it out.
     std::span<const Link> near(std::uint32_t number, const SightContext& context);
     /// Finds out which of the phyxels of a piece the edge sees; after near.
-    void look(std::uint32_t number, std::int32_t piece, const SightContext& context);
+    void look(std::uint32_t number, std::int32_t piece, const SightContext& context) {
+        look(number, piece, context, [](std::uint32_t) { return true; });
+    }
+    /// The same of those for which which(phyxel) holds.
+    template <class Which>
+    void look(std::uint32_t number, std::int32_t piece, const SightContext& context, const Which& which) {
+        const meshless::Phyxels& p = context.phyxels;
+        Entry& entry = entries_[number];
+        for (Link& link : entry.links) {
+            const std::uint32_t j = link.phyxel;
+            if (link.sight != Link::unknown || p.piece[j] != piece || !which(j)) continue;
+            const bool is_hidden = context.occluders.segment_blocked(entry.rest, p.rest_position[j]);
+            link.sight = is_hidden ? Link::hidden : Link::seen;
+        }
+    }
 
   private:
     struct Entry {

@@ -1,3 +1,4 @@
+#include <splitcubes/body/facing_lanes.h>
 #include <splitcubes/body/skin_grid.h>
 #include <splitcubes/geometry/box.h>
 
@@ -76,6 +77,7 @@ void SkinGrid::lay_out(std::span<const Vec3> points, double reach) {
         if (point.allFinite()) box.add(point);
     origin_ = box.empty() ? Vec3(Vec3::Zero()) : box.min;
     const Vec3 extent = box.empty() ? Vec3(Vec3::Zero()) : Vec3(box.size());
+    extent_ = extent.maxCoeff();
     // A hair more than the reach: what is within it is then never two cells on, nor three times it four.
     size_ = 1.0001 * reach;
     // At most about eight cells a point, whatever the points' spread.
@@ -84,52 +86,117 @@ void SkinGrid::lay_out(std::span<const Vec3> points, double reach) {
     count_ = (extent / size_).array().floor().cast<int>() + 1;
 }
 
-// Ors each cell's directions with those of its 26 neighbours, axis by axis.
-void SkinGrid::spread_bins(std::span<const std::uint64_t> from, std::vector<std::uint64_t>& to) {
+// Adds to each cell's normals those of its 26 neighbours, axis by axis.
+void SkinGrid::spread(std::span<const Around> from, std::vector<Around>& to, const Parallel& parallel) {
+    constexpr std::size_t grain = 2048;
     to.assign(from.begin(), from.end());
     spare_.resize(from.size());
     std::size_t stride = 1;
     for (int axis = 0; axis < 3; ++axis) {
         const auto length = static_cast<std::size_t>(count_[axis]);
-        for (std::size_t base = 0; base < to.size(); base += stride * length)
-            for (std::size_t at = 0; at < length; ++at) {
-                const std::size_t low = at > 0 ? stride : 0, high = at + 1 < length ? stride : 0;
-                const std::size_t first = base + at * stride;
-                for (std::size_t c = first; c < first + stride; ++c)
-                    spare_[c] = to[c - low] | to[c] | to[c + high];
-            }
+        parallel.for_each(to.size(), grain, [&](std::size_t c) {
+            const std::size_t at = c / stride % length;
+            spare_[c] = to[c];
+            if (at > 0) spare_[c].add(to[c - stride]);
+            if (at + 1 < length) spare_[c].add(to[c + stride]);
+        });
         to.swap(spare_);
         stride *= length;
     }
 }
 
+// By cells, and those of a cell in order of their numbers.
+void SkinGrid::sort_points(const Parallel& parallel) {
+    constexpr std::size_t grain = 256;
+    const std::size_t count = points_.size();
+    cell_.resize(count);
+    bin_.resize(count);
+    index_.resize(count + facing_padding);
+    for (std::vector<float>& lane : lanes_) lane.resize(count + facing_padding);
+    parallel.for_each(count, grain, [&](std::size_t i) {
+        const Vec3i at = cell_at(points_[i]);
+        cell_[i] = static_cast<std::uint32_t>(cell_index(at.x(), at.y(), at.z()));
+        bin_[i] = bin_of(normals_[i]);
+    });
+    for (std::size_t i = 0; i < count; ++i) ++begin_[cell_[i] + 1];
+    for (std::size_t c = 0; c + 1 < begin_.size(); ++c) begin_[c + 1] += begin_[c];
+    next_.assign(begin_.begin(), begin_.end() - 1);
+    for (std::size_t i = 0; i < count; ++i) index_[next_[cell_[i]]++] = static_cast<std::uint32_t>(i);
+    parallel.for_each(count, grain, [&](std::size_t k) {
+        const Vec3 place = points_[index_[k]] - origin_;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const auto a = static_cast<Eigen::Index>(axis);
+            lanes_[axis][k] = static_cast<float>(place[a]);
+            lanes_[3 + axis][k] = static_cast<float>(normals_[index_[k]][a]);
+        }
+    });
+}
+
 void SkinGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals, double reach,
-                     double farthest) {
+                     double farthest, const Parallel& parallel) {
+    constexpr std::size_t grain = 256;
     points_ = points;
     normals_ = normals;
     lay_out(points, reach);
     const std::size_t cells = cell_index(0, 0, count_.z());
     begin_.assign(cells + 1, 0);
-    around_[0].assign(cells, 0);
-    cell_.resize(points.size());
-    bin_.resize(points.size());
-    entries_.resize(points.size());
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const Vec3i at = cell_at(points[i]);
-        const std::size_t cell = cell_index(at.x(), at.y(), at.z());
-        cell_[i] = static_cast<std::uint32_t>(cell);
-        bin_[i] = bin_of(normals[i]);
-        around_[0][cell] |= std::uint64_t{1} << bin_[i];
-        ++begin_[cell + 1];
-    }
-    for (std::size_t c = 0; c < cells; ++c) begin_[c + 1] += begin_[c];
-    next_.assign(begin_.begin(), begin_.end() - 1);
-    for (std::size_t i = 0; i < points.size(); ++i)
-        entries_[next_[cell_[i]]++] = {points[i], normals[i], static_cast<std::uint32_t>(i)};
+    sort_points(parallel);
+    around_[0].resize(cells);
+    parallel.for_each(cells, grain, [&](std::size_t c) {
+        Around& own = around_[0][c] = {};
+        for (std::uint32_t k = begin_[c]; k < begin_[c + 1]; ++k) {
+            own.bins |= std::uint64_t{1} << bin_[index_[k]];
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                own.low[axis] = std::min(own.low[axis], lanes_[3 + axis][k]);
+                own.high[axis] = std::max(own.high[axis], lanes_[3 + axis][k]);
+            }
+        }
+    });
     for (std::size_t ring = 1; ring <= most_rings; ++ring) {
-        spread_bins(around_[ring - 1], around_[ring]);
+        spread(around_[ring - 1], around_[ring], parallel);
         if (farthest <= static_cast<double>(ring) * size_) break;
     }
+}
+
+void SkinGrid::find_facing(std::size_t of, double radius, double height,
+                           std::vector<std::uint32_t>& out) const {
+    constexpr std::size_t most_ranges = (2 * most_rings + 2) * (2 * most_rings + 2);
+    out.clear();
+    const Vec3 point = points_[of], normal = normals_[of];
+    const Vec3i low = cell_at(point - Vec3::Constant(radius)), high = cell_at(point + Vec3::Constant(radius));
+    std::array<FacingRange, most_ranges> ranges;
+    std::size_t count = 0, most = 0;
+    for (int z = low.z(); z <= high.z(); ++z)
+        for (int y = low.y(); y <= high.y() && count < most_ranges; ++y) {
+            const FacingRange range{begin_[cell_index(low.x(), y, z)],
+                                    begin_[cell_index(high.x(), y, z) + 1]};
+            if (range.begin == range.end) continue;
+            ranges[count++] = range;
+            most += range.end - range.begin;
+        }
+    if (count == 0) return;
+    // More than what single precision loses of places, and of unit vectors' products.
+    const double slack = 1e-6 * extent_ + 1e-5 * radius;
+    const Vec3f at = (point - origin_).cast<float>(), facing = normal.cast<float>();
+    const FacingQuery query{at.x(),
+                            at.y(),
+                            at.z(),
+                            facing.x(),
+                            facing.y(),
+                            facing.z(),
+                            static_cast<float>((radius + slack) * (radius + slack)),
+                            static_cast<float>(facing_cosine + 1e-5),
+                            static_cast<float>(height + slack)};
+    const FacingLanes lanes{lanes_[0].data(), lanes_[1].data(), lanes_[2].data(), lanes_[3].data(),
+                            lanes_[4].data(), lanes_[5].data(), index_.data()};
+    out.resize(most + facing_padding);
+    bool is_low = false;
+    const std::size_t found = select_facing(lanes, {ranges.data(), count}, query, out.data(), is_low);
+    out.resize(is_low ? found : 0);
+    const double limit = radius * radius;
+    std::erase_if(out, [&](std::uint32_t k) {
+        return !((points_[k] - point).squaredNorm() < limit && normal.dot(normals_[k]) < facing_cosine);
+    });
 }
 
 }  // namespace splitcubes::body

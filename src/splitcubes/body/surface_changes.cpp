@@ -19,6 +19,7 @@ SurfaceChanges::SurfaceChanges(const geometry::RestGrid& rest)
     const Vec3 extent = rest.cell_size * rest.node_count.cast<double>();
     while (((extent / side_).array().floor() + 1).prod() > most_cubes) side_ *= 2;
     count_ = (extent / side_).array().floor().cast<int>() + 1;
+    recent_.fill({count_, -Vec3i::Ones()});
     last_.assign(index_of(0, 0, count_.z()), 0);
 }
 
@@ -38,6 +39,8 @@ SurfaceChanges::Range SurfaceChanges::cubes_of(const geometry::Box& box) const {
 void SurfaceChanges::mark(const geometry::Box& box) {
     if (box.empty()) return;
     const Range range = cubes_of(box);
+    Range& recent = recent_[now_ % recent_.size()];
+    recent = {recent.low.cwiseMin(range.low), recent.high.cwiseMax(range.high)};
     for (int z = range.low.z(); z <= range.high.z(); ++z)
         for (int y = range.low.y(); y <= range.high.y(); ++y)
             for (int x = range.low.x(); x <= range.high.x(); ++x) last_[index_of(x, y, z)] = now_;
@@ -45,12 +48,22 @@ void SurfaceChanges::mark(const geometry::Box& box) {
 
 void SurfaceChanges::mark_all() {
     begin();
+    recent_[now_ % recent_.size()] = {Vec3i::Zero(), count_};
     std::fill(last_.begin(), last_.end(), now_);
+}
+
+// By the changes after `when` as wholes.
+bool SurfaceChanges::may_have_changed(const Range& range, std::uint32_t when) const {
+    if (now_ - when > recent_.size()) return true;
+    for (std::uint32_t number = when + 1; number <= now_; ++number)
+        if (range.meets(recent_[number % recent_.size()])) return true;
+    return false;
 }
 
 bool SurfaceChanges::since(const geometry::Box& box, std::uint32_t when) const {
     if (when == now_) return false;
     const Range range = cubes_of(box);
+    if (!may_have_changed(range, when)) return false;
     for (int z = range.low.z(); z <= range.high.z(); ++z)
         for (int y = range.low.y(); y <= range.high.y(); ++y)
             for (int x = range.low.x(); x <= range.high.x(); ++x)

@@ -4,6 +4,7 @@
 #include <splitcubes/geometry/box.h>
 #include <splitcubes/geometry/rest_grid.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -21,7 +22,10 @@ class SurfaceChanges {
     /// The number of the last change.
     std::uint32_t now() const { return now_; }
     /// All marks that follow belong to one more change.
-    void begin() { ++now_; }
+    void begin() {
+        ++now_;
+        recent_[now_ % recent_.size()] = {count_, -Vec3i::Ones()};
+    }
     /// box: m, rest space, holds all that was there before and is there now; an empty one marks nothing.
     void mark(const geometry::Box& box);
     /// What was seen before now may be different everywhere.
@@ -33,7 +37,12 @@ class SurfaceChanges {
   private:
     struct Range {
         Vec3i low, high;
+
+        bool meets(const Range& other) const {
+            return (low.array() <= other.high.array()).all() && (other.low.array() <= high.array()).all();
+        }
     };
+    bool may_have_changed(const Range& range, std::uint32_t when) const;
     Range cubes_of(const geometry::Box& box) const;
     std::size_t index_of(int x, int y, int z) const {
         return (static_cast<std::size_t>(z) * static_cast<std::size_t>(count_.y()) +
@@ -46,6 +55,9 @@ class SurfaceChanges {
     double side_;                      // m, of a cube
     Vec3i count_;                      // cubes
     std::vector<std::uint32_t> last_;  // per cube
+    // Of the last changes, by their numbers, the cubes from the lowest to the highest: most changes are where
+    // a blade is.
+    std::array<Range, 8> recent_;
     std::uint32_t now_ = 0;
 };
 

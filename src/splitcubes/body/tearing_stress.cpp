@@ -21,6 +21,8 @@ constexpr std::size_t grain = 256, edge_grain = 8;
 constexpr double held_phyxel = -2;
 // Of a bound, for the rounding of what it bounds: relative, far above both.
 constexpr double bound_slack = 1e-6;
+// Of phyxels, in Tearing::is_strained_.
+constexpr std::uint8_t strained = 1, beside_strained = 2;
 
 }  // namespace
 
@@ -72,34 +74,68 @@ double Tearing::measure_phyxels(const TearContext& context) {
     return largest;
 }
 
-void Tearing::find_loads(const TearContext& context) {
+// Bounds of the phyxels' principal stresses, and next to whom one is above `least`. Most material is
+// pressed: what that is needs no principal values.
+void Tearing::bound_principal_stress(const TearContext& context, double least) {
     const meshless::Neighbourhoods& n = context.neighbourhoods;
-    load_.assign(context.phyxels.size(), 0);
-    principal_.resize(load_.size());
-    const double least = settings_.toughness * settings_.strength * weakest_all_;
-    context.parallel.for_each(load_.size(), grain, [&](std::size_t i) {
-        principal_[i] = size_[i] < 0       ? -std::numeric_limits<double>::infinity()
-                        : size_[i] < least ? size_[i]
-                                           : eigen_symmetric(stress_[i]).values[0];
-        // The mean over the neighbours cannot be near the limit where none of them is.
-        const std::size_t begin = n.offsets()[i], end = n.offsets()[i + 1];
-        double largest = size_[i];
-        for (std::size_t k = begin; k < end; ++k)
-            if (n.weight()[k] > 0) largest = std::max(largest, size_[n.neighbour()[k]]);
-        if (!(largest >= settings_.toughness * weakest_[i])) return;
-        double total = 0;
-        Mat3 sum = Mat3::Zero();
-        const auto add = [&](std::size_t j, double weight) {
-            if (size_[j] < 0) return;
-            sum += weight * stress_[j];
-            total += weight;
-        };
-        add(i, meshless::kernel(0, context.phyxels.support_radius[i]));
-        for (std::size_t k = begin; k < end; ++k) add(n.neighbour()[k], n.weight()[k]);
-        if (!(total > 0)) return;
-        load_[i] = eigen_symmetric(sum / total).values[0] / std::max(weakest_[i], 1e-300);
+    const std::size_t count = context.phyxels.size();
+    principal_.resize(count);
+    is_strained_.assign(count, 0);
+    context.parallel.for_each(count, grain, [&](std::size_t i) {
+        principal_[i] = size_[i] < 0 ? -std::numeric_limits<double>::infinity() : least;
+        if (size_[i] < least || has_values_below(stress_[i], least - bound_slack * size_[i])) return;
+        principal_[i] = greatest_value_bound(stress_[i]);
+        is_strained_[i] = strained;
     });
+    for (std::size_t i = 0; i < count; ++i) {
+        if (is_strained_[i] != strained) continue;
+        for (std::size_t k = n.offsets()[i]; k < n.offsets()[i + 1]; ++k)
+            is_strained_[n.neighbour()[k]] |= beside_strained;
+    }
+}
+
+void Tearing::find_loads(const TearContext& context) {
+    load_.assign(context.phyxels.size(), 0);
+    bound_principal_stress(context, least_load * settings_.toughness * settings_.strength * weakest_all_);
+    context.parallel.for_each(load_.size(), grain, [&](std::size_t i) {
+        if (is_strained_[i] != 0) load_[i] = load_of(context, i);
+    });
+    top_load_ = 0;
     for (const double load : load_) top_load_ = std::max(top_load_, load);
+}
+
+// Of one phyxel; 0 where it is below the least that anything asks for.
+double Tearing::load_of(const TearContext& context, std::size_t i) const {
+    const meshless::Neighbourhoods& n = context.neighbourhoods;
+    const std::size_t begin = n.offsets()[i], end = n.offsets()[i + 1];
+    const double own = meshless::kernel(0, context.phyxels.support_radius[i]);
+    const double least = least_load * settings_.toughness * weakest_[i];
+    // No principal stress of a mean is above the mean of the principal stresses.
+    double largest = size_[i], total = 0, top = 0;
+    const auto bound = [&](std::size_t j, double weight) {
+        if (size_[j] < 0 || !(weight > 0)) return;
+        largest = std::max(largest, size_[j]);
+        top += weight * principal_[j];
+        total += weight;
+    };
+    bound(i, own);
+    for (std::size_t k = begin; k < end; ++k) bound(n.neighbour()[k], n.weight()[k]);
+    if (!(largest >= settings_.toughness * weakest_[i]) ||
+        top < (least - bound_slack * std::abs(least)) * total)
+        return 0;
+    total = 0;
+    Mat3 sum = Mat3::Zero();
+    const auto add = [&](std::size_t j, double weight) {
+        if (size_[j] < 0) return;
+        sum += weight * stress_[j];
+        total += weight;
+    };
+    add(i, own);
+    for (std::size_t k = begin; k < end; ++k) add(n.neighbour()[k], n.weight()[k]);
+    if (!(total > 0)) return 0;
+    const Mat3 mean = sum / total;
+    if (has_values_below(mean, least - bound_slack * mean.norm())) return 0;
+    return eigen_symmetric(mean).values[0] / std::max(weakest_[i], 1e-300);
 }
 
 // The edge's number in this step; its load is known after the next answer.
@@ -118,51 +154,38 @@ std::uint32_t Tearing::ask(const NodeGrid& grid, const GridEdge& edge, const Tea
 }
 
 void Tearing::answer(const TearContext& context) {
-    unknown_.resize(std::max(unknown_.size(), (asked_.size() + edge_grain - 1) / edge_grain));
     const auto find = [&](std::size_t begin, std::size_t end) {
-        for (std::size_t k = begin; k < end; ++k)
-            find_stress(asked_[k], context, unknown_[begin / edge_grain]);
+        for (std::size_t k = begin; k < end; ++k) find_stress(asked_[k], context);
     };
     context.parallel.for_chunks(asked_.size(), edge_grain, std::cref(find));
     asked_.clear();
 }
 
-// Pa, no less than the largest principal stress of the mean, whoever of those not yet known is seen: the
-// principal value of a sum is at most the sum of the principal values, and those above the mean make it
-// largest. NaN where a stress is none.
-double Tearing::most_stress(std::span<const EdgeSights::Link> near, const LoadedEdge& edge,
-                            const TearContext& context, std::vector<WeightedStress>& unknown) const {
+// Whether the mean's largest principal stress may be above `limit` (Pa), whoever of those not yet known is
+// seen: the principal value of a sum is at most the sum of the principal values, and it is largest where
+// those above the limit are seen and none else.
+bool Tearing::may_pass(std::span<const EdgeSights::Link> near, const LoadedEdge& edge,
+                       const TearContext& context, double limit) const {
     const meshless::Phyxels& p = context.phyxels;
-    double total = 0;
+    double total = 0, excess = 0;
     Mat3 sum = Mat3::Zero();
-    unknown.clear();
     for (const EdgeSights::Link& link : near) {
         const std::uint32_t j = link.phyxel;
         if (link.sight == EdgeSights::Link::hidden || p.piece[j] != edge.piece || size_[j] < 0) continue;
-        const double weight =
-            meshless::kernel((p.rest_position[j] - edge.rest).squaredNorm(), p.support_radius[j]);
         if (link.sight == EdgeSights::Link::unknown) {
-            unknown.push_back({weight, principal_[j]});
+            excess += link.weight * std::max(0.0, principal_[j] - limit);
             continue;
         }
-        sum += weight * stress_[j];
-        total += weight;
+        sum += link.weight * stress_[j];
+        total += link.weight;
     }
-    std::sort(unknown.begin(), unknown.end(),
-              [](const WeightedStress& a, const WeightedStress& b) { return a.stress > b.stress; });
-    if (!(total > 0)) return unknown.empty() ? 0 : unknown.front().stress;
-    double top = total * eigen_symmetric(sum / total).values[0];
-    for (const WeightedStress& u : unknown) {
-        if (!(u.stress * total > top)) break;
-        top += u.weight * u.stress;
-        total += u.weight;
-    }
-    return top / total;
+    if (!(total > 0)) return excess > 0;
+    return !has_values_below(sum, limit * total - excess);
 }
 
-// Where no choice of those that may be seen could tear the edge, whom it sees need not be asked.
-void Tearing::find_stress(std::uint32_t number, const TearContext& context,
-                          std::vector<WeightedStress>& unknown) {
+// Where no choice of those that may be seen could tear the edge, whom it sees need not be asked; of those who
+// are asked first, what is seen of the loaded ones tells most.
+void Tearing::find_stress(std::uint32_t number, const TearContext& context) {
     const meshless::Phyxels& p = context.phyxels;
     const SightContext sight{context.occluders, context.changes, p, context.locator, reach_};
     LoadedEdge& out = loaded_edges_[number];
@@ -171,23 +194,25 @@ void Tearing::find_stress(std::uint32_t number, const TearContext& context,
     const double least = settings_.toughness * out.strength;
     const double enough = least - bound_slack * std::abs(least);
     const std::span<const EdgeSights::Link> near = sights_.near(number, sight);
-    if (most_stress(near, out, context, unknown) <= enough) return;
+    if (!may_pass(near, out, context, enough)) return;
+    sights_.look(number, out.piece, sight, [&](std::uint32_t j) { return principal_[j] > enough; });
+    if (!may_pass(near, out, context, enough)) return;
     sights_.look(number, out.piece, sight);
     double total = 0, held = 0;
     Mat3 sum = Mat3::Zero(), gradient = Mat3::Zero();
     for (const EdgeSights::Link& link : near) {
         const std::uint32_t j = link.phyxel;
         if (link.sight != EdgeSights::Link::seen || p.piece[j] != out.piece) continue;
-        const double weight =
-            meshless::kernel((p.rest_position[j] - out.rest).squaredNorm(), p.support_radius[j]);
-        if (size_[j] == held_phyxel) held += weight;
+        if (size_[j] == held_phyxel) held += link.weight;
         if (size_[j] < 0) continue;
-        sum += weight * stress_[j];
-        gradient += weight * p.deformation[j];
-        total += weight;
+        sum += link.weight * stress_[j];
+        gradient += link.weight * p.deformation[j];
+        total += link.weight;
     }
     if (!(total > held)) return;
-    const SymmetricEigen eigen = eigen_symmetric(sum / total);
+    const Mat3 mean = sum / total;
+    if (has_values_below(mean, enough - bound_slack * mean.norm())) return;
+    const SymmetricEigen eigen = eigen_symmetric(mean);
     out.stress.largest = eigen.values[0];
     out.stress.direction = eigen.vectors.col(0);
     out.stress.world_from_rest = gradient / total;

@@ -1,5 +1,6 @@
 #include <splitcubes/math/decompose.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -80,6 +81,28 @@ SymmetricEigen eigen_symmetric(const Mat3& matrix) {
     order(0, 1);
     if (result.vectors.determinant() < 0) result.vectors.col(2) = -result.vectors.col(2);
     return result;
+}
+
+// By the pivots of L D L^T, whose signs are those of a matrix that differs by rounding.
+bool has_values_below(const Mat3& matrix, double limit) {
+    const double first = limit - matrix(0, 0);
+    const double a = matrix(1, 0) / first, b = matrix(2, 0) / first;
+    const double second = limit - matrix(1, 1) - a * matrix(1, 0);
+    const double across = matrix(2, 1) + b * matrix(1, 0);
+    const double third = limit - matrix(2, 2) - b * matrix(2, 0) - across * across / second;
+    return first > 0 && second > 0 && third > 0;
+}
+
+double greatest_value_bound(const Mat3& matrix) {
+    // Far above what the cosines lose, which is the root of a rounding where two values are equal.
+    constexpr double slack = 1e-7;
+    const double mean = matrix.trace() / 3, size = matrix.norm();
+    const Mat3 off = matrix - mean * Mat3::Identity();
+    const double spread = std::sqrt(off.squaredNorm() / 6);
+    const double cubed = spread * spread * spread;
+    double share = cubed > 0 ? 0.5 * off.determinant() / cubed : 1;
+    share = share < 1 ? std::max(share, -1.0) : 1;
+    return mean + 2 * spread * std::cos(std::acos(share) / 3) + slack * size;
 }
 
 Mat3 rotation_of(const Mat3& F, const Mat3& last) {

@@ -15,6 +15,14 @@ struct SymmetricEigen {
 /// The input's upper triangle is not read.
 SymmetricEigen eigen_symmetric(const Mat3& matrix);
 
+/// Whether limit * I - matrix is found positive definite: true only where the largest eigenvalue is below
+/// the limit, or above it by no more than rounding (1e-14 of the matrix and the limit). At a tenth of the
+/// cost of eigen_symmetric. The input must be symmetric; false where an entry is NaN.
+bool has_values_below(const Mat3& matrix, double limit);
+/// An upper bound of the largest eigenvalue of a symmetric matrix, above it by no more than 2e-7 of
+/// the norm: the cubic's root by cosines (Smith 1961).
+double greatest_value_bound(const Mat3& matrix);
+
 /// The rotation that is nearest to F (polar decomposition with det = +1: of an
 /// inverted F the smallest singular value takes the sign). A rotation gives
 /// itself to rounding, the identity itself exactly. Where F leaves directions

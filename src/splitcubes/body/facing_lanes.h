@@ -1,0 +1,33 @@
+// Looking through points with normals in vectors.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace splitcubes::body {
+
+/// Points side by side: coordinates, and those of normals; each array has room for facing_padding more.
+struct FacingLanes {
+    const float *x, *y, *z, *nx, *ny, *nz;
+    const std::uint32_t* index;
+};
+inline constexpr std::size_t facing_padding = 16;
+
+struct FacingQuery {
+    float x, y, z, nx, ny, nz;
+    float square;  // of the distance, below which a point is near
+    float cosine;  // of the normals, below which it faces
+    float height;  // above the plane through it, up to which the query is low
+};
+/// Points begin .. end - 1.
+struct FacingRange {
+    std::uint32_t begin, end;
+};
+
+/// Numbers of the points that are near and face the query to `out`, which has room for all and the padding;
+/// returns how many. low: whether the query is low above one of them.
+std::size_t select_facing(const FacingLanes& lanes, std::span<const FacingRange> ranges,
+                          const FacingQuery& query, std::uint32_t* out, bool& low);
+
+}  // namespace splitcubes::body
