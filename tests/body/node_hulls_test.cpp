@@ -53,8 +53,9 @@ TEST_P(NodeHullsOfSize, HoldWhatReachesANodeAndLittleElse) {
     int reached = 0;
     for (int round = 0; round < 20; ++round) {
         const std::vector<Carrier> carriers = random_carriers(random, 30, size);
-        ASSERT_TRUE(hulls.start(cell, largest));
+        hulls.start(cell);
         for (const Carrier& c : carriers) hulls.add(c.from_centre, c.reach, c.now, c.before);
+        ASSERT_TRUE(hulls.settle());
         for (int block = 0; block < NodeHulls::block_count; ++block) {
             hulls.choose_block(block);
             const geometry::Box whole = hulls.box_of_block().grown(1e-5 * largest);
@@ -64,13 +65,15 @@ TEST_P(NodeHullsOfSize, HoldWhatReachesANodeAndLittleElse) {
                 geometry::Box exact;
                 for (const Carrier& c : carriers) {
                     if ((c.from_centre - at).norm() > c.reach) continue;
-                    exact.add(c.now.off + c.now.matrix * at);
-                    exact.add(c.before.off + c.before.matrix * at);
+                    exact.add(c.now.off + (c.now.matrix - hulls.mean()) * at);
+                    exact.add(c.before.off + (c.before.matrix - hulls.mean()) * at);
                 }
                 const geometry::Box& hull = hulls.box_of(node);
                 if (exact.empty()) continue;
                 ++reached;
                 ASSERT_TRUE(hull.contains(exact.min) && hull.contains(exact.max));
+                ASSERT_TRUE(hulls.box_of_cube().contains(exact.min));
+                ASSERT_TRUE(hulls.box_of_cube().contains(exact.max));
                 ASSERT_TRUE(whole.contains(hull.min) && whole.contains(hull.max));
                 ASSERT_TRUE(exact.grown(1e-5 * largest).contains(hull.min));
                 ASSERT_TRUE(exact.grown(1e-5 * largest).contains(hull.max));
@@ -84,14 +87,18 @@ INSTANTIATE_TEST_SUITE_P(Sizes, NodeHullsOfSize, testing::Values(0.001, 0.1, 1e4
 
 TEST(NodeHulls, AreEmptyWhereNothingReaches) {
     NodeHulls hulls;
-    ASSERT_TRUE(hulls.start(cell, 1));
+    hulls.start(cell);
+    EXPECT_TRUE(hulls.empty());
     hulls.add(Vec3::Constant(-2 * cell), cell, {}, {});
+    ASSERT_TRUE(hulls.settle());
     hulls.choose_block(0);
     EXPECT_FALSE(hulls.box_of({0, 0, 0}).empty());
     EXPECT_TRUE(hulls.box_of({2, 2, 2}).empty());
     hulls.choose_block(7);
     EXPECT_TRUE(hulls.box_of_block().empty());
-    EXPECT_FALSE(hulls.start(cell, 1e31));
+    hulls.start(cell);
+    hulls.add(Vec3::Zero(), cell, {Vec3::Constant(1e31), Mat3::Zero()}, {});
+    EXPECT_FALSE(hulls.settle());
 }
 
 }  // namespace

@@ -192,6 +192,34 @@ TEST(OccluderGrid, SegmentBlockedEqualsBruteForce) {
 }
 
 // Segments along the grid's planes and lines, triangles in those planes.
+// What blocks a segment was there before and stayed, or came since.
+TEST(OccluderGrid, TellsWhatIsNewFromWhatWasThere) {
+    Random random(12);
+    Content content;
+    OccluderGrid grid = random_grid(random, 300, 0.5, content);
+    int old_and_new = 0, only_new = 0;
+    for (int round = 0; round < 60; ++round) {
+        const std::uint32_t before = grid.changes();
+        OccluderGrid kept = grid;  // what is replaced taken out
+        for (int k = 0; k < 5; ++k) {
+            const Vec3i cell(static_cast<int>(random.below(cells)), static_cast<int>(random.below(cells)),
+                             static_cast<int>(random.below(cells)));
+            kept.set_cell(cell, {});
+            grid.set_cell(cell, random_cell(random, cell, k == 0 ? 12 : 0.5));
+        }
+        for (int query = 0; query < 100; ++query) {
+            const Vec3 a = random_vector(random, 2.2), b = a + random_vector(random, 0.7);
+            const bool by_new = grid.segment_blocked(a, b, before), by_old = kept.segment_blocked(a, b);
+            ASSERT_EQ(grid.segment_blocked(a, b), by_new || by_old);
+            ASSERT_FALSE(grid.segment_blocked(a, b, grid.changes()));
+            old_and_new += by_new && by_old;
+            only_new += by_new && !by_old;
+        }
+    }
+    EXPECT_GT(old_and_new, 5);
+    EXPECT_GT(only_new, 50);
+}
+
 // Triangles of many cells at once, some of them emptied, some set again.
 TEST(OccluderGrid, ManyCellsAtOnceAreAsOneByOne) {
     Random random(11);

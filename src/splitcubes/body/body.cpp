@@ -150,6 +150,7 @@ void Body::restore(const Parallel& parallel) {
     occluders_ = geometry::OccluderGrid(grid_.rest().origin, grid_.rest().cell_size, grid_.rest().node_count);
     occluder_box_.clear();
     build_occluders();
+    tracker_.forget_changes();
     changes_.mark_all();
     locator_ = meshless::PhyxelLocator(phyxels_.rest_position, 1.6 * spacing_);
     neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);

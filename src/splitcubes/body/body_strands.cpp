@@ -53,27 +53,31 @@ std::unordered_map<std::uint64_t, int> ways_from(const splitting::NodeGrid& grid
 }
 
 // The phyxels that hang together with one, itself first; more than `most_stranded` at
-// most by a few. It is left at the first that is `many`, known to hang together with more.
+// most by a few. It is left at the first that is `many`, known to hang together with more. seen: zero for
+// each phyxel, and again at the end.
 struct Strand {
     std::vector<std::uint32_t> phyxels;
     bool many = false;
 };
 
 Strand hanging_together(const meshless::Neighbourhoods& links, const meshless::Pairs& pairs,
-                        std::uint32_t phyxel, std::span<const std::uint8_t> many) {
+                        std::uint32_t phyxel, std::span<const std::uint8_t> many,
+                        std::span<std::uint8_t> seen) {
     Strand out{{phyxel}, false};
     std::vector<std::uint32_t>& found = out.phyxels;
-    std::vector<std::uint8_t> seen(many.size(), 0);
     seen[phyxel] = 1;
-    for (std::size_t k = 0; k < found.size() && found.size() <= most_stranded; ++k)
-        for (std::uint32_t l = links.offsets()[found[k]]; l < links.offsets()[found[k] + 1]; ++l) {
+    for (std::size_t k = 0; k < found.size() && found.size() <= most_stranded && !out.many; ++k)
+        for (std::uint32_t l = links.offsets()[found[k]]; l < links.offsets()[found[k] + 1] && !out.many;
+             ++l) {
             const std::uint32_t j = links.neighbour()[l];
             if (seen[j] != 0 || !(pairs.visibility[links.pair()[l]] > 0)) continue;
-            if (many[j] != 0) return {std::move(found), true};
+            out.many = many[j] != 0;
+            if (out.many) continue;
             seen[j] = 1;
             found.push_back(j);
         }
-    out.many = found.size() > most_stranded;
+    for (const std::uint32_t i : found) seen[i] = 0;
+    out.many = out.many || found.size() > most_stranded;
     return out;
 }
 
@@ -110,12 +114,13 @@ void Body::bridge_strands(std::span<const std::uint32_t> asked) {
     std::vector<std::size_t> members(pieces_->count(), 0);
     for (const std::int32_t piece : phyxels_.piece) ++members[static_cast<std::size_t>(piece)];
     std::vector<std::uint8_t> fine(phyxels_.size(), 0);  // bridged, or many
+    std::vector<std::uint8_t> seen(phyxels_.size(), 0);  // scratch
     std::vector<std::uint8_t> many(phyxels_.size(), 0);  // hangs together with many, or with all
     for (const std::uint32_t k : asked) {
         if (pairs_.visibility[k] > 0) continue;
         for (const std::uint32_t i : {pairs_.a[k], pairs_.b[k]}) {
             if (fine[i] != 0 || phyxels_.rigid.index(phyxels_.piece[i]) >= 0) continue;
-            const Strand strand = hanging_together(neighbourhoods_, pairs_, i, many);
+            const Strand strand = hanging_together(neighbourhoods_, pairs_, i, many, seen);
             const std::vector<std::uint32_t>& own = strand.phyxels;
             const bool whole = own.size() == members[static_cast<std::size_t>(phyxels_.piece[i])];
             if (!whole && !strand.many)

@@ -150,12 +150,15 @@ void Body::update_visibility(const StepContext& context, StepReport& report) {
     for (const std::uint32_t k : asked) before.push_back(pairs_.visibility[k]);
     // What is dark stays so, and what comes off whole keeps its sights.
     const occlusion::PairSet pairs = pair_set();
+    std::vector<std::uint8_t> looks(asked.size(), 0);
+    context.parallel.for_each(asked.size(), 128, [&](std::size_t q) {
+        const std::uint32_t k = asked[q];
+        looks[q] = pairs_.visibility[k] > 0 && (phyxels_.piece[pairs_.a[k]] != phyxels_.piece[pairs_.b[k]] ||
+                                                meets_any(criterion_->region(pairs, k), changed_boxes_));
+    });
     std::vector<std::uint32_t> looking;
-    for (const std::uint32_t k : asked) {
-        if (pairs_.visibility[k] > 0 && (phyxels_.piece[pairs_.a[k]] != phyxels_.piece[pairs_.b[k]] ||
-                                         meets_any(criterion_->region(pairs, k), changed_boxes_)))
-            looking.push_back(k);
-    }
+    for (std::size_t q = 0; q < asked.size(); ++q)
+        if (looks[q] != 0) looking.push_back(asked[q]);
     evaluate_pairs(looking, context.parallel);
     // Cuts only add up: what moves within a cell that is cut again gives no sight back.
     for (std::size_t q = 0; q < asked.size(); ++q)
@@ -167,7 +170,7 @@ void Body::update_visibility(const StepContext& context, StepReport& report) {
 
     double reach = 0;
     for (const double h : phyxels_.support_radius) reach = std::max(reach, h);
-    tracker_.mark_near(changed_boxes_, reach, context.parallel);
+    tracker_.mark_near(changed_boxes_, reach, occluders_.changes(), context.parallel);
 }
 
 void Body::rebuild_neighbourhoods(const StepContext& context) {

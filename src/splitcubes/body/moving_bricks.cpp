@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace splitcubes::body {
 
@@ -29,8 +30,10 @@ geometry::Box image_of(const geometry::Box& box, const Mat3& jacobian, const Vec
     return {centre - half + off.min, centre + half + off.max};
 }
 
-double distance_squared(const Vec3& point, const geometry::Box& box) {
-    return (box.min - point).cwiseMax(point - box.max).cwiseMax(0).squaredNorm();
+// Bricks around one, no farther off along any axis: first and last, by their places.
+std::pair<Vec3i, Vec3i> neighbours_of(const splitting::BrickLayout& layout, std::size_t brick, int around) {
+    const Vec3i at = layout.base(brick) / brick_side;
+    return {(at.array() - around).max(0), (at.array() + around).min(layout.brick_count.array() - 1)};
 }
 
 // How far from its rest position a phyxel carries nodes.
@@ -90,48 +93,58 @@ MovingBricks::Map MovingBricks::MapSum::mean() const {
     return {matrix, (position - matrix * rest) / count};
 }
 
-// Adds how far off the map a phyxel carries a node within reach, now and a step ago.
-void MovingBricks::add_difference(const State& state, std::size_t i, const Map& map, geometry::Box& off) {
-    const Vec3 mapped = map.jacobian * state.phyxels.rest_position[i] + map.shift;
-    const auto add = [&](const Vec3& position, const Mat3& deformation) {
-        const Vec3 at = position - mapped;
-        const Vec3 spread = reach_of(state, i) * (deformation - map.jacobian).rowwise().norm();
-        off.add(geometry::Box{at - spread, at + spread});
-    };
-    add(state.phyxels.position[i], state.phyxels.deformation[i]);
-    add(state.phyxels.previous_position[i], state.previous_deformation[i]);
-}
-
+// How far off the mean map its phyxels carry a node within reach, now and a step ago.
 void MovingBricks::take_boxes(const State& state, const Parallel& parallel) {
+    const meshless::Phyxels& phyxels = state.phyxels;
+    // First in the order in which they lie in memory, which else could not keep up.
+    phyxel_box_.resize(phyxels.size());
+    parallel.for_each(phyxels.size(), 512, [&](std::size_t i) {
+        const Vec3 mapped = mean_.jacobian * phyxels.rest_position[i] + mean_.shift;
+        const double reach = reach_of(state, i);
+        geometry::Box box;
+        const auto add = [&](const Vec3& position, const Mat3& deformation) {
+            const Vec3 spread = reach * (deformation - mean_.jacobian).rowwise().norm();
+            const Vec3 off = position - mapped;
+            // What is not finite carries nothing that could be met.
+            if (std::isfinite(spread.sum() + off.sum())) box.add(geometry::Box{off - spread, off + spread});
+        };
+        add(phyxels.position[i], phyxels.deformation[i]);
+        add(phyxels.previous_position[i], state.previous_deformation[i]);
+        phyxel_box_[i] = box;
+    });
     boxes_.resize(state.grid.bricks().total());
     parallel.for_each(boxes_.size(), 64, [&](std::size_t b) {
         boxes_[b] = {};
-        for (std::uint32_t k = begin_[b]; k < begin_[b + 1]; ++k)
-            add_difference(state, phyxels_[k], mean_, boxes_[b]);
+        for (std::uint32_t k = begin_[b]; k < begin_[b + 1]; ++k) boxes_[b].add(phyxel_box_[phyxels_[k]]);
     });
 }
 
 // Joins to each box those of up to `around` bricks before and behind it.
 void MovingBricks::spread_boxes(const splitting::BrickLayout& layout, int around, int axis,
                                 const Parallel& parallel) {
-    narrower_ = boxes_;
+    const auto count = static_cast<std::uint32_t>(layout.brick_count[axis]);
+    std::uint32_t stride = 1;
+    for (int k = 0; k < axis; ++k) stride *= static_cast<std::uint32_t>(layout.brick_count[k]);
+    const auto most = static_cast<std::uint32_t>(around);
+    wider_.resize(boxes_.size());
     parallel.for_each(boxes_.size(), 256, [&](std::size_t b) {
-        Vec3i at = layout.base(b) / brick_side;
-        const int centre = at[axis];
-        const int last = std::min(centre + around, layout.brick_count[axis] - 1);
-        for (at[axis] = std::max(centre - around, 0); at[axis] <= last; ++at[axis])
-            boxes_[b].add(narrower_[layout.brick_of(brick_side * at)]);
+        const std::uint32_t at = static_cast<std::uint32_t>(b) / stride % count;
+        const std::uint32_t first = at - std::min(at, most), last = std::min(at + most, count - 1);
+        geometry::Box box;
+        for (std::uint32_t k = first; k <= last; ++k) box.add(boxes_[b + k * stride - at * stride]);
+        wider_[b] = box;
     });
+    boxes_.swap(wider_);
 }
 
 void MovingBricks::choose_bricks(const State& state, const SweptBoxes& swept, const Parallel& parallel) {
     const splitting::BrickLayout& layout = state.grid.bricks();
-    mean_ = parallel
-                .sum(phyxels_.size(), 2048, MapSum{},
-                     [&](std::size_t begin, std::size_t end) {
-                         return sum_of(state, std::span(phyxels_).subspan(begin, end - begin));
-                     })
-                .mean();
+    // Any map would do: the mean of some is as near as that of all.
+    constexpr std::size_t some = 32;
+    MapSum sum;
+    for (std::size_t k = 0; k < phyxels_.size(); k += some)
+        sum += sum_of(state, std::span(phyxels_).subspan(k, 1));
+    mean_ = sum.mean();
     take_boxes(state, parallel);
     for (int axis = 0; axis < 3; ++axis) spread_boxes(layout, bricks_around(state), axis, parallel);
     meets_.assign(layout.total(), 0);
@@ -145,67 +158,70 @@ void MovingBricks::choose_bricks(const State& state, const SweptBoxes& swept, co
         if (meets_[b] != 0) chosen_.push_back(b);
 }
 
-MovingBricks::Bound MovingBricks::bound_of(const State& state, std::uint32_t brick,
-                                           std::vector<std::uint32_t>& near) const {
-    const splitting::BrickLayout& layout = state.grid.bricks();
-    const std::vector<Vec3>& rest = state.phyxels.rest_position;
-    const geometry::Box cube = cube_of(state.grid, brick);
-    const int around = bricks_around(state);
-    const Vec3i at = layout.base(brick) / brick_side;
-    const Vec3i low = (at.array() - around).max(0);
-    const Vec3i high = (at.array() + around).min(layout.brick_count.array() - 1);
-    near.clear();
-    for (int z = low.z(); z <= high.z(); ++z)
-        for (int y = low.y(); y <= high.y(); ++y) {
-            const std::uint32_t first = begin_[layout.brick_of(brick_side * Vec3i(low.x(), y, z))];
-            const std::uint32_t last = begin_[layout.brick_of(brick_side * Vec3i(high.x(), y, z)) + 1];
-            for (std::uint32_t k = first; k < last; ++k)
-                if (const double reach = reach_of(state, phyxels_[k]);
-                    distance_squared(rest[phyxels_[k]], cube) < reach * reach)
-                    near.push_back(phyxels_[k]);
-        }
-    Bound bound{sum_of(state, near).mean(), {}};
-    const Vec3 mapped = bound.map.jacobian * cube.center() + bound.map.shift;
-    for (const std::uint32_t i : near) {
-        const Vec3 arm = cube.center() - rest[i];
-        const auto add = [&](const Vec3& position, const Mat3& deformation) {
-            const Vec3 off = position + deformation * arm - mapped;
-            const Vec3 spread =
-                (deformation - bound.map.jacobian).cwiseAbs().rowwise().sum().cwiseProduct(0.5 * cube.size());
-            bound.off.add(geometry::Box{off - spread, off + spread});
-        };
-        add(state.phyxels.position[i], state.phyxels.deformation[i]);
-        add(state.phyxels.previous_position[i], state.previous_deformation[i]);
-    }
-    return bound;
+double MovingBricks::place_error(const State& state) const {
+    const geometry::RestGrid& rest = state.grid.rest();
+    return 1e-7 * rest.cell_size * static_cast<double>(rest.node_count.maxCoeff() + brick_side);
 }
 
-bool MovingBricks::start_hulls(const State& state, std::uint32_t brick, const Bound& bound,
-                               Scratch& scratch) const {
-    const double largest = std::max(bound.off.max.cwiseAbs().maxCoeff(), bound.off.min.cwiseAbs().maxCoeff());
-    if (!scratch.hulls.start(state.grid.rest().cell_size, largest)) return false;
-    const Vec3 centre = cube_of(state.grid, brick).center();
-    const Vec3 mapped = bound.map.jacobian * centre + bound.map.shift;
-    for (const std::uint32_t i : scratch.phyxels) {
-        const Vec3 arm = centre - state.phyxels.rest_position[i];
-        const auto made = [&](const Vec3& position, const Mat3& deformation) {
-            return NodeHulls::State{position + deformation * arm - mapped, deformation - bound.map.jacobian};
-        };
-        scratch.hulls.add(-arm, reach_of(state, i),
-                          made(state.phyxels.position[i], state.phyxels.deformation[i]),
-                          made(state.phyxels.previous_position[i], state.previous_deformation[i]));
+// Of the phyxels that can reach the chosen bricks.
+void MovingBricks::list_carriers(const State& state, const Parallel& parallel) {
+    const splitting::BrickLayout& layout = state.grid.bricks();
+    listed_.assign(layout.total(), 0);
+    std::vector<std::uint32_t> bricks;
+    for (const std::uint32_t brick : chosen_) {
+        const auto [low, high] = neighbours_of(layout, brick, bricks_around(state));
+        for (int z = low.z(); z <= high.z(); ++z)
+            for (int y = low.y(); y <= high.y(); ++y)
+                for (int x = low.x(); x <= high.x(); ++x) {
+                    const std::size_t near = layout.brick_of(brick_side * Vec3i(x, y, z));
+                    if (listed_[near] == 0) bricks.push_back(static_cast<std::uint32_t>(near));
+                    listed_[near] = 1;
+                }
     }
-    return true;
+    carriers_.resize(phyxels_.size());
+    const double error = place_error(state);
+    parallel.for_each(bricks.size(), 16, [&](std::size_t b) {
+        for (std::uint32_t k = begin_[bricks[b]]; k < begin_[bricks[b] + 1]; ++k) {
+            const std::uint32_t i = phyxels_[k];
+            const Vec3& rest = state.phyxels.rest_position[i];
+            const Vec3 mapped = mean_.jacobian * rest + mean_.shift;
+            const auto made = [&](const Vec3& position, const Mat3& deformation) {
+                return CarrierTable::State{position - mapped, deformation - mean_.jacobian};
+            };
+            const CarrierTable::State now = made(state.phyxels.position[i], state.phyxels.deformation[i]);
+            const CarrierTable::State before =
+                made(state.phyxels.previous_position[i], state.previous_deformation[i]);
+            const double numbers = now.off.sum() + now.matrix.sum() + before.off.sum() + before.matrix.sum();
+            // A little more, so that rounding leaves none out.
+            const double reach = (1 + 1e-5) * reach_of(state, i) + 2 * error;
+            carriers_.set(k, rest - state.grid.rest().origin, std::isfinite(numbers) ? reach * reach : -1,
+                          now, before);
+        }
+    });
+}
+
+void MovingBricks::start_hulls(const State& state, std::uint32_t brick, NodeHulls& hulls) const {
+    const splitting::BrickLayout& layout = state.grid.bricks();
+    const Vec3f centre = (cube_of(state.grid, brick).center() - state.grid.rest().origin).cast<float>();
+    const auto [low, high] = neighbours_of(layout, brick, bricks_around(state));
+    hulls.start(state.grid.rest().cell_size, place_error(state));
+    for (int z = low.z(); z <= high.z(); ++z)
+        for (int y = low.y(); y <= high.y(); ++y)
+            hulls.add_from(carriers_, begin_[layout.brick_of(brick_side * Vec3i(low.x(), y, z))],
+                           begin_[layout.brick_of(brick_side * Vec3i(high.x(), y, z)) + 1], centre);
 }
 
 void MovingBricks::add_edges(const State& state, std::uint32_t brick, const SweptBoxes& swept,
                              Scratch& scratch, std::vector<GridEdge>& out) const {
-    const Bound bound = bound_of(state, brick, scratch.phyxels);
-    if (bound.off.empty()) return;
-    swept.meeting(image_of(cube_of(state.grid, brick), bound.map.jacobian, bound.map.shift, bound.off),
-                  scratch.boxes);
+    NodeHulls& hulls = scratch.hulls;
+    start_hulls(state, brick, hulls);
+    if (hulls.empty()) return;
+    const bool closely = hulls.settle();
+    const geometry::Box cube = cube_of(state.grid, brick);
+    Bound bound{{mean_.jacobian + hulls.mean(), mean_.shift - hulls.mean() * cube.center()},
+                hulls.box_of_cube()};
+    swept.meeting(image_of(cube, bound.map.jacobian, bound.map.shift, bound.off), scratch.boxes);
     if (scratch.boxes.empty()) return;
-    const bool closely = start_hulls(state, brick, bound, scratch);
     for (int block = 0; block < NodeHulls::block_count; ++block)
         add_block_edges(state, brick, block, bound, closely, swept, scratch, out);
 }
@@ -260,8 +276,9 @@ std::vector<GridEdge> MovingBricks::edges_near(const State& state, const SweptBo
                                                const Parallel& parallel) {
     if (sorted_ != state.phyxels.size() || begin_.empty()) sort_phyxels(state);
     reach_ = 0;
-    for (std::size_t i = 0; i < state.phyxels.size(); ++i) reach_ = std::max(reach_, reach_of(state, i));
+    for (const double radius : state.phyxels.support_radius) reach_ = std::max(reach_, radius + state.margin);
     choose_bricks(state, swept, parallel);
+    list_carriers(state, parallel);
     edges_.resize((chosen_.size() + brick_grain - 1) / brick_grain);
     parallel.for_chunks(chosen_.size(), brick_grain, [&](std::size_t begin, std::size_t end) {
         Scratch scratch;

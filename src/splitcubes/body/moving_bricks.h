@@ -55,36 +55,40 @@ class MovingBricks {
     /// The nodes and edges of one brick: by the map, off by what lies in the box.
     struct Bound {
         Map map;
-        geometry::Box off;  // m, world; empty: no phyxel reaches the brick
+        geometry::Box off;  // m, world
     };
     /// What a thread works with.
     struct Scratch {
-        std::vector<std::uint32_t> phyxels, boxes;
+        std::vector<std::uint32_t> boxes;
         NodeHulls hulls;
     };
     static MapSum sum_of(const State& state, std::span<const std::uint32_t> numbers);
-    static void add_difference(const State& state, std::size_t i, const Map& map, geometry::Box& off);
 
     void sort_phyxels(const State& state);
     int bricks_around(const State& state) const;
     void take_boxes(const State& state, const Parallel& parallel);
     void spread_boxes(const splitting::BrickLayout& layout, int around, int axis, const Parallel& parallel);
     void choose_bricks(const State& state, const SweptBoxes& swept, const Parallel& parallel);
-    Bound bound_of(const State& state, std::uint32_t brick, std::vector<std::uint32_t>& near) const;
-    bool start_hulls(const State& state, std::uint32_t brick, const Bound& bound, Scratch& scratch) const;
+    void list_carriers(const State& state, const Parallel& parallel);
+    void start_hulls(const State& state, std::uint32_t brick, NodeHulls& hulls) const;
+    double place_error(const State& state) const;
     void add_edges(const State& state, std::uint32_t brick, const SweptBoxes& swept, Scratch& scratch,
                    std::vector<splitting::GridEdge>& out) const;
     void add_block_edges(const State& state, std::uint32_t brick, int block, const Bound& bound, bool closely,
                          const SweptBoxes& swept, Scratch& scratch,
                          std::vector<splitting::GridEdge>& out) const;
 
-    std::vector<std::uint32_t> begin_;     // per brick, first entry of phyxels_; one more at the end
-    std::vector<std::uint32_t> phyxels_;   // by brick
-    Map mean_;                             // of all phyxels, now
-    std::vector<geometry::Box> boxes_;     // per brick: how far off mean_ its phyxels carry a node
-    std::vector<geometry::Box> narrower_;  // scratch
-    std::vector<std::uint8_t> meets_;      // scratch, per brick
-    std::vector<std::uint32_t> chosen_;    // bricks to look at closely, ascending
+    std::vector<std::uint32_t> begin_;       // per brick, first entry of phyxels_; one more at the end
+    std::vector<std::uint32_t> phyxels_;     // by brick
+    Map mean_;                               // of all phyxels, now
+    std::vector<geometry::Box> phyxel_box_;  // per phyxel: how far off mean_ it carries a node
+    std::vector<geometry::Box> boxes_;       // per brick: how far off mean_ its phyxels carry a node
+    std::vector<geometry::Box> wider_;       // scratch
+    std::vector<std::uint8_t> meets_;        // scratch, per brick
+    std::vector<std::uint32_t> chosen_;      // bricks to look at closely, ascending
+    CarrierTable carriers_;                  // as phyxels_, of the bricks whose phyxels reach these; places
+                                             // from the grid's origin, by mean_
+    std::vector<std::uint8_t> listed_;       // per brick: whether its phyxels are in carriers_
     std::vector<std::vector<splitting::GridEdge>> edges_;  // scratch, per chunk of these
     std::size_t sorted_ = 0;                               // phyxels that are in phyxels_
     double reach_ = 0;                                     // m, of the phyxel that reaches farthest

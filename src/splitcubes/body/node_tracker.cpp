@@ -85,7 +85,9 @@ void NodeTracker::mark_all() {
         if (use_[i] != Use::none) task_[i] = Task::build;
 }
 
-void NodeTracker::mark_near(std::span<const geometry::Box> boxes, double radius, const Parallel& parallel) {
+void NodeTracker::mark_near(std::span<const geometry::Box> boxes, double radius, std::uint32_t changes,
+                            const Parallel& parallel) {
+    marked_changes_ = changes;
     boxes_.insert(boxes_.end(), boxes.begin(), boxes.end());
     geometry::Box all;
     for (const geometry::Box& box : boxes) all.add(box);
@@ -115,6 +117,7 @@ void NodeTracker::refresh(const TrackerContext& context) {
     for (const double h : context.phyxels.support_radius) reach_ = std::max(reach_, h);
     do_tasks(context);
     boxes_.clear();
+    known_changes_ = marked_changes_;
     find_fallbacks(context);
 }
 
@@ -176,10 +179,14 @@ void NodeTracker::look_again(const TrackerContext& context, std::size_t node,
         }
     for (Link& link : links_[node]) {
         const Vec3& phyxel = context.phyxels.rest_position[link.phyxel];
+        // Most go another way.
+        if (!all.meets({rest_[node].cwiseMin(phyxel), rest_[node].cwiseMax(phyxel)})) continue;
         const BoxSegment segment(rest_[node], phyxel);
         if (segment.meets(all) &&
             std::any_of(near.begin(), near.end(), [&](const auto& box) { return segment.meets(box); }))
-            link.sees = !context.occluders.segment_blocked(rest_[node], phyxel);
+            // What it saw through before, only what is new can stand in the way of.
+            link.sees =
+                !context.occluders.segment_blocked(rest_[node], phyxel, link.sees ? known_changes_ : 0);
     }
 }
 
@@ -268,11 +275,11 @@ void NodeTracker::evaluate(const TrackerContext& context, std::span<const Vec3> 
 
 void NodeTracker::evaluate_some(const TrackerContext& context, std::span<const std::uint32_t> nodes,
                                 std::span<const Vec3> position, std::span<const Mat3> deformation,
-                                std::vector<geometry::Frame>& out) const {
+                                std::vector<geometry::Frame>& out) {
     out.resize(places_.size());
     const auto evaluate_of = [&](std::span<const std::uint32_t> some) {
-        meshless::evaluate_frames_of(some, kernels_, rest_, context.phyxels.rest_position, position,
-                                     deformation, out, context.parallel);
+        evaluator_.evaluate_some(some, kernels_, rest_, context.phyxels.rest_position, position, deformation,
+                                 out, context.parallel);
     };
     evaluate_of(nodes);
     if (fallbacks_.empty()) return;

@@ -52,8 +52,11 @@ class NodeTracker {
     /// that mark_near found, and after mark_pieces_changed or mark_all.
     void refresh(const TrackerContext& context);
     /// The surface changed within the boxes (rest space): nodes within `radius` of
-    /// one look again at the phyxels that they see through a box.
-    void mark_near(std::span<const geometry::Box> boxes, double radius, const Parallel& parallel);
+    /// one look again at the phyxels that they see through a box. changes: what the occluders count now.
+    void mark_near(std::span<const geometry::Box> boxes, double radius, std::uint32_t changes,
+                   const Parallel& parallel);
+    /// The occluders count anew.
+    void forget_changes() { known_changes_ = marked_changes_ = 0; }
     /// Pieces or the phyxels' pieces changed.
     void mark_pieces_changed() { pieces_changed_ = true; }
     /// All kernels are built again (phyxels were added).
@@ -66,7 +69,7 @@ class NodeTracker {
     /// Of some tracked nodes only; `out` gets room for all, what is not asked for stays.
     void evaluate_some(const TrackerContext& context, std::span<const std::uint32_t> nodes,
                        std::span<const Vec3> position, std::span<const Mat3> deformation,
-                       std::vector<geometry::Frame>& out) const;
+                       std::vector<geometry::Frame>& out);
 
     /// Nodes whose kernels were built since clear_fresh: they never had a frame or have an
     /// old one. A node may stand here twice.
@@ -134,6 +137,9 @@ class NodeTracker {
     std::vector<std::uint32_t> work_;       // scratch: nodes with a task
     std::vector<std::uint32_t> fresh_;      // nodes
     std::vector<geometry::Box> boxes_;      // m, rest space: where the surface changed
+    // What the occluders counted when they last changed in boxes: that all nodes have looked at, that are
+    // marked.
+    std::uint32_t known_changes_ = 0, marked_changes_ = 0;
     bool pieces_changed_ = false;
     double reach_ = 0;  // m, the phyxels' largest support
     meshless::NodeKernels kernels_;

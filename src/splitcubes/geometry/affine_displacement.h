@@ -3,12 +3,16 @@
 
 #include <splitcubes/geometry/frame.h>
 
+#include <cstddef>
+
 namespace splitcubes::geometry {
 
 /// Displacement of rest points by an affine motion: point p goes to p + gradient p + shift. All twelve
 /// numbers in one array, so that a weighted sum is one loop without a branch; nothing is added at rest.
 class AffineDisplacement {
   public:
+    static constexpr std::size_t entry_count = 12;
+
     AffineDisplacement() = default;
     /// Of the motion that carries the point `rest` (m) as the frame says.
     AffineDisplacement(const Vec3& rest, const Frame& frame)
@@ -27,6 +31,10 @@ class AffineDisplacement {
     Vec3 image(const Vec3& point) const {
         return point + (entries_.tail<3>() + Eigen::Map<const Mat3>(entries_.data()) * point);
     }
+
+    /// The twelve numbers: the gradient by columns, then the shift (m).
+    const double* entries() const { return entries_.data(); }
+    double* entries() { return entries_.data(); }
 
   private:
     Eigen::Matrix<double, 12, 1, Eigen::DontAlign> entries_ =

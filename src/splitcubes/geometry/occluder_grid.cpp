@@ -11,6 +11,13 @@ namespace splitcubes::geometry {
 
 namespace {
 
+// The nearest float that is larger; what std::nextafter gives, in line. Of finite numbers.
+float next_above(float number) {
+    if (number == 0) return std::numeric_limits<float>::denorm_min();
+    const auto bits = std::bit_cast<std::uint32_t>(number);
+    return std::bit_cast<float>(number > 0 ? bits + 1 : bits - 1);
+}
+
 std::size_t hash_of(std::uint64_t key) {
     return (key * 0x9e3779b97f4a7c15ULL) >> 20;
 }
@@ -37,15 +44,15 @@ void OccluderGrid::lay_out_words() {
     if (count.cast<double>().prod() > most) return;
     word_count_ = count;
     words_.assign(static_cast<std::size_t>(count.prod()), 0);
+    numbers_.assign(words_.size(), 0);
 }
 
 OccluderGrid::RoughBox OccluderGrid::RoughBox::around(const Box& box) {
-    constexpr float infinity = std::numeric_limits<float>::infinity();
     RoughBox out;
     for (std::size_t k = 0; k < 3; ++k) {
         const auto axis = static_cast<Eigen::Index>(k);
-        out.min[k] = std::nextafter(static_cast<float>(box.min[axis]), -infinity);
-        out.max[k] = std::nextafter(static_cast<float>(box.max[axis]), infinity);
+        out.min[k] = -next_above(-static_cast<float>(box.min[axis]));
+        out.max[k] = next_above(static_cast<float>(box.max[axis]));
     }
     return out;
 }
@@ -117,7 +124,8 @@ std::size_t OccluderGrid::slot_of(std::uint64_t key) const {
 }
 
 const OccluderGrid::Brick* OccluderGrid::find_brick(const Vec3i& place) const {
-    const std::uint32_t number = table_[slot_of(key_of(place))];
+    const std::size_t word = word_of(place);
+    const std::uint32_t number = word < numbers_.size() ? numbers_[word] : table_[slot_of(key_of(place))];
     return number == 0 ? nullptr : &bricks_[number - 1];
 }
 
@@ -135,6 +143,7 @@ std::size_t OccluderGrid::make_brick(const Vec3i& place) {
     bricks_.back().packed =
         PackedTriangles(origin_ + cell_size_ * (4 * place.cast<double>() + Vec3::Constant(2)));
     table_[slot] = static_cast<std::uint32_t>(bricks_.size());
+    if (const std::size_t word = word_of(place); word < numbers_.size()) numbers_[word] = table_[slot];
     return bricks_.size() - 1;
 }
 
@@ -188,7 +197,7 @@ bool OccluderGrid::for_listings(std::uint64_t owner, std::uint32_t index, std::u
                     spread |= std::uint32_t{cell[axis] > low[axis]} << axis;
                     spread |= std::uint32_t{cell[axis] < high[axis]} << (3 + axis);
                 }
-                use(cell, Ref{owner, index, id, spread, rough, plane});
+                use(cell, Ref{owner, index, id, spread, changes_, rough, plane});
             }
     return true;
 }
@@ -204,6 +213,7 @@ void OccluderGrid::set_cells(std::span<const CellTriangles> cells) {
     for (const CellTriangles& of : cells)
         if (!of.triangles.empty() || find_brick(brick_of(of.cell))) order.push_back({key_of(of.cell), &of});
     std::sort(order.begin(), order.end());
+    if (!order.empty()) ++changes_;
     std::vector<std::uint64_t> owners;
     for (const auto& [owner, of] : order) owners.push_back(owner);
     assert(std::adjacent_find(owners.begin(), owners.end()) == owners.end());
@@ -262,7 +272,7 @@ void OccluderGrid::put_in(std::size_t home, const CellTriangles& of, TouchedBric
                 touch(brick_of(at), touched).added.push_back({local_of(at), ref});
             }))
             continue;
-        const Ref ref{owner, index, id, 0, RoughBox::around(entries_[id].box), RoughPlane{}};
+        const Ref ref{owner, index, id, 0, changes_, RoughBox::around(entries_[id].box), RoughPlane{}};
         large_.insert(std::upper_bound(large_.begin(), large_.end(), ref,
                                        [](const Ref& a, const Ref& b) {
                                            return std::tie(a.owner, a.index) < std::tie(b.owner, b.index);
@@ -302,6 +312,7 @@ void OccluderGrid::rebuild(Brick& brick, std::span<const std::uint64_t> owners,
         if (refs.size() > first[local]) brick.occupied |= std::uint64_t{1} << local;
     }
     first[brick_cells] = static_cast<std::uint32_t>(refs.size());
+    if (!added.empty()) brick.change = changes_;
     brick.first = first;
     brick.refs = std::move(refs);
     if (const std::size_t word = word_of(place_of(brick.key)); word < words_.size())
@@ -346,31 +357,33 @@ bool OccluderGrid::is_clear(const Vec3i& low, const Vec3i& high) const {
 }
 
 // seen: the ref's spread bits that say an earlier cell of the walk listed it too.
-bool OccluderGrid::blocked_in(const Brick& brick, std::uint32_t local, std::uint32_t seen, const Vec3& a,
-                              const Vec3& b, const RoughSegment& rough, const Box& box) const {
+bool OccluderGrid::blocked_in(const Brick& brick, std::uint32_t local, std::uint32_t seen,
+                              const Walk& walk) const {
     for (std::uint32_t r = brick.first[local]; r < brick.first[local + 1]; ++r) {
         const Ref& ref = brick.refs[r];
-        if ((ref.spread & seen) != 0 || !ref.box.meets(rough.box) || rough.is_beside(ref.plane) ||
-            rough.is_past(ref.box))
+        if ((ref.spread & seen) != 0 || ref.change <= walk.since || !ref.box.meets(walk.rough.box) ||
+            walk.rough.is_beside(ref.plane) || walk.rough.is_past(ref.box))
             continue;
         const Entry& entry = entries_[ref.id];
-        if (entry.box.meets(box) && segment_meets_triangle(a, b, entry.triangle.corner)) return true;
+        if (entry.box.meets(walk.box) && segment_meets_triangle(walk.a, walk.b, entry.triangle.corner))
+            return true;
     }
     return false;
 }
 
 // Walks from cell to cell (Amanatides and Woo 1987).
-bool OccluderGrid::segment_blocked(const Vec3& a, const Vec3& b) const {
+bool OccluderGrid::segment_blocked(const Vec3& a, const Vec3& b, std::uint32_t since) const {
     if (triangle_count_ == 0) return false;
     Box box{a.cwiseMin(b), a.cwiseMax(b)};
     box = box.grown(1e-9 * (box.size().maxCoeff() + cell_size_));
     for (const Ref& ref : large_)
-        if (entries_[ref.id].box.meets(box) && segment_meets_triangle(a, b, entries_[ref.id].triangle.corner))
+        if (ref.change > since && entries_[ref.id].box.meets(box) &&
+            segment_meets_triangle(a, b, entries_[ref.id].triangle.corner))
             return true;
     Vec3i cell = cell_at(a, 0);
     const Vec3i last = cell_at(b, 0);
     if (is_clear(cell.cwiseMin(last), cell.cwiseMax(last))) return false;
-    const RoughSegment rough(a, b, box, origin_);
+    const Walk walk{a, b, box, RoughSegment(a, b, box, origin_), since};
     Vec3 next, stride;  // parameter of the next wall, and between walls
     Vec3i way;
     for (int axis = 0; axis < 3; ++axis) {
@@ -381,11 +394,13 @@ bool OccluderGrid::segment_blocked(const Vec3& a, const Vec3& b) const {
         next[axis] = (way[axis] > 0 ? 1 - at : at) * stride[axis];
     }
     std::uint64_t cells = occupied(brick_of(cell));
+    const Brick* brick = nullptr;  // looked up where a cell of it lists something
     for (std::uint32_t seen = 0;;) {
         const std::uint32_t local = local_of(cell);
-        if ((cells >> local & 1) != 0 &&
-            blocked_in(*find_brick(brick_of(cell)), local, seen, a, b, rough, box))
-            return true;
+        if ((cells >> local & 1) != 0) {
+            if (!brick) brick = find_brick(brick_of(cell));
+            if (brick->change > since && blocked_in(*brick, local, seen, walk)) return true;
+        }
         int axis = -1;
         for (int k = 0; k < 3; ++k)
             if (cell[k] != last[k] && (axis < 0 || next[k] < next[axis])) axis = k;
@@ -394,7 +409,9 @@ bool OccluderGrid::segment_blocked(const Vec3& a, const Vec3& b) const {
         cell[axis] += way[axis];
         next[axis] += stride[axis];
         seen = std::uint32_t{1} << (way[axis] > 0 ? axis : 3 + axis);
-        if (brick_of(cell)[axis] != old_brick[axis]) cells = occupied(brick_of(cell));
+        if (brick_of(cell)[axis] == old_brick[axis]) continue;
+        cells = occupied(brick_of(cell));
+        brick = nullptr;
     }
 }
 

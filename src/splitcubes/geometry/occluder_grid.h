@@ -81,8 +81,11 @@ class OccluderGrid {
     /// be false where none is met.
     bool is_clear(const Box& box) const;
 
-    /// Whether segment_meets_triangle holds for any triangle.
-    bool segment_blocked(const Vec3& a, const Vec3& b) const;
+    /// Whether segment_meets_triangle holds for any triangle. since: of those only that were handed over
+    /// since changes() was this.
+    bool segment_blocked(const Vec3& a, const Vec3& b, std::uint32_t since = 0) const;
+    /// How often cells have been replaced.
+    std::uint32_t changes() const { return changes_; }
 
   private:
     static constexpr int brick_bits = 2;  // cells of a brick along an axis: 4
@@ -152,6 +155,7 @@ class OccluderGrid {
         std::uint32_t index;   // among the triangles of its owner
         std::uint32_t id;      // into entries_
         std::uint32_t spread;  // bit a: also listed in the cell below along axis a; bit 3 + a: above
+        std::uint32_t change;  // with which it came
         RoughBox box;
         RoughPlane plane;
     };
@@ -168,6 +172,7 @@ class OccluderGrid {
         std::uint64_t key = 0;
         std::uint64_t occupied = 0;                          // bit per cell, x fastest
         std::array<std::uint32_t, brick_cells + 1> first{};  // per cell: its first ref
+        std::uint32_t change = 0;                            // the last that brought it a ref
         std::vector<Ref> refs;
         std::vector<Owned> owned;  // by the cells of this brick
         PackedTriangles packed{Vec3::Zero()};
@@ -242,8 +247,14 @@ class OccluderGrid {
     void put_in(std::size_t home, const CellTriangles& of, TouchedBricks& touched);
     void rebuild(Brick& brick, std::span<const std::uint64_t> owners, std::span<const Listing> added);
     std::vector<const Brick*> sorted_bricks(const Vec3i& first, const Vec3i& last) const;
-    bool blocked_in(const Brick& brick, std::uint32_t local, std::uint32_t seen, const Vec3& a, const Vec3& b,
-                    const RoughSegment& rough, const Box& box) const;
+    /// A segment on its way.
+    struct Walk {
+        Vec3 a, b;  // m, rest space
+        Box box;
+        RoughSegment rough;
+        std::uint32_t since;
+    };
+    bool blocked_in(const Brick& brick, std::uint32_t local, std::uint32_t seen, const Walk& walk) const;
     template <class Use>
     void visit_brick(const Brick& brick, const Vec3i& place, const Vec3i& low, const Vec3i& high,
                      const RoughBox& rough, const Box& box, const Use& use) const;
@@ -253,6 +264,7 @@ class OccluderGrid {
     double cells_per_metre_;
     Vec3i cell_count_;
     std::size_t triangle_count_ = 0;
+    std::uint32_t changes_ = 0;
     std::vector<Entry> entries_;
     std::vector<std::uint32_t> free_;  // unused entries
     std::vector<Ref> large_;           // sorted by owner, then index
@@ -263,6 +275,7 @@ class OccluderGrid {
     // What the bricks of the grid, and one around it, have as `occupied`; none for a large grid.
     Vec3i word_count_ = Vec3i::Zero();
     std::vector<std::uint64_t> words_;
+    std::vector<std::uint32_t> numbers_;  // of the same: brick number + 1, or 0
 };
 
 template <class Use>

@@ -1,8 +1,10 @@
+#include <splitcubes/geometry/affine_sums.h>
 #include <splitcubes/meshless/frames.h>
 #include <splitcubes/meshless/kernel.h>
 #include <splitcubes/meshless/loops.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 
 namespace splitcubes::meshless {
@@ -49,17 +51,25 @@ void compact(NodeKernels& kernels) {
     kernels = std::move(packed);
 }
 
-// affine_at(i): of a phyxel, x_i + F_i (X - X_i) as a displacement.
-template <class AffineAt>
-void evaluate_row(const NodeKernels& kernels, std::size_t p, const Vec3& rest_point,
-                  const AffineAt& affine_at, geometry::Frame& out) {
-    const NodeKernels::Row& row = kernels.rows[p];
-    if (row.count == 0) return;
-    geometry::AffineDisplacement sum;
-    for (std::uint32_t k = row.begin; k < row.begin + row.count; ++k)
-        sum.add(kernels.weight[k], affine_at(kernels.phyxel[k]));
-    out.position = sum.image(rest_point);
-    out.jacobian = sum.jacobian();
+// Frames of a chunk of points, whose numbers number_of(k) gives, from the displacements of their phyxels.
+template <class NumberOf>
+void evaluate_chunk(const NodeKernels& kernels, std::size_t begin, std::size_t end, const NumberOf& number_of,
+                    std::span<const Vec3> rest_points, std::span<const geometry::AffineDisplacement> affine,
+                    std::span<geometry::Frame> out) {
+    std::array<geometry::AffineRow, phyxel_grain> rows;
+    std::array<geometry::AffineDisplacement, phyxel_grain> sums;
+    for (std::size_t k = begin; k < end; ++k) {
+        const NodeKernels::Row& row = kernels.rows[number_of(k)];
+        rows[k - begin] = {row.begin, row.count};
+    }
+    geometry::sum_affine(std::span(rows).first(end - begin), kernels.phyxel.data(), kernels.weight.data(),
+                         affine.data(), sums.data());
+    for (std::size_t k = begin; k < end; ++k) {
+        const std::size_t p = number_of(k);
+        if (kernels.rows[p].count == 0) continue;
+        out[p].position = sums[k - begin].image(rest_points[p]);
+        out[p].jacobian = sums[k - begin].jacobian();
+    }
 }
 
 }  // namespace
@@ -122,22 +132,37 @@ void FrameEvaluator::operator()(const NodeKernels& kernels, std::span<const Vec3
     for_phyxels(parallel, affine_.size(), [&](std::size_t i) {
         affine_[i] = geometry::AffineDisplacement(rest_position[i], position[i], deformation[i]);
     });
-    for_phyxels(parallel, kernels.size(), [&](std::size_t p) {
-        evaluate_row(
-            kernels, p, rest_points[p], [&](std::uint32_t i) -> const auto& { return affine_[i]; }, out[p]);
+    for_phyxel_chunks(parallel, kernels.size(), [&](std::size_t begin, std::size_t end) {
+        evaluate_chunk(
+            kernels, begin, end, [](std::size_t p) { return p; }, rest_points, affine_, out);
     });
 }
 
-void evaluate_frames_of(std::span<const std::uint32_t> subset, const NodeKernels& kernels,
-                        std::span<const Vec3> rest_points, std::span<const Vec3> rest_position,
-                        std::span<const Vec3> position, std::span<const Mat3> deformation,
-                        std::span<geometry::Frame> out, const Parallel& parallel) {
+// Phyxels that carry one of the points are many times fewer than terms.
+void FrameEvaluator::evaluate_some(std::span<const std::uint32_t> subset, const NodeKernels& kernels,
+                                   std::span<const Vec3> rest_points, std::span<const Vec3> rest_position,
+                                   std::span<const Vec3> position, std::span<const Mat3> deformation,
+                                   std::span<geometry::Frame> out, const Parallel& parallel) {
     assert(rest_points.size() == kernels.size() && out.size() == kernels.size());
-    const auto affine = [&](std::uint32_t i) {
-        return geometry::AffineDisplacement(rest_position[i], position[i], deformation[i]);
-    };
-    for_phyxels(parallel, subset.size(), [&](std::size_t k) {
-        evaluate_row(kernels, subset[k], rest_points[subset[k]], affine, out[subset[k]]);
+    affine_.resize(rest_position.size());
+    is_asked_.resize(rest_position.size(), 0);
+    asked_.clear();
+    for (const std::uint32_t p : subset) {
+        const NodeKernels::Row& row = kernels.rows[p];
+        for (std::uint32_t k = row.begin; k < row.begin + row.count; ++k) {
+            std::uint8_t& is_asked = is_asked_[kernels.phyxel[k]];
+            if (is_asked == 0) asked_.push_back(kernels.phyxel[k]);
+            is_asked = 1;
+        }
+    }
+    for_phyxels(parallel, asked_.size(), [&](std::size_t k) {
+        const std::uint32_t i = asked_[k];
+        is_asked_[i] = 0;
+        affine_[i] = geometry::AffineDisplacement(rest_position[i], position[i], deformation[i]);
+    });
+    for_phyxel_chunks(parallel, subset.size(), [&](std::size_t begin, std::size_t end) {
+        evaluate_chunk(
+            kernels, begin, end, [&](std::size_t k) { return subset[k]; }, rest_points, affine_, out);
     });
 }
 

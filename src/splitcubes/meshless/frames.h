@@ -65,15 +65,17 @@ class FrameEvaluator {
                     std::span<const Mat3> deformation, std::span<geometry::Frame> out,
                     const Parallel& parallel);
 
+    /// The same of some points only: those of `subset`. The same bits as of all of them.
+    void evaluate_some(std::span<const std::uint32_t> subset, const NodeKernels& kernels,
+                       std::span<const Vec3> rest_points, std::span<const Vec3> rest_position,
+                       std::span<const Vec3> position, std::span<const Mat3> deformation,
+                       std::span<geometry::Frame> out, const Parallel& parallel);
+
   private:
     std::vector<geometry::AffineDisplacement> affine_;  // per phyxel
+    std::vector<std::uint32_t> asked_;                  // scratch of evaluate_some: phyxels
+    std::vector<std::uint8_t> is_asked_;                // the same, per phyxel
 };
-
-/// The same of some points only: those of `subset`. The same bits as of all of them.
-void evaluate_frames_of(std::span<const std::uint32_t> subset, const NodeKernels& kernels,
-                        std::span<const Vec3> rest_points, std::span<const Vec3> rest_position,
-                        std::span<const Vec3> position, std::span<const Mat3> deformation,
-                        std::span<geometry::Frame> out, const Parallel& parallel);
 
 /// The same with a buffer of its own.
 void evaluate_frames(const NodeKernels& kernels, std::span<const Vec3> rest_points, const Phyxels& phyxels,

@@ -1,6 +1,8 @@
 // The surface's vertices go where its nodes carry them.
+#include <splitcubes/geometry/affine_sums.h>
 #include <splitcubes/splitting/surface.h>
 
+#include <algorithm>
 #include <cassert>
 
 namespace splitcubes::splitting {
@@ -9,12 +11,61 @@ using geometry::AffineDisplacement;
 
 namespace {
 
-// Columns are cross products of the other two columns.
-Mat3 cofactor_of(const Mat3& matrix) {
-    Mat3 out;
-    for (int k = 0; k < 3; ++k) out.col(k) = matrix.col((k + 1) % 3).cross(matrix.col((k + 2) % 3));
-    return out;
-}
+constexpr std::size_t block_size = 128;  // vertices whose sums are taken together
+
+static_assert(block_size % geometry::carried_width == 0);
+
+// Vertices, and how the nodes that carry each move it in the mean.
+class VertexBlock {
+  public:
+    // vertices: at most block_size.
+    void take(const Surface& surface, const RestGrid& rest, std::span<const SurfaceVertex> vertices,
+              std::span<const AffineDisplacement> motion) {
+        count_ = vertices.size();
+        std::uint32_t next = 0;
+        for (std::size_t i = 0; i < count_; ++i) {
+            const SurfaceVertex& vertex = vertices[i];
+            for (std::size_t k = 0; k < 3; ++k) {
+                point_[k][i] = vertex.rest[static_cast<Eigen::Index>(k)];
+                normal_[k][i] = static_cast<double>(vertex.normal[static_cast<Eigen::Index>(k)]);
+            }
+            rows_[i].begin = next;
+            double total = 1;
+            if (vertex.alive())
+                total = surface.visit_carriers(rest, vertex, [&](std::uint32_t node, double weight) {
+                    node_[next] = node;
+                    weight_[next++] = weight;
+                });
+            factor_[i] = 1 / total;
+            rows_[i].count = next - rows_[i].begin;
+        }
+        geometry::sum_affine(std::span(rows_).first(count_), node_.data(), weight_.data(), motion.data(),
+                             sum_.data());
+    }
+    void carry(Vec3* positions, Vec3* normals) const {
+        geometry::carry_points(count_, sum_.data(),
+                               {{point_[0].data(), point_[1].data(), point_[2].data()},
+                                {normal_[0].data(), normal_[1].data(), normal_[2].data()},
+                                factor_.data()},
+                               positions, normals);
+        // What is out of use stays at rest.
+        for (std::size_t i = 0; i < count_; ++i)
+            if (rows_[i].count == 0) {
+                positions[i] = Vec3(point_[0][i], point_[1][i], point_[2][i]);
+                normals[i] = Vec3(normal_[0][i], normal_[1][i], normal_[2][i]);
+            }
+    }
+
+  private:
+    using Numbers = std::array<double, block_size>;
+    std::size_t count_ = 0;
+    std::array<Numbers, 3> point_{}, normal_{};  // rest space, m
+    Numbers factor_{};                           // that makes the weights sum to one
+    std::array<geometry::AffineRow, block_size> rows_;
+    std::array<std::uint32_t, 8 * block_size> node_;
+    std::array<double, 8 * block_size> weight_;
+    std::array<AffineDisplacement, block_size> sum_;
+};
 
 }  // namespace
 
@@ -27,19 +78,13 @@ void deform(const Surface& surface, const RestGrid& rest, std::span<const Affine
         if (out->capacity() < vertices.size()) out->reserve(vertices.size() + vertices.size() / 2);
         out->resize(vertices.size());
     }
-    parallel.for_each(vertices.size(), 512, [&](std::size_t i) {
-        const SurfaceVertex& v = vertices[i];
-        positions[i] = v.rest;
-        normals[i] = v.normal.cast<double>();
-        if (!v.alive()) return;
-        AffineDisplacement sum;
-        const double total = surface.visit_carriers(
-            rest, v, [&](std::uint32_t node, double weight) { sum.add(weight, motion[node]); });
-        sum.scale(1 / total);
-        positions[i] = sum.image(v.rest);
-        const Vec3 normal = cofactor_of(sum.jacobian()) * normals[i];
-        const double length = normal.norm();
-        if (length > 1e-9) normals[i] = normal / length;
+    parallel.for_chunks(vertices.size(), 4 * block_size, [&](std::size_t begin, std::size_t end) {
+        VertexBlock block;
+        for (std::size_t first = begin; first < end; first += block_size) {
+            block.take(surface, rest, std::span(vertices).subspan(first, std::min(block_size, end - first)),
+                       motion);
+            block.carry(positions.data() + first, normals.data() + first);
+        }
     });
 }
 

@@ -1,0 +1,135 @@
+// Lists of carriers, cut down to what reaches a cube.
+#include <splitcubes/body/carrier_table.h>
+#include <splitcubes/core/random.h>
+
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <vector>
+
+namespace splitcubes::body {
+namespace {
+
+struct Carrier {
+    Vec3 place;
+    double reach;
+    CarrierTable::State now, before;
+};
+
+Vec3 random_vector(Random& random, double half) {
+    const double x = random.uniform(-half, half), y = random.uniform(-half, half);
+    return {x, y, random.uniform(-half, half)};
+}
+
+CarrierTable::State random_state(Random& random) {
+    CarrierTable::State state{random_vector(random, 0.3), Mat3::Zero()};
+    for (int k = 0; k < 3; ++k) state.matrix.col(k) = random_vector(random, 0.5);
+    return state;
+}
+
+std::vector<Carrier> random_carriers(Random& random, int count) {
+    std::vector<Carrier> out;
+    for (int k = 0; k < count; ++k)
+        out.push_back(
+            {random_vector(random, 1), random.uniform(0.1, 0.4), random_state(random), random_state(random)});
+    return out;
+}
+
+CarrierTable table_of(const std::vector<Carrier>& carriers) {
+    CarrierTable table;
+    table.resize(carriers.size());
+    for (std::size_t i = 0; i < carriers.size(); ++i)
+        table.set(i, carriers[i].place, carriers[i].reach * carriers[i].reach, carriers[i].now,
+                  carriers[i].before);
+    return table;
+}
+
+bool reaches(const Carrier& c, const Vec3& centre, double half) {
+    return ((c.place - centre).cwiseAbs() - Vec3::Constant(half)).cwiseMax(0).norm() <= c.reach;
+}
+
+TEST(CarrierTable, NewEntriesReachNothing) {
+    CarrierTable table;
+    table.resize(40);
+    EXPECT_EQ(table.size(), 40U);
+    EXPECT_TRUE(table.box_of({Vec3f::Zero(), 10}).empty());
+    table.set(17, Vec3::Zero(), 1, {Vec3(1, 2, 3), Mat3::Zero()}, {Vec3(1, 2, 3), Mat3::Zero()});
+    table.resize(100);
+    EXPECT_EQ(table.box_of({Vec3f::Zero(), 10}).min, Vec3(1, 2, 3));
+}
+
+// Wherever a table is cut down to a larger cube first, a smaller one within it gets the same box.
+TEST(CarrierTable, KeepsWhatReachesACube) {
+    Random random(1);
+    for (int round = 0; round < 50; ++round) {
+        const std::vector<Carrier> carriers = random_carriers(random, static_cast<int>(random.below(90)));
+        const CarrierTable all = table_of(carriers);
+        const Vec3 centre = random_vector(random, 0.6);
+        const double half = random.uniform(0.1, 0.3);
+        CarrierTable near, own;
+        near.assign_from(all, {centre.cast<float>(), static_cast<float>(half)});
+        // In two parts, as rows of bricks come.
+        const std::size_t middle = random.below(static_cast<std::uint32_t>(carriers.size() + 1));
+        for (const auto& [begin, end] :
+             {std::pair(std::size_t{0}, middle), std::pair(middle, carriers.size())})
+            own.append_from(all, begin, end, {centre.cast<float>(), static_cast<float>(half)});
+        std::size_t expected = 0;
+        for (const Carrier& c : carriers) expected += reaches(c, centre, half) ? 1 : 0;
+        EXPECT_EQ(near.size(), expected);
+        EXPECT_EQ(own.size(), expected);
+        for (int query = 0; query < 10; ++query) {
+            const Vec3 arm = random_vector(random, half);
+            const Vec3f at = (centre + arm).cast<float>();
+            const geometry::Box box = all.box_of({at, 0}), same = near.box_of({at, 0});
+            EXPECT_EQ(box.min, same.min);
+            EXPECT_EQ(box.max, same.max);
+            geometry::Box exact;
+            for (const Carrier& c : carriers)
+                if (reaches(c, centre + arm, 0)) {
+                    // In the table cut down last, points count from the centre, and so do the carriers.
+                    exact.add(c.now.off + c.now.matrix * (arm - (c.place - centre)));
+                    exact.add(c.before.off + c.before.matrix * (arm - (c.place - centre)));
+                }
+            const geometry::Box moved = own.box_of({arm.cast<float>(), 0});
+            ASSERT_EQ(moved.empty(), exact.empty());
+            if (exact.empty()) continue;
+            EXPECT_LT((moved.min - exact.min).norm(), 1e-5);
+            EXPECT_LT((moved.max - exact.max).norm(), 1e-5);
+        }
+    }
+}
+
+TEST(CarrierTable, EveryInstructionSetGivesTheSameBits) {
+    Random random(2);
+    const CarrierTable all = table_of(random_carriers(random, 300));
+    struct Found {
+        std::size_t size;
+        Mat3 mean;
+        Vec3 low, high, node_low, node_high;
+        bool operator==(const Found&) const = default;
+    };
+    const auto run = [&] {
+        CarrierTable own;
+        own.append_from(all, 7, 291, {Vec3f(0.1F, 0, 0), 0.5F});
+        const Mat3 mean = own.take_out_mean();
+        const geometry::Box cube = own.box_of({Vec3f::Zero(), 0.5F}), node = own.box_of({Vec3f::Zero(), 0});
+        return Found{own.size(), mean, cube.min, cube.max, node.min, node.max};
+    };
+    const Found first = run();
+    EXPECT_GT(first.size, 50U);
+    const std::int64_t supported = hwy::SupportedTargets();
+    int tried = 0;
+    for (std::int64_t rest = supported; rest != 0; rest &= rest - 1) {
+        const std::int64_t target = rest & -rest;
+        hwy::SetSupportedTargetsForTest(target);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+        EXPECT_TRUE(run() == first) << hwy::TargetName(target);
+        ++tried;
+    }
+    hwy::SetSupportedTargetsForTest(0);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    EXPECT_GT(tried, 1);
+}
+
+}  // namespace
+}  // namespace splitcubes::body
