@@ -96,20 +96,12 @@ std::span<const EdgeSights::Link> EdgeSights::near(std::uint32_t number, const S
 
 // At most so many as a fan takes.
 void EdgeSights::look_along(const Entry& entry, std::span<Link* const> links, const SightContext& context) {
-    constexpr std::size_t few = 4;
-    const auto set = [](Link& link, bool is_hidden) { link.sight = is_hidden ? Link::hidden : Link::seen; };
-    const auto place_of = [&](const Link& link) -> const Vec3& {
-        return context.phyxels.rest_position[link.phyxel];
-    };
-    if (links.size() < few) {
-        for (Link* link : links) set(*link, context.occluders.segment_blocked(entry.rest, place_of(*link)));
-        return;
-    }
     std::array<Vec3, geometry::most_fan_segments> to;
-    for (std::size_t k = 0; k < links.size(); ++k) to[k] = place_of(*links[k]);
+    for (std::size_t k = 0; k < links.size(); ++k) to[k] = context.phyxels.rest_position[links[k]->phyxel];
     const std::uint32_t blocked =
         geometry::blocked_segments(context.occluders, entry.rest, {to.data(), links.size()});
-    for (std::size_t k = 0; k < links.size(); ++k) set(*links[k], (blocked >> k & 1) != 0);
+    for (std::size_t k = 0; k < links.size(); ++k)
+        links[k]->sight = (blocked >> k & 1) != 0 ? Link::hidden : Link::seen;
 }
 
 // What may have changed is not known any more.

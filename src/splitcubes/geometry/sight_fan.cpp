@@ -132,6 +132,15 @@ HWY_EXPORT(look);
 namespace {
 
 constexpr float unit = 5.97e-8F;  // relative error of a rounding
+// Segments that are walked along sooner than packs are looked at.
+constexpr std::size_t few = 4;
+
+std::uint32_t blocked_one_by_one(const OccluderGrid& occluders, const Vec3& from, std::span<const Vec3> to) {
+    std::uint32_t out = 0;
+    for (std::size_t k = 0; k < to.size(); ++k)
+        out |= std::uint32_t{occluders.segment_blocked(from, to[k])} << k;
+    return out;
+}
 
 // Bounds of what rounding makes of the products, by the largest of each factor's coordinates; twice of what
 // adding up all roundings gives. extent: m, of corners from their centre; way: m, of the segments.
@@ -159,6 +168,7 @@ PackPlace place_of(const OccluderPack& pack, const std::array<float, 3>& from, f
 }  // namespace
 
 std::uint32_t blocked_segments(const OccluderGrid& occluders, const Vec3& from, std::span<const Vec3> to) {
+    if (to.size() < few) return blocked_one_by_one(occluders, from, to);
     Box box{from, from};
     Fan fan;
     float way = 0;

@@ -13,9 +13,8 @@ namespace splitcubes::geometry {
 inline constexpr std::size_t most_fan_segments = 16;
 
 /// Bit k: whether OccluderGrid::segment_blocked(from, to[k]). Triangles near the point are put beside the
-/// segments in packs, in single precision; what that leaves open is decided in double. Faster than one by one
-/// from about four segments on where the surface is near, and where there is none. to: m, rest space, at most
-/// most_fan_segments.
+/// segments in packs, in single precision; what that leaves open is decided in double. to: m, rest space, at
+/// most most_fan_segments.
 std::uint32_t blocked_segments(const OccluderGrid& occluders, const Vec3& from, std::span<const Vec3> to);
 
 }  // namespace splitcubes::geometry
