@@ -121,6 +121,44 @@ TEST(Tearing, ANotchedBarTearsFromItsNotch) {
     EXPECT_GE(bar.body->pieces().count(), 2U);
 }
 
+// A plate of two layers of phyxels with a notch from below through half of it at x = 0, bent at its ends
+// so that the notch opens; where it tears.
+std::vector<Vec3> bend_plate(double strength, std::size_t& pieces) {
+    World world(free_space(), threads(2));
+    BodySettings settings = soft(0.008, 300);
+    settings.material.stiffness_damping = 0.01;
+    settings.material.mass_damping = 5;
+    settings.tearing = of_strength(strength, 0.4);
+    Body& body = world.add_body(geometry::make_box({0.24, 0.12, 0.02}), settings);
+    for (const double side : {-1.0, 1.0}) {
+        HoldConstraint hold;
+        hold.region = [side](const Vec3& rest) { return side * rest[0] >= 0.09; };
+        hold.motion = [side](double time) {
+            return Isometry(Eigen::Translation3d(side * 0.09, 0, 0) *
+                            Eigen::AngleAxisd(-0.1 * std::min(time, 1.0) * side, Vec3::UnitY()) *
+                            Eigen::Translation3d(-side * 0.09, 0, 0));
+        };
+        body.add_constraint(hold);
+    }
+    geometry::TriangleMesh sheet;
+    sheet.positions = {{0.001, -0.1, -0.1}, {0.001, 0.1, -0.1}, {0.001, 0.1, 0}, {0.001, -0.1, 0}};
+    sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
+    EXPECT_GT(body.cut_with_sheet(sheet, 0, world.parallel()), 5U);
+    for (int k = 0; k < 80; ++k) world.step();
+    pieces = body.pieces().count();
+    return torn_places(body);
+}
+
+TEST(Tearing, ABentPlateOfTwoLayersBreaksThroughFromItsNotch) {
+    // The skin above the notch bears compression, and so does the only layer of phyxels there; but
+    // its lips open by half of 0.2 * 0.02 or so.
+    std::size_t pieces = 0;
+    for (const Vec3& place : bend_plate(1000, pieces)) EXPECT_NEAR(place[0], 0, 0.013);
+    EXPECT_EQ(pieces, 2U);
+    EXPECT_TRUE(bend_plate(4000, pieces).empty());
+    EXPECT_EQ(pieces, 1U);
+}
+
 TEST(Tearing, ASeamTearsAlongItself) {
     TearSettings tearing = of_strength(1.5e5);
     const Vec3 normal = Vec3(1, 0, 0.3).normalized();

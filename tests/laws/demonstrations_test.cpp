@@ -250,6 +250,20 @@ TEST(Scenes, AFallingBallBreaksThePlate) {
     EXPECT_LT(most, first + 0.01 * 2.8) << "of 2.8 J that the ball brings";
 }
 
+TEST(Scenes, FasterBallsBreakThePlateAsWell) {
+    // Which cracks there are is chaotic; that one of them goes through is not.
+    for (const char* velocity : {"[0, 0, -3]", "[0, 0, -3.5]"}) {
+        std::vector<std::string> overrides = coarse_plate;
+        overrides.push_back("frames=70");
+        overrides.push_back(std::string("bodies[1].velocity=") + velocity);
+        const Showing run("plate_and_ball.json", overrides,
+                          [](const body::World&, const body::StepReport&) {});
+        const std::vector<meshless::Momenta> parts = pieces_of(*run.world->bodies()[0]);
+        ASSERT_GE(parts.size(), 2U) << velocity;
+        EXPECT_GT(parts[1].mass, 0.15 * total_mass(*run.world->bodies()[0])) << velocity;
+    }
+}
+
 TEST(Scenes, WithoutTheBallThePlateBearsItself) {
     std::vector<std::string> overrides = coarse_plate;
     overrides.push_back("frames=80");

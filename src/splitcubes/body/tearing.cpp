@@ -71,6 +71,15 @@ bool is_riser(const NodeGrid& grid, const GridEdge& edge) {
     return false;
 }
 
+// The lips of a crack a cell behind its tip gape by 8 K / E' sqrt(r / (2 pi)), and the stress at a
+// distance d ahead is K / sqrt(2 pi d) (Westergaard's field; Anderson, Fracture Mechanics, section 2.6; plane
+// strain): here at half a support, about where the phyxels around a tip take theirs.
+double modulus_of_gape(const meshless::Material& material, double cell_size, double reach) {
+    if (material.plasticity) return 0;
+    const double nu = material.poisson_ratio;
+    return material.youngs_modulus / (1 - nu * nu) / (8 * std::sqrt(cell_size * 0.5 * reach));
+}
+
 }  // namespace
 
 Tearing::Tearing(const TearSettings& settings, const meshless::Material& material, const NodeGrid& grid,
@@ -85,6 +94,7 @@ Tearing::Tearing(const TearSettings& settings, const meshless::Material& materia
                      (material.plasticity ? material.plasticity->maximum : 0)) {
     for (const double h : phyxels.support_radius) reach_ = std::max(reach_, h);
     cube_ = reach_;
+    gape_modulus_ = modulus_of_gape(material, cell_size_, reach_);
     // A sheet of one layer of phyxels has rank 2 from the start, and stress in its plane.
     for (const std::uint8_t rank : neighbourhoods.rank())
         own_rank_.push_back(std::max<std::uint8_t>(rank, 2));
@@ -160,7 +170,7 @@ bool Tearing::beside_crack(const Vec3& rest, const Vec3& rest_normal, double loa
 
 std::int32_t Tearing::cut(NodeGrid& grid, const Proposal& proposal, std::vector<std::int32_t>& slots) {
     const GridEdge edge = splitting::edge_from_id(proposal.id);
-    if (shadowed(grid, edge, proposal.normal)) return -1;
+    if (!(proposal.gape > slab_gape) && shadowed(grid, edge, proposal.normal)) return -1;
     const std::int32_t slot =
         grid.cut(edge, proposal.parameter, proposal.normal, splitting::Origin::cut, tear_cut_number);
     if (slot < 0) return -1;

@@ -62,6 +62,11 @@ struct TearContext {
 /// passed on all sides, or that join two cracks which run side by side, part too: the
 /// samples on both sides no longer see each other, so nothing could bear their load.
 ///
+/// Where few phyxels are left ahead of a tip, as in a plate of two layers that is bent, they have no
+/// say or take no stress from the crack. There a crack of an elastic material also goes on when its lips gape
+/// as they would under the full strength ahead (linear elastic fracture mechanics), and from four
+/// times that on it may also come off with a slab of a node or two beside another crack.
+///
 /// A strand that holds on all the same, its ends being carried by samples that do not see
 /// each other, parts when its edge is stretched to much more than any stress that the
 /// material bears.
@@ -93,10 +98,13 @@ class Tearing {
         double parameter = 0;
         Vec3 normal = Vec3::Zero();
         std::uint32_t order = 0;
+        double gape = 0;  // what the lips' gape stands for, over the strength
     };
     static constexpr std::uint64_t no_edge = ~std::uint64_t{0};
     /// Of a phyxel, in shares of the toughness, from which on cracks are looked for around it.
     static constexpr double least_load = 0.8;
+    /// Stress that a crack's gape stands for, over the strength, from which on it may come off with a slab.
+    static constexpr double slab_gape = 4;
     /// What an edge has to bear in this step.
     struct LoadedEdge {
         std::uint64_t asked = 0;   // step
@@ -122,6 +130,7 @@ class Tearing {
         Vec3 centre = Vec3::Zero(), normal = Vec3::Zero();  // of what is cut; m, unit; rest space
         std::optional<Plane> seam;
         std::uint32_t edges = 0;  // bit e: the plane nearly meets the cell's edge e, which may tear
+        double gape_stress = 0;   // Pa, what lips that gape so far mean ahead of the tip
     };
     using Key = std::array<int, 3>;
     struct KeyHash {
@@ -154,9 +163,11 @@ class Tearing {
                        std::vector<std::int32_t>& slots);
     void close_gaps(splitting::NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots);
     Tip tip_of(const splitting::NodeGrid& grid, const TearContext& context, const Key& cell) const;
+    double gape_stress(const splitting::NodeGrid& grid, const TearContext& context, const Key& cell,
+                       const Vec3& normal) const;
     static bool may_meet(const Tip& tip, const Vec3& a, const Vec3& b, double slack);
-    static unsigned sure_shadows(const splitting::NodeGrid& grid, const Tip& tip,
-                                 const splitting::GridEdge& edge);
+    unsigned sure_shadows(const splitting::NodeGrid& grid, const Tip& tip,
+                          const splitting::GridEdge& edge) const;
     void spare_shadowed(const splitting::NodeGrid& grid, const TearContext& context);
     bool propose(const splitting::NodeGrid& grid, const Tip& tip, std::uint32_t number,
                  const splitting::GridEdge& edge, Proposal& out) const;
@@ -192,6 +203,7 @@ class Tearing {
     double crack_speed_ = 0;    // m/s
     double weakest_all_ = 1;    // of strength_factor over the nodes
     double cell_size_ = 0;      // m
+    double gape_modulus_ = 0;   // Pa/m, of the stress ahead of a tip over the gape behind it; 0: not linear
     double break_stretch_ = 2;  // of an edge beside a crack
     double top_load_ = 0;
 
@@ -211,7 +223,7 @@ class Tearing {
     std::vector<std::uint32_t> asked_;      // those whose stress is to be found
     std::vector<Tip> tips_;                 // of the front
     std::vector<Request> requests_;         // edges of tips
-    std::vector<unsigned> shadows_;                     // per request, of the tip that asks
+    std::vector<unsigned> shadows_;         // per request, of the tip that asks
     std::vector<Proposal> proposals_;       // to cut now
     std::vector<Key> front_, parted_;       // cells that cracks go on from; nodes that strands parted at
     std::vector<std::uint8_t> is_loaded_;   // per crack cell

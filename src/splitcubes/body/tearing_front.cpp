@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace splitcubes::body {
 
@@ -35,8 +36,8 @@ bool Tearing::may_meet(const Tip& tip, const Vec3& a, const Vec3& b, double slac
 }
 
 // Bit k: the crossing at along_line[k] edges from this one shadows it, whichever plane the tip proposes.
-unsigned Tearing::sure_shadows(const NodeGrid& grid, const Tip& tip, const GridEdge& edge) {
-    if (tip.seam) return 0;
+unsigned Tearing::sure_shadows(const NodeGrid& grid, const Tip& tip, const GridEdge& edge) const {
+    if (tip.seam || tip.gape_stress > slab_gape * settings_.strength * weakest_all_) return 0;
     unsigned out = 0;
     bool is_open = true;
     for (std::size_t k = 0; k < along_line.size(); ++k) {
@@ -68,6 +69,7 @@ void Tearing::spare_shadowed(const NodeGrid& grid, const TearContext& context) {
         if (edge.shadows == 0) return false;
         edge.asked = 0;
         edge.stress = {};
+        edge.strength = std::numeric_limits<double>::infinity();
         return true;
     });
 }

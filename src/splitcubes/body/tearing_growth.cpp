@@ -23,6 +23,13 @@ constexpr double turning_share = 0.25;
 // crack differ by about so much, and an edge that both miss would stay as a strand.
 constexpr double slack = 0.1;
 
+// det F F^-T, also where F is singular.
+Mat3 cofactor(const Mat3& F) {
+    Mat3 out;
+    for (int k = 0; k < 3; ++k) out.col(k) = F.col((k + 1) % 3).cross(F.col((k + 2) % 3));
+    return out;
+}
+
 }  // namespace
 
 // The plane of the cracks in a cell, and which uncut edges it meets, nearly.
@@ -51,6 +58,7 @@ Tearing::Tip Tearing::tip_of(const NodeGrid& grid, const TearContext& context, c
         tip.edges |= std::uint32_t{1} << e;
     }
     if (tip.edges == 0) return tip;
+    tip.gape_stress = gape_stress(grid, context, key, tip.normal);
     tip.seam = seam_at(tip.centre);
     if (tip.seam && std::abs(tip.seam->normal.dot(tip.normal)) < least_opening_cosine) tip.seam.reset();
     for (std::uint32_t edges = tip.seam ? 0 : tip.edges; edges != 0; edges &= edges - 1) {
@@ -62,17 +70,53 @@ Tearing::Tip Tearing::tip_of(const NodeGrid& grid, const TearContext& context, c
     return tip;
 }
 
+// The stress ahead of a crack by how far the lips in its last cell gape, beyond what the strain on
+// either side makes. 0: closed, or not known.
+double Tearing::gape_stress(const NodeGrid& grid, const TearContext& context, const Key& key,
+                            const Vec3& normal) const {
+    if (gape_modulus_ == 0) return 0;
+    const auto frame_of = [&](const Vec3i& node) -> const geometry::Frame* {
+        const std::int32_t index = context.nodes.find(node);
+        if (index < 0 || static_cast<std::size_t>(index) >= context.frames.size()) return nullptr;
+        return &context.frames[static_cast<std::size_t>(index)];
+    };
+    double sum = 0;
+    int count = 0;
+    for (int e = 0; e < splitting::edge_count; ++e) {
+        const std::int32_t slot = grid.slot(splitting::cell_edge({key[0], key[1], key[2]}, e));
+        if (slot < 0 || grid.crossing(slot).origin == splitting::Origin::boundary) continue;
+        const splitting::Crossing& c = grid.crossing(slot);
+        const geometry::Frame *a = frame_of(c.edge.node), *b = frame_of(c.edge.upper());
+        if (!a || !b) continue;
+        const Vec3 at = grid.crossing_position(c);
+        const Vec3 lower = a->position + a->jacobian * (at - grid.rest().node_position(c.edge.node));
+        const Vec3 upper = b->position + b->jacobian * (at - grid.rest().node_position(c.edge.upper()));
+        const Mat3 jacobian = 0.5 * (a->jacobian + b->jacobian);
+        Vec3 across = cofactor(jacobian) * normal;
+        if (across.dot(jacobian * Vec3::Unit(c.edge.axis)) < 0) across = -across;
+        if (!(across.norm() > 0)) continue;
+        sum += (upper - lower).dot(across.normalized());
+        ++count;
+    }
+    const double gape = count > 0 ? sum / count : 0;
+    return gape > 0 ? gape_modulus_ * gape : 0;
+}
+
 // Whether the edge of a crack's cell cannot bear its stress, and how it parts.
 bool Tearing::propose(const NodeGrid& grid, const Tip& tip, std::uint32_t number, const GridEdge& edge,
                       Proposal& out) const {
     const Stress& stress = loaded_edges_[number].stress;
-    const double load = stress.largest / loaded_edges_[number].strength;
-    if (!(stress.direction.squaredNorm() > 0) || !(load > settings_.toughness)) return false;
+    const double strength = loaded_edges_[number].strength;
     const Vec3 a = grid.rest().node_position(edge.node), b = grid.rest().node_position(edge.upper());
     Vec3 wanted = (stress.world_from_rest.transpose() * stress.direction).normalized();
     if (wanted.dot(tip.normal) < 0) wanted = -wanted;
-    if (!(wanted.dot(tip.normal) > least_opening_cosine)) return false;
-    Vec3 turned = ((1 - turning_share) * tip.normal + turning_share * wanted).normalized();
+    const double gape = tip.gape_stress / strength;
+    double load = stress.largest / strength;
+    Vec3 turned = tip.normal;
+    if (load > settings_.toughness && wanted.dot(tip.normal) > least_opening_cosine)
+        turned = ((1 - turning_share) * tip.normal + turning_share * wanted).normalized();
+    else if (load = gape; !(load > 1))
+        return false;
     Vec3 through = tip.centre;
     if (tip.seam) {
         through -= 0.5 * (tip.centre - tip.seam->point).dot(tip.seam->normal) * tip.seam->normal;
@@ -82,7 +126,7 @@ bool Tearing::propose(const NodeGrid& grid, const Tip& tip, std::uint32_t number
     if (std::abs(along) < 0.1 * grid.rest().cell_size) return false;
     const double parameter = turned.dot(through - a) / along;
     if (parameter < -slack || parameter > 1 + slack) return false;
-    out = {splitting::edge_id(edge), load, std::clamp(parameter, 0.0, 1.0), turned};
+    out = {splitting::edge_id(edge), load, std::clamp(parameter, 0.0, 1.0), turned, 0, gape};
     return true;
 }
 
@@ -121,6 +165,7 @@ void Tearing::merge_proposals() {
         for (end = begin + 1; end < proposals_.size() && proposals_[end].id == mean.id; ++end) {
             const Proposal& other = proposals_[end];
             mean.load = std::max(mean.load, other.load);
+            mean.gape = std::max(mean.gape, other.gape);
             mean.parameter += other.parameter;
             mean.normal += (other.normal.dot(mean.normal) < 0 ? -1 : 1) * other.normal;
         }
