@@ -161,5 +161,45 @@ TEST(SurfaceChanges, AreToldWhereAndOnlySince) {
     EXPECT_TRUE(changes.since(there, marked));
 }
 
+// Long ago as well as lately, in many places at once: what was changed is told, what is a cube away is not.
+TEST(SurfaceChanges, AreRememberedHoweverLongAgo) {
+    GrowingSurface surface;
+    SurfaceChanges& changes = surface.changes();
+    const auto random_box = [&] {
+        const Vec3 corner = surface.place();
+        return geometry::Box{corner, corner + 0.15 * surface.place()};
+    };
+    struct Mark {
+        std::uint32_t number;
+        geometry::Box box;
+    };
+    std::vector<Mark> marks;
+    std::size_t told = 0, quiet = 0;
+    for (int step = 0; step < 40; ++step) {
+        changes.begin();
+        for (int k = step % 4; k > 0; --k) {
+            marks.push_back({changes.now(), random_box()});
+            changes.mark(marks.back().box);
+        }
+        for (int k = 0; k < 50; ++k) {
+            const geometry::Box asked = random_box();
+            const auto when = static_cast<std::uint32_t>(surface.place().x() * (changes.now() + 1));
+            bool touched = false, is_near = false;
+            for (const Mark& mark : marks) {
+                if (mark.number <= when) continue;
+                touched = touched || mark.box.meets(asked);
+                is_near = is_near || mark.box.grown(1.001 * cell).meets(asked);
+            }
+            const bool is_told = changes.since(asked, when);
+            EXPECT_TRUE(is_told || !touched);
+            EXPECT_TRUE(!is_told || is_near);
+            told += is_told;
+            quiet += !is_told;
+        }
+    }
+    EXPECT_GT(told, 100U);
+    EXPECT_GT(quiet, 100U);
+}
+
 }  // namespace
 }  // namespace splitcubes::body

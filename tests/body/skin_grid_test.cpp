@@ -85,16 +85,18 @@ TEST(SkinGrid, VisitsAllThatFaceAPointAndNoneElse) {
     EXPECT_GT(passed_over, 1000U);
 }
 
-TEST(SkinGrid, BearsPointsThatAreNone) {
-    Cloud cloud(1);
-    cloud.points[3].x() = std::numeric_limits<double>::quiet_NaN();
-    cloud.points[5].y() = 1e300;
-    SkinGrid grid;
-    grid.build(cloud.points, cloud.normals, 0.2, 0.6, Parallel(1));
-    for (std::size_t of = 0; of < cloud.points.size(); ++of) {
-        std::vector<std::uint32_t> visited;
-        grid.find_facing(of, 0.4, anywhere, visited);
-        EXPECT_EQ(visited.size(), cloud.facing(of, 0.4).size());
+TEST(SkinGrid, BearsPointsThatAreNoneOrFarAway) {
+    for (const double far : {1e6, 1e25, 1e300, -1e6, -1e25, -1e300}) {
+        Cloud cloud(1);
+        cloud.points[3].x() = std::numeric_limits<double>::quiet_NaN();
+        cloud.points[5].y() = far;
+        SkinGrid grid;
+        grid.build(cloud.points, cloud.normals, 0.2, 0.6, Parallel(1));
+        for (std::size_t of = 0; of < cloud.points.size(); ++of) {
+            std::vector<std::uint32_t> visited;
+            grid.find_facing(of, 0.4, anywhere, visited);
+            EXPECT_EQ(visited.size(), cloud.facing(of, 0.4).size());
+        }
     }
 }
 

@@ -202,10 +202,11 @@ ContactFinder::Reach ContactFinder::reach_of(const Task& task) const {
     Vec3 mean = Vec3::Zero();
     for (const std::span<const Vec3> velocity : velocity_)
         for (const Vec3& v : velocity) {
-            top_speed = std::max(top_speed, v.norm());
+            top_speed = std::max(top_speed, v.squaredNorm());
             mean += v;
             ++count;
         }
+    top_speed = std::sqrt(top_speed);
     mean /= std::max(count, 1.0);
     for (const std::span<const Vec3> velocity : velocity_)
         for (const Vec3& v : velocity) apart = std::max(apart, (v - mean).squaredNorm());

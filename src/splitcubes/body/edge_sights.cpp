@@ -94,6 +94,16 @@ std::span<const EdgeSights::Link> EdgeSights::near(std::uint32_t number, const S
     return entry.links;
 }
 
+// At most so many as a fan takes.
+void EdgeSights::look_along(const Entry& entry, std::span<Link* const> links, const SightContext& context) {
+    std::array<Vec3, geometry::most_fan_segments> to;
+    for (std::size_t k = 0; k < links.size(); ++k) to[k] = context.phyxels.rest_position[links[k]->phyxel];
+    const std::uint32_t blocked =
+        geometry::blocked_segments(context.occluders, entry.rest, {to.data(), links.size()});
+    for (std::size_t k = 0; k < links.size(); ++k)
+        links[k]->sight = (blocked >> k & 1) != 0 ? Link::hidden : Link::seen;
+}
+
 // What may have changed is not known any more.
 void EdgeSights::doubt(Entry& entry, const SightContext& context) {
     const meshless::Phyxels& p = context.phyxels;

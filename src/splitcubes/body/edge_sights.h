@@ -3,9 +3,11 @@
 
 #include <splitcubes/body/surface_changes.h>
 #include <splitcubes/geometry/occluder_grid.h>
+#include <splitcubes/geometry/sight_fan.h>
 #include <splitcubes/meshless/locator.h>
 #include <splitcubes/meshless/phyxels.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -55,12 +57,15 @@ class EdgeSights {
     void look(std::uint32_t number, std::int32_t piece, const SightContext& context, const Which& which) {
         const meshless::Phyxels& p = context.phyxels;
         Entry& entry = entries_[number];
+        std::array<Link*, geometry::most_fan_segments> fan;
+        std::size_t count = 0;
         for (Link& link : entry.links) {
-            const std::uint32_t j = link.phyxel;
-            if (link.sight != Link::unknown || p.piece[j] != piece || !which(j)) continue;
-            const bool is_hidden = context.occluders.segment_blocked(entry.rest, p.rest_position[j]);
-            link.sight = is_hidden ? Link::hidden : Link::seen;
+            if (link.sight != Link::unknown || p.piece[link.phyxel] != piece || !which(link.phyxel)) continue;
+            fan[count++] = &link;
+            if (count == fan.size()) look_along(entry, fan, context);
+            count %= fan.size();
         }
+        look_along(entry, {fan.data(), count}, context);
     }
 
   private:
@@ -73,6 +78,7 @@ class EdgeSights {
         std::vector<Link> links;
     };
     std::size_t slot_of(std::uint64_t edge) const;
+    static void look_along(const Entry& entry, std::span<Link* const> links, const SightContext& context);
     static void doubt(Entry& entry, const SightContext& context);
     void rebuild_table(std::size_t slots);
     void forget_unused();

@@ -19,6 +19,12 @@ Vec3 on_side(std::size_t side, double u, double v) {
     return out.normalized();
 }
 
+// What is absurdly far is told apart in double precision only.
+float to_float(double value) {
+    constexpr double most = 1e30;
+    return static_cast<float>(std::clamp(value, -most, most));
+}
+
 int third(double share) {
     return share < -1.0 / 3 ? 0 : share > 1.0 / 3 ? 2 : 1;
 }
@@ -126,7 +132,7 @@ void SkinGrid::sort_points(const Parallel& parallel) {
         const Vec3 place = points_[index_[k]] - origin_;
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const auto a = static_cast<Eigen::Index>(axis);
-            lanes_[axis][k] = static_cast<float>(place[a]);
+            lanes_[axis][k] = to_float(place[a]);
             lanes_[3 + axis][k] = static_cast<float>(normals_[index_[k]][a]);
         }
     });
@@ -177,16 +183,17 @@ void SkinGrid::find_facing(std::size_t of, double radius, double height,
     if (count == 0) return;
     // More than what single precision loses of places, and of unit vectors' products.
     const double slack = 1e-6 * extent_ + 1e-5 * radius;
-    const Vec3f at = (point - origin_).cast<float>(), facing = normal.cast<float>();
-    const FacingQuery query{at.x(),
-                            at.y(),
-                            at.z(),
+    const Vec3 at = point - origin_;
+    const Vec3f facing = normal.cast<float>();
+    const FacingQuery query{to_float(at.x()),
+                            to_float(at.y()),
+                            to_float(at.z()),
                             facing.x(),
                             facing.y(),
                             facing.z(),
-                            static_cast<float>((radius + slack) * (radius + slack)),
+                            to_float((radius + slack) * (radius + slack)),
                             static_cast<float>(facing_cosine + 1e-5),
-                            static_cast<float>(height + slack)};
+                            to_float(height + slack)};
     const FacingLanes lanes{lanes_[0].data(), lanes_[1].data(), lanes_[2].data(), lanes_[3].data(),
                             lanes_[4].data(), lanes_[5].data(), index_.data()};
     out.resize(most + facing_padding);
