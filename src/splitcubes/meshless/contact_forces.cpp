@@ -11,12 +11,16 @@ namespace {
 constexpr double hardness = 2.5;
 // A spring keeps its stiffness unless that of what it touches changes by more than this factor.
 constexpr double most_change = 4;
+// Springs, or phyxels that they hold, a chunk.
+constexpr std::size_t spring_grain = 128;
 // Share of all contact forces that may be wrong at the end of a step.
 constexpr double force_slack = 0.03;
 // What goes deeper by more than this share of the lift in a step (a hit) is solved for again, with a harder
 // push. Skins that give are measured anew in each step, on other skin where they roll: what they go deeper by
 // then is no hit, and to be pushed back from it would make them give in steps, by turns, with energy.
 constexpr double deep_share = 0.02, deep_share_of_skins = 1;
+// Share of that which it is left at.
+constexpr double kept_share = 0.5;
 // Shares of the lift: by how much a contact may be found deeper than it was left, and how much of an
 // overlap that no spring holds is undone in a step.
 constexpr double jump_share = 0.05, undone_share = 0.25;
@@ -36,6 +40,11 @@ Vec3 along_plane(const Vec3& normal, const Vec3& v) {
 void slide(const Vec3& slip, double limit, double& tangent, Vec3& rub) {
     tangent = slide_share * limit / slip.norm();
     rub = tangent * slip - limit / slip.norm() * slip;
+}
+
+// m, what a contact may go deeper by in a step.
+double slack_of(const Contact& contact) {
+    return (contact.lower.is_collider() ? deep_share : deep_share_of_skins) * contact.lift;
 }
 
 // out[side] += sign * weight * force.
@@ -148,6 +157,7 @@ void ContactForces::begin(const ContactInput& input, std::span<const Part> parts
     rows_.clear();
     pulls_.clear();
     pushing_ = 0;
+    listed_ = false;
     load_.resize(parts.size());
     for (std::size_t p = 0; p < parts.size(); ++p) load_[p].assign(parts[p].start.size(), 0);
     for (const Contact& contact : input.contacts)
@@ -245,37 +255,86 @@ double ContactForces::apply(ConstField in, Field out) const {
     return product;
 }
 
-double ContactForces::apply_rows(std::span<const RowPart> parts) const {
-    double product = 0;
-    const auto at = [&](std::uint32_t p, std::uint32_t i) {
-        const RowPart& part = parts[p];
-        return Vec3(part.in[i], part.in[part.stride + i], part.in[2 * part.stride + i]);
+// Which springs push, and by phyxel which of them hold it: each phyxel then sums up by itself.
+void ContactForces::list_springs() {
+    listed_ = true;
+    active_.clear();
+    ends_.clear();
+    for (std::size_t t = 0; t + 1 < touched_.size(); ++t) slot_[touched_[t].part][touched_[t].phyxel] = 0;
+    touched_.clear();
+    slot_.resize(load_.size());
+    for (std::size_t p = 0; p < slot_.size(); ++p) slot_[p].resize(load_[p].size(), 0);
+    for (std::uint32_t r = 0; r < rows_.size(); ++r) {
+        if (!rows_[r].active) continue;
+        active_.push_back({r, static_cast<std::uint32_t>(ends_.size())});
+        const Contact& contact = input_.contacts[rows_[r].contact];
+        double sign = 1;
+        for (const ContactSide* side : {&contact.upper, &contact.lower}) {
+            for (std::uint32_t k = 0; k < side->count; ++k) {
+                std::uint32_t& slot = slot_[side->part][side->phyxel[k]];
+                if (slot == 0) {
+                    touched_.push_back({side->part, side->phyxel[k], 0});
+                    slot = static_cast<std::uint32_t>(touched_.size());
+                }
+                ++touched_[slot - 1].first;
+                ends_.push_back({slot - 1, sign * side->weight[k]});
+            }
+            sign = -1;
+        }
+    }
+    active_.push_back({0, static_cast<std::uint32_t>(ends_.size())});
+    std::uint32_t end = 0;
+    for (Touched& t : touched_) t.first = end += t.first;
+    touched_.push_back({0, 0, end});
+    by_phyxel_.resize(ends_.size());
+    for (std::size_t a = active_.size() - 1; a-- > 0;)
+        for (std::uint32_t e = active_[a + 1].first; e-- > active_[a].first;)
+            by_phyxel_[--touched_[ends_[e].at].first] = {static_cast<std::uint32_t>(a), ends_[e].weight};
+    product_force_.resize(active_.size());
+    touched_way_.resize(touched_.size());
+}
+
+double ContactForces::apply_rows(std::span<const RowPart> parts, const Parallel& parallel) {
+    if (!listed_) list_springs();
+    const auto at = [&](const Touched& t) {
+        const float* const in = parts[t.part].in + t.phyxel;
+        const std::size_t stride = parts[t.part].stride;
+        return Vec3(in[0], in[stride], in[2 * stride]);
     };
-    const auto value = [&](const ContactSide& side) {
-        Vec3 sum = Vec3::Zero();
-        for (std::uint32_t k = 0; k < side.count; ++k) sum += side.weight[k] * at(side.part, side.phyxel[k]);
+    for (std::size_t t = 0; t + 1 < touched_.size(); ++t) touched_way_[t] = at(touched_[t]);
+    const auto push = [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t a = begin; a < end; ++a) {
+            const Row& row = rows_[active_[a].row];
+            const Vec3& normal = input_.contacts[row.contact].normal;
+            Vec3 way = Vec3::Zero();
+            for (std::uint32_t e = active_[a].first; e < active_[a + 1].first; ++e)
+                way += ends_[e].weight * touched_way_[ends_[e].at];
+            product_force_[a] = row.tangent * way + ((row.normal - row.tangent) * normal.dot(way)) * normal;
+            sum += way.dot(product_force_[a]);
+        }
         return sum;
     };
+    double product = product_sum_(parallel, active_.size() - 1, spring_grain, push);
+    const auto sum_up = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t t = begin; t < end; ++t) {
+            Vec3 sum = Vec3::Zero();
+            for (std::uint32_t e = touched_[t].first; e < touched_[t + 1].first; ++e)
+                sum += by_phyxel_[e].weight * product_force_[by_phyxel_[e].at];
+            const RowPart& part = parts[touched_[t].part];
+            for (std::size_t k = 0; k < 3; ++k)
+                part.out[k * part.stride + touched_[t].phyxel] +=
+                    static_cast<float>(sum[static_cast<int>(k)]);
+        }
+    };
+    parallel.for_chunks(touched_.size() - 1, spring_grain, std::cref(sum_up));
     const auto add = [&](std::uint32_t p, std::uint32_t i, const Vec3& force) {
         const RowPart& part = parts[p];
         for (std::size_t k = 0; k < 3; ++k)
             part.out[k * part.stride + i] += static_cast<float>(force[static_cast<int>(k)]);
     };
-    for (const Row& row : rows_) {
-        if (!row.active) continue;
-        const Contact& contact = input_.contacts[row.contact];
-        const ContactSide &upper = contact.upper, &lower = contact.lower;
-        const Vec3 way = value(upper) - value(lower);
-        const double along = contact.normal.dot(way);
-        const Vec3 force = row.tangent * way + ((row.normal - row.tangent) * along) * contact.normal;
-        product += way.dot(force);
-        for (std::uint32_t k = 0; k < upper.count; ++k)
-            add(upper.part, upper.phyxel[k], upper.weight[k] * force);
-        for (std::uint32_t k = 0; k < lower.count; ++k)
-            add(lower.part, lower.phyxel[k], -lower.weight[k] * force);
-    }
     for (const Spring& s : pulls_) {
-        const Vec3 way = at(s.pull.part, s.pull.phyxel);
+        const Vec3 way = at({s.pull.part, s.pull.phyxel, 0});
         add(s.pull.part, s.pull.phyxel, s.stiffness * way);
         product += s.stiffness * way.squaredNorm();
     }
@@ -300,52 +359,85 @@ bool ContactForces::revise_pulls(ConstField position) {
     return changed;
 }
 
-bool ContactForces::revise(ConstField position, bool only_add) {
-    double wrong = 0, all = 0, slide_sum = 0, stick_sum = 0;
-    revisions_.assign(rows_.size(), Revision{});
-    for (std::size_t r = 0; r < rows_.size(); ++r) {
-        Row& row = rows_[r];
-        Revision& now = revisions_[r];
-        const Vec3 way = relative(row, position);
-        const Vec3 used = row.active ? spring_force(row, way) : Vec3(Vec3::Zero());
-        const Contact& contact = input_.contacts[row.contact];
-        // Never more than that: pushed out of where it was, it would be given energy.
-        const double deeper = std::min(0.0, contact.gap) - contact.gap - contact.normal.dot(way);
-        const double slack = (contact.lower.is_collider() ? deep_share : deep_share_of_skins) * contact.lift;
-        const double push = row.active && deeper > slack ? deeper - 0.5 * slack : 0;
-        now.push = row.push + push;
-        std::swap(row.push, now.push);
-        const Vec3 right = allowed_force(row, way, now.tangent);
-        std::swap(row.push, now.push);
-        now.active = right.squaredNorm() > 0 || (row.active && only_add);
-        if (row.active && only_add && !(right.squaredNorm() > 0)) now.tangent = 0;
-        if (now.active && now.tangent > 0 && now.tangent < row.normal) {
-            const Vec3 slip = row.slip + along_plane(contact.normal, way);
-            slide(slip, now.tangent * slip.norm(), now.tangent, now.rub);
-        }
-        // One that begins to push now overlaps by what the solve did not know of: its pressure, and so the
-        // friction that it can bear, are known after the next solve only.
-        if (!row.active && contact.friction > 0) now.tangent = row.normal;
-        if (row.active && now.active) (now.rub.squaredNorm() > 0 ? slide_sum : stick_sum) += right.norm();
-        if (!way.allFinite())
-            now.active = false;
-        else {
-            wrong += (right - used).norm();
-            all += right.norm();
-        }
+// What a spring is to be after a solve that led to these places.
+ContactForces::ForceSums ContactForces::revise_row(std::size_t r, ConstField position, bool only_add) {
+    Row& row = rows_[r];
+    Revision& now = revisions_[r];
+    now = Revision{};
+    const Vec3 way = relative(row, position);
+    const Vec3 used = row.active ? spring_force(row, way) : Vec3(Vec3::Zero());
+    const Contact& contact = input_.contacts[row.contact];
+    now.way = way;
+    if (used.allFinite()) now.used = used;
+    // Never more than that, and less where that was too much: pushed out of where it was, it would be
+    // given energy.
+    const double deeper = std::min(0.0, contact.gap) - contact.gap - contact.normal.dot(way);
+    const double slack = slack_of(contact);
+    const bool off = deeper > slack || (contact.lower.is_collider() && row.push > 0 && deeper < 0);
+    const double push = row.active && off ? deeper - kept_share * slack : 0;
+    now.push = std::max(0.0, row.push + push);
+    std::swap(row.push, now.push);
+    const Vec3 right = allowed_force(row, way, now.tangent);
+    std::swap(row.push, now.push);
+    now.active = right.squaredNorm() > 0 || (row.active && only_add);
+    if (row.active && only_add && !(right.squaredNorm() > 0)) now.tangent = 0;
+    if (now.active && now.tangent > 0 && now.tangent < row.normal) {
+        const Vec3 slip = row.slip + along_plane(contact.normal, way);
+        slide(slip, now.tangent * slip.norm(), now.tangent, now.rub);
     }
+    // One that begins to push now overlaps by what the solve did not know of: its pressure, and so the
+    // friction that it can bear, are known after the next solve only.
+    if (!row.active && contact.friction > 0) now.tangent = row.normal;
+    if (!way.allFinite()) {
+        now.active = false;
+        return {};
+    }
+    ForceSums out{(right - used).norm(), right.norm()};
+    if (row.active && now.active) (now.rub.squaredNorm() > 0 ? out.sliding : out.sticking) = right.norm();
+    return out;
+}
+
+bool ContactForces::revise(ConstField position, bool only_add, Field change, const Parallel& parallel) {
+    revisions_.resize(rows_.size());
+    const ForceSums sums =
+        revise_sum_(parallel, rows_.size(), spring_grain, [&](std::size_t begin, std::size_t end) {
+            ForceSums sum;
+            for (std::size_t r = begin; r < end; ++r) sum += revise_row(r, position, only_add);
+            return sum;
+        });
+    pull_before_.clear();
+    for (const Spring& s : pulls_) pull_before_.push_back(s.stiffness);
     const bool pulls = !pulls_.empty() && revise_pulls(position);
-    if (!(wrong > force_slack * all) && !pulls) return false;
-    if (slide_sum > stick_sum)
+    if (!(sums.wrong > force_slack * sums.all) && !pulls) return false;
+    // Held by those that have just come to it, what slides would stand still.
+    if (sums.sliding > sums.sticking)
         for (std::size_t r = 0; r < rows_.size(); ++r)
             if (!rows_[r].active) revisions_[r].tangent = 0;
-    for (std::size_t r = 0; r < rows_.size(); ++r) {
-        rows_[r].active = revisions_[r].active;
-        rows_[r].push = revisions_[r].push;
-        rows_[r].tangent = revisions_[r].tangent;
-        rows_[r].rub = revisions_[r].rub;
-    }
+    listed_ = false;
+    take_revisions(position, change);
     return true;
+}
+
+void ContactForces::take_revisions(ConstField position, Field change) {
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+        Row& row = rows_[r];
+        const Revision& now = revisions_[r];
+        row.active = now.active;
+        row.push = now.push;
+        row.tangent = now.tangent;
+        row.rub = now.rub;
+        Vec3 force = row.active ? spring_force(row, now.way) : Vec3(Vec3::Zero());
+        if (!force.allFinite()) force.setZero();
+        if (force == now.used) continue;
+        const Contact& contact = input_.contacts[row.contact];
+        add_to_side(contact.upper, 1, force - now.used, change);
+        add_to_side(contact.lower, -1, force - now.used, change);
+    }
+    for (std::size_t k = 0; k < pulls_.size(); ++k) {
+        const Pull& pull = pulls_[k].pull;
+        change[pull.part][pull.phyxel] +=
+            (pulls_[k].stiffness - pull_before_[k]) * (pull.place - position[pull.part][pull.phyxel]);
+    }
 }
 
 void ContactForces::finish(ConstField position, std::span<const std::span<std::uint8_t>> touching) {

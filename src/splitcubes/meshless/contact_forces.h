@@ -2,6 +2,7 @@
 #pragma once
 
 #include <splitcubes/meshless/contact.h>
+#include <splitcubes/meshless/loops.h>
 
 #include <cstdint>
 #include <span>
@@ -55,12 +56,13 @@ class ContactForces {
         float* out = nullptr;
     };
     /// The same of row arrays, one entry a part.
-    double apply_rows(std::span<const RowPart> parts) const;
+    double apply_rows(std::span<const RowPart> parts, const Parallel& parallel);
     /// Compares the springs' forces with what contact and friction allow at these places.
     /// Where they differ by more than a few percent in all, changes the springs and
     /// returns true: the solve is to be repeated. only_add: none is let go (against going round
-    /// in circles); a contact that pulls for a step does less harm than one that is missed.
-    bool revise(ConstField position, bool only_add);
+    /// in circles); a contact that pulls for a step does less harm than one that is missed. Adds to `change`
+    /// by how much the springs' forces at these places changed, N.
+    bool revise(ConstField position, bool only_add, Field change, const Parallel& parallel);
     /// Writes memory and pull forces of the step; marks phyxels that something pushes.
     void finish(ConstField position, std::span<const std::span<std::uint8_t>> touching);
     /// After finish: adds to each piece of a part by how much more it is pushed than a step ago, N.
@@ -97,6 +99,7 @@ class ContactForces {
     double load_of(const ContactSide& side, std::span<const Part> parts) const;
     bool mostly_slides() const;
     bool revise_pulls(ConstField position);
+    void list_springs();
 
     ContactInput input_;
     std::vector<Row> rows_;
@@ -106,12 +109,51 @@ class ContactForces {
     /// Of revise, per row.
     struct Revision {
         bool active = false;
-        double tangent = 0;       // N/m
-        double push = 0;          // m
-        Vec3 rub = Vec3::Zero();  // N
+        double tangent = 0;        // N/m
+        double push = 0;           // m
+        Vec3 rub = Vec3::Zero();   // N
+        Vec3 way = Vec3::Zero();   // m
+        Vec3 used = Vec3::Zero();  // N, before
     };
+    /// Forces, N.
+    struct ForceSums {
+        double wrong = 0, all = 0;         // N, of what is used and of what the law says
+        double sliding = 0, sticking = 0;  // N, of those that pushed before
+        ForceSums& operator+=(const ForceSums& other) {
+            wrong += other.wrong;
+            all += other.all;
+            sliding += other.sliding;
+            sticking += other.sticking;
+            return *this;
+        }
+    };
+    ForceSums revise_row(std::size_t r, ConstField position, bool only_add);
+    void take_revisions(ConstField position, Field change);
     std::vector<Revision> revisions_;
     std::vector<Vec3> pulled_;  // N, per handle
+    /// Springs that push, for the products of a solve.
+    struct Active {
+        std::uint32_t row = 0;
+        std::uint32_t first = 0;  // its phyxels: in ends_
+    };
+    /// A spring's hold of a phyxel.
+    struct End {
+        std::uint32_t at = 0;  // in touched_; of those by phyxel in active_
+        double weight = 0;     // of the lower side negative
+    };
+    struct Touched {
+        std::uint32_t part = 0, phyxel = 0, first = 0;  // its springs: in by_phyxel_
+    };
+    bool listed_ = false;  // the lists are those of the rows
+    std::vector<Active> active_;
+    std::vector<Touched> touched_;
+    std::vector<End> ends_, by_phyxel_;
+    std::vector<std::vector<std::uint32_t>> slot_;  // per part, per phyxel: its place in touched_, 0: none
+    std::vector<Vec3> product_force_;               // N, per active spring
+    std::vector<Vec3> touched_way_;                 // m, per touched phyxel
+    std::vector<double> pull_before_;               // N/m, per pull
+    ChunkSumOf<ForceSums> revise_sum_;
+    ChunkSumOf<double> product_sum_;
     std::size_t pushing_ = 0;
     double energy_ = 0;  // J
 };

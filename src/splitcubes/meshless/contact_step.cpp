@@ -13,8 +13,8 @@ namespace {
 
 // A change of contact force that moves a piece by so many lifts in a step is a jolt.
 constexpr double jolt_lifts = 2;
-// Times the tolerance, while contacts still change.
-constexpr double early_looseness = 10;
+// Times the tolerance, while contacts still change: as of bodies without.
+constexpr double early_looseness = 100;
 
 }  // namespace
 
@@ -61,12 +61,7 @@ bool ImplicitSolver::Group::revise(bool only_add) {
         s.place_at_solution(job);
         std::fill(s.q_.begin(), s.q_.end(), Vec3::Zero());
     });
-    forces->add_forces(place, image);
-    if (!forces->revise(place, only_add)) return false;
-    each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        for_phyxels(job.parallel, s.q_.size(), [&](std::size_t i) { s.q_[i] = -s.q_[i]; });
-    });
-    forces->add_forces(place, image);
+    if (!forces->revise(place, only_add, image, jobs[0].parallel)) return false;
     each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
         for_phyxels(job.parallel, s.q_.size(), [&](std::size_t i) { s.r_[i] += s.filtered(i, s.q_[i]); });
     });
@@ -332,7 +327,8 @@ void ImplicitSolver::finish(const Job& job) {
         momenta_.restore(phyxels, 1 / (1 + dt * job.material.mass_damping), dt * job.input.gravity, b_, dt,
                          job.parallel);
     phyxels.history_step = dt;
-    deform_and_flow(phyxels, job.neighbourhoods, job.material, dt, elastic_, job.parallel);
+    const bool taken = solution_is_taken_ && p_ == phyxels.position;
+    deform_and_flow(phyxels, job.neighbourhoods, job.material, dt, elastic_, job.parallel, taken);
     describe_(phyxels, job.neighbourhoods, elastic_, report_, job.parallel);
 }
 

@@ -14,6 +14,10 @@ constexpr double noise_share = 0.1;
 // What stands on something rocks by the least force that is left over: share of the tolerance that is solved
 // to, of one body and of several.
 constexpr double contact_tolerance_share = 0.01, shared_tolerance_share = 0.1;
+// Of the largest residual that a solve began from, the share that is enough where nothing touches, by how
+// many times that may be more than the tolerance asks for, and the share where something does: where a guess
+// leaves much, as while something is cut, nothing rocks by little.
+constexpr double fall_share = 1e-2, most_loose = 10, contact_fall_share = 1e-3;
 // Share that the square of a residual falls by before it is taken again in double precision.
 constexpr double reach_share = 1e-11;
 
@@ -22,6 +26,15 @@ constexpr double reach_share = 1e-11;
 double ImplicitSolver::Group::tolerance() const {
     const double share = size() > 1 ? shared_tolerance_share : forces->empty() ? 1 : contact_tolerance_share;
     return looseness * share * jobs[0].options.tolerance;
+}
+
+// Square of the residual that is enough after the one that was begun from; closest: by the tolerance. Of
+// what touches something no more than the plain tolerance's.
+double ImplicitSolver::Group::loosest(double closest) const {
+    if (size() > 1) return 0;
+    const double times = forces->empty() ? most_loose : 1 / (looseness * contact_tolerance_share);
+    const double share = forces->empty() ? fall_share : contact_fall_share;
+    return std::min(times * times * closest, share * share * furthest);
 }
 
 double ImplicitSolver::Group::wanted_residual() {
@@ -35,8 +48,15 @@ double ImplicitSolver::Group::wanted_residual() {
 // r_ = b - A d_ of all bodies; returns its square in the norm of the inverse diagonal. noise: what rounding
 // may make of that. `exact`: in double precision.
 double ImplicitSolver::Group::residual(bool exact, double& noise) {
-    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { s.image_of_solution(job, exact); });
-    if (!forces->empty()) forces->apply(solution, image);
+    bool at_base = true;
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { at_base = at_base && s.is_at_base(job); });
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        if (at_base)
+            std::fill(s.q_.begin(), s.q_.end(), Vec3::Zero());
+        else
+            s.image_of_solution(job, exact);
+    });
+    if (!forces->empty() && !at_base) forces->apply(solution, image);
     double square = 0;
     noise = 0;
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
@@ -66,10 +86,11 @@ double ImplicitSolver::Group::carried_residual() {
 
 // From d_; constrained parts of d_ stay. Not `anew`: r_ is the residual.
 void ImplicitSolver::Group::solve(bool anew) {
-    const double wanted = wanted_residual();
+    const double closest = wanted_residual();
     each([](ImplicitSolver& s, const Job&, std::uint32_t) { ++s.report_.solves; });
     int left = jobs[0].options.max_iterations;
-    double square = anew ? first_residual(wanted) : carried_residual();
+    double square = anew ? first_residual(closest) : carried_residual();
+    const double wanted = std::max(closest, loosest(closest));
     if (!anew && wanted < reach_share * furthest) square = first_residual(wanted);
     if (square > wanted)
         each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.weigh_aggregates(job); });
@@ -83,7 +104,7 @@ void ImplicitSolver::Group::solve(bool anew) {
         square = furthest = residual(true, noise);
         if (!(square < 0.25 * before)) break;
     }
-    const double reached = square > 0 && wanted > 0 ? tolerance() * std::sqrt(square / wanted) : 0;
+    const double reached = square > 0 && closest > 0 ? tolerance() * std::sqrt(square / closest) : 0;
     each([&](ImplicitSolver& s, const Job&, std::uint32_t) { s.report_.residual = reached; });
 }
 
@@ -110,7 +131,7 @@ double ImplicitSolver::Group::apply_to_direction() {
                                               s.fine_q_.data(), job.parallel);
         rows.push_back({s.elastic_.stride(), s.fine_p_.data(), s.fine_q_.data()});
     });
-    product += forces->apply_rows(rows);
+    if (!forces->empty()) product += forces->apply_rows(rows, jobs[0].parallel);
     each([](ImplicitSolver& s, const Job&, std::uint32_t) { s.filter(); });
     return product;
 }

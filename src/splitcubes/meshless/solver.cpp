@@ -12,6 +12,8 @@ namespace {
 constexpr double smallest_correction = 1e-10;
 // Corrections above this share of the support radius may have turned something by far.
 constexpr double far_share = 0.2;
+// Accelerations above so many times gravity are smoothed, by this share of its own of each in a round.
+constexpr double calm_share = 2, own_share = 0.25;
 // Share of A d that single precision may lose.
 constexpr double rounding_share = 1e-6;
 
@@ -30,6 +32,7 @@ void ImplicitSolver::linearise(const Job& job) {
 bool ImplicitSolver::is_torn(const Job& job) {
     const Phyxels& phyxels = job.phyxels;
     const std::size_t n = phyxels.size();
+    solution_is_taken_ = false;
     const double far = sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
         double count = 0;
         for (std::size_t i = begin; i < end; ++i) {
@@ -46,6 +49,7 @@ bool ImplicitSolver::is_torn(const Job& job) {
                         {phyxels.rest_position, p_, phyxels.rotation, phyxels.plastic_strain}, job.parallel);
     for (std::size_t i = 0; i < n; ++i)
         if (whole_[i] != 0 && elastic_.is_distorted(i)) return true;
+    solution_is_taken_ = true;
     return false;
 }
 
@@ -152,19 +156,48 @@ void ImplicitSolver::start_guess(const Job& job) {
         supported_[piece_of(job, i)] |= held_[i] | phyxels.touching[i];
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
         d_[i].setZero();
+        p_[i].setZero();
         const bool supported = supported_[piece_of(job, i)] != 0;
-        if (held_[i] != 0 || !job.options.warm_start || !(known || supported)) return;
+        if (!job.options.warm_start || !(known || supported)) return;
         Vec3 acceleration = (phyxels.velocity[i] - phyxels.previous_velocity[i]) / job.input.dt;
         // A hit's jump of velocity is no acceleration that goes on.
         if (!known || phyxels.history_broken[i] != 0)
             acceleration = supported ? Vec3(Vec3::Zero()) : job.input.gravity;
-        const Vec3 guess = b_[i] * b_[i] * (acceleration - job.input.gravity);
-        if (!guess.allFinite()) return;
-        if (supported)
-            base_[i] += guess;
-        else
-            d_[i] = guess;
+        const Vec3 beyond = acceleration - job.input.gravity;
+        if (beyond.allFinite()) p_[i] = beyond;
     });
+    smooth_violent(job);
+    for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
+        if (held_[i] != 0) return;
+        if (supported_[piece_of(job, i)] != 0)
+            base_[i] += b_[i] * b_[i] * p_[i];
+        else
+            d_[i] = b_[i] * b_[i] * p_[i];
+    });
+}
+
+// p_, accelerations less gravity, twice smoothed: of pieces that are linearised there, large ones are taken
+// as the mean over what lies around. What a cut sets free springs back by hundreds of m/s^2 in one step and
+// by as much the other way in the next; linearised where that would go on, it would be torn from its
+// neighbours.
+void ImplicitSolver::smooth_violent(const Job& job) {
+    const Neighbourhoods& links = job.neighbourhoods;
+    const double calm = calm_share * job.input.gravity.norm();
+    const auto smooth = [&](const std::vector<Vec3>& from, std::vector<Vec3>& to) {
+        for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) {
+            to[i] = from[i];
+            if (supported_[piece_of(job, i)] == 0 || !(from[i].squaredNorm() > calm * calm)) return;
+            Vec3 sum = Vec3::Zero();
+            double weight = 0;
+            for (std::uint32_t l = links.offsets()[i]; l < links.offsets()[i + 1]; ++l) {
+                sum += links.weight()[l] * from[links.neighbour()[l]];
+                weight += links.weight()[l];
+            }
+            if (weight > 0) to[i] = own_share * from[i] + (1 - own_share) / weight * sum;
+        });
+    };
+    smooth(p_, q_);
+    smooth(q_, p_);
 }
 
 // The part of a force that a phyxel is free to follow.
@@ -203,6 +236,15 @@ double ImplicitSolver::wanted_residual(const Job& job, double tolerance) {
     const double right = std::max(sums.right, 100 * sums.borne);
     const double scale = sums.felt > 0 ? std::min(right, 100 * sums.felt) : right;
     return std::max(tolerance * tolerance * scale, sums.least);
+}
+
+// Whether d_ is zero.
+bool ImplicitSolver::is_at_base(const Job& job) {
+    return sum_(job.parallel, d_.size(), [&](std::size_t begin, std::size_t end) {
+               double count = 0;
+               for (std::size_t i = begin; i < end; ++i) count += !d_[i].isZero(0);
+               return count;
+           }) == 0;
 }
 
 // q_ = A d_, less the contacts' part.

@@ -108,7 +108,9 @@ class ImplicitSolver {
     bool is_torn(const Job& job);
     void right_side(const Job& job);
     void start_guess(const Job& job);
+    void smooth_violent(const Job& job);
     double wanted_residual(const Job& job, double tolerance);
+    bool is_at_base(const Job& job);
     void image_of_solution(const Job& job, bool exact);
     double square_of(const Job& job, std::span<const Vec3> of);
     double residual_of_image(const Job& job, bool exact, double& noise);
@@ -154,6 +156,7 @@ class ImplicitSolver {
     ChunkSumOf<double> slice_sum_;
     ChunkSumOf<WantedSums> wanted_sum_;
     bool exact_is_taken_ = false;          // exact_ has the tangents at base_
+    bool solution_is_taken_ = false;       // elastic_ has the state at p_, the solution
     std::vector<std::uint8_t> inverted_;   // per phyxel, det F <= 0 before the step
     std::vector<std::uint8_t> held_;       // per phyxel
     std::vector<std::uint8_t> whole_;      // per phyxel, not distorted at base_

@@ -53,6 +53,7 @@ struct ImplicitSolver::Group {
     bool revise(bool only_add);
     void solve(bool anew);
     double tolerance() const;
+    double loosest(double closest) const;
     double wanted_residual();
     double residual(bool exact, double& noise);
     double first_residual(double wanted);

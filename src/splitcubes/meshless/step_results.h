@@ -52,9 +52,11 @@ class MomentumKeeper {
 };
 
 /// Deformation at the phyxels' positions, into `elastic` and into the phyxels, then plastic
-/// flow over dt seconds. Returns the number of phyxels that were not finite.
+/// flow over dt seconds. Returns the number of phyxels that were not finite. taken: `elastic` has taken that
+/// state already, and 0 is returned.
 std::size_t deform_and_flow(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-                            double dt, SlicedElasticity& elastic, const Parallel& parallel);
+                            double dt, SlicedElasticity& elastic, const Parallel& parallel,
+                            bool taken = false);
 
 /// What describe_state sums.
 struct StateSums {
