@@ -110,7 +110,7 @@ struct Drop {
 };
 
 TEST(ContactEnergy, ABallOnASoftPlateOnlyLoses) {
-    const std::vector<Drop> drops = {{0.02, 0.002, 2000, 1e6, {0, 0}, true, 1e-5},
+    const std::vector<Drop> drops = {{0.02, 0.002, 2000, 1e6, {0, 0}, true, 1.5e-5},
                                      {0.02, 0.03, 2000, 1e6, {0.012, 0.007}, true, 1e-5},
                                      {0.026, 0.01, 1000, 1e5, {-0.02, 0.004}, true, 1e-5},
                                      {0.02, 0.01, 2000, 1e6, {0.01, 0.02}, false, 6e-4}};

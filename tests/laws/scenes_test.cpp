@@ -98,7 +98,8 @@ TEST(Scenes, TheBarBentPastItsYieldKeepsItsBendTheOtherSpringsBack) {
     // The end was 12 and 1.2 cm down; the bar is 5 cm thick.
     EXPECT_LT(lowest_of(past), -0.025 - 0.07);
     EXPECT_GT(lowest_of(past), -0.025 - 0.121);
-    EXPECT_NEAR(lowest_of(below), -0.025, 6e-4);
+    // Mass damping leaves exp(-2 * 1.3) of 1.2 cm in the 1.3 s since it was let go.
+    EXPECT_NEAR(lowest_of(below), -0.025, 9e-4);
 }
 
 TEST(Scenes, TheNotchedSheetTearsFromItsNotch) {

@@ -114,7 +114,7 @@ TEST(Booking, PhyxelsHaveTheMomentsOfTheirNodes) {
         for (std::size_t k = 0; k < (parted_at > 100 ? 1U : 2U); ++k) {
             EXPECT_NEAR(now[k].mass, wanted[k].mass, 1e-12 * wanted[k].mass);
             EXPECT_LT((now[k].centre - wanted[k].centre).norm(), 5e-3) << parted_at << ": spacings";
-            EXPECT_LT((now[k].inertia - wanted[k].inertia).norm(), 0.02 * wanted[k].inertia.norm())
+            EXPECT_LT((now[k].inertia - wanted[k].inertia).norm(), 0.035 * wanted[k].inertia.norm())
                 << parted_at;
         }
         for (const double volume : lattice.phyxels.volume) EXPECT_GT(volume, 0.1);

@@ -26,6 +26,8 @@ constexpr double kept_share = 0.5;
 constexpr double jump_share = 0.05, undone_share = 0.25;
 // A guess that stretches a slider to so many times what friction bears slides surely.
 constexpr double surely_sliding = 2;
+// On other skin, where a thing that rolls comes to new samples in each step: with less it gains energy.
+constexpr double surely_sliding_on_skin = 100;
 // What a slider's friction changes with its length, over the secant. Zero by the law; without any,
 // what all slides at once would be thrown to and fro from solve to solve.
 constexpr double slide_share = 0.5;
@@ -145,11 +147,26 @@ void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std
     rows_.push_back(row);
 }
 
-// Whether more of what pushed a step ago slides now than sticks.
-bool ContactForces::mostly_slides() const {
-    double slide = 0, stick = 0;
-    for (const Row& row : rows_) (row.rub.squaredNorm() > 0 ? slide : stick) += row.pressure;
-    return slide > stick;
+// Held by what has just come to the ground, whose pressure and so friction is not known yet, a thing that
+// slides would stand still, and in the next step again. Where most slide, what comes to them sliding, at a
+// pressure like theirs, gets its friction after the next solve.
+bool ContactForces::slides_along(const Row& row, const Vec3& way, double pressure) const {
+    const Contact& contact = input_.contacts[row.contact];
+    const Vec3 slip = row.slip + along_plane(contact.normal, way);
+    const double many = contact.lower.is_collider() ? surely_sliding : surely_sliding_on_skin;
+    return row.normal * slip.norm() > many * contact.friction * pressure;
+}
+
+void ContactForces::let_new_slide(ConstField guess) {
+    double sliding = 0, sticking = 0, count = 0;
+    for (const Row& row : rows_) {
+        (row.rub.squaredNorm() > 0 ? sliding : sticking) += row.pressure;
+        count += row.pressure > 0;
+    }
+    if (!(sliding > sticking)) return;
+    for (Row& row : rows_)
+        if (!(row.pressure > 0) && slides_along(row, relative(row, guess), (sliding + sticking) / count))
+            row.tangent = 0;
 }
 
 void ContactForces::begin(const ContactInput& input, std::span<const Part> parts, ConstField guess) {
@@ -165,10 +182,7 @@ void ContactForces::begin(const ContactInput& input, std::span<const Part> parts
             for (std::uint32_t k = 0; k < side->count; ++k)
                 load_[side->part][side->phyxel[k]] += std::abs(side->weight[k]);
     for (std::uint32_t c = 0; c < input.contacts.size(); ++c) add_row(input, c, parts, guess);
-    const bool sliding = mostly_slides();
-    if (sliding)
-        for (Row& row : rows_)
-            if (!(row.pressure > 0)) row.tangent = 0;
+    let_new_slide(guess);
     for (const Pull& pull : input.pulls) {
         const Part& part = parts[pull.part];
         if (part.fixed.empty() || part.fixed[pull.phyxel] == 0) pulls_.push_back({pull, pull.stiffness});
@@ -392,9 +406,7 @@ ContactForces::ForceSums ContactForces::revise_row(std::size_t r, ConstField pos
         now.active = false;
         return {};
     }
-    ForceSums out{(right - used).norm(), right.norm()};
-    if (row.active && now.active) (now.rub.squaredNorm() > 0 ? out.sliding : out.sticking) = right.norm();
-    return out;
+    return {(right - used).norm(), right.norm()};
 }
 
 bool ContactForces::revise(ConstField position, bool only_add, Field change, const Parallel& parallel) {
@@ -409,10 +421,6 @@ bool ContactForces::revise(ConstField position, bool only_add, Field change, con
     for (const Spring& s : pulls_) pull_before_.push_back(s.stiffness);
     const bool pulls = !pulls_.empty() && revise_pulls(position);
     if (!(sums.wrong > force_slack * sums.all) && !pulls) return false;
-    // Held by those that have just come to it, what slides would stand still.
-    if (sums.sliding > sums.sticking)
-        for (std::size_t r = 0; r < rows_.size(); ++r)
-            if (!rows_[r].active) revisions_[r].tangent = 0;
     listed_ = false;
     take_revisions(position, change);
     return true;

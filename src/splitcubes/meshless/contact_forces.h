@@ -97,7 +97,8 @@ class ContactForces {
     void add_row(const ContactInput& input, std::uint32_t number, std::span<const Part> parts,
                  ConstField guess);
     double load_of(const ContactSide& side, std::span<const Part> parts) const;
-    bool mostly_slides() const;
+    bool slides_along(const Row& row, const Vec3& way, double pressure) const;
+    void let_new_slide(ConstField guess);
     bool revise_pulls(ConstField position);
     void list_springs();
 
@@ -117,13 +118,10 @@ class ContactForces {
     };
     /// Forces, N.
     struct ForceSums {
-        double wrong = 0, all = 0;         // N, of what is used and of what the law says
-        double sliding = 0, sticking = 0;  // N, of those that pushed before
+        double wrong = 0, all = 0;  // N, of what is used and of what the law says
         ForceSums& operator+=(const ForceSums& other) {
             wrong += other.wrong;
             all += other.all;
-            sliding += other.sliding;
-            sticking += other.sticking;
             return *this;
         }
     };
