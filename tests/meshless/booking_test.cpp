@@ -121,6 +121,20 @@ TEST(Booking, PhyxelsHaveTheMomentsOfTheirNodes) {
     }
 }
 
+TEST(Booking, RebookTakesOverWhatBookingFromNothingFinds) {
+    Lattice lattice({8, 6, 5}, 1e9);
+    const Lattice parted({8, 6, 5}, 0.4);
+    const NodeBook nodes{parted.nodes, parted.volumes, parted.pieces};
+    Booking booking =
+        book({lattice.nodes, lattice.volumes, lattice.pieces}, lattice.phyxels, lattice.locator, threads);
+    lattice.phyxels.piece = parted.phyxels.piece;
+    rebook(booking, nodes, 1, lattice.locator, lattice.phyxels, threads);
+    const Booking fresh = book(nodes, parted.phyxels, parted.locator, threads);
+    EXPECT_EQ(booking.phyxel, fresh.phyxel);
+    EXPECT_EQ(booking.share, fresh.share);
+    EXPECT_EQ(booking.whole, fresh.whole);
+}
+
 TEST(Booking, EveryPieceWeighsWhatItsNodesWeigh) {
     Scene scene(2);
     scene.part(0.01, 1);

@@ -153,7 +153,7 @@ Booking book(const NodeBook& nodes, const Phyxels& phyxels, const PhyxelLocator&
     Bookkeeper keeper(phyxels, locator);
     for (std::size_t b = 0; b < nodes.rest_position.size(); ++b)
         keeper.add(nodes.rest_position[b], nodes.piece[b], booking);
-    keep_moments(nodes, phyxels, std::vector<std::uint8_t>(nodes.piece.size(), 1), booking, parallel);
+    keep_moments(nodes, phyxels, std::vector<std::uint8_t>(nodes.piece.size(), 1), {}, booking, parallel);
     return booking;
 }
 
@@ -208,7 +208,7 @@ void rebook(Booking& booking, const NodeBook& nodes, double density, const Phyxe
         fresh.unbooked += begin == end;
         fresh.offsets.push_back(static_cast<std::uint32_t>(fresh.phyxel.size()));
     }
-    keep_moments(nodes, phyxels, again, fresh, parallel);
+    keep_moments(nodes, phyxels, again, booking, fresh, parallel);
     std::vector<double> old_mass(piece_count, 0);  // of each piece's phyxels, as booked so far
     for (std::size_t i = 0; i < phyxels.size(); ++i)
         if (phyxels.piece[i] >= 0) old_mass[static_cast<std::size_t>(phyxels.piece[i])] += phyxels.mass[i];

@@ -26,13 +26,14 @@ struct Booking {
     std::vector<std::uint32_t> phyxel;   // per entry
     std::vector<double> share;           // per entry; a row sums to 1
     std::vector<std::int32_t> piece;     // per node, its piece when it was booked
-    std::size_t unbooked = 0;            // nodes of pieces without any phyxel: their row is empty
+    std::vector<std::uint8_t> whole;  // per node, 1: its shares are by its own row alone, none was taken back
+    std::size_t unbooked = 0;         // nodes of pieces without any phyxel: their row is empty
 
     std::size_t node_count() const { return offsets.empty() ? 0 : offsets.size() - 1; }
     /// For checkpoints.
     template <class Archive>
     void serialize(Archive& archive) {
-        archive(offsets, phyxel, share, piece, unbooked);
+        archive(offsets, phyxel, share, piece, whole, unbooked);
     }
 };
 

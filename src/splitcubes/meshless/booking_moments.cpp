@@ -48,9 +48,10 @@ class Row {
         for (std::size_t k = 0; k < share_.size(); ++k) {
             const Moments q = at(k);
             mean += share_[k] * q;
-            product += share_[k] * q * q.transpose();
+            product.triangularView<Eigen::Lower>() += (share_[k] * q) * q.transpose();
         }
-        product -= mean * mean.transpose();
+        product.triangularView<Eigen::Lower>() -= mean * mean.transpose();
+        product.triangularView<Eigen::StrictlyUpper>() = product.transpose();
         const Eigen::LDLT<Products> damped(product + damping * Products::Identity());
         Moments change = Moments::Zero();
         for (int pass = 0; pass <= refinements; ++pass) change -= damped.solve(mean + product * change);
@@ -81,6 +82,18 @@ class Row {
     double scale_ = 0;  // m
 };
 
+// Whether the shares of a row were found before; then they are written.
+bool take_known(const Booking& last, std::size_t node, std::span<const std::uint32_t> phyxel,
+                std::span<double> share) {
+    if (node >= last.node_count() || last.whole[node] == 0) return false;
+    const std::uint32_t begin = last.offsets[node], count = last.offsets[node + 1] - begin;
+    const auto known = std::span(last.phyxel).subspan(begin, count);
+    if (!std::equal(known.begin(), known.end(), phyxel.begin(), phyxel.end())) return false;
+    const auto shares = std::span(last.share).subspan(begin, count);
+    std::copy(shares.begin(), shares.end(), share.begin());
+    return true;
+}
+
 // Takes back as much of each piece's changes as leaves its phyxels enough volume.
 void keep_volumes(const NodeBook& nodes, const Phyxels& phyxels, std::span<const std::uint8_t> chosen,
                   std::span<const double> plain, Booking& booking) {
@@ -101,6 +114,7 @@ void keep_volumes(const NodeBook& nodes, const Phyxels& phyxels, std::span<const
     for (std::size_t b = 0; b < chosen.size(); ++b) {
         if (chosen[b] == 0 || booking.offsets[b] == booking.offsets[b + 1]) continue;
         const double kept = part[static_cast<std::size_t>(nodes.piece[b])];
+        booking.whole[b] = kept == 1;
         for (std::uint32_t e = booking.offsets[b]; kept < 1 && e < booking.offsets[b + 1]; ++e)
             booking.share[e] = plain[e] + kept * (booking.share[e] - plain[e]);
     }
@@ -109,15 +123,19 @@ void keep_volumes(const NodeBook& nodes, const Phyxels& phyxels, std::span<const
 }  // namespace
 
 void keep_moments(const NodeBook& nodes, const Phyxels& phyxels, std::span<const std::uint8_t> chosen,
-                  Booking& booking, const Parallel& parallel) {
+                  const Booking& last, Booking& booking, const Parallel& parallel) {
     assert(chosen.size() == booking.node_count());
     const std::vector<double> plain = booking.share;
+    booking.whole.assign(chosen.size(), 1);
+    for (std::size_t b = 0; b < last.node_count(); ++b)
+        if (chosen[b] == 0) booking.whole[b] = last.whole[b];
     parallel.for_each(chosen.size(), grain, [&](std::size_t b) {
         const std::uint32_t begin = booking.offsets[b], count = booking.offsets[b + 1] - begin;
         if (chosen[b] == 0 || count < 2) return;
-        Row(nodes.rest_position[b], phyxels, std::span(booking.phyxel).subspan(begin, count),
-            std::span(booking.share).subspan(begin, count))
-            .keep_moments();
+        const auto phyxel = std::span(booking.phyxel).subspan(begin, count);
+        const auto share = std::span(booking.share).subspan(begin, count);
+        if (!take_known(last, b, phyxel, share))
+            Row(nodes.rest_position[b], phyxels, phyxel, share).keep_moments();
     });
     keep_volumes(nodes, phyxels, chosen, plain, booking);
 }

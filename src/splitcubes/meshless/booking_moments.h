@@ -16,8 +16,9 @@ namespace splitcubes::meshless {
 /// so that parting moves nothing and what spins goes on spinning as fast. Shares may fall below zero; the sum
 /// over a phyxel does not fall below 0.3 of what it was: else all of the piece's shares change by less.
 ///
-/// chosen: 1 per node whose row is to change; pieces are chosen as wholes.
+/// chosen: 1 per node whose row is to change; pieces are chosen as wholes. last: an earlier result for the
+/// first of these nodes: where a row has the same phyxels its shares are the same and are taken from there.
 void keep_moments(const NodeBook& nodes, const Phyxels& phyxels, std::span<const std::uint8_t> chosen,
-                  Booking& booking, const Parallel& parallel);
+                  const Booking& last, Booking& booking, const Parallel& parallel);
 
 }  // namespace splitcubes::meshless
