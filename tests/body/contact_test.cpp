@@ -157,6 +157,36 @@ TEST(Contact, SlopeHoldsBelowItsFrictionAndSlidesAbove) {
     }
 }
 
+TEST(Contact, ABodySlidesOnAnotherAsCoulombSays) {
+    const double friction = 0.2, time = 0.25;
+    // On the contacts' own lattice, and off it.
+    for (const double spacing : {0.015, 0.0125}) {
+        WorldSettings settings = falling();
+        settings.contact.friction = friction;
+        settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0};
+        World world(settings, threads(2));
+        world.add_body(box_at(Vec3(0.45, 0.12, 0.03), Vec3(0, 0, 0.0151)), rubber(0.015, 5e5));
+        BodySettings thrown = rubber(spacing, 5e5);
+        thrown.velocity = Vec3(1.2, 0, 0);
+        Body& upper = world.add_body(box_at(Vec3(0.09, 0.09, 0.03), Vec3(-0.15, 0, 0.0452)), thrown);
+        StepReport report;
+        for (int step = 0; step < 6; ++step) report = world.step();
+        const meshless::Momenta before = meshless::total_momenta(upper.phyxels());
+        const double both = report.momentum.x();
+        const int steps = static_cast<int>(std::lround(time * 60));
+        int iterations = 0;
+        for (int step = 0; step < steps; ++step) {
+            report = world.step();
+            iterations = std::max(iterations, report.solver_iterations);
+        }
+        const double lost = before.linear.x() - meshless::total_momenta(upper.phyxels()).linear.x();
+        const double wanted = friction * 9.81 * before.mass * steps / 60;
+        EXPECT_NEAR(lost, wanted, 0.05 * wanted) << "spacing " << spacing;
+        EXPECT_NEAR(report.momentum.x(), both, 1e-9 * both) << "the other takes it";
+        EXPECT_LT(iterations, 300);
+    }
+}
+
 TEST(Contact, AMovingColliderPushes) {
     World world(free_space(), threads(1));
     Body& body = world.add_body(geometry::make_box(Vec3::Constant(0.05)), rubber(0.0125));

@@ -26,8 +26,9 @@ constexpr double kept_share = 0.5;
 constexpr double jump_share = 0.05, undone_share = 0.25;
 // A guess that stretches a slider to so many times what friction bears slides surely.
 constexpr double surely_sliding = 2;
-// On other skin, where a thing that rolls comes to new samples in each step: with less it gains energy.
-constexpr double surely_sliding_on_skin = 100;
+// Of so few contacts a thing may roll, whose skin meets new samples in each step: what has just come to
+// them does not slide because others do.
+constexpr std::size_t least_sliding = 8;
 // What a slider's friction changes with its length, over the secant. Zero by the law; without any,
 // what all slides at once would be thrown to and fro from solve to solve.
 constexpr double slide_share = 0.5;
@@ -147,26 +148,28 @@ void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std
     rows_.push_back(row);
 }
 
-// Held by what has just come to the ground, whose pressure and so friction is not known yet, a thing that
+void ContactForces::Sliders::add(bool slides, double pressure) {
+    if (!(pressure > 0)) return;
+    (slides ? sliding : sticking) += pressure;
+    ++count;
+}
+
+// Held by what has just come to touch, whose pressure and so friction is not known yet, a thing that
 // slides would stand still, and in the next step again. Where most slide, what comes to them sliding, at a
 // pressure like theirs, gets its friction after the next solve.
-bool ContactForces::slides_along(const Row& row, const Vec3& way, double pressure) const {
+bool ContactForces::slides_along(const Row& row, const Vec3& way, const Sliders& rest) const {
+    if (rest.count < least_sliding || !(rest.sliding > rest.sticking)) return false;
     const Contact& contact = input_.contacts[row.contact];
     const Vec3 slip = row.slip + along_plane(contact.normal, way);
-    const double many = contact.lower.is_collider() ? surely_sliding : surely_sliding_on_skin;
-    return row.normal * slip.norm() > many * contact.friction * pressure;
+    const double pressure = (rest.sliding + rest.sticking) / static_cast<double>(rest.count);
+    return row.normal * slip.norm() > surely_sliding * contact.friction * pressure;
 }
 
 void ContactForces::let_new_slide(ConstField guess) {
-    double sliding = 0, sticking = 0, count = 0;
-    for (const Row& row : rows_) {
-        (row.rub.squaredNorm() > 0 ? sliding : sticking) += row.pressure;
-        count += row.pressure > 0;
-    }
-    if (!(sliding > sticking)) return;
+    Sliders rest;
+    for (const Row& row : rows_) rest.add(row.rub.squaredNorm() > 0, row.pressure);
     for (Row& row : rows_)
-        if (!(row.pressure > 0) && slides_along(row, relative(row, guess), (sliding + sticking) / count))
-            row.tangent = 0;
+        if (!(row.pressure > 0) && slides_along(row, relative(row, guess), rest)) row.tangent = 0;
 }
 
 void ContactForces::begin(const ContactInput& input, std::span<const Part> parts, ConstField guess) {
@@ -401,12 +404,15 @@ ContactForces::ForceSums ContactForces::revise_row(std::size_t r, ConstField pos
     }
     // One that begins to push now overlaps by what the solve did not know of: its pressure, and so the
     // friction that it can bear, are known after the next solve only.
-    if (!row.active && contact.friction > 0) now.tangent = row.normal;
+    now.begins = now.active && !row.active;
+    if (now.begins && contact.friction > 0) now.tangent = row.normal;
     if (!way.allFinite()) {
-        now.active = false;
+        now.active = now.begins = false;
         return {};
     }
-    return {(right - used).norm(), right.norm()};
+    ForceSums sums{(right - used).norm(), right.norm(), {}};
+    if (!now.begins) sums.rest.add(now.rub.squaredNorm() > 0, contact.normal.dot(right));
+    return sums;
 }
 
 bool ContactForces::revise(ConstField position, bool only_add, Field change, const Parallel& parallel) {
@@ -422,14 +428,15 @@ bool ContactForces::revise(ConstField position, bool only_add, Field change, con
     const bool pulls = !pulls_.empty() && revise_pulls(position);
     if (!(sums.wrong > force_slack * sums.all) && !pulls) return false;
     listed_ = false;
-    take_revisions(position, change);
+    take_revisions(position, sums.rest, change);
     return true;
 }
 
-void ContactForces::take_revisions(ConstField position, Field change) {
+void ContactForces::take_revisions(ConstField position, const Sliders& rest, Field change) {
     for (std::size_t r = 0; r < rows_.size(); ++r) {
         Row& row = rows_[r];
-        const Revision& now = revisions_[r];
+        Revision& now = revisions_[r];
+        if (now.begins && slides_along(row, now.way, rest)) now.tangent = 0;
         row.active = now.active;
         row.push = now.push;
         row.tangent = now.tangent;

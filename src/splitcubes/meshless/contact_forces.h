@@ -97,7 +97,19 @@ class ContactForces {
     void add_row(const ContactInput& input, std::uint32_t number, std::span<const Part> parts,
                  ConstField guess);
     double load_of(const ContactSide& side, std::span<const Part> parts) const;
-    bool slides_along(const Row& row, const Vec3& way, double pressure) const;
+    /// Of the rows that push and did before: how much of their pressure is borne sliding.
+    struct Sliders {
+        double sliding = 0, sticking = 0;  // N
+        std::size_t count = 0;
+        void add(bool slides, double pressure);
+        Sliders& operator+=(const Sliders& other) {
+            sliding += other.sliding;
+            sticking += other.sticking;
+            count += other.count;
+            return *this;
+        }
+    };
+    bool slides_along(const Row& row, const Vec3& way, const Sliders& rest) const;
     void let_new_slide(ConstField guess);
     bool revise_pulls(ConstField position);
     void list_springs();
@@ -109,7 +121,7 @@ class ContactForces {
     std::vector<ContactMemory> next_;
     /// Of revise, per row.
     struct Revision {
-        bool active = false;
+        bool active = false, begins = false;
         double tangent = 0;        // N/m
         double push = 0;           // m
         Vec3 rub = Vec3::Zero();   // N
@@ -119,14 +131,16 @@ class ContactForces {
     /// Forces, N.
     struct ForceSums {
         double wrong = 0, all = 0;  // N, of what is used and of what the law says
+        Sliders rest;
         ForceSums& operator+=(const ForceSums& other) {
             wrong += other.wrong;
             all += other.all;
+            rest += other.rest;
             return *this;
         }
     };
     ForceSums revise_row(std::size_t r, ConstField position, bool only_add);
-    void take_revisions(ConstField position, Field change);
+    void take_revisions(ConstField position, const Sliders& rest, Field change);
     std::vector<Revision> revisions_;
     std::vector<Vec3> pulled_;  // N, per handle
     /// Springs that push, for the products of a solve.

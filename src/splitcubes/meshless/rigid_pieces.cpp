@@ -1,10 +1,12 @@
 #include <splitcubes/meshless/phyxels.h>
 #include <splitcubes/meshless/rigid_pieces.h>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 
 namespace splitcubes::meshless {
 
@@ -12,7 +14,6 @@ namespace {
 
 // Angle that a substep turns by at most, rad.
 constexpr double most_turn = 0.2;
-constexpr int most_substeps = 4096;
 constexpr int most_rounds = 60;
 
 Mat3 cross_matrix(const Vec3& v) {
@@ -29,6 +30,19 @@ Mat3 cayley(const Vec3& v) {
 
 Mat3 inertia_of(const Mat3& second_moment) {
     return second_moment.trace() * Mat3::Identity() - second_moment;
+}
+
+// Turns about the axis of its spin at the rate that it turns about it now. The body sees spin where it
+// was, so both spin and energy stay whatever the angle.
+void precess(RigidPiece& body, double dt) {
+    const double spin = body.spin.norm();
+    if (!(spin > 0) || !std::isfinite(spin)) return;
+    const Vec3 axis = body.spin / spin;
+    const double angle = std::remainder(body.angular_velocity().dot(axis) * dt, 2 * std::numbers::pi);
+    if (!std::isfinite(angle)) return;
+    body.rotation = Quat(Mat3(Eigen::AngleAxisd(angle, axis).toRotationMatrix() * body.rotation))
+                        .normalized()
+                        .toRotationMatrix();
 }
 
 }  // namespace
@@ -73,11 +87,15 @@ void weigh(const RigidCubes& cubes, RigidPiece& body) {
     body.inertia = inertia_of(body.shape * second * body.shape.transpose());
 }
 
-void turn_freely(RigidPiece& body, double dt) {
+void turn_freely(RigidPiece& body, double dt, int most_substeps) {
     const Mat3 inverse = body.inertia.inverse();
     const double fastest = body.spin.norm() * inverse.norm();  // rad/s, no less than it ever turns
     const double wanted = std::ceil(fastest * dt / most_turn);
-    const int substeps = wanted < most_substeps ? std::max(1, static_cast<int>(wanted)) : most_substeps;
+    if (!(wanted <= std::max(1, most_substeps))) {
+        precess(body, dt);
+        return;
+    }
+    const int substeps = std::max(1, static_cast<int>(wanted));
     const double h = dt / substeps;
     for (int k = 0; k < substeps; ++k) {
         const Vec3 before = body.rotation.transpose() * body.spin;

@@ -96,8 +96,10 @@ void weigh(const RigidCubes& cubes, RigidPiece& body);
 /// rotation goes on by the implicit midpoint rule for Euler's equations in its own frame
 /// with Cayley's map. That keeps spin and kinetic energy, both quadratic in the body's
 /// own angular momentum, to rounding at any dt (Austin, Krishnaprasad and Wang 1993;
-/// Simo and Wong 1991); substeps of a fifth of a radian make it accurate.
-void turn_freely(RigidPiece& body, double dt);
+/// Simo and Wong 1991); substeps of a fifth of a radian make it accurate. What would take more than
+/// most_substeps of them turns about the axis of its spin at the rate that it has about it: both are kept,
+/// and what it costs is bounded; its nutation, far faster than a step, is left out.
+void turn_freely(RigidPiece& body, double dt, int most_substeps = 4096);
 
 /// What total_momenta says of phyxels, of a rigid piece.
 Momenta momenta_of(const RigidPiece& body);

@@ -12,6 +12,8 @@ namespace {
 // Angle that a substep of a piece among obstacles turns by at most, rad.
 constexpr double most_turn = 0.1;
 constexpr int most_substeps = 256;
+// Substeps of its turning, in all of these together.
+constexpr int most_turning_substeps = 4096;
 constexpr int most_rounds = 40;
 // Share of the speed that gravity gives in a substep below which a touching piece rests.
 constexpr double resting_share = 0.02;
@@ -188,7 +190,7 @@ void fall_on_obstacles(const RigidPieces& rigid, const StepInput& input, double 
         const bool touches = meet_obstacles(rigid, input, static_cast<double>(k) / substeps, h, body);
         body.touching = touches;
         body.centre += touches ? Vec3(h * body.velocity()) : Vec3(0.5 * h * (before + body.velocity()));
-        turn_freely(body, h);
+        turn_freely(body, h, most_turning_substeps / substeps);
     }
     // What it sank, since places go round on arcs, and a share of how deep it was before.
     for (std::size_t k = 0; k < depth.size(); ++k) {
