@@ -42,18 +42,20 @@ double potential(const World& world) {
 
 // Steps and holds the energy (kinetic, elastic, of height and of the contacts' springs) against the least
 // that there has been: it may rise by `share` of what it has lost by then, which the linear solve of a
-// turning body accounts for. `least`: J, of which nobody speaks. Returns the last report.
+// turning body accounts for. `least`: J, of which nobody speaks on the way. Returns the last report.
+constexpr double least_at_end = 1e-5;
+
 StepReport expect_only_losses(World& world, int steps, double share, double least) {
-    double first = 0, lowest = 0;
+    double first = 0, lowest = 0, now = 0;
     StepReport report;
     for (int step = 0; step < steps; ++step) {
         report = world.step();
-        const double now =
-            report.kinetic_energy + report.elastic_energy + report.contact_energy + potential(world);
+        now = report.kinetic_energy + report.elastic_energy + report.contact_energy + potential(world);
         if (step == 0) first = lowest = now;
         EXPECT_LT(now - lowest, least + share * (first - lowest)) << "step " << step;
         lowest = std::min(lowest, now);
     }
+    EXPECT_LT(now - lowest, least_at_end + share * (first - lowest)) << "what rose falls again";
     return report;
 }
 
@@ -113,7 +115,7 @@ TEST(ContactEnergy, ABallOnASoftPlateOnlyLoses) {
     const std::vector<Drop> drops = {{0.02, 0.002, 2000, 1e6, {0, 0}, true, 1.5e-5},
                                      {0.02, 0.03, 2000, 1e6, {0.012, 0.007}, true, 1e-5},
                                      {0.026, 0.01, 1000, 1e5, {-0.02, 0.004}, true, 1e-5},
-                                     {0.02, 0.01, 2000, 1e6, {0.01, 0.02}, false, 6e-4}};
+                                     {0.02, 0.01, 2000, 1e6, {0.01, 0.02}, false, 3e-3}};
     for (const Drop& drop : drops) {
         SCOPED_TRACE(testing::Message() << drop.radius << " " << drop.place.transpose());
         WorldSettings settings = world_settings();

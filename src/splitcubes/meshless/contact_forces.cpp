@@ -22,13 +22,10 @@ constexpr double deep_share = 0.02, deep_share_of_skins = 1;
 // Share of that which it is left at.
 constexpr double kept_share = 0.5;
 // Shares of the lift: by how much a contact may be found deeper than it was left, and how much of an
-// overlap that no spring holds is undone in a step.
+// overlap that no spring holds is undone in a step at most.
 constexpr double jump_share = 0.05, undone_share = 0.25;
 // A guess that stretches a slider to so many times what friction bears slides surely.
 constexpr double surely_sliding = 2;
-// Of so few contacts a thing may roll, whose skin meets new samples in each step: what has just come to
-// them does not slide because others do.
-constexpr std::size_t least_sliding = 8;
 // What a slider's friction changes with its length, over the secant. Zero by the law; without any,
 // what all slides at once would be thrown to and fro from solve to solve.
 constexpr double slide_share = 0.5;
@@ -128,9 +125,9 @@ void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std
         if (!contact.lower.is_collider() && memory->stiffness > 0) {
             // Found deeper than it was left, since other skin is nearest now: no compressed spring either.
             const double left = memory->allowed - memory->pressure / memory->stiffness;
-            row.allowed += std::min(0.0, contact.gap - left + jump_share * contact.lift);
+            row.sunk = -std::min(0.0, contact.gap - left + jump_share * contact.lift);
+            row.allowed -= row.sunk;
         }
-        row.allowed = std::min(0.0, row.allowed + undone_share * contact.lift);
         // A spring that grew stiffer or softer under load would make or lose energy.
         if (memory->stiffness > row.normal / most_change && memory->stiffness < row.normal * most_change)
             row.normal = memory->stiffness;
@@ -138,38 +135,38 @@ void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std
     const Vec3 way = relative(row, guess);
     // What pushed goes on pushing, and what comes nearer by its own velocity begins to; a guess with gravity
     // in it would press the whole underside of a thing that stands on a few points.
-    row.active = row.pressure > 0 || contact.gap + contact.normal.dot(coasting(contact, parts)) < row.allowed;
+    const double met = row.allowed - contact.gap - contact.normal.dot(coasting(contact, parts));
+    row.active = row.pressure > 0 || met > 0;
     row.tangent = contact.friction > 0 ? row.normal : 0;
-    if (row.pressure > 0 && contact.friction > 0) {
-        const Vec3 slip = row.slip + along_plane(contact.normal, way);
+    const Vec3 slip = row.slip + along_plane(contact.normal, way);
+    const double stretch = row.tangent * slip.norm();
+    if (row.pressure > 0) {
         const double limit = contact.friction * row.pressure;
-        if (row.tangent * slip.norm() > surely_sliding * limit) slide(slip, limit, row.tangent, row.rub);
+        if (stretch > surely_sliding * limit) slide(slip, limit, row.tangent, row.rub);
+    } else if (row.active) {
+        const double deep = std::max(met, row.allowed - contact.gap - contact.normal.dot(way));
+        const double limit = contact.friction * row.normal * deep;
+        if (stretch > limit) row.tangent *= limit / stretch;
     }
     rows_.push_back(row);
 }
 
-void ContactForces::Sliders::add(bool slides, double pressure) {
-    if (!(pressure > 0)) return;
-    (slides ? sliding : sticking) += pressure;
-    ++count;
-}
-
-// Held by what has just come to touch, whose pressure and so friction is not known yet, a thing that
-// slides would stand still, and in the next step again. Where most slide, what comes to them sliding, at a
-// pressure like theirs, gets its friction after the next solve.
-bool ContactForces::slides_along(const Row& row, const Vec3& way, const Sliders& rest) const {
-    if (rest.count < least_sliding || !(rest.sliding > rest.sticking)) return false;
-    const Contact& contact = input_.contacts[row.contact];
-    const Vec3 slip = row.slip + along_plane(contact.normal, way);
-    const double pressure = (rest.sliding + rest.sticking) / static_cast<double>(rest.count);
-    return row.normal * slip.norm() > surely_sliding * contact.friction * pressure;
-}
-
-void ContactForces::let_new_slide(ConstField guess) {
-    Sliders rest;
-    for (const Row& row : rows_) rest.add(row.rub.squaredNorm() > 0, row.pressure);
-    for (Row& row : rows_)
-        if (!(row.pressure > 0) && slides_along(row, relative(row, guess), rest)) row.tangent = 0;
+// A collider undoes an overlap at its own cost. Between skins that bear something it is work that nothing
+// pays for: jammed splinters of a stiff plate were pressed by it until they flew. What pieces sink into each
+// other by, as they slide from sample to sample, has taken as much; no more than that is given back.
+void ContactForces::undo_overlaps() {
+    const auto undone = [&](const Row& row) {
+        return row.pressure > 0 ? std::min(undone_share * input_.contacts[row.contact].lift, -row.allowed)
+                                : 0;
+    };
+    const auto on_collider = [&](const Row& row) { return input_.contacts[row.contact].lower.is_collider(); };
+    double sunk = 0, wanted = 0;  // J
+    for (const Row& row : rows_) {
+        sunk += row.pressure * row.sunk;
+        if (!on_collider(row)) wanted += row.pressure * undone(row);
+    }
+    const double share = wanted > sunk ? sunk / wanted : 1;
+    for (Row& row : rows_) row.allowed += (on_collider(row) ? 1 : share) * undone(row);
 }
 
 void ContactForces::begin(const ContactInput& input, std::span<const Part> parts, ConstField guess) {
@@ -185,7 +182,7 @@ void ContactForces::begin(const ContactInput& input, std::span<const Part> parts
             for (std::uint32_t k = 0; k < side->count; ++k)
                 load_[side->part][side->phyxel[k]] += std::abs(side->weight[k]);
     for (std::uint32_t c = 0; c < input.contacts.size(); ++c) add_row(input, c, parts, guess);
-    let_new_slide(guess);
+    undo_overlaps();
     for (const Pull& pull : input.pulls) {
         const Part& part = parts[pull.part];
         if (part.fixed.empty() || part.fixed[pull.phyxel] == 0) pulls_.push_back({pull, pull.stiffness});
@@ -398,21 +395,18 @@ ContactForces::ForceSums ContactForces::revise_row(std::size_t r, ConstField pos
     std::swap(row.push, now.push);
     now.active = right.squaredNorm() > 0 || (row.active && only_add);
     if (row.active && only_add && !(right.squaredNorm() > 0)) now.tangent = 0;
-    if (now.active && now.tangent > 0 && now.tangent < row.normal) {
+    // One that begins to push overlaps by what the solve did not know of. The spring that friction at such a
+    // pressure stretches neither holds what slides, as a full one would in each step again, nor pushes
+    // by itself, as a given force would.
+    if (row.active && now.active && now.tangent > 0 && now.tangent < row.normal) {
         const Vec3 slip = row.slip + along_plane(contact.normal, way);
         slide(slip, now.tangent * slip.norm(), now.tangent, now.rub);
     }
-    // One that begins to push now overlaps by what the solve did not know of: its pressure, and so the
-    // friction that it can bear, are known after the next solve only.
-    now.begins = now.active && !row.active;
-    if (now.begins && contact.friction > 0) now.tangent = row.normal;
     if (!way.allFinite()) {
-        now.active = now.begins = false;
+        now.active = false;
         return {};
     }
-    ForceSums sums{(right - used).norm(), right.norm(), {}};
-    if (!now.begins) sums.rest.add(now.rub.squaredNorm() > 0, contact.normal.dot(right));
-    return sums;
+    return {(right - used).norm(), right.norm()};
 }
 
 bool ContactForces::revise(ConstField position, bool only_add, Field change, const Parallel& parallel) {
@@ -428,15 +422,14 @@ bool ContactForces::revise(ConstField position, bool only_add, Field change, con
     const bool pulls = !pulls_.empty() && revise_pulls(position);
     if (!(sums.wrong > force_slack * sums.all) && !pulls) return false;
     listed_ = false;
-    take_revisions(position, sums.rest, change);
+    take_revisions(position, change);
     return true;
 }
 
-void ContactForces::take_revisions(ConstField position, const Sliders& rest, Field change) {
+void ContactForces::take_revisions(ConstField position, Field change) {
     for (std::size_t r = 0; r < rows_.size(); ++r) {
         Row& row = rows_[r];
-        Revision& now = revisions_[r];
-        if (now.begins && slides_along(row, now.way, rest)) now.tangent = 0;
+        const Revision& now = revisions_[r];
         row.active = now.active;
         row.push = now.push;
         row.tangent = now.tangent;

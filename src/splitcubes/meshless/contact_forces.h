@@ -79,6 +79,7 @@ class ContactForces {
         double normal = 0;                                     // N/m
         double tangent = 0;                                    // N/m, now; of a slider a share of its secant
         double allowed = 0;                                    // m, the gap above which nothing pushes, <= 0
+        double sunk = 0;                                       // m, found deeper than it was left
         double push = 0;                                       // m, added to that for this step by a hit
         Vec3 slip = Vec3::Zero();                              // m, before the step
         Vec3 rub = Vec3::Zero();                               // N, friction as a given force
@@ -97,20 +98,7 @@ class ContactForces {
     void add_row(const ContactInput& input, std::uint32_t number, std::span<const Part> parts,
                  ConstField guess);
     double load_of(const ContactSide& side, std::span<const Part> parts) const;
-    /// Of the rows that push and did before: how much of their pressure is borne sliding.
-    struct Sliders {
-        double sliding = 0, sticking = 0;  // N
-        std::size_t count = 0;
-        void add(bool slides, double pressure);
-        Sliders& operator+=(const Sliders& other) {
-            sliding += other.sliding;
-            sticking += other.sticking;
-            count += other.count;
-            return *this;
-        }
-    };
-    bool slides_along(const Row& row, const Vec3& way, const Sliders& rest) const;
-    void let_new_slide(ConstField guess);
+    void undo_overlaps();
     bool revise_pulls(ConstField position);
     void list_springs();
 
@@ -121,7 +109,7 @@ class ContactForces {
     std::vector<ContactMemory> next_;
     /// Of revise, per row.
     struct Revision {
-        bool active = false, begins = false;
+        bool active = false;
         double tangent = 0;        // N/m
         double push = 0;           // m
         Vec3 rub = Vec3::Zero();   // N
@@ -131,16 +119,14 @@ class ContactForces {
     /// Forces, N.
     struct ForceSums {
         double wrong = 0, all = 0;  // N, of what is used and of what the law says
-        Sliders rest;
         ForceSums& operator+=(const ForceSums& other) {
             wrong += other.wrong;
             all += other.all;
-            rest += other.rest;
             return *this;
         }
     };
     ForceSums revise_row(std::size_t r, ConstField position, bool only_add);
-    void take_revisions(ConstField position, const Sliders& rest, Field change);
+    void take_revisions(ConstField position, Field change);
     std::vector<Revision> revisions_;
     std::vector<Vec3> pulled_;  // N, per handle
     /// Springs that push, for the products of a solve.
