@@ -18,7 +18,17 @@ std::size_t piece_limit(std::span<const std::int32_t> a, std::span<const std::in
     return static_cast<std::size_t>(highest + 1);
 }
 
-// Books one node after another.
+constexpr std::size_t book_grain = 512;  // nodes a chunk
+
+// Rows of some consecutive nodes.
+struct Rows {
+    std::vector<std::uint32_t> count, phyxel;
+    std::vector<double> share;
+    std::vector<std::uint32_t> near;  // scratch
+    std::size_t unbooked = 0;
+};
+
+// Books nodes, any number of them at a time on several threads, each with its own rows.
 class Bookkeeper {
   public:
     Bookkeeper(const Phyxels& phyxels, const PhyxelLocator& locator) : phyxels_(phyxels), locator_(locator) {
@@ -30,26 +40,47 @@ class Bookkeeper {
                 members_[static_cast<std::size_t>(phyxels.piece[i])].push_back(static_cast<std::uint32_t>(i));
     }
 
-    void add(const Vec3& node, std::int32_t piece, Booking& booking) {
-        locator_.near(node, reach_, near_);
+    void add(const Vec3& node, std::int32_t piece, Rows& rows) const {
+        locator_.near(node, reach_, rows.near);
+        if (!share_out(node, piece, rows.near, rows)) add_nearest(node, piece, rows);
+    }
+
+    // The same for a node whose row held `row`, ascending, where no phyxel or support is another since:
+    // pieces part and never join, so nobody else can have come to it. Reading them spares the search.
+    void add_again(const Vec3& node, std::int32_t piece, std::span<const std::uint32_t> row,
+                   Rows& rows) const {
+        if (!share_out(node, piece, row, rows)) add(node, piece, rows);
+    }
+
+    void copy(std::span<const std::uint32_t> row, std::span<const double> shares, Rows& rows) const {
+        rows.phyxel.insert(rows.phyxel.end(), row.begin(), row.end());
+        rows.share.insert(rows.share.end(), shares.begin(), shares.end());
+        rows.count.push_back(static_cast<std::uint32_t>(row.size()));
+        rows.unbooked += row.empty();
+    }
+
+  private:
+    // By kernel weight; false, and nothing, where none of them reaches the node.
+    bool share_out(const Vec3& node, std::int32_t piece, std::span<const std::uint32_t> candidates,
+                   Rows& rows) const {
         double total = 0;
-        const std::size_t begin = booking.phyxel.size();
-        for (const std::uint32_t i : near_) {
+        const std::size_t begin = rows.phyxel.size();
+        for (const std::uint32_t i : candidates) {
             if (phyxels_.piece[i] != piece) continue;
             const double distance_squared = (phyxels_.rest_position[i] - node).squaredNorm();
             const double w = kernel(distance_squared, phyxels_.support_radius[i]);
             if (!(w > 0)) continue;
-            booking.phyxel.push_back(i);
-            booking.share.push_back(w);
+            rows.phyxel.push_back(i);
+            rows.share.push_back(w);
             total += w;
         }
-        for (std::size_t k = begin; k < booking.share.size(); ++k) booking.share[k] /= total;
-        if (begin == booking.phyxel.size()) add_nearest(node, piece, booking);
-        booking.offsets.push_back(static_cast<std::uint32_t>(booking.phyxel.size()));
+        if (begin == rows.phyxel.size()) return false;
+        for (std::size_t k = begin; k < rows.share.size(); ++k) rows.share[k] /= total;
+        rows.count.push_back(static_cast<std::uint32_t>(rows.phyxel.size() - begin));
+        return true;
     }
 
-  private:
-    void add_nearest(const Vec3& node, std::int32_t piece, Booking& booking) const {
+    void add_nearest(const Vec3& node, std::int32_t piece, Rows& rows) const {
         double least = std::numeric_limits<double>::infinity();
         std::uint32_t nearest = 0;
         if (piece >= 0 && static_cast<std::size_t>(piece) < members_.size())
@@ -59,20 +90,42 @@ class Bookkeeper {
                 least = distance_squared;
                 nearest = i;
             }
-        if (least < std::numeric_limits<double>::infinity()) {
-            booking.phyxel.push_back(nearest);
-            booking.share.push_back(1);
-        } else {
-            ++booking.unbooked;
+        const bool found = least < std::numeric_limits<double>::infinity();
+        if (found) {
+            rows.phyxel.push_back(nearest);
+            rows.share.push_back(1);
         }
+        rows.count.push_back(found ? 1 : 0);
+        rows.unbooked += !found;
     }
 
     const Phyxels& phyxels_;
     const PhyxelLocator& locator_;
     double reach_ = 0;                                 // m, largest support radius
     std::vector<std::vector<std::uint32_t>> members_;  // per piece, its phyxels ascending
-    std::vector<std::uint32_t> near_;
 };
+
+// Calls add(node, rows) for every node and puts the rows together in order.
+template <class Add>
+void book_all(std::size_t nodes, const Add& add, Booking& booking, const Parallel& parallel) {
+    std::vector<Rows> chunks((nodes + book_grain - 1) / book_grain);
+    parallel.for_chunks(nodes, book_grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t b = begin; b < end; ++b) add(b, chunks[begin / book_grain]);
+    });
+    std::size_t entries = 0;
+    for (const Rows& rows : chunks) entries += rows.phyxel.size();
+    booking.offsets.assign(1, 0);
+    booking.offsets.reserve(nodes + 1);
+    booking.phyxel.reserve(entries);
+    booking.share.reserve(entries);
+    for (const Rows& rows : chunks) {
+        for (const std::uint32_t count : rows.count)
+            booking.offsets.push_back(booking.offsets.back() + count);
+        booking.phyxel.insert(booking.phyxel.end(), rows.phyxel.begin(), rows.phyxel.end());
+        booking.share.insert(booking.share.end(), rows.share.begin(), rows.share.end());
+        booking.unbooked += rows.unbooked;
+    }
+}
 
 // What the nodes of a piece carry, about a reference that moves along.
 struct Carried {
@@ -89,9 +142,17 @@ struct Reference {
 
 using Fates = std::vector<std::uint8_t>;  // per new piece, 1 = nodes or phyxels differ from the old piece
 
+// Per phyxel, 1 where a row names it; else it is new to the booking, or was without share.
+std::vector<std::uint8_t> booked_phyxels(const Booking& booking, std::size_t phyxels) {
+    std::vector<std::uint8_t> booked(phyxels, 0);
+    for (const std::uint32_t i : booking.phyxel) booked[i] = 1;
+    return booked;
+}
+
 // The new pieces that are not one old piece as it was.
 Fates changed_pieces(const Booking& booking, const NodeBook& nodes, const Phyxels& phyxels,
-                     std::size_t piece_count, std::vector<std::int32_t>& old_piece) {
+                     std::span<const std::uint8_t> booked, std::size_t piece_count,
+                     std::vector<std::int32_t>& old_piece) {
     Fates changed(piece_count, 0);
     old_piece.assign(piece_count, -1);
     const std::size_t known = booking.node_count();
@@ -114,9 +175,6 @@ Fates changed_pieces(const Booking& booking, const NodeBook& nodes, const Phyxel
         if (new_size[k] > 0 &&
             (old_piece[k] < 0 || new_size[k] != old_size[static_cast<std::size_t>(old_piece[k])]))
             changed[k] = 1;
-    // A phyxel that no row names is new to the booking, or was without share.
-    std::vector<std::uint8_t> booked(phyxels.size(), 0);
-    for (const std::uint32_t i : booking.phyxel) booked[i] = 1;
     for (std::size_t i = 0; i < phyxels.size(); ++i)
         if (booked[i] == 0 && phyxels.piece[i] >= 0) changed[static_cast<std::size_t>(phyxels.piece[i])] = 1;
     return changed;
@@ -148,11 +206,12 @@ Booking book(const NodeBook& nodes, const Phyxels& phyxels, const PhyxelLocator&
     assert(nodes.volume.size() == nodes.rest_position.size());
     assert(nodes.piece.size() == nodes.rest_position.size());
     Booking booking;
-    booking.offsets.push_back(0);
     booking.piece.assign(nodes.piece.begin(), nodes.piece.end());
-    Bookkeeper keeper(phyxels, locator);
-    for (std::size_t b = 0; b < nodes.rest_position.size(); ++b)
-        keeper.add(nodes.rest_position[b], nodes.piece[b], booking);
+    const Bookkeeper keeper(phyxels, locator);
+    book_all(
+        nodes.piece.size(),
+        [&](std::size_t b, Rows& rows) { keeper.add(nodes.rest_position[b], nodes.piece[b], rows); }, booking,
+        parallel);
     keep_moments(nodes, phyxels, std::vector<std::uint8_t>(nodes.piece.size(), 1), {}, booking, parallel);
     return booking;
 }
@@ -171,7 +230,8 @@ void rebook(Booking& booking, const NodeBook& nodes, double density, const Phyxe
     assert(booking.node_count() <= nodes.piece.size());
     const std::size_t piece_count = piece_limit(nodes.piece, phyxels.piece);
     std::vector<std::int32_t> old_piece;
-    const Fates changed = changed_pieces(booking, nodes, phyxels, piece_count, old_piece);
+    const std::vector<std::uint8_t> booked = booked_phyxels(booking, phyxels.size());
+    const Fates changed = changed_pieces(booking, nodes, phyxels, booked, piece_count, old_piece);
     const std::vector<Reference> reference = references(booking, nodes, density, phyxels);
     const auto reference_of = [&](std::size_t piece) {
         return old_piece[piece] < 0 ? Reference{} : reference[static_cast<std::size_t>(old_piece[piece])];
@@ -192,22 +252,24 @@ void rebook(Booking& booking, const NodeBook& nodes, double density, const Phyxe
     }
 
     Booking fresh;
-    fresh.offsets.push_back(0);
     fresh.piece.assign(nodes.piece.begin(), nodes.piece.end());
-    Bookkeeper keeper(phyxels, locator);
+    const Bookkeeper keeper(phyxels, locator);
+    const bool any_new = std::find(booked.begin(), booked.end(), 0) != booked.end();
     std::vector<std::uint8_t> again(nodes.piece.size());
-    for (std::size_t b = 0; b < nodes.piece.size(); ++b) {
-        again[b] = b >= booking.node_count() || changed[static_cast<std::size_t>(nodes.piece[b])] != 0;
-        if (again[b] != 0) {
-            keeper.add(nodes.rest_position[b], nodes.piece[b], fresh);
-            continue;
-        }
-        const std::uint32_t begin = booking.offsets[b], end = booking.offsets[b + 1];
-        fresh.phyxel.insert(fresh.phyxel.end(), booking.phyxel.begin() + begin, booking.phyxel.begin() + end);
-        fresh.share.insert(fresh.share.end(), booking.share.begin() + begin, booking.share.begin() + end);
-        fresh.unbooked += begin == end;
-        fresh.offsets.push_back(static_cast<std::uint32_t>(fresh.phyxel.size()));
-    }
+    const auto add = [&](std::size_t b, Rows& rows) {
+        const std::int32_t piece = nodes.piece[b];
+        again[b] = b >= booking.node_count() || changed[static_cast<std::size_t>(piece)] != 0;
+        if (b >= booking.node_count()) return keeper.add(nodes.rest_position[b], piece, rows);
+        const std::uint32_t begin = booking.offsets[b], count = booking.offsets[b + 1] - begin;
+        const auto row = std::span<const std::uint32_t>(booking.phyxel).subspan(begin, count);
+        if (again[b] == 0)
+            keeper.copy(row, std::span<const double>(booking.share).subspan(begin, count), rows);
+        else if (any_new)
+            keeper.add(nodes.rest_position[b], piece, rows);
+        else
+            keeper.add_again(nodes.rest_position[b], piece, row, rows);
+    };
+    book_all(nodes.piece.size(), add, fresh, parallel);
     keep_moments(nodes, phyxels, again, booking, fresh, parallel);
     std::vector<double> old_mass(piece_count, 0);  // of each piece's phyxels, as booked so far
     for (std::size_t i = 0; i < phyxels.size(); ++i)
