@@ -126,6 +126,7 @@ void expect_equal(const Neighbourhoods& a, const Neighbourhoods& b) {
     expect_same(one.edge_at(), other.edge_at(), "edges");
     const std::size_t rows = one.stride();
     expect_same(std::span(one.volume(), rows), std::span(other.volume(), rows), "volume");
+    expect_same(std::span(one.penalty(), rows), std::span(other.penalty(), rows), "penalties");
     expect_same(std::span(one.gradient_sum(), 3 * rows), std::span(other.gradient_sum(), 3 * rows), "sums");
     expect_same(std::span(one.penalty_moment(), 6 * rows), std::span(other.penalty_moment(), 6 * rows),
                 "moments");

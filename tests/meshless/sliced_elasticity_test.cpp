@@ -151,6 +151,40 @@ TEST(Sliced, NothingIsFeltWhereNothingIsStrained) {
     EXPECT_LT(largest(found.force), 3e-6 * body.material.youngs_modulus * 0.05 * 0.05) << "turned";
 }
 
+// Turned inside out and torn ones too; what is asked later is of the state, whatever was multiplied since.
+TEST(Sliced, EnergyTakenWithTheStateIsThatTakenAfterwards) {
+    const Parallel one(1), two(2);
+    Random random(5);
+    for (const MaterialModel model : {MaterialModel::corotated, MaterialModel::st_venant_kirchhoff}) {
+        Material material;
+        material.model = model;
+        Specimen body = block(11, 9, 8, 0.05, material, one);
+        fixtures::cut_randomly(body, 8, 0.15, 9, one);
+        const Motion motion = shaken(body, fixtures::random_rotation(random), 0.02, random);
+        const std::vector<Mat3> last(body.phyxels.size(), Mat3::Identity());
+        const SlicedElasticity::Place place{body.phyxels.rest_position, motion.position, last,
+                                            body.phyxels.plastic_strain};
+        SlicedElasticity together, apart;
+        std::vector<double> rows(body.phyxels.size()), wanted(body.phyxels.size());
+        EXPECT_EQ(together.take_state_and_energy(body.neighbourhoods, body.material, place, two),
+                  apart.take_state(body.neighbourhoods, body.material, place, one));
+        std::vector<Vec3> product(body.phyxels.size());
+        const double energy = apart.energy(place, one, wanted);
+        EXPECT_EQ(together.energy(place, two, rows), energy);
+        EXPECT_EQ(rows, wanted);
+        if (model == MaterialModel::corotated)
+            together.apply_stiffness(1, motion.diagonal, motion.direction, product, two);
+        EXPECT_EQ(together.energy(place, two), energy);
+        // Another place is not taken for the one before.
+        const Motion moved = shaken(body, Mat3::Identity(), 0.01, random);
+        const SlicedElasticity::Place next{body.phyxels.rest_position, moved.position, last,
+                                           body.phyxels.plastic_strain};
+        together.take_state(body.neighbourhoods, body.material, next, two);
+        apart.take_state(body.neighbourhoods, body.material, next, one);
+        EXPECT_EQ(together.energy(next, two), apart.energy(next, one));
+    }
+}
+
 bool same(const Found& a, const Found& b) {
     return a.F == b.F && a.R == b.R && a.force == b.force && a.product == b.product && a.energy == b.energy &&
            a.square == b.square;

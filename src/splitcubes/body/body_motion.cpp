@@ -33,7 +33,12 @@ meshless::StepInput Body::begin_step(const StepContext& context) {
                 if (constraints_[c].region(phyxels_.rest_position[i])) constrained_[c].push_back(i);
     }
     held_.assign(phyxels_.size(), 0);
-    held_position_.assign(phyxels_.size(), Vec3::Zero());
+    held_position_.resize(phyxels_.size());
+    previous_deformation_.resize(phyxels_.size());
+    context.parallel.for_each(phyxels_.size(), 1024, [&](std::size_t i) {
+        held_position_[i].setZero();
+        previous_deformation_[i] = phyxels_.deformation[i];
+    });
     const double end = context.time + context.dt;
     for (std::size_t c = 0; c < constraints_.size(); ++c) {
         if (context.time < constraints_[c].from || context.time >= constraints_[c].until) continue;
@@ -44,7 +49,6 @@ meshless::StepInput Body::begin_step(const StepContext& context) {
         }
     }
     rigid_holds_ = rigid_holds(context);
-    previous_deformation_ = phyxels_.deformation;
     meshless::StepInput input;
     input.dt = context.dt;
     input.gravity = context.gravity;
@@ -104,7 +108,12 @@ void Body::update_surface(const StepContext& context, StepReport& report) {
             for (std::size_t k = begin; k < end; ++k) seen += std::uint32_t{pairs_.visibility[k] > 0};
             return std::size_t{seen};
         });
-    for (const double m : phyxels_.mass) report.mass += m;
+    report.mass +=
+        context.parallel.sum<double>(phyxels_.size(), 2048, 0, [&](std::size_t begin, std::size_t end) {
+            double mass = 0;
+            for (std::size_t i = begin; i < end; ++i) mass += phyxels_.mass[i];
+            return mass;
+        });
 }
 
 }  // namespace splitcubes::body

@@ -130,7 +130,8 @@ std::vector<std::uint32_t> Body::changed_sights(std::span<const std::int32_t> pi
     std::vector<std::uint32_t> asked;
     for (const std::vector<std::uint32_t>& pairs_of : found)
         asked.insert(asked.end(), pairs_of.begin(), pairs_of.end());
-    std::sort(asked.begin(), asked.end());
+    // They come in order, but for those of phyxels that changed piece.
+    if (!std::is_sorted(asked.begin(), asked.end())) std::sort(asked.begin(), asked.end());
     asked.erase(std::unique(asked.begin(), asked.end()), asked.end());
     return asked;
 }

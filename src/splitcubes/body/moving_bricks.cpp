@@ -280,8 +280,9 @@ std::vector<GridEdge> MovingBricks::edges_near(const State& state, const SweptBo
     choose_bricks(state, swept, parallel);
     list_carriers(state, parallel);
     edges_.resize((chosen_.size() + brick_grain - 1) / brick_grain);
+    scratch_.resize(std::max(scratch_.size(), edges_.size()));
     parallel.for_chunks(chosen_.size(), brick_grain, [&](std::size_t begin, std::size_t end) {
-        Scratch scratch;
+        Scratch& scratch = scratch_[begin / brick_grain];
         edges_[begin / brick_grain].clear();
         for (std::size_t k = begin; k < end; ++k)
             add_edges(state, chosen_[k], swept, scratch, edges_[begin / brick_grain]);

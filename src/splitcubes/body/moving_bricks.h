@@ -57,7 +57,7 @@ class MovingBricks {
         Map map;
         geometry::Box off;  // m, world
     };
-    /// What a thread works with.
+    /// What a chunk of bricks is worked on with; kept, as it is large.
     struct Scratch {
         std::vector<std::uint32_t> boxes;
         NodeHulls hulls;
@@ -90,6 +90,7 @@ class MovingBricks {
                                              // from the grid's origin, by mean_
     std::vector<std::uint8_t> listed_;       // per brick: whether its phyxels are in carriers_
     std::vector<std::vector<splitting::GridEdge>> edges_;  // scratch, per chunk of these
+    std::vector<Scratch> scratch_;                         // the same
     std::size_t sorted_ = 0;                               // phyxels that are in phyxels_
     double reach_ = 0;                                     // m, of the phyxel that reaches farthest
 };

@@ -4,6 +4,7 @@
 #define HWY_TARGET_INCLUDE "splitcubes/geometry/affine_sums.cpp"
 #include <hwy/foreach_target.h>
 // Must come after it.
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <splitcubes/geometry/affine_sums.h>
@@ -21,6 +22,8 @@ using V = hn::Vec<decltype(d)>;
 constexpr std::size_t lanes = hn::MaxLanes(d);
 constexpr std::size_t vectors = AffineDisplacement::entry_count / lanes;
 
+constexpr std::size_t ahead = 512;
+
 // A sum on its way. Its additions wait for each other; those of several rows do not.
 struct Sum {
     V part[vectors];
@@ -30,6 +33,9 @@ struct Sum {
         for (V& p : part) p = hn::Zero(d);
     }
     HWY_INLINE void add(const std::uint32_t* index, const double* weight, const AffineDisplacement* motions) {
+        // Long lists pass by, further than processors look ahead; past an end nothing is read.
+        hwy::Prefetch(weight + next + ahead);
+        hwy::Prefetch(index + next + ahead);
         const V w = hn::Set(d, weight[next]);
         const double* motion = motions[index[next]].entries();
         for (std::size_t v = 0; v < vectors; ++v)

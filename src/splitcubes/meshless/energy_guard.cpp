@@ -89,8 +89,10 @@ EnergyGuard::Account& EnergyGuard::Account::operator+=(const Account& other) {
     return *this;
 }
 
+// first(i) is done before phyxel i is added.
+template <class First>
 void EnergyGuard::sum_up(const Phyxels& phyxels, const StepInput& input, bool gravity,
-                         std::vector<Account>& accounts, const Parallel& parallel) {
+                         std::vector<Account>& accounts, const Parallel& parallel, const First& first) {
     constexpr std::size_t grain = 1024;
     const std::size_t pieces = accounts.size(), chunks = (phyxels.size() + grain - 1) / grain;
     const auto add = [&](std::size_t begin, std::size_t end, Account* sums) {
@@ -98,13 +100,24 @@ void EnergyGuard::sum_up(const Phyxels& phyxels, const StepInput& input, bool gr
             if (is_counted(phyxels, i)) add_phyxel(phyxels, input, gravity, i, sums[slot(phyxels, i)]);
     };
     // With many pieces the chunks' sums would cost more than they save.
-    if (chunks < 2 || pieces > 64) return add(0, phyxels.size(), accounts.data());
+    if (chunks < 2 || pieces > 64) {
+        for_phyxels(parallel, phyxels.size(), first);
+        return add(0, phyxels.size(), accounts.data());
+    }
     chunk_accounts_.assign(chunks * pieces, Account{});
     const auto chunk = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) first(i);
         add(begin, end, chunk_accounts_.data() + begin / grain * pieces);
     };
     parallel.for_chunks(phyxels.size(), grain, std::cref(chunk));
     for (std::size_t k = 0; k < chunk_accounts_.size(); ++k) accounts[k % pieces] += chunk_accounts_[k];
+}
+
+// What the pieces have after the step, into end_.
+void EnergyGuard::sum_up_step(const Phyxels& phyxels, const StepInput& input, bool gravity,
+                              const Parallel& parallel) {
+    end_.assign(start_.size(), Account{});
+    sum_up(phyxels, input, gravity, end_, parallel, [](std::size_t) {});
 }
 
 void EnergyGuard::begin(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
@@ -112,17 +125,16 @@ void EnergyGuard::begin(const Phyxels& phyxels, const Neighbourhoods& neighbourh
     const std::size_t n = phyxels.size();
     for (auto* array : {&position_, &velocity_}) array->resize(n);
     rotation_.resize(n);
-    for_phyxels(parallel, n, [&](std::size_t i) {
-        position_[i] = phyxels.position[i];
-        velocity_[i] = phyxels.velocity[i];
-        rotation_[i] = phyxels.rotation[i];
-    });
     if (material.plasticity) plastic_strain_ = phyxels.plastic_strain;
     touching_ = phyxels.touching;
     start_.assign(static_cast<std::size_t>(std::max(input.piece_count, 0)), Account{});
     extra_.assign(start_.size(), 0);
     pushed_.assign(start_.size(), 0);
-    sum_up(phyxels, input, false, start_, parallel);
+    sum_up(phyxels, input, false, start_, parallel, [&](std::size_t i) {
+        position_[i] = phyxels.position[i];
+        velocity_[i] = phyxels.velocity[i];
+        rotation_[i] = phyxels.rotation[i];
+    });
     if (phyxels.history_step > 0) return;
     // Before the first step: however it was placed is what it has.
     rows_.resize(phyxels.size());
@@ -233,9 +245,8 @@ bool EnergyGuard::weigh(const Phyxels& phyxels, const Neighbourhoods& neighbourh
                         const Material& material, const StepInput& input, double tolerance,
                         std::span<const double> hold_work, const Parallel& parallel) {
     tolerance_ = tolerance;
-    end_.assign(start_.size(), Account{});
     verdict_.assign(start_.size(), Verdict{});
-    sum_up(phyxels, input, true, end_, parallel);
+    sum_up_step(phyxels, input, true, parallel);
     any_over_ = false;
     bool holds_are_known = false;
     for (std::size_t k = 0; k < start_.size(); ++k) {
@@ -427,8 +438,7 @@ void EnergyGuard::settle(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
         describe_(phyxels, neighbourhoods, elastic_, report, parallel);
         const double taken = before - report.kinetic_energy - report.elastic_energy;
         report.energy_taken += std::isfinite(taken) ? std::max(taken, 0.0) : 0;
-        end_.assign(start_.size(), Account{});
-        sum_up(phyxels, input, false, end_, parallel);
+        sum_up_step(phyxels, input, false, parallel);
     }
     write_reserves(phyxels, parallel);
 }

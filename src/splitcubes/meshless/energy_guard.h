@@ -104,8 +104,10 @@ class EnergyGuard {
     std::size_t slot(const Phyxels& phyxels, std::size_t i) const {
         return static_cast<std::size_t>(phyxels.piece[i]);
     }
+    template <class First>
     void sum_up(const Phyxels& phyxels, const StepInput& input, bool gravity, std::vector<Account>& accounts,
-                const Parallel& parallel);
+                const Parallel& parallel, const First& first);
+    void sum_up_step(const Phyxels& phyxels, const StepInput& input, bool gravity, const Parallel& parallel);
     void add_phyxel(const Phyxels& phyxels, const StepInput& input, bool gravity, std::size_t i,
                     Account& account) const;
     void add_hold_work(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,

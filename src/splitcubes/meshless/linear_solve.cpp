@@ -50,15 +50,14 @@ double ImplicitSolver::Group::wanted_residual() {
 double ImplicitSolver::Group::residual(bool exact, double& noise) {
     bool at_base = true;
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { at_base = at_base && s.is_at_base(job); });
-    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        if (at_base)
-            std::fill(s.q_.begin(), s.q_.end(), Vec3::Zero());
-        else
-            s.image_of_solution(job, exact);
-    });
-    if (!forces->empty() && !at_base) forces->apply(solution, image);
     double square = 0;
     noise = 0;
+    if (at_base) {
+        each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { square += s.residual_at_base(job); });
+        return square;
+    }
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { s.image_of_solution(job, exact); });
+    if (!forces->empty()) forces->apply(solution, image);
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
         double part = 0;
         square += s.residual_of_image(job, exact, part);

@@ -36,7 +36,7 @@ void LinkSlices::build(std::span<const std::uint32_t> offsets, std::span<const s
     pull_.assign(run_.size() * 2 * lanes, 0);
     push_.assign(run_.size() * lanes, 0);
     build_edges(offsets, neighbour, rest_position);
-    volume_.assign(stride(), 0);
+    for (FloatArray* array : {&volume_, &penalty_}) array->assign(stride(), 0);
     rest_position_.assign(3 * stride(), 0);
     for (std::size_t i = 0; i < rows_; ++i)
         for (std::size_t k = 0; k < 3; ++k)
@@ -159,6 +159,7 @@ void LinkSlices::set_symmetric(FloatArray& array, std::size_t row, const Mat3& v
 void LinkSlices::set_row(std::size_t row, const Row& value) {
     const std::size_t n = stride();
     volume_[row] = static_cast<float>(value.volume);
+    penalty_[row] = static_cast<float>(value.penalty);
     for (std::size_t k = 0; k < 3; ++k)
         gradient_sum_[k * n + row] = static_cast<float>(value.gradient_sum[static_cast<int>(k)]);
     for (std::size_t k = 0; k < 3; ++k)

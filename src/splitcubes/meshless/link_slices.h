@@ -41,6 +41,7 @@ class LinkSlices {
     struct Row {
         double volume = 0;                   // m^3
         Vec3 gradient_sum = Vec3::Zero();    // 1/m
+        double penalty = 0;                  // c_i, N m^2
         Mat3 penalty_moment = Mat3::Zero();  // c_i A_i, N m, symmetric
         Mat3 inverse_moment = Mat3::Zero();  // A_i^+, m, symmetric
         Vec3 edge_sum = Vec3::Zero();        // A_i sum_j g_ij, 1/m^2
@@ -85,6 +86,7 @@ class LinkSlices {
     // Row arrays.
     const float* rest_position() const { return rest_position_.data(); }  // 3, m, from the first
     const float* volume() const { return volume_.data(); }
+    const float* penalty() const { return penalty_.data(); }                // c_i, N m^2
     const float* gradient_sum() const { return gradient_sum_.data(); }      // 3
     const float* penalty_moment() const { return penalty_moment_.data(); }  // 6: xx xy xz yy yz zz
     const float* inverse_moment() const { return inverse_moment_.data(); }  // 6, as penalty_moment
@@ -107,7 +109,7 @@ class LinkSlices {
     FloatArray forward_, backward_, pull_, push_, edge_;
     std::vector<std::int32_t> edge_at_;
     bool weights_pay_ = false;
-    FloatArray rest_position_, volume_, gradient_sum_, penalty_moment_, inverse_moment_, edge_sum_;
+    FloatArray rest_position_, volume_, penalty_, gradient_sum_, penalty_moment_, inverse_moment_, edge_sum_;
     std::vector<std::uint16_t> deficient_;  // per slice
 };
 

@@ -3,6 +3,7 @@
 
 #include <splitcubes/core/parallel.h>
 
+#include <algorithm>
 #include <functional>
 #include <vector>
 
@@ -18,11 +19,13 @@ void for_phyxel_chunks(const Parallel& parallel, std::size_t count, const Body& 
     parallel.for_chunks(count, phyxel_grain, std::cref(body));
 }
 
+/// body(i) of each. Chunks are of no account for the result: few enough that handing them out costs little.
 template <class Body>
 void for_phyxels(const Parallel& parallel, std::size_t count, const Body& body) {
-    for_phyxel_chunks(parallel, count, [&](std::size_t begin, std::size_t end) {
+    const auto chunk = [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) body(i);
-    });
+    };
+    parallel.for_chunks(count, std::clamp<std::size_t>(count / 64, 16, 1024), std::cref(chunk));
 }
 
 /// Sums in chunk order, with a buffer that is kept. Value: what is summed; Value{} is zero.

@@ -172,8 +172,8 @@ void Neighbourhoods::finish_row(const Material& material, std::size_t i) {
                      penalty_[j] * weight_[reverse_[l]] * (1 + reverse_gradient_[l].dot(rest_edge_[l]));
     }
     diagonal_[i] = mean_modulus(material) * squares + penalties;
-    slices_.set_row(i, {volume_[i], gradient_sum_[i], penalty_[i] * moment_[i], inverse_moment_[i],
-                        moment_[i] * gradient_sum_[i]});
+    slices_.set_row(i, {volume_[i], gradient_sum_[i], penalty_[i], penalty_[i] * moment_[i],
+                        inverse_moment_[i], moment_[i] * gradient_sum_[i]});
 }
 
 Neighbourhoods::MaterialKey Neighbourhoods::key_of(const Material& material) {

@@ -5,6 +5,7 @@
 #define HWY_TARGET_INCLUDE "splitcubes/meshless/slice_kernels.cpp"
 #include <hwy/foreach_target.h>
 // Must come after it.
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <splitcubes/meshless/flush_tiny.h>
@@ -43,6 +44,20 @@ HWY_INLINE V add_product(V sum, V a, V b) {
 
 HWY_INLINE Three load3(const float* from, std::size_t stride) {
     return {hn::LoadU(d, from), hn::LoadU(d, from + stride), hn::LoadU(d, from + 2 * stride)};
+}
+
+// Of what is read once, one column after the other: what stands so many numbers on is asked for as well.
+// Processors that look ahead by themselves stop where a page of memory ends, and wait there.
+constexpr std::size_t ahead = 2048;
+
+HWY_INLINE V load_passing(const float* from) {
+    hwy::Prefetch(from + ahead);
+    return hn::LoadU(d, from);
+}
+
+HWY_INLINE Three load3_passing(const float* from) {
+    return {load_passing(from), load_passing(from + LinkSlices::lanes),
+            load_passing(from + 2 * LinkSlices::lanes)};
 }
 
 HWY_INLINE Nine load9(const float* from, std::size_t stride) {
@@ -115,8 +130,8 @@ HWY_INLINE void add_products(V* row, V a, const Three& b) {
 
 HWY_INLINE void add_link(const float* link, V x, V y, V z, Gathered& sum) {
     constexpr std::size_t lanes = LinkSlices::lanes;
-    const Three g = load3(link, lanes);
-    const V m = hn::LoadU(d, link + 3 * lanes);
+    const Three g = load3_passing(link);
+    const V m = load_passing(link + 3 * lanes);
     add_products(sum.gradient.m, x, g);
     add_products(sum.gradient.m + 3, y, g);
     add_products(sum.gradient.m + 6, z, g);
@@ -337,7 +352,7 @@ HWY_INLINE Gathered gather_weighted(const LinkSlices& slices, std::size_t slice,
     Gathered sum = nothing();
     for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
         const float* const link = slices.pull() + column * 2 * LinkSlices::lanes + lane;
-        const V w = hn::LoadU(d, link), m = hn::LoadU(d, link + LinkSlices::lanes);
+        const V w = load_passing(link), m = load_passing(link + LinkSlices::lanes);
         const Three x = edge_of(slices, column, lane);
         const V way[3] = {hn::Sub(read(p), u.x), hn::Sub(read(p + n), u.y), hn::Sub(read(p + 2 * n), u.z)};
         for (int k = 0; k < 3; ++k) add_products(sum.gradient.m + 3 * k, hn::Mul(w, way[k]), x);
@@ -358,9 +373,13 @@ void weighted_direction_slices(const LinkSlices& slices, const SliceRange& range
             store3(sum.penalty, state.penalty + row, n);
             const Nine Y = load9(state.turn + row, n);
             const V turning = hn::LoadU(d, state.turning + row);
-            const Nine T =
-                tension_of(slices, row, corotated_change(sum.gradient, Y, turning, lame), sum.gradient);
-            store9(product<false>(T, symmetric_at(slices.inverse_moment() + row, n)), state.tension + row, n);
+            Nine T = corotated_change(sum.gradient, Y, turning, lame);
+            const V volume = hn::LoadU(d, slices.volume() + row), held = hn::LoadU(d, slices.penalty() + row);
+            for (V& entry : T.m) entry = hn::Mul(volume, entry);
+            T = product<false>(T, symmetric_at(slices.inverse_moment() + row, n));
+            // c H A A^+ is c H, as H = B A^+.
+            for (int k = 0; k < 9; ++k) T.m[k] = hn::Sub(T.m[k], hn::Mul(held, sum.gradient.m[k]));
+            store9(T, state.tension + row, n);
         }
 }
 
@@ -370,7 +389,7 @@ HWY_INLINE Three gather_weighted_tension(const LinkSlices& slices, std::size_t s
     const std::size_t n = slices.stride();
     V sum[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
     for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
-        const V w = hn::LoadU(d, slices.push() + column * LinkSlices::lanes + lane);
+        const V w = load_passing(slices.push() + column * LinkSlices::lanes + lane);
         const Three x = edge_of(slices, column, lane);
         for (std::size_t k = 0; k < 3; ++k) {
             const V first = hn::Mul(read(T + 3 * k * n), x.x);
@@ -406,8 +425,7 @@ HWY_INLINE Three gather_tension(const LinkSlices& slices, std::size_t slice, std
     constexpr std::size_t lanes = LinkSlices::lanes;
     Three sum{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
     for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
-        const float* const link = slices.backward() + column * 3 * lanes + lane;
-        const Three g = load3(link, lanes);
+        const Three g = load3_passing(slices.backward() + column * 3 * lanes + lane);
         const auto part = [&](std::size_t k) HWY_ATTR {
             const V first = hn::Mul(read(T + 3 * k * n), g.x);
             const V second = add_product(first, read(T + (3 * k + 1) * n), g.y);
@@ -476,7 +494,7 @@ HWY_INLINE V penalties(const LinkSlices& slices, std::size_t slice, std::size_t 
     const Nine A = symmetric_at(slices.penalty_moment() + row, n);
     V sum = hn::Zero(d);
     for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
-        const Three g = load3(slices.forward() + column * 4 * LinkSlices::lanes + lane, LinkSlices::lanes);
+        const Three g = load3_passing(slices.forward() + column * 4 * LinkSlices::lanes + lane);
         const V x[3] = {hn::Sub(read(rest), X.x), hn::Sub(read(rest + n), X.y),
                         hn::Sub(read(rest + 2 * n), X.z)};
         const V way[3] = {hn::Add(hn::Sub(read(high), u.x), hn::Sub(read(low), v.x)),

@@ -42,6 +42,7 @@ void SlicedElasticity::size_buffers(const Neighbourhoods& neighbourhoods, const 
     for (FloatArray* array : {&gradient_, &turn_, &tension_}) size(*array, 9 * n);
     for (FloatArray* array : {&turning_, &diagonal_, &energy_}) size(*array, n);
     odd_.resize(slice_count());
+    row_energy_.resize(n);
     deformation_.resize(neighbourhoods.size());
     rotation_.resize(neighbourhoods.size());
     if (!corotated_) tangent_.resize(neighbourhoods.size());
@@ -112,16 +113,39 @@ void SlicedElasticity::take_rows(const Place& place, const SliceRange& range, st
         }
 }
 
-std::size_t SlicedElasticity::take_state(const Neighbourhoods& neighbourhoods, const Material& material,
-                                         const Place& place, const Parallel& parallel) {
+void SlicedElasticity::take_place(const Neighbourhoods& neighbourhoods, const Material& material,
+                                  const Place& place, const Parallel& parallel) {
     size_buffers(neighbourhoods, material);
     assert(place.position.size() == neighbourhoods.size());
     take_displacement(place, parallel);
-    return count_(parallel, slice_count(), slice_grain, [&](std::size_t begin, std::size_t end) {
-        std::size_t bad = 0;
-        take_rows(place, {begin, end}, bad);
-        return bad;
+    energy_is_taken_ = false;
+}
+
+std::size_t SlicedElasticity::take_state(const Neighbourhoods& neighbourhoods, const Material& material,
+                                         const Place& place, const Parallel& parallel) {
+    take_place(neighbourhoods, material, place, parallel);
+    return count_(parallel, slice_count(), slice_grain(slice_count()),
+                  [&](std::size_t begin, std::size_t end) {
+                      std::size_t bad = 0;
+                      take_rows(place, {begin, end}, bad);
+                      return bad;
+                  });
+}
+
+std::size_t SlicedElasticity::take_state_and_energy(const Neighbourhoods& neighbourhoods,
+                                                    const Material& material, const Place& place,
+                                                    const Parallel& parallel) {
+    take_place(neighbourhoods, material, place, parallel);
+    const std::size_t grain = slice_grain(slice_count());
+    range_energy_.resize((slice_count() + grain - 1) / grain);
+    const std::size_t bad = count_(parallel, slice_count(), grain, [&](std::size_t begin, std::size_t end) {
+        std::size_t bad_rows = 0;
+        take_rows(place, {begin, end}, bad_rows);
+        range_energy_[begin / grain] = range_energy(place, {begin, end});
+        return bad_rows;
     });
+    energy_is_taken_ = true;
+    return bad;
 }
 
 void SlicedElasticity::read_deformation(std::span<Mat3> deformation, std::span<Mat3> rotation,
@@ -146,21 +170,29 @@ double SlicedElasticity::row_energy(const Place& place, std::size_t i) const {
            penalty_energy(*neighbourhoods_, i, deformation_[i], place.position);
 }
 
-double SlicedElasticity::energy(const Place& place, const Parallel& parallel, std::span<double> rows) {
+double SlicedElasticity::range_energy(const Place& place, const SliceRange& range) {
     const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
-    return sum_(parallel, slice_count(), slice_grain, [&](std::size_t begin, std::size_t end) {
-        double energy = corotated_ ? energy_pass(*slices_, {begin, end}, arrays(), lame, energy_.data()) : 0;
+    double energy = corotated_ ? energy_pass(*slices_, range, arrays(), lame, energy_.data()) : 0;
+    for (std::size_t i = range.begin * lanes; i < range.end * lanes; ++i)
+        row_energy_[i] = static_cast<double>(energy_[i]);
+    for (std::size_t slice = range.begin; slice < range.end; ++slice)
+        for (unsigned odd = odd_[slice]; odd != 0; odd &= odd - 1) {
+            const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(odd));
+            if (i >= slices_->row_count()) continue;
+            row_energy_[i] = row_energy(place, i);
+            energy += row_energy_[i];
+        }
+    return energy;
+}
+
+double SlicedElasticity::energy(const Place& place, const Parallel& parallel, std::span<double> rows) {
+    const std::size_t grain = slice_grain(slice_count());
+    return sum_(parallel, slice_count(), grain, [&](std::size_t begin, std::size_t end) {
+        const double part =
+            energy_is_taken_ ? range_energy_[begin / grain] : range_energy(place, {begin, end});
         const std::size_t last = std::min(end * lanes, rows.size());
-        for (std::size_t i = begin * lanes; i < last; ++i) rows[i] = static_cast<double>(energy_[i]);
-        for (std::size_t slice = begin; slice < end; ++slice)
-            for (unsigned odd = odd_[slice]; odd != 0; odd &= odd - 1) {
-                const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(odd));
-                if (i >= slices_->row_count()) continue;
-                const double own = row_energy(place, i);
-                energy += own;
-                if (i < rows.size()) rows[i] = own;
-            }
-        return energy;
+        for (std::size_t i = begin * lanes; i < last; ++i) rows[i] = row_energy_[i];
+        return part;
     });
 }
 
@@ -225,7 +257,7 @@ double SlicedElasticity::apply_stiffness(float factor, const float* diagonal, co
             direction_pass(*slices_, range, dx, arrays(), corotated_, lame);
         if (!corotated_) change_stress(range);
     });
-    return sum_(parallel, slice_count(), slice_grain, [&](std::size_t begin, std::size_t end) {
+    return sum_(parallel, slice_count(), slice_grain(slice_count()), [&](std::size_t begin, std::size_t end) {
         if (weights)
             weighted_force_pass(*slices_, {begin, end}, arrays(), out);
         else

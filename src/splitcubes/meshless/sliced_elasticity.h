@@ -6,6 +6,7 @@
 #include <splitcubes/meshless/elasticity.h>
 #include <splitcubes/meshless/slice_kernels.h>
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -34,6 +35,10 @@ class SlicedElasticity {
     /// that were not finite; they keep their last rotation.
     std::size_t take_state(const Neighbourhoods& neighbourhoods, const Material& material, const Place& place,
                            const Parallel& parallel);
+
+    /// The same, and `energy` of that place is known when it is asked for, without reading the links again.
+    std::size_t take_state_and_energy(const Neighbourhoods& neighbourhoods, const Material& material,
+                                      const Place& place, const Parallel& parallel);
 
     // Of the state taken last.
 
@@ -67,6 +72,9 @@ class SlicedElasticity {
     void take_rows(const Place& place, const SliceRange& range, std::size_t& bad);
     bool take_row(const Place& place, std::size_t i);
     double row_energy(const Place& place, std::size_t i) const;
+    double range_energy(const Place& place, const SliceRange& range);
+    void take_place(const Neighbourhoods& neighbourhoods, const Material& material, const Place& place,
+                    const Parallel& parallel);
     void change_stress(const SliceRange& range);
     Mat3 matrix_at(const FloatArray& array, std::size_t i) const;
     void set_matrix(FloatArray& array, std::size_t i, const Mat3& matrix) const;
@@ -80,6 +88,9 @@ class SlicedElasticity {
     FloatArray gradient_, turn_, turning_, tension_, penalty_;  // as in SliceState
     FloatArray direction_, force_, diagonal_;                   // 3, 3, 1
     FloatArray energy_;                                         // 1, J
+    std::vector<double> row_energy_;                            // J, per row
+    std::vector<double> range_energy_;                          // J, per chunk
+    bool energy_is_taken_ = false;                              // the two before it, of the state taken last
     std::vector<std::uint16_t> odd_;                            // per slice
     std::vector<Mat3> deformation_, rotation_;                  // per phyxel, of odd rows
     std::vector<Tangent> tangent_;                              // per phyxel, where not corotated_
@@ -87,14 +98,17 @@ class SlicedElasticity {
     ChunkSumOf<std::size_t> count_;
 };
 
-/// Slices a chunk. Part of the result, as phyxel_grain is.
-inline constexpr std::size_t slice_grain = 16;
+/// Slices a chunk, of so many: chunks enough for all threads to end together, and not many more, as handing
+/// one out costs some tenths of a microsecond. Part of the result, as phyxel_grain is.
+inline std::size_t slice_grain(std::size_t count) {
+    return std::clamp<std::size_t>(count / 48, 4, 64);
+}
 
 /// body(SliceRange) over all slices.
 template <class Body>
 void for_slices(const Parallel& parallel, std::size_t count, const Body& body) {
     const auto chunk = [&](std::size_t begin, std::size_t end) { body(SliceRange{begin, end}); };
-    parallel.for_chunks(count, slice_grain, std::cref(chunk));
+    parallel.for_chunks(count, slice_grain(count), std::cref(chunk));
 }
 
 }  // namespace splitcubes::meshless

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 
 namespace splitcubes::meshless {
@@ -58,62 +59,81 @@ void ImplicitSolver::size_buffers(std::size_t count) {
     for (auto* array : {&predicted_, &predicted_velocity_, &base_, &start_position_, &start_velocity_,
                         &right_, &pushed_, &d_, &r_, &p_, &q_})
         array->resize(count);
-    for (auto* array : {&inverted_, &failed_}) array->assign(count, 0);
-    held_.resize(count);
+    failed_.assign(count, 0);
+    for (auto* array : {&inverted_, &held_, &violent_}) array->resize(count);
+    to_smooth_.reserve(count);
 }
 
-// Which phyxels step by BDF2 and which by backward Euler.
+// What the choice of steps and the guess depend on.
 void ImplicitSolver::choose_steps(const Job& job) {
     const Phyxels& phyxels = job.phyxels;
-    const bool history = job.options.bdf2 && phyxels.history_step == job.input.dt;
-    for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
-        inverted_[i] = !(phyxels.deformation[i].determinant() > 0);
-        held_[i] = !job.input.held.empty() && job.input.held[i] != 0;
-        pushed_[i].setZero();
-    });
-    const bool any_inverted = std::find(inverted_.begin(), inverted_.end(), 1) != inverted_.end();
-    const std::span<const std::uint32_t> offsets = job.neighbourhoods.offsets();
-    for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
-        bool beside_inverted = inverted_[i] != 0;
-        for (std::uint32_t l = offsets[i]; any_inverted && l < offsets[i + 1] && history && !beside_inverted;
-             ++l)
-            beside_inverted =
-                inverted_[job.neighbourhoods.neighbour()[l]] != 0 && job.neighbourhoods.weight()[l] > 0;
-        const bool two_steps = history && phyxels.history_broken[i] == 0 && held_[i] == 0 &&
-                               !beside_inverted && hit_[piece_of(job, i)] == 0;
-        b_[i] = two_steps ? 2 * job.input.dt / 3 : job.input.dt;
-    });
+    supported_.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
+    any_inverted_ =
+        sum_(job.parallel, phyxels.size(), [&](std::size_t begin, std::size_t end) {
+            double count = 0;
+            for (std::size_t i = begin; i < end; ++i) {
+                inverted_[i] = !(phyxels.deformation[i].determinant() > 0);
+                held_[i] = !job.input.held.empty() && job.input.held[i] != 0;
+                pushed_[i].setZero();
+                count += inverted_[i];
+                if ((held_[i] | phyxels.touching[i]) != 0)
+                    std::atomic_ref(supported_[piece_of(job, i)]).store(1, std::memory_order_relaxed);
+            }
+            return count;
+        }) > 0;
 }
 
-// Where the phyxels would be without elastic force; gravity included, so that in
+// Whether the phyxel steps by BDF2 or by backward Euler.
+void ImplicitSolver::choose_step(const Job& job, std::size_t i) {
+    const Phyxels& phyxels = job.phyxels;
+    const bool history = job.options.bdf2 && phyxels.history_step == job.input.dt;
+    const std::span<const std::uint32_t> offsets = job.neighbourhoods.offsets();
+    bool beside_inverted = inverted_[i] != 0;
+    for (std::uint32_t l = offsets[i]; any_inverted_ && l < offsets[i + 1] && history && !beside_inverted;
+         ++l)
+        beside_inverted =
+            inverted_[job.neighbourhoods.neighbour()[l]] != 0 && job.neighbourhoods.weight()[l] > 0;
+    const bool two_steps = history && phyxels.history_broken[i] == 0 && held_[i] == 0 && !beside_inverted &&
+                           hit_[piece_of(job, i)] == 0;
+    b_[i] = two_steps ? 2 * job.input.dt / 3 : job.input.dt;
+}
+
+// Where the phyxel would be without elastic force; gravity included, so that in
 // free fall nothing is left to solve.
-void ImplicitSolver::predict(const Job& job) {
-    Phyxels& phyxels = job.phyxels;
+void ImplicitSolver::predict_phyxel(const Job& job, std::size_t i) {
+    const Phyxels& phyxels = job.phyxels;
     const double dt = job.input.dt;
-    for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
-        const Vec3& x = phyxels.position[i];
-        const Vec3& v = phyxels.velocity[i];
-        const double b = b_[i];
-        const bool two_steps = b < dt;
-        start_position_[i] = x;
-        start_velocity_[i] = v;
-        // 4/3 a - 1/3 a' written as a + (a - a')/3: exact where nothing moves.
-        const Vec3 old_x = two_steps ? Vec3(x + (x - phyxels.previous_position[i]) / 3) : x;
-        const Vec3 old_v = two_steps ? Vec3(v + (v - phyxels.previous_velocity[i]) / 3) : v;
-        predicted_velocity_[i] = old_v + b * job.input.gravity;
-        predicted_[i] = old_x + b * predicted_velocity_[i];
-        if (held_[i] != 0) {
-            predicted_[i] = job.input.held_position[i];
-            predicted_velocity_[i] = (predicted_[i] - x) / dt;
-        }
-        if (!predicted_[i].allFinite() || !predicted_velocity_[i].allFinite()) {
-            failed_[i] = 1;
-            predicted_velocity_[i].setZero();
-            predicted_[i] = x.allFinite() ? x : phyxels.previous_position[i];
-        }
-        base_[i] = predicted_[i];
-        const double m = phyxels.mass[i];
-        diagonal_[i] = (1 + b * job.material.mass_damping) * m / (b * b);
+    const Vec3& x = phyxels.position[i];
+    const Vec3& v = phyxels.velocity[i];
+    const double b = b_[i];
+    const bool two_steps = b < dt;
+    start_position_[i] = x;
+    start_velocity_[i] = v;
+    // 4/3 a - 1/3 a' written as a + (a - a')/3: exact where nothing moves.
+    const Vec3 old_x = two_steps ? Vec3(x + (x - phyxels.previous_position[i]) / 3) : x;
+    const Vec3 old_v = two_steps ? Vec3(v + (v - phyxels.previous_velocity[i]) / 3) : v;
+    predicted_velocity_[i] = old_v + b * job.input.gravity;
+    predicted_[i] = old_x + b * predicted_velocity_[i];
+    if (held_[i] != 0) {
+        predicted_[i] = job.input.held_position[i];
+        predicted_velocity_[i] = (predicted_[i] - x) / dt;
+    }
+    if (!predicted_[i].allFinite() || !predicted_velocity_[i].allFinite()) {
+        failed_[i] = 1;
+        predicted_velocity_[i].setZero();
+        predicted_[i] = x.allFinite() ? x : phyxels.previous_position[i];
+    }
+    base_[i] = predicted_[i];
+    const double m = phyxels.mass[i];
+    diagonal_[i] = (1 + b * job.material.mass_damping) * m / (b * b);
+}
+
+// All that a step reads of a phyxel's motion, in one loop: it is more than the caches hold.
+void ImplicitSolver::predict(const Job& job) {
+    for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) {
+        choose_step(job, i);
+        predict_phyxel(job, i);
+        guess_acceleration(job, i);
     });
 }
 
@@ -121,9 +141,14 @@ void ImplicitSolver::predict(const Job& job) {
 // distance from prediction to base.
 void ImplicitSolver::right_side(const Job& job) {
     const Phyxels& phyxels = job.phyxels;
-    elastic_.forces(right_, job.parallel);
     const double damping = job.material.stiffness_damping;
+    const float* const found = elastic_.forces(job.parallel);
+    const auto force_of = [&](std::size_t i) -> Vec3 {
+        const std::size_t n = elastic_.stride();
+        return Vec3f(found[i], found[n + i], found[2 * n + i]).cast<double>();
+    };
     if (damping > 0) {
+        for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) { right_[i] = force_of(i); });
         for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
             p_[i] = predicted_velocity_[i] + (base_[i] - predicted_[i]) / b_[i];
             mobility_[i] = 0;
@@ -131,6 +156,7 @@ void ImplicitSolver::right_side(const Job& job) {
         elastic_.apply_stiffness(damping, mobility_, p_, q_, job.parallel);
     }
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
+        if (!(damping > 0)) right_[i] = force_of(i);
         right_[i] -= diagonal_[i] * (base_[i] - predicted_[i]);
         right_[i] -= job.material.mass_damping * phyxels.mass[i] * predicted_velocity_[i];
         if (damping > 0) right_[i] -= q_[i];
@@ -144,30 +170,32 @@ void ImplicitSolver::right_side(const Job& job) {
     });
 }
 
+// Into p_, less gravity: the last step's, if it goes on.
+void ImplicitSolver::guess_acceleration(const Job& job, std::size_t i) {
+    const Phyxels& phyxels = job.phyxels;
+    const bool known = phyxels.history_step == job.input.dt;
+    const bool supported = supported_[piece_of(job, i)] != 0;
+    p_[i].setZero();
+    violent_[i] = 0;
+    if (!job.options.warm_start || !(known || supported)) return;
+    Vec3 acceleration = (phyxels.velocity[i] - phyxels.previous_velocity[i]) / job.input.dt;
+    // A hit's jump of velocity is no acceleration that goes on.
+    if (!known || phyxels.history_broken[i] != 0)
+        acceleration = supported ? Vec3(Vec3::Zero()) : job.input.gravity;
+    const Vec3 beyond = acceleration - job.input.gravity;
+    if (!beyond.allFinite()) return;
+    p_[i] = beyond;
+    violent_[i] = supported && is_violent(job, beyond);
+}
+
 // The correction that would keep the last step's acceleration: where a body
 // hangs, rests or turns it is the solution. Of a piece that is held or stands the solve begins there, and is
 // linearised there: the prediction lets it fall past what holds it, b^2 g, which shears what lies beside by
 // so much that a solve linearised there ends elsewhere, and elsewhere for each b.
 void ImplicitSolver::start_guess(const Job& job) {
-    const Phyxels& phyxels = job.phyxels;
-    const bool known = phyxels.history_step == job.input.dt;
-    supported_.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
-    for (std::size_t i = 0; i < phyxels.size(); ++i)
-        supported_[piece_of(job, i)] |= held_[i] | phyxels.touching[i];
-    for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
-        d_[i].setZero();
-        p_[i].setZero();
-        const bool supported = supported_[piece_of(job, i)] != 0;
-        if (!job.options.warm_start || !(known || supported)) return;
-        Vec3 acceleration = (phyxels.velocity[i] - phyxels.previous_velocity[i]) / job.input.dt;
-        // A hit's jump of velocity is no acceleration that goes on.
-        if (!known || phyxels.history_broken[i] != 0)
-            acceleration = supported ? Vec3(Vec3::Zero()) : job.input.gravity;
-        const Vec3 beyond = acceleration - job.input.gravity;
-        if (beyond.allFinite()) p_[i] = beyond;
-    });
     smooth_violent(job);
-    for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
+    for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) {
+        d_[i].setZero();
         if (held_[i] != 0) return;
         if (supported_[piece_of(job, i)] != 0)
             base_[i] += b_[i] * b_[i] * p_[i];
@@ -176,28 +204,36 @@ void ImplicitSolver::start_guess(const Job& job) {
     });
 }
 
+bool ImplicitSolver::is_violent(const Job& job, const Vec3& beyond_gravity) {
+    const double calm = calm_share * job.input.gravity.norm();
+    return beyond_gravity.squaredNorm() > calm * calm;
+}
+
 // p_, accelerations less gravity, twice smoothed: of pieces that are linearised there, large ones are taken
 // as the mean over what lies around. What a cut sets free springs back by hundreds of m/s^2 in one step and
 // by as much the other way in the next; linearised where that would go on, it would be torn from its
 // neighbours.
 void ImplicitSolver::smooth_violent(const Job& job) {
     const Neighbourhoods& links = job.neighbourhoods;
-    const double calm = calm_share * job.input.gravity.norm();
-    const auto smooth = [&](const std::vector<Vec3>& from, std::vector<Vec3>& to) {
-        for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) {
-            to[i] = from[i];
-            if (supported_[piece_of(job, i)] == 0 || !(from[i].squaredNorm() > calm * calm)) return;
-            Vec3 sum = Vec3::Zero();
-            double weight = 0;
-            for (std::uint32_t l = links.offsets()[i]; l < links.offsets()[i + 1]; ++l) {
-                sum += links.weight()[l] * from[links.neighbour()[l]];
-                weight += links.weight()[l];
-            }
-            if (weight > 0) to[i] = own_share * from[i] + (1 - own_share) / weight * sum;
-        });
+    to_smooth_.clear();
+    for (std::uint32_t i = 0; i < violent_.size(); ++i)
+        if (violent_[i] != 0) to_smooth_.push_back(i);
+    const auto mean_around = [&](std::size_t i) {
+        Vec3 sum = Vec3::Zero();
+        double weight = 0;
+        for (std::uint32_t l = links.offsets()[i]; l < links.offsets()[i + 1]; ++l) {
+            sum += links.weight()[l] * p_[links.neighbour()[l]];
+            weight += links.weight()[l];
+        }
+        return weight > 0 ? Vec3(own_share * p_[i] + (1 - own_share) / weight * sum) : p_[i];
     };
-    smooth(p_, q_);
-    smooth(q_, p_);
+    for (int round = 0; round < 2; ++round) {
+        for_phyxels(job.parallel, to_smooth_.size(), [&](std::size_t k) {
+            const std::size_t i = to_smooth_[k];
+            q_[k] = is_violent(job, p_[i]) ? mean_around(i) : p_[i];
+        });
+        for_phyxels(job.parallel, to_smooth_.size(), [&](std::size_t k) { p_[to_smooth_[k]] = q_[k]; });
+    }
 }
 
 // The part of a force that a phyxel is free to follow.
@@ -271,6 +307,18 @@ double ImplicitSolver::square_of(const Job& job, std::span<const Vec3> of) {
     return sum_(job.parallel, of.size(), [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t i = begin; i < end; ++i) sum += inverse_[i] * of[i].squaredNorm();
+        return sum;
+    });
+}
+
+// Of d_ = 0.
+double ImplicitSolver::residual_at_base(const Job& job) {
+    return sum_(job.parallel, r_.size(), [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            r_[i] = filtered(i, right_[i] + pushed_[i]);
+            sum += inverse_[i] * r_[i].squaredNorm();
+        }
         return sum;
     });
 }

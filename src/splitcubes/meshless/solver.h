@@ -107,19 +107,24 @@ class ImplicitSolver {
     void linearise(const Job& job);
     bool is_torn(const Job& job);
     void right_side(const Job& job);
+    void choose_step(const Job& job, std::size_t i);
+    void predict_phyxel(const Job& job, std::size_t i);
+    void guess_acceleration(const Job& job, std::size_t i);
     void start_guess(const Job& job);
+    static bool is_violent(const Job& job, const Vec3& beyond_gravity);
     void smooth_violent(const Job& job);
     double wanted_residual(const Job& job, double tolerance);
     bool is_at_base(const Job& job);
     void image_of_solution(const Job& job, bool exact);
     double square_of(const Job& job, std::span<const Vec3> of);
+    double residual_at_base(const Job& job);
     double residual_of_image(const Job& job, bool exact, double& noise);
     void take_residual(const Job& job);
     void add_found(const Job& job);
     void weigh_aggregates(const Job& job);
     template <class Chunk>
     double sum_slices(const Job& job, const Chunk& chunk) {
-        return slice_sum_(job.parallel, elastic_.slice_count(), slice_grain,
+        return slice_sum_(job.parallel, elastic_.slice_count(), slice_grain(elastic_.slice_count()),
                           [&](std::size_t begin, std::size_t end) {
                               return chunk(SliceRange{begin, end});
                           });
@@ -155,17 +160,20 @@ class ImplicitSolver {
     std::vector<std::uint32_t> constrained_;   // phyxels that are held
     ChunkSumOf<double> slice_sum_;
     ChunkSumOf<WantedSums> wanted_sum_;
-    bool exact_is_taken_ = false;          // exact_ has the tangents at base_
-    bool solution_is_taken_ = false;       // elastic_ has the state at p_, the solution
-    std::vector<std::uint8_t> inverted_;   // per phyxel, det F <= 0 before the step
-    std::vector<std::uint8_t> held_;       // per phyxel
-    std::vector<std::uint8_t> whole_;      // per phyxel, not distorted at base_
-    std::vector<std::uint8_t> failed_;     // per phyxel, went non-finite in this step
-    std::vector<std::uint8_t> hit_;        // per piece and for none, hit something in this step
-    std::vector<std::uint8_t> supported_;  // per piece and for none, held or pushed a step ago
-    std::vector<double> added_;            // N/m, of contacts and pulls, per phyxel
-    std::vector<Vec3> change_;             // N, per piece
-    std::vector<double> piece_mass_;       // kg, per piece
+    bool exact_is_taken_ = false;         // exact_ has the tangents at base_
+    bool solution_is_taken_ = false;      // elastic_ has the state at p_, the solution
+    std::vector<std::uint8_t> inverted_;  // per phyxel, det F <= 0 before the step
+    bool any_inverted_ = false;
+    std::vector<std::uint8_t> held_;        // per phyxel
+    std::vector<std::uint8_t> violent_;     // per phyxel, its acceleration is to be smoothed
+    std::vector<std::uint32_t> to_smooth_;  // those phyxels
+    std::vector<std::uint8_t> whole_;       // per phyxel, not distorted at base_
+    std::vector<std::uint8_t> failed_;      // per phyxel, went non-finite in this step
+    std::vector<std::uint8_t> hit_;         // per piece and for none, hit something in this step
+    std::vector<std::uint8_t> supported_;   // per piece and for none, held or pushed a step ago
+    std::vector<double> added_;             // N/m, of contacts and pulls, per phyxel
+    std::vector<Vec3> change_;              // N, per piece
+    std::vector<double> piece_mass_;        // kg, per piece
     MomentumKeeper momenta_;
     ContactForces contacts_;
     GroupBuffer group_;  // of steps that this one leads

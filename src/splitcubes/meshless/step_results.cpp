@@ -132,8 +132,12 @@ void MomentumKeeper::correct(Phyxels& phyxels, double kept, const Vec3& velocity
 
 std::size_t deform_and_flow(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                             double dt, SlicedElasticity& elastic, const Parallel& parallel, bool taken) {
-    const std::size_t bad =
-        taken ? 0 : elastic.take_state(neighbourhoods, material, place_of(phyxels), parallel);
+    std::size_t bad = 0;
+    // What flows afterwards has another energy.
+    if (!taken && frame_is_all(material))
+        bad = elastic.take_state_and_energy(neighbourhoods, material, place_of(phyxels), parallel);
+    else if (!taken)
+        bad = elastic.take_state(neighbourhoods, material, place_of(phyxels), parallel);
     elastic.read_deformation(phyxels.deformation, phyxels.rotation, parallel);
     if (!material.plasticity) return bad;
     for_phyxels(parallel, phyxels.size(), [&](std::size_t i) {

@@ -7,6 +7,7 @@
 #include <splitcubes/splitting/node_grid.h>
 #include <splitcubes/splitting/table.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -178,17 +179,22 @@ double Surface::visit_carriers(const RestGrid& rest, const SurfaceVertex& vertex
     const auto node = [&](int corner) {
         return static_cast<std::uint32_t>(cell.node[static_cast<std::size_t>(corner)]);
     };
-    if (std::has_single_bit(vertex.corners)) {
+    if (vertex.corners != 0 && (vertex.corners & (vertex.corners - 1U)) == 0) {
         use(node(std::countr_zero(vertex.corners)), 1.0);
         return 1;
     }
-    const Vec3 p =
-        (rest.to_grid(vertex.rest) - cell.place.cast<double>()).cwiseMax(inset).cwiseMin(1 - inset);
+    // By numbers: vectors of three would be written and read again in parts of another size, and wait for
+    // that.
+    const auto along = [&](int axis) {
+        const double at = (vertex.rest[axis] - rest.origin[axis]) / rest.cell_size - cell.place[axis];
+        return std::min(std::max(at, inset), 1 - inset);
+    };
+    const double x = along(0), y = along(1), z = along(2);
+    const double xy[4] = {(1 - x) * (1 - y), x * (1 - y), (1 - x) * y, x * y};
     double total = 0;
     for (unsigned rest_of = vertex.corners; rest_of != 0; rest_of &= rest_of - 1) {
         const int c = std::countr_zero(rest_of);
-        double w = 1;
-        for (int axis = 0; axis < 3; ++axis) w *= corner_bit(c, axis) ? p[axis] : 1 - p[axis];
+        const double w = xy[c & 3] * (corner_bit(c, 2) ? z : 1 - z);
         use(node(c), w);
         total += w;
     }

@@ -1,4 +1,5 @@
 // The surface's vertices go where its nodes carry them.
+#include <splitcubes/core/prefetch.h>
 #include <splitcubes/geometry/affine_sums.h>
 #include <splitcubes/splitting/surface.h>
 
@@ -18,13 +19,14 @@ static_assert(block_size % geometry::carried_width == 0);
 // Vertices, and how the nodes that carry each move it in the mean.
 class VertexBlock {
   public:
-    // vertices: at most block_size.
-    void take(const Surface& surface, const RestGrid& rest, std::span<const SurfaceVertex> vertices,
+    // count: at most block_size.
+    void take(const Surface& surface, const RestGrid& rest, std::size_t first, std::size_t count,
               std::span<const AffineDisplacement> motion) {
-        count_ = vertices.size();
+        count_ = count;
         std::uint32_t next = 0;
         for (std::size_t i = 0; i < count_; ++i) {
-            const SurfaceVertex& vertex = vertices[i];
+            const SurfaceVertex& vertex = surface.vertices()[first + i];
+            ask_ahead(surface, first + i);
             for (std::size_t k = 0; k < 3; ++k) {
                 point_[k][i] = vertex.rest[static_cast<Eigen::Index>(k)];
                 normal_[k][i] = static_cast<double>(vertex.normal[static_cast<Eigen::Index>(k)]);
@@ -33,6 +35,8 @@ class VertexBlock {
             double total = 1;
             if (vertex.alive())
                 total = surface.visit_carriers(rest, vertex, [&](std::uint32_t node, double weight) {
+                    prefetch(motion[node].entries());
+                    prefetch(motion[node].entries() + AffineDisplacement::entry_count - 1);
                     node_[next] = node;
                     weight_[next++] = weight;
                 });
@@ -57,6 +61,17 @@ class VertexBlock {
     }
 
   private:
+    // Vertices come one after the other from memory, and each points to its cell.
+    static void ask_ahead(const Surface& surface, std::size_t i) {
+        constexpr std::size_t vertices_ahead = 64, cells_ahead = 16;
+        const std::span<const SurfaceVertex> vertices = surface.vertices();
+        prefetch(vertices.data() + std::min(i + vertices_ahead, vertices.size() - 1));
+        const SurfaceVertex& later = vertices[std::min(i + cells_ahead, vertices.size() - 1)];
+        const SurfaceCell& cell = surface.cells()[later.cell];
+        prefetch(&cell.place);
+        prefetch(&cell.node.back());
+    }
+
     using Numbers = std::array<double, block_size>;
     std::size_t count_ = 0;
     std::array<Numbers, 3> point_{}, normal_{};  // rest space, m
@@ -81,8 +96,7 @@ void deform(const Surface& surface, const RestGrid& rest, std::span<const Affine
     parallel.for_chunks(vertices.size(), 4 * block_size, [&](std::size_t begin, std::size_t end) {
         VertexBlock block;
         for (std::size_t first = begin; first < end; first += block_size) {
-            block.take(surface, rest, std::span(vertices).subspan(first, std::min(block_size, end - first)),
-                       motion);
+            block.take(surface, rest, first, std::min(block_size, end - first), motion);
             block.carry(positions.data() + first, normals.data() + first);
         }
     });
