@@ -163,6 +163,7 @@ class Tearing {
                        std::vector<std::int32_t>& slots);
     void close_gaps(splitting::NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots);
     Tip tip_of(const splitting::NodeGrid& grid, const TearContext& context, const Key& cell) const;
+    static const geometry::Frame* frame_of(const TearContext& context, const Vec3i& node);
     double gape_stress(const splitting::NodeGrid& grid, const TearContext& context, const Key& cell,
                        const Vec3& normal) const;
     static bool may_meet(const Tip& tip, const Vec3& a, const Vec3& b, double slack);
