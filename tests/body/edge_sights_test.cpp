@@ -49,6 +49,14 @@ class GrowingSurface {
             occluders_.set_cell(place, triangles);
         }
     }
+    // The same triangles in occluders that count anew, and fewer of them.
+    void start_anew() {
+        geometry::OccluderGrid fresh(Vec3::Zero(), cell, Vec3i::Constant(across));
+        std::swap(occluders_, fresh);
+        boxes_.assign(boxes_.size(), {});
+        changes_.mark_all();
+        change_cells(40);
+    }
     SightContext context() const { return {occluders_, changes_, phyxels_, locator_, reach}; }
     Vec3 place() { return {random_.unit(), random_.unit(), random_.unit()}; }
     int index() { return static_cast<int>(random_.unit() * across); }
@@ -91,6 +99,7 @@ TEST(EdgeSights, TellWhatLookingAnewTells) {
         for (int k = 0; k < 300; ++k) places.push_back(surface.place());
         std::size_t checked = 0;
         for (int step = 0; step < 12; ++step) {
+            if (step == 7) surface.start_anew();
             surface.change_cells(step % 3 == 0 ? 30 : 3);
             sights.begin(surface.phyxels().rest_position.size());
             // Each step others of them, half of which it has asked for before.

@@ -49,6 +49,16 @@ struct Cloud {
     }
 };
 
+// By the points' numbers, ascending.
+std::vector<std::uint32_t> find_facing(const SkinGrid& grid, std::size_t place, double radius,
+                                       double height) {
+    std::vector<std::uint32_t> out;
+    grid.find_facing(place, radius, height, out);
+    for (std::uint32_t& found : out) found = grid.number(found);
+    std::sort(out.begin(), out.end());
+    return out;
+}
+
 TEST(SkinGrid, VisitsAllThatFaceAPointAndNoneElse) {
     SkinGrid grid;
     Random random(77);
@@ -57,27 +67,31 @@ TEST(SkinGrid, VisitsAllThatFaceAPointAndNoneElse) {
         const Cloud cloud(seed);
         constexpr double reach = 0.2;
         grid.build(cloud.points, cloud.normals, reach, 3 * reach, Parallel(2));
-        for (std::size_t of = 0; of < cloud.points.size(); ++of)
+        ASSERT_EQ(grid.size(), cloud.points.size());
+        std::vector<bool> is_known(grid.size());
+        for (std::size_t place = 0; place < grid.size(); ++place) {
+            const std::size_t of = grid.number(place);
+            ASSERT_FALSE(is_known[of]);
+            is_known[of] = true;
+            ASSERT_EQ(grid.point(place), cloud.points[of]);
+            ASSERT_EQ(grid.normal(place), cloud.normals[of]);
             for (const double radius : {0.05, 0.2, 0.33, 0.6}) {
-                std::vector<std::uint32_t> visited;
-                grid.find_facing(of, radius, anywhere, visited);
-                std::sort(visited.begin(), visited.end());
                 const std::vector<std::uint32_t> expected = cloud.facing(of, radius);
-                ASSERT_EQ(visited, expected) << "seed " << seed << ", point " << of << ", radius " << radius;
-                ASSERT_TRUE(expected.empty() || grid.may_face(of, radius));
+                ASSERT_EQ(find_facing(grid, place, radius, anywhere), expected)
+                    << "seed " << seed << ", point " << of << ", radius " << radius;
+                ASSERT_TRUE(expected.empty() || grid.may_face(place, radius));
                 const double height = radius * random.uniform(-1, 1);
-                std::vector<std::uint32_t> low;
-                grid.find_facing(of, radius, height, low);
+                const std::vector<std::uint32_t> low = find_facing(grid, place, radius, height);
                 if (low.empty()) {
                     ASSERT_GE(cloud.least_height(of, expected), height);
                     too_high += !expected.empty();
                 } else {
-                    std::sort(low.begin(), low.end());
                     ASSERT_EQ(low, expected);
                 }
                 found += expected.size();
-                passed_over += !grid.may_face(of, radius);
+                passed_over += !grid.may_face(place, radius);
             }
+        }
     }
     // None of them is so for want of cases.
     EXPECT_GT(too_high, 300U);
@@ -92,11 +106,8 @@ TEST(SkinGrid, BearsPointsThatAreNoneOrFarAway) {
         cloud.points[5].y() = far;
         SkinGrid grid;
         grid.build(cloud.points, cloud.normals, 0.2, 0.6, Parallel(1));
-        for (std::size_t of = 0; of < cloud.points.size(); ++of) {
-            std::vector<std::uint32_t> visited;
-            grid.find_facing(of, 0.4, anywhere, visited);
-            EXPECT_EQ(visited.size(), cloud.facing(of, 0.4).size());
-        }
+        for (std::size_t place = 0; place < grid.size(); ++place)
+            EXPECT_EQ(find_facing(grid, place, 0.4, anywhere), cloud.facing(grid.number(place), 0.4));
     }
 }
 

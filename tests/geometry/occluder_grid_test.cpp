@@ -220,6 +220,42 @@ TEST(OccluderGrid, TellsWhatIsNewFromWhatWasThere) {
     EXPECT_GT(only_new, 50);
 }
 
+// A triangle that blocks a segment is known again for as long as it does.
+TEST(OccluderGrid, WhatBlockedASegmentTellsLaterWhetherItStillDoes) {
+    Random random(13);
+    Content content;
+    OccluderGrid grid = random_grid(random, 300, 0.5, content);
+    int still = 0, other = 0;
+    for (int round = 0; round < 60; ++round) {
+        std::vector<std::pair<Vec3, Vec3>> segments;
+        std::vector<std::uint32_t> by;
+        for (int query = 0; query < 100; ++query) {
+            const Vec3 a = random_vector(random, 2.2), b = a + random_vector(random, 0.7);
+            segments.emplace_back(a, b);
+            by.push_back(grid.blocker(a, b));
+            ASSERT_EQ(by.back() != OccluderGrid::no_triangle, grid.segment_blocked(a, b));
+            ASSERT_EQ(grid.blocks(by.back(), a, b), grid.segment_blocked(a, b));
+        }
+        for (int k = 0; k < 40; ++k) {
+            const Vec3i cell(static_cast<int>(random.below(cells)), static_cast<int>(random.below(cells)),
+                             static_cast<int>(random.below(cells)));
+            grid.set_cell(cell,
+                          k % 2 == 0 ? std::vector<OccluderTriangle>{} : random_cell(random, cell, 0.5));
+        }
+        for (std::size_t k = 0; k < segments.size(); ++k) {
+            const auto& [a, b] = segments[k];
+            if (grid.blocks(by[k], a, b)) {
+                ASSERT_TRUE(grid.segment_blocked(a, b));
+                ++still;
+            } else {
+                other += by[k] != OccluderGrid::no_triangle;
+            }
+        }
+    }
+    EXPECT_GT(still, 100);
+    EXPECT_GT(other, 10);
+}
+
 // Triangles of many cells at once, some of them emptied, some set again.
 TEST(OccluderGrid, ManyCellsAtOnceAreAsOneByOne) {
     Random random(11);

@@ -50,9 +50,12 @@ TEST(SightFan, TellsOfEachSegmentWhatItTellsOnItsOwn) {
             for (std::size_t k = 0; k < static_cast<std::size_t>(trial) % (most_fan_segments + 1); ++k)
                 to.emplace_back(
                     from + reach * Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)));
-            const std::uint32_t told = blocked_segments(grid, from, to);
+            std::vector<std::uint32_t> by(to.size(), OccluderGrid::no_triangle);
+            const std::uint32_t told = blocked_segments(grid, from, to, by.data());
+            ASSERT_EQ(blocked_segments(grid, from, to), told);
             for (std::size_t k = 0; k < to.size(); ++k) {
                 ASSERT_EQ((told >> k & 1) != 0, grid.segment_blocked(from, to[k]));
+                ASSERT_EQ((told >> k & 1) != 0, grid.blocks(by[k], from, to[k]));
                 ((told >> k & 1) != 0 ? blocked : open) += 1;
             }
         }

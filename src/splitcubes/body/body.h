@@ -174,11 +174,10 @@ class Body {
     std::uint64_t skin_revision() const { return skin_revision_; }
     /// The tracked node that carries most of a surface vertex.
     std::uint32_t carrying_node(std::uint32_t vertex) const;
-    /// The phyxels that carry most of a surface vertex of a piece; never none.
-    meshless::ContactSide carriers_of(std::uint32_t vertex, std::int32_t piece, std::uint32_t part) const;
-    /// Whether a surface stands between two points of rest space.
-    bool parted_at_rest(const Vec3& a, const Vec3& b) const { return occluders_.segment_blocked(a, b); }
-    /// Where that may have changed.
+    /// The phyxels that carry most of a surface vertex of a piece; never none. node: its carrying_node.
+    meshless::ContactSide carriers_of(std::uint32_t vertex, std::uint32_t node, std::int32_t piece,
+                                      std::uint32_t part) const;
+    /// Where what the occluders are made of may have changed.
     const SurfaceChanges& surface_changes() const { return changes_; }
 
     void add_to_hash(StateHash& hash) const;

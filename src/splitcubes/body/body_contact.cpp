@@ -108,7 +108,8 @@ std::uint32_t Body::nearest_of_piece(const Vec3& rest, std::int32_t piece) const
 
 // The heaviest node that carries the vertex stands for all: a contact needs who is near, the
 // exact place is that of the surface.
-meshless::ContactSide Body::carriers_of(std::uint32_t vertex, std::int32_t piece, std::uint32_t part) const {
+meshless::ContactSide Body::carriers_of(std::uint32_t vertex, std::uint32_t node, std::int32_t piece,
+                                        std::uint32_t part) const {
     const splitting::SurfaceVertex& v = surface_->vertices()[vertex];
     meshless::ContactSide side;
     side.part = part;
@@ -124,7 +125,6 @@ meshless::ContactSide Body::carriers_of(std::uint32_t vertex, std::int32_t piece
         side.phyxel[at] = phyxel;
         side.weight[at] = weight;
     };
-    const std::uint32_t node = carrying_node(vertex);
     const meshless::NodeKernels& kernels = tracker_.kernels();
     if (node < kernels.size()) {
         const meshless::NodeKernels::Row& row = kernels.rows[node];

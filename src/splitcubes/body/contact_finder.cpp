@@ -34,6 +34,7 @@ bool ContactFinder::is_listed(const Task& task) {
         now_[b].skin = body.skin_revision();
         now_[b].pieces = body.pieces().count();
         now_[b].rigid = body.phyxels().rigid.bodies.size();
+        now_[b].anew = body.surface_changes().all_anew();
         same = same && now_[b].same_as(listed_[b]);
     }
     return same;
@@ -41,7 +42,6 @@ bool ContactFinder::is_listed(const Task& task) {
 
 void ContactFinder::list_samples(const Task& task, const Parallel& parallel) {
     if (!is_listed(task)) relist(task, parallel);
-    place_samples(task, parallel);
 }
 
 void ContactFinder::relist(const Task& task, const Parallel& parallel) {
@@ -82,26 +82,34 @@ void ContactFinder::list_points(const Body& body, std::uint32_t number, std::siz
     const auto old_end = samples_.begin() + static_cast<std::ptrdiff_t>(last_old);
     const auto is_before = [](const Sample& sample, std::uint32_t vertex) { return sample.vertex < vertex; };
     if (begin < end) old = std::lower_bound(old, old_end, body.skin_points()[begin].vertex, is_before);
+    const bool same_nodes = is_known && now_[number].same_nodes(listed_[number]);
     for (std::size_t k = begin; k < end; ++k) {
         const SkinPoint& point = body.skin_points()[k];
         // The list is of the last step: this one may have cut there.
         const splitting::SurfaceVertex& vertex = body.surface().vertices()[point.vertex];
         if (!vertex.alive()) continue;
-        const std::int32_t piece = body.pieces().piece_of(body.grid(), body.surface().carrier(vertex));
-        if (body.phyxels().rigid.index(piece) >= 0) continue;
+        while (old != old_end && old->vertex < point.vertex) ++old;
+        const bool was_one = old != old_end && old->vertex == point.vertex && old->rest == vertex.rest;
         Sample& sample = fresh_[first + k];
         sample = {number,
                   point.vertex,
-                  body.carrying_node(point.vertex),
-                  piece,
+                  0,
+                  0,
                   vertex.rest,
                   vertex.normal.cast<double>(),
-                  body.phyxel_spacing()};
+                  body.phyxel_spacing(),
+                  vertex.cell,
+                  vertex.corners};
+        if (was_one && same_nodes && old->cell == vertex.cell && old->corners == vertex.corners) {
+            sample.node = old->node;
+            sample.piece = old->piece;
+        } else {
+            sample.piece = body.pieces().piece_of(body.grid(), body.surface().carrier(vertex));
+            if (body.phyxels().rigid.index(sample.piece) >= 0) continue;
+            sample.node = body.carrying_node(point.vertex);
+        }
         old_[first + k] = new_sample;
-        while (old != old_end && old->vertex < sample.vertex) ++old;
-        if (old == old_end || old->vertex != sample.vertex || old->node != sample.node ||
-            old->piece != sample.piece || old->rest != sample.rest)
-            continue;
+        if (!was_one || old->node != sample.node || old->piece != sample.piece) continue;
         old_[first + k] = old - samples_.begin();
         // One that is turned is another one to those who know what it is parted from.
         if (old->rest_normal == sample.rest_normal) sample.serial = old->serial;
@@ -163,7 +171,7 @@ ContactFinder::KnownParted& ContactFinder::take_known() {
     return known;
 }
 
-// Where they are drawn.
+// Where they are drawn; where skins push on each other, all where their carriers take them.
 void ContactFinder::place_samples(const Task& task, const Parallel& parallel) {
     position_.resize(samples_.size());
     normal_.resize(samples_.size());
@@ -172,6 +180,7 @@ void ContactFinder::place_samples(const Task& task, const Parallel& parallel) {
         const Sample& sample = samples_[k];
         position_[k] = task.bodies[sample.body]->vertex_positions()[sample.vertex];
         normal_[k] = task.bodies[sample.body]->vertex_normals()[sample.vertex];
+        if (task.options.pieces) find_carriers(task, k);
     });
 }
 
@@ -189,7 +198,7 @@ void ContactFinder::find_carriers(const Task& task, std::size_t k) {
     ContactSide& side = carrying.side;
     // What no row tells, but the pieces' phyxels, is looked up again.
     if (side.count == 0 || carrying.row != row || !body.nodes().has_row(sample.node)) {
-        side = body.carriers_of(sample.vertex, sample.piece, sample.body);
+        side = body.carriers_of(sample.vertex, sample.node, sample.piece, sample.body);
         carrying.row = row;
         Vec3 rest = Vec3::Zero();
         carrying.weight_sum = 0;
@@ -300,14 +309,34 @@ void ContactFinder::find(const Task& task, const Parallel& parallel, std::vector
     for (const auto& chunk : chunks_) chunk->found.clear();
     if (task.options.pieces || !task.colliders.empty()) {
         list_samples(task, parallel);
+        place_samples(task, parallel);
         meet_colliders(task, parallel);
         if (task.options.pieces) meet_pieces(task, parallel);
     }
     order_.clear();
     for (const auto& chunk : chunks_)
         for (const Contact& contact : chunk->found) order_.push_back({contact.key, &contact});
-    std::sort(order_.begin(), order_.end(), [](const Found& a, const Found& b) { return a.key < b.key; });
+    sort_found();
     group(task, groups);
+}
+
+// By keys, digit by digit (counting sort from the lowest on): they are many, and most of their digits agree.
+void ContactFinder::sort_found() {
+    constexpr unsigned bits = 11;
+    std::uint64_t differ = 0;
+    for (const Found& found : order_) differ |= found.key ^ order_[0].key;
+    spare_order_.resize(order_.size());
+    for (unsigned shift = 0; shift < 64 && differ >> shift != 0; shift += bits) {
+        const auto digit = [shift](const Found& found) {
+            return static_cast<std::size_t>(found.key >> shift & ((1U << bits) - 1));
+        };
+        if ((differ >> shift & ((1U << bits) - 1)) == 0) continue;
+        std::array<std::uint32_t, (1U << bits) + 1> first{};
+        for (const Found& found : order_) ++first[digit(found) + 1];
+        std::partial_sum(first.begin(), first.end(), first.begin());
+        for (const Found& found : order_) spare_order_[first[digit(found)]++] = found;
+        order_.swap(spare_order_);
+    }
 }
 
 void ContactFinder::group(const Task& task, std::vector<ContactGroup>& groups) {

@@ -64,15 +64,22 @@ class ContactFinder {
         Vec3 rest = Vec3::Zero();         // m, rest space
         Vec3 rest_normal = Vec3::Zero();  // unit, outward
         double spacing = 0;               // m, of the body's phyxels
-        std::uint32_t serial = 0;         // as long as nothing above changes, and no other's
+        std::uint32_t cell = 0;           // of the surface; that and which corners tell who carries it
+        std::uint8_t corners = 0;
+        std::uint32_t serial = 0;  // as long as nothing above changes, and no other's
     };
     /// Of one sample: which others, by serial numbers, a cut parts from it at rest.
     struct KnownParted {
-        static constexpr std::size_t size = 64, probed = 16;
-        static constexpr std::uint32_t parted = 1U << 31;
+        static constexpr std::size_t size = 32;  // some seven are asked for in a step
 
-        std::array<std::uint32_t, size> other{};   // 0: none
-        std::array<std::uint32_t, size> answer{};  // the last change of the surface it knows of, and `parted`
+        struct Answer {
+            std::uint32_t is_parted : 1 = 0;
+            std::uint32_t when : 31 = 0;  // the last change of the surface that it knows of
+            // Which occluder parts them; where none does, what the occluders had counted then.
+            std::uint32_t witness = 0;
+        };
+        std::array<std::uint32_t, size> other{};  // 0: none
+        std::array<Answer, size> answer{};
     };
     struct Carrying {
         meshless::ContactSide side;  // no phyxels: not known yet
@@ -85,15 +92,20 @@ class ContactFinder {
     struct Listed {
         std::uint64_t surface = 0, skin = 0;
         std::size_t pieces = 0, rigid = 0;
-        std::size_t first = 0;  // of its samples
+        std::uint32_t anew = 0;  // SurfaceChanges::all_anew
+        std::size_t first = 0;   // of its samples
 
+        /// Whether nodes are of the same pieces, and tracked by the same numbers.
+        bool same_nodes(const Listed& o) const {
+            return pieces == o.pieces && rigid == o.rigid && anew == o.anew;
+        }
         bool same_as(const Listed& o) const {
-            return surface == o.surface && skin == o.skin && pieces == o.pieces && rigid == o.rigid;
+            return surface == o.surface && skin == o.skin && same_nodes(o);
         }
     };
     /// A sample that faces another one.
     struct Facing {
-        std::uint32_t index;
+        std::uint32_t index, place;      // among the samples; in the grid
         double distance, cosine, along;  // m^2; of the normals; m, above the plane through it
         double weight;                   // in the mean
         enum class May : std::uint8_t { unknown, no, yes } may;
@@ -158,15 +170,18 @@ class ContactFinder {
                 std::size_t begin, std::size_t end) const;
     void meet_pieces(const Task& task, const Parallel& parallel);
     bool are_parted(const Body& body, std::size_t a, std::size_t b);
+    static void look(const Body& body, const Vec3& from, const Vec3& to, bool is_known,
+                     KnownParted::Answer& answer);
     bool may_meet(const Task& task, std::size_t a, std::size_t b);
     bool may_meet(const Task& task, std::size_t k, Facing& other);
     Facing* partner_of(const Task& task, std::size_t k, std::vector<Facing>& facing);
-    bool find_facing(std::size_t k, const Reach& reach, Chunk& chunk) const;
+    bool find_facing(std::size_t place, const Reach& reach, Chunk& chunk) const;
     const Sample* find_face(const Task& task, std::size_t k, Chunk& chunk, Facing& chosen);
-    bool meet(const Task& task, std::size_t k, const Reach& reach, Chunk& chunk, meshless::Contact& out);
+    bool meet(const Task& task, std::size_t place, const Reach& reach, Chunk& chunk, meshless::Contact& out);
     bool push_on(const Task& task, const Vec3& foot, double total, const Facing& chosen, Chunk& chunk,
                  meshless::Contact& out) const;
     Reach reach_of(const Task& task) const;
+    void sort_found();
     void group(const Task& task, std::vector<ContactGroup>& groups);
 
     std::vector<Sample> samples_, fresh_;
@@ -185,7 +200,7 @@ class ContactFinder {
     std::mutex mutex_;                            // of chunks_ and known_
     std::vector<std::unique_ptr<Chunk>> chunks_;  // contacts' part: number of the body
     std::vector<Chunk*> free_chunks_;
-    std::vector<Found> order_;
+    std::vector<Found> order_, spare_order_;
     std::vector<std::uint32_t> first_, part_of_;
     std::vector<std::size_t> group_of_;
 };

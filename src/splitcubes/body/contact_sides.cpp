@@ -1,6 +1,6 @@
 #include <splitcubes/body/contact_sides.h>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <bit>
 
@@ -26,14 +26,11 @@ void carry_exactly(std::span<const Vec3> rest, const Vec3& place, double spacing
         const Vec3 arm = rest[side.phyxel[k]] - centre;
         spread += side.weight[k] * arm * arm.transpose();
     }
-    const Eigen::SelfAdjointEigenSolver<Mat3> axes(spread);
-    const double least = least_spread * spacing * spacing;
-    Vec3 slope = Vec3::Zero();
-    for (int a = 0; a < 3; ++a) {
-        const double along = axes.eigenvalues()[a];
-        const Vec3 axis = axes.eigenvectors().col(a);
-        slope += along / (along * along + least * least) * axis.dot(place - centre) * axis;
-    }
+    // In squared spacings. Each of its values s takes the part 1 / s of what lies along its axis, s / (s^2 +
+    // least^2) where it is small (Tikhonov): as one matrix that needs no axes.
+    spread /= spacing * spacing;
+    const Mat3 damped = spread * spread + least_spread * least_spread * Mat3::Identity();
+    const Vec3 slope = spread * (damped.inverse() * (place - centre)) / (spacing * spacing);
     for (std::uint32_t k = 0; k < side.count; ++k)
         side.weight[k] *= 1 + slope.dot(rest[side.phyxel[k]] - centre);
 }

@@ -29,29 +29,40 @@ bool ContactFinder::are_parted(const Body& body, std::size_t a, std::size_t b) {
     const double below = below_skin * body.grid().rest().cell_size;
     const Vec3 from = samples_[a].rest - below * samples_[a].rest_normal;
     const Vec3 to = samples_[b].rest - below * samples_[b].rest_normal;
-    const SurfaceChanges& changes = body.surface_changes();
     if (!parted_[a]) parted_[a] = &take_known();
     KnownParted& known = *parted_[a];
     const std::uint32_t serial = samples_[b].serial;
-    std::size_t place = serial % KnownParted::size;
-    for (std::size_t k = 0; k < KnownParted::probed; ++k) {
-        const std::size_t at = (serial + k) % KnownParted::size;
-        if (known.other[at] == serial) {
-            place = at;
-            const bool parted = (known.answer[at] & KnownParted::parted) != 0;
-            const geometry::Box box{from.cwiseMin(to), from.cwiseMax(to)};
-            if (changes.since(box, known.answer[at] & ~KnownParted::parted)) break;
-            known.answer[at] = changes.now() | (parted ? KnownParted::parted : 0);
-            return parted;
-        }
+    const auto found = std::find(known.other.begin(), known.other.end(), serial);
+    const bool is_known = found != known.other.end();
+    auto place = static_cast<std::size_t>(found - known.other.begin());
+    if (!is_known) {
         // What is longest unasked gives way.
-        if ((known.answer[at] & ~KnownParted::parted) < (known.answer[place] & ~KnownParted::parted))
-            place = at;
+        const auto oldest = std::min_element(
+            known.answer.begin(), known.answer.end(),
+            [](const KnownParted::Answer& x, const KnownParted::Answer& y) { return x.when < y.when; });
+        place = static_cast<std::size_t>(oldest - known.answer.begin());
+        known.other[place] = serial;
     }
-    const bool parted = body.parted_at_rest(from, to);
-    known.other[place] = serial;
-    known.answer[place] = changes.now() | (parted ? KnownParted::parted : 0);
-    return parted;
+    look(body, from, to, is_known, known.answer[place]);
+    return known.answer[place].is_parted != 0;
+}
+
+// Brings an answer up to date. What is known tells where to look first: at what parted the two, or, where
+// nothing did, at what has come since.
+void ContactFinder::look(const Body& body, const Vec3& from, const Vec3& to, bool is_known,
+                         KnownParted::Answer& answer) {
+    const SurfaceChanges& changes = body.surface_changes();
+    const geometry::OccluderGrid& occluders = body.occluders();
+    const std::uint32_t now = changes.now() & ~(1U << 31);
+    const bool is_stale = is_known && changes.since({from.cwiseMin(to), from.cwiseMax(to)}, answer.when);
+    const std::uint32_t when = answer.when;
+    answer.when = now;
+    if (is_known && (!is_stale || (answer.is_parted && occluders.blocks(answer.witness, from, to)))) return;
+    // After all changed at once the occluders count anew.
+    const bool was_open = is_known && !answer.is_parted && when >= changes.all_anew();
+    const std::uint32_t by = occluders.blocker(from, to, was_open ? answer.witness : 0);
+    answer.is_parted = by != geometry::OccluderGrid::no_triangle;
+    answer.witness = answer.is_parted ? by : occluders.changes();
 }
 
 // Whether two samples that face each other can be of skins that meet.
@@ -93,21 +104,23 @@ ContactFinder::Facing* ContactFinder::partner_of(const Task& task, std::size_t k
 }
 
 // The samples that face this one; false where no contact can come of them.
-bool ContactFinder::find_facing(std::size_t k, const Reach& reach, Chunk& chunk) const {
+bool ContactFinder::find_facing(std::size_t place, const Reach& reach, Chunk& chunk) const {
+    const std::size_t k = grid_.number(place);
     const Sample& sample = samples_[k];
+    const Vec3 &position = grid_.point(place), &normal = grid_.normal(place);
     // The gap will be a mean of heights above planes: where none of them is low enough to be
     // met within the step, nothing is.
     const double enough = margin_share * sample.spacing + reach.fall +
                           reach.gain * (carrying_[k].weight_sum + reach.widest) + 1e-6 * reach.radius;
     chunk.facing.clear();
-    grid_.find_facing(k, reach.radius, enough, chunk.near);
+    grid_.find_facing(place, reach.radius, enough, chunk.near);
     bool low = false;
     for (const std::uint32_t other : chunk.near) {
-        const Vec3 way = position_[k] - position_[other];
-        const double along = normal_[other].dot(way);
+        const Vec3 way = position - grid_.point(other);
+        const double along = grid_.normal(other).dot(way);
         low = low || !(along > enough);
-        chunk.facing.push_back(
-            {other, way.squaredNorm(), normal_[k].dot(normal_[other]), along, 0, Facing::May::unknown});
+        chunk.facing.push_back({grid_.number(other), other, way.squaredNorm(),
+                                normal.dot(grid_.normal(other)), along, 0, Facing::May::unknown});
     }
     return low;
 }
@@ -121,26 +134,28 @@ const ContactFinder::Sample* ContactFinder::find_face(const Task& task, std::siz
     if (!best) return nullptr;
     chosen = *best;
     const Sample& partner = samples_[chosen.index];
-    const Vec3& partner_normal = normal_[chosen.index];
+    const Vec3& partner_normal = grid_.normal(chosen.place);
     const double width = std::sqrt(chosen.distance) + 0.75 * partner.spacing;
     std::erase_if(facing, [&](Facing& near) {
-        const Sample& other = samples_[near.index];
-        if (other.body != partner.body || other.piece != partner.piece) return true;
         const double share = 1 - near.distance / (width * width);
         near.weight = share * share;
-        return !(share > 0) || !(normal_[near.index].dot(partner_normal) > one_face) ||
-               !may_meet(task, k, near);
+        // What is told by what lies side by side in memory first.
+        if (!(share > 0) || !(grid_.normal(near.place).dot(partner_normal) > one_face)) return true;
+        const Sample& other = samples_[near.index];
+        return other.body != partner.body || other.piece != partner.piece || !may_meet(task, k, near);
     });
     std::sort(facing.begin(), facing.end(),
               [](const Facing& a, const Facing& b) { return a.index < b.index; });
     return &partner;
 }
 
-bool ContactFinder::meet(const Task& task, std::size_t k, const Reach& reach, Chunk& chunk, Contact& out) {
+bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach, Chunk& chunk,
+                         Contact& out) {
+    const std::size_t k = grid_.number(place);
     const Sample& sample = samples_[k];
-    const Vec3& position = position_[k];
+    const Vec3& position = grid_.point(place);
     Facing chosen{};
-    if (!find_facing(k, reach, chunk)) return false;
+    if (!find_facing(place, reach, chunk)) return false;
     const Sample* const found = find_face(task, k, chunk, chosen);
     if (!found) return false;
     const Sample& partner = *found;
@@ -150,7 +165,7 @@ bool ContactFinder::meet(const Task& task, std::size_t k, const Reach& reach, Ch
         const Sample& other = samples_[near.index];
         distance += near.weight * near.along;
         rest_distance += near.weight * other.rest_normal.dot(sample.rest - other.rest);
-        normal += near.weight * normal_[near.index];
+        normal += near.weight * grid_.normal(near.place);
         total += near.weight;
     }
     if (!(total > 0) || !(normal.norm() > 0)) return false;
@@ -163,7 +178,7 @@ bool ContactFinder::meet(const Task& task, std::size_t k, const Reach& reach, Ch
     if (sample.body == partner.body && (sample.rest - partner.rest).norm() < 2 * sample.spacing)
         out.gap -= std::min(0.0, rest_distance / total);
     const double spacing = std::max(sample.spacing, partner.spacing);
-    const Vec3 way = position - position_[chosen.index];
+    const Vec3 way = position - grid_.point(chosen.place);
     if (out.gap < -deepest_share * spacing || out.gap > reach.radius) return false;
     if ((way - normal.dot(way) * normal).norm() > beside_share * spacing) return false;
     out.upper = carrying_[k].side;
@@ -178,7 +193,7 @@ bool ContactFinder::push_on(const Task& task, const Vec3& foot, double total, co
                             Chunk& chunk, Contact& out) const {
     Vec3 middle = Vec3::Zero(), rest_middle = Vec3::Zero();
     for (const Facing& near : chunk.facing) {
-        middle += near.weight * position_[near.index];
+        middle += near.weight * grid_.point(near.place);
         rest_middle += near.weight * samples_[near.index].rest;
         chunk.between.add(carrying_[near.index].side, near.weight);
     }
@@ -220,17 +235,16 @@ ContactFinder::Reach ContactFinder::reach_of(const Task& task) const {
 
 void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
     if (samples_.empty()) return;
-    parallel.for_each(samples_.size(), grain, [&](std::size_t k) { find_carriers(task, k); });
     velocity_.clear();
     for (const auto& body : task.bodies) velocity_.emplace_back(body->phyxels().velocity);
     const Reach reach = reach_of(task);
     grid_.build(position_, normal_, reach.radius, reach.radius, parallel);
     in_chunks(parallel, samples_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
-        for (std::size_t k = begin; k < end; ++k) {
+        for (std::size_t place = begin; place < end; ++place) {
+            if (!grid_.may_face(place, reach.radius)) continue;
+            const std::size_t k = grid_.number(place);
             Contact contact;
-            if (carrying_[k].side.is_collider() || !grid_.may_face(k, reach.radius) ||
-                !meet(task, k, reach, chunk, contact))
-                continue;
+            if (carrying_[k].side.is_collider() || !meet(task, place, reach, chunk, contact)) continue;
             const Vec3 v = side_value(contact.upper, velocity_) - side_value(contact.lower, velocity_);
             const double closing = std::max(0.0, -task.dt * contact.normal.dot(v));
             if (!(contact.gap - closing < margin_share * samples_[k].spacing + reach.fall)) continue;

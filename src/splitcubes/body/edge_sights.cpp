@@ -84,7 +84,8 @@ std::span<const EdgeSights::Link> EdgeSights::near(std::uint32_t number, const S
     context.locator.visit(entry.rest, context.reach, [&](std::uint32_t i) {
         const double weight =
             meshless::kernel((p.rest_position[i] - entry.rest).squaredNorm(), p.support_radius[i]);
-        if (weight > 0) entry.links.push_back({weight, i & 0x3fffffffU, Link::unknown});
+        if (weight > 0)
+            entry.links.push_back({weight, i & (most_phyxels - 1), Link::unknown, Link::unknown, 0});
         return true;
     });
     std::sort(entry.links.begin(), entry.links.end(),
@@ -94,25 +95,63 @@ std::span<const EdgeSights::Link> EdgeSights::near(std::uint32_t number, const S
     return entry.links;
 }
 
+// What was found out before may tell what is now: which triangle hid the phyxel, and of one that was seen,
+// that only what has come since can hide it. False where it does not.
+bool EdgeSights::recall(const Entry& entry, Link& link, const SightContext& context) {
+    const Vec3& to = context.phyxels.rest_position[link.phyxel];
+    if (link.before == Link::hidden && context.occluders.blocks(link.witness, entry.rest, to)) {
+        link.sight = Link::hidden;
+        return true;
+    }
+    if (link.before != Link::seen) return false;
+    const std::uint32_t by = context.occluders.blocker(entry.rest, to, link.witness);
+    const bool is_hidden = by != geometry::OccluderGrid::no_triangle;
+    link.sight = link.before = is_hidden ? Link::hidden : Link::seen;
+    link.witness = is_hidden ? by : context.occluders.changes();
+    return true;
+}
+
+void EdgeSights::look(std::uint32_t number, std::int32_t piece, const SightContext& context) {
+    Entry& entry = entries_[number];
+    std::array<Link*, geometry::most_fan_segments> fan;
+    std::size_t count = 0;
+    for (Link& link : entry.links) {
+        if (link.sight != Link::unknown || context.phyxels.piece[link.phyxel] != piece) continue;
+        if (recall(entry, link, context)) continue;
+        fan[count++] = &link;
+        if (count == fan.size()) look_along(entry, fan, context);
+        count %= fan.size();
+    }
+    look_along(entry, {fan.data(), count}, context);
+}
+
 // At most so many as a fan takes.
 void EdgeSights::look_along(const Entry& entry, std::span<Link* const> links, const SightContext& context) {
     std::array<Vec3, geometry::most_fan_segments> to;
     for (std::size_t k = 0; k < links.size(); ++k) to[k] = context.phyxels.rest_position[links[k]->phyxel];
+    std::array<std::uint32_t, geometry::most_fan_segments> by;
     const std::uint32_t blocked =
-        geometry::blocked_segments(context.occluders, entry.rest, {to.data(), links.size()});
-    for (std::size_t k = 0; k < links.size(); ++k)
-        links[k]->sight = (blocked >> k & 1) != 0 ? Link::hidden : Link::seen;
+        geometry::blocked_segments(context.occluders, entry.rest, {to.data(), links.size()}, by.data());
+    for (std::size_t k = 0; k < links.size(); ++k) {
+        const bool is_hidden = (blocked >> k & 1) != 0;
+        links[k]->sight = links[k]->before = is_hidden ? Link::hidden : Link::seen;
+        links[k]->witness = is_hidden ? by[k] : context.occluders.changes();
+    }
 }
 
 // What may have changed is not known any more.
 void EdgeSights::doubt(Entry& entry, const SightContext& context) {
     const meshless::Phyxels& p = context.phyxels;
     const geometry::Box around = geometry::Box{entry.rest, entry.rest}.grown(context.reach);
+    const bool is_anew = entry.when < context.changes.all_anew();
     if (context.changes.since(around, entry.when))
-        for (Link& link : entry.links)
+        for (Link& link : entry.links) {
+            // The occluders count anew, too.
+            if (is_anew) link.before = Link::unknown;
             if (link.sight != Link::unknown &&
                 context.changes.since(box_of(entry.rest, p.rest_position[link.phyxel]), entry.when))
                 link.sight = Link::unknown;
+        }
     entry.when = context.changes.now();
 }
 

@@ -25,17 +25,22 @@ struct SightContext {
 };
 
 /// A phyxel is seen where the segment from the edge's middle to it meets no surface. Looks again
-/// only where the surface has changed since; what it tells is what looking anew at all would tell.
+/// only where the surface has changed since, and there first at what hid a phyxel or what has come since it
+/// was seen; what it tells is what looking anew at all would tell.
 /// Edges are numbered by one thread; different numbers may then be looked at by different threads.
 class EdgeSights {
   public:
     /// What is known of a phyxel near an edge.
     struct Link {
         double weight;  // of the kernel there, > 0
-        std::uint32_t phyxel : 30;
+        std::uint32_t phyxel : 28;
         enum : std::uint32_t { unknown, seen, hidden };
         std::uint32_t sight : 2;
+        std::uint32_t before : 2;  // what it was when it was last looked at
+        // Of then: what the occluders had counted, where it was seen; which triangle hid it.
+        std::uint32_t witness;
     };
+    static constexpr std::uint32_t most_phyxels = 1U << 28;
 
     /// A step begins: edges that the last step did not ask for may be forgotten, and all are where there are
     /// other phyxels. Numbers of the step before mean nothing any more.
@@ -49,24 +54,7 @@ class EdgeSights {
     /// seen or hidden; of the others look finds it out.
     std::span<const Link> near(std::uint32_t number, const SightContext& context);
     /// Finds out which of the phyxels of a piece the edge sees; after near.
-    void look(std::uint32_t number, std::int32_t piece, const SightContext& context) {
-        look(number, piece, context, [](std::uint32_t) { return true; });
-    }
-    /// The same of those for which which(phyxel) holds.
-    template <class Which>
-    void look(std::uint32_t number, std::int32_t piece, const SightContext& context, const Which& which) {
-        const meshless::Phyxels& p = context.phyxels;
-        Entry& entry = entries_[number];
-        std::array<Link*, geometry::most_fan_segments> fan;
-        std::size_t count = 0;
-        for (Link& link : entry.links) {
-            if (link.sight != Link::unknown || p.piece[link.phyxel] != piece || !which(link.phyxel)) continue;
-            fan[count++] = &link;
-            if (count == fan.size()) look_along(entry, fan, context);
-            count %= fan.size();
-        }
-        look_along(entry, {fan.data(), count}, context);
-    }
+    void look(std::uint32_t number, std::int32_t piece, const SightContext& context);
 
   private:
     struct Entry {
@@ -78,6 +66,7 @@ class EdgeSights {
         std::vector<Link> links;
     };
     std::size_t slot_of(std::uint64_t edge) const;
+    static bool recall(const Entry& entry, Link& link, const SightContext& context);
     static void look_along(const Entry& entry, std::span<Link* const> links, const SightContext& context);
     static void doubt(Entry& entry, const SightContext& context);
     void rebuild_table(std::size_t slots);

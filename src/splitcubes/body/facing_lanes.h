@@ -10,7 +10,6 @@ namespace splitcubes::body {
 /// Points side by side: coordinates, and those of normals; each array has room for facing_padding more.
 struct FacingLanes {
     const float *x, *y, *z, *nx, *ny, *nz;
-    const std::uint32_t* index;
 };
 inline constexpr std::size_t facing_padding = 16;
 
@@ -25,8 +24,8 @@ struct FacingRange {
     std::uint32_t begin, end;
 };
 
-/// Numbers of the points that are near and face the query to `out`, which has room for all and the padding;
-/// returns how many. low: whether the query is low above one of them.
+/// Places in the lanes of the points that are near and face the query to `out`, ascending, which has room for
+/// all and the padding; returns how many. low: whether the query is low above one of them.
 std::size_t select_facing(const FacingLanes& lanes, std::span<const FacingRange> ranges,
                           const FacingQuery& query, std::uint32_t* out, bool& low);
 

@@ -186,7 +186,8 @@ void RigidContacts::meet_skin(const Task& task, std::uint32_t number, const Vec3
     Row row;
     row.upper = number;
     if (partner->side.count == 0)
-        partner->side = body.carriers_of(partner->vertex, partner->piece, partner->body);
+        partner->side = body.carriers_of(partner->vertex, body.carrying_node(partner->vertex), partner->piece,
+                                         partner->body);
     row.side = partner->side;
     row.whole = whole_of(partner->body, partner->piece);
     row.own = own;

@@ -112,28 +112,30 @@ void SkinGrid::spread(std::span<const Around> from, std::vector<Around>& to, con
 }
 
 // By cells, and those of a cell in order of their numbers.
-void SkinGrid::sort_points(const Parallel& parallel) {
+void SkinGrid::sort_points(std::span<const Vec3> points, std::span<const Vec3> normals,
+                           const Parallel& parallel) {
     constexpr std::size_t grain = 256;
-    const std::size_t count = points_.size();
+    const std::size_t count = points.size();
     cell_.resize(count);
-    bin_.resize(count);
-    index_.resize(count + facing_padding);
+    number_.resize(count);
+    sorted_.resize(count);
     for (std::vector<float>& lane : lanes_) lane.resize(count + facing_padding);
     parallel.for_each(count, grain, [&](std::size_t i) {
-        const Vec3i at = cell_at(points_[i]);
+        const Vec3i at = cell_at(points[i]);
         cell_[i] = static_cast<std::uint32_t>(cell_index(at.x(), at.y(), at.z()));
-        bin_[i] = bin_of(normals_[i]);
     });
     for (std::size_t i = 0; i < count; ++i) ++begin_[cell_[i] + 1];
     for (std::size_t c = 0; c + 1 < begin_.size(); ++c) begin_[c + 1] += begin_[c];
     next_.assign(begin_.begin(), begin_.end() - 1);
-    for (std::size_t i = 0; i < count; ++i) index_[next_[cell_[i]]++] = static_cast<std::uint32_t>(i);
+    for (std::size_t i = 0; i < count; ++i) number_[next_[cell_[i]]++] = static_cast<std::uint32_t>(i);
     parallel.for_each(count, grain, [&](std::size_t k) {
-        const Vec3 place = points_[index_[k]] - origin_;
+        const std::uint32_t i = number_[k];
+        const Vec3 &point = points[i], &normal = normals[i];
+        sorted_[k] = {point, normal, cell_[i], bin_of(normal)};
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const auto a = static_cast<Eigen::Index>(axis);
-            lanes_[axis][k] = to_float(place[a]);
-            lanes_[3 + axis][k] = static_cast<float>(normals_[index_[k]][a]);
+            lanes_[axis][k] = to_float(point[a] - origin_[a]);
+            lanes_[3 + axis][k] = static_cast<float>(normal[a]);
         }
     });
 }
@@ -141,17 +143,15 @@ void SkinGrid::sort_points(const Parallel& parallel) {
 void SkinGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals, double reach,
                      double farthest, const Parallel& parallel) {
     constexpr std::size_t grain = 256;
-    points_ = points;
-    normals_ = normals;
     lay_out(points, reach);
     const std::size_t cells = cell_index(0, 0, count_.z());
     begin_.assign(cells + 1, 0);
-    sort_points(parallel);
+    sort_points(points, normals, parallel);
     around_[0].resize(cells);
     parallel.for_each(cells, grain, [&](std::size_t c) {
         Around& own = around_[0][c] = {};
         for (std::uint32_t k = begin_[c]; k < begin_[c + 1]; ++k) {
-            own.bins |= std::uint64_t{1} << bin_[index_[k]];
+            own.bins |= std::uint64_t{1} << sorted_[k].bin;
             for (std::size_t axis = 0; axis < 3; ++axis) {
                 own.low[axis] = std::min(own.low[axis], lanes_[3 + axis][k]);
                 own.high[axis] = std::max(own.high[axis], lanes_[3 + axis][k]);
@@ -168,7 +168,7 @@ void SkinGrid::find_facing(std::size_t of, double radius, double height,
                            std::vector<std::uint32_t>& out) const {
     constexpr std::size_t most_ranges = (2 * most_rings + 2) * (2 * most_rings + 2);
     out.clear();
-    const Vec3 point = points_[of], normal = normals_[of];
+    const Vec3 point = sorted_[of].point, normal = sorted_[of].normal;
     const Vec3i low = cell_at(point - Vec3::Constant(radius)), high = cell_at(point + Vec3::Constant(radius));
     std::array<FacingRange, most_ranges> ranges;
     std::size_t count = 0, most = 0;
@@ -194,15 +194,16 @@ void SkinGrid::find_facing(std::size_t of, double radius, double height,
                             to_float((radius + slack) * (radius + slack)),
                             static_cast<float>(facing_cosine + 1e-5),
                             to_float(height + slack)};
-    const FacingLanes lanes{lanes_[0].data(), lanes_[1].data(), lanes_[2].data(), lanes_[3].data(),
-                            lanes_[4].data(), lanes_[5].data(), index_.data()};
+    const FacingLanes lanes{lanes_[0].data(), lanes_[1].data(), lanes_[2].data(),
+                            lanes_[3].data(), lanes_[4].data(), lanes_[5].data()};
     out.resize(most + facing_padding);
     bool is_low = false;
     const std::size_t found = select_facing(lanes, {ranges.data(), count}, query, out.data(), is_low);
     out.resize(is_low ? found : 0);
     const double limit = radius * radius;
     std::erase_if(out, [&](std::uint32_t k) {
-        return !((points_[k] - point).squaredNorm() < limit && normal.dot(normals_[k]) < facing_cosine);
+        return !((sorted_[k].point - point).squaredNorm() < limit &&
+                 normal.dot(sorted_[k].normal) < facing_cosine);
     });
 }
 

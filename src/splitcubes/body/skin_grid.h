@@ -21,30 +21,44 @@ inline constexpr double facing_cosine = -0.4;
 /// into 54 solid angles, and those within some cells of a point are a mask and a box. Where a solid is not
 /// cut, next to no point is ever looked around. Points are looked through in single precision, sixteen at a
 /// time where the machine can, and decided in double. Queries may run on several threads at once.
+///
+/// Points go by their places in the grid's own order, cell by cell: what is near in space is then near in
+/// memory.
 class SkinGrid {
   public:
     /// The largest radius that may be asked for, in the reach of build.
     static constexpr int most_rings = 3;
 
     /// points: m; normals: unit; reach: m, > 0, of most queries; farthest: m, the largest radius that is
-    /// asked for, at most most_rings times the reach. Spans must stay.
+    /// asked for, at most most_rings times the reach. Both are copied.
     void build(std::span<const Vec3> points, std::span<const Vec3> normals, double reach, double farthest,
                const Parallel& parallel);
 
-    /// False only where no point within `radius` of this one (m, as of find_facing) faces it.
-    bool may_face(std::size_t point, double radius) const {
+    std::size_t size() const { return number_.size(); }
+    /// Of the point at a place: its number in build's spans, itself (m), and its normal.
+    std::uint32_t number(std::size_t place) const { return number_[place]; }
+    const Vec3& point(std::size_t place) const { return sorted_[place].point; }
+    const Vec3& normal(std::size_t place) const { return sorted_[place].normal; }
+
+    /// False only where no point within `radius` of the one at a place (m, as of find_facing) faces it.
+    bool may_face(std::size_t place, double radius) const {
         const auto ring = static_cast<std::size_t>(std::ceil(radius / size_));
-        const Around& around = around_[ring][cell_[point]];
-        return (around.bins & facing_bins()[bin_[point]]) != 0 && around.may_face(normals_[point]);
+        const Around& around = around_[ring][sorted_[place].cell];
+        return (around.bins & facing_bins()[sorted_[place].bin]) != 0 && around.may_face(normal(place));
     }
 
-    /// The points that face point number `of` and are nearer to it than `radius` (m, at most the farthest),
-    /// in a fixed order; `out` is replaced. It may be left empty where point `of` lies farther than `height`
-    /// (m) above the planes through all of them.
+    /// Places of the points that face the one at place `of` and are nearer to it than `radius` (m, at most
+    /// the farthest), ascending; `out` is replaced. It may be left empty where that one lies farther than
+    /// `height` (m) above the planes through all of them.
     void find_facing(std::size_t of, double radius, double height, std::vector<std::uint32_t>& out) const;
 
   private:
     static constexpr std::size_t bin_count = 54;  // 3 x 3 on each side of a cube
+
+    struct Point {
+        Vec3 point, normal;
+        std::uint32_t cell, bin;
+    };
 
     /// Which normals there are.
     struct Around {
@@ -78,23 +92,22 @@ class SkinGrid {
                static_cast<std::size_t>(x);
     }
     void lay_out(std::span<const Vec3> points, double reach);
-    void sort_points(const Parallel& parallel);
+    void sort_points(std::span<const Vec3> points, std::span<const Vec3> normals, const Parallel& parallel);
     void spread(std::span<const Around> from, std::vector<Around>& to, const Parallel& parallel);
 
     Vec3 origin_ = Vec3::Zero();  // m, low corner
     double size_ = 1;             // m, of a cell
     double extent_ = 0;           // m, of the points along an axis
     Vec3i count_ = Vec3i::Ones();
-    std::vector<std::uint32_t> cell_;          // per point
-    std::vector<std::uint8_t> bin_;            // per point
-    std::vector<std::uint32_t> begin_, next_;  // per cell, first of its points; one more at the end
-    // Cell by cell, with room for a vector more: numbers; m from the origin; of unit normals.
-    std::vector<std::uint32_t> index_;
+    std::vector<std::uint32_t> cell_;          // per point, by numbers
+    std::vector<std::uint32_t> begin_, next_;  // per cell, first of its places; one more at the end
+    std::vector<std::uint32_t> number_;        // per place
+    std::vector<Point> sorted_;                // per place
+    // Per place, with room for a vector more: m from the origin; of unit normals.
     std::array<std::vector<float>, 6> lanes_;
     // Per cell: of the points within so many cells of it along each axis.
     std::array<std::vector<Around>, most_rings + 1> around_;
     std::vector<Around> spare_;
-    std::span<const Vec3> points_, normals_;
 };
 
 }  // namespace splitcubes::body

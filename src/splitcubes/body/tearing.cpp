@@ -21,6 +21,7 @@ constexpr std::size_t least_phyxels = 16;
 constexpr std::size_t least_nodes = 64;
 // A phyxel whose edges are all below the strength costs its search; so many a step at most.
 constexpr int most_vain_tries = 4;
+constexpr std::size_t cell_grain = 64;
 
 // Whether something other than the boundary has cut the edge.
 bool cracked(const NodeGrid& grid, const GridEdge& edge) {
@@ -179,6 +180,17 @@ std::int32_t Tearing::cut(NodeGrid& grid, const Proposal& proposal, std::vector<
     return slot;
 }
 
+// Bit e: edge e of the cell holds what cracks have passed by.
+std::uint32_t Tearing::gaps_in(const NodeGrid& grid, const TearContext& context, const Key& key) const {
+    std::uint32_t out = 0;
+    for (int e = 0; e < splitting::edge_count; ++e) {
+        const GridEdge edge = splitting::cell_edge({key[0], key[1], key[2]}, e);
+        if (may_tear(grid, edge, context) && (passed_around(grid, edge) || is_riser(grid, edge)))
+            out |= std::uint32_t{1} << e;
+    }
+    return out;
+}
+
 // The samples on both sides of a crack no longer see each other, so what holds there
 // would hold without a force, as a strand. Looks at the cells that this step's cuts
 // have touched, whatever the stress.
@@ -186,18 +198,16 @@ void Tearing::close_gaps(NodeGrid& grid, const TearContext& context, std::vector
     constexpr int most_passes = 4;
     for (int pass = 0; pass < most_passes; ++pass) {
         cells_of(grid, slots, front_);
-        proposals_.clear();
-        for (const Key& key : front_) {
-            const Vec3i cell(key[0], key[1], key[2]);
-            for (int e = 0; e < splitting::edge_count; ++e) {
-                const GridEdge edge = splitting::cell_edge(cell, e);
-                if (!may_tear(grid, edge, context)) continue;
-                if (passed_around(grid, edge) || is_riser(grid, edge))
-                    proposals_.push_back({splitting::edge_id(edge), 0, 0.5, Vec3::Unit(edge.axis)});
-            }
-        }
+        gaps_.resize(front_.size());
+        context.parallel.for_each(front_.size(), cell_grain,
+                                  [&](std::size_t k) { gaps_[k] = gaps_in(grid, context, front_[k]); });
         const std::size_t before = slots.size();
-        for (const Proposal& proposal : proposals_) cut(grid, proposal, slots);
+        for (std::size_t k = 0; k < front_.size(); ++k)
+            for (std::uint32_t edges = gaps_[k]; edges != 0; edges &= edges - 1) {
+                const Vec3i cell(front_[k][0], front_[k][1], front_[k][2]);
+                const GridEdge edge = splitting::cell_edge(cell, std::countr_zero(edges));
+                cut(grid, {splitting::edge_id(edge), 0, 0.5, Vec3::Unit(edge.axis)}, slots);
+            }
         if (slots.size() == before) return;
         note_crossings(grid);
     }

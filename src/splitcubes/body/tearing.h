@@ -105,14 +105,21 @@ class Tearing {
     static constexpr double least_load = 0.8;
     /// Stress that a crack's gape stands for, over the strength, from which on it may come off with a slab.
     static constexpr double slab_gape = 4;
+    /// A bit a crossing on an edge's line. Which keep it from being cut if just one tip asks, or several
+    /// that are alike; and which whoever asks.
+    struct Shadows {
+        unsigned of_one = 0, of_all = 0;
+    };
     /// What an edge has to bear in this step.
     struct LoadedEdge {
         std::uint64_t asked = 0;   // step
         Vec3 rest = Vec3::Zero();  // m, its middle
         std::int32_t piece = 0;
-        double strength = 0;   // Pa
-        unsigned shadows = 0;  // bit a crossing on its line: keeps it from being cut, whoever asks
-        Stress stress;         // zero where it is too small to tear it
+        double strength = 0;         // Pa
+        Shadows shadows;             // on its line, for all who ask
+        std::uint32_t tip = 0;       // that asked first
+        bool are_tips_alike = true;  // all who ask have nearly the plane of that one
+        Stress stress;               // zero where it is too small to tear it
     };
     struct Request {
         std::uint32_t tip, number;
@@ -161,13 +168,18 @@ class Tearing {
     std::optional<Plane> seam_at(const Vec3& rest) const;
     void break_strands(splitting::NodeGrid& grid, const TearContext& context,
                        std::vector<std::int32_t>& slots);
+    std::uint32_t gaps_in(const splitting::NodeGrid& grid, const TearContext& context, const Key& key) const;
     void close_gaps(splitting::NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots);
     Tip tip_of(const splitting::NodeGrid& grid, const TearContext& context, const Key& cell) const;
+    static const geometry::Frame* frame_of(const TearContext& context, const Vec3i& node);
     double gape_stress(const splitting::NodeGrid& grid, const TearContext& context, const Key& cell,
                        const Vec3& normal) const;
     static bool may_meet(const Tip& tip, const Vec3& a, const Vec3& b, double slack);
-    unsigned sure_shadows(const splitting::NodeGrid& grid, const Tip& tip,
-                          const splitting::GridEdge& edge) const;
+    Shadows sure_shadows(const splitting::NodeGrid& grid, const Tip& tip,
+                         const splitting::GridEdge& edge) const;
+    bool is_spared(const LoadedEdge& edge) const {
+        return (edge.shadows.of_all | (edge.are_tips_alike ? edge.shadows.of_one : 0)) != 0;
+    }
     void spare_shadowed(const splitting::NodeGrid& grid, const TearContext& context);
     bool propose(const splitting::NodeGrid& grid, const Tip& tip, std::uint32_t number,
                  const splitting::GridEdge& edge, Proposal& out) const;
@@ -223,10 +235,11 @@ class Tearing {
     std::vector<std::uint32_t> asked_;      // those whose stress is to be found
     std::vector<Tip> tips_;                 // of the front
     std::vector<Request> requests_;         // edges of tips
-    std::vector<unsigned> shadows_;         // per request, of the tip that asks
+    std::vector<Shadows> shadows_;          // per request, of the tip that asks
     std::vector<Proposal> proposals_;       // to cut now
     std::vector<Key> front_, parted_;       // cells that cracks go on from; nodes that strands parted at
     std::vector<std::uint8_t> is_loaded_;   // per crack cell
+    std::vector<std::uint32_t> gaps_;       // per cell of the front, bit an edge
     std::vector<std::uint32_t> order_;      // phyxels past their strength, the most loaded first
 
     std::size_t known_crossings_ = 0;

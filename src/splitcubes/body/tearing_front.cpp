@@ -16,9 +16,10 @@ namespace {
 // Of what find_proposals allows a crack's plane to be turned by: 13.9 degrees, atan(t sin a / (1 - t + t cos
 // a)) for a share t = 1/4 of a direction a = 60 degrees off.
 constexpr double most_turn_tangent = 0.2475;
-// 45 degrees less that. Turned planes whose normals all lie within 45 degrees of another, or of its opposite,
-// have a sum that does.
-constexpr double sure_shadow_cosine = 0.857;
+// Cosines of 45 and of 60 degrees less that. Turned planes whose normals all lie within 45 degrees of
+// another, or of its opposite, have a sum that does; so it is with 60 degrees where no two of the normals are
+// more than 90 degrees apart, as those of planes that were within 31 degrees of one of them.
+constexpr double sure_shadow_cosine = 0.857, sure_shadow_of_one = 0.695, alike_cosine = 0.857;
 constexpr std::array<int, 4> along_line{-1, -2, 1, 2};
 
 }  // namespace
@@ -36,9 +37,9 @@ bool Tearing::may_meet(const Tip& tip, const Vec3& a, const Vec3& b, double slac
 }
 
 // Bit k: the crossing at along_line[k] edges from this one shadows it, whichever plane the tip proposes.
-unsigned Tearing::sure_shadows(const NodeGrid& grid, const Tip& tip, const GridEdge& edge) const {
-    if (tip.seam || tip.gape_stress > slab_gape * settings_.strength * weakest_all_) return 0;
-    unsigned out = 0;
+Tearing::Shadows Tearing::sure_shadows(const NodeGrid& grid, const Tip& tip, const GridEdge& edge) const {
+    if (tip.seam || tip.gape_stress > slab_gape * settings_.strength * weakest_all_) return {};
+    Shadows out;
     bool is_open = true;
     for (std::size_t k = 0; k < along_line.size(); ++k) {
         is_open = is_open || std::abs(along_line[k]) == 1;
@@ -49,7 +50,9 @@ unsigned Tearing::sure_shadows(const NodeGrid& grid, const Tip& tip, const GridE
         if (slot < 0) continue;
         const splitting::Crossing& c = grid.crossing(slot);
         is_open = c.origin != splitting::Origin::boundary;
-        if (is_open && std::abs(c.normal.dot(tip.normal)) > sure_shadow_cosine) out |= 1U << k;
+        const double cosine = is_open ? std::abs(c.normal.dot(tip.normal)) : 0;
+        out.of_one |= unsigned{cosine > sure_shadow_of_one} << k;
+        out.of_all |= unsigned{cosine > sure_shadow_cosine} << k;
     }
     return out;
 }
@@ -57,16 +60,26 @@ unsigned Tearing::sure_shadows(const NodeGrid& grid, const Tip& tip, const GridE
 // Of the edges asked for by `requests_`, those that one crossing shadows for all who ask. They may be asked
 // for again.
 void Tearing::spare_shadowed(const NodeGrid& grid, const TearContext& context) {
-    for (const Request& request : requests_) loaded_edges_[request.number].shadows = ~0U;
+    for (const Request& request : requests_) {
+        LoadedEdge& edge = loaded_edges_[request.number];
+        edge.shadows = {~0U, ~0U};
+        edge.tip = request.tip;
+        edge.are_tips_alike = true;
+    }
     shadows_.resize(requests_.size());
     context.parallel.for_each(requests_.size(), 64, [&](std::size_t r) {
         shadows_[r] = sure_shadows(grid, tips_[requests_[r].tip], requests_[r].edge);
     });
-    for (std::size_t r = 0; r < requests_.size(); ++r)
-        loaded_edges_[requests_[r].number].shadows &= shadows_[r];
+    for (std::size_t r = 0; r < requests_.size(); ++r) {
+        LoadedEdge& edge = loaded_edges_[requests_[r].number];
+        edge.shadows.of_one &= shadows_[r].of_one;
+        edge.shadows.of_all &= shadows_[r].of_all;
+        const double cosine = tips_[edge.tip].normal.dot(tips_[requests_[r].tip].normal);
+        edge.are_tips_alike = edge.are_tips_alike && std::abs(cosine) > alike_cosine;
+    }
     std::erase_if(asked_, [&](std::uint32_t number) {
         LoadedEdge& edge = loaded_edges_[number];
-        if (edge.shadows == 0) return false;
+        if (!is_spared(edge)) return false;
         edge.asked = 0;
         edge.stress = {};
         edge.strength = std::numeric_limits<double>::infinity();

@@ -1,5 +1,6 @@
 // How cracks go on, and which strands they leave.
 #include <splitcubes/body/tearing.h>
+#include <splitcubes/math/cofactor.h>
 
 #include <algorithm>
 #include <bit>
@@ -23,14 +24,14 @@ constexpr double turning_share = 0.25;
 // crack differ by about so much, and an edge that both miss would stay as a strand.
 constexpr double slack = 0.1;
 
-// det F F^-T, also where F is singular.
-Mat3 cofactor(const Mat3& F) {
-    Mat3 out;
-    for (int k = 0; k < 3; ++k) out.col(k) = F.col((k + 1) % 3).cross(F.col((k + 2) % 3));
-    return out;
-}
-
 }  // namespace
+
+// nullptr where the last step did not track the node.
+const geometry::Frame* Tearing::frame_of(const TearContext& context, const Vec3i& node) {
+    const std::int32_t index = context.nodes.find(node);
+    if (index < 0 || static_cast<std::size_t>(index) >= context.frames.size()) return nullptr;
+    return &context.frames[static_cast<std::size_t>(index)];
+}
 
 // The plane of the cracks in a cell, and which uncut edges it meets, nearly.
 Tearing::Tip Tearing::tip_of(const NodeGrid& grid, const TearContext& context, const Key& key) const {
@@ -75,24 +76,19 @@ Tearing::Tip Tearing::tip_of(const NodeGrid& grid, const TearContext& context, c
 double Tearing::gape_stress(const NodeGrid& grid, const TearContext& context, const Key& key,
                             const Vec3& normal) const {
     if (gape_modulus_ == 0) return 0;
-    const auto frame_of = [&](const Vec3i& node) -> const geometry::Frame* {
-        const std::int32_t index = context.nodes.find(node);
-        if (index < 0 || static_cast<std::size_t>(index) >= context.frames.size()) return nullptr;
-        return &context.frames[static_cast<std::size_t>(index)];
-    };
     double sum = 0;
     int count = 0;
     for (int e = 0; e < splitting::edge_count; ++e) {
         const std::int32_t slot = grid.slot(splitting::cell_edge({key[0], key[1], key[2]}, e));
         if (slot < 0 || grid.crossing(slot).origin == splitting::Origin::boundary) continue;
         const splitting::Crossing& c = grid.crossing(slot);
-        const geometry::Frame *a = frame_of(c.edge.node), *b = frame_of(c.edge.upper());
+        const geometry::Frame *a = frame_of(context, c.edge.node), *b = frame_of(context, c.edge.upper());
         if (!a || !b) continue;
         const Vec3 at = grid.crossing_position(c);
         const Vec3 lower = a->position + a->jacobian * (at - grid.rest().node_position(c.edge.node));
         const Vec3 upper = b->position + b->jacobian * (at - grid.rest().node_position(c.edge.upper()));
         const Mat3 jacobian = 0.5 * (a->jacobian + b->jacobian);
-        Vec3 across = cofactor(jacobian) * normal;
+        Vec3 across = cofactor_of(jacobian) * normal;
         if (across.dot(jacobian * Vec3::Unit(c.edge.axis)) < 0) across = -across;
         if (!(across.norm() > 0)) continue;
         sum += (upper - lower).dot(across.normalized());
@@ -228,17 +224,12 @@ void Tearing::note_edges_beside(const NodeGrid& grid, const Key& cell) {
 // Edges beside cracks that are stretched beyond all measure; of those that share a
 // node the most stretched one.
 void Tearing::break_strands(NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots) {
-    const auto place_of = [&](const Vec3i& node) -> const Vec3* {
-        const std::int32_t index = context.nodes.find(node);
-        if (index < 0 || static_cast<std::size_t>(index) >= context.frames.size()) return nullptr;
-        return &context.frames[static_cast<std::size_t>(index)].position;
-    };
     context.parallel.for_each(beside_.size(), 4 * grain, [&](std::size_t k) {
         const GridEdge& edge = beside_[k].edge;
         beside_[k].stretch = -1;
         if (grid.is_cut(edge)) return;
-        const Vec3 *a = place_of(edge.node), *b = place_of(edge.upper());
-        beside_[k].stretch = a && b ? (*b - *a).norm() / cell_size_ : 0;
+        const geometry::Frame *a = frame_of(context, edge.node), *b = frame_of(context, edge.upper());
+        beside_[k].stretch = a && b ? (b->position - a->position).norm() / cell_size_ : 0;
     });
     proposals_.clear();
     for (const Beside& beside : beside_)

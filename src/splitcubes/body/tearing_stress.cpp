@@ -183,8 +183,7 @@ bool Tearing::may_pass(std::span<const EdgeSights::Link> near, const LoadedEdge&
     return !has_values_below(sum, limit * total - excess);
 }
 
-// Where no choice of those that may be seen could tear the edge, whom it sees need not be asked; of those who
-// are asked first, what is seen of the loaded ones tells most.
+// Where no choice of those that may be seen could tear the edge, whom it sees need not be asked.
 void Tearing::find_stress(std::uint32_t number, const TearContext& context) {
     const meshless::Phyxels& p = context.phyxels;
     const SightContext sight{context.occluders, context.changes, p, context.locator, reach_};
@@ -194,8 +193,6 @@ void Tearing::find_stress(std::uint32_t number, const TearContext& context) {
     const double least = settings_.toughness * out.strength;
     const double enough = least - bound_slack * std::abs(least);
     const std::span<const EdgeSights::Link> near = sights_.near(number, sight);
-    if (!may_pass(near, out, context, enough)) return;
-    sights_.look(number, out.piece, sight, [&](std::uint32_t j) { return principal_[j] > enough; });
     if (!may_pass(near, out, context, enough)) return;
     sights_.look(number, out.piece, sight);
     double total = 0, held = 0;

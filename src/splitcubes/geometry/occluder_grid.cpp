@@ -252,6 +252,7 @@ void OccluderGrid::take_out(std::size_t home, const Vec3i& cell, TouchedBricks& 
         if (o.owner != owner) continue;
         for_listings(owner, 0, o.id, [&](const Vec3i& at, const Ref&) { touch(brick_of(at), touched); });
         free_.push_back(o.id);
+        entries_[o.id].box = {};
         --triangle_count_;
     }
     const auto is_own = [&](const auto& kept) { return kept.owner == owner; };
@@ -357,8 +358,8 @@ bool OccluderGrid::is_clear(const Vec3i& low, const Vec3i& high) const {
 }
 
 // seen: the ref's spread bits that say an earlier cell of the walk listed it too.
-bool OccluderGrid::blocked_in(const Brick& brick, std::uint32_t local, std::uint32_t seen,
-                              const Walk& walk) const {
+std::uint32_t OccluderGrid::blocker_in(const Brick& brick, std::uint32_t local, std::uint32_t seen,
+                                       const Walk& walk) const {
     for (std::uint32_t r = brick.first[local]; r < brick.first[local + 1]; ++r) {
         const Ref& ref = brick.refs[r];
         if ((ref.spread & seen) != 0 || ref.change <= walk.since || !ref.box.meets(walk.rough.box) ||
@@ -366,23 +367,32 @@ bool OccluderGrid::blocked_in(const Brick& brick, std::uint32_t local, std::uint
             continue;
         const Entry& entry = entries_[ref.id];
         if (entry.box.meets(walk.box) && segment_meets_triangle(walk.a, walk.b, entry.triangle.corner))
-            return true;
+            return ref.id;
     }
-    return false;
+    return no_triangle;
+}
+
+bool OccluderGrid::blocks(std::uint32_t id, const Vec3& a, const Vec3& b) const {
+    return id < entries_.size() && entries_[id].box.meets(walk_box(a, b)) &&
+           segment_meets_triangle(a, b, entries_[id].triangle.corner);
+}
+
+Box OccluderGrid::walk_box(const Vec3& a, const Vec3& b) const {
+    const Box box{a.cwiseMin(b), a.cwiseMax(b)};
+    return box.grown(1e-9 * (box.size().maxCoeff() + cell_size_));
 }
 
 // Walks from cell to cell (Amanatides and Woo 1987).
-bool OccluderGrid::segment_blocked(const Vec3& a, const Vec3& b, std::uint32_t since) const {
-    if (triangle_count_ == 0) return false;
-    Box box{a.cwiseMin(b), a.cwiseMax(b)};
-    box = box.grown(1e-9 * (box.size().maxCoeff() + cell_size_));
+std::uint32_t OccluderGrid::blocker(const Vec3& a, const Vec3& b, std::uint32_t since) const {
+    if (triangle_count_ == 0) return no_triangle;
+    const Box box = walk_box(a, b);
     for (const Ref& ref : large_)
         if (ref.change > since && entries_[ref.id].box.meets(box) &&
             segment_meets_triangle(a, b, entries_[ref.id].triangle.corner))
-            return true;
+            return ref.id;
     Vec3i cell = cell_at(a, 0);
     const Vec3i last = cell_at(b, 0);
-    if (is_clear(cell.cwiseMin(last), cell.cwiseMax(last))) return false;
+    if (is_clear(cell.cwiseMin(last), cell.cwiseMax(last))) return no_triangle;
     const Walk walk{a, b, box, RoughSegment(a, b, box, origin_), since};
     Vec3 next, stride;  // parameter of the next wall, and between walls
     Vec3i way;
@@ -399,12 +409,14 @@ bool OccluderGrid::segment_blocked(const Vec3& a, const Vec3& b, std::uint32_t s
         const std::uint32_t local = local_of(cell);
         if ((cells >> local & 1) != 0) {
             if (!brick) brick = find_brick(brick_of(cell));
-            if (brick->change > since && blocked_in(*brick, local, seen, walk)) return true;
+            const std::uint32_t id =
+                brick->change > since ? blocker_in(*brick, local, seen, walk) : no_triangle;
+            if (id != no_triangle) return id;
         }
         int axis = -1;
         for (int k = 0; k < 3; ++k)
             if (cell[k] != last[k] && (axis < 0 || next[k] < next[axis])) axis = k;
-        if (axis < 0) return false;
+        if (axis < 0) return no_triangle;
         const Vec3i old_brick = brick_of(cell);
         cell[axis] += way[axis];
         next[axis] += stride[axis];

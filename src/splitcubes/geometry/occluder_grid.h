@@ -83,7 +83,16 @@ class OccluderGrid {
 
     /// Whether segment_meets_triangle holds for any triangle. since: of those only that were handed over
     /// since changes() was this.
-    bool segment_blocked(const Vec3& a, const Vec3& b, std::uint32_t since = 0) const;
+    bool segment_blocked(const Vec3& a, const Vec3& b, std::uint32_t since = 0) const {
+        return blocker(a, b, since) != no_triangle;
+    }
+    static constexpr std::uint32_t no_triangle = 0xffffffff;
+    /// The id of one of the triangles of which segment_blocked tells; no_triangle where there is none. Which
+    /// one depends on the order in which the cells were set.
+    std::uint32_t blocker(const Vec3& a, const Vec3& b, std::uint32_t since = 0) const;
+    /// Whether a triangle of this id is there now, and meets the segment. Any id may be asked for: an answer
+    /// of blocker tells later what still blocks, sooner than looking for it.
+    bool blocks(std::uint32_t id, const Vec3& a, const Vec3& b) const;
     /// How often cells have been replaced.
     std::uint32_t changes() const { return changes_; }
 
@@ -254,7 +263,9 @@ class OccluderGrid {
         RoughSegment rough;
         std::uint32_t since;
     };
-    bool blocked_in(const Brick& brick, std::uint32_t local, std::uint32_t seen, const Walk& walk) const;
+    std::uint32_t blocker_in(const Brick& brick, std::uint32_t local, std::uint32_t seen,
+                             const Walk& walk) const;
+    Box walk_box(const Vec3& a, const Vec3& b) const;
     template <class Use>
     void visit_brick(const Brick& brick, const Vec3i& place, const Vec3i& low, const Vec3i& high,
                      const RoughBox& rough, const Box& box, const Use& use) const;

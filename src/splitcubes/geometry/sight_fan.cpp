@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 
 #ifndef SPLITCUBES_GEOMETRY_SIGHT_FAN_CPP_
 #define SPLITCUBES_GEOMETRY_SIGHT_FAN_CPP_
@@ -26,8 +27,26 @@ struct Fan {
 struct PackPlace {
     std::array<float, 3> from;       // m, the fan's point from the pack's centre
     std::array<float, 3> low, high;  // m, the pack's box from the fan's point
-    float side_slack, plane_slack;   // m^3, more than rounding makes of the triple products
+    float extent, way;               // m, of corners from their centre; of the segments
+    float reach;                     // m, from the fan's point to the pack's corners along an axis
+    float rounding;                  // m, of a corner seen from the fan's point
 };
+struct Slacks {
+    float side, plane;  // m^3, more than rounding makes of the triple products
+};
+
+constexpr float unit = 5.97e-8F;  // relative error of a rounding
+
+// Bounds of what rounding makes of the products, by the largest of each factor's coordinates; twice of what
+// adding up all roundings gives.
+[[maybe_unused]] Slacks slacks_of(const OccluderPack& pack, const PackPlace& p) {
+    float size = 0;
+    for (std::size_t k = 0; k < 3; ++k) size = std::max(size, pack.high[k] - pack.low[k]);
+    const float edge = 4 * p.reach * p.rounding + 6 * unit * p.reach * p.reach;
+    const float normal = size * (8 * unit * p.extent + 10 * unit * size);
+    return {6 * p.way * (edge + 8 * unit * p.reach * p.reach),
+            6 * ((normal + 10 * unit * size * size) * (p.reach + p.way) + 2 * size * size * p.rounding)};
+}
 
 }  // namespace
 }  // namespace splitcubes::geometry
@@ -91,8 +110,9 @@ std::uint32_t look(const OccluderPack& pack, const PackPlace& place, const Fan& 
     if (open == 0) return 0;
     for (std::uint32_t left = open; left != 0; left &= left - 1) lanes[std::countr_zero(left)] = 0;
     const V3 from{hn::Set(d, place.from[0]), hn::Set(d, place.from[1]), hn::Set(d, place.from[2])};
-    const V high = hn::Set(d, place.side_slack), low = hn::Neg(high);
-    const V above = hn::Set(d, place.plane_slack), below = hn::Neg(above);
+    const Slacks slacks = slacks_of(pack, place);
+    const V high = hn::Set(d, slacks.side), low = hn::Neg(high);
+    const V above = hn::Set(d, slacks.plane), below = hn::Neg(above);
     for (std::size_t first = 0; first < OccluderPack::width; first += hn::Lanes(d)) {
         const V3 c0 = load(pack.corner[0], first), c1 = load(pack.corner[1], first);
         const V3 c2 = load(pack.corner[2], first);
@@ -131,33 +151,31 @@ HWY_EXPORT(look);
 
 namespace {
 
-constexpr float unit = 5.97e-8F;  // relative error of a rounding
 // Segments that are walked along sooner than packs are looked at.
 constexpr std::size_t few = 4;
 
-std::uint32_t blocked_one_by_one(const OccluderGrid& occluders, const Vec3& from, std::span<const Vec3> to) {
+std::uint32_t blocked_one_by_one(const OccluderGrid& occluders, const Vec3& from, std::span<const Vec3> to,
+                                 std::uint32_t* by) {
     std::uint32_t out = 0;
-    for (std::size_t k = 0; k < to.size(); ++k)
-        out |= std::uint32_t{occluders.segment_blocked(from, to[k])} << k;
+    for (std::size_t k = 0; k < to.size(); ++k) {
+        const std::uint32_t id = occluders.blocker(from, to[k]);
+        if (id == OccluderGrid::no_triangle) continue;
+        out |= std::uint32_t{1} << k;
+        if (by) by[k] = id;
+    }
     return out;
 }
 
-// Bounds of what rounding makes of the products, by the largest of each factor's coordinates; twice of what
-// adding up all roundings gives. extent: m, of corners from their centre; way: m, of the segments.
+// extent, way: as in PackPlace.
 PackPlace place_of(const OccluderPack& pack, const std::array<float, 3>& from, float extent, float way) {
-    PackPlace out{from, {}, {}, 0, 0};
-    float reach = 0, size = 0, start = 0;
+    PackPlace out{from, {}, {}, extent, way, 0, 0};
+    float start = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-        reach = std::max({reach, std::abs(pack.low[k] - from[k]), std::abs(pack.high[k] - from[k])});
-        size = std::max(size, pack.high[k] - pack.low[k]);
+        out.reach = std::max({out.reach, std::abs(pack.low[k] - from[k]), std::abs(pack.high[k] - from[k])});
         start = std::max(start, std::abs(from[k]));
     }
-    const float place = unit * (extent + start + reach);  // of a corner seen from the fan's point
-    const float edge = 4 * reach * place + 6 * unit * reach * reach;
-    out.side_slack = 6 * way * (edge + 8 * unit * reach * reach);
-    const float normal = size * (8 * unit * extent + 10 * unit * size);
-    out.plane_slack = 6 * ((normal + 10 * unit * size * size) * (reach + way) + 2 * size * size * place);
-    const float room = 2 * place + 2 * unit * way;
+    out.rounding = unit * (extent + start + out.reach);
+    const float room = 2 * out.rounding + 2 * unit * way;
     for (std::size_t k = 0; k < 3; ++k) {
         out.low[k] = pack.low[k] - from[k] - room;
         out.high[k] = pack.high[k] - from[k] + room;
@@ -167,8 +185,9 @@ PackPlace place_of(const OccluderPack& pack, const std::array<float, 3>& from, f
 
 }  // namespace
 
-std::uint32_t blocked_segments(const OccluderGrid& occluders, const Vec3& from, std::span<const Vec3> to) {
-    if (to.size() < few) return blocked_one_by_one(occluders, from, to);
+std::uint32_t blocked_segments(const OccluderGrid& occluders, const Vec3& from, std::span<const Vec3> to,
+                               std::uint32_t* by) {
+    if (to.size() < few) return blocked_one_by_one(occluders, from, to, by);
     Box box{from, from};
     Fan fan;
     float way = 0;
@@ -185,7 +204,8 @@ std::uint32_t blocked_segments(const OccluderGrid& occluders, const Vec3& from, 
     }
     box = box.grown(1e-9 * box.size().maxCoeff());
     if (occluders.is_clear(box)) return 0;
-    std::uint32_t open = (std::uint32_t{1} << to.size()) - 1, blocked = 0;
+    static_assert(most_fan_segments <= 32);
+    std::uint32_t open = ~std::uint32_t{0} >> (32 - to.size()), blocked = 0;
     const auto decide = [&](std::size_t k, std::uint32_t id) {
         const OccluderTriangle& triangle = occluders.triangle(id);
         const Box around{from.cwiseMin(to[k]), from.cwiseMax(to[k])};
@@ -194,6 +214,7 @@ std::uint32_t blocked_segments(const OccluderGrid& occluders, const Vec3& from, 
             return;
         blocked |= std::uint32_t{1} << k;
         open &= ~(std::uint32_t{1} << k);
+        if (by) by[k] = id;
     };
     occluders.visit_packs(
         box,

@@ -1,3 +1,4 @@
+#include <splitcubes/math/cofactor.h>
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/meshless/constitutive.h>
 
@@ -16,14 +17,6 @@ constexpr double least_stretch_sum = 0.2;
 
 Mat3 symmetric(const Mat3& A) {
     return 0.5 * (A + A.transpose());
-}
-
-Mat3 cofactor_of(const Mat3& F) {
-    Mat3 out;
-    out.col(0) = F.col(1).cross(F.col(2));
-    out.col(1) = F.col(2).cross(F.col(0));
-    out.col(2) = F.col(0).cross(F.col(1));
-    return out;
 }
 
 bool is_plastic(const Material& material, const Mat3& plastic_strain) {

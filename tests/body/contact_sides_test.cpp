@@ -1,0 +1,100 @@
+// Sides of contacts carry the point that they stand for.
+#include <splitcubes/body/contact_sides.h>
+#include <splitcubes/core/random.h>
+#include <splitcubes/math/decompose.h>
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+namespace splitcubes::body {
+namespace {
+
+using meshless::ContactSide;
+
+constexpr double spacing = 0.02;
+
+Vec3 random_in(Random& random, double half) {
+    return {random.uniform(-half, half), random.uniform(-half, half), random.uniform(-half, half)};
+}
+
+// Phyxels around a place, as spread along an axis as `thickness` says.
+std::vector<Vec3> around(Random& random, const Vec3& place, double thickness) {
+    std::vector<Vec3> out;
+    for (std::size_t k = 0; k < ContactSide::most; ++k)
+        out.push_back(place + random_in(random, spacing).cwiseProduct(Vec3(1, thickness, 1)));
+    return out;
+}
+
+ContactSide random_side(Random& random, std::uint32_t count) {
+    ContactSide side;
+    side.count = count;
+    std::iota(side.phyxel.begin(), side.phyxel.end(), 0U);
+    double total = 0;
+    for (std::uint32_t k = 0; k < count; ++k) total += side.weight[k] = 0.1 + random.unit();
+    for (std::uint32_t k = 0; k < count; ++k) side.weight[k] /= total;
+    return side;
+}
+
+Vec3 mean(const ContactSide& side, const std::vector<Vec3>& of) {
+    Vec3 out = Vec3::Zero();
+    for (std::uint32_t k = 0; k < side.count; ++k) out += side.weight[k] * of[side.phyxel[k]];
+    return out;
+}
+
+// The slow truth: axis by axis of the phyxels' spread.
+void carry_by_axes(const std::vector<Vec3>& rest, const Vec3& place, ContactSide& side) {
+    const Vec3 centre = mean(side, rest);
+    Mat3 spread = Mat3::Zero();
+    for (std::uint32_t k = 0; k < side.count; ++k) {
+        const Vec3 arm = rest[side.phyxel[k]] - centre;
+        spread += side.weight[k] * arm * arm.transpose();
+    }
+    const SymmetricEigen axes = eigen_symmetric(spread);
+    const double least = 0.005 * spacing * spacing;
+    Vec3 slope = Vec3::Zero();
+    for (int a = 0; a < 3; ++a) {
+        const Vec3 axis = axes.vectors.col(a);
+        slope += axes.values[a] / (axes.values[a] * axes.values[a] + least * least) *
+                 axis.dot(place - centre) * axis;
+    }
+    for (std::uint32_t k = 0; k < side.count; ++k)
+        side.weight[k] *= 1 + slope.dot(rest[side.phyxel[k]] - centre);
+}
+
+TEST(ContactSides, AreCarriedAsAxisByAxis) {
+    Random random(3);
+    for (int trial = 0; trial < 500; ++trial) {
+        const Vec3 place = random_in(random, 1);
+        // Also few phyxels, in a plane, on a line and all at one point.
+        const double thickness = trial % 3 == 0 ? 1 : trial % 3 == 1 ? 0.05 : 0;
+        const std::vector<Vec3> rest = around(random, place, thickness);
+        ContactSide side = random_side(random, 1 + static_cast<std::uint32_t>(random.below(8)));
+        ContactSide slow = side;
+        const Vec3 carried = place + random_in(random, 0.5 * spacing);
+        carry_exactly(rest, carried, spacing, side);
+        carry_by_axes(rest, carried, slow);
+        for (std::uint32_t k = 0; k < side.count; ++k) EXPECT_NEAR(side.weight[k], slow.weight[k], 1e-10);
+    }
+}
+
+TEST(ContactSides, GoWhereAnAffineMotionTakesTheirPoint) {
+    Random random(4);
+    for (int trial = 0; trial < 200; ++trial) {
+        const Vec3 place = random_in(random, 1);
+        const std::vector<Vec3> rest = around(random, place, 1);
+        ContactSide side = random_side(random, 8);
+        carry_exactly(rest, place, spacing, side);
+        EXPECT_NEAR(std::accumulate(side.weight.begin(), side.weight.end(), 0.0), 1, 1e-12);
+        // What is kept small along an axis takes a little off, the less the wider the phyxels are spread.
+        EXPECT_LT((mean(side, rest) - place).norm(), 0.05 * spacing);
+        Mat3 turn;
+        turn << 0.8, -0.5, 0.1, 0.4, 1.1, 0.2, -0.1, 0.3, 0.9;
+        std::vector<Vec3> moved;
+        for (const Vec3& p : rest) moved.emplace_back(turn * p + Vec3(3, 2, 1));
+        EXPECT_LT((mean(side, moved) - (turn * mean(side, rest) + Vec3(3, 2, 1))).norm(), 1e-12);
+    }
+}
+
+}  // namespace
+}  // namespace splitcubes::body

@@ -1,0 +1,38 @@
+#include <gtest/gtest.h>
+#include <splitcubes/core/random.h>
+#include <splitcubes/math/cofactor.h>
+
+#include <Eigen/LU>
+
+namespace {
+
+using namespace splitcubes;
+
+Mat3 random_matrix(Random& random) {
+    Mat3 matrix;
+    for (int k = 0; k < 9; ++k) matrix(k) = random.uniform(-1, 1);
+    return matrix;
+}
+
+// cof(F)^T F = det F, which for a singular matrix is zero.
+TEST(CofactorOf, TransposedTimesTheMatrixIsTheDeterminant) {
+    Random random(1);
+    for (int trial = 0; trial < 200; ++trial) {
+        Mat3 F = random_matrix(random);
+        if (trial % 2 == 1) F.col(2) = random.uniform(-1, 1) * F.col(0) + random.uniform(-1, 1) * F.col(1);
+        const Mat3 product = cofactor_of(F).transpose() * F;
+        EXPECT_LT((product - F.determinant() * Mat3::Identity()).norm(), 1e-14);
+    }
+}
+
+// Nanson: the image of the area that two vectors span.
+TEST(CofactorOf, TakesAreasToTheirImages) {
+    Random random(2);
+    for (int trial = 0; trial < 200; ++trial) {
+        const Mat3 F = random_matrix(random), sides = random_matrix(random);
+        const Vec3 image = (F * sides.col(0)).cross(F * sides.col(1));
+        EXPECT_LT((cofactor_of(F) * Vec3(sides.col(0)).cross(Vec3(sides.col(1))) - image).norm(), 1e-14);
+    }
+}
+
+}  // namespace
