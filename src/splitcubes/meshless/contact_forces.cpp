@@ -11,7 +11,7 @@ namespace {
 constexpr double hardness = 2.5;
 // A spring keeps its stiffness unless that of what it touches changes by more than this factor.
 constexpr double most_change = 4;
-// Springs, or phyxels that they hold, a chunk.
+// Springs a chunk.
 constexpr std::size_t spring_grain = 128;
 // Share of all contact forces that may be wrong at the end of a step.
 constexpr double force_slack = 0.03;
@@ -269,90 +269,16 @@ double ContactForces::apply(ConstField in, Field out) const {
     return product;
 }
 
-// Which springs push, and by phyxel which of them hold it: each phyxel then sums up by itself.
 void ContactForces::list_springs() {
+    if (listed_) return;
     listed_ = true;
-    active_.clear();
-    ends_.clear();
-    for (std::size_t t = 0; t + 1 < touched_.size(); ++t) slot_[touched_[t].part][touched_[t].phyxel] = 0;
-    touched_.clear();
-    slot_.resize(load_.size());
-    for (std::size_t p = 0; p < slot_.size(); ++p) slot_[p].resize(load_[p].size(), 0);
-    for (std::uint32_t r = 0; r < rows_.size(); ++r) {
-        if (!rows_[r].active) continue;
-        active_.push_back({r, static_cast<std::uint32_t>(ends_.size())});
-        const Contact& contact = input_.contacts[rows_[r].contact];
-        double sign = 1;
-        for (const ContactSide* side : {&contact.upper, &contact.lower}) {
-            for (std::uint32_t k = 0; k < side->count; ++k) {
-                std::uint32_t& slot = slot_[side->part][side->phyxel[k]];
-                if (slot == 0) {
-                    touched_.push_back({side->part, side->phyxel[k], 0});
-                    slot = static_cast<std::uint32_t>(touched_.size());
-                }
-                ++touched_[slot - 1].first;
-                ends_.push_back({slot - 1, sign * side->weight[k]});
-            }
-            sign = -1;
-        }
-    }
-    active_.push_back({0, static_cast<std::uint32_t>(ends_.size())});
-    std::uint32_t end = 0;
-    for (Touched& t : touched_) t.first = end += t.first;
-    touched_.push_back({0, 0, end});
-    by_phyxel_.resize(ends_.size());
-    for (std::size_t a = active_.size() - 1; a-- > 0;)
-        for (std::uint32_t e = active_[a + 1].first; e-- > active_[a].first;)
-            by_phyxel_[--touched_[ends_[e].at].first] = {static_cast<std::uint32_t>(a), ends_[e].weight};
-    product_force_.resize(active_.size());
-    touched_way_.resize(touched_.size());
-}
-
-double ContactForces::apply_rows(std::span<const RowPart> parts, const Parallel& parallel) {
-    if (!listed_) list_springs();
-    const auto at = [&](const Touched& t) {
-        const float* const in = parts[t.part].in + t.phyxel;
-        const std::size_t stride = parts[t.part].stride;
-        return Vec3(in[0], in[stride], in[2 * stride]);
-    };
-    for (std::size_t t = 0; t + 1 < touched_.size(); ++t) touched_way_[t] = at(touched_[t]);
-    const auto push = [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t a = begin; a < end; ++a) {
-            const Row& row = rows_[active_[a].row];
-            const Vec3& normal = input_.contacts[row.contact].normal;
-            Vec3 way = Vec3::Zero();
-            for (std::uint32_t e = active_[a].first; e < active_[a + 1].first; ++e)
-                way += ends_[e].weight * touched_way_[ends_[e].at];
-            product_force_[a] = row.tangent * way + ((row.normal - row.tangent) * normal.dot(way)) * normal;
-            sum += way.dot(product_force_[a]);
-        }
-        return sum;
-    };
-    double product = product_sum_(parallel, active_.size() - 1, spring_grain, push);
-    const auto sum_up = [&](std::size_t begin, std::size_t end) {
-        for (std::size_t t = begin; t < end; ++t) {
-            Vec3 sum = Vec3::Zero();
-            for (std::uint32_t e = touched_[t].first; e < touched_[t + 1].first; ++e)
-                sum += by_phyxel_[e].weight * product_force_[by_phyxel_[e].at];
-            const RowPart& part = parts[touched_[t].part];
-            for (std::size_t k = 0; k < 3; ++k)
-                part.out[k * part.stride + touched_[t].phyxel] +=
-                    static_cast<float>(sum[static_cast<int>(k)]);
-        }
-    };
-    parallel.for_chunks(touched_.size() - 1, spring_grain, std::cref(sum_up));
-    const auto add = [&](std::uint32_t p, std::uint32_t i, const Vec3& force) {
-        const RowPart& part = parts[p];
-        for (std::size_t k = 0; k < 3; ++k)
-            part.out[k * part.stride + i] += static_cast<float>(force[static_cast<int>(k)]);
-    };
-    for (const Spring& s : pulls_) {
-        const Vec3 way = at({s.pull.part, s.pull.phyxel, 0});
-        add(s.pull.part, s.pull.phyxel, s.stiffness * way);
-        product += s.stiffness * way.squaredNorm();
-    }
-    return product;
+    phyxel_count_.clear();
+    for (const std::vector<double>& load : load_) phyxel_count_.push_back(load.size());
+    products_.clear(phyxel_count_);
+    for (const Row& row : rows_)
+        if (row.active) products_.add(input_.contacts[row.contact], row.normal, row.tangent);
+    for (const Spring& s : pulls_) products_.add(s.pull, s.stiffness);
+    products_.finish();
 }
 
 // Scales the springs of each handle so that they pull by no more than its limit.

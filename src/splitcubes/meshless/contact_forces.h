@@ -2,6 +2,7 @@
 #pragma once
 
 #include <splitcubes/meshless/contact.h>
+#include <splitcubes/meshless/contact_products.h>
 #include <splitcubes/meshless/loops.h>
 
 #include <cstdint>
@@ -49,14 +50,9 @@ class ContactForces {
     void add_forces(ConstField position, Field force) const;
     /// out += stiffness of the springs times in; returns in . (what was added).
     double apply(ConstField in, Field out) const;
-    /// A part's row arrays: component k of phyxel i is at k * stride + i.
-    struct RowPart {
-        std::size_t stride = 0;
-        const float* in = nullptr;
-        float* out = nullptr;
-    };
-    /// The same of row arrays, one entry a part.
-    double apply_rows(std::span<const RowPart> parts, const Parallel& parallel);
+    /// Makes the list of products() what the springs are now.
+    void list_springs();
+    ContactProducts& products() { return products_; }
     /// Compares the springs' forces with what contact and friction allow at these places.
     /// Where they differ by more than a few percent in all, changes the springs and
     /// returns true: the solve is to be repeated. only_add: none is let go (against going round
@@ -100,7 +96,6 @@ class ContactForces {
     double load_of(const ContactSide& side, std::span<const Part> parts) const;
     void undo_overlaps();
     bool revise_pulls(ConstField position);
-    void list_springs();
 
     ContactInput input_;
     std::vector<Row> rows_;
@@ -129,29 +124,11 @@ class ContactForces {
     void take_revisions(ConstField position, Field change);
     std::vector<Revision> revisions_;
     std::vector<Vec3> pulled_;  // N, per handle
-    /// Springs that push, for the products of a solve.
-    struct Active {
-        std::uint32_t row = 0;
-        std::uint32_t first = 0;  // its phyxels: in ends_
-    };
-    /// A spring's hold of a phyxel.
-    struct End {
-        std::uint32_t at = 0;  // in touched_; of those by phyxel in active_
-        double weight = 0;     // of the lower side negative
-    };
-    struct Touched {
-        std::uint32_t part = 0, phyxel = 0, first = 0;  // its springs: in by_phyxel_
-    };
-    bool listed_ = false;  // the lists are those of the rows
-    std::vector<Active> active_;
-    std::vector<Touched> touched_;
-    std::vector<End> ends_, by_phyxel_;
-    std::vector<std::vector<std::uint32_t>> slot_;  // per part, per phyxel: its place in touched_, 0: none
-    std::vector<Vec3> product_force_;               // N, per active spring
-    std::vector<Vec3> touched_way_;                 // m, per touched phyxel
-    std::vector<double> pull_before_;               // N/m, per pull
+    bool listed_ = false;       // products_ are those of the rows
+    ContactProducts products_;
+    std::vector<std::size_t> phyxel_count_;  // per part
+    std::vector<double> pull_before_;        // N/m, per pull
     ChunkSumOf<ForceSums> revise_sum_;
-    ChunkSumOf<double> product_sum_;
     std::size_t pushing_ = 0;
     double energy_ = 0;  // J
 };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace splitcubes::meshless {
 
@@ -14,10 +15,15 @@ constexpr double noise_share = 0.1;
 // What stands on something rocks by the least force that is left over: share of the tolerance that is solved
 // to, of one body and of several.
 constexpr double contact_tolerance_share = 0.01, shared_tolerance_share = 0.1;
-// Of the largest residual that a solve began from, the share that is enough where nothing touches, by how
-// many times that may be more than the tolerance asks for, and the share where something does: where a guess
-// leaves much, as while something is cut, nothing rocks by little.
-constexpr double fall_share = 1e-2, most_loose = 10, contact_fall_share = 1e-3;
+// Of the largest residual that a solve began from, the share that is enough (where a guess leaves much, as
+// while something is cut, nothing rocks by little), and by how many times that may be more than the tolerance
+// asks for where nothing touches.
+constexpr double fall_share = 1e-2, most_loose = 10;
+// While contacts still change, the share of what a solve begins with that it may leave: of the first of a
+// step, which only has to tell what pushes, and of those that follow.
+constexpr double first_early_share = 0.2, early_share = 0.1;
+// Aggregates are weighed anew where the springs' stiffness has changed by more than this share.
+constexpr double weighed_share = 0.1;
 // Share that the square of a residual falls by before it is taken again in double precision.
 constexpr double reach_share = 1e-11;
 
@@ -33,8 +39,7 @@ double ImplicitSolver::Group::tolerance() const {
 double ImplicitSolver::Group::loosest(double closest) const {
     if (size() > 1) return 0;
     const double times = forces->empty() ? most_loose : 1 / (looseness * contact_tolerance_share);
-    const double share = forces->empty() ? fall_share : contact_fall_share;
-    return std::min(times * times * closest, share * share * furthest);
+    return std::min(times * times * closest, fall_share * fall_share * furthest);
 }
 
 double ImplicitSolver::Group::wanted_residual() {
@@ -83,16 +88,28 @@ double ImplicitSolver::Group::carried_residual() {
     return square;
 }
 
+// The preconditioner's coarse part: as good with springs that are a little different.
+void ImplicitSolver::Group::weigh() {
+    double springs = 0;
+    each([&](ImplicitSolver& s, const Job&, std::uint32_t) {
+        springs = std::accumulate(s.added_.begin(), s.added_.end(), springs);
+    });
+    if (std::abs(springs - weighed) <= weighed_share * weighed) return;
+    weighed = springs;
+    each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.weigh_aggregates(job); });
+}
+
 // From d_; constrained parts of d_ stay. Not `anew`: r_ is the residual.
 void ImplicitSolver::Group::solve(bool anew) {
     const double closest = wanted_residual();
     each([](ImplicitSolver& s, const Job&, std::uint32_t) { ++s.report_.solves; });
     int left = jobs[0].options.max_iterations;
     double square = anew ? first_residual(closest) : carried_residual();
-    const double wanted = std::max(closest, loosest(closest));
+    const double early = looseness > 1 ? (anew ? first_early_share : early_share) : 0;
+    const double wanted = std::max({closest, loosest(closest), early * early * square});
     if (!anew && wanted < reach_share * furthest) square = first_residual(wanted);
-    if (square > wanted)
-        each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.weigh_aggregates(job); });
+    if (anew) weighed = -1;
+    if (square > wanted) weigh();
     for (int pass = 0; pass < max_refinements && square > wanted && left > 0; ++pass) {
         // Single precision carries no further than this at a time.
         const bool in_reach = wanted >= reach_share * square;
@@ -130,9 +147,35 @@ double ImplicitSolver::Group::apply_to_direction() {
                                               s.fine_q_.data(), job.parallel);
         rows.push_back({s.elastic_.stride(), s.fine_p_.data(), s.fine_q_.data()});
     });
-    if (!forces->empty()) product += forces->apply_rows(rows, jobs[0].parallel);
+    if (!forces->empty()) product += forces->products().apply(rows, jobs[0].parallel);
     each([](ImplicitSolver& s, const Job&, std::uint32_t) { s.filter(); });
     return product;
+}
+
+// The list of springs that the products of a descent go through.
+void ImplicitSolver::Group::list_springs() {
+    if (forces->empty()) return;
+    diagonals.clear();
+    each([&](ImplicitSolver& s, const Job&, std::uint32_t) {
+        diagonals.push_back({s.mobility_, s.inverse_, s.held_});
+    });
+    forces->list_springs();
+    forces->products().take_diagonals(diagonals);
+}
+
+// What springs add to the preconditioner goes from residual to direction.
+void ImplicitSolver::Group::take_smoothing_rows() {
+    rows.clear();
+    each([&](ImplicitSolver& s, const Job&, std::uint32_t) {
+        rows.push_back({s.elastic_.stride(), s.fine_r_.data(), s.fine_p_.data()});
+    });
+}
+
+// The springs' part of the residual's square in the preconditioner's norm.
+double ImplicitSolver::Group::smooth() {
+    if (forces->empty()) return 0;
+    take_smoothing_rows();
+    return forces->products().smooth(rows, jobs[0].parallel);
 }
 
 // As begin_direction, after a step of alpha.
@@ -170,12 +213,16 @@ void ImplicitSolver::Group::turn_direction(float beta) {
                                      s.fine_r_.data(), coarse, s.fine_p_.data());
         });
     });
+    if (forces->empty()) return;
+    take_smoothing_rows();
+    forces->products().add_smoothed(rows);
 }
 
 // Adds to d_ what brings the square of the residual r_ down to `goal`; returns where it got.
 double ImplicitSolver::Group::descend(double goal, int& left) {
+    list_springs();
     double square = begin_direction();
-    double rz = square + correct();
+    double rz = square + correct() + smooth();
     turn_direction(0);
     while (square > goal && left > 0) {
         const double curvature = apply_to_direction();
@@ -186,7 +233,7 @@ double ImplicitSolver::Group::descend(double goal, int& left) {
         ++solvers[0]->report_.iterations;
         --left;
         if (square <= goal) break;
-        const double next_rz = square + correct();
+        const double next_rz = square + correct() + smooth();
         turn_direction(static_cast<float>(next_rz / rz));
         rz = next_rz;
     }

@@ -17,8 +17,10 @@ struct ImplicitSolver::Group {
     std::vector<std::span<std::uint8_t>> touching;
     std::vector<std::span<const Vec3>> velocity, solution, direction;
     std::vector<ContactForces::Part> parts;
-    std::vector<ContactForces::RowPart> rows;
+    std::vector<ContactProducts::RowPart> rows;
+    std::vector<ContactProducts::Diagonal> diagonals;
     double furthest = 0;               // square of the largest residual since it was taken from the solution
+    double weighed = -1;               // N/m, all springs that the aggregates were weighed with; -1: not yet
     std::vector<std::uint8_t> impact;  // per contact
     std::vector<std::uint8_t> pushed_before;  // per contact
 
@@ -63,6 +65,10 @@ struct ImplicitSolver::Group {
     double apply_to_direction();
     double advance(float alpha);
     double correct();
+    void weigh();
+    void list_springs();
+    void take_smoothing_rows();
+    double smooth();
     void turn_direction(float beta);
     void solve_with_contacts();
     void remember_pushing(const ContactInput& contacts);

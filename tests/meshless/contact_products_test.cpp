@@ -1,0 +1,136 @@
+// Products with springs are those of their definition, and what they ask of the preconditioner is symmetric,
+// positive and near the inverse.
+#include <splitcubes/meshless/contact_products.h>
+
+#include <gtest/gtest.h>
+#include <Eigen/Dense>
+
+#include <random>
+#include <vector>
+
+namespace splitcubes::meshless {
+namespace {
+
+constexpr std::size_t stride = 16;
+constexpr Eigen::Index size = 3 * static_cast<Eigen::Index>(stride);
+
+// Springs at random between phyxels of one part, some with nothing below, one phyxel that does not move, and
+// a pull. `matrix`: their stiffness; `diagonal`: of the rest.
+struct Springs {
+    explicit Springs(unsigned seed) : random(seed), mobility(stride), fixed(stride, 0) {
+        std::uniform_int_distribution<std::uint32_t> any(0, stride - 1);
+        for (double& m : mobility) m = 1 / (50 + 100 * positive(random));
+        fixed[3] = 1;
+        const std::size_t counts[] = {stride};
+        products.clear(counts);
+        for (int k = 0; k < 60; ++k) {
+            Contact contact;
+            contact.normal = Vec3(value(random), value(random), 2).normalized();
+            fill(contact.upper, any);
+            if (k % 2 == 0) fill(contact.lower, any);
+            const double along = 40 * positive(random), across = k % 3 == 0 ? 0 : along * positive(random);
+            products.add(contact, along, across);
+            add_truth(contact, along, across);
+        }
+        Pull pull;
+        pull.phyxel = 5;
+        products.add(pull, 80);
+        for (int k = 0; k < 3; ++k) matrix(at(5, k), at(5, k)) += 80;
+        const ContactProducts::Diagonal diagonals[] = {{mobility, mobility, fixed}};
+        products.finish();
+        products.take_diagonals(diagonals);
+    }
+    static Eigen::Index at(std::size_t phyxel, int k) {
+        return static_cast<Eigen::Index>(static_cast<std::size_t>(k) * stride + phyxel);
+    }
+    void fill(ContactSide& side, std::uniform_int_distribution<std::uint32_t>& any) {
+        side.count = 4;
+        double sum = 0;
+        for (std::uint32_t k = 0; k < side.count; ++k) {
+            // Each phyxel once.
+            side.phyxel[k] = 4 * k + any(random) % 4;
+            sum += side.weight[k] = 0.1 + positive(random);
+        }
+        for (std::uint32_t k = 0; k < side.count; ++k) side.weight[k] /= sum;
+    }
+    void add_truth(const Contact& contact, double along, double across) {
+        Eigen::MatrixXd hold = Eigen::MatrixXd::Zero(3, size);
+        double sign = 1;
+        for (const ContactSide* side : {&contact.upper, &contact.lower}) {
+            for (std::uint32_t e = 0; e < side->count; ++e)
+                for (int k = 0; k < 3; ++k) hold(k, at(side->phyxel[e], k)) += sign * side->weight[e];
+            sign = -1;
+        }
+        const Mat3 stiffness =
+            across * Mat3::Identity() + (along - across) * contact.normal * contact.normal.transpose();
+        matrix += hold.transpose() * stiffness * hold;
+    }
+    // What smooth makes of a residual, with what it leaves to the diagonal. Zero where nothing moves.
+    Eigen::VectorXd smoothed(const Eigen::VectorXd& residual, double& product) {
+        const Eigen::VectorXf in = residual.cast<float>();
+        Eigen::VectorXf out = Eigen::VectorXf::Zero(size);
+        const ContactProducts::RowPart rows[] = {{stride, in.data(), out.data()}};
+        product = products.smooth(rows, Parallel(1));
+        products.add_smoothed(rows);
+        Eigen::VectorXd all = out.cast<double>();
+        for (std::size_t i = 0; i < stride; ++i)
+            for (int k = 0; k < 3; ++k)
+                if (fixed[i] == 0) all[at(i, k)] += mobility[i] * residual[at(i, k)];
+        return all;
+    }
+
+    std::mt19937 random;
+    std::uniform_real_distribution<double> value{-1, 1}, positive{0, 1};
+    std::vector<double> mobility;
+    std::vector<std::uint8_t> fixed;
+    ContactProducts products;
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(size, size);
+};
+
+TEST(ContactProducts, AreThoseOfTheDefinition) {
+    Springs springs(1);
+    const Eigen::VectorXd x =
+        Eigen::VectorXd::NullaryExpr(size, [&] { return springs.value(springs.random); });
+    const Eigen::VectorXd truth = springs.matrix * x;
+    const Eigen::VectorXf in = x.cast<float>();
+    for (const int threads : {1, 2, 3}) {
+        Eigen::VectorXf out = Eigen::VectorXf::Ones(size);
+        const ContactProducts::RowPart rows[] = {{stride, in.data(), out.data()}};
+        const double product = springs.products.apply(rows, Parallel(threads));
+        EXPECT_LT((out.cast<double>() - Eigen::VectorXd::Ones(size) - truth).norm(), 1e-5 * truth.norm());
+        EXPECT_NEAR(product, x.dot(truth), 1e-5 * x.dot(truth));
+    }
+}
+
+// The whole of the smoothing operator, column by column, against the inverse of what it stands for.
+TEST(ContactProducts, SmoothingIsSymmetricPositiveAndNearTheInverse) {
+    for (const unsigned seed : {2U, 3U, 4U}) {
+        Springs springs(seed);
+        std::vector<Eigen::Index> moving;
+        for (Eigen::Index i = 0; i < size; ++i)
+            if (springs.fixed[static_cast<std::size_t>(i) % stride] == 0) moving.push_back(i);
+        Eigen::MatrixXd smoothing(size, size);
+        for (Eigen::Index i = 0; i < size; ++i) {
+            double product = 0;
+            smoothing.col(i) = springs.smoothed(Eigen::VectorXd::Unit(size, i), product);
+            if (springs.fixed[static_cast<std::size_t>(i) % stride] == 0) {
+                EXPECT_NEAR(product + springs.mobility[static_cast<std::size_t>(i) % stride], smoothing(i, i),
+                            1e-6);
+            }
+        }
+        Eigen::MatrixXd whole = springs.matrix;
+        for (Eigen::Index i = 0; i < size; ++i)
+            whole(i, i) += 1 / springs.mobility[static_cast<std::size_t>(i) % stride];
+        const Eigen::MatrixXd b = smoothing(moving, moving), a = whole(moving, moving);
+        EXPECT_LT((b - b.transpose()).norm(), 1e-5 * b.norm());
+        // Spectrum of the product, by the symmetric root of the matrix.
+        const Eigen::MatrixXd root = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(a).operatorSqrt();
+        const Eigen::VectorXd spectrum =
+            Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(root * b * root).eigenvalues();
+        EXPECT_GT(spectrum.minCoeff(), 0.7);
+        EXPECT_LT(spectrum.maxCoeff(), 1.3);
+    }
+}
+
+}  // namespace
+}  // namespace splitcubes::meshless
