@@ -25,7 +25,7 @@ void for_phyxels(const Parallel& parallel, std::size_t count, const Body& body) 
     const auto chunk = [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) body(i);
     };
-    parallel.for_chunks(count, std::clamp<std::size_t>(count / 64, 16, 1024), std::cref(chunk));
+    parallel.for_chunks(count, std::clamp<std::size_t>(count / 64, phyxel_grain, 1024), std::cref(chunk));
 }
 
 /// Sums in chunk order, with a buffer that is kept. Value: what is summed; Value{} is zero.

@@ -101,7 +101,7 @@ class SlicedElasticity {
 /// Slices a chunk, of so many: chunks enough for all threads to end together, and not many more, as handing
 /// one out costs some tenths of a microsecond. Part of the result, as phyxel_grain is.
 inline std::size_t slice_grain(std::size_t count) {
-    return std::clamp<std::size_t>(count / 48, 4, 64);
+    return std::clamp<std::size_t>(count / 48, 16, 64);
 }
 
 /// body(SliceRange) over all slices.
