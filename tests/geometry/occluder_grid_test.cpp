@@ -274,7 +274,7 @@ TEST(OccluderGrid, ManyCellsAtOnceAreAsOneByOne) {
             single.set_cell(cell, triangles);
             changed.insert(random.below(2) ? changed.begin() : changed.end(), {cell, triangles});
         }
-        batch.set_cells(changed);
+        batch.set_cells(changed, Parallel(2));
         ASSERT_EQ(batch.triangle_count(), single.triangle_count());
         for (int query = 0; query < 20; ++query) {
             const Vec3 a = random_vector(random, 2.2), b = random_vector(random, 2.2);

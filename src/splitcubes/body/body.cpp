@@ -71,7 +71,7 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
     if (settings_.tearing) {
         check_tearing(*settings_.tearing, "body '" + settings_.name + "' tearing");
     }
-    build_occluders();
+    build_occluders(parallel);
     list_inside_nodes();
     // Phyxels that only go along need not be many.
     if (settings_.deformation) settings_.phyxel_count = std::min(settings_.phyxel_count, 64);
@@ -102,10 +102,10 @@ std::pair<Vec3, Vec3> Body::node_reach(const Vec3i& node) const {
     return {low, high};
 }
 
-void Body::build_occluders() {
+void Body::build_occluders(const Parallel& parallel) {
     std::vector<std::uint32_t> cells(surface_->cells().size());
     std::iota(cells.begin(), cells.end(), 0U);
-    set_occluders(cells);
+    set_occluders(cells, parallel);
 }
 
 // Each cut edge of the cell gives its two triangles once, whichever side has a
@@ -124,7 +124,7 @@ void Body::add_occluders(std::uint32_t cell_number, std::vector<geometry::Occlud
     }
 }
 
-void Body::set_occluders(std::span<const std::uint32_t> cells) {
+void Body::set_occluders(std::span<const std::uint32_t> cells, const Parallel& parallel) {
     std::vector<geometry::OccluderTriangle> triangles;
     std::vector<std::size_t> end;
     for (const std::uint32_t c : cells) {
@@ -143,13 +143,13 @@ void Body::set_occluders(std::span<const std::uint32_t> cells) {
         occluder_box_[cells[k]] = box;
         changed.push_back({surface_->cells()[cells[k]].place, own});
     }
-    occluders_.set_cells(changed);
+    occluders_.set_cells(changed, parallel);
 }
 
 void Body::restore(const Parallel& parallel) {
     occluders_ = geometry::OccluderGrid(grid_.rest().origin, grid_.rest().cell_size, grid_.rest().node_count);
     occluder_box_.clear();
-    build_occluders();
+    build_occluders(parallel);
     tracker_.forget_changes();
     changes_.mark_all();
     locator_ = meshless::PhyxelLocator(phyxels_.rest_position, 1.6 * spacing_);

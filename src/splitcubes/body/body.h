@@ -113,7 +113,7 @@ class Body {
                    const Isometry& tool_now, ToolForce& felt);
     /// Cuts the grid edges that cannot bear the stress of the last step.
     void tear(const StepContext& context, StepReport& report);
-    void retessellate(StepReport& report);
+    void retessellate(const Parallel& parallel, StepReport& report);
     void label_pieces(StepReport& report);
     void update_visibility(const StepContext& context, StepReport& report);
     void resample(const StepContext& context, StepReport& report);
@@ -199,9 +199,9 @@ class Body {
   private:
     void list_inside_nodes();
     void sample(const Parallel& parallel);
-    void build_occluders();
+    void build_occluders(const Parallel& parallel);
     void add_occluders(std::uint32_t cell_number, std::vector<geometry::OccluderTriangle>& out) const;
-    void set_occluders(std::span<const std::uint32_t> cells);
+    void set_occluders(std::span<const std::uint32_t> cells, const Parallel& parallel);
     std::uint32_t nearest_of_piece(const Vec3& rest, std::int32_t piece) const;
     Vec3i owner_of(const Vec3& rest, const Vec3i& fallback,
                    const std::function<bool(std::int32_t piece)>& welcome) const;

@@ -126,7 +126,7 @@ std::size_t Body::cut_with_sheet(const geometry::TriangleMesh& sheet, std::int32
 
 void Body::settle_topology(const Parallel& parallel, StepReport& report) {
     const StepContext context{0, 0, Vec3::Zero(), {}, {}, {}, parallel};
-    retessellate(report);
+    retessellate(parallel, report);
     label_pieces(report);
     update_visibility(context, report);
     resample(context, report);

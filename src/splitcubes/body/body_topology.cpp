@@ -28,7 +28,7 @@ bool meets_any(const geometry::Box& box, std::span<const geometry::Box> boxes) {
 
 }  // namespace
 
-void Body::retessellate(StepReport& report) {
+void Body::retessellate(const Parallel& parallel, StepReport& report) {
     changed_boxes_.clear();
     const std::vector<std::uint32_t>& changed = surface_->retessellate(grid_, new_slots_);
     // What was there before and what is there now: both changed what is seen.
@@ -36,7 +36,7 @@ void Body::retessellate(StepReport& report) {
     if (!changed.empty()) changes_.begin();
     for (const std::uint32_t c : changed)
         boxes.push_back(c < occluder_box_.size() ? occluder_box_[c] : geometry::Box{});
-    set_occluders(changed);
+    set_occluders(changed, parallel);
     for (std::size_t k = 0; k < changed.size(); ++k) {
         boxes[k].add(occluder_box_[changed[k]]);
         changes_.mark(boxes[k]);

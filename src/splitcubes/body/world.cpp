@@ -74,7 +74,7 @@ StepReport World::step() {
     for (auto& body : bodies_) body->tear(context, report);
     done(Stage::tear);
 
-    for (auto& body : bodies_) body->retessellate(report);
+    for (auto& body : bodies_) body->retessellate(context.parallel, report);
     done(Stage::retessellate);
     for (auto& body : bodies_) body->label_pieces(report);
     done(Stage::label_pieces);

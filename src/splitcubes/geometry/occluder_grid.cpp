@@ -204,11 +204,11 @@ bool OccluderGrid::for_listings(std::uint64_t owner, std::uint32_t index, std::u
 
 void OccluderGrid::set_cell(const Vec3i& cell, std::span<const OccluderTriangle> triangles) {
     const CellTriangles one{cell, triangles};
-    set_cells({&one, 1});
+    set_cells({&one, 1}, Parallel(1));
 }
 
 // Cells in the order of their keys: what a brick is to list then comes in the order of its refs.
-void OccluderGrid::set_cells(std::span<const CellTriangles> cells) {
+void OccluderGrid::set_cells(std::span<const CellTriangles> cells, const Parallel& parallel) {
     std::vector<std::pair<std::uint64_t, const CellTriangles*>> order;
     for (const CellTriangles& of : cells)
         if (!of.triangles.empty() || find_brick(brick_of(of.cell))) order.push_back({key_of(of.cell), &of});
@@ -223,11 +223,12 @@ void OccluderGrid::set_cells(std::span<const CellTriangles> cells) {
         take_out(home, of->cell, touched);
         put_in(home, *of, touched);
     }
-    for (TouchedBrick& brick : touched.bricks) {
+    parallel.for_each(touched.bricks.size(), 4, [&](std::size_t k) {
+        TouchedBrick& brick = touched.bricks[k];
         std::stable_sort(brick.added.begin(), brick.added.end(),
                          [](const Listing& a, const Listing& b) { return a.local < b.local; });
         rebuild(bricks_[brick.number], owners, brick.added);
-    }
+    });
 }
 
 OccluderGrid::TouchedBrick& OccluderGrid::touch(const Vec3i& brick, TouchedBricks& touched) {

@@ -2,6 +2,7 @@
 // regular grid: which are near, and does a segment meet one.
 #pragma once
 
+#include <splitcubes/core/parallel.h>
 #include <splitcubes/geometry/box.h>
 #include <splitcubes/geometry/occluder_pack.h>
 
@@ -57,7 +58,7 @@ class OccluderGrid {
         Vec3i cell;
         std::span<const OccluderTriangle> triangles;
     };
-    void set_cells(std::span<const CellTriangles> cells);
+    void set_cells(std::span<const CellTriangles> cells, const Parallel& parallel);
 
     std::size_t triangle_count() const { return triangle_count_; }
 
