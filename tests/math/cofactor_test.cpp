@@ -1,5 +1,6 @@
+#include "random_matrix.h"
+
 #include <gtest/gtest.h>
-#include <splitcubes/core/random.h>
 #include <splitcubes/math/cofactor.h>
 
 #include <Eigen/LU>
@@ -7,12 +8,7 @@
 namespace {
 
 using namespace splitcubes;
-
-Mat3 random_matrix(Random& random) {
-    Mat3 matrix;
-    for (int k = 0; k < 9; ++k) matrix(k) = random.uniform(-1, 1);
-    return matrix;
-}
+using fixtures::random_matrix;
 
 // cof(F)^T F = det F, which for a singular matrix is zero.
 TEST(CofactorOf, TransposedTimesTheMatrixIsTheDeterminant) {

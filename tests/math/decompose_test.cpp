@@ -1,5 +1,6 @@
+#include "random_matrix.h"
+
 #include <gtest/gtest.h>
-#include <splitcubes/core/random.h>
 #include <splitcubes/math/decompose.h>
 
 #include <Eigen/SVD>
@@ -10,12 +11,7 @@
 namespace {
 
 using namespace splitcubes;
-
-Mat3 random_matrix(Random& random) {
-    Mat3 matrix;
-    for (int k = 0; k < 9; ++k) matrix(k) = random.uniform(-1, 1);
-    return matrix;
-}
+using fixtures::random_matrix;
 
 Mat3 random_rotation(Random& random) {
     const Vec3 axis(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
