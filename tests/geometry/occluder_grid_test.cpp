@@ -23,6 +23,11 @@ Vec3 random_vector(Random& random, double half) {
     return {x, y, random.uniform(-half, half)};
 }
 
+Vec3i random_place(Random& random) {
+    return {static_cast<int>(random.below(cells)), static_cast<int>(random.below(cells)),
+            static_cast<int>(random.below(cells))};
+}
+
 std::vector<OccluderTriangle> random_cell(Random& random, const Vec3i& cell, double overhang) {
     std::vector<OccluderTriangle> out(random.below(4));
     for (auto& t : out) {
@@ -37,8 +42,7 @@ std::vector<OccluderTriangle> random_cell(Random& random, const Vec3i& cell, dou
 OccluderGrid random_grid(Random& random, int steps, double overhang, Content& content) {
     OccluderGrid grid(origin, cell_size, Vec3i::Constant(cells));
     for (int k = 0; k < steps; ++k) {
-        const Vec3i cell(static_cast<int>(random.below(cells)), static_cast<int>(random.below(cells)),
-                         static_cast<int>(random.below(cells)));
+        const Vec3i cell = random_place(random);
         const auto triangles = random_cell(random, cell, k % 20 ? overhang : 6 * overhang);
         grid.set_cell(cell, triangles);
         content[{cell[2], cell[1], cell[0]}] = triangles;
@@ -191,7 +195,6 @@ TEST(OccluderGrid, SegmentBlockedEqualsBruteForce) {
     EXPECT_LT(hits, count * 9 / 10);
 }
 
-// Segments along the grid's planes and lines, triangles in those planes.
 // What blocks a segment was there before and stayed, or came since.
 TEST(OccluderGrid, TellsWhatIsNewFromWhatWasThere) {
     Random random(12);
@@ -202,8 +205,7 @@ TEST(OccluderGrid, TellsWhatIsNewFromWhatWasThere) {
         const std::uint32_t before = grid.changes();
         OccluderGrid kept = grid;  // what is replaced taken out
         for (int k = 0; k < 5; ++k) {
-            const Vec3i cell(static_cast<int>(random.below(cells)), static_cast<int>(random.below(cells)),
-                             static_cast<int>(random.below(cells)));
+            const Vec3i cell = random_place(random);
             kept.set_cell(cell, {});
             grid.set_cell(cell, random_cell(random, cell, k == 0 ? 12 : 0.5));
         }
@@ -237,8 +239,7 @@ TEST(OccluderGrid, WhatBlockedASegmentTellsLaterWhetherItStillDoes) {
             ASSERT_EQ(grid.blocks(by.back(), a, b), grid.segment_blocked(a, b));
         }
         for (int k = 0; k < 40; ++k) {
-            const Vec3i cell(static_cast<int>(random.below(cells)), static_cast<int>(random.below(cells)),
-                             static_cast<int>(random.below(cells)));
+            const Vec3i cell = random_place(random);
             grid.set_cell(cell,
                           k % 2 == 0 ? std::vector<OccluderTriangle>{} : random_cell(random, cell, 0.5));
         }
@@ -264,8 +265,7 @@ TEST(OccluderGrid, ManyCellsAtOnceAreAsOneByOne) {
     for (int round = 0; round < 30; ++round) {
         Content content;
         for (int k = 0; k < 40; ++k) {
-            const Vec3i cell(static_cast<int>(random.below(cells)), static_cast<int>(random.below(cells)),
-                             static_cast<int>(random.below(cells)));
+            const Vec3i cell = random_place(random);
             content[{cell[2], cell[1], cell[0]}] = random_cell(random, cell, k % 10 ? 0.5 : 4);
         }
         std::vector<OccluderGrid::CellTriangles> changed;
@@ -333,6 +333,7 @@ TEST(Sights, EqualSegmentBlocked) {
     EXPECT_GT(seen, 500);
 }
 
+// Segments along the grid's planes and lines, triangles in those planes.
 TEST(OccluderGrid, SegmentsAlongCellFaces) {
     Random random(4);
     for (int round = 0; round < 3000; ++round) {
