@@ -12,11 +12,12 @@ using meshless::ContactInput;
 using meshless::ContactMemory;
 
 // What is remembered of these contacts; both sorted by key.
-void find_memory_of(std::span<const meshless::Contact> contacts, std::span<const ContactMemory> all,
+void find_memory_of(std::span<const meshless::Contact> contacts, const std::vector<ContactMemory>& all,
                     std::vector<ContactMemory>& out) {
+    meshless::MemoryFinder finder(&all);
     out.clear();
     for (const meshless::Contact& c : contacts)
-        if (const ContactMemory* memory = meshless::find_memory(all, c.key)) out.push_back(*memory);
+        if (const ContactMemory* memory = finder.find(c.key)) out.push_back(*memory);
 }
 
 }  // namespace

@@ -87,7 +87,21 @@ Vec3 side_value(const ContactSide& side, const Field& field) {
     return sum;
 }
 
-/// The memory of a contact; nullptr where it is new.
-const ContactMemory* find_memory(std::span<const ContactMemory> memory, std::uint64_t key);
+/// Finds what is remembered of contacts. Quick where they are asked for in ascending order of their keys.
+class MemoryFinder {
+  public:
+    /// memory: sorted by key, for as long as this lives; nullptr: nothing is remembered.
+    explicit MemoryFinder(const std::vector<ContactMemory>* memory) {
+        if (memory) all_ = *memory;
+    }
+    /// nullptr where the contact is new.
+    const ContactMemory* find(std::uint64_t key);
+
+  private:
+    std::span<const ContactMemory> all_;
+    std::size_t at_ = 0;       // the first that is not below the last key
+    std::uint64_t last_ = 0;   // key
+    bool is_placed_ = false;
+};
 
 }  // namespace splitcubes::meshless

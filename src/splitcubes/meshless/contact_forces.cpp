@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 
 namespace splitcubes::meshless {
 
@@ -47,6 +49,14 @@ double slack_of(const Contact& contact) {
     return (contact.lower.is_collider() ? deep_share : deep_share_of_skins) * contact.lift;
 }
 
+// The push of a contact, m, that would have gone deeper by less than so much with another: where it went deeper
+// by too much more, and on a collider less where it came up.
+double right_push(const Contact& contact, double push, double deeper) {
+    const double slack = slack_of(contact);
+    const bool off = deeper > slack || (contact.lower.is_collider() && push > 0 && deeper < 0);
+    return off ? std::max(0.0, push + deeper - kept_share * slack) : push;
+}
+
 // out[side] += sign * weight * force.
 void add_to_side(const ContactSide& side, double sign, const Vec3& force, Field out) {
     for (std::uint32_t k = 0; k < side.count; ++k)
@@ -55,31 +65,43 @@ void add_to_side(const ContactSide& side, double sign, const Vec3& force, Field 
 
 }  // namespace
 
-const ContactMemory* find_memory(std::span<const ContactMemory> memory, std::uint64_t key) {
-    const auto at =
-        std::lower_bound(memory.begin(), memory.end(), key,
-                         [](const ContactMemory& m, std::uint64_t wanted) { return m.key < wanted; });
-    return at != memory.end() && at->key == key ? &*at : nullptr;
-}
-
-void find_impacts(const ContactInput& input, ConstField velocity, double dt,
-                  std::vector<std::uint8_t>& impact) {
-    impact.assign(input.contacts.size(), 0);
-    for (std::size_t c = 0; c < input.contacts.size(); ++c) {
-        const Contact& contact = input.contacts[c];
-        if (input.memory && find_memory(*input.memory, contact.key)) continue;
-        const Vec3 way =
-            dt * (side_value(contact.upper, velocity) - side_value(contact.lower, velocity)) - contact.drive;
-        const double closing = -contact.normal.dot(way);
-        impact[c] = closing > impact_share * contact.lift && contact.gap - closing < 0;
+const ContactMemory* MemoryFinder::find(std::uint64_t key) {
+    if (is_placed_ && key >= last_) {
+        while (at_ < all_.size() && all_[at_].key < key) ++at_;
+    } else {
+        const auto below = [](const ContactMemory& m, std::uint64_t wanted) { return m.key < wanted; };
+        at_ = static_cast<std::size_t>(std::lower_bound(all_.begin(), all_.end(), key, below) - all_.begin());
     }
+    is_placed_ = true;
+    last_ = key;
+    return at_ < all_.size() && all_[at_].key == key ? &all_[at_] : nullptr;
 }
 
-double ContactForces::load_of(const ContactSide& side, std::span<const Part> parts) const {
+void find_impacts(const ContactInput& input, ConstField velocity, double dt, const Parallel& parallel,
+                  std::vector<std::uint8_t>& known, std::vector<std::uint8_t>& impact) {
+    known.assign(input.contacts.size(), 0);
+    impact.assign(input.contacts.size(), 0);
+    const auto find = [&](std::size_t begin, std::size_t end) {
+        MemoryFinder finder(input.memory);
+        for (std::size_t c = begin; c < end; ++c) {
+            const Contact& contact = input.contacts[c];
+            known[c] = finder.find(contact.key) != nullptr;
+            if (known[c] != 0) continue;
+            const Vec3 way =
+                dt * (side_value(contact.upper, velocity) - side_value(contact.lower, velocity)) -
+                contact.drive;
+            const double closing = -contact.normal.dot(way);
+            impact[c] = closing > impact_share * contact.lift && contact.gap - closing < 0;
+        }
+    };
+    parallel.for_chunks(input.contacts.size(), spring_grain, std::cref(find));
+}
+
+double ContactForces::load_of(const ContactSide& side) const {
     double sum = 0;
     for (std::uint32_t k = 0; k < side.count; ++k) {
         const std::uint32_t i = side.phyxel[k];
-        const Part& part = parts[side.part];
+        const Part& part = parts_[side.part];
         if (!part.fixed.empty() && part.fixed[i] != 0) continue;
         // Contacts that share a phyxel share its stiffness.
         const double shared = std::max(1.0, load_[side.part][i]);
@@ -101,22 +123,26 @@ Vec3 ContactForces::coasting(const Contact& contact, std::span<const Part> parts
     return way;
 }
 
-void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std::span<const Part> parts,
-                            ConstField guess) {
-    const Contact& contact = input.contacts[number];
-    const double mobility = load_of(contact.upper, parts) + load_of(contact.lower, parts);
-    if (!(mobility > 0) || !std::isfinite(mobility)) return;
+// A spring of no stiffness where nothing that it holds moves.
+ContactForces::Row ContactForces::make_row(std::uint32_t number, const ContactMemory* memory, ConstField guess,
+                                           OverlapSums& sums) const {
+    const Contact& contact = input_.contacts[number];
+    const double mobility = load_of(contact.upper) + load_of(contact.lower);
     Row row;
     row.contact = number;
+    if (!(mobility > 0) || !std::isfinite(mobility)) {
+        ++sums.none;
+        return row;
+    }
     row.normal = hardness / mobility;
     // What overlaps when it is first seen (faces of a fresh cut, things put into each other) is no compressed
     // spring.
     row.allowed = std::min(0.0, contact.gap);
     for (std::uint32_t k = 0; k < contact.upper.count; ++k)
-        row.start += contact.upper.weight[k] * parts[contact.upper.part].start[contact.upper.phyxel[k]];
+        row.start += contact.upper.weight[k] * parts_[contact.upper.part].start[contact.upper.phyxel[k]];
     for (std::uint32_t k = 0; k < contact.lower.count; ++k)
-        row.start -= contact.lower.weight[k] * parts[contact.lower.part].start[contact.lower.phyxel[k]];
-    const ContactMemory* memory = input.memory ? find_memory(*input.memory, contact.key) : nullptr;
+        row.start -= contact.lower.weight[k] * parts_[contact.lower.part].start[contact.lower.phyxel[k]];
+    double sunk = 0;
     if (memory) {
         row.slip = along_plane(contact.normal, memory->slip);
         row.pressure = memory->pressure;
@@ -125,8 +151,8 @@ void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std
         if (!contact.lower.is_collider() && memory->stiffness > 0) {
             // Found deeper than it was left, since other skin is nearest now: no compressed spring either.
             const double left = memory->allowed - memory->pressure / memory->stiffness;
-            row.sunk = -std::min(0.0, contact.gap - left + jump_share * contact.lift);
-            row.allowed -= row.sunk;
+            sunk = -std::min(0.0, contact.gap - left + jump_share * contact.lift);
+            row.allowed -= sunk;
         }
         // A spring that grew stiffer or softer under load would make or lose energy.
         if (memory->stiffness > row.normal / most_change && memory->stiffness < row.normal * most_change)
@@ -135,7 +161,7 @@ void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std
     const Vec3 way = relative(row, guess);
     // What pushed goes on pushing, and what comes nearer by its own velocity begins to; a guess with gravity
     // in it would press the whole underside of a thing that stands on a few points.
-    const double met = row.allowed - contact.gap - contact.normal.dot(coasting(contact, parts));
+    const double met = row.allowed - contact.gap - contact.normal.dot(coasting(contact, parts_));
     row.active = row.pressure > 0 || met > 0;
     row.tangent = contact.friction > 0 ? row.normal : 0;
     const Vec3 slip = row.slip + along_plane(contact.normal, way);
@@ -148,46 +174,85 @@ void ContactForces::add_row(const ContactInput& input, std::uint32_t number, std
         const double limit = contact.friction * row.normal * deep;
         if (stretch > limit) row.tangent *= limit / stretch;
     }
-    rows_.push_back(row);
+    if (row.pressure > 0) row.undone = std::min(undone_share * contact.lift, -row.allowed);
+    sums.undone += row.undone;
+    sums.sunk += row.pressure * sunk;
+    if (!contact.lower.is_collider()) sums.wanted += row.pressure * row.undone;
+    return row;
 }
 
 // A collider undoes an overlap at its own cost. Between skins that bear something it is work that nothing
 // pays for: jammed splinters of a stiff plate were pressed by it until they flew. What pieces sink into each
 // other by, as they slide from sample to sample, has taken as much; no more than that is given back.
-void ContactForces::undo_overlaps() {
-    const auto undone = [&](const Row& row) {
-        return row.pressure > 0 ? std::min(undone_share * input_.contacts[row.contact].lift, -row.allowed)
-                                : 0;
+void ContactForces::undo_overlaps(const OverlapSums& sums, const Parallel& parallel) {
+    if (sums.undone == 0) return;
+    const double share = sums.wanted > sums.sunk ? sums.sunk / sums.wanted : 1;
+    const auto undo = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t r = begin; r < end; ++r)
+            if (rows_[r].undone != 0)
+                rows_[r].allowed +=
+                    (input_.contacts[rows_[r].contact].lower.is_collider() ? 1 : share) * rows_[r].undone;
     };
-    const auto on_collider = [&](const Row& row) { return input_.contacts[row.contact].lower.is_collider(); };
-    double sunk = 0, wanted = 0;  // J
-    for (const Row& row : rows_) {
-        sunk += row.pressure * row.sunk;
-        if (!on_collider(row)) wanted += row.pressure * undone(row);
-    }
-    const double share = wanted > sunk ? sunk / wanted : 1;
-    for (Row& row : rows_) row.allowed += (on_collider(row) ? 1 : share) * undone(row);
+    parallel.for_chunks(rows_.size(), spring_grain, std::cref(undo));
 }
 
-void ContactForces::begin(const ContactInput& input, std::span<const Part> parts, ConstField guess) {
+// A weight of zero holds nothing.
+void ContactForces::touch(std::uint32_t part, std::uint32_t phyxel, double weight) {
+    if (weight == 0) return;
+    double& load = load_[part][phyxel];
+    if (load == 0) touched_[part].push_back(phyxel);
+    load += std::abs(weight);
+}
+
+void ContactForces::begin(const ContactInput& input, std::span<const Part> parts) {
+    for (std::size_t p = 0; p < touched_.size(); ++p) {
+        for (const std::uint32_t i : touched_[p]) load_[p][i] = 0;
+        touched_[p].clear();
+    }
     input_ = input;
-    rows_.clear();
-    pulls_.clear();
-    pushing_ = 0;
-    listed_ = false;
+    parts_.assign(parts.begin(), parts.end());
     load_.resize(parts.size());
-    for (std::size_t p = 0; p < parts.size(); ++p) load_[p].assign(parts[p].start.size(), 0);
+    touched_.resize(parts.size());
+    for (std::size_t p = 0; p < parts.size(); ++p) load_[p].resize(parts[p].start.size(), 0);
     for (const Contact& contact : input.contacts)
         for (const ContactSide* side : {&contact.upper, &contact.lower})
             for (std::uint32_t k = 0; k < side->count; ++k)
-                load_[side->part][side->phyxel[k]] += std::abs(side->weight[k]);
-    for (std::uint32_t c = 0; c < input.contacts.size(); ++c) add_row(input, c, parts, guess);
-    undo_overlaps();
-    for (const Pull& pull : input.pulls) {
-        const Part& part = parts[pull.part];
+                touch(side->part, side->phyxel[k], side->weight[k]);
+    // Too little to count as a load.
+    for (const Pull& pull : input.pulls) touch(pull.part, pull.phyxel, std::numeric_limits<double>::min());
+}
+
+void ContactForces::make_springs(ConstField guess, const Parallel& parallel) {
+    pulls_.clear();
+    pushing_ = 0;
+    listed_ = same_rows_ = false;
+    rows_.resize(input_.contacts.size());
+    const auto make = [&](std::size_t begin, std::size_t end) {
+        MemoryFinder finder(input_.memory);
+        OverlapSums sums;
+        for (std::size_t c = begin; c < end; ++c) {
+            const Contact& contact = input_.contacts[c];
+            rows_[c] = make_row(static_cast<std::uint32_t>(c), finder.find(contact.key), guess, sums);
+            sums.lift = std::min(sums.lift, contact.lift);
+        }
+        return sums;
+    };
+    const OverlapSums sums = begin_sum_(parallel, rows_.size(), spring_grain, make);
+    least_lift_ = sums.lift;
+    if (sums.none > 0) std::erase_if(rows_, [](const Row& row) { return row.normal == 0; });
+    undo_overlaps(sums, parallel);
+    list_active();
+    for (const Pull& pull : input_.pulls) {
+        const Part& part = parts_[pull.part];
         if (part.fixed.empty() || part.fixed[pull.phyxel] == 0) pulls_.push_back({pull, pull.stiffness});
     }
     if (!pulls_.empty()) revise_pulls(guess);
+}
+
+void ContactForces::list_active() {
+    active_.clear();
+    for (std::uint32_t r = 0; r < rows_.size(); ++r)
+        if (rows_[r].active) active_.push_back(r);
 }
 
 // Way of the upper side against the lower one since the step began.
@@ -220,8 +285,8 @@ Vec3 ContactForces::allowed_force(const Row& row, const Vec3& way, double& tange
 }
 
 void ContactForces::add_diagonal(std::uint32_t part, std::span<double> diagonal) const {
-    for (const Row& row : rows_) {
-        if (!row.active) continue;
+    for (const std::uint32_t r : active_) {
+        const Row& row = rows_[r];
         const Contact& contact = input_.contacts[row.contact];
         for (const ContactSide* side : {&contact.upper, &contact.lower}) {
             if (side->part != part) continue;
@@ -235,14 +300,20 @@ void ContactForces::add_diagonal(std::uint32_t part, std::span<double> diagonal)
         if (spring.pull.part == part) diagonal[spring.pull.phyxel] += spring.stiffness;
 }
 
-void ContactForces::add_forces(ConstField position, Field force) const {
-    for (const Row& row : rows_) {
-        if (!row.active) continue;
-        const Contact& contact = input_.contacts[row.contact];
-        const Vec3 f = spring_force(row, relative(row, position));
-        if (!f.allFinite()) continue;
-        add_to_side(contact.upper, 1, f, force);
-        add_to_side(contact.lower, -1, f, force);
+void ContactForces::add_forces(ConstField position, Field force, const Parallel& parallel) {
+    force_.resize(active_.size());
+    const auto find = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) {
+            const Row& row = rows_[active_[k]];
+            force_[k] = spring_force(row, relative(row, position));
+        }
+    };
+    parallel.for_chunks(active_.size(), spring_grain, std::cref(find));
+    for (std::size_t k = 0; k < active_.size(); ++k) {
+        if (!force_[k].allFinite()) continue;
+        const Contact& contact = input_.contacts[rows_[active_[k]].contact];
+        add_to_side(contact.upper, 1, force_[k], force);
+        add_to_side(contact.lower, -1, force_[k], force);
     }
     for (const Spring& s : pulls_)
         force[s.pull.part][s.pull.phyxel] +=
@@ -251,8 +322,8 @@ void ContactForces::add_forces(ConstField position, Field force) const {
 
 double ContactForces::apply(ConstField in, Field out) const {
     double product = 0;
-    for (const Row& row : rows_) {
-        if (!row.active) continue;
+    for (const std::uint32_t r : active_) {
+        const Row& row = rows_[r];
         const Contact& contact = input_.contacts[row.contact];
         const Vec3 way = side_value(contact.upper, in) - side_value(contact.lower, in);
         const double along = contact.normal.dot(way);
@@ -272,11 +343,18 @@ double ContactForces::apply(ConstField in, Field out) const {
 void ContactForces::list_springs() {
     if (listed_) return;
     listed_ = true;
+    if (same_rows_) {
+        std::size_t k = 0;
+        for (const std::uint32_t r : active_) products_.set(k++, rows_[r].normal, rows_[r].tangent);
+        for (const Spring& s : pulls_) products_.set(k++, s.stiffness, s.stiffness);
+        return;
+    }
+    same_rows_ = true;
     phyxel_count_.clear();
     for (const std::vector<double>& load : load_) phyxel_count_.push_back(load.size());
     products_.clear(phyxel_count_);
-    for (const Row& row : rows_)
-        if (row.active) products_.add(input_.contacts[row.contact], row.normal, row.tangent);
+    for (const std::uint32_t r : active_)
+        products_.add(input_.contacts[rows_[r].contact], rows_[r].normal, rows_[r].tangent);
     for (const Spring& s : pulls_) products_.add(s.pull, s.stiffness);
     products_.finish();
 }
@@ -312,10 +390,7 @@ ContactForces::ForceSums ContactForces::revise_row(std::size_t r, ConstField pos
     // Never more than that, and less where that was too much: pushed out of where it was, it would be
     // given energy.
     const double deeper = std::min(0.0, contact.gap) - contact.gap - contact.normal.dot(way);
-    const double slack = slack_of(contact);
-    const bool off = deeper > slack || (contact.lower.is_collider() && row.push > 0 && deeper < 0);
-    const double push = row.active && off ? deeper - kept_share * slack : 0;
-    now.push = std::max(0.0, row.push + push);
+    now.push = row.active ? right_push(contact, row.push, deeper) : row.push;
     std::swap(row.push, now.push);
     const Vec3 right = allowed_force(row, way, now.tangent);
     std::swap(row.push, now.push);
@@ -348,24 +423,41 @@ bool ContactForces::revise(ConstField position, bool only_add, Field change, con
     const bool pulls = !pulls_.empty() && revise_pulls(position);
     if (!(sums.wrong > force_slack * sums.all) && !pulls) return false;
     listed_ = false;
-    take_revisions(position, change);
+    take_revisions(position, change, parallel);
     return true;
 }
 
-void ContactForces::take_revisions(ConstField position, Field change) {
+void ContactForces::take_revision(std::size_t r) {
+    Row& row = rows_[r];
+    Revision& now = revisions_[r];
+    now.is_same = row.active == now.active;
+    row.push = now.push;
+    if (!row.active && !now.active) return;
+    row.active = now.active;
+    row.tangent = now.tangent;
+    row.rub = now.rub;
+    Vec3 force = row.active ? spring_force(row, now.way) : Vec3(Vec3::Zero());
+    if (!force.allFinite()) force.setZero();
+    now.used = force - now.used;
+}
+
+void ContactForces::take_revisions(ConstField position, Field change, const Parallel& parallel) {
+    const auto take = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t r = begin; r < end; ++r) take_revision(r);
+    };
+    parallel.for_chunks(rows_.size(), spring_grain, std::cref(take));
+    bool same = true;
     for (std::size_t r = 0; r < rows_.size(); ++r) {
-        Row& row = rows_[r];
-        const Revision& now = revisions_[r];
-        row.active = now.active;
-        row.push = now.push;
-        row.tangent = now.tangent;
-        row.rub = now.rub;
-        Vec3 force = row.active ? spring_force(row, now.way) : Vec3(Vec3::Zero());
-        if (!force.allFinite()) force.setZero();
-        if (force == now.used) continue;
-        const Contact& contact = input_.contacts[row.contact];
-        add_to_side(contact.upper, 1, force - now.used, change);
-        add_to_side(contact.lower, -1, force - now.used, change);
+        const Vec3& more = revisions_[r].used;
+        same = same && revisions_[r].is_same;
+        if (more.isZero(0)) continue;
+        const Contact& contact = input_.contacts[rows_[r].contact];
+        add_to_side(contact.upper, 1, more, change);
+        add_to_side(contact.lower, -1, more, change);
+    }
+    if (!same) {
+        list_active();
+        same_rows_ = false;
     }
     for (std::size_t k = 0; k < pulls_.size(); ++k) {
         const Pull& pull = pulls_[k].pull;
@@ -374,25 +466,41 @@ void ContactForces::take_revisions(ConstField position, Field change) {
     }
 }
 
-void ContactForces::finish(ConstField position, std::span<const std::span<std::uint8_t>> touching) {
+ContactForces::Ended ContactForces::end_row(Row& row, ConstField position) const {
+    const Contact& contact = input_.contacts[row.contact];
+    const Vec3 way = relative(row, position);
+    double tangent = 0;
+    row.force = allowed_force(row, way, tangent);
+    if (!row.force.allFinite()) row.force.setZero();
+    if (!(row.force.squaredNorm() > 0)) return {};
+    // What slid stays behind: the spring keeps the length that friction bears.
+    const Vec3 slip = row.slip + along_plane(contact.normal, way);
+    const double kept = contact.friction > 0 ? tangent / row.normal : 0;
+    const double gap = contact.gap + contact.normal.dot(way);
+    const double overlap = std::max(0.0, row.allowed - gap);
+    return {{contact.key, kept * slip, contact.normal.dot(row.force), row.force, row.normal, row.allowed},
+            0.5 * row.normal * (overlap * overlap + (kept * slip).squaredNorm())};
+}
+
+void ContactForces::finish(ConstField position, std::span<const std::span<std::uint8_t>> touching,
+                           const Parallel& parallel) {
+    ended_.resize(active_.size());
+    const auto end_rows = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) ended_[k] = end_row(rows_[active_[k]], position);
+    };
+    parallel.for_chunks(active_.size(), spring_grain, std::cref(end_rows));
     next_.clear();
     energy_ = 0;
-    for (Row& row : rows_) {
-        const Contact& contact = input_.contacts[row.contact];
-        const Vec3 way = relative(row, position);
-        double tangent = 0;
-        row.force = row.active ? allowed_force(row, way, tangent) : Vec3(Vec3::Zero());
-        if (!row.force.allFinite()) row.force.setZero();
-        if (!(row.force.squaredNorm() > 0)) continue;
-        // What slid stays behind: the spring keeps the length that friction bears.
-        const Vec3 slip = row.slip + along_plane(contact.normal, way);
-        const double kept = contact.friction > 0 ? tangent / row.normal : 0;
-        const double overlap = std::max(0.0, row.allowed - contact.gap - contact.normal.dot(way));
-        energy_ += 0.5 * row.normal * (overlap * overlap + (kept * slip).squaredNorm());
-        next_.push_back(
-            {contact.key, kept * slip, contact.normal.dot(row.force), row.force, row.normal, row.allowed});
+    pushes_.assign(input_.contacts.size(), 0);
+    for (std::size_t k = 0; k < active_.size(); ++k) {
+        if (!(ended_[k].memory.force.squaredNorm() > 0)) continue;
+        energy_ += ended_[k].energy;
+        next_.push_back(ended_[k].memory);
+        const std::uint32_t number = rows_[active_[k]].contact;
+        pushes_[number] = 1;
+        const Contact& contact = input_.contacts[number];
         for (const ContactSide* side : {&contact.upper, &contact.lower})
-            for (std::uint32_t k = 0; k < side->count; ++k) touching[side->part][side->phyxel[k]] = 1;
+            for (std::uint32_t p = 0; p < side->count; ++p) touching[side->part][side->phyxel[p]] = 1;
     }
     pushing_ = next_.size();
     if (input_.memory) input_.memory->swap(next_);
@@ -406,6 +514,7 @@ void ContactForces::finish(ConstField position, std::span<const std::span<std::u
 void ContactForces::add_changes(std::uint32_t part, std::span<const std::int32_t> piece,
                                 std::span<Vec3> change) const {
     for (const Row& row : rows_) {
+        if (!row.active && !(row.pressure > 0)) continue;
         const Contact& contact = input_.contacts[row.contact];
         const Vec3 more = row.force - row.last_force;
         const auto add = [&](const ContactSide& side, double sign) {

@@ -5,7 +5,9 @@
 #include <splitcubes/meshless/contact_products.h>
 #include <splitcubes/meshless/loops.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -39,15 +41,19 @@ class ContactForces {
         std::span<const std::uint8_t> fixed;  // per phyxel: 1: its place is prescribed
     };
 
-    /// Forgets the last step. Guess: where the phyxels will be about; it decides what
+    /// Forgets the last step, and lists the phyxels that contacts and pulls hold: touched().
+    void begin(const ContactInput& input, std::span<const Part> parts);
+    /// Makes the springs. Guess: where the touched phyxels will be about; it decides what
     /// begins as sliding.
-    void begin(const ContactInput& input, std::span<const Part> parts, ConstField guess);
+    void make_springs(ConstField guess, const Parallel& parallel);
     bool empty() const { return rows_.empty() && pulls_.empty(); }
+    /// Of a part: the phyxels that anything here depends on or changes, each once.
+    std::span<const std::uint32_t> touched(std::uint32_t part) const { return touched_[part]; }
 
     /// Adds what the springs add to the solve's diagonal, N/m.
     void add_diagonal(std::uint32_t part, std::span<double> diagonal) const;
     /// Adds the forces that the springs have at these places, N.
-    void add_forces(ConstField position, Field force) const;
+    void add_forces(ConstField position, Field force, const Parallel& parallel);
     /// out += stiffness of the springs times in; returns in . (what was added).
     double apply(ConstField in, Field out) const;
     /// Makes the list of products() what the springs are now.
@@ -60,7 +66,12 @@ class ContactForces {
     /// by how much the springs' forces at these places changed, N.
     bool revise(ConstField position, bool only_add, Field change, const Parallel& parallel);
     /// Writes memory and pull forces of the step; marks phyxels that something pushes.
-    void finish(ConstField position, std::span<const std::span<std::uint8_t>> touching);
+    void finish(ConstField position, std::span<const std::span<std::uint8_t>> touching,
+                const Parallel& parallel);
+    /// After finish: whether the contact of that number pushes.
+    bool pushes(std::size_t contact) const { return pushes_[contact] != 0; }
+    /// m, of the contacts' lifts; infinite where there are none.
+    double least_lift() const { return least_lift_; }
     /// After finish: adds to each piece of a part by how much more it is pushed than a step ago, N.
     void add_changes(std::uint32_t part, std::span<const std::int32_t> piece, std::span<Vec3> change) const;
     /// Contacts that push, after finish.
@@ -75,7 +86,7 @@ class ContactForces {
         double normal = 0;                                     // N/m
         double tangent = 0;                                    // N/m, now; of a slider a share of its secant
         double allowed = 0;                                    // m, the gap above which nothing pushes, <= 0
-        double sunk = 0;                                       // m, found deeper than it was left
+        double undone = 0;                                     // m, of an overlap, at most
         double push = 0;                                       // m, added to that for this step by a hit
         Vec3 slip = Vec3::Zero();                              // m, before the step
         Vec3 rub = Vec3::Zero();                               // N, friction as a given force
@@ -87,21 +98,51 @@ class ContactForces {
         Pull pull;
         double stiffness = 0;  // N/m, now
     };
+    /// Of the making of rows.
+    struct OverlapSums {
+        double sunk = 0, wanted = 0;  // J, of skins: found deeper than left, and what undoing would take
+        double undone = 0;            // m, of all
+        double lift = std::numeric_limits<double>::infinity();  // m, the least
+        std::size_t none = 0;                                   // rows of nothing that moves
+        OverlapSums& operator+=(const OverlapSums& other) {
+            sunk += other.sunk;
+            wanted += other.wanted;
+            undone += other.undone;
+            lift = std::min(lift, other.lift);
+            none += other.none;
+            return *this;
+        }
+    };
     static Vec3 coasting(const Contact& contact, std::span<const Part> parts);
     Vec3 relative(const Row& row, ConstField position) const;
     Vec3 spring_force(const Row& row, const Vec3& way) const;
     Vec3 allowed_force(const Row& row, const Vec3& way, double& tangent) const;
-    void add_row(const ContactInput& input, std::uint32_t number, std::span<const Part> parts,
-                 ConstField guess);
-    double load_of(const ContactSide& side, std::span<const Part> parts) const;
-    void undo_overlaps();
+    void touch(std::uint32_t part, std::uint32_t phyxel, double weight);
+    Row make_row(std::uint32_t number, const ContactMemory* memory, ConstField guess, OverlapSums& sums) const;
+    double load_of(const ContactSide& side) const;
+    void undo_overlaps(const OverlapSums& sums, const Parallel& parallel);
+    void list_active();
     bool revise_pulls(ConstField position);
 
     ContactInput input_;
+    std::vector<Part> parts_;
     std::vector<Row> rows_;
+    std::vector<std::uint32_t> active_;  // rows
+    std::vector<Vec3> force_;            // N, per active row, of add_forces
     std::vector<Spring> pulls_;
     std::vector<std::vector<double>> load_;  // per part, per phyxel: sum of weights of its contacts
+    std::vector<std::vector<std::uint32_t>> touched_;  // per part
+    double least_lift_ = 0;                            // m
+    ChunkSumOf<OverlapSums> begin_sum_;
     std::vector<ContactMemory> next_;
+    /// Of finish, per active row.
+    struct Ended {
+        ContactMemory memory;  // its pressure is zero where it does not push
+        double energy = 0;     // J
+    };
+    Ended end_row(Row& row, ConstField position) const;
+    std::vector<Ended> ended_;
+    std::vector<std::uint8_t> pushes_;  // per contact
     /// Of revise, per row.
     struct Revision {
         bool active = false;
@@ -109,7 +150,8 @@ class ContactForces {
         double push = 0;           // m
         Vec3 rub = Vec3::Zero();   // N
         Vec3 way = Vec3::Zero();   // m
-        Vec3 used = Vec3::Zero();  // N, before
+        Vec3 used = Vec3::Zero();  // N, before; then what it changes by
+        bool is_same = true;       // nothing changes
     };
     /// Forces, N.
     struct ForceSums {
@@ -121,10 +163,12 @@ class ContactForces {
         }
     };
     ForceSums revise_row(std::size_t r, ConstField position, bool only_add);
-    void take_revisions(ConstField position, Field change);
+    void take_revision(std::size_t r);
+    void take_revisions(ConstField position, Field change, const Parallel& parallel);
     std::vector<Revision> revisions_;
     std::vector<Vec3> pulled_;  // N, per handle
     bool listed_ = false;       // products_ are those of the rows
+    bool same_rows_ = false;    // but for their stiffness
     ContactProducts products_;
     std::vector<std::size_t> phyxel_count_;  // per part
     std::vector<double> pull_before_;        // N/m, per pull
@@ -133,9 +177,9 @@ class ContactForces {
     double energy_ = 0;  // J
 };
 
-/// Per contact 1 where the two sides, not touching before, close the gap within the step by
-/// their velocities alone.
-void find_impacts(const ContactInput& input, ConstField velocity, double dt,
-                  std::vector<std::uint8_t>& impact);
+/// Per contact: known, 1 where it is remembered; impact, 1 where the two sides, not touching before, close
+/// the gap within the step by their velocities alone.
+void find_impacts(const ContactInput& input, ConstField velocity, double dt, const Parallel& parallel,
+                  std::vector<std::uint8_t>& known, std::vector<std::uint8_t>& impact);
 
 }  // namespace splitcubes::meshless

@@ -10,11 +10,12 @@ void ContactImpulses::begin(const ContactInput& input, std::span<const Part> par
     dt_ = dt;
     parts_.assign(parts.begin(), parts.end());
     rows_.clear();
+    MemoryFinder finder(input.memory);
     for (std::uint32_t c = 0; c < input.contacts.size(); ++c) {
         const Contact& contact = input.contacts[c];
         Row row;
         row.contact = c;
-        row.lift = input.memory && find_memory(*input.memory, contact.key) ? contact.lift : 0;
+        row.lift = finder.find(contact.key) ? contact.lift : 0;
         double sign = 1;
         for (const ContactSide* side : {&contact.upper, &contact.lower}) {
             for (std::uint32_t k = 0; k < side->count; ++k) {

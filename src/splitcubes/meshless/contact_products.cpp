@@ -58,10 +58,9 @@ void ContactProducts::hold(std::uint32_t part, std::uint32_t phyxel, double weig
 void ContactProducts::add(const Contact& contact, double along, double across) {
     Spring spring;
     spring.normal.head<3>() = contact.normal.cast<float>();
-    spring.across = static_cast<float>(across);
-    spring.beyond = static_cast<float>(along - across);
     spring.first = static_cast<std::uint32_t>(ends_.size());
     springs_.push_back(spring);
+    set(springs_.size() - 1, along, across);
     double sign = 1;
     for (const ContactSide* side : {&contact.upper, &contact.lower}) {
         for (std::uint32_t k = 0; k < side->count; ++k)
@@ -76,6 +75,11 @@ void ContactProducts::add(const Pull& pull, double stiffness) {
     spring.first = static_cast<std::uint32_t>(ends_.size());
     springs_.push_back(spring);
     hold(pull.part, pull.phyxel, 1);
+}
+
+void ContactProducts::set(std::size_t spring, double along, double across) {
+    springs_[spring].across = static_cast<float>(across);
+    springs_[spring].beyond = static_cast<float>(along - across);
 }
 
 // By phyxel which springs hold it: each phyxel then sums up by itself.

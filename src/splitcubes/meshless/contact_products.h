@@ -17,7 +17,7 @@ namespace splitcubes::meshless {
 ///
 ///     C = sum over springs s of  w_s (across 1 + (along - across) n n^T) w_s^T,
 ///
-/// w_s being the weights of its sides, the lower one's negative. The list is made anew when springs change.
+/// w_s being the weights of its sides, the lower one's negative. The list is made anew when other springs push.
 /// Each spring is multiplied by itself, then each phyxel sums up its springs in the order of the list: the
 /// same bits for any number of threads.
 class ContactProducts {
@@ -40,6 +40,8 @@ class ContactProducts {
     /// along: N/m, in the direction of the contact's normal; across: N/m, in its plane.
     void add(const Contact& contact, double along, double across);
     void add(const Pull& pull, double stiffness);
+    /// Changes the stiffness of a spring, by its number in order of adding.
+    void set(std::size_t spring, double along, double across);
     /// Ends a list.
     void finish();
     /// Before smooth, once the list is made.

@@ -33,37 +33,62 @@ ImplicitSolver::Group& ImplicitSolver::GroupBuffer::get() {
 // The springs begin at the places that the first guess leads to.
 void ImplicitSolver::Group::begin_contacts(const ContactInput& input) {
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        s.place_at_solution(job);
         parts.push_back({s.start_position_, s.start_velocity_, job.input.dt, s.mobility_, s.held_});
     });
-    forces->begin(input, parts, place);
+    forces->begin(input, parts);
+    place_touched();
+    forces->make_springs(place, jobs[0].parallel);
+}
+
+// Where the solve puts the phyxels that springs hold.
+void ImplicitSolver::Group::place_touched() {
+    each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
+        for (const std::uint32_t i : forces->touched(k)) s.p_[i] = s.base_[i] + s.d_[i];
+    });
+}
+
+// Forgets what springs added.
+void ImplicitSolver::Group::clear_contacts() {
+    each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        s.added_.resize(s.inverse_.size());
+        for_phyxels(job.parallel, s.inverse_.size(), [&](std::size_t i) {
+            s.inverse_[i] = s.mobility_[i];
+            s.pushed_[i].setZero();
+            s.added_[i] = 0;
+        });
+    });
+    springs = 0;
 }
 
 // What follows from the springs: their forces at the base, and the preconditioner.
 void ImplicitSolver::Group::refresh_contacts() {
-    each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
-        s.inverse_ = s.mobility_;
-        s.added_.clear();
-        if (forces->empty()) return;
-        std::fill(s.pushed_.begin(), s.pushed_.end(), Vec3::Zero());
-        s.added_.assign(s.inverse_.size(), 0);
+    if (forces->empty()) return;
+    springs = 0;
+    each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
+        const std::span<const std::uint32_t> touched = forces->touched(k);
+        for (const std::uint32_t i : touched) {
+            s.pushed_[i].setZero();
+            s.added_[i] = 0;
+        }
         forces->add_diagonal(k, s.added_);
-        for_phyxels(job.parallel, s.added_.size(),
-                    [&](std::size_t i) { s.inverse_[i] /= 1 + s.added_[i] * s.inverse_[i]; });
+        for (const std::uint32_t i : touched) {
+            s.inverse_[i] = s.mobility_[i] / (1 + s.added_[i] * s.mobility_[i]);
+            springs += s.added_[i];
+        }
     });
-    if (!forces->empty()) forces->add_forces(base, pushed);
+    forces->add_forces(base, pushed, jobs[0].parallel);
 }
 
 // Changes the springs where they push otherwise than they may, and the residual by as much.
 bool ImplicitSolver::Group::revise(bool only_add) {
     if (forces->empty()) return false;
-    each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        s.place_at_solution(job);
-        std::fill(s.q_.begin(), s.q_.end(), Vec3::Zero());
+    place_touched();
+    each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
+        for (const std::uint32_t i : forces->touched(k)) s.q_[i].setZero();
     });
     if (!forces->revise(place, only_add, image, jobs[0].parallel)) return false;
-    each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        for_phyxels(job.parallel, s.q_.size(), [&](std::size_t i) { s.r_[i] += s.filtered(i, s.q_[i]); });
+    each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
+        for (const std::uint32_t i : forces->touched(k)) s.r_[i] += s.filtered(i, s.q_[i]);
     });
     refresh_contacts();
     return true;
@@ -71,6 +96,7 @@ bool ImplicitSolver::Group::revise(bool only_add) {
 
 // Which contacts of a body push is found by looser solves; when nothing changes any more the last goes on.
 void ImplicitSolver::Group::solve_with_contacts() {
+    clear_contacts();
     refresh_contacts();
     looseness = forces->empty() || size() > 1 ? 1 : early_looseness;
     solve(true);
@@ -83,19 +109,12 @@ void ImplicitSolver::Group::solve_with_contacts() {
     looseness = 1;
 }
 
-void ImplicitSolver::Group::remember_pushing(const ContactInput& contacts) {
-    pushed_before.assign(contacts.contacts.size(), 0);
-    for (std::size_t c = 0; contacts.memory && c < pushed_before.size(); ++c)
-        pushed_before[c] = find_memory(*contacts.memory, contacts.contacts[c].key) != nullptr;
-}
-
 // A piece that begins or ends to be pushed somewhere has no history to go on from: extrapolated past the
 // change, BDF2 makes energy where something rolls from contact to contact.
 void ImplicitSolver::Group::break_switched(const ContactInput& contacts) {
     for (std::size_t c = 0; contacts.memory && c < pushed_before.size(); ++c) {
+        if (forces->pushes(c) == (pushed_before[c] != 0)) continue;
         const Contact& contact = contacts.contacts[c];
-        const bool pushes = find_memory(*contacts.memory, contact.key) != nullptr;
-        if (pushes == (pushed_before[c] != 0)) continue;
         for (const ContactSide* side : {&contact.upper, &contact.lower})
             for (std::uint32_t k = 0; k < side->count; ++k) {
                 ImplicitSolver& s = *solvers[side->part];
@@ -125,8 +144,7 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
         m.solver.size_buffers(m.phyxels.size());
         group.add(m.solver, job);
     }
-    group.remember_pushing(contacts);
-    find_impacts(contacts, group.velocity, members[0].input.dt, group.impact);
+    find_impacts(contacts, group.velocity, members[0].input.dt, parallel, group.pushed_before, group.impact);
     group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
         s.find_hits(job, contacts, group.impact, k);
         s.prepare(job);
@@ -152,7 +170,7 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
         s.place_at_solution(job);
         std::fill(job.phyxels.touching.begin(), job.phyxels.touching.end(), std::uint8_t{0});
     });
-    group.forces->finish(group.place, group.touching);
+    group.forces->finish(group.place, group.touching, parallel);
     group.break_switched(contacts);
     group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
         s.find_jolts(job, *group.forces, contacts, k);
@@ -190,8 +208,7 @@ void ImplicitSolver::find_jolts(const Job& job, const ContactForces& forces, con
     piece_mass_.assign(change_.size(), 0);
     for (std::size_t i = 0; i < job.phyxels.size(); ++i)
         if (piece_of(job, i) < piece_mass_.size()) piece_mass_[piece_of(job, i)] += job.phyxels.mass[i];
-    double lift = 1e300;
-    for (const Contact& c : contacts.contacts) lift = std::min(lift, c.lift);
+    const double lift = forces.least_lift();
     for (std::size_t k = 0; k < change_.size(); ++k)
         if (change_[k].norm() * job.input.dt * job.input.dt > jolt_lifts * lift * piece_mass_[k]) hit_[k] = 1;
 }
@@ -241,8 +258,9 @@ void ImplicitSolver::restore_shared(Group& group, const ContactInput& contacts) 
     const auto slot_of = [&](std::uint32_t part, std::uint32_t phyxel) {
         return first[part] + group.solvers[part]->piece_of(group.jobs[part], phyxel);
     };
+    MemoryFinder finder(contacts.memory);
     for (const Contact& c : contacts.contacts) {
-        if (!contacts.memory || !find_memory(*contacts.memory, c.key)) continue;
+        if (!finder.find(c.key)) continue;
         const std::size_t upper = slot_of(c.upper.part, c.upper.phyxel[0]);
         if (c.lower.is_collider()) {
             bound[upper] = 1;

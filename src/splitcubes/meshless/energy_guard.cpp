@@ -158,9 +158,9 @@ void EnergyGuard::count_contacts(const Phyxels& phyxels, const ContactInput& con
             way += side.weight[k] * (phyxels.position[side.phyxel[k]] - position_[side.phyxel[k]]);
         pushed_[slot(phyxels, side.phyxel[0])] += std::max(0.0, force.dot(way));
     };
+    MemoryFinder finder(contacts.memory);
     for (const Contact& contact : contacts.contacts) {
-        const ContactMemory* const pushed =
-            contacts.memory ? find_memory(*contacts.memory, contact.key) : nullptr;
+        const ContactMemory* const pushed = finder.find(contact.key);
         if (pushed == nullptr) continue;
         add(contact.upper, pushed->force);
         add(contact.lower, -pushed->force);

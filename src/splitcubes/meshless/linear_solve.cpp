@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace splitcubes::meshless {
 
@@ -90,10 +89,6 @@ double ImplicitSolver::Group::carried_residual() {
 
 // The preconditioner's coarse part: as good with springs that are a little different.
 void ImplicitSolver::Group::weigh() {
-    double springs = 0;
-    each([&](ImplicitSolver& s, const Job&, std::uint32_t) {
-        springs = std::accumulate(s.added_.begin(), s.added_.end(), springs);
-    });
     if (std::abs(springs - weighed) <= weighed_share * weighed) return;
     weighed = springs;
     each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.weigh_aggregates(job); });

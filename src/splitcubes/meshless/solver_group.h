@@ -20,6 +20,7 @@ struct ImplicitSolver::Group {
     std::vector<ContactProducts::RowPart> rows;
     std::vector<ContactProducts::Diagonal> diagonals;
     double furthest = 0;               // square of the largest residual since it was taken from the solution
+    double springs = 0;                // N/m, what springs add to the diagonals
     double weighed = -1;               // N/m, all springs that the aggregates were weighed with; -1: not yet
     std::vector<std::uint8_t> impact;  // per contact
     std::vector<std::uint8_t> pushed_before;  // per contact
@@ -51,6 +52,8 @@ struct ImplicitSolver::Group {
         for (std::size_t k = 0; k < size(); ++k) act(*solvers[k], jobs[k], static_cast<std::uint32_t>(k));
     }
     void begin_contacts(const ContactInput& input);
+    void place_touched();
+    void clear_contacts();
     void refresh_contacts();
     bool revise(bool only_add);
     void solve(bool anew);
@@ -71,7 +74,6 @@ struct ImplicitSolver::Group {
     double smooth();
     void turn_direction(float beta);
     void solve_with_contacts();
-    void remember_pushing(const ContactInput& contacts);
     void break_switched(const ContactInput& contacts);
     using SetOf = std::function<std::size_t(std::uint32_t part, std::uint32_t phyxel)>;
     void restore(std::size_t set, const SetOf& set_of);

@@ -48,16 +48,16 @@ void MomentumKeeper::join(std::int32_t a, std::int32_t b) {
 }
 
 void MomentumKeeper::join_touching(const Phyxels& phyxels, const ContactInput& contacts, std::uint32_t part) {
-    if (!contacts.memory) return;
+    MemoryFinder finder(contacts.memory);
     for (const Contact& contact : contacts.contacts) {
-        if (!find_memory(*contacts.memory, contact.key)) continue;
+        if (!finder.find(contact.key)) continue;
         const std::array<const ContactSide*, 2> sides = {&contact.upper, &contact.lower};
         std::int32_t first = -1;
         for (const ContactSide* side : sides)
             for (std::uint32_t k = 0; k < side->count; ++k) {
                 if (side->part != part) continue;
                 const std::int32_t piece = phyxels.piece[side->phyxel[k]];
-                if (first >= 0) join(first, piece);
+                if (first >= 0 && first != piece) join(first, piece);
                 first = piece;
             }
         const bool alone = !contact.upper.is_collider() && !contact.lower.is_collider() &&
