@@ -340,14 +340,14 @@ double ContactForces::apply(ConstField in, Field out) const {
     return product;
 }
 
-void ContactForces::list_springs() {
-    if (listed_) return;
+bool ContactForces::list_springs() {
+    if (listed_) return false;
     listed_ = true;
     if (same_rows_) {
         std::size_t k = 0;
         for (const std::uint32_t r : active_) products_.set(k++, rows_[r].normal, rows_[r].tangent);
         for (const Spring& s : pulls_) products_.set(k++, s.stiffness, s.stiffness);
-        return;
+        return true;
     }
     same_rows_ = true;
     phyxel_count_.clear();
@@ -357,6 +357,7 @@ void ContactForces::list_springs() {
         products_.add(input_.contacts[rows_[r].contact], rows_[r].normal, rows_[r].tangent);
     for (const Spring& s : pulls_) products_.add(s.pull, s.stiffness);
     products_.finish();
+    return true;
 }
 
 // Scales the springs of each handle so that they pull by no more than its limit.

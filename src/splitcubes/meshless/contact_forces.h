@@ -56,8 +56,8 @@ class ContactForces {
     void add_forces(ConstField position, Field force, const Parallel& parallel);
     /// out += stiffness of the springs times in; returns in . (what was added).
     double apply(ConstField in, Field out) const;
-    /// Makes the list of products() what the springs are now.
-    void list_springs();
+    /// Makes the list of products() what the springs are now; whether it was something else.
+    bool list_springs();
     ContactProducts& products() { return products_; }
     /// Compares the springs' forces with what contact and friction allow at these places.
     /// Where they differ by more than a few percent in all, changes the springs and

@@ -58,6 +58,7 @@ void ImplicitSolver::Group::clear_contacts() {
         });
     });
     springs = 0;
+    diagonals_taken = false;
 }
 
 // What follows from the springs: their forces at the base, and the preconditioner.

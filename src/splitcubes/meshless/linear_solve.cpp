@@ -147,14 +147,15 @@ double ImplicitSolver::Group::apply_to_direction() {
     return product;
 }
 
-// The list of springs that the products of a descent go through.
+// The list of springs that the products of a descent go through, and the diagonals beside them.
 void ImplicitSolver::Group::list_springs() {
     if (forces->empty()) return;
+    if (!forces->list_springs() && diagonals_taken) return;
+    diagonals_taken = true;
     diagonals.clear();
     each([&](ImplicitSolver& s, const Job&, std::uint32_t) {
         diagonals.push_back({s.mobility_, s.inverse_, s.held_});
     });
-    forces->list_springs();
     forces->products().take_diagonals(diagonals);
 }
 

@@ -21,6 +21,7 @@ struct ImplicitSolver::Group {
     std::vector<ContactProducts::Diagonal> diagonals;
     double furthest = 0;               // square of the largest residual since it was taken from the solution
     double springs = 0;                // N/m, what springs add to the diagonals
+    bool diagonals_taken = false;      // by the products, since the bodies' were found
     double weighed = -1;               // N/m, all springs that the aggregates were weighed with; -1: not yet
     std::vector<std::uint8_t> impact;  // per contact
     std::vector<std::uint8_t> pushed_before;  // per contact
