@@ -288,7 +288,8 @@ std::vector<std::int32_t> Tearing::tear(NodeGrid& grid, const TearContext& conte
     note_crossings(grid);
     break_strands(grid, context, slots);
     find_weakest(grid, context);
-    if (measure_phyxels(context) < settings_.toughness * settings_.strength * weakest_all_) return slots;
+    if (measure_phyxels(context, least_stress()) < settings_.toughness * settings_.strength * weakest_all_)
+        return slots;
     find_loads(context);
     if (top_load_ < least_load * settings_.toughness) return slots;
     ++step_;

@@ -151,7 +151,12 @@ class Tearing {
     double strength_at(const Vec3& rest) const;
     void note_crossings(const splitting::NodeGrid& grid);
     void find_weakest(const splitting::NodeGrid& grid, const TearContext& context);
-    double measure_phyxels(const TearContext& context);
+    void measure_one(const TearContext& context, std::size_t i, double least);
+    double measure_phyxels(const TearContext& context, double least);
+    /// Pa, from which on a phyxel's stress matters to anyone.
+    double least_stress() const {
+        return least_load * settings_.toughness * settings_.strength * weakest_all_;
+    }
     void find_loads(const TearContext& context);
     void bound_principal_stress(const TearContext& context, double least);
     double load_of(const TearContext& context, std::size_t i) const;
@@ -226,6 +231,7 @@ class Tearing {
     std::vector<double>
         principal_;  // per phyxel, Pa, no less than its principal stresses; without a say: none
     std::vector<std::uint8_t> is_strained_;  // per phyxel, whether it or one beside it is near the strength
+    std::vector<double> chunk_largest_;      // Pa, of size_
     std::vector<double> load_;  // per phyxel, smoothed stress over the weakest strength; 0: below least_load
     std::vector<std::size_t> phyxels_of_;  // per piece
     double reach_ = 0;                     // m, the largest support
