@@ -216,6 +216,15 @@ void Tearing::find_stress(std::uint32_t number, const TearContext& context) {
     const double least = settings_.toughness * out.strength;
     const double enough = least - bound_slack * std::abs(least);
     const std::span<const EdgeSights::Link> near = sights_.near(number, sight);
+    const bool is_any_above = std::any_of(near.begin(), near.end(), [&](const EdgeSights::Link& link) {
+        return principal_[link.phyxel] > enough && p.piece[link.phyxel] == out.piece;
+    });
+    if (!is_any_above) return;
+    sights_.doubt(number, sight);
+    if (!may_pass(near, out, context, enough)) return;
+    sights_.recall_hidden(number, out.piece, sight);
+    if (!may_pass(near, out, context, enough)) return;
+    sights_.recall_seen(number, out.piece, sight);
     if (!may_pass(near, out, context, enough)) return;
     sights_.look(number, out.piece, sight);
     double total = 0, held = 0;

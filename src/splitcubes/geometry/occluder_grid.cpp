@@ -265,7 +265,6 @@ void OccluderGrid::rebuild(Brick& brick, std::span<const std::uint64_t> owners,
         if (refs.size() > first[local]) brick.occupied |= std::uint64_t{1} << local;
     }
     first[brick_cells] = static_cast<std::uint32_t>(refs.size());
-    if (!added.empty()) brick.change = changes_;
     brick.first = first;
     brick.refs = std::move(refs);
     lay_lanes(brick);
@@ -284,8 +283,10 @@ void OccluderGrid::lay_lanes(Brick& brick) {
     for (std::size_t local = 0; local < brick_cells; ++local) {
         const std::uint32_t listed = brick.first[local + 1] - brick.first[local];
         OccluderLanes* lanes = brick.lanes.data() + brick.first_lanes[local];
+        brick.newest[local] = 0;
         for (std::uint32_t k = 0; k < listed; ++k) {
             const Ref& ref = brick.refs[brick.first[local] + k];
+            brick.newest[local] = std::max(brick.newest[local], ref.change);
             lanes[k / width].set(k % width, ref.box, ref.plane, ref.id, ref.spread, ref.change);
         }
         for (std::uint32_t k = listed; k % width != 0; ++k) lanes[k / width].clear(k % width);
@@ -331,11 +332,13 @@ bool OccluderGrid::is_clear(const Vec3i& low, const Vec3i& high) const {
 
 // seen: the ref's spread bits that say an earlier cell of the walk listed it too.
 std::uint32_t OccluderGrid::blocker_in(const Brick& brick, std::uint32_t local, std::uint32_t seen,
-                                       const Walk& walk) const {
+                                       Walk& walk) const {
+    if (brick.newest[local] <= walk.since) return no_triangle;
+    if (!walk.rough) walk.rough.emplace(walk.a, walk.b, walk.box, origin_);
     const std::uint32_t listed = brick.first[local + 1] - brick.first[local];
     const OccluderLanes* lanes = &brick.lanes[brick.first_lanes[local]];
     for (std::uint32_t first = 0; first < listed; first += OccluderLanes::width, ++lanes)
-        for (std::uint32_t left = lanes_that_may_meet(*lanes, walk.rough, seen, walk.since); left != 0;
+        for (std::uint32_t left = lanes_that_may_meet(*lanes, *walk.rough, seen, walk.since); left != 0;
              left &= left - 1) {
             const std::uint32_t id = lanes->number(static_cast<std::size_t>(std::countr_zero(left)));
             const Entry& entry = entries_[id];
@@ -366,7 +369,7 @@ std::uint32_t OccluderGrid::blocker(const Vec3& a, const Vec3& b, std::uint32_t 
     Vec3i cell = cell_at(a, 0);
     const Vec3i last = cell_at(b, 0);
     if (is_clear(cell.cwiseMin(last), cell.cwiseMax(last))) return no_triangle;
-    const Walk walk{a, b, box, RoughSegment(a, b, box, origin_), since};
+    Walk walk{a, b, box, since, {}};
     Vec3 next, stride;  // parameter of the next wall, and between walls
     Vec3i way;
     for (int axis = 0; axis < 3; ++axis) {
@@ -382,8 +385,7 @@ std::uint32_t OccluderGrid::blocker(const Vec3& a, const Vec3& b, std::uint32_t 
         const std::uint32_t local = local_of(cell);
         if ((cells >> local & 1) != 0) {
             if (!brick) brick = find_brick(brick_of(cell));
-            const std::uint32_t id =
-                brick->change > since ? blocker_in(*brick, local, seen, walk) : no_triangle;
+            const std::uint32_t id = blocker_in(*brick, local, seen, walk);
             if (id != no_triangle) return id;
         }
         int axis = -1;

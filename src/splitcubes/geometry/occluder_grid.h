@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -127,9 +128,9 @@ class OccluderGrid {
         std::uint64_t key = 0;
         std::uint64_t occupied = 0;                          // bit per cell, x fastest
         std::array<std::uint32_t, brick_cells + 1> first{};  // per cell: its first ref
-        std::uint32_t change = 0;                            // the last that brought it a ref
         std::vector<Ref> refs;
         std::array<std::uint32_t, brick_cells> first_lanes{};  // per cell: of what it lists
+        std::array<std::uint32_t, brick_cells> newest{};       // per cell: the last change of its refs
         std::vector<OccluderLanes> lanes;                      // of the refs, those of a cell side by side
         std::vector<Owned> owned;                              // by the cells of this brick
         PackedTriangles packed{Vec3::Zero()};
@@ -209,11 +210,10 @@ class OccluderGrid {
     struct Walk {
         Vec3 a, b;  // m, rest space
         Box box;
-        RoughSegment rough;
         std::uint32_t since;
+        std::optional<RoughSegment> rough;  // from the first cell on that has something new
     };
-    std::uint32_t blocker_in(const Brick& brick, std::uint32_t local, std::uint32_t seen,
-                             const Walk& walk) const;
+    std::uint32_t blocker_in(const Brick& brick, std::uint32_t local, std::uint32_t seen, Walk& walk) const;
     Box walk_box(const Vec3& a, const Vec3& b) const;
     template <class Use>
     void visit_brick(const Brick& brick, const Vec3i& place, const Vec3i& low, const Vec3i& high,
