@@ -49,6 +49,14 @@ class GrowingSurface {
             occluders_.set_cell(place, triangles);
         }
     }
+    void add_phyxels(int count) {
+        for (int k = 0; k < count; ++k) {
+            phyxels_.rest_position.push_back(place());
+            phyxels_.support_radius.push_back((1 + 0.2 * random_.unit()) * reach);
+            phyxels_.piece.push_back(phyxels_.rest_position.back().x() < 0.5 ? 0 : 1);
+        }
+        locator_ = meshless::PhyxelLocator(phyxels_.rest_position, reach);
+    }
     // The same triangles in occluders that count anew, and fewer of them.
     void start_anew() {
         geometry::OccluderGrid fresh(Vec3::Zero(), cell, Vec3i::Constant(across));
@@ -90,6 +98,22 @@ std::size_t expect_true(EdgeSights& sights, std::span<const std::uint32_t> numbe
     return count;
 }
 
+// Of edges that are known and of such that have just been asked for the first time.
+void expect_same_links(EdgeSights& sights, std::span<const std::uint32_t> numbers,
+                       std::span<const Vec3> places, const SightContext& context) {
+    EdgeSights fresh;
+    fresh.begin(context.phyxels.size());
+    for (std::size_t k = 0; k < numbers.size(); ++k) {
+        const auto known = sights.near(numbers[k], context);
+        const auto anew = fresh.near(fresh.number_of(k, places[k]), context);
+        ASSERT_EQ(known.size(), anew.size());
+        for (std::size_t l = 0; l < known.size(); ++l) {
+            EXPECT_EQ(known[l].phyxel, anew[l].phyxel);
+            EXPECT_EQ(known[l].weight, anew[l].weight);
+        }
+    }
+}
+
 TEST(EdgeSights, TellWhatLookingAnewTells) {
     for (const int threads : {1, 4}) {
         const Parallel parallel(threads);
@@ -101,6 +125,7 @@ TEST(EdgeSights, TellWhatLookingAnewTells) {
         for (int step = 0; step < 12; ++step) {
             if (step == 7) surface.start_anew();
             surface.change_cells(step % 3 == 0 ? 30 : 3);
+            if (step % 4 == 2) surface.add_phyxels(20);
             sights.begin(surface.phyxels().rest_position.size());
             // Each step others of them, half of which it has asked for before.
             std::vector<std::uint32_t> numbers;
@@ -116,12 +141,13 @@ TEST(EdgeSights, TellWhatLookingAnewTells) {
                 sights.look(numbers[k], piece, context);
             });
             checked += expect_true(sights, numbers, asked, piece, context);
+            expect_same_links(sights, numbers, asked, context);
         }
         EXPECT_GT(checked, 10000U);
     }
 }
 
-TEST(EdgeSights, AnEdgeHasOneNumberAStepAndAllAreForgottenWithOtherPhyxels) {
+TEST(EdgeSights, AnEdgeHasOneNumberAStepAndAllAreForgottenWithFewerPhyxels) {
     GrowingSurface surface;
     EdgeSights sights;
     sights.begin(surface.phyxels().rest_position.size());
@@ -133,6 +159,8 @@ TEST(EdgeSights, AnEdgeHasOneNumberAStepAndAllAreForgottenWithOtherPhyxels) {
     sights.begin(surface.phyxels().rest_position.size());
     EXPECT_EQ(sights.size(), 1000U);
     sights.begin(surface.phyxels().rest_position.size() + 1);
+    EXPECT_EQ(sights.size(), 1000U);
+    sights.begin(surface.phyxels().rest_position.size());
     EXPECT_EQ(sights.size(), 0U);
 }
 

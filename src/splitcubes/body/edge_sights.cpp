@@ -45,7 +45,7 @@ void EdgeSights::forget_unused() {
 }
 
 void EdgeSights::begin(std::size_t phyxels) {
-    if (phyxels_ != phyxels) {
+    if (phyxels < phyxels_) {
         used_ = 0;
         rebuild_table(table_.size());
     } else if (used_ > (1 + most_unused) * wanted_ + always_kept) {
@@ -75,49 +75,69 @@ std::uint32_t EdgeSights::number_of(std::uint64_t edge, const Vec3& rest) {
 
 std::span<const EdgeSights::Link> EdgeSights::near(std::uint32_t number, const SightContext& context) {
     Entry& entry = entries_[number];
-    if (entry.is_found) {
-        doubt(entry, context);
-        return entry.links;
-    }
-    entry.links.clear();
     const meshless::Phyxels& p = context.phyxels;
-    context.locator.visit(entry.rest, context.reach, [&](std::uint32_t i) {
+    const auto note = [&](std::uint32_t i) {
         const double weight =
             meshless::kernel((p.rest_position[i] - entry.rest).squaredNorm(), p.support_radius[i]);
         if (weight > 0)
             entry.links.push_back({weight, i & (most_phyxels - 1), Link::unknown, Link::unknown, 0});
         return true;
-    });
-    std::sort(entry.links.begin(), entry.links.end(),
-              [](const Link& a, const Link& b) { return a.phyxel < b.phyxel; });
-    entry.when = context.changes.now();
-    entry.is_found = true;
+    };
+    if (entry.is_found) {
+        // Phyxels stay where they are at rest: only those that have been added since are new.
+        const double limit = context.reach * context.reach;
+        for (std::uint32_t i = entry.known_phyxels; i < p.size(); ++i)
+            if ((p.rest_position[i] - entry.rest).squaredNorm() < limit) note(i);
+    } else {
+        entry.links.clear();
+        context.locator.visit(entry.rest, context.reach, note);
+        std::sort(entry.links.begin(), entry.links.end(),
+                  [](const Link& a, const Link& b) { return a.phyxel < b.phyxel; });
+        entry.when = context.changes.now();
+        entry.is_found = true;
+    }
+    entry.known_phyxels = static_cast<std::uint32_t>(p.size());
     return entry.links;
 }
 
-// What was found out before may tell what is now: which triangle hid the phyxel, and of one that was seen,
-// that only what has come since can hide it. False where it does not.
-bool EdgeSights::recall(const Entry& entry, Link& link, const SightContext& context) {
-    const Vec3& to = context.phyxels.rest_position[link.phyxel];
-    if (link.before == Link::hidden && context.occluders.blocks(link.witness, entry.rest, to)) {
-        link.sight = Link::hidden;
-        return true;
+void EdgeSights::doubt(std::uint32_t number, const SightContext& context) {
+    doubt(entries_[number], context);
+}
+
+void EdgeSights::recall_hidden(std::uint32_t number, std::int32_t piece, const SightContext& context) {
+    Entry& entry = entries_[number];
+    for (Link& link : entry.links) {
+        if (link.sight != Link::unknown || link.before != Link::hidden) continue;
+        if (context.phyxels.piece[link.phyxel] != piece) continue;
+        const Vec3& to = context.phyxels.rest_position[link.phyxel];
+        // What does not hide it any more tells nothing.
+        const bool is_hidden = context.occluders.blocks(link.witness, entry.rest, to);
+        link.sight = link.before = is_hidden ? Link::hidden : Link::unknown;
     }
-    if (link.before != Link::seen) return false;
-    const std::uint32_t by = context.occluders.blocker(entry.rest, to, link.witness);
-    const bool is_hidden = by != geometry::OccluderGrid::no_triangle;
-    link.sight = link.before = is_hidden ? Link::hidden : Link::seen;
-    link.witness = is_hidden ? by : context.occluders.changes();
-    return true;
+}
+
+void EdgeSights::recall_seen(std::uint32_t number, std::int32_t piece, const SightContext& context) {
+    Entry& entry = entries_[number];
+    for (Link& link : entry.links) {
+        if (link.sight != Link::unknown || link.before != Link::seen) continue;
+        if (context.phyxels.piece[link.phyxel] != piece) continue;
+        const Vec3& to = context.phyxels.rest_position[link.phyxel];
+        const std::uint32_t by = context.occluders.blocker(entry.rest, to, link.witness);
+        const bool is_hidden = by != geometry::OccluderGrid::no_triangle;
+        link.sight = link.before = is_hidden ? Link::hidden : Link::seen;
+        link.witness = is_hidden ? by : context.occluders.changes();
+    }
 }
 
 void EdgeSights::look(std::uint32_t number, std::int32_t piece, const SightContext& context) {
+    doubt(number, context);
+    recall_hidden(number, piece, context);
+    recall_seen(number, piece, context);
     Entry& entry = entries_[number];
     std::array<Link*, geometry::most_fan_segments> fan;
     std::size_t count = 0;
     for (Link& link : entry.links) {
         if (link.sight != Link::unknown || context.phyxels.piece[link.phyxel] != piece) continue;
-        if (recall(entry, link, context)) continue;
         fan[count++] = &link;
         if (count == fan.size()) look_along(entry, fan, context);
         count %= fan.size();
@@ -141,6 +161,7 @@ void EdgeSights::look_along(const Entry& entry, std::span<Link* const> links, co
 
 // What may have changed is not known any more.
 void EdgeSights::doubt(Entry& entry, const SightContext& context) {
+    if (entry.when == context.changes.now()) return;
     const meshless::Phyxels& p = context.phyxels;
     const geometry::Box around = geometry::Box{entry.rest, entry.rest}.grown(context.reach);
     const bool is_anew = entry.when < context.changes.all_anew();

@@ -43,30 +43,37 @@ class EdgeSights {
     static constexpr std::uint32_t most_phyxels = 1U << 28;
 
     /// A step begins: edges that the last step did not ask for may be forgotten, and all are where there are
-    /// other phyxels. Numbers of the step before mean nothing any more.
+    /// fewer phyxels than then; more are those of then and new ones behind them. Numbers of the step before
+    /// mean nothing any more.
     void begin(std::size_t phyxels);
 
     /// The edge's number, the same until begin. rest: m, the edge's middle.
     std::uint32_t number_of(std::uint64_t edge, const Vec3& rest);
     std::size_t size() const { return used_; }
 
-    /// The phyxels whose support holds the edge's middle, ascending, and which of them are still known to be
-    /// seen or hidden; of the others look finds it out.
+    /// The phyxels whose support holds the edge's middle, ascending, and which of them were seen or hidden
+    /// when that was last looked at.
     std::span<const Link> near(std::uint32_t number, const SightContext& context);
+    /// Which of them are still known to be seen or hidden; of the others look finds it out. After near.
+    void doubt(std::uint32_t number, const SightContext& context);
+    /// Finds out of phyxels of a piece what is told by what once hid them, and by what has come since they
+    /// were seen, which is found sooner than by looking anew; after doubt.
+    void recall_hidden(std::uint32_t number, std::int32_t piece, const SightContext& context);
+    void recall_seen(std::uint32_t number, std::int32_t piece, const SightContext& context);
     /// Finds out which of the phyxels of a piece the edge sees; after near.
     void look(std::uint32_t number, std::int32_t piece, const SightContext& context);
 
   private:
     struct Entry {
         std::uint64_t edge = 0;
-        Vec3 rest = Vec3::Zero();  // m
-        std::uint32_t when = 0;    // the last change of the surface that the links know of
-        bool is_found = false;     // whether links holds what is near
-        bool is_wanted = false;    // in this step
+        Vec3 rest = Vec3::Zero();         // m
+        std::uint32_t when = 0;           // the last change of the surface that the links know of
+        bool is_found = false;            // whether links holds what is near
+        bool is_wanted = false;           // in this step
+        std::uint32_t known_phyxels = 0;  // the first so many were asked for links
         std::vector<Link> links;
     };
     std::size_t slot_of(std::uint64_t edge) const;
-    static bool recall(const Entry& entry, Link& link, const SightContext& context);
     static void look_along(const Entry& entry, std::span<Link* const> links, const SightContext& context);
     static void doubt(Entry& entry, const SightContext& context);
     void rebuild_table(std::size_t slots);

@@ -190,19 +190,29 @@ void NodeTracker::look_again(const TrackerContext& context, std::size_t node,
     }
 }
 
+// Most rows that are looked at again stay as they are: who keeps something by the revision keeps it then.
 void NodeTracker::write_row(const TrackerContext& context, std::size_t node) {
     meshless::NodeKernels::Row& row = kernels_.rows[node];
-    row_revision_[node] = writings_;
-    row.count = 0;
+    const auto is_carrier = [&](const Link& link) {
+        return link.sees && context.phyxels.piece[link.phyxel] == piece_[node];
+    };
     double total = 0;
+    for (const Link& link : links_[node])
+        if (is_carrier(link)) total += link.weight;
+    std::uint32_t count = 0;
+    bool is_new = false;
     for (const Link& link : links_[node]) {
-        if (!link.sees || context.phyxels.piece[link.phyxel] != piece_[node]) continue;
-        kernels_.phyxel[row.begin + row.count] = link.phyxel;
-        kernels_.weight[row.begin + row.count] = link.weight;
-        total += link.weight;
-        ++row.count;
+        if (!is_carrier(link)) continue;
+        std::uint32_t& phyxel = kernels_.phyxel[row.begin + count];
+        double& weight = kernels_.weight[row.begin + count];
+        const double share = link.weight / total;
+        is_new = is_new || phyxel != link.phyxel || weight != share;
+        phyxel = link.phyxel;
+        weight = share;
+        ++count;
     }
-    for (std::uint32_t k = row.begin; k < row.begin + row.count; ++k) kernels_.weight[k] /= total;
+    if (is_new || count != row.count) row_revision_[node] = writings_;
+    row.count = count;
 }
 
 // Sources may be nodes that were not tracked before; they are tracked from now on,

@@ -36,7 +36,7 @@ class NodeTracker {
     NodeTracker() = default;
     explicit NodeTracker(const splitting::BrickLayout& layout) : index_(layout) {}
 
-    /// Index of a tracked node; adds or wakes it (call refresh before use).
+    /// Index of a tracked node, the same for good; adds or wakes it (call refresh before use).
     std::uint32_t track(const splitting::NodeGrid& grid, const Vec3i& node);
     /// The same for a node that never sleeps.
     std::uint32_t hold(const splitting::NodeGrid& grid, const Vec3i& node);
@@ -45,6 +45,8 @@ class NodeTracker {
         const std::int32_t index = index_.get(node, 0);
         return index >= 0 && use_[static_cast<std::size_t>(index)] == Use::none ? -1 : index;
     }
+    /// Whether find would find the node of this index.
+    bool is_awake(std::uint32_t index) const { return use_[index] != Use::none; }
     /// Puts to sleep what nobody has tracked since the last call but one.
     void let_sleep();
 

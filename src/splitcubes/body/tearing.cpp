@@ -95,6 +95,7 @@ Tearing::Tearing(const TearSettings& settings, const meshless::Material& materia
                      (material.plasticity ? material.plasticity->maximum : 0)) {
     for (const double h : phyxels.support_radius) reach_ = std::max(reach_, h);
     cube_ = reach_;
+    crack_words_.assign(grid.bricks().total(), 0);
     gape_modulus_ = modulus_of_gape(material, cell_size_, reach_);
     // A sheet of one layer of phyxels has rank 2 from the start, and stress in its plane.
     for (const std::uint8_t rank : neighbourhoods.rank())
@@ -119,15 +120,32 @@ void Tearing::note_crossings(const NodeGrid& grid) {
     for (; known_crossings_ < crossings.size(); ++known_crossings_) {
         const splitting::Crossing& c = crossings[known_crossings_];
         if (c.origin == splitting::Origin::boundary) continue;
-        const Vec3 rest = grid.crossing_position(c);
-        const Vec3i cube = (rest / cube_).array().floor().cast<int>();
-        crack_points_[{cube[0], cube[1], cube[2]}].push_back({rest, c.normal});
         for_cells_around(grid, c.edge, [&](const Key& cell) {
-            if (!is_crack_cell_.insert(cell).second) return;
+            if (!take_crack_cell(grid, {cell[0], cell[1], cell[2]})) return;
             crack_cells_.push_back(cell);
             note_edges_beside(grid, cell);
         });
     }
+}
+
+// Where these are, for those who begin cracks: most steps begin none.
+void Tearing::note_crack_points(const NodeGrid& grid) {
+    for (; known_points_ < known_crossings_; ++known_points_) {
+        const splitting::Crossing& c = grid.crossings()[known_points_];
+        if (c.origin == splitting::Origin::boundary) continue;
+        const Vec3 rest = grid.crossing_position(c);
+        const Vec3i cube = (rest / cube_).array().floor().cast<int>();
+        crack_points_[{cube[0], cube[1], cube[2]}].push_back({rest, c.normal});
+    }
+}
+
+// False where it was one before.
+bool Tearing::take_crack_cell(const NodeGrid& grid, const Vec3i& cell) {
+    std::uint64_t& word = crack_words_[grid.bricks().brick_of(cell)];
+    const std::uint64_t bit = std::uint64_t{1} << splitting::BrickLayout::local(cell);
+    if ((word & bit) != 0) return false;
+    word |= bit;
+    return true;
 }
 
 bool Tearing::may_tear(const NodeGrid& grid, const GridEdge& edge, const TearContext& context) const {
@@ -231,6 +249,7 @@ bool Tearing::begin_one(NodeGrid& grid, const TearContext& context, std::uint32_
                     requests_.push_back({0, ask(grid, edge, context), edge});
                 }
     answer(context);
+    note_crack_points(grid);
     Proposal best{0, 1, 0.5, Vec3::Zero()};
     for (const Request& request : requests_) consider(grid, phyxel, request, best);
     if (!(best.normal.squaredNorm() > 0)) return false;
@@ -288,7 +307,8 @@ std::vector<std::int32_t> Tearing::tear(NodeGrid& grid, const TearContext& conte
     note_crossings(grid);
     break_strands(grid, context, slots);
     find_weakest(grid, context);
-    if (measure_phyxels(context) < settings_.toughness * settings_.strength * weakest_all_) return slots;
+    if (measure_phyxels(context, least_stress()) < settings_.toughness * settings_.strength * weakest_all_)
+        return slots;
     find_loads(context);
     if (top_load_ < least_load * settings_.toughness) return slots;
     ++step_;

@@ -17,7 +17,6 @@
 #include <optional>
 #include <span>
 #include <unordered_map>
-#include <unordered_set>
 #include <vector>
 
 namespace splitcubes::body {
@@ -127,7 +126,8 @@ class Tearing {
     };
     struct Beside {
         splitting::GridEdge edge;
-        double stretch;  // of the last step; negative: cut
+        double stretch;                       // of the last step; negative: cut
+        std::int32_t lower = -1, upper = -1;  // what the tracker calls its nodes, once it knows them
     };
     struct Plane {
         Vec3 point, normal;  // m, unit; rest space
@@ -150,8 +150,18 @@ class Tearing {
 
     double strength_at(const Vec3& rest) const;
     void note_crossings(const splitting::NodeGrid& grid);
+    void note_crack_points(const splitting::NodeGrid& grid);
+    bool take_crack_cell(const splitting::NodeGrid& grid, const Vec3i& cell);
+    bool is_crack_cell(const splitting::NodeGrid& grid, const Vec3i& cell) const {
+        return (crack_words_[grid.bricks().brick_of(cell)] >> splitting::BrickLayout::local(cell) & 1) != 0;
+    }
     void find_weakest(const splitting::NodeGrid& grid, const TearContext& context);
-    double measure_phyxels(const TearContext& context);
+    void measure_one(const TearContext& context, std::size_t i, double least);
+    double measure_phyxels(const TearContext& context, double least);
+    /// Pa, from which on a phyxel's stress matters to anyone.
+    double least_stress() const {
+        return least_load * settings_.toughness * settings_.strength * weakest_all_;
+    }
     void find_loads(const TearContext& context);
     void bound_principal_stress(const TearContext& context, double least);
     double load_of(const TearContext& context, std::size_t i) const;
@@ -172,6 +182,8 @@ class Tearing {
     void close_gaps(splitting::NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots);
     Tip tip_of(const splitting::NodeGrid& grid, const TearContext& context, const Key& cell) const;
     static const geometry::Frame* frame_of(const TearContext& context, const Vec3i& node);
+    static const geometry::Frame* frame_of(const TearContext& context, const Vec3i& node,
+                                           std::int32_t& index);
     double gape_stress(const splitting::NodeGrid& grid, const TearContext& context, const Key& cell,
                        const Vec3& normal) const;
     static bool may_meet(const Tip& tip, const Vec3& a, const Vec3& b, double slack);
@@ -226,6 +238,7 @@ class Tearing {
     std::vector<double>
         principal_;  // per phyxel, Pa, no less than its principal stresses; without a say: none
     std::vector<std::uint8_t> is_strained_;  // per phyxel, whether it or one beside it is near the strength
+    std::vector<double> chunk_largest_;      // Pa, of size_
     std::vector<double> load_;  // per phyxel, smoothed stress over the weakest strength; 0: below least_load
     std::vector<std::size_t> phyxels_of_;  // per piece
     double reach_ = 0;                     // m, the largest support
@@ -242,11 +255,11 @@ class Tearing {
     std::vector<std::uint32_t> gaps_;       // per cell of the front, bit an edge
     std::vector<std::uint32_t> order_;      // phyxels past their strength, the most loaded first
 
-    std::size_t known_crossings_ = 0;
+    std::size_t known_crossings_ = 0, known_points_ = 0;
     std::vector<Key> crack_cells_;  // around edges that were cut, not boundary, in order of first touch
-    std::unordered_set<Key, KeyHash> is_crack_cell_;
+    std::vector<std::uint64_t>
+        crack_words_;             // per brick of the grid, a bit a cell: whether it is one of these
     std::vector<Beside> beside_;  // uncut edges of these cells, each once
-    std::unordered_set<std::uint64_t> is_beside_;
     struct CrackPoint {
         Vec3 rest, normal;
     };

@@ -33,6 +33,15 @@ const geometry::Frame* Tearing::frame_of(const TearContext& context, const Vec3i
     return &context.frames[static_cast<std::size_t>(index)];
 }
 
+// The same, where `index` keeps what the tracker calls the node.
+const geometry::Frame* Tearing::frame_of(const TearContext& context, const Vec3i& node, std::int32_t& index) {
+    if (index < 0) index = context.nodes.find(node);
+    if (index < 0 || !context.nodes.is_awake(static_cast<std::uint32_t>(index)) ||
+        static_cast<std::size_t>(index) >= context.frames.size())
+        return nullptr;
+    return &context.frames[static_cast<std::size_t>(index)];
+}
+
 // The plane of the cracks in a cell, and which uncut edges it meets, nearly.
 Tearing::Tip Tearing::tip_of(const NodeGrid& grid, const TearContext& context, const Key& key) const {
     const Vec3i cell(key[0], key[1], key[2]);
@@ -212,12 +221,18 @@ void Tearing::find_loaded_front(const NodeGrid& grid, const TearContext& context
         if (is_loaded_[k]) front_.push_back(crack_cells_[k]);
 }
 
-// Notes the edges of a cell that a crack has just come to.
-void Tearing::note_edges_beside(const NodeGrid& grid, const Key& cell) {
+// Notes the edges of a cell that a crack has just come to. Those of crack cells around have been noted, as
+// what is not cut now was not cut then.
+void Tearing::note_edges_beside(const NodeGrid& grid, const Key& key) {
+    const Vec3i cell(key[0], key[1], key[2]);
     for (int e = 0; e < splitting::edge_count; ++e) {
-        const GridEdge edge = splitting::cell_edge({cell[0], cell[1], cell[2]}, e);
+        const GridEdge edge = splitting::cell_edge(cell, e);
         if (grid.is_cut(edge) || !grid.inside(edge.node) || !grid.inside(edge.upper())) continue;
-        if (is_beside_.insert(splitting::edge_id(edge)).second) beside_.push_back({edge, 0});
+        bool is_known = false;
+        for_cells_around(grid, edge, [&](const Key& other) {
+            is_known = is_known || (other != key && is_crack_cell(grid, {other[0], other[1], other[2]}));
+        });
+        if (!is_known) beside_.push_back({edge, 0});
     }
 }
 
@@ -225,11 +240,12 @@ void Tearing::note_edges_beside(const NodeGrid& grid, const Key& cell) {
 // node the most stretched one.
 void Tearing::break_strands(NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots) {
     context.parallel.for_each(beside_.size(), 4 * grain, [&](std::size_t k) {
-        const GridEdge& edge = beside_[k].edge;
-        beside_[k].stretch = -1;
-        if (grid.is_cut(edge)) return;
-        const geometry::Frame *a = frame_of(context, edge.node), *b = frame_of(context, edge.upper());
-        beside_[k].stretch = a && b ? (b->position - a->position).norm() / cell_size_ : 0;
+        Beside& beside = beside_[k];
+        beside.stretch = -1;
+        if (grid.is_cut(beside.edge)) return;
+        const geometry::Frame* a = frame_of(context, beside.edge.node, beside.lower);
+        const geometry::Frame* b = frame_of(context, beside.edge.upper(), beside.upper);
+        beside.stretch = a && b ? (b->position - a->position).norm() / cell_size_ : 0;
     });
     proposals_.clear();
     for (const Beside& beside : beside_)

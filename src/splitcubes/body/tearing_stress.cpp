@@ -1,4 +1,5 @@
 // What the material around phyxels and edges bears, and what it has to.
+#include <splitcubes/body/stress_kernels.h>
 #include <splitcubes/body/tearing.h>
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/meshless/constitutive.h>
@@ -21,6 +22,8 @@ constexpr std::size_t grain = 256, edge_grain = 8;
 constexpr double held_phyxel = -2;
 // Of a bound, for the rounding of what it bounds: relative, far above both.
 constexpr double bound_slack = 1e-6;
+// Of what is pressed to less than that share of its volume, or is inverted, the stress says nothing.
+constexpr double least_volume = 0.05;
 // Of phyxels, in Tearing::is_strained_.
 constexpr std::uint8_t strained = 1, beside_strained = 2;
 
@@ -47,30 +50,53 @@ void Tearing::find_weakest(const NodeGrid& grid, const TearContext& context) {
     });
 }
 
-// Returns the largest norm of a stress, an upper bound of all principal stresses.
-double Tearing::measure_phyxels(const TearContext& context) {
+// Of those that have a say, which other materials than find_corotated_stresses knows.
+void Tearing::measure_one(const TearContext& context, std::size_t i, double least) {
+    const meshless::Phyxels& p = context.phyxels;
+    const bool has_say = size_[i] >= 0;
+    stress_[i].setZero();
+    is_strained_[i] = 0;
+    if (!has_say) return;
+    size_[i] = -1;
+    const Mat3& F = p.deformation[i];
+    const double volume = F.determinant();
+    if (!(volume > least_volume)) return;
+    const Mat3 cauchy = meshless::piola_stress(context.material, F, p.rotation[i], p.plastic_strain[i]) *
+                        F.transpose() / volume;
+    if (!cauchy.allFinite()) return;
+    stress_[i] = 0.5 * (cauchy + cauchy.transpose());
+    size_[i] = stress_[i].norm();
+    is_strained_[i] = size_[i] >= least && !has_values_below(stress_[i], least - bound_slack * size_[i]);
+}
+
+// Stresses, and which may have a principal one above `least`; returns the largest norm of a stress, an upper
+// bound of all principal stresses.
+double Tearing::measure_phyxels(const TearContext& context, double least) {
     const meshless::Phyxels& p = context.phyxels;
     const std::size_t count = p.size();
     stress_.resize(count);
     size_.resize(count);
+    is_strained_.resize(count);
+    chunk_largest_.resize((count + grain - 1) / grain);
     const auto rank = context.neighbourhoods.rank();
     const bool some_held = context.held.size() == count;
-    context.parallel.for_each(count, grain, [&](std::size_t i) {
-        stress_[i].setZero();
-        size_[i] = -1;
-        if (some_held && context.held[i]) size_[i] = held_phyxel;
-        if (rank[i] < own_rank_[i] || size_[i] == held_phyxel) return;
-        const Mat3& F = p.deformation[i];
-        const double volume = F.determinant();
-        if (!(volume > 0.05)) return;
-        const Mat3 cauchy = meshless::piola_stress(context.material, F, p.rotation[i], p.plastic_strain[i]) *
-                            F.transpose() / volume;
-        if (!cauchy.allFinite()) return;
-        stress_[i] = 0.5 * (cauchy + cauchy.transpose());
-        size_[i] = stress_[i].norm();
-    });
+    const meshless::Material& material = context.material;
+    const bool is_plain = material.model == meshless::MaterialModel::corotated && !material.plasticity &&
+                          !(material.volume_stiffness > 0);
+    const auto measure = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            size_[i] = some_held && context.held[i] ? held_phyxel : rank[i] < own_rank_[i] ? -1 : 0;
+        if (is_plain)
+            find_corotated_stresses({p.deformation.data(), p.rotation.data(), begin, end, material.lame_mu(),
+                                     material.lame_lambda(), least_volume, least, bound_slack, stress_.data(),
+                                     size_.data(), is_strained_.data()});
+        else
+            for (std::size_t i = begin; i < end; ++i) measure_one(context, i, least);
+        chunk_largest_[begin / grain] = *std::max_element(&size_[begin], &size_[end - 1] + 1);
+    };
+    context.parallel.for_chunks(count, grain, std::cref(measure));
     double largest = 0;
-    for (const double size : size_) largest = std::max(largest, size);
+    for (const double size : chunk_largest_) largest = std::max(largest, size);
     return largest;
 }
 
@@ -80,12 +106,9 @@ void Tearing::bound_principal_stress(const TearContext& context, double least) {
     const meshless::Neighbourhoods& n = context.neighbourhoods;
     const std::size_t count = context.phyxels.size();
     principal_.resize(count);
-    is_strained_.assign(count, 0);
-    context.parallel.for_each(count, grain, [&](std::size_t i) {
+    context.parallel.for_each(count, 4 * grain, [&](std::size_t i) {
         principal_[i] = size_[i] < 0 ? -std::numeric_limits<double>::infinity() : least;
-        if (size_[i] < least || has_values_below(stress_[i], least - bound_slack * size_[i])) return;
-        principal_[i] = greatest_value_bound(stress_[i]);
-        is_strained_[i] = strained;
+        if (is_strained_[i] == strained) principal_[i] = greatest_value_bound(stress_[i]);
     });
     for (std::size_t i = 0; i < count; ++i) {
         if (is_strained_[i] != strained) continue;
@@ -96,7 +119,7 @@ void Tearing::bound_principal_stress(const TearContext& context, double least) {
 
 void Tearing::find_loads(const TearContext& context) {
     load_.assign(context.phyxels.size(), 0);
-    bound_principal_stress(context, least_load * settings_.toughness * settings_.strength * weakest_all_);
+    bound_principal_stress(context, least_stress());
     context.parallel.for_each(load_.size(), grain, [&](std::size_t i) {
         if (is_strained_[i] != 0) load_[i] = load_of(context, i);
     });
@@ -193,6 +216,15 @@ void Tearing::find_stress(std::uint32_t number, const TearContext& context) {
     const double least = settings_.toughness * out.strength;
     const double enough = least - bound_slack * std::abs(least);
     const std::span<const EdgeSights::Link> near = sights_.near(number, sight);
+    const bool is_any_above = std::any_of(near.begin(), near.end(), [&](const EdgeSights::Link& link) {
+        return principal_[link.phyxel] > enough && p.piece[link.phyxel] == out.piece;
+    });
+    if (!is_any_above) return;
+    sights_.doubt(number, sight);
+    if (!may_pass(near, out, context, enough)) return;
+    sights_.recall_hidden(number, out.piece, sight);
+    if (!may_pass(near, out, context, enough)) return;
+    sights_.recall_seen(number, out.piece, sight);
     if (!may_pass(near, out, context, enough)) return;
     sights_.look(number, out.piece, sight);
     double total = 0, held = 0;

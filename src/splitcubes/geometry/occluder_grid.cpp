@@ -11,13 +11,6 @@ namespace splitcubes::geometry {
 
 namespace {
 
-// The nearest float that is larger; what std::nextafter gives, in line. Of finite numbers.
-float next_above(float number) {
-    if (number == 0) return std::numeric_limits<float>::denorm_min();
-    const auto bits = std::bit_cast<std::uint32_t>(number);
-    return std::bit_cast<float>(number > 0 ? bits + 1 : bits - 1);
-}
-
 std::size_t hash_of(std::uint64_t key) {
     return (key * 0x9e3779b97f4a7c15ULL) >> 20;
 }
@@ -45,48 +38,6 @@ void OccluderGrid::lay_out_words() {
     word_count_ = count;
     words_.assign(static_cast<std::size_t>(count.prod()), 0);
     numbers_.assign(words_.size(), 0);
-}
-
-OccluderGrid::RoughBox OccluderGrid::RoughBox::around(const Box& box) {
-    RoughBox out;
-    for (std::size_t k = 0; k < 3; ++k) {
-        const auto axis = static_cast<Eigen::Index>(k);
-        out.min[k] = -next_above(-static_cast<float>(box.min[axis]));
-        out.max[k] = next_above(static_cast<float>(box.max[axis]));
-    }
-    return out;
-}
-
-OccluderGrid::RoughPlane::RoughPlane(const std::array<Vec3, 3>& corner, const Vec3& origin) {
-    // Of a thinner one not even the direction is known to single precision.
-    constexpr double thinnest = 1e-6;
-    const Vec3 p = corner[1] - corner[0], q = corner[2] - corner[0], across = p.cross(q);
-    const double length = across.norm();
-    if (!(length > thinnest * std::max({p.squaredNorm(), q.squaredNorm(), (p - q).squaredNorm()}))) return;
-    const Vec3 unit = across / length;
-    for (std::size_t k = 0; k < 3; ++k) normal[k] = static_cast<float>(unit[static_cast<Eigen::Index>(k)]);
-    offset = static_cast<float>(unit.dot(corner[0] - origin));
-}
-
-OccluderGrid::RoughSegment::RoughSegment(const Vec3& from, const Vec3& to, const Box& around,
-                                         const Vec3& origin)
-    : box(RoughBox::around(around)) {
-    const Vec3 p = from - origin, q = to - origin;
-    for (std::size_t k = 0; k < 3; ++k) {
-        a[k] = static_cast<float>(p[static_cast<Eigen::Index>(k)]);
-        b[k] = static_cast<float>(q[static_cast<Eigen::Index>(k)]);
-    }
-    size = static_cast<float>(std::max(p.lpNorm<1>(), q.lpNorm<1>()));
-    // A way of zero: far within or far without, as `room` keeps the difference from being zero.
-    constexpr double most = 1e30;
-    for (std::size_t k = 0; k < 3; ++k) {
-        const auto axis = static_cast<Eigen::Index>(k);
-        const double way = to[axis] - from[axis];
-        start[k] = static_cast<float>(from[axis]);
-        inverse[k] = static_cast<float>(std::abs(way) * most > 1 ? 1 / way : most);
-    }
-    room = static_cast<float>(3e-7 * (around.max.cwiseAbs().maxCoeff() + around.min.cwiseAbs().maxCoeff()) +
-                              1e-7 * around.size().maxCoeff());
 }
 
 // Points beyond the keys' range share its last cell; the boxes still decide.
@@ -314,11 +265,32 @@ void OccluderGrid::rebuild(Brick& brick, std::span<const std::uint64_t> owners,
         if (refs.size() > first[local]) brick.occupied |= std::uint64_t{1} << local;
     }
     first[brick_cells] = static_cast<std::uint32_t>(refs.size());
-    if (!added.empty()) brick.change = changes_;
     brick.first = first;
     brick.refs = std::move(refs);
+    lay_lanes(brick);
     if (const std::size_t word = word_of(place_of(brick.key)); word < words_.size())
         words_[word] = brick.occupied;
+}
+
+void OccluderGrid::lay_lanes(Brick& brick) {
+    constexpr std::uint32_t width = OccluderLanes::width;
+    std::uint32_t count = 0;
+    for (std::size_t local = 0; local < brick_cells; ++local) {
+        brick.first_lanes[local] = count;
+        count += (brick.first[local + 1] - brick.first[local] + width - 1) / width;
+    }
+    brick.lanes.resize(count);
+    for (std::size_t local = 0; local < brick_cells; ++local) {
+        const std::uint32_t listed = brick.first[local + 1] - brick.first[local];
+        OccluderLanes* lanes = brick.lanes.data() + brick.first_lanes[local];
+        brick.newest[local] = 0;
+        for (std::uint32_t k = 0; k < listed; ++k) {
+            const Ref& ref = brick.refs[brick.first[local] + k];
+            brick.newest[local] = std::max(brick.newest[local], ref.change);
+            lanes[k / width].set(k % width, ref.box, ref.plane, ref.id, ref.spread, ref.change);
+        }
+        for (std::uint32_t k = listed; k % width != 0; ++k) lanes[k / width].clear(k % width);
+    }
 }
 
 std::vector<const OccluderGrid::Brick*> OccluderGrid::sorted_bricks(const Vec3i& first,
@@ -360,16 +332,19 @@ bool OccluderGrid::is_clear(const Vec3i& low, const Vec3i& high) const {
 
 // seen: the ref's spread bits that say an earlier cell of the walk listed it too.
 std::uint32_t OccluderGrid::blocker_in(const Brick& brick, std::uint32_t local, std::uint32_t seen,
-                                       const Walk& walk) const {
-    for (std::uint32_t r = brick.first[local]; r < brick.first[local + 1]; ++r) {
-        const Ref& ref = brick.refs[r];
-        if ((ref.spread & seen) != 0 || ref.change <= walk.since || !ref.box.meets(walk.rough.box) ||
-            walk.rough.is_beside(ref.plane) || walk.rough.is_past(ref.box))
-            continue;
-        const Entry& entry = entries_[ref.id];
-        if (entry.box.meets(walk.box) && segment_meets_triangle(walk.a, walk.b, entry.triangle.corner))
-            return ref.id;
-    }
+                                       Walk& walk) const {
+    if (brick.newest[local] <= walk.since) return no_triangle;
+    if (!walk.rough) walk.rough.emplace(walk.a, walk.b, walk.box, origin_);
+    const std::uint32_t listed = brick.first[local + 1] - brick.first[local];
+    const OccluderLanes* lanes = &brick.lanes[brick.first_lanes[local]];
+    for (std::uint32_t first = 0; first < listed; first += OccluderLanes::width, ++lanes)
+        for (std::uint32_t left = lanes_that_may_meet(*lanes, *walk.rough, seen, walk.since); left != 0;
+             left &= left - 1) {
+            const std::uint32_t id = lanes->number(static_cast<std::size_t>(std::countr_zero(left)));
+            const Entry& entry = entries_[id];
+            if (entry.box.meets(walk.box) && segment_meets_triangle(walk.a, walk.b, entry.triangle.corner))
+                return id;
+        }
     return no_triangle;
 }
 
@@ -394,7 +369,7 @@ std::uint32_t OccluderGrid::blocker(const Vec3& a, const Vec3& b, std::uint32_t 
     Vec3i cell = cell_at(a, 0);
     const Vec3i last = cell_at(b, 0);
     if (is_clear(cell.cwiseMin(last), cell.cwiseMax(last))) return no_triangle;
-    const Walk walk{a, b, box, RoughSegment(a, b, box, origin_), since};
+    Walk walk{a, b, box, since, {}};
     Vec3 next, stride;  // parameter of the next wall, and between walls
     Vec3i way;
     for (int axis = 0; axis < 3; ++axis) {
@@ -410,8 +385,7 @@ std::uint32_t OccluderGrid::blocker(const Vec3& a, const Vec3& b, std::uint32_t 
         const std::uint32_t local = local_of(cell);
         if ((cells >> local & 1) != 0) {
             if (!brick) brick = find_brick(brick_of(cell));
-            const std::uint32_t id =
-                brick->change > since ? blocker_in(*brick, local, seen, walk) : no_triangle;
+            const std::uint32_t id = blocker_in(*brick, local, seen, walk);
             if (id != no_triangle) return id;
         }
         int axis = -1;

@@ -4,6 +4,7 @@
 
 #include <splitcubes/core/parallel.h>
 #include <splitcubes/geometry/box.h>
+#include <splitcubes/geometry/occluder_lanes.h>
 #include <splitcubes/geometry/occluder_pack.h>
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -103,62 +105,6 @@ class OccluderGrid {
     static constexpr int largest_span = 8;      // cells; what is longer goes to large_
     static constexpr int largest_overhang = 4;  // cells beyond its brick; what does by more is not packed
 
-    // A box in single precision, rounded outward: what it does not meet, the
-    // exact box does not. Stands beside the listings, where reading it is cheap.
-    struct RoughBox {
-        std::array<float, 3> min, max;  // m, rest space
-
-        static RoughBox around(const Box& box);
-        // Without branches: most boxes asked are neither clearly near nor far.
-        bool meets(const RoughBox& other) const {
-            unsigned apart = 0;
-            for (std::size_t k = 0; k < 3; ++k)
-                apart |= unsigned{min[k] > other.max[k]} | unsigned{other.min[k] > max[k]};
-            return apart == 0;
-        }
-    };
-    // A triangle's plane in single precision: what lies clearly to one side of it, the
-    // exact test does not find to meet the triangle.
-    struct RoughPlane {
-        std::array<float, 3> normal{};  // unit; zero where the triangle is too thin to tell
-        float offset = 0;               // m, along the normal from the grid's origin
-
-        RoughPlane() = default;
-        RoughPlane(const std::array<Vec3, 3>& corner, const Vec3& origin);
-    };
-    // A segment as rough boxes and planes see it.
-    struct RoughSegment {
-        RoughBox box;
-        std::array<float, 3> a, b;            // m, from the grid's origin
-        float size;                           // m, the farthest of the two from it, by the sum of coordinates
-        std::array<float, 3> start, inverse;  // m, rest space; 1/m, of the way along each axis
-        float room;                           // m, more than what rounding moves `start` by
-
-        RoughSegment(const Vec3& from, const Vec3& to, const Box& around, const Vec3& origin);
-        // True only where it clearly passes by the box.
-        bool is_past(const RoughBox& other) const {
-            float from = 0, to = 1;
-            for (std::size_t k = 0; k < 3; ++k) {
-                const float t0 = (other.min[k] - room - start[k]) * inverse[k];
-                const float t1 = (other.max[k] + room - start[k]) * inverse[k];
-                from = std::max(from, std::min(t0, t1));
-                to = std::min(to, std::max(t0, t1));
-            }
-            // Five roundings on either side, and no less where both are near zero.
-            return from - to > 1e-6F * (from + std::abs(to));
-        }
-        bool is_beside(const RoughPlane& plane) const {
-            // Forty roundings of what the sums hold: those of the coordinates, of the normal and of six sums.
-            constexpr float rounding = 40 * 6e-8F;
-            const float slack = rounding * (size + std::abs(plane.offset));
-            const auto side = [&](const std::array<float, 3>& p) {
-                return p[0] * plane.normal[0] + p[1] * plane.normal[1] + p[2] * plane.normal[2] -
-                       plane.offset;
-            };
-            const float at_a = side(a), at_b = side(b);
-            return (at_a > slack && at_b > slack) || (at_a < -slack && at_b < -slack);
-        }
-    };
     // One listing of a triangle in a cell.
     struct Ref {
         std::uint64_t owner;   // key of the cell that handed it over
@@ -182,9 +128,11 @@ class OccluderGrid {
         std::uint64_t key = 0;
         std::uint64_t occupied = 0;                          // bit per cell, x fastest
         std::array<std::uint32_t, brick_cells + 1> first{};  // per cell: its first ref
-        std::uint32_t change = 0;                            // the last that brought it a ref
         std::vector<Ref> refs;
-        std::vector<Owned> owned;  // by the cells of this brick
+        std::array<std::uint32_t, brick_cells> first_lanes{};  // per cell: of what it lists
+        std::array<std::uint32_t, brick_cells> newest{};       // per cell: the last change of its refs
+        std::vector<OccluderLanes> lanes;                      // of the refs, those of a cell side by side
+        std::vector<Owned> owned;                              // by the cells of this brick
         PackedTriangles packed{Vec3::Zero()};
     };
     // A ref to be, and the cell of its brick.
@@ -256,16 +204,16 @@ class OccluderGrid {
     void take_out(std::size_t home, const Vec3i& cell, TouchedBricks& touched);
     void put_in(std::size_t home, const CellTriangles& of, TouchedBricks& touched);
     void rebuild(Brick& brick, std::span<const std::uint64_t> owners, std::span<const Listing> added);
+    static void lay_lanes(Brick& brick);
     std::vector<const Brick*> sorted_bricks(const Vec3i& first, const Vec3i& last) const;
     /// A segment on its way.
     struct Walk {
         Vec3 a, b;  // m, rest space
         Box box;
-        RoughSegment rough;
         std::uint32_t since;
+        std::optional<RoughSegment> rough;  // from the first cell on that has something new
     };
-    std::uint32_t blocker_in(const Brick& brick, std::uint32_t local, std::uint32_t seen,
-                             const Walk& walk) const;
+    std::uint32_t blocker_in(const Brick& brick, std::uint32_t local, std::uint32_t seen, Walk& walk) const;
     Box walk_box(const Vec3& a, const Vec3& b) const;
     template <class Use>
     void visit_brick(const Brick& brick, const Vec3i& place, const Vec3i& low, const Vec3i& high,
