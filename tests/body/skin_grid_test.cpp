@@ -52,9 +52,16 @@ struct Cloud {
 // By the points' numbers, ascending.
 std::vector<std::uint32_t> find_facing(const SkinGrid& grid, std::size_t place, double radius,
                                        double height) {
-    std::vector<std::uint32_t> out;
-    grid.find_facing(place, radius, height, out);
-    for (std::uint32_t& found : out) found = grid.number(found);
+    std::vector<std::uint32_t> scratch, out;
+    std::vector<SkinGrid::Faced> faced;
+    grid.find_facing(place, radius, height, scratch, faced);
+    for (const SkinGrid::Faced& other : faced) {
+        const Vec3 way = grid.point(place) - grid.point(other.place);
+        EXPECT_EQ(other.square, way.squaredNorm());
+        EXPECT_EQ(other.cosine, grid.normal(place).dot(grid.normal(other.place)));
+        EXPECT_EQ(other.along, grid.normal(other.place).dot(way));
+        out.push_back(grid.number(other.place));
+    }
     std::sort(out.begin(), out.end());
     return out;
 }

@@ -80,6 +80,10 @@ class ContactFinder {
         };
         std::array<std::uint32_t, size> other{};  // 0: none
         std::array<Answer, size> answer{};
+        // Within the box of all that was looked along, m, rest space, nothing has changed after `from`, up to
+        // `until`: most samples need not ask for each other one.
+        geometry::Box along;
+        std::uint32_t from = 0, until = 0;
     };
     struct Carrying {
         meshless::ContactSide side;  // no phyxels: not known yet
@@ -103,18 +107,21 @@ class ContactFinder {
             return surface == o.surface && skin == o.skin && same_nodes(o);
         }
     };
-    /// A sample that faces another one.
+    /// A sample of the face that another one lies before.
     struct Facing {
-        std::uint32_t index, place;      // among the samples; in the grid
-        double distance, cosine, along;  // m^2; of the normals; m, above the plane through it
-        double weight;                   // in the mean
-        enum class May : std::uint8_t { unknown, no, yes } may;
+        std::uint32_t index, place;  // among the samples; in the grid
+        double along;                // m, of the other one above the plane through it
+        double weight;               // in the mean
     };
+    enum class May : std::uint8_t { unknown, no, yes };
     /// What one thread works with and finds; which, is part of no result.
     struct Chunk {
         std::vector<meshless::Contact> found;
         std::vector<std::uint32_t> near;
-        std::vector<Facing> facing;
+        std::vector<SkinGrid::Faced> faced;  // of one sample: all that face it
+        std::vector<May> may;                // of each, whether it can meet
+        std::vector<std::uint64_t> order;
+        std::vector<Facing> face;  // of one sample: the face that it lies before, in order of the samples
         SideBetween between;
     };
     struct Found {
@@ -172,14 +179,16 @@ class ContactFinder {
     bool are_parted(const Body& body, std::size_t a, std::size_t b);
     static void look(const Body& body, const Vec3& from, const Vec3& to, bool is_known,
                      KnownParted::Answer& answer);
+    static void bring_up_to(const SurfaceChanges& changes, std::uint32_t now, KnownParted& known);
     bool may_meet(const Task& task, std::size_t a, std::size_t b);
-    bool may_meet(const Task& task, std::size_t k, Facing& other);
-    Facing* partner_of(const Task& task, std::size_t k, std::vector<Facing>& facing);
+    bool may_meet(const Task& task, std::size_t k, std::size_t n, Chunk& chunk);
+    const SkinGrid::Faced* partner_of(const Task& task, std::size_t k, Chunk& chunk);
     bool find_facing(std::size_t place, const Reach& reach, Chunk& chunk) const;
-    const Sample* find_face(const Task& task, std::size_t k, Chunk& chunk, Facing& chosen);
+    const SkinGrid::Faced* find_face(const Task& task, std::size_t k, Chunk& chunk);
     bool meet(const Task& task, std::size_t place, const Reach& reach, Chunk& chunk, meshless::Contact& out);
-    bool push_on(const Task& task, const Vec3& foot, double total, const Facing& chosen, Chunk& chunk,
+    bool push_on(const Task& task, const Vec3& foot, double total, std::size_t partner, Chunk& chunk,
                  meshless::Contact& out) const;
+    bool closes(const Task& task, const meshless::Contact& contact, double reach) const;
     Reach reach_of(const Task& task) const;
     void sort_found();
     void group(const Task& task, std::vector<ContactGroup>& groups);

@@ -2,7 +2,6 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <bit>
 
 namespace splitcubes::body {
 
@@ -15,37 +14,56 @@ namespace {
 constexpr double least_spread = 0.005;
 // Of a phyxel among those of several sides: smaller weights carry nothing.
 constexpr double least_weight = 1e-6;
+constexpr std::size_t least_slots = 256;  // a power of two
 
 }  // namespace
 
 void carry_exactly(std::span<const Vec3> rest, const Vec3& place, double spacing, ContactSide& side) {
+    std::array<Vec3, ContactSide::most> arm;
     Vec3 centre = Vec3::Zero();
-    for (std::uint32_t k = 0; k < side.count; ++k) centre += side.weight[k] * rest[side.phyxel[k]];
+    for (std::uint32_t k = 0; k < side.count; ++k) {
+        arm[k] = rest[side.phyxel[k]];
+        centre += side.weight[k] * arm[k];
+    }
     Mat3 spread = Mat3::Zero();
     for (std::uint32_t k = 0; k < side.count; ++k) {
-        const Vec3 arm = rest[side.phyxel[k]] - centre;
-        spread += side.weight[k] * arm * arm.transpose();
+        arm[k] -= centre;
+        spread += side.weight[k] * arm[k] * arm[k].transpose();
     }
     // In squared spacings. Each of its values s takes the part 1 / s of what lies along its axis, s / (s^2 +
     // least^2) where it is small (Tikhonov): as one matrix that needs no axes.
     spread /= spacing * spacing;
     const Mat3 damped = spread * spread + least_spread * least_spread * Mat3::Identity();
     const Vec3 slope = spread * (damped.inverse() * (place - centre)) / (spacing * spacing);
-    for (std::uint32_t k = 0; k < side.count; ++k)
-        side.weight[k] *= 1 + slope.dot(rest[side.phyxel[k]] - centre);
+    for (std::uint32_t k = 0; k < side.count; ++k) side.weight[k] *= 1 + slope.dot(arm[k]);
 }
 
 void SideBetween::add(const ContactSide& side, double weight) {
     part_ = side.part;
     for (std::uint32_t k = 0; k < side.count; ++k) {
+        if (!(side.weight[k] > 0)) continue;
+        if (2 * shares_.size() >= number_.size()) make_room();
         const std::uint32_t phyxel = side.phyxel[k];
-        if (phyxel >= number_.size()) number_.resize(std::bit_ceil(std::size_t{phyxel} + 1), 0);
-        if (number_[phyxel] == 0) {
+        const std::size_t slot = slot_of(phyxel);
+        if (number_[slot] == 0) {
             shares_.push_back({phyxel, 0});
-            number_[phyxel] = static_cast<std::uint32_t>(shares_.size());
+            number_[slot] = static_cast<std::uint32_t>(shares_.size());
         }
-        shares_[number_[phyxel] - 1].weight += weight * std::max(0.0, side.weight[k]);
+        shares_[number_[slot] - 1].weight += weight * side.weight[k];
     }
+}
+
+// Where a phyxel's number is, or is to be.
+std::size_t SideBetween::slot_of(std::uint32_t phyxel) const {
+    const std::size_t mask = number_.size() - 1;
+    std::size_t slot = phyxel & mask;
+    while (number_[slot] != 0 && shares_[number_[slot] - 1].phyxel != phyxel) slot = (slot + 1) & mask;
+    return slot;
+}
+
+void SideBetween::make_room() {
+    number_.assign(std::max(least_slots, 2 * number_.size()), 0);
+    for (std::uint32_t k = 0; k < shares_.size(); ++k) number_[slot_of(shares_[k].phyxel)] = k + 1;
 }
 
 ContactSide SideBetween::take(std::span<const Vec3> rest, const Vec3& place, double spacing) {
@@ -55,7 +73,6 @@ ContactSide SideBetween::take(std::span<const Vec3> rest, const Vec3& place, dou
     // The heaviest in order, of equal ones the first phyxel.
     for (const Share& share : shares_) {
         total += share.weight;
-        number_[share.phyxel] = 0;
         std::uint32_t at = out.count;
         while (at > 0 && (out.weight[at - 1] < share.weight ||
                           (out.weight[at - 1] == share.weight && out.phyxel[at - 1] > share.phyxel)))
@@ -69,6 +86,8 @@ ContactSide SideBetween::take(std::span<const Vec3> rest, const Vec3& place, dou
         out.phyxel[at] = share.phyxel;
         out.weight[at] = share.weight;
     }
+    // What comes after a share gives up its slot might be looked for there: all at once.
+    std::fill(number_.begin(), number_.end(), 0);
     shares_.clear();
     if (out.count == 0) return out;
     while (out.count > 1 && !(out.weight[out.count - 1] > least_weight * total)) --out.count;

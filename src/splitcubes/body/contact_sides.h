@@ -33,8 +33,13 @@ class SideBetween {
         std::uint32_t phyxel;
         double weight;
     };
-    std::vector<Share> shares_;          // in the order of adding
-    std::vector<std::uint32_t> number_;  // per phyxel: of its share, from 1; 0: none
+    std::size_t slot_of(std::uint32_t phyxel) const;
+    void make_room();
+
+    std::vector<Share> shares_;  // in the order of adding
+    // Of a phyxel's share, from 1, in a slot by its index (open addressing): few lines of memory, however
+    // many phyxels there are. 0: none.
+    std::vector<std::uint32_t> number_;
     std::uint32_t part_ = 0;
 };
 

@@ -164,8 +164,8 @@ void SkinGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals
     }
 }
 
-void SkinGrid::find_facing(std::size_t of, double radius, double height,
-                           std::vector<std::uint32_t>& out) const {
+void SkinGrid::find_facing(std::size_t of, double radius, double height, std::vector<std::uint32_t>& scratch,
+                           std::vector<Faced>& out) const {
     constexpr std::size_t most_ranges = (2 * most_rings + 2) * (2 * most_rings + 2);
     out.clear();
     const Vec3 point = sorted_[of].point, normal = sorted_[of].normal;
@@ -196,15 +196,18 @@ void SkinGrid::find_facing(std::size_t of, double radius, double height,
                             to_float(height + slack)};
     const FacingLanes lanes{lanes_[0].data(), lanes_[1].data(), lanes_[2].data(),
                             lanes_[3].data(), lanes_[4].data(), lanes_[5].data()};
-    out.resize(most + facing_padding);
+    // Grows only: what is in it is written anew.
+    if (scratch.size() < most + facing_padding) scratch.resize(most + facing_padding);
     bool is_low = false;
-    const std::size_t found = select_facing(lanes, {ranges.data(), count}, query, out.data(), is_low);
-    out.resize(is_low ? found : 0);
-    const double limit = radius * radius;
-    std::erase_if(out, [&](std::uint32_t k) {
-        return !((sorted_[k].point - point).squaredNorm() < limit &&
-                 normal.dot(sorted_[k].normal) < facing_cosine);
-    });
+    const std::size_t found = select_facing(lanes, {ranges.data(), count}, query, scratch.data(), is_low);
+    if (!is_low) return;
+    for (std::size_t n = 0; n < found; ++n) {
+        const Point& other = sorted_[scratch[n]];
+        const Vec3 way = point - other.point;
+        const double square = way.squaredNorm(), cosine = normal.dot(other.normal);
+        if (square < radius * radius && cosine < facing_cosine)
+            out.push_back({scratch[n], square, cosine, other.normal.dot(way)});
+    }
 }
 
 }  // namespace splitcubes::body

@@ -47,10 +47,18 @@ class SkinGrid {
         return (around.bins & facing_bins()[sorted_[place].bin]) != 0 && around.may_face(normal(place));
     }
 
-    /// Places of the points that face the one at place `of` and are nearer to it than `radius` (m, at most
-    /// the farthest), ascending; `out` is replaced. It may be left empty where that one lies farther than
-    /// `height` (m) above the planes through all of them.
-    void find_facing(std::size_t of, double radius, double height, std::vector<std::uint32_t>& out) const;
+    /// A point that faces another one, which asks for it.
+    struct Faced {
+        std::uint32_t place;
+        double square;  // m^2, of the distance
+        double cosine;  // of the normals
+        double along;   // m, of the asking one above the plane through this one
+    };
+    /// The points that face the one at place `of` and are nearer to it than `radius` (m, at most the
+    /// farthest), in order of their places; `out` is replaced. It may be left empty where that one lies
+    /// farther than `height` (m) above the planes through all of them. scratch: of the calling thread.
+    void find_facing(std::size_t of, double radius, double height, std::vector<std::uint32_t>& scratch,
+                     std::vector<Faced>& out) const;
 
   private:
     static constexpr std::size_t bin_count = 54;  // 3 x 3 on each side of a cube
