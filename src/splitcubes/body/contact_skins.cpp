@@ -262,10 +262,10 @@ void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
     velocity_.clear();
     for (const auto& body : task.bodies) velocity_.emplace_back(body->phyxels().velocity);
     const Reach reach = reach_of(task);
-    grid_.build(position_, normal_, reach.radius, reach.radius, parallel);
-    in_chunks(parallel, samples_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
+    grid_.build(position_, normal_, reach.radius, parallel);
+    in_chunks(parallel, grid_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
         for (std::size_t place = begin; place < end; ++place) {
-            if (!grid_.may_face(place, reach.radius)) continue;
+            if (!grid_.may_face(place)) continue;
             if (carrying_[grid_.number(place)].side.is_collider()) continue;
             if (!meet(task, place, reach, chunk, chunk.found.emplace_back())) chunk.found.pop_back();
         }
