@@ -183,8 +183,11 @@ class ContactFinder {
     bool may_meet(const Task& task, std::size_t a, std::size_t b);
     bool may_meet(const Task& task, std::size_t k, std::size_t n, Chunk& chunk);
     const SkinGrid::Faced* partner_of(const Task& task, std::size_t k, Chunk& chunk);
-    bool find_facing(std::size_t place, const Reach& reach, Chunk& chunk) const;
-    const SkinGrid::Faced* find_face(const Task& task, std::size_t k, Chunk& chunk);
+    bool find_facing(std::size_t place, double radius, const Reach& reach, Chunk& chunk) const;
+    double width_of(const SkinGrid::Faced& partner) const;
+    const SkinGrid::Faced* find_partner(const Task& task, std::size_t place, const Reach& reach,
+                                        Chunk& chunk);
+    void find_face(const Task& task, std::size_t k, const SkinGrid::Faced& chosen, Chunk& chunk);
     bool meet(const Task& task, std::size_t place, const Reach& reach, Chunk& chunk, meshless::Contact& out);
     bool push_on(const Task& task, const Vec3& foot, double total, std::size_t partner, Chunk& chunk,
                  meshless::Contact& out) const;

@@ -15,6 +15,8 @@ using meshless::Contact;
 // samples, and how much of an overlap is undone in a step.
 constexpr double margin_share = 0.05, deepest_share = 1, beside_share = 0.9, lift_share = 0.02;
 constexpr double reach_share = 1.25, most_reach_share = 3;
+// In spacings: how far is looked first, and how much farther than the nearest sample a face is followed.
+constexpr double near_share = 0.95, face_share = 0.75;
 // Skins that lie opposite; normals of one face.
 constexpr double opposite_skins = -0.8, one_face = 0.8;
 // Points just below the skin, in cells; and the distance at rest, in spacings, beyond which two
@@ -121,27 +123,43 @@ const SkinGrid::Faced* ContactFinder::partner_of(const Task& task, std::size_t k
     }
 }
 
-// The samples that face this one; false where no contact can come of them.
-bool ContactFinder::find_facing(std::size_t place, const Reach& reach, Chunk& chunk) const {
+// The samples within `radius` (m) that face this one; false where no contact can come of them.
+bool ContactFinder::find_facing(std::size_t place, double radius, const Reach& reach, Chunk& chunk) const {
     const std::size_t k = grid_.number(place);
     // The gap will be a mean of heights above planes: where none of them is low enough to be
     // met within the step, nothing is.
     const double enough = margin_share * samples_[k].spacing + reach.fall +
                           reach.gain * (carrying_[k].weight_sum + reach.widest) + 1e-6 * reach.radius;
-    grid_.find_facing(place, reach.radius, enough, chunk.near, chunk.faced);
+    grid_.find_facing(place, radius, enough, chunk.near, chunk.faced);
     chunk.may.assign(chunk.faced.size(), May::unknown);
     return std::any_of(chunk.faced.begin(), chunk.faced.end(),
                        [&](const SkinGrid::Faced& other) { return !(other.along > enough); });
 }
 
-// Lists, in order, the samples of the face that the partner is of, with their weights, and returns the
-// partner; nullptr where there is none.
-const SkinGrid::Faced* ContactFinder::find_face(const Task& task, std::size_t k, Chunk& chunk) {
-    const SkinGrid::Faced* const chosen = partner_of(task, k, chunk);
-    if (!chosen) return nullptr;
-    const Sample& partner = samples_[grid_.number(chosen->place)];
-    const Vec3& partner_normal = grid_.normal(chosen->place);
-    const double width = std::sqrt(chosen->square) + 0.75 * partner.spacing;
+// How far from a sample the face that a partner is of is followed, m.
+double ContactFinder::width_of(const SkinGrid::Faced& partner) const {
+    return std::sqrt(partner.square) + face_share * samples_[grid_.number(partner.place)].spacing;
+}
+
+// The partner, and what faces the sample at least as far as its face is followed; nullptr where there is
+// none.
+const SkinGrid::Faced* ContactFinder::find_partner(const Task& task, std::size_t place, const Reach& reach,
+                                                   Chunk& chunk) {
+    const std::size_t k = grid_.number(place);
+    const double near = near_share * reach.spacing;
+    // Skins that lie on each other need no more, and what is farther off is no nearer partner.
+    if (near < reach.radius && find_facing(place, near, reach, chunk)) {
+        const SkinGrid::Faced* const found = partner_of(task, k, chunk);
+        if (found && found->cosine < opposite_skins && width_of(*found) <= near) return found;
+    }
+    return find_facing(place, reach.radius, reach, chunk) ? partner_of(task, k, chunk) : nullptr;
+}
+
+// Lists, in order, the samples of the face that the partner is of, with their weights.
+void ContactFinder::find_face(const Task& task, std::size_t k, const SkinGrid::Faced& chosen, Chunk& chunk) {
+    const Sample& partner = samples_[grid_.number(chosen.place)];
+    const Vec3& partner_normal = grid_.normal(chosen.place);
+    const double width = width_of(chosen);
     chunk.order.clear();
     for (std::size_t n = 0; n < chunk.faced.size(); ++n) {
         // What is told by what lies side by side in memory first.
@@ -162,7 +180,6 @@ const SkinGrid::Faced* ContactFinder::find_face(const Task& task, std::size_t k,
         chunk.face.push_back(
             {static_cast<std::uint32_t>(entry >> 32), near.place, near.along, share * share});
     }
-    return chosen;
 }
 
 bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach, Chunk& chunk,
@@ -170,9 +187,9 @@ bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach
     const std::size_t k = grid_.number(place);
     const Sample& sample = samples_[k];
     const Vec3& position = grid_.point(place);
-    if (!find_facing(place, reach, chunk)) return false;
-    const SkinGrid::Faced* const chosen = find_face(task, k, chunk);
+    const SkinGrid::Faced* const chosen = find_partner(task, place, reach, chunk);
     if (!chosen) return false;
+    find_face(task, k, *chosen, chunk);
     const Sample& partner = samples_[grid_.number(chosen->place)];
     double distance = 0, rest_distance = 0, total = 0;
     Vec3 normal = Vec3::Zero();
