@@ -35,8 +35,9 @@ void ContactFinder::bring_up_to(const SurfaceChanges& changes, std::uint32_t now
 // Whether a surface stands between points just below two samples of a body. Only one thread asks for
 // sample a at a time.
 bool ContactFinder::are_parted(const Body& body, std::size_t a, std::size_t b) {
-    if (!parted_[a]) parted_[a] = &take_known();
-    KnownParted& known = *parted_[a];
+    KnownParted*& kept = parted_[samples_[a].slot];
+    if (!kept) kept = &take_known();
+    KnownParted& known = *kept;
     const std::uint32_t serial = samples_[b].serial;
     // To the end, since vectors do it so.
     std::size_t place = KnownParted::size;
@@ -58,8 +59,8 @@ bool ContactFinder::are_parted(const Body& body, std::size_t a, std::size_t b) {
         return answer.is_parted != 0;
     }
     const double below = below_skin * body.grid().rest().cell_size;
-    const Vec3 from = samples_[a].rest - below * samples_[a].rest_normal;
-    const Vec3 to = samples_[b].rest - below * samples_[b].rest_normal;
+    const Vec3 from = samples_[a].rest - below * samples_[a].rest_normal.cast<double>();
+    const Vec3 to = samples_[b].rest - below * samples_[b].rest_normal.cast<double>();
     look(body, from, to, is_known, answer);
     known.along.add(from);
     known.along.add(to);
@@ -88,7 +89,7 @@ void ContactFinder::look(const Body& body, const Vec3& from, const Vec3& to, boo
 bool ContactFinder::may_meet(const Task& task, std::size_t a, std::size_t b) {
     const Sample &one = samples_[a], &other = samples_[b];
     if (one.body != other.body || one.piece != other.piece) return true;
-    if ((one.rest - other.rest).norm() > far_at_rest * one.spacing) return true;
+    if ((one.rest - other.rest).norm() > far_at_rest * spacing_of(one)) return true;
     return are_parted(*task.bodies[one.body], a, b);
 }
 
@@ -128,8 +129,8 @@ bool ContactFinder::find_facing(std::size_t place, double radius, const Reach& r
     const std::size_t k = grid_.number(place);
     // The gap will be a mean of heights above planes: where none of them is low enough to be
     // met within the step, nothing is.
-    const double enough = margin_share * samples_[k].spacing + reach.fall +
-                          reach.gain * (carrying_[k].weight_sum + reach.widest) + 1e-6 * reach.radius;
+    const double enough = margin_share * spacing_of(samples_[k]) + reach.fall +
+                          reach.gain * (carrying_of(k).weight_sum + reach.widest) + 1e-6 * reach.radius;
     grid_.find_facing(place, radius, enough, chunk.near, chunk.faced);
     chunk.may.assign(chunk.faced.size(), May::unknown);
     return std::any_of(chunk.faced.begin(), chunk.faced.end(),
@@ -138,7 +139,7 @@ bool ContactFinder::find_facing(std::size_t place, double radius, const Reach& r
 
 // How far from a sample the face that a partner is of is followed, m.
 double ContactFinder::width_of(const SkinGrid::Faced& partner) const {
-    return std::sqrt(partner.square) + face_share * samples_[grid_.number(partner.place)].spacing;
+    return std::sqrt(partner.square) + face_share * spacing_of(samples_[grid_.number(partner.place)]);
 }
 
 // The partner, and what faces the sample at least as far as its face is followed; nullptr where there is
@@ -196,7 +197,7 @@ bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach
     for (const Facing& near : chunk.face) {
         const Sample& other = samples_[near.index];
         distance += near.weight * near.along;
-        rest_distance += near.weight * other.rest_normal.dot(sample.rest - other.rest);
+        rest_distance += near.weight * other.rest_normal.cast<double>().dot(sample.rest - other.rest);
         normal += near.weight * grid_.normal(near.place);
         total += near.weight;
     }
@@ -207,18 +208,18 @@ bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach
     out.normal = normal;
     // Faces that a cut parted lie on each other at rest, however curved: what looks like an overlap there is
     // none.
-    if (sample.body == partner.body && (sample.rest - partner.rest).norm() < 2 * sample.spacing)
+    if (sample.body == partner.body && (sample.rest - partner.rest).norm() < 2 * spacing_of(sample))
         out.gap -= std::min(0.0, rest_distance / total);
-    const double spacing = std::max(sample.spacing, partner.spacing);
+    const double spacing = std::max(spacing_of(sample), spacing_of(partner));
     const Vec3 way = position - grid_.point(chosen->place);
     if (out.gap < -deepest_share * spacing || out.gap > reach.radius) return false;
     if ((way - normal.dot(way) * normal).norm() > beside_share * spacing) return false;
     out.key = key_of(sample.body, 0, sample.vertex);
-    out.upper = carrying_[k].side;
+    out.upper = carrying_of(k).side;
     out.friction = task.options.friction;
-    out.lift = lift_share * std::min(sample.spacing, partner.spacing);
+    out.lift = lift_share * std::min(spacing_of(sample), spacing_of(partner));
     return push_on(task, position - distance * normal, total, grid_.number(chosen->place), chunk, out) &&
-           closes(task, out, margin_share * sample.spacing + reach.fall);
+           closes(task, out, margin_share * spacing_of(sample) + reach.fall);
 }
 
 // What is pushed on is the point of the face that the sample lies before: what the planes' mean says of
@@ -229,13 +230,13 @@ bool ContactFinder::push_on(const Task& task, const Vec3& foot, double total, st
     for (const Facing& near : chunk.face) {
         middle += near.weight * grid_.point(near.place);
         rest_middle += near.weight * samples_[near.index].rest;
-        chunk.between.add(carrying_[near.index].side, near.weight);
+        chunk.between.add(carrying_of(near.index).side, near.weight);
     }
     if (chunk.between.empty()) return false;
-    const double spacing = samples_[partner].spacing;
+    const double spacing = spacing_of(samples_[partner]);
     const meshless::Phyxels& phyxels = task.bodies[samples_[partner].body]->phyxels();
     Vec3 rest_foot =
-        phyxels.deformation[carrying_[partner].side.phyxel[0]].inverse() * (foot - middle / total);
+        phyxels.deformation[carrying_of(partner).side.phyxel[0]].inverse() * (foot - middle / total);
     if (!(rest_foot.norm() < 2 * beside_share * spacing)) rest_foot.setZero();
     out.lower = chunk.between.take(phyxels.rest_position, rest_middle / total + rest_foot, spacing);
     return true;
@@ -248,25 +249,25 @@ bool ContactFinder::closes(const Task& task, const Contact& contact, double reac
     return contact.gap + task.dt * contact.normal.dot(v) < reach;
 }
 
-ContactFinder::Reach ContactFinder::reach_of(const Task& task) const {
-    double top_speed = 0, count = 0, apart = 0;
+ContactFinder::Reach ContactFinder::reach_of(const Task& task, const Parallel& parallel) {
     Reach out{};
-    for (std::size_t k = 0; k < samples_.size(); ++k) {
-        out.spacing = std::max(out.spacing, samples_[k].spacing);
-        out.widest = std::max(out.widest, carrying_[k].weight_sum);
+    for (const Patch& patch : patches_) {
+        out.spacing = std::max(out.spacing, patch.spacing);
+        out.widest = std::max(out.widest, patch.widest);
     }
-    Vec3 mean = Vec3::Zero();
-    for (const std::span<const Vec3> velocity : velocity_)
-        for (const Vec3& v : velocity) {
-            top_speed = std::max(top_speed, v.squaredNorm());
-            mean += v;
-            ++count;
-        }
-    top_speed = std::sqrt(top_speed);
-    mean /= std::max(count, 1.0);
-    for (const std::span<const Vec3> velocity : velocity_)
-        for (const Vec3& v : velocity) apart = std::max(apart, (v - mean).squaredNorm());
-    const double moved = std::min(2 * task.dt * top_speed, (most_reach_share - reach_share) * out.spacing);
+    double count = 0, apart = 0;
+    for (const std::span<const Vec3> velocity : velocity_) count += static_cast<double>(velocity.size());
+    const Vec3 mean = all_speeds_.sum / std::max(count, 1.0);
+    for (const std::span<const Vec3> velocity : velocity_) {
+        speeds_.assign((velocity.size() + speed_grain - 1) / speed_grain, {});
+        parallel.for_each(velocity.size(), speed_grain, [&](std::size_t i) {
+            double& top = speeds_[i / speed_grain].top;
+            top = std::max(top, (velocity[i] - mean).squaredNorm());
+        });
+        for (const Speeds& part : speeds_) apart = std::max(apart, part.top);
+    }
+    const double moved =
+        std::min(2 * task.dt * std::sqrt(all_speeds_.top), (most_reach_share - reach_share) * out.spacing);
     out.radius = reach_share * out.spacing + moved;
     out.fall = task.gravity.norm() * task.dt * task.dt;
     // A side's velocity is the mean and no more than so much of what is off it: weights sum to 1.
@@ -276,15 +277,17 @@ ContactFinder::Reach ContactFinder::reach_of(const Task& task) const {
 
 void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
     if (samples_.empty()) return;
-    velocity_.clear();
-    for (const auto& body : task.bodies) velocity_.emplace_back(body->phyxels().velocity);
-    const Reach reach = reach_of(task);
+    const Reach reach = reach_of(task, parallel);
     grid_.build(position_, normal_, reach.radius, parallel);
     in_chunks(parallel, grid_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
         for (std::size_t place = begin; place < end; ++place) {
             if (!grid_.may_face(place)) continue;
-            if (carrying_[grid_.number(place)].side.is_collider()) continue;
-            if (!meet(task, place, reach, chunk, chunk.found.emplace_back())) chunk.found.pop_back();
+            if (carrying_of(grid_.number(place)).side.is_collider()) continue;
+            Contact& contact = chunk.found.emplace_back();
+            if (meet(task, place, reach, chunk, contact))
+                chunk.keys.push_back(contact.key);
+            else
+                chunk.found.pop_back();
         }
     });
 }
