@@ -42,28 +42,32 @@ void SideBetween::add(const ContactSide& side, double weight) {
     part_ = side.part;
     for (std::uint32_t k = 0; k < side.count; ++k) {
         if (!(side.weight[k] > 0)) continue;
-        if (2 * shares_.size() >= number_.size()) make_room();
-        const std::uint32_t phyxel = side.phyxel[k];
-        const std::size_t slot = slot_of(phyxel);
-        if (number_[slot] == 0) {
-            shares_.push_back({phyxel, 0});
-            number_[slot] = static_cast<std::uint32_t>(shares_.size());
+        if (2 * shares_.size() >= slots_.size()) make_room();
+        const std::size_t at = slot_of(side.phyxel[k]);
+        Slot& slot = slots_[at];
+        if (slot.number == 0) {
+            shares_.push_back({side.phyxel[k], static_cast<std::uint32_t>(at), 0});
+            slot = {side.phyxel[k], static_cast<std::uint32_t>(shares_.size())};
         }
-        shares_[number_[slot] - 1].weight += weight * side.weight[k];
+        shares_[slot.number - 1].weight += weight * side.weight[k];
     }
 }
 
-// Where a phyxel's number is, or is to be.
+// Where a phyxel's share is told, or is to be.
 std::size_t SideBetween::slot_of(std::uint32_t phyxel) const {
-    const std::size_t mask = number_.size() - 1;
-    std::size_t slot = phyxel & mask;
-    while (number_[slot] != 0 && shares_[number_[slot] - 1].phyxel != phyxel) slot = (slot + 1) & mask;
-    return slot;
+    const std::size_t mask = slots_.size() - 1;
+    std::size_t at = phyxel & mask;
+    while (slots_[at].number != 0 && slots_[at].phyxel != phyxel) at = (at + 1) & mask;
+    return at;
 }
 
 void SideBetween::make_room() {
-    number_.assign(std::max(least_slots, 2 * number_.size()), 0);
-    for (std::uint32_t k = 0; k < shares_.size(); ++k) number_[slot_of(shares_[k].phyxel)] = k + 1;
+    slots_.assign(std::max(least_slots, 2 * slots_.size()), {});
+    for (std::uint32_t k = 0; k < shares_.size(); ++k) {
+        const std::size_t at = slot_of(shares_[k].phyxel);
+        slots_[at] = {shares_[k].phyxel, k + 1};
+        shares_[k].slot = static_cast<std::uint32_t>(at);
+    }
 }
 
 ContactSide SideBetween::take(std::span<const Vec3> rest, const Vec3& place, double spacing) {
@@ -86,8 +90,7 @@ ContactSide SideBetween::take(std::span<const Vec3> rest, const Vec3& place, dou
         out.phyxel[at] = share.phyxel;
         out.weight[at] = share.weight;
     }
-    // What comes after a share gives up its slot might be looked for there: all at once.
-    std::fill(number_.begin(), number_.end(), 0);
+    for (const Share& share : shares_) slots_[share.slot] = {};
     shares_.clear();
     if (out.count == 0) return out;
     while (out.count > 1 && !(out.weight[out.count - 1] > least_weight * total)) --out.count;
