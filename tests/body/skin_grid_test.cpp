@@ -52,9 +52,16 @@ struct Cloud {
 // By the points' numbers, ascending.
 std::vector<std::uint32_t> find_facing(const SkinGrid& grid, std::size_t place, double radius,
                                        double height) {
-    std::vector<std::uint32_t> out;
-    grid.find_facing(place, radius, height, out);
-    for (std::uint32_t& found : out) found = grid.number(found);
+    std::vector<std::uint32_t> scratch, out;
+    std::vector<SkinGrid::Faced> faced;
+    grid.find_facing(place, radius, height, scratch, faced);
+    for (const SkinGrid::Faced& other : faced) {
+        const Vec3 way = grid.point(place) - grid.point(other.place);
+        EXPECT_EQ(other.square, way.squaredNorm());
+        EXPECT_EQ(other.cosine, grid.normal(place).dot(grid.normal(other.place)));
+        EXPECT_EQ(other.along, grid.normal(other.place).dot(way));
+        out.push_back(grid.number(other.place));
+    }
     std::sort(out.begin(), out.end());
     return out;
 }
@@ -62,41 +69,46 @@ std::vector<std::uint32_t> find_facing(const SkinGrid& grid, std::size_t place, 
 TEST(SkinGrid, VisitsAllThatFaceAPointAndNoneElse) {
     SkinGrid grid;
     Random random(77);
-    std::size_t found = 0, passed_over = 0, too_high = 0;
-    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-        const Cloud cloud(seed);
-        constexpr double reach = 0.2;
-        grid.build(cloud.points, cloud.normals, reach, 3 * reach, Parallel(2));
-        ASSERT_EQ(grid.size(), cloud.points.size());
-        std::vector<bool> is_known(grid.size());
-        for (std::size_t place = 0; place < grid.size(); ++place) {
-            const std::size_t of = grid.number(place);
-            ASSERT_FALSE(is_known[of]);
-            is_known[of] = true;
-            ASSERT_EQ(grid.point(place), cloud.points[of]);
-            ASSERT_EQ(grid.normal(place), cloud.normals[of]);
-            for (const double radius : {0.05, 0.2, 0.33, 0.6}) {
-                const std::vector<std::uint32_t> expected = cloud.facing(of, radius);
-                ASSERT_EQ(find_facing(grid, place, radius, anywhere), expected)
-                    << "seed " << seed << ", point " << of << ", radius " << radius;
-                ASSERT_TRUE(expected.empty() || grid.may_face(place, radius));
-                const double height = radius * random.uniform(-1, 1);
-                const std::vector<std::uint32_t> low = find_facing(grid, place, radius, height);
-                if (low.empty()) {
-                    ASSERT_GE(cloud.least_height(of, expected), height);
-                    too_high += !expected.empty();
-                } else {
-                    ASSERT_EQ(low, expected);
+    std::size_t found = 0, passed_over = 0, left_out = 0, too_high = 0;
+    for (const double reach : {0.05, 0.2, 0.33, 0.6})
+        for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+            const Cloud cloud(seed);
+            grid.build(cloud.points, cloud.normals, reach, Parallel(2));
+            std::vector<bool> is_known(cloud.points.size());
+            for (std::size_t place = 0; place < grid.size(); ++place) {
+                const std::size_t of = grid.number(place);
+                ASSERT_FALSE(is_known[of]);
+                is_known[of] = true;
+                ASSERT_EQ(grid.point(place), cloud.points[of]);
+                ASSERT_EQ(grid.normal(place), cloud.normals[of]);
+                for (const double radius : {0.25 * reach, 0.7 * reach, reach}) {
+                    const std::vector<std::uint32_t> expected = cloud.facing(of, radius);
+                    ASSERT_EQ(find_facing(grid, place, radius, anywhere), expected)
+                        << "seed " << seed << ", point " << of << ", radius " << radius;
+                    ASSERT_TRUE(expected.empty() || grid.may_face(place));
+                    const double height = radius * random.uniform(-1, 1);
+                    const std::vector<std::uint32_t> low = find_facing(grid, place, radius, height);
+                    if (low.empty()) {
+                        ASSERT_GE(cloud.least_height(of, expected), height);
+                        too_high += !expected.empty();
+                    } else {
+                        ASSERT_EQ(low, expected);
+                    }
+                    found += expected.size();
                 }
-                found += expected.size();
-                passed_over += !grid.may_face(place, radius);
+                passed_over += !grid.may_face(place);
+            }
+            for (std::size_t of = 0; of < cloud.points.size(); ++of) {
+                if (is_known[of]) continue;
+                ASSERT_TRUE(cloud.facing(of, reach).empty());
+                ++left_out;
             }
         }
-    }
     // None of them is so for want of cases.
     EXPECT_GT(too_high, 300U);
     EXPECT_GT(found, 1000U);
-    EXPECT_GT(passed_over, 1000U);
+    EXPECT_GT(passed_over, 300U);
+    EXPECT_GT(left_out, 1000U);
 }
 
 TEST(SkinGrid, BearsPointsThatAreNoneOrFarAway) {
@@ -105,7 +117,7 @@ TEST(SkinGrid, BearsPointsThatAreNoneOrFarAway) {
         cloud.points[3].x() = std::numeric_limits<double>::quiet_NaN();
         cloud.points[5].y() = far;
         SkinGrid grid;
-        grid.build(cloud.points, cloud.normals, 0.2, 0.6, Parallel(1));
+        grid.build(cloud.points, cloud.normals, 0.4, Parallel(1));
         for (std::size_t place = 0; place < grid.size(); ++place)
             EXPECT_EQ(find_facing(grid, place, 0.4, anywhere), cloud.facing(grid.number(place), 0.4));
     }

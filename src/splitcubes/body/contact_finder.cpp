@@ -20,7 +20,7 @@ constexpr double margin_share = 0.05, lift_share = 0.02;
 constexpr double off_share = 0.5;  // of the drawn vertex off the point that its carriers move
 constexpr double most_weight = 4;  // sum of the weights' sizes
 // Of fresh samples, in place of the number of one before.
-constexpr std::int64_t new_sample = -1, no_sample = -2;
+constexpr std::int32_t new_sample = -1, no_sample = -2;
 constexpr std::size_t list_grain = 256;
 
 }  // namespace
@@ -49,6 +49,7 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
     for (const auto& body : task.bodies) count += body->is_carried() ? 0 : body->skin_points().size();
     fresh_.resize(count);
     old_.assign(count, no_sample);
+    stays_.assign(samples_.size(), 0);
     std::size_t first = 0;
     for (std::uint32_t b = 0; b < task.bodies.size(); ++b) {
         now_[b].first = first;
@@ -61,14 +62,8 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
         first += points;
     }
     if (std::find(old_.begin(), old_.end(), no_sample) != old_.end()) squeeze_out();
-    fresh_carrying_.resize(fresh_.size());
-    fresh_parted_.resize(fresh_.size());
-    renumber();
-    parallel.for_each(fresh_.size(), list_grain, [&](std::size_t k) { take_along(k); });
+    keep_slots();
     samples_.swap(fresh_);
-    carrying_.swap(fresh_carrying_);
-    drop_known();
-    parted_.swap(fresh_parted_);
     listed_.swap(now_);
 }
 
@@ -91,15 +86,13 @@ void ContactFinder::list_points(const Body& body, std::uint32_t number, std::siz
         while (old != old_end && old->vertex < point.vertex) ++old;
         const bool was_one = old != old_end && old->vertex == point.vertex && old->rest == vertex.rest;
         Sample& sample = fresh_[first + k];
-        sample = {number,
-                  point.vertex,
-                  0,
-                  0,
-                  vertex.rest,
-                  vertex.normal.cast<double>(),
-                  body.phyxel_spacing(),
-                  vertex.cell,
-                  vertex.corners};
+        sample.rest = vertex.rest;
+        sample.rest_normal = vertex.normal;
+        sample.vertex = point.vertex;
+        sample.cell = vertex.cell;
+        sample.body = static_cast<std::uint16_t>(number);
+        sample.corners = vertex.corners;
+        sample.serial = 0;
         if (was_one && same_nodes && old->cell == vertex.cell && old->corners == vertex.corners) {
             sample.node = old->node;
             sample.piece = old->piece;
@@ -110,7 +103,10 @@ void ContactFinder::list_points(const Body& body, std::uint32_t number, std::siz
         }
         old_[first + k] = new_sample;
         if (!was_one || old->node != sample.node || old->piece != sample.piece) continue;
-        old_[first + k] = old - samples_.begin();
+        const auto before = static_cast<std::size_t>(old - samples_.begin());
+        old_[first + k] = static_cast<std::int32_t>(before);
+        stays_[before] = 1;
+        sample.slot = old->slot;
         // One that is turned is another one to those who know what it is parted from.
         if (old->rest_normal == sample.rest_normal) sample.serial = old->serial;
     }
@@ -132,34 +128,48 @@ void ContactFinder::squeeze_out() {
     old_.resize(kept);
 }
 
-// Gives serial numbers to those that have none yet.
+// Starts the serial numbers again where they would not last.
 void ContactFinder::renumber() {
-    if (serials_ > std::numeric_limits<std::uint32_t>::max() - fresh_.size() - 1) {
-        serials_ = 0;
-        for (Sample& sample : samples_) sample.serial = 0;
-        for (Sample& sample : fresh_) sample.serial = 0;
-        drop_known();
-    }
-    for (Sample& sample : fresh_)
-        if (sample.serial == 0) sample.serial = ++serials_;
+    if (serials_ <= std::numeric_limits<std::uint32_t>::max() - fresh_.size() - 1) return;
+    serials_ = 0;
+    for (Sample& sample : fresh_) sample.serial = 0;
 }
 
-// What was found out about a sample before.
-void ContactFinder::take_along(std::size_t k) {
-    fresh_carrying_[k] = {};
-    fresh_parted_[k] = nullptr;
-    if (old_[k] < 0) return;
-    const auto before = static_cast<std::size_t>(old_[k]);
-    fresh_carrying_[k] = carrying_[before];
-    if (samples_[before].serial == fresh_[k].serial) std::swap(fresh_parted_[k], parted_[before]);
+// What was found out about samples before stays with those that are carried by the same; what they are
+// parted from, where they are turned as they were.
+void ContactFinder::keep_slots() {
+    renumber();
+    for (std::size_t k = 0; k < samples_.size(); ++k) {
+        if (stays_[k]) continue;
+        drop_known(samples_[k].slot);
+        free_slots_.push_back(samples_[k].slot);
+    }
+    for (std::size_t k = 0; k < fresh_.size(); ++k) {
+        Sample& sample = fresh_[k];
+        if (sample.serial != 0) continue;
+        sample.serial = ++serials_;
+        if (old_[k] < 0)
+            sample.slot = take_slot();
+        else
+            drop_known(sample.slot);
+    }
 }
 
-// What was known of samples that are none any more.
-void ContactFinder::drop_known() {
-    for (KnownParted*& known : parted_) {
-        if (known) free_known_.push_back(known);
-        known = nullptr;
+std::uint32_t ContactFinder::take_slot() {
+    if (free_slots_.empty()) {
+        carrying_.emplace_back();
+        parted_.push_back(nullptr);
+        return static_cast<std::uint32_t>(carrying_.size() - 1);
     }
+    const std::uint32_t slot = free_slots_.back();
+    free_slots_.pop_back();
+    carrying_[slot] = {};
+    return slot;
+}
+
+void ContactFinder::drop_known(std::uint32_t slot) {
+    if (parted_[slot]) free_known_.push_back(parted_[slot]);
+    parted_[slot] = nullptr;
 }
 
 ContactFinder::KnownParted& ContactFinder::take_known() {
@@ -171,17 +181,60 @@ ContactFinder::KnownParted& ContactFinder::take_known() {
     return known;
 }
 
+// How fast phyxels are, and how far their bodies' samples go in the step at most; weights have both signs.
+void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
+    way_.clear();
+    spacing_.clear();
+    velocity_.clear();
+    all_speeds_ = {};
+    for (const auto& body : task.bodies) {
+        const std::span<const Vec3> velocity = velocity_.emplace_back(body->phyxels().velocity);
+        speeds_.assign((velocity.size() + speed_grain - 1) / speed_grain, {});
+        const auto measure = [&](std::size_t begin, std::size_t end) {
+            Speeds& part = speeds_[begin / speed_grain];
+            for (std::size_t i = begin; i < end; ++i) {
+                part.sum += velocity[i];
+                part.top = std::max(part.top, velocity[i].squaredNorm());
+            }
+        };
+        parallel.for_chunks(velocity.size(), speed_grain, std::cref(measure));
+        double top = 0;
+        for (const Speeds& part : speeds_) {
+            all_speeds_.sum += part.sum;
+            top = std::max(top, part.top);
+        }
+        all_speeds_.top = std::max(all_speeds_.top, top);
+        way_.push_back(task.dt * (most_weight * std::sqrt(top) + task.dt * task.gravity.norm()));
+        spacing_.push_back(body->phyxel_spacing());
+    }
+}
+
 // Where they are drawn; where skins push on each other, all where their carriers take them.
 void ContactFinder::place_samples(const Task& task, const Parallel& parallel) {
     position_.resize(samples_.size());
     normal_.resize(samples_.size());
     placed_.assign(samples_.size(), 0);
-    parallel.for_each(samples_.size(), grain, [&](std::size_t k) {
-        const Sample& sample = samples_[k];
-        position_[k] = task.bodies[sample.body]->vertex_positions()[sample.vertex];
-        normal_[k] = task.bodies[sample.body]->vertex_normals()[sample.vertex];
-        if (task.options.pieces) find_carriers(task, k);
-    });
+    patches_.resize((samples_.size() + grain - 1) / grain);
+    const auto place = [&](std::size_t begin, std::size_t end) {
+        Patch& patch = patches_[begin / grain] = {};
+        for (std::size_t k = begin; k < end; ++k) {
+            place_sample(task, k);
+            patch.box.add(position_[k]);
+            patch.spacing = std::max(patch.spacing, spacing_of(samples_[k]));
+            patch.most_way =
+                std::max(patch.most_way, way_[samples_[k].body] + off_share * spacing_of(samples_[k]));
+            patch.widest = std::max(patch.widest, carrying_of(k).weight_sum);
+        }
+    };
+    parallel.for_chunks(samples_.size(), grain, std::cref(place));
+}
+
+void ContactFinder::place_sample(const Task& task, std::size_t k) {
+    const Sample& sample = samples_[k];
+    const Body& body = *task.bodies[sample.body];
+    normal_[k] = body.vertex_normals()[sample.vertex];
+    if (task.options.pieces) find_carriers(task, k);
+    if (!placed_[k]) position_[k] = body.vertex_positions()[sample.vertex];
 }
 
 // Who carries a sample, and where they take it: the point whose way the solve knows, so that what
@@ -189,9 +242,8 @@ void ContactFinder::place_samples(const Task& task, const Parallel& parallel) {
 // changes between the two; a gap to it would make energy where a body rolls.
 void ContactFinder::find_carriers(const Task& task, std::size_t k) {
     if (placed_[k]) return;
-    placed_[k] = 1;
     const Sample& sample = samples_[k];
-    Carrying& carrying = carrying_[k];
+    Carrying& carrying = carrying_[sample.slot];
     const Body& body = *task.bodies[sample.body];
     const meshless::Phyxels& phyxels = body.phyxels();
     const std::uint64_t row = body.nodes().row_revision(sample.node);
@@ -209,49 +261,42 @@ void ContactFinder::find_carriers(const Task& task, std::size_t k) {
         carrying.offset = sample.rest - rest;
     }
     if (side.count == 0) return;
-    position_[k].setZero();
+    placed_[k] = 1;
+    Vec3 position = Vec3::Zero();
     for (std::uint32_t c = 0; c < side.count; ++c)
-        position_[k] += side.weight[c] * phyxels.position[side.phyxel[c]];
+        position += side.weight[c] * phyxels.position[side.phyxel[c]];
     // Not zero only where few phyxels lie in one plane.
-    position_[k] += phyxels.deformation[side.phyxel[0]] * carrying.offset;
+    position_[k] = position + phyxels.deformation[side.phyxel[0]] * carrying.offset;
 }
 
 // Whether the solid is further from all of these samples than they go.
-bool ContactFinder::is_far(const Collider& collider, const Isometry& to_before, const Isometry& to_after,
-                           std::size_t begin, std::size_t end) const {
-    Vec3 low = position_[begin], high = low;
-    double most = 0;
-    for (std::size_t k = begin; k < end; ++k) {
-        low = low.cwiseMin(position_[k]);
-        high = high.cwiseMax(position_[k]);
-        most = std::max(most, way_[samples_[k].body] + off_share * samples_[k].spacing);
-    }
-    const Vec3 centre = 0.5 * (low + high);
-    const double radius = 0.5 * (high - low).norm();
-    const double moved = (to_after * centre - to_before * centre).norm() +
-                         (to_after.linear() - to_before.linear()).norm() * radius;
-    const double distance = collider.solid->at(to_before * centre).distance;
-    return distance - collider.solid->steepness() * radius > (1 + 1e-9) * (most + moved);
+bool ContactFinder::is_far(const Collider& collider, const ColliderPlaces& places, const Patch& patch) const {
+    const Vec3 centre = patch.box.center();
+    const double radius = 0.5 * patch.box.size().norm();
+    const double moved = (places.to_after * centre - places.to_before * centre).norm() +
+                         (places.to_after.linear() - places.to_before.linear()).norm() * radius;
+    const double distance = collider.solid->at(places.to_before * centre).distance;
+    return distance - collider.solid->steepness() * radius > (1 + 1e-9) * (patch.most_way + moved);
 }
 
 void ContactFinder::meet_collider(const Task& task, std::size_t number, const ColliderPlaces& places,
-                                  std::size_t k, std::vector<Contact>& out) {
+                                  std::size_t k, Chunk& chunk) {
     const Collider& collider = task.colliders[number];
     const auto& [before, after, to_before, to_after] = places;
     const Sample& s = samples_[k];
     const Vec3& position = position_[k];
     const Body& body = *task.bodies[s.body];
     const double moved = (to_after * position - to_before * position).norm();
-    const double far = moved + way_[s.body] + off_share * s.spacing;
+    const double far = moved + way_[s.body] + off_share * spacing_of(s);
     if (collider.solid->at(to_before * position).distance > far) return;
     find_carriers(task, k);
     const Vec3 from = to_before * position;
     const std::array<std::span<const Vec3>, 1> velocity = {body.phyxels().velocity};
-    ContactSide own = carrying_[k].side;
+    ContactSide own = carrying_of(k).side;
     own.part = 0;
     const Vec3 v = meshless::side_value(own, velocity);
     const Vec3 to = to_after * (position + task.dt * (v + task.dt * task.gravity));
-    const double margin = margin_share * s.spacing;
+    const double margin = margin_share * spacing_of(s);
     if (!(collider.solid->at(from).distance < (to - from).norm() + 2 * margin)) return;
     const double share = geometry::first_contact(*collider.solid, from, to, margin);
     if (!(share <= 1)) return;
@@ -260,30 +305,25 @@ void ContactFinder::meet_collider(const Task& task, std::size_t number, const Co
     const Vec3 touched = place - at.distance * at.normal;
     Contact contact;
     contact.key = key_of(s.body, number + 1, s.vertex);
-    contact.upper = carrying_[k].side;
+    contact.upper = carrying_of(k).side;
     contact.normal = after.linear() * at.normal;
     contact.gap = contact.normal.dot(position - before * touched);
     contact.drive = after * touched - before * touched;
     contact.friction = collider.friction;
-    contact.lift = lift_share * s.spacing;
-    if (contact.normal.allFinite() && std::isfinite(contact.gap)) out.push_back(contact);
+    contact.lift = lift_share * spacing_of(s);
+    if (!contact.normal.allFinite() || !std::isfinite(contact.gap)) return;
+    chunk.found.push_back(contact);
+    chunk.keys.push_back(contact.key);
 }
 
 void ContactFinder::meet_colliders(const Task& task, const Parallel& parallel) {
-    // Bounds of the ways of samples in the step; weights have both signs.
-    way_.clear();
-    for (const auto& body : task.bodies) {
-        double top = 0;
-        for (const Vec3& v : body->phyxels().velocity) top = std::max(top, v.squaredNorm());
-        way_.push_back(task.dt * (most_weight * std::sqrt(top) + task.dt * task.gravity.norm()));
-    }
     for (std::size_t c = 0; c < task.colliders.size(); ++c) {
         const Collider& collider = task.colliders[c];
         const Isometry before = collider.at(task.time), after = collider.at(task.time + task.dt);
         const ColliderPlaces places{before, after, before.inverse(), after.inverse()};
         in_chunks(parallel, samples_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
-            if (is_far(collider, places.to_before, places.to_after, begin, end)) return;
-            for (std::size_t k = begin; k < end; ++k) meet_collider(task, c, places, k, chunk.found);
+            if (is_far(collider, places, patches_[begin / grain])) return;
+            for (std::size_t k = begin; k < end; ++k) meet_collider(task, c, places, k, chunk);
         });
     }
 }
@@ -306,18 +346,23 @@ void ContactFinder::give_back(Chunk& chunk) {
 }
 
 void ContactFinder::find(const Task& task, const Parallel& parallel, std::vector<ContactGroup>& groups) {
-    for (const auto& chunk : chunks_) chunk->found.clear();
+    for (const auto& chunk : chunks_) {
+        chunk->found.clear();
+        chunk->keys.clear();
+    }
     if (task.options.pieces || !task.colliders.empty()) {
         list_samples(task, parallel);
+        measure_speeds(task, parallel);
         place_samples(task, parallel);
         meet_colliders(task, parallel);
         if (task.options.pieces) meet_pieces(task, parallel);
     }
     order_.clear();
     for (const auto& chunk : chunks_)
-        for (const Contact& contact : chunk->found) order_.push_back({contact.key, &contact});
+        for (std::size_t n = 0; n < chunk->keys.size(); ++n)
+            order_.push_back({chunk->keys[n], &chunk->found[n]});
     sort_found();
-    group(task, groups);
+    group(task, parallel, groups);
 }
 
 // By keys, digit by digit (counting sort from the lowest on): they are many, and most of their digits agree.
@@ -339,27 +384,26 @@ void ContactFinder::sort_found() {
     }
 }
 
-void ContactFinder::group(const Task& task, std::vector<ContactGroup>& groups) {
-    first_.resize(task.bodies.size());
+// Bodies that push on each other together; which is whose number is in group_of_ and part_of_.
+void ContactFinder::form_groups(std::size_t bodies, std::vector<ContactGroup>& groups) {
+    first_.resize(bodies);
     std::iota(first_.begin(), first_.end(), 0U);
     const auto root = [&](std::uint32_t b) {
         while (first_[b] != b) b = first_[b];
         return b;
     };
-    for (const Found& f : order_) {
-        const Contact& c = *f.contact;
-        if (c.lower.is_collider() || c.lower.part == c.upper.part) continue;
-        const std::uint32_t a = root(c.upper.part), b = root(c.lower.part);
-        first_[std::max(a, b)] = std::min(a, b);
-    }
-    for (ContactGroup& group : groups) {
-        group.bodies.clear();
-        group.contacts.clear();
-    }
+    if (bodies > 1)
+        for (const Found& f : order_) {
+            const Contact& c = *f.contact;
+            if (c.lower.is_collider() || c.lower.part == c.upper.part) continue;
+            const std::uint32_t a = root(c.upper.part), b = root(c.lower.part);
+            first_[std::max(a, b)] = std::min(a, b);
+        }
+    for (ContactGroup& group : groups) group.bodies.clear();
     std::size_t count = 0;
-    group_of_.resize(first_.size());
-    part_of_.resize(first_.size());
-    for (std::uint32_t b = 0; b < first_.size(); ++b) {
+    group_of_.resize(bodies);
+    part_of_.resize(bodies);
+    for (std::uint32_t b = 0; b < bodies; ++b) {
         if (root(b) == b) group_of_[b] = count++;
         group_of_[b] = group_of_[root(b)];
         if (groups.size() < count) groups.emplace_back();
@@ -368,12 +412,22 @@ void ContactFinder::group(const Task& task, std::vector<ContactGroup>& groups) {
         group.bodies.push_back(b);
     }
     groups.resize(count);
-    for (const Found& f : order_) {
-        ContactGroup& group = groups[group_of_[f.contact->upper.part]];
-        Contact& c = group.contacts.emplace_back(*f.contact);
+}
+
+void ContactFinder::group(const Task& task, const Parallel& parallel, std::vector<ContactGroup>& groups) {
+    form_groups(task.bodies.size(), groups);
+    const auto group_of = [this](const Found& found) { return group_of_[body_of(found.key)]; };
+    group_size_.assign(groups.size(), 0);
+    place_of_.resize(order_.size());
+    for (std::size_t k = 0; k < order_.size(); ++k)
+        place_of_[k] = static_cast<std::uint32_t>(group_size_[group_of(order_[k])]++);
+    // Not cleared before: all are written.
+    for (std::size_t g = 0; g < groups.size(); ++g) groups[g].contacts.resize(group_size_[g]);
+    parallel.for_each(order_.size(), 2 * grain, [&](std::size_t k) {
+        Contact& c = groups[group_of(order_[k])].contacts[place_of_[k]] = *order_[k].contact;
         c.upper.part = part_of_[c.upper.part];
         if (!c.lower.is_collider()) c.lower.part = part_of_[c.lower.part];
-    }
+    });
 }
 
 }  // namespace splitcubes::body

@@ -5,6 +5,7 @@
 #include <splitcubes/body/collider.h>
 #include <splitcubes/body/contact_sides.h>
 #include <splitcubes/body/skin_grid.h>
+#include <splitcubes/geometry/box.h>
 
 #include <array>
 #include <cstdint>
@@ -56,17 +57,18 @@ class ContactFinder {
     void find(const Task& task, const Parallel& parallel, std::vector<ContactGroup>& groups);
 
   private:
-    struct Sample {
-        std::uint32_t body = 0;
+    /// One line of memory: those around a sample are read in no order of theirs.
+    struct alignas(64) Sample {
+        Vec3 rest = Vec3::Zero();           // m, rest space
+        Vec3f rest_normal = Vec3f::Zero();  // unit, outward
+        std::int32_t piece = 0;
         std::uint32_t vertex = 0;
         std::uint32_t node = 0;  // tracked, that carries it
-        std::int32_t piece = 0;
-        Vec3 rest = Vec3::Zero();         // m, rest space
-        Vec3 rest_normal = Vec3::Zero();  // unit, outward
-        double spacing = 0;               // m, of the body's phyxels
-        std::uint32_t cell = 0;           // of the surface; that and which corners tell who carries it
+        std::uint32_t cell = 0;  // of the surface; that and which corners tell who carries it
+        std::uint16_t body = 0;
         std::uint8_t corners = 0;
         std::uint32_t serial = 0;  // as long as nothing above changes, and no other's
+        std::uint32_t slot = 0;    // of what is kept about it, as long as it is carried by the same
     };
     /// Of one sample: which others, by serial numbers, a cut parts from it at rest.
     struct KnownParted {
@@ -80,6 +82,10 @@ class ContactFinder {
         };
         std::array<std::uint32_t, size> other{};  // 0: none
         std::array<Answer, size> answer{};
+        // Within the box of all that was looked along, m, rest space, nothing has changed after `from`, up to
+        // `until`: most samples need not ask for each other one.
+        geometry::Box along;
+        std::uint32_t from = 0, until = 0;
     };
     struct Carrying {
         meshless::ContactSide side;  // no phyxels: not known yet
@@ -103,19 +109,34 @@ class ContactFinder {
             return surface == o.surface && skin == o.skin && same_nodes(o);
         }
     };
-    /// A sample that faces another one.
+    /// A sample of the face that another one lies before.
     struct Facing {
-        std::uint32_t index, place;      // among the samples; in the grid
-        double distance, cosine, along;  // m^2; of the normals; m, above the plane through it
-        double weight;                   // in the mean
-        enum class May : std::uint8_t { unknown, no, yes } may;
+        std::uint32_t index, place;  // among the samples; in the grid
+        double along;                // m, of the other one above the plane through it
+        double weight;               // in the mean
     };
+    enum class May : std::uint8_t { unknown, no, yes };
     /// What one thread works with and finds; which, is part of no result.
     struct Chunk {
         std::vector<meshless::Contact> found;
+        std::vector<std::uint64_t> keys;  // of what is found
         std::vector<std::uint32_t> near;
-        std::vector<Facing> facing;
+        std::vector<SkinGrid::Faced> faced;  // of one sample: all that face it
+        std::vector<May> may;                // of each, whether it can meet
+        std::vector<std::uint64_t> order;
+        std::vector<Facing> face;  // of one sample: the face that it lies before, in order of the samples
         SideBetween between;
+    };
+    /// Samples that follow each other in their list.
+    struct Patch {
+        geometry::Box box;    // m, world
+        double spacing = 0;   // m, the widest of their bodies
+        double most_way = 0;  // m, that one of them goes in the step at most
+        double widest = 0;    // weight_sum
+    };
+    struct Speeds {
+        Vec3 sum = Vec3::Zero();  // m/s
+        double top = 0;           // m^2/s^2
     };
     struct Found {
         std::uint64_t key;
@@ -134,13 +155,17 @@ class ContactFinder {
         double widest;   // largest weight_sum
     };
 
-    static constexpr std::size_t grain = 64;  // samples a work chunk; part of no result
+    // Samples, and phyxels, a work chunk; part of no result.
+    static constexpr std::size_t grain = 64, speed_grain = 4096;
     static std::uint64_t key_of(std::uint32_t body, std::size_t other, std::uint32_t vertex) {
         return static_cast<std::uint64_t>(body) << 48 | static_cast<std::uint64_t>(other) << 32 | vertex;
     }
+    static std::size_t body_of(std::uint64_t key) { return key >> 48; }
     Chunk& take_chunk();
     KnownParted& take_known();
-    void drop_known();
+    Carrying& carrying_of(std::size_t k) { return carrying_[samples_[k].slot]; }
+    const Carrying& carrying_of(std::size_t k) const { return carrying_[samples_[k].slot]; }
+    double spacing_of(const Sample& sample) const { return spacing_[sample.body]; }
     void give_back(Chunk& chunk);
     /// Calls work(chunk, begin, end) for parts of [0, count).
     template <class Work>
@@ -160,49 +185,66 @@ class ContactFinder {
                      std::size_t end);
     void squeeze_out();
     void renumber();
-    void take_along(std::size_t k);
+    void keep_slots();
+    void drop_known(std::uint32_t slot);
+    std::uint32_t take_slot();
+    void measure_speeds(const Task& task, const Parallel& parallel);
+    void place_sample(const Task& task, std::size_t k);
     void place_samples(const Task& task, const Parallel& parallel);
     void find_carriers(const Task& task, std::size_t k);
     void meet_colliders(const Task& task, const Parallel& parallel);
     void meet_collider(const Task& task, std::size_t number, const ColliderPlaces& places, std::size_t k,
-                       std::vector<meshless::Contact>& out);
-    bool is_far(const Collider& collider, const Isometry& to_before, const Isometry& to_after,
-                std::size_t begin, std::size_t end) const;
+                       Chunk& chunk);
+    bool is_far(const Collider& collider, const ColliderPlaces& places, const Patch& patch) const;
     void meet_pieces(const Task& task, const Parallel& parallel);
     bool are_parted(const Body& body, std::size_t a, std::size_t b);
     static void look(const Body& body, const Vec3& from, const Vec3& to, bool is_known,
                      KnownParted::Answer& answer);
+    static void bring_up_to(const SurfaceChanges& changes, std::uint32_t now, KnownParted& known);
     bool may_meet(const Task& task, std::size_t a, std::size_t b);
-    bool may_meet(const Task& task, std::size_t k, Facing& other);
-    Facing* partner_of(const Task& task, std::size_t k, std::vector<Facing>& facing);
-    bool find_facing(std::size_t place, const Reach& reach, Chunk& chunk) const;
-    const Sample* find_face(const Task& task, std::size_t k, Chunk& chunk, Facing& chosen);
+    bool may_meet(const Task& task, std::size_t k, std::size_t n, Chunk& chunk);
+    const SkinGrid::Faced* partner_of(const Task& task, std::size_t k, Chunk& chunk);
+    bool find_facing(std::size_t place, double radius, const Reach& reach, Chunk& chunk) const;
+    double width_of(const SkinGrid::Faced& partner) const;
+    const SkinGrid::Faced* find_partner(const Task& task, std::size_t place, const Reach& reach,
+                                        Chunk& chunk);
+    void find_face(const Task& task, std::size_t k, const SkinGrid::Faced& chosen, Chunk& chunk);
     bool meet(const Task& task, std::size_t place, const Reach& reach, Chunk& chunk, meshless::Contact& out);
-    bool push_on(const Task& task, const Vec3& foot, double total, const Facing& chosen, Chunk& chunk,
+    bool push_on(const Task& task, const Vec3& foot, double total, std::size_t partner, Chunk& chunk,
                  meshless::Contact& out) const;
-    Reach reach_of(const Task& task) const;
+    bool closes(const Task& task, const meshless::Contact& contact, double reach) const;
+    Reach reach_of(const Task& task, const Parallel& parallel);
     void sort_found();
-    void group(const Task& task, std::vector<ContactGroup>& groups);
+    void form_groups(std::size_t bodies, std::vector<ContactGroup>& groups);
+    void group(const Task& task, const Parallel& parallel, std::vector<ContactGroup>& groups);
 
     std::vector<Sample> samples_, fresh_;
-    std::vector<Carrying> carrying_, fresh_carrying_;
-    std::vector<KnownParted*> parted_, fresh_parted_;  // per sample; nullptr: nothing is known
-    std::deque<KnownParted> known_;                    // grows only, and stays where it is
+    // Per slot, which stays the same as samples come and go.
+    std::vector<Carrying> carrying_;
+    std::vector<KnownParted*> parted_;  // nullptr: nothing is known
+    std::vector<std::uint32_t> free_slots_;
+    std::deque<KnownParted> known_;  // grows only, and stays where it is
     std::vector<KnownParted*> free_known_;
-    std::uint32_t serials_ = 0;      // given so far
-    std::vector<std::int64_t> old_;  // per fresh sample: its number before, or -1; -2: no sample
+    std::uint32_t serials_ = 0;  // given so far
+    // Per fresh sample: its number before, or -1; -2: no sample.
+    std::vector<std::int32_t> old_;
+    std::vector<std::uint8_t> stays_;  // per sample before
     std::vector<Listed> listed_, now_;
     std::vector<Vec3> position_, normal_;  // m; unit, outward; world
     std::vector<std::uint8_t> placed_;     // 1: the position is where the carriers take it
+    std::vector<Patch> patches_;           // per `grain` samples
+    std::vector<double> spacing_;          // per body: m
     std::vector<double> way_;              // per body: m, that a sample goes in the step at most
+    std::vector<Speeds> speeds_;           // per part of a body's phyxels
+    Speeds all_speeds_;
     std::vector<std::span<const Vec3>> velocity_;
     SkinGrid grid_;
     std::mutex mutex_;                            // of chunks_ and known_
     std::vector<std::unique_ptr<Chunk>> chunks_;  // contacts' part: number of the body
     std::vector<Chunk*> free_chunks_;
     std::vector<Found> order_, spare_order_;
-    std::vector<std::uint32_t> first_, part_of_;
-    std::vector<std::size_t> group_of_;
+    std::vector<std::uint32_t> first_, part_of_, place_of_;
+    std::vector<std::size_t> group_of_, group_size_;
 };
 
 }  // namespace splitcubes::body

@@ -2,7 +2,6 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <bit>
 
 namespace splitcubes::body {
 
@@ -15,36 +14,59 @@ namespace {
 constexpr double least_spread = 0.005;
 // Of a phyxel among those of several sides: smaller weights carry nothing.
 constexpr double least_weight = 1e-6;
+constexpr std::size_t least_slots = 256;  // a power of two
 
 }  // namespace
 
 void carry_exactly(std::span<const Vec3> rest, const Vec3& place, double spacing, ContactSide& side) {
+    std::array<Vec3, ContactSide::most> arm;
     Vec3 centre = Vec3::Zero();
-    for (std::uint32_t k = 0; k < side.count; ++k) centre += side.weight[k] * rest[side.phyxel[k]];
+    for (std::uint32_t k = 0; k < side.count; ++k) {
+        arm[k] = rest[side.phyxel[k]];
+        centre += side.weight[k] * arm[k];
+    }
     Mat3 spread = Mat3::Zero();
     for (std::uint32_t k = 0; k < side.count; ++k) {
-        const Vec3 arm = rest[side.phyxel[k]] - centre;
-        spread += side.weight[k] * arm * arm.transpose();
+        arm[k] -= centre;
+        spread += side.weight[k] * arm[k] * arm[k].transpose();
     }
     // In squared spacings. Each of its values s takes the part 1 / s of what lies along its axis, s / (s^2 +
     // least^2) where it is small (Tikhonov): as one matrix that needs no axes.
     spread /= spacing * spacing;
     const Mat3 damped = spread * spread + least_spread * least_spread * Mat3::Identity();
     const Vec3 slope = spread * (damped.inverse() * (place - centre)) / (spacing * spacing);
-    for (std::uint32_t k = 0; k < side.count; ++k)
-        side.weight[k] *= 1 + slope.dot(rest[side.phyxel[k]] - centre);
+    for (std::uint32_t k = 0; k < side.count; ++k) side.weight[k] *= 1 + slope.dot(arm[k]);
 }
 
 void SideBetween::add(const ContactSide& side, double weight) {
     part_ = side.part;
     for (std::uint32_t k = 0; k < side.count; ++k) {
-        const std::uint32_t phyxel = side.phyxel[k];
-        if (phyxel >= number_.size()) number_.resize(std::bit_ceil(std::size_t{phyxel} + 1), 0);
-        if (number_[phyxel] == 0) {
-            shares_.push_back({phyxel, 0});
-            number_[phyxel] = static_cast<std::uint32_t>(shares_.size());
+        if (!(side.weight[k] > 0)) continue;
+        if (2 * shares_.size() >= slots_.size()) make_room();
+        const std::size_t at = slot_of(side.phyxel[k]);
+        Slot& slot = slots_[at];
+        if (slot.number == 0) {
+            shares_.push_back({side.phyxel[k], static_cast<std::uint32_t>(at), 0});
+            slot = {side.phyxel[k], static_cast<std::uint32_t>(shares_.size())};
         }
-        shares_[number_[phyxel] - 1].weight += weight * std::max(0.0, side.weight[k]);
+        shares_[slot.number - 1].weight += weight * side.weight[k];
+    }
+}
+
+// Where a phyxel's share is told, or is to be.
+std::size_t SideBetween::slot_of(std::uint32_t phyxel) const {
+    const std::size_t mask = slots_.size() - 1;
+    std::size_t at = phyxel & mask;
+    while (slots_[at].number != 0 && slots_[at].phyxel != phyxel) at = (at + 1) & mask;
+    return at;
+}
+
+void SideBetween::make_room() {
+    slots_.assign(std::max(least_slots, 2 * slots_.size()), {});
+    for (std::uint32_t k = 0; k < shares_.size(); ++k) {
+        const std::size_t at = slot_of(shares_[k].phyxel);
+        slots_[at] = {shares_[k].phyxel, k + 1};
+        shares_[k].slot = static_cast<std::uint32_t>(at);
     }
 }
 
@@ -55,7 +77,6 @@ ContactSide SideBetween::take(std::span<const Vec3> rest, const Vec3& place, dou
     // The heaviest in order, of equal ones the first phyxel.
     for (const Share& share : shares_) {
         total += share.weight;
-        number_[share.phyxel] = 0;
         std::uint32_t at = out.count;
         while (at > 0 && (out.weight[at - 1] < share.weight ||
                           (out.weight[at - 1] == share.weight && out.phyxel[at - 1] > share.phyxel)))
@@ -69,6 +90,7 @@ ContactSide SideBetween::take(std::span<const Vec3> rest, const Vec3& place, dou
         out.phyxel[at] = share.phyxel;
         out.weight[at] = share.weight;
     }
+    for (const Share& share : shares_) slots_[share.slot] = {};
     shares_.clear();
     if (out.count == 0) return out;
     while (out.count > 1 && !(out.weight[out.count - 1] > least_weight * total)) --out.count;

@@ -30,11 +30,18 @@ class SideBetween {
 
   private:
     struct Share {
-        std::uint32_t phyxel;
+        std::uint32_t phyxel, slot;
         double weight;
     };
-    std::vector<Share> shares_;          // in the order of adding
-    std::vector<std::uint32_t> number_;  // per phyxel: of its share, from 1; 0: none
+    struct Slot {
+        std::uint32_t phyxel = 0, number = 0;  // of its share, from 1; 0: none
+    };
+    std::size_t slot_of(std::uint32_t phyxel) const;
+    void make_room();
+
+    std::vector<Share> shares_;  // in the order of adding
+    // By the phyxels' indices, open addressing: few lines of memory, however many phyxels there are.
+    std::vector<Slot> slots_;
     std::uint32_t part_ = 0;
 };
 

@@ -15,6 +15,8 @@ using meshless::Contact;
 // samples, and how much of an overlap is undone in a step.
 constexpr double margin_share = 0.05, deepest_share = 1, beside_share = 0.9, lift_share = 0.02;
 constexpr double reach_share = 1.25, most_reach_share = 3;
+// In spacings: how far is looked first, and how much farther than the nearest sample a face is followed.
+constexpr double near_share = 0.95, face_share = 0.75;
 // Skins that lie opposite; normals of one face.
 constexpr double opposite_skins = -0.8, one_face = 0.8;
 // Points just below the skin, in cells; and the distance at rest, in spacings, beyond which two
@@ -23,18 +25,24 @@ constexpr double below_skin = 0.6, far_at_rest = 4;
 
 }  // namespace
 
+// Answers since known.from hold after this.
+void ContactFinder::bring_up_to(const SurfaceChanges& changes, std::uint32_t now, KnownParted& known) {
+    if (known.until == now) return;
+    if (known.along.empty() || changes.since(known.along, known.until)) known.from = now;
+    known.until = now;
+}
+
 // Whether a surface stands between points just below two samples of a body. Only one thread asks for
 // sample a at a time.
 bool ContactFinder::are_parted(const Body& body, std::size_t a, std::size_t b) {
-    const double below = below_skin * body.grid().rest().cell_size;
-    const Vec3 from = samples_[a].rest - below * samples_[a].rest_normal;
-    const Vec3 to = samples_[b].rest - below * samples_[b].rest_normal;
-    if (!parted_[a]) parted_[a] = &take_known();
-    KnownParted& known = *parted_[a];
+    KnownParted*& kept = parted_[samples_[a].slot];
+    if (!kept) kept = &take_known();
+    KnownParted& known = *kept;
     const std::uint32_t serial = samples_[b].serial;
-    const auto found = std::find(known.other.begin(), known.other.end(), serial);
-    const bool is_known = found != known.other.end();
-    auto place = static_cast<std::size_t>(found - known.other.begin());
+    // To the end, since vectors do it so.
+    std::size_t place = KnownParted::size;
+    for (std::size_t n = 0; n < KnownParted::size; ++n) place = known.other[n] == serial ? n : place;
+    const bool is_known = place < KnownParted::size;
     if (!is_known) {
         // What is longest unasked gives way.
         const auto oldest = std::min_element(
@@ -43,8 +51,20 @@ bool ContactFinder::are_parted(const Body& body, std::size_t a, std::size_t b) {
         place = static_cast<std::size_t>(oldest - known.answer.begin());
         known.other[place] = serial;
     }
-    look(body, from, to, is_known, known.answer[place]);
-    return known.answer[place].is_parted != 0;
+    KnownParted::Answer& answer = known.answer[place];
+    const std::uint32_t now = body.surface_changes().now() & ~(1U << 31);
+    bring_up_to(body.surface_changes(), now, known);
+    if (is_known && answer.when >= known.from) {
+        answer.when = now;
+        return answer.is_parted != 0;
+    }
+    const double below = below_skin * body.grid().rest().cell_size;
+    const Vec3 from = samples_[a].rest - below * samples_[a].rest_normal.cast<double>();
+    const Vec3 to = samples_[b].rest - below * samples_[b].rest_normal.cast<double>();
+    look(body, from, to, is_known, answer);
+    known.along.add(from);
+    known.along.add(to);
+    return answer.is_parted != 0;
 }
 
 // Brings an answer up to date. What is known tells where to look first: at what parted the two, or, where
@@ -69,84 +89,98 @@ void ContactFinder::look(const Body& body, const Vec3& from, const Vec3& to, boo
 bool ContactFinder::may_meet(const Task& task, std::size_t a, std::size_t b) {
     const Sample &one = samples_[a], &other = samples_[b];
     if (one.body != other.body || one.piece != other.piece) return true;
-    if ((one.rest - other.rest).norm() > far_at_rest * one.spacing) return true;
+    if ((one.rest - other.rest).norm() > far_at_rest * spacing_of(one)) return true;
     return are_parted(*task.bodies[one.body], a, b);
 }
 
-// The same, looked up once.
-bool ContactFinder::may_meet(const Task& task, std::size_t k, Facing& other) {
-    if (other.may == Facing::May::unknown)
-        other.may = may_meet(task, k, other.index) ? Facing::May::yes : Facing::May::no;
-    return other.may == Facing::May::yes;
+// The same of one that faces sample k, looked up once.
+bool ContactFinder::may_meet(const Task& task, std::size_t k, std::size_t n, Chunk& chunk) {
+    if (chunk.may[n] == May::unknown)
+        chunk.may[n] = may_meet(task, k, grid_.number(chunk.faced[n].place)) ? May::yes : May::no;
+    return chunk.may[n] == May::yes;
 }
 
 // The nearest sample whose skin lies opposite, of equally near ones the first; only where there is none, an
 // edge's or a corner's.
-ContactFinder::Facing* ContactFinder::partner_of(const Task& task, std::size_t k,
-                                                 std::vector<Facing>& facing) {
+const SkinGrid::Faced* ContactFinder::partner_of(const Task& task, std::size_t k, Chunk& chunk) {
     for (;;) {
-        Facing* best = nullptr;
+        const SkinGrid::Faced* best = nullptr;
         bool opposite = false;
-        for (Facing& other : facing) {
-            if (other.may == Facing::May::no) continue;
+        for (std::size_t n = 0; n < chunk.faced.size(); ++n) {
+            const SkinGrid::Faced& other = chunk.faced[n];
+            if (chunk.may[n] == May::no) continue;
             const bool lies_opposite = other.cosine < opposite_skins;
             if (opposite && !lies_opposite) continue;
             if (best && opposite == lies_opposite &&
-                (other.distance > best->distance ||
-                 (other.distance == best->distance && other.index > best->index)))
+                (other.square > best->square ||
+                 (other.square == best->square && grid_.number(other.place) > grid_.number(best->place))))
                 continue;
             opposite = lies_opposite;
             best = &other;
         }
         // Few are looked at so: whether a cut parts the two is dear to know.
-        if (!best || may_meet(task, k, *best)) return best;
+        if (!best || may_meet(task, k, static_cast<std::size_t>(best - chunk.faced.data()), chunk))
+            return best;
     }
 }
 
-// The samples that face this one; false where no contact can come of them.
-bool ContactFinder::find_facing(std::size_t place, const Reach& reach, Chunk& chunk) const {
+// The samples within `radius` (m) that face this one; false where no contact can come of them.
+bool ContactFinder::find_facing(std::size_t place, double radius, const Reach& reach, Chunk& chunk) const {
     const std::size_t k = grid_.number(place);
-    const Sample& sample = samples_[k];
-    const Vec3 &position = grid_.point(place), &normal = grid_.normal(place);
     // The gap will be a mean of heights above planes: where none of them is low enough to be
     // met within the step, nothing is.
-    const double enough = margin_share * sample.spacing + reach.fall +
-                          reach.gain * (carrying_[k].weight_sum + reach.widest) + 1e-6 * reach.radius;
-    chunk.facing.clear();
-    grid_.find_facing(place, reach.radius, enough, chunk.near);
-    bool low = false;
-    for (const std::uint32_t other : chunk.near) {
-        const Vec3 way = position - grid_.point(other);
-        const double along = grid_.normal(other).dot(way);
-        low = low || !(along > enough);
-        chunk.facing.push_back({grid_.number(other), other, way.squaredNorm(),
-                                normal.dot(grid_.normal(other)), along, 0, Facing::May::unknown});
-    }
-    return low;
+    const double enough = margin_share * spacing_of(samples_[k]) + reach.fall +
+                          reach.gain * (carrying_of(k).weight_sum + reach.widest) + 1e-6 * reach.radius;
+    grid_.find_facing(place, radius, enough, chunk.near, chunk.faced);
+    chunk.may.assign(chunk.faced.size(), May::unknown);
+    return std::any_of(chunk.faced.begin(), chunk.faced.end(),
+                       [&](const SkinGrid::Faced& other) { return !(other.along > enough); });
 }
 
-// Keeps, in order, the samples of the face that the partner is of, with their weights, and returns the
-// partner; nullptr where there is none.
-const ContactFinder::Sample* ContactFinder::find_face(const Task& task, std::size_t k, Chunk& chunk,
-                                                      Facing& chosen) {
-    std::vector<Facing>& facing = chunk.facing;
-    const Facing* const best = partner_of(task, k, facing);
-    if (!best) return nullptr;
-    chosen = *best;
-    const Sample& partner = samples_[chosen.index];
+// How far from a sample the face that a partner is of is followed, m.
+double ContactFinder::width_of(const SkinGrid::Faced& partner) const {
+    return std::sqrt(partner.square) + face_share * spacing_of(samples_[grid_.number(partner.place)]);
+}
+
+// The partner, and what faces the sample at least as far as its face is followed; nullptr where there is
+// none.
+const SkinGrid::Faced* ContactFinder::find_partner(const Task& task, std::size_t place, const Reach& reach,
+                                                   Chunk& chunk) {
+    const std::size_t k = grid_.number(place);
+    const double near = near_share * reach.spacing;
+    // Skins that lie on each other need no more, and what is farther off is no nearer partner.
+    if (near < reach.radius && find_facing(place, near, reach, chunk)) {
+        const SkinGrid::Faced* const found = partner_of(task, k, chunk);
+        if (found && found->cosine < opposite_skins && width_of(*found) <= near) return found;
+    }
+    return find_facing(place, reach.radius, reach, chunk) ? partner_of(task, k, chunk) : nullptr;
+}
+
+// Lists, in order, the samples of the face that the partner is of, with their weights.
+void ContactFinder::find_face(const Task& task, std::size_t k, const SkinGrid::Faced& chosen, Chunk& chunk) {
+    const Sample& partner = samples_[grid_.number(chosen.place)];
     const Vec3& partner_normal = grid_.normal(chosen.place);
-    const double width = std::sqrt(chosen.distance) + 0.75 * partner.spacing;
-    std::erase_if(facing, [&](Facing& near) {
-        const double share = 1 - near.distance / (width * width);
-        near.weight = share * share;
+    const double width = width_of(chosen);
+    chunk.order.clear();
+    for (std::size_t n = 0; n < chunk.faced.size(); ++n) {
         // What is told by what lies side by side in memory first.
-        if (!(share > 0) || !(grid_.normal(near.place).dot(partner_normal) > one_face)) return true;
-        const Sample& other = samples_[near.index];
-        return other.body != partner.body || other.piece != partner.piece || !may_meet(task, k, near);
-    });
-    std::sort(facing.begin(), facing.end(),
-              [](const Facing& a, const Facing& b) { return a.index < b.index; });
-    return &partner;
+        const SkinGrid::Faced& near = chunk.faced[n];
+        if (!(near.square < width * width) || !(grid_.normal(near.place).dot(partner_normal) > one_face))
+            continue;
+        const std::uint32_t index = grid_.number(near.place);
+        const Sample& other = samples_[index];
+        if (other.body != partner.body || other.piece != partner.piece || !may_meet(task, k, n, chunk))
+            continue;
+        chunk.order.push_back(std::uint64_t{index} << 32 | n);
+    }
+    std::sort(chunk.order.begin(), chunk.order.end());
+    chunk.face.clear();
+    for (const std::uint64_t entry : chunk.order) {
+        const SkinGrid::Faced& near = chunk.faced[entry & 0xffffffffU];
+        const double share = 1 - near.square / (width * width);
+        chunk.face.push_back(
+            {static_cast<std::uint32_t>(entry >> 32), near.place, near.along, share * share});
+    }
 }
 
 bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach, Chunk& chunk,
@@ -154,17 +188,16 @@ bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach
     const std::size_t k = grid_.number(place);
     const Sample& sample = samples_[k];
     const Vec3& position = grid_.point(place);
-    Facing chosen{};
-    if (!find_facing(place, reach, chunk)) return false;
-    const Sample* const found = find_face(task, k, chunk, chosen);
-    if (!found) return false;
-    const Sample& partner = *found;
+    const SkinGrid::Faced* const chosen = find_partner(task, place, reach, chunk);
+    if (!chosen) return false;
+    find_face(task, k, *chosen, chunk);
+    const Sample& partner = samples_[grid_.number(chosen->place)];
     double distance = 0, rest_distance = 0, total = 0;
     Vec3 normal = Vec3::Zero();
-    for (const Facing& near : chunk.facing) {
+    for (const Facing& near : chunk.face) {
         const Sample& other = samples_[near.index];
         distance += near.weight * near.along;
-        rest_distance += near.weight * other.rest_normal.dot(sample.rest - other.rest);
+        rest_distance += near.weight * other.rest_normal.cast<double>().dot(sample.rest - other.rest);
         normal += near.weight * grid_.normal(near.place);
         total += near.weight;
     }
@@ -175,57 +208,66 @@ bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach
     out.normal = normal;
     // Faces that a cut parted lie on each other at rest, however curved: what looks like an overlap there is
     // none.
-    if (sample.body == partner.body && (sample.rest - partner.rest).norm() < 2 * sample.spacing)
+    if (sample.body == partner.body && (sample.rest - partner.rest).norm() < 2 * spacing_of(sample))
         out.gap -= std::min(0.0, rest_distance / total);
-    const double spacing = std::max(sample.spacing, partner.spacing);
-    const Vec3 way = position - grid_.point(chosen.place);
+    const double spacing = std::max(spacing_of(sample), spacing_of(partner));
+    const Vec3 way = position - grid_.point(chosen->place);
     if (out.gap < -deepest_share * spacing || out.gap > reach.radius) return false;
     if ((way - normal.dot(way) * normal).norm() > beside_share * spacing) return false;
-    out.upper = carrying_[k].side;
+    out.key = key_of(sample.body, 0, sample.vertex);
+    out.upper = carrying_of(k).side;
     out.friction = task.options.friction;
-    out.lift = lift_share * std::min(sample.spacing, partner.spacing);
-    return push_on(task, position - distance * normal, total, chosen, chunk, out);
+    out.lift = lift_share * std::min(spacing_of(sample), spacing_of(partner));
+    return push_on(task, position - distance * normal, total, grid_.number(chosen->place), chunk, out) &&
+           closes(task, out, margin_share * spacing_of(sample) + reach.fall);
 }
 
 // What is pushed on is the point of the face that the sample lies before: what the planes' mean says of
 // its distance then is what the two sides' ways say. foot: m, world; total: of the weights.
-bool ContactFinder::push_on(const Task& task, const Vec3& foot, double total, const Facing& chosen,
+bool ContactFinder::push_on(const Task& task, const Vec3& foot, double total, std::size_t partner,
                             Chunk& chunk, Contact& out) const {
     Vec3 middle = Vec3::Zero(), rest_middle = Vec3::Zero();
-    for (const Facing& near : chunk.facing) {
+    for (const Facing& near : chunk.face) {
         middle += near.weight * grid_.point(near.place);
         rest_middle += near.weight * samples_[near.index].rest;
-        chunk.between.add(carrying_[near.index].side, near.weight);
+        chunk.between.add(carrying_of(near.index).side, near.weight);
     }
     if (chunk.between.empty()) return false;
-    const Sample& partner = samples_[chosen.index];
-    const meshless::Phyxels& phyxels = task.bodies[partner.body]->phyxels();
+    const double spacing = spacing_of(samples_[partner]);
+    const meshless::Phyxels& phyxels = task.bodies[samples_[partner].body]->phyxels();
     Vec3 rest_foot =
-        phyxels.deformation[carrying_[chosen.index].side.phyxel[0]].inverse() * (foot - middle / total);
-    if (!(rest_foot.norm() < 2 * beside_share * partner.spacing)) rest_foot.setZero();
-    out.lower = chunk.between.take(phyxels.rest_position, rest_middle / total + rest_foot, partner.spacing);
+        phyxels.deformation[carrying_of(partner).side.phyxel[0]].inverse() * (foot - middle / total);
+    if (!(rest_foot.norm() < 2 * beside_share * spacing)) rest_foot.setZero();
+    out.lower = chunk.between.take(phyxels.rest_position, rest_middle / total + rest_foot, spacing);
     return true;
 }
 
-ContactFinder::Reach ContactFinder::reach_of(const Task& task) const {
-    double top_speed = 0, count = 0, apart = 0;
+// Whether the gap may come to be less than `reach` (m) within the step.
+bool ContactFinder::closes(const Task& task, const Contact& contact, double reach) const {
+    if (contact.gap < reach) return true;
+    const Vec3 v = side_value(contact.upper, velocity_) - side_value(contact.lower, velocity_);
+    return contact.gap + task.dt * contact.normal.dot(v) < reach;
+}
+
+ContactFinder::Reach ContactFinder::reach_of(const Task& task, const Parallel& parallel) {
     Reach out{};
-    for (std::size_t k = 0; k < samples_.size(); ++k) {
-        out.spacing = std::max(out.spacing, samples_[k].spacing);
-        out.widest = std::max(out.widest, carrying_[k].weight_sum);
+    for (const Patch& patch : patches_) {
+        out.spacing = std::max(out.spacing, patch.spacing);
+        out.widest = std::max(out.widest, patch.widest);
     }
-    Vec3 mean = Vec3::Zero();
-    for (const std::span<const Vec3> velocity : velocity_)
-        for (const Vec3& v : velocity) {
-            top_speed = std::max(top_speed, v.squaredNorm());
-            mean += v;
-            ++count;
-        }
-    top_speed = std::sqrt(top_speed);
-    mean /= std::max(count, 1.0);
-    for (const std::span<const Vec3> velocity : velocity_)
-        for (const Vec3& v : velocity) apart = std::max(apart, (v - mean).squaredNorm());
-    const double moved = std::min(2 * task.dt * top_speed, (most_reach_share - reach_share) * out.spacing);
+    double count = 0, apart = 0;
+    for (const std::span<const Vec3> velocity : velocity_) count += static_cast<double>(velocity.size());
+    const Vec3 mean = all_speeds_.sum / std::max(count, 1.0);
+    for (const std::span<const Vec3> velocity : velocity_) {
+        speeds_.assign((velocity.size() + speed_grain - 1) / speed_grain, {});
+        parallel.for_each(velocity.size(), speed_grain, [&](std::size_t i) {
+            double& top = speeds_[i / speed_grain].top;
+            top = std::max(top, (velocity[i] - mean).squaredNorm());
+        });
+        for (const Speeds& part : speeds_) apart = std::max(apart, part.top);
+    }
+    const double moved =
+        std::min(2 * task.dt * std::sqrt(all_speeds_.top), (most_reach_share - reach_share) * out.spacing);
     out.radius = reach_share * out.spacing + moved;
     out.fall = task.gravity.norm() * task.dt * task.dt;
     // A side's velocity is the mean and no more than so much of what is off it: weights sum to 1.
@@ -235,21 +277,17 @@ ContactFinder::Reach ContactFinder::reach_of(const Task& task) const {
 
 void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
     if (samples_.empty()) return;
-    velocity_.clear();
-    for (const auto& body : task.bodies) velocity_.emplace_back(body->phyxels().velocity);
-    const Reach reach = reach_of(task);
-    grid_.build(position_, normal_, reach.radius, reach.radius, parallel);
-    in_chunks(parallel, samples_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
+    const Reach reach = reach_of(task, parallel);
+    grid_.build(position_, normal_, reach.radius, parallel);
+    in_chunks(parallel, grid_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
         for (std::size_t place = begin; place < end; ++place) {
-            if (!grid_.may_face(place, reach.radius)) continue;
-            const std::size_t k = grid_.number(place);
-            Contact contact;
-            if (carrying_[k].side.is_collider() || !meet(task, place, reach, chunk, contact)) continue;
-            const Vec3 v = side_value(contact.upper, velocity_) - side_value(contact.lower, velocity_);
-            const double closing = std::max(0.0, -task.dt * contact.normal.dot(v));
-            if (!(contact.gap - closing < margin_share * samples_[k].spacing + reach.fall)) continue;
-            contact.key = key_of(samples_[k].body, 0, samples_[k].vertex);
-            chunk.found.push_back(contact);
+            if (!grid_.may_face(place)) continue;
+            if (carrying_of(grid_.number(place)).side.is_collider()) continue;
+            Contact& contact = chunk.found.emplace_back();
+            if (meet(task, place, reach, chunk, contact))
+                chunk.keys.push_back(contact.key);
+            else
+                chunk.found.pop_back();
         }
     });
 }

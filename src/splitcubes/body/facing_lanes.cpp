@@ -38,8 +38,12 @@ std::size_t select(const FacingLanes& lanes, std::span<const FacingRange> ranges
             const auto faces = hn::Lt(dot(nx, ny, nz, ox, oy, oz), cosine);
             const auto chosen = hn::And(hn::And(near, faces), hn::FirstN(d, range.end - k));
             below = hn::Or(below, hn::And(chosen, hn::Le(dot(wx, wy, wz, ox, oy, oz), height)));
-            count += hn::CompressStore(hn::Iota(d_index, static_cast<std::uint32_t>(k)),
-                                       hn::RebindMask(d_index, chosen), d_index, out + count);
+            if (hn::AllFalse(d, chosen)) continue;
+            // Within a register: straight to memory is slow on some processors.
+            const auto packed = hn::Compress(hn::Iota(d_index, static_cast<std::uint32_t>(k)),
+                                             hn::RebindMask(d_index, chosen));
+            hn::StoreU(packed, d_index, out + count);
+            count += hn::CountTrue(d, chosen);
         }
     low = !hn::AllFalse(d, below);
     return count;

@@ -25,8 +25,9 @@ float to_float(double value) {
     return static_cast<float>(std::clamp(value, -most, most));
 }
 
-int third(double share) {
-    return share < -1.0 / 3 ? 0 : share > 1.0 / 3 ? 2 : 1;
+// Of a normal's coordinate, by the main one.
+int third(double coordinate, double main) {
+    return (3 * coordinate >= -main) + (3 * coordinate > main);
 }
 
 }  // namespace
@@ -35,7 +36,7 @@ std::uint8_t SkinGrid::bin_of(const Vec3& normal) {
     int axis = 0;
     const double main = normal.cwiseAbs().maxCoeff(&axis);
     const int side = 2 * axis + (normal[axis] < 0);
-    const int u = third(normal[(axis + 1) % 3] / main), v = third(normal[(axis + 2) % 3] / main);
+    const int u = third(normal[(axis + 1) % 3], main), v = third(normal[(axis + 2) % 3], main);
     return static_cast<std::uint8_t>(9 * side + 3 * v + u);
 }
 
@@ -84,7 +85,7 @@ void SkinGrid::lay_out(std::span<const Vec3> points, double reach) {
     origin_ = box.empty() ? Vec3(Vec3::Zero()) : box.min;
     const Vec3 extent = box.empty() ? Vec3(Vec3::Zero()) : Vec3(box.size());
     extent_ = extent.maxCoeff();
-    // A hair more than the reach: what is within it is then never two cells on, nor three times it four.
+    // A hair more than the reach: what is within it is then never two cells on.
     size_ = 1.0001 * reach;
     // At most about eight cells a point, whatever the points' spread.
     const double limit = 8.0 * static_cast<double>(points.size()) + 64;
@@ -92,46 +93,53 @@ void SkinGrid::lay_out(std::span<const Vec3> points, double reach) {
     count_ = (extent / size_).array().floor().cast<int>() + 1;
 }
 
-// Adds to each cell's normals those of its 26 neighbours, axis by axis.
-void SkinGrid::spread(std::span<const Around> from, std::vector<Around>& to, const Parallel& parallel) {
-    constexpr std::size_t grain = 2048;
-    to.assign(from.begin(), from.end());
-    spare_.resize(from.size());
+// Of each point its cell and its normal's solid angle, and of each cell those around.
+void SkinGrid::find_bins(std::span<const Vec3> points, std::span<const Vec3> normals,
+                         const Parallel& parallel) {
+    constexpr std::size_t grain = 1024, cell_grain = 4096;
+    cell_.resize(points.size());
+    bin_.resize(points.size());
+    parallel.for_each(points.size(), grain, [&](std::size_t i) {
+        const Vec3i at = cell_at(points[i]);
+        cell_[i] = static_cast<std::uint32_t>(cell_index(at.x(), at.y(), at.z()));
+        bin_[i] = bin_of(normals[i]);
+    });
+    bins_around_.assign(cell_index(0, 0, count_.z()), 0);
+    for (std::size_t i = 0; i < points.size(); ++i) bins_around_[cell_[i]] |= std::uint64_t{1} << bin_[i];
+    // Axis by axis.
+    spare_bins_.resize(bins_around_.size());
     std::size_t stride = 1;
     for (int axis = 0; axis < 3; ++axis) {
         const auto length = static_cast<std::size_t>(count_[axis]);
-        parallel.for_each(to.size(), grain, [&](std::size_t c) {
+        parallel.for_each(bins_around_.size(), cell_grain, [&](std::size_t c) {
             const std::size_t at = c / stride % length;
-            spare_[c] = to[c];
-            if (at > 0) spare_[c].add(to[c - stride]);
-            if (at + 1 < length) spare_[c].add(to[c + stride]);
+            spare_bins_[c] = bins_around_[c] | (at > 0 ? bins_around_[c - stride] : 0) |
+                             (at + 1 < length ? bins_around_[c + stride] : 0);
         });
-        to.swap(spare_);
+        bins_around_.swap(spare_bins_);
         stride *= length;
     }
 }
 
-// By cells, and those of a cell in order of their numbers.
+// Those that something may face by cells, and those of a cell in order of their numbers. What faces one that
+// is kept is kept: solid angles face each other both ways.
 void SkinGrid::sort_points(std::span<const Vec3> points, std::span<const Vec3> normals,
                            const Parallel& parallel) {
-    constexpr std::size_t grain = 256;
-    const std::size_t count = points.size();
-    cell_.resize(count);
+    constexpr std::size_t grain = 1024;
+    begin_.assign(bins_around_.size() + 1, 0);
+    for (std::size_t i = 0; i < points.size(); ++i) begin_[cell_[i] + 1] += is_kept(i);
+    for (std::size_t c = 0; c + 1 < begin_.size(); ++c) begin_[c + 1] += begin_[c];
+    const std::size_t count = begin_.back();
+    next_.assign(begin_.begin(), begin_.end() - 1);
     number_.resize(count);
+    for (std::size_t i = 0; i < points.size(); ++i)
+        if (is_kept(i)) number_[next_[cell_[i]]++] = static_cast<std::uint32_t>(i);
     sorted_.resize(count);
     for (std::vector<float>& lane : lanes_) lane.resize(count + facing_padding);
-    parallel.for_each(count, grain, [&](std::size_t i) {
-        const Vec3i at = cell_at(points[i]);
-        cell_[i] = static_cast<std::uint32_t>(cell_index(at.x(), at.y(), at.z()));
-    });
-    for (std::size_t i = 0; i < count; ++i) ++begin_[cell_[i] + 1];
-    for (std::size_t c = 0; c + 1 < begin_.size(); ++c) begin_[c + 1] += begin_[c];
-    next_.assign(begin_.begin(), begin_.end() - 1);
-    for (std::size_t i = 0; i < count; ++i) number_[next_[cell_[i]]++] = static_cast<std::uint32_t>(i);
     parallel.for_each(count, grain, [&](std::size_t k) {
         const std::uint32_t i = number_[k];
         const Vec3 &point = points[i], &normal = normals[i];
-        sorted_[k] = {point, normal, cell_[i], bin_of(normal)};
+        sorted_[k] = {point, normal, cell_[i]};
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const auto a = static_cast<Eigen::Index>(axis);
             lanes_[axis][k] = to_float(point[a] - origin_[a]);
@@ -140,33 +148,49 @@ void SkinGrid::sort_points(std::span<const Vec3> points, std::span<const Vec3> n
     });
 }
 
-void SkinGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals, double reach,
-                     double farthest, const Parallel& parallel) {
-    constexpr std::size_t grain = 256;
-    lay_out(points, reach);
-    const std::size_t cells = cell_index(0, 0, count_.z());
-    begin_.assign(cells + 1, 0);
-    sort_points(points, normals, parallel);
-    around_[0].resize(cells);
+// Of what is kept in a cell and in those next to it.
+SkinGrid::Extent SkinGrid::extent_around(std::size_t cell) const {
+    const Vec3i at(static_cast<int>(cell) % count_.x(), static_cast<int>(cell) / count_.x() % count_.y(),
+                   static_cast<int>(cell) / count_.x() / count_.y());
+    const Vec3i low = (at.array() - 1).max(0), high = (at.array() + 1).min(count_.array() - 1);
+    Extent out;
+    for (int z = low.z(); z <= high.z(); ++z)
+        for (int y = low.y(); y <= high.y(); ++y)
+            for (std::size_t c = cell_index(low.x(), y, z); c <= cell_index(high.x(), y, z); ++c)
+                if (begin_[c] < begin_[c + 1]) out.add(own_[c]);
+    return out;
+}
+
+void SkinGrid::find_extents(const Parallel& parallel) {
+    constexpr std::size_t grain = 2048;
+    const std::size_t cells = bins_around_.size();
+    own_.resize(cells);
+    around_.resize(cells);
     parallel.for_each(cells, grain, [&](std::size_t c) {
-        Around& own = around_[0][c] = {};
-        for (std::uint32_t k = begin_[c]; k < begin_[c + 1]; ++k) {
-            own.bins |= std::uint64_t{1} << sorted_[k].bin;
+        if (begin_[c] == begin_[c + 1]) return;
+        Extent& own = own_[c] = {};
+        for (std::uint32_t k = begin_[c]; k < begin_[c + 1]; ++k)
             for (std::size_t axis = 0; axis < 3; ++axis) {
                 own.low[axis] = std::min(own.low[axis], lanes_[3 + axis][k]);
                 own.high[axis] = std::max(own.high[axis], lanes_[3 + axis][k]);
             }
-        }
     });
-    for (std::size_t ring = 1; ring <= most_rings; ++ring) {
-        spread(around_[ring - 1], around_[ring], parallel);
-        if (farthest <= static_cast<double>(ring) * size_) break;
-    }
+    parallel.for_each(cells, grain, [&](std::size_t c) {
+        if (begin_[c] < begin_[c + 1]) around_[c] = extent_around(c);
+    });
 }
 
-void SkinGrid::find_facing(std::size_t of, double radius, double height,
-                           std::vector<std::uint32_t>& out) const {
-    constexpr std::size_t most_ranges = (2 * most_rings + 2) * (2 * most_rings + 2);
+void SkinGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals, double reach,
+                     const Parallel& parallel) {
+    lay_out(points, reach);
+    find_bins(points, normals, parallel);
+    sort_points(points, normals, parallel);
+    find_extents(parallel);
+}
+
+void SkinGrid::find_facing(std::size_t of, double radius, double height, std::vector<std::uint32_t>& scratch,
+                           std::vector<Faced>& out) const {
+    constexpr std::size_t most_ranges = 16;  // nine, but for rounding
     out.clear();
     const Vec3 point = sorted_[of].point, normal = sorted_[of].normal;
     const Vec3i low = cell_at(point - Vec3::Constant(radius)), high = cell_at(point + Vec3::Constant(radius));
@@ -196,15 +220,18 @@ void SkinGrid::find_facing(std::size_t of, double radius, double height,
                             to_float(height + slack)};
     const FacingLanes lanes{lanes_[0].data(), lanes_[1].data(), lanes_[2].data(),
                             lanes_[3].data(), lanes_[4].data(), lanes_[5].data()};
-    out.resize(most + facing_padding);
+    // Grows only: what is in it is written anew.
+    if (scratch.size() < most + facing_padding) scratch.resize(most + facing_padding);
     bool is_low = false;
-    const std::size_t found = select_facing(lanes, {ranges.data(), count}, query, out.data(), is_low);
-    out.resize(is_low ? found : 0);
-    const double limit = radius * radius;
-    std::erase_if(out, [&](std::uint32_t k) {
-        return !((sorted_[k].point - point).squaredNorm() < limit &&
-                 normal.dot(sorted_[k].normal) < facing_cosine);
-    });
+    const std::size_t found = select_facing(lanes, {ranges.data(), count}, query, scratch.data(), is_low);
+    if (!is_low) return;
+    for (std::size_t n = 0; n < found; ++n) {
+        const Point& other = sorted_[scratch[n]];
+        const Vec3 way = point - other.point;
+        const double square = way.squaredNorm(), cosine = normal.dot(other.normal);
+        if (square < radius * radius && cosine < facing_cosine)
+            out.push_back({scratch[n], square, cosine, other.normal.dot(way)});
+    }
 }
 
 }  // namespace splitcubes::body

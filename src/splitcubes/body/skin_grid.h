@@ -16,63 +16,62 @@ namespace splitcubes::body {
 /// Normals' product below which skins face each other: an edge or a corner on a face does.
 inline constexpr double facing_cosine = -0.4;
 
-/// A uniform grid over points with normals, whose memory is kept from build to build. It
-/// knows for each point whether anything around it can face it at all: normals are sorted
-/// into 54 solid angles, and those within some cells of a point are a mask and a box. Where a solid is not
-/// cut, next to no point is ever looked around. Points are looked through in single precision, sixteen at a
-/// time where the machine can, and decided in double. Queries may run on several threads at once.
+/// A uniform grid over points with normals, whose memory is kept from build to build. Of them it keeps those
+/// that another one around may face at all: normals are sorted into 54 solid angles, and those around a cell
+/// are a mask and a box. Where a solid is not cut, next to nothing is kept. Points are looked through in
+/// single precision, sixteen at a time where the machine can, and decided in double. Queries may run on
+/// several threads at once.
 ///
 /// Points go by their places in the grid's own order, cell by cell: what is near in space is then near in
 /// memory.
 class SkinGrid {
   public:
-    /// The largest radius that may be asked for, in the reach of build.
-    static constexpr int most_rings = 3;
-
-    /// points: m; normals: unit; reach: m, > 0, of most queries; farthest: m, the largest radius that is
-    /// asked for, at most most_rings times the reach. Both are copied.
-    void build(std::span<const Vec3> points, std::span<const Vec3> normals, double reach, double farthest,
+    /// points: m; normals: unit; reach: m, > 0, the largest radius that is asked for. Both are copied.
+    void build(std::span<const Vec3> points, std::span<const Vec3> normals, double reach,
                const Parallel& parallel);
 
+    /// Of the points that are kept. What is not kept faces none within the reach.
     std::size_t size() const { return number_.size(); }
     /// Of the point at a place: its number in build's spans, itself (m), and its normal.
     std::uint32_t number(std::size_t place) const { return number_[place]; }
     const Vec3& point(std::size_t place) const { return sorted_[place].point; }
     const Vec3& normal(std::size_t place) const { return sorted_[place].normal; }
 
-    /// False only where no point within `radius` of the one at a place (m, as of find_facing) faces it.
-    bool may_face(std::size_t place, double radius) const {
-        const auto ring = static_cast<std::size_t>(std::ceil(radius / size_));
-        const Around& around = around_[ring][sorted_[place].cell];
-        return (around.bins & facing_bins()[sorted_[place].bin]) != 0 && around.may_face(normal(place));
-    }
+    /// False only where no point within the reach of the one at a place faces it.
+    bool may_face(std::size_t place) const { return around_[sorted_[place].cell].may_face(normal(place)); }
 
-    /// Places of the points that face the one at place `of` and are nearer to it than `radius` (m, at most
-    /// the farthest), ascending; `out` is replaced. It may be left empty where that one lies farther than
-    /// `height` (m) above the planes through all of them.
-    void find_facing(std::size_t of, double radius, double height, std::vector<std::uint32_t>& out) const;
+    /// A point that faces another one, which asks for it.
+    struct Faced {
+        std::uint32_t place;
+        double square;  // m^2, of the distance
+        double cosine;  // of the normals
+        double along;   // m, of the asking one above the plane through this one
+    };
+    /// The points that face the one at place `of` and are nearer to it than `radius` (m, at most the
+    /// reach), in order of their places; `out` is replaced. It may be left empty where that one lies
+    /// farther than `height` (m) above the planes through all of them. scratch: of the calling thread.
+    void find_facing(std::size_t of, double radius, double height, std::vector<std::uint32_t>& scratch,
+                     std::vector<Faced>& out) const;
 
   private:
     static constexpr std::size_t bin_count = 54;  // 3 x 3 on each side of a cube
 
     struct Point {
         Vec3 point, normal;
-        std::uint32_t cell, bin;
+        std::uint32_t cell;
     };
 
-    /// Which normals there are.
-    struct Around {
-        std::uint64_t bins = 0;
-        std::array<float, 3> low{2, 2, 2}, high{-2, -2, -2};  // of their coordinates
+    /// Of some normals' coordinates.
+    struct Extent {
+        std::array<float, 3> low{2, 2, 2}, high{-2, -2, -2};
 
-        void add(const Around& other) {
-            bins |= other.bins;
+        void add(const Extent& other) {
             for (std::size_t k = 0; k < 3; ++k) {
                 low[k] = std::min(low[k], other.low[k]);
                 high[k] = std::max(high[k], other.high[k]);
             }
         }
-        /// Whether a normal within the box faces this one.
+        /// Whether a normal within them faces this one.
         bool may_face(const Vec3& normal) const {
             double least = 0;
             for (std::size_t k = 0; k < 3; ++k) {
@@ -92,22 +91,30 @@ class SkinGrid {
                static_cast<std::size_t>(x);
     }
     void lay_out(std::span<const Vec3> points, double reach);
+    void find_bins(std::span<const Vec3> points, std::span<const Vec3> normals, const Parallel& parallel);
     void sort_points(std::span<const Vec3> points, std::span<const Vec3> normals, const Parallel& parallel);
-    void spread(std::span<const Around> from, std::vector<Around>& to, const Parallel& parallel);
+    void find_extents(const Parallel& parallel);
+    Extent extent_around(std::size_t cell) const;
+    bool is_kept(std::size_t point) const {
+        return (bins_around_[cell_[point]] & facing_bins()[bin_[point]]) != 0;
+    }
 
     Vec3 origin_ = Vec3::Zero();  // m, low corner
     double size_ = 1;             // m, of a cell
     double extent_ = 0;           // m, of the points along an axis
     Vec3i count_ = Vec3i::Ones();
-    std::vector<std::uint32_t> cell_;          // per point, by numbers
+    // Per point, by numbers.
+    std::vector<std::uint32_t> cell_;
+    std::vector<std::uint8_t> bin_;
+    // Per cell: of the solid angles of the normals in it and in those next to it.
+    std::vector<std::uint64_t> bins_around_, spare_bins_;
     std::vector<std::uint32_t> begin_, next_;  // per cell, first of its places; one more at the end
     std::vector<std::uint32_t> number_;        // per place
     std::vector<Point> sorted_;                // per place
     // Per place, with room for a vector more: m from the origin; of unit normals.
     std::array<std::vector<float>, 6> lanes_;
-    // Per cell: of the points within so many cells of it along each axis.
-    std::array<std::vector<Around>, most_rings + 1> around_;
-    std::vector<Around> spare_;
+    // Per cell that has places: of the kept normals in it; and in those next to it.
+    std::vector<Extent> own_, around_;
 };
 
 }  // namespace splitcubes::body
