@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Dense>
 
+#include <array>
 #include <random>
 #include <vector>
 
@@ -100,6 +101,41 @@ TEST(ContactProducts, AreThoseOfTheDefinition) {
         EXPECT_LT((out.cast<double>() - Eigen::VectorXd::Ones(size) - truth).norm(), 1e-5 * truth.norm());
         EXPECT_NEAR(product, x.dot(truth), 1e-5 * x.dot(truth));
     }
+}
+
+// Springs whose stiffness is changed are those that were listed so.
+TEST(ContactProducts, AChangeOfStiffnessIsAsIfListedAnew) {
+    const std::size_t counts[] = {stride};
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> positive{0, 1};
+    ContactProducts changed, fresh;
+    changed.clear(counts);
+    fresh.clear(counts);
+    for (std::uint32_t k = 0; k < 20; ++k) {
+        Contact contact;
+        contact.normal = Vec3(positive(random), positive(random), 1).normalized();
+        contact.upper.count = 2;
+        contact.upper.phyxel = {k % 16, (k + 3) % 16};
+        contact.upper.weight = {0.25, 0.75};
+        const double along = positive(random), across = along * positive(random);
+        changed.add(contact, 7, 3);
+        changed.set(k, along, across);
+        fresh.add(contact, along, across);
+    }
+    Pull pull;
+    changed.add(pull, 2);
+    changed.set(20, 9, 9);
+    fresh.add(pull, 9);
+    const Eigen::VectorXf in = Eigen::VectorXf::Random(size);
+    std::array<Eigen::VectorXf, 2> out;
+    for (ContactProducts* products : {&changed, &fresh}) {
+        products->finish();
+        Eigen::VectorXf& to = out[products == &fresh] = Eigen::VectorXf::Zero(size);
+        const ContactProducts::RowPart rows[] = {{stride, in.data(), to.data()}};
+        products->apply(rows, Parallel(1));
+    }
+    EXPECT_GT(out[0].norm(), 0);
+    EXPECT_EQ(out[0], out[1]);
 }
 
 // The whole of the smoothing operator, column by column, against the inverse of what it stands for.

@@ -99,8 +99,8 @@ class MemoryFinder {
 
   private:
     std::span<const ContactMemory> all_;
-    std::size_t at_ = 0;       // the first that is not below the last key
-    std::uint64_t last_ = 0;   // key
+    std::size_t at_ = 0;      // the first that is not below the last key
+    std::uint64_t last_ = 0;  // key
     bool is_placed_ = false;
 };
 

@@ -49,8 +49,8 @@ double slack_of(const Contact& contact) {
     return (contact.lower.is_collider() ? deep_share : deep_share_of_skins) * contact.lift;
 }
 
-// The push of a contact, m, that would have gone deeper by less than so much with another: where it went deeper
-// by too much more, and on a collider less where it came up.
+// The push of a contact, m, that would have gone deeper by less than so much with another: where it went
+// deeper by too much more, and on a collider less where it came up.
 double right_push(const Contact& contact, double push, double deeper) {
     const double slack = slack_of(contact);
     const bool off = deeper > slack || (contact.lower.is_collider() && push > 0 && deeper < 0);
@@ -124,8 +124,8 @@ Vec3 ContactForces::coasting(const Contact& contact, std::span<const Part> parts
 }
 
 // A spring of no stiffness where nothing that it holds moves.
-ContactForces::Row ContactForces::make_row(std::uint32_t number, const ContactMemory* memory, ConstField guess,
-                                           OverlapSums& sums) const {
+ContactForces::Row ContactForces::make_row(std::uint32_t number, const ContactMemory* memory,
+                                           ConstField guess, OverlapSums& sums) const {
     const Contact& contact = input_.contacts[number];
     const double mobility = load_of(contact.upper) + load_of(contact.lower);
     Row row;

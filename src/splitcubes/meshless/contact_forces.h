@@ -118,7 +118,8 @@ class ContactForces {
     Vec3 spring_force(const Row& row, const Vec3& way) const;
     Vec3 allowed_force(const Row& row, const Vec3& way, double& tangent) const;
     void touch(std::uint32_t part, std::uint32_t phyxel, double weight);
-    Row make_row(std::uint32_t number, const ContactMemory* memory, ConstField guess, OverlapSums& sums) const;
+    Row make_row(std::uint32_t number, const ContactMemory* memory, ConstField guess,
+                 OverlapSums& sums) const;
     double load_of(const ContactSide& side) const;
     void undo_overlaps(const OverlapSums& sums, const Parallel& parallel);
     void list_active();
@@ -130,7 +131,7 @@ class ContactForces {
     std::vector<std::uint32_t> active_;  // rows
     std::vector<Vec3> force_;            // N, per active row, of add_forces
     std::vector<Spring> pulls_;
-    std::vector<std::vector<double>> load_;  // per part, per phyxel: sum of weights of its contacts
+    std::vector<std::vector<double>> load_;            // per part, per phyxel: sum of weights of its contacts
     std::vector<std::vector<std::uint32_t>> touched_;  // per part
     double least_lift_ = 0;                            // m
     ChunkSumOf<OverlapSums> begin_sum_;

@@ -17,9 +17,9 @@ namespace splitcubes::meshless {
 ///
 ///     C = sum over springs s of  w_s (across 1 + (along - across) n n^T) w_s^T,
 ///
-/// w_s being the weights of its sides, the lower one's negative. The list is made anew when other springs push.
-/// Each spring is multiplied by itself, then each phyxel sums up its springs in the order of the list: the
-/// same bits for any number of threads.
+/// w_s being the weights of its sides, the lower one's negative. The list is made anew when other springs
+/// push. Each spring is multiplied by itself, then each phyxel sums up its springs in the order of the list:
+/// the same bits for any number of threads.
 class ContactProducts {
   public:
     /// A part's row arrays: component k of phyxel i is at k * stride + i.
