@@ -63,8 +63,10 @@ double median(std::vector<double> values) {
 struct Times {
     std::array<std::vector<double>, body::stage_count> stages;  // ms
     std::vector<double> whole, added;                           // ms; of `integrate`, by contacts
+    // Of steps in which the blade cuts: ms; whole, and the stages that look for contacts and tear.
+    std::vector<double> cutting, cutting_apart;
     body::StepReport first, last;
-    std::size_t torn = 0, contacts = 0, cutting = 0;
+    std::size_t torn = 0, contacts = 0;
 };
 
 double ms_of(const body::StepReport& report, body::Stage stage) {
@@ -98,7 +100,10 @@ void run_once(const Case& c, const std::shared_ptr<const Parallel>& parallel, Ti
         out.whole.push_back(1e3 * report.total_seconds());
         out.torn += report.torn_edges;
         out.contacts += report.contacts;
-        out.cutting += report.new_cut_edges > report.torn_edges;
+        if (report.new_cut_edges <= report.torn_edges) continue;
+        out.cutting.push_back(out.whole.back());
+        out.cutting_apart.push_back(ms_of(report, body::Stage::detect_contacts) +
+                                    ms_of(report, body::Stage::tear));
     }
 }
 
@@ -109,7 +114,7 @@ Json time_case(const Case& c, int runs, const std::shared_ptr<const Parallel>& p
     const double whole = median(times.whole), added = median(times.added);
     std::printf("%s: %zu phyxels, %zu -> %zu pieces, %d threads, %.0f steps of which %zu cut\n", c.name,
                 times.first.phyxels, times.first.pieces, times.last.pieces, parallel->thread_count(), steps,
-                times.cutting);
+                times.cutting.size());
     std::printf("%-24s %10s %8s\n", "stage", "median ms", "share %");
     Json stages;
     for (std::size_t s = 0; s < body::stage_count; ++s) {
@@ -126,7 +131,10 @@ Json time_case(const Case& c, int runs, const std::shared_ptr<const Parallel>& p
     std::printf("%-24s %10.3f %8.1f\n", "of integrate: contacts", added, 100 * added / whole);
     std::printf("a step: %.0f contacts that push, %.2f torn edges\n",
                 static_cast<double>(times.contacts) / steps, static_cast<double>(times.torn) / steps);
-    std::printf("contact and tearing together: %.1f %%\n\n", 100 * share);
+    const double cutting = median(times.cutting);
+    const double cutting_share = cutting > 0 ? (median(times.cutting_apart) + added) / cutting : 0;
+    std::printf("contact and tearing together: %.1f %%; of steps that cut, %.3f ms: %.1f %%\n\n", 100 * share,
+                cutting, 100 * cutting_share);
     std::fflush(stdout);
     return {{"world", c.name},
             {"phyxels", times.first.phyxels},
@@ -137,6 +145,9 @@ Json time_case(const Case& c, int runs, const std::shared_ptr<const Parallel>& p
             {"whole_median_ms", whole},
             {"contacts_in_integrate_median_ms", added},
             {"contact_and_tearing_share", share},
+            {"cutting_steps", times.cutting.size()},
+            {"cutting_median_ms", cutting},
+            {"cutting_contact_and_tearing_share", cutting_share},
             {"stages", stages}};
 }
 

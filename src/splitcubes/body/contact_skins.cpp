@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace splitcubes::body {
 
@@ -103,25 +104,24 @@ bool ContactFinder::may_meet(const Task& task, std::size_t k, std::size_t n, Chu
 // The nearest sample whose skin lies opposite, of equally near ones the first; only where there is none, an
 // edge's or a corner's.
 const SkinGrid::Faced* ContactFinder::partner_of(const Task& task, std::size_t k, Chunk& chunk) {
-    for (;;) {
-        const SkinGrid::Faced* best = nullptr;
-        bool opposite = false;
-        for (std::size_t n = 0; n < chunk.faced.size(); ++n) {
-            const SkinGrid::Faced& other = chunk.faced[n];
-            if (chunk.may[n] == May::no) continue;
-            const bool lies_opposite = other.cosine < opposite_skins;
-            if (opposite && !lies_opposite) continue;
-            if (best && opposite == lies_opposite &&
-                (other.square > best->square ||
-                 (other.square == best->square && grid_.number(other.place) > grid_.number(best->place))))
-                continue;
-            opposite = lies_opposite;
-            best = &other;
-        }
-        // Few are looked at so: whether a cut parts the two is dear to know.
-        if (!best || may_meet(task, k, static_cast<std::size_t>(best - chunk.faced.data()), chunk))
-            return best;
+    const auto is_worse = [&](std::uint64_t a, std::uint64_t b) {
+        const SkinGrid::Faced &one = chunk.faced[a], &other = chunk.faced[b];
+        const bool lies_opposite = one.cosine < opposite_skins;
+        if (lies_opposite != (other.cosine < opposite_skins)) return !lies_opposite;
+        if (one.square != other.square) return one.square > other.square;
+        return grid_.number(one.place) > grid_.number(other.place);
+    };
+    chunk.order.resize(chunk.faced.size());
+    std::iota(chunk.order.begin(), chunk.order.end(), std::uint64_t{0});
+    // Mostly the first is taken: whether a cut parts the two is dear to know.
+    std::make_heap(chunk.order.begin(), chunk.order.end(), is_worse);
+    while (!chunk.order.empty()) {
+        const std::uint64_t best = chunk.order.front();
+        if (may_meet(task, k, best, chunk)) return &chunk.faced[best];
+        std::pop_heap(chunk.order.begin(), chunk.order.end(), is_worse);
+        chunk.order.pop_back();
     }
+    return nullptr;
 }
 
 // The samples within `radius` (m) that face this one; false where no contact can come of them.

@@ -168,9 +168,9 @@ class ContactForces {
     void take_revision(std::size_t r);
     void take_revisions(ConstField position, Field change, const Parallel& parallel);
     std::vector<Revision> revisions_;
-    std::vector<Vec3> pulled_;  // N, per handle
-    bool listed_ = false;       // products_ are those of the rows
-    bool same_rows_ = false;    // but for their stiffness
+    std::vector<Vec3> pulled_;                // N, per handle
+    bool listed_ = false;                     // products_ are those of the rows
+    bool same_rows_ = false;                  // but for their stiffness
     std::vector<std::uint32_t> listed_rows_;  // that products_ know; more than push now
     ContactProducts products_;
     std::vector<std::size_t> phyxel_count_;  // per part
