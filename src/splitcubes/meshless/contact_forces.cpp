@@ -344,10 +344,8 @@ bool ContactForces::list_springs() {
     if (listed_) return false;
     listed_ = true;
     if (same_rows_) {
-        // One that pushes no more stays, as no spring.
         std::size_t k = 0;
-        for (const std::uint32_t r : listed_rows_)
-            products_.set(k++, rows_[r].active ? rows_[r].normal : 0, rows_[r].active ? rows_[r].tangent : 0);
+        for (const std::uint32_t r : active_) products_.set(k++, rows_[r].normal, rows_[r].tangent);
         for (const Spring& s : pulls_) products_.set(k++, s.stiffness, s.stiffness);
         return true;
     }
@@ -355,8 +353,7 @@ bool ContactForces::list_springs() {
     phyxel_count_.clear();
     for (const std::vector<double>& load : load_) phyxel_count_.push_back(load.size());
     products_.clear(phyxel_count_);
-    listed_rows_ = active_;
-    for (const std::uint32_t r : listed_rows_)
+    for (const std::uint32_t r : active_)
         products_.add(input_.contacts[rows_[r].contact], rows_[r].normal, rows_[r].tangent);
     for (const Spring& s : pulls_) products_.add(s.pull, s.stiffness);
     products_.finish();
@@ -434,8 +431,7 @@ bool ContactForces::revise(ConstField position, bool only_add, Field change, con
 void ContactForces::take_revision(std::size_t r) {
     Row& row = rows_[r];
     Revision& now = revisions_[r];
-    now.begins = now.active && !row.active;
-    now.ends = row.active && !now.active;
+    now.is_same = row.active == now.active;
     row.push = now.push;
     if (!row.active && !now.active) return;
     row.active = now.active;
@@ -451,18 +447,19 @@ void ContactForces::take_revisions(ConstField position, Field change, const Para
         for (std::size_t r = begin; r < end; ++r) take_revision(r);
     };
     parallel.for_chunks(rows_.size(), spring_grain, std::cref(take));
-    bool any_begins = false, any_ends = false;
+    bool same = true;
     for (std::size_t r = 0; r < rows_.size(); ++r) {
         const Vec3& more = revisions_[r].used;
-        any_begins = any_begins || revisions_[r].begins;
-        any_ends = any_ends || revisions_[r].ends;
+        same = same && revisions_[r].is_same;
         if (more.isZero(0)) continue;
         const Contact& contact = input_.contacts[rows_[r].contact];
         add_to_side(contact.upper, 1, more, change);
         add_to_side(contact.lower, -1, more, change);
     }
-    if (any_begins || any_ends) list_active();
-    same_rows_ = same_rows_ && !any_begins;
+    if (!same) {
+        list_active();
+        same_rows_ = false;
+    }
     for (std::size_t k = 0; k < pulls_.size(); ++k) {
         const Pull& pull = pulls_[k].pull;
         change[pull.part][pull.phyxel] +=

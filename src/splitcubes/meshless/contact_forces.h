@@ -152,8 +152,7 @@ class ContactForces {
         Vec3 rub = Vec3::Zero();   // N
         Vec3 way = Vec3::Zero();   // m
         Vec3 used = Vec3::Zero();  // N, before; then what it changes by
-        bool begins = false;       // to push
-        bool ends = false;
+        bool is_same = true;       // nothing changes
     };
     /// Forces, N.
     struct ForceSums {
@@ -168,10 +167,9 @@ class ContactForces {
     void take_revision(std::size_t r);
     void take_revisions(ConstField position, Field change, const Parallel& parallel);
     std::vector<Revision> revisions_;
-    std::vector<Vec3> pulled_;                // N, per handle
-    bool listed_ = false;                     // products_ are those of the rows
-    bool same_rows_ = false;                  // but for their stiffness
-    std::vector<std::uint32_t> listed_rows_;  // that products_ know; more than push now
+    std::vector<Vec3> pulled_;  // N, per handle
+    bool listed_ = false;       // products_ are those of the rows
+    bool same_rows_ = false;    // but for their stiffness
     ContactProducts products_;
     std::vector<std::size_t> phyxel_count_;  // per part
     std::vector<double> pull_before_;        // N/m, per pull

@@ -9,7 +9,7 @@ namespace splitcubes::meshless {
 namespace {
 
 // Springs, or phyxels that they hold, a chunk.
-constexpr std::size_t spring_grain = 64;
+constexpr std::size_t spring_grain = 256;
 // The preconditioner's polynomial: least and largest eigenvalue that it is made for, of D^-1 (E + C), and its
 // steps.
 constexpr double least = 0.1, largest = 1;
@@ -99,33 +99,26 @@ void ContactProducts::finish() {
 }
 
 // D bounds E + C by rows' sums (Gershgorin), over both sides of each spring.
-void ContactProducts::take_diagonals(std::span<const Diagonal> diagonals, const Parallel& parallel) {
-    const auto sum_up = [&](std::size_t begin, std::size_t end) {
-        for (std::size_t s = begin; s < end; ++s) {
-            float sum = 0;
-            for (std::uint32_t e = springs_[s].first; e < springs_[s + 1].first; ++e)
-                sum += std::abs(ends_[e].weight);
-            force_[s][0] = sum * (springs_[s].across + std::max(0.0F, springs_[s].beyond));
-        }
-    };
-    parallel.for_chunks(spring_count_, spring_grain, std::cref(sum_up));
-    const auto take = [&](std::size_t begin, std::size_t end) {
-        for (std::size_t t = begin; t < end; ++t) take_diagonal(t, diagonals[touched_[t].part]);
-    };
-    parallel.for_chunks(touched_count_, spring_grain, std::cref(take));
-}
-
-void ContactProducts::take_diagonal(std::size_t t, const Diagonal& of) {
-    Touched& touched = touched_[t];
-    const double mobility = of.mobility[touched.phyxel];
-    touched.own = touched.bound = touched.inverse = 0;
-    if (!(mobility > 0) || (!of.fixed.empty() && of.fixed[touched.phyxel] != 0)) return;
-    touched.own = static_cast<float>(1 / mobility);
-    float sum = touched.own;
-    for (std::uint32_t e = touched.first; e < touched_[t + 1].first; ++e)
-        sum += std::abs(by_phyxel_[e].weight) * force_[by_phyxel_[e].at][0];
-    touched.bound = 1 / sum;
-    touched.inverse = static_cast<float>(of.inverse[touched.phyxel]);
+void ContactProducts::take_diagonals(std::span<const Diagonal> diagonals) {
+    for (std::size_t s = 0; s < spring_count_; ++s) {
+        float sum = 0;
+        for (std::uint32_t e = springs_[s].first; e < springs_[s + 1].first; ++e)
+            sum += std::abs(ends_[e].weight);
+        force_[s][0] = sum * (springs_[s].across + std::max(0.0F, springs_[s].beyond));
+    }
+    for (std::size_t t = 0; t < touched_count_; ++t) {
+        Touched& touched = touched_[t];
+        const Diagonal& of = diagonals[touched.part];
+        const double mobility = of.mobility[touched.phyxel];
+        touched.own = touched.bound = touched.inverse = 0;
+        if (!(mobility > 0) || (!of.fixed.empty() && of.fixed[touched.phyxel] != 0)) continue;
+        touched.own = static_cast<float>(1 / mobility);
+        float sum = touched.own;
+        for (std::uint32_t e = touched.first; e < touched_[t + 1].first; ++e)
+            sum += std::abs(by_phyxel_[e].weight) * force_[by_phyxel_[e].at][0];
+        touched.bound = 1 / sum;
+        touched.inverse = static_cast<float>(of.inverse[touched.phyxel]);
+    }
 }
 
 void ContactProducts::take_in(std::span<const RowPart> parts, std::vector<Packed>& to) const {

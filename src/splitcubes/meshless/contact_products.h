@@ -45,7 +45,7 @@ class ContactProducts {
     /// Ends a list.
     void finish();
     /// Before smooth, once the list is made.
-    void take_diagonals(std::span<const Diagonal> diagonals, const Parallel& parallel);
+    void take_diagonals(std::span<const Diagonal> diagonals);
     bool empty() const { return springs_.empty(); }
 
     /// out += C in; returns in . C in.
@@ -78,7 +78,6 @@ class ContactProducts {
         float bound = 0;                                // m/N, D^-1; zero where it does not move
         float inverse = 0;                              // m/N, the rest of the preconditioner's
     };
-    void take_diagonal(std::size_t t, const Diagonal& of);
     void hold(std::uint32_t part, std::uint32_t phyxel, double weight);
     double push(const std::vector<Packed>& ways, const Parallel& parallel);
     Packed pushed(std::size_t touched) const;

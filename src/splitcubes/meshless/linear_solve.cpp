@@ -156,7 +156,7 @@ void ImplicitSolver::Group::list_springs() {
     each([&](ImplicitSolver& s, const Job&, std::uint32_t) {
         diagonals.push_back({s.mobility_, s.inverse_, s.held_});
     });
-    forces->products().take_diagonals(diagonals, jobs[0].parallel);
+    forces->products().take_diagonals(diagonals);
 }
 
 // What springs add to the preconditioner goes from residual to direction.
