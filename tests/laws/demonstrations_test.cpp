@@ -265,20 +265,27 @@ TEST(Scenes, FasterBallsBreakThePlateAsWell) {
 }
 
 TEST(Scenes, ABallThatStaysOnTheBrokenPlatePressesItNoHarder) {
-    // Too slow to break it through: splinters stay jammed between the lips of its cracks. Where contacts undo
-    // their overlaps at nobody's cost, they are pressed harder from step to step, by more than a joule.
-    std::vector<std::string> overrides = coarse_plate;
-    overrides.push_back("frames=120");
-    overrides.push_back("bodies[1].velocity=[0, 0, -2]");
-    double lowest = 1e300, most = 0;
-    const Showing run("plate_and_ball.json", overrides,
-                      [&](const body::World& world, const body::StepReport& report) {
-                          const double energy = energy_of(world, report);
-                          lowest = std::min(lowest, energy);
-                          most = std::max(most, energy - lowest);
-                      });
-    EXPECT_GT(run.world->bodies()[0]->pieces().count(), 1U);
-    EXPECT_LT(most, 0.1 * 1.8) << "of 1.8 J that the ball brings";
+    // Splinters stay jammed between the lips of its cracks, or under a faster ball all of it does. Where
+    // contacts undo their overlaps at nobody's cost, they are pressed harder from step to step, by more than
+    // a joule; where contacts that no solve has settled are kept pulling, by 0.3 to 0.6 J in a step.
+    struct Fall {
+        const char* velocity;
+        double energy, share;  // J, that the ball brings; that may come for a step
+    };
+    for (const Fall& fall : {Fall{"[0, 0, -2]", 1.8, 0.1}, Fall{"[0, 0, -4]", 7.2, 0.03}}) {
+        std::vector<std::string> overrides = coarse_plate;
+        overrides.push_back("frames=120");
+        overrides.push_back(std::string("bodies[1].velocity=") + fall.velocity);
+        double lowest = 1e300, most = 0;
+        const Showing run("plate_and_ball.json", overrides,
+                          [&](const body::World& world, const body::StepReport& report) {
+                              const double energy = energy_of(world, report);
+                              lowest = std::min(lowest, energy);
+                              most = std::max(most, energy - lowest);
+                          });
+        EXPECT_GT(run.world->bodies()[0]->pieces().count(), 1U);
+        EXPECT_LT(most, fall.share * fall.energy) << "of " << fall.energy << " J that the ball brings";
+    }
 }
 
 TEST(Scenes, WithoutTheBallThePlateBearsItself) {

@@ -53,8 +53,8 @@ class ImplicitSolver {
                               const SolverOptions& options, const Parallel& parallel);
 
   private:
-    static constexpr int max_contact_passes = 5;
-    static constexpr int letting_go_passes = 3;
+    static constexpr int max_contact_passes = 9;
+    static constexpr int letting_go_passes = 6;
     static constexpr int max_distorted_passes = 3;
     static constexpr int max_refinements = 4;
 
