@@ -21,6 +21,13 @@ geometry::Box box_of(const Vec3& a, const Vec3& b) {
     return {a.cwiseMin(b), a.cwiseMax(b)};
 }
 
+// Whether a phyxel of the piece was seen, or hidden, as `before` says, and may not be so any more.
+bool is_to_recall(const EdgeSights::Link& link, std::uint32_t before, std::int32_t piece,
+                  const SightContext& context) {
+    return link.sight == EdgeSights::Link::unknown && link.before == before &&
+           context.phyxels.piece[link.phyxel] == piece;
+}
+
 }  // namespace
 
 std::size_t EdgeSights::slot_of(std::uint64_t edge) const {
@@ -107,8 +114,7 @@ void EdgeSights::doubt(std::uint32_t number, const SightContext& context) {
 void EdgeSights::recall_hidden(std::uint32_t number, std::int32_t piece, const SightContext& context) {
     Entry& entry = entries_[number];
     for (Link& link : entry.links) {
-        if (link.sight != Link::unknown || link.before != Link::hidden) continue;
-        if (context.phyxels.piece[link.phyxel] != piece) continue;
+        if (!is_to_recall(link, Link::hidden, piece, context)) continue;
         const Vec3& to = context.phyxels.rest_position[link.phyxel];
         // What does not hide it any more tells nothing.
         const bool is_hidden = context.occluders.blocks(link.witness, entry.rest, to);
@@ -119,8 +125,7 @@ void EdgeSights::recall_hidden(std::uint32_t number, std::int32_t piece, const S
 void EdgeSights::recall_seen(std::uint32_t number, std::int32_t piece, const SightContext& context) {
     Entry& entry = entries_[number];
     for (Link& link : entry.links) {
-        if (link.sight != Link::unknown || link.before != Link::seen) continue;
-        if (context.phyxels.piece[link.phyxel] != piece) continue;
+        if (!is_to_recall(link, Link::seen, piece, context)) continue;
         const Vec3& to = context.phyxels.rest_position[link.phyxel];
         const std::uint32_t by = context.occluders.blocker(entry.rest, to, link.witness);
         const bool is_hidden = by != geometry::OccluderGrid::no_triangle;

@@ -8,8 +8,10 @@
 
 #include <splitcubes/geometry/occluder_lanes.h>
 
+#include <algorithm>
 #include <bit>
 #include <cassert>
+#include <cmath>
 #include <limits>
 
 HWY_BEFORE_NAMESPACE();

@@ -4,9 +4,7 @@
 
 #include <splitcubes/geometry/box.h>
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 

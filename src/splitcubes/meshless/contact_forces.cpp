@@ -49,14 +49,6 @@ double slack_of(const Contact& contact) {
     return (contact.lower.is_collider() ? deep_share : deep_share_of_skins) * contact.lift;
 }
 
-// The push of a contact, m, that would have gone deeper by less than so much with another: where it went
-// deeper by too much more, and on a collider less where it came up.
-double right_push(const Contact& contact, double push, double deeper) {
-    const double slack = slack_of(contact);
-    const bool off = deeper > slack || (contact.lower.is_collider() && push > 0 && deeper < 0);
-    return off ? std::max(0.0, push + deeper - kept_share * slack) : push;
-}
-
 // out[side] += sign * weight * force.
 void add_to_side(const ContactSide& side, double sign, const Vec3& force, Field out) {
     for (std::uint32_t k = 0; k < side.count; ++k)
@@ -391,7 +383,9 @@ ContactForces::ForceSums ContactForces::revise_row(std::size_t r, ConstField pos
     // Never more than that, and less where that was too much: pushed out of where it was, it would be
     // given energy.
     const double deeper = std::min(0.0, contact.gap) - contact.gap - contact.normal.dot(way);
-    now.push = row.active ? right_push(contact, row.push, deeper) : row.push;
+    const double slack = slack_of(contact);
+    const bool off = deeper > slack || (contact.lower.is_collider() && row.push > 0 && deeper < 0);
+    now.push = row.active && off ? std::max(0.0, row.push + deeper - kept_share * slack) : row.push;
     std::swap(row.push, now.push);
     const Vec3 right = allowed_force(row, way, now.tangent);
     std::swap(row.push, now.push);
@@ -439,7 +433,7 @@ void ContactForces::take_revision(std::size_t r) {
     row.rub = now.rub;
     Vec3 force = row.active ? spring_force(row, now.way) : Vec3(Vec3::Zero());
     if (!force.allFinite()) force.setZero();
-    now.used = force - now.used;
+    now.more = force - now.used;
 }
 
 void ContactForces::take_revisions(ConstField position, Field change, const Parallel& parallel) {
@@ -449,7 +443,7 @@ void ContactForces::take_revisions(ConstField position, Field change, const Para
     parallel.for_chunks(rows_.size(), spring_grain, std::cref(take));
     bool same = true;
     for (std::size_t r = 0; r < rows_.size(); ++r) {
-        const Vec3& more = revisions_[r].used;
+        const Vec3& more = revisions_[r].more;
         same = same && revisions_[r].is_same;
         if (more.isZero(0)) continue;
         const Contact& contact = input_.contacts[rows_[r].contact];

@@ -151,7 +151,8 @@ class ContactForces {
         double push = 0;           // m
         Vec3 rub = Vec3::Zero();   // N
         Vec3 way = Vec3::Zero();   // m
-        Vec3 used = Vec3::Zero();  // N, before; then what it changes by
+        Vec3 used = Vec3::Zero();  // N, before
+        Vec3 more = Vec3::Zero();  // N, what that changes by
         bool is_same = true;       // nothing changes
     };
     /// Forces, N.
