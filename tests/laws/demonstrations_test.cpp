@@ -7,6 +7,7 @@
 #include <splitcubes/scene/parse.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -251,10 +252,11 @@ TEST(Scenes, AFallingBallBreaksThePlate) {
 }
 
 TEST(Scenes, FasterBallsBreakThePlateAsWell) {
-    // Which cracks there are is chaotic; that one of them goes through is not.
+    // Which cracks there are is chaotic, and for how long splinters hold the ball up; that one goes through
+    // is not.
     for (const char* velocity : {"[0, 0, -3]", "[0, 0, -3.5]"}) {
         std::vector<std::string> overrides = coarse_plate;
-        overrides.push_back("frames=70");
+        overrides.push_back("frames=160");
         overrides.push_back(std::string("bodies[1].velocity=") + velocity);
         const Showing run("plate_and_ball.json", overrides,
                           [](const body::World&, const body::StepReport&) {});
@@ -266,25 +268,30 @@ TEST(Scenes, FasterBallsBreakThePlateAsWell) {
 
 TEST(Scenes, ABallThatStaysOnTheBrokenPlatePressesItNoHarder) {
     // Splinters stay jammed between the lips of its cracks, or under a faster ball all of it does. Where
-    // contacts undo their overlaps at nobody's cost, they are pressed harder from step to step, by more than
-    // a joule; where contacts that no solve has settled are kept pulling, by 0.3 to 0.6 J in a step.
+    // contacts undo their overlaps at nobody's cost, where those that no solve has settled are kept pulling,
+    // or where what was pushed out too far is not let back, it gains a tenth of a joule to more than one, and
+    // keeps it. The strain of phyxels whose neighbours are torn off may be more for a step or two.
     struct Fall {
         const char* velocity;
-        double energy, share;  // J, that the ball brings; that may come for a step
+        double energy;  // J, that the ball brings
     };
-    for (const Fall& fall : {Fall{"[0, 0, -2]", 1.8, 0.1}, Fall{"[0, 0, -4]", 7.2, 0.03}}) {
+    for (const Fall& fall : {Fall{"[0, 0, -2]", 1.8}, Fall{"[0, 0, -3.5]", 5.5}, Fall{"[0, 0, -4]", 7.2}}) {
         std::vector<std::string> overrides = coarse_plate;
         overrides.push_back("frames=120");
         overrides.push_back(std::string("bodies[1].velocity=") + fall.velocity);
         double lowest = 1e300, most = 0;
+        std::array<double, 3> last{};  // J, of the last steps
+        std::size_t steps = 0;
         const Showing run("plate_and_ball.json", overrides,
                           [&](const body::World& world, const body::StepReport& report) {
-                              const double energy = energy_of(world, report);
-                              lowest = std::min(lowest, energy);
-                              most = std::max(most, energy - lowest);
+                              last[steps++ % last.size()] = energy_of(world, report) + report.contact_energy;
+                              const double kept = *std::min_element(last.begin(), last.end());
+                              if (steps < last.size()) return;
+                              lowest = std::min(lowest, kept);
+                              most = std::max(most, kept - lowest);
                           });
         EXPECT_GT(run.world->bodies()[0]->pieces().count(), 1U);
-        EXPECT_LT(most, fall.share * fall.energy) << "of " << fall.energy << " J that the ball brings";
+        EXPECT_LT(most, 0.02 * fall.energy) << "of " << fall.energy << " J that the ball brings";
     }
 }
 

@@ -25,7 +25,7 @@ namespace splitcubes::body {
 namespace {
 
 // Raised with every change of what is stored or of what a step makes of it.
-constexpr std::string_view signature = "Splitcubes checkpoint 2\n";
+constexpr std::string_view signature = "Splitcubes checkpoint 3\n";
 
 std::uint64_t checksum(std::string_view bytes) {
     StateHash hash;

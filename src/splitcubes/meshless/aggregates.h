@@ -50,8 +50,6 @@ class Aggregates {
     /// Finds the corrections of a residual r (N, a row array of 3, zero where held) and returns their
     /// product with it.
     double correct(const float* r, const Parallel& parallel);
-    /// Sets the corrections to zero.
-    void leave_out() { std::fill(correction_.begin(), correction_.end(), 0.0F); }
 
     /// Of level 0.
     std::size_t count() const { return levels_.empty() ? 0 : levels_[0].size(); }

@@ -52,11 +52,12 @@ struct ContactMemory {
     Vec3 force = Vec3::Zero();  // N, world, on the upper side
     double stiffness = 0;       // N/m, of its spring; 0 where it has none
     double allowed = 0;         // m, the gap above which nothing pushes, <= 0
+    double energy = 0;  // J, that its spring held when the step began, less the work that it did in it
 
     /// For checkpoints.
     template <class Archive>
     void serialize(Archive& archive) {
-        archive(key, slip, pressure, force, stiffness, allowed);
+        archive(key, slip, pressure, force, stiffness, allowed, energy);
     }
 };
 

@@ -134,7 +134,6 @@ ContactForces::Row ContactForces::make_row(std::uint32_t number, const ContactMe
         row.start += contact.upper.weight[k] * parts_[contact.upper.part].start[contact.upper.phyxel[k]];
     for (std::uint32_t k = 0; k < contact.lower.count; ++k)
         row.start -= contact.lower.weight[k] * parts_[contact.lower.part].start[contact.lower.phyxel[k]];
-    double sunk = 0;
     if (memory) {
         row.slip = along_plane(contact.normal, memory->slip);
         row.pressure = memory->pressure;
@@ -143,8 +142,7 @@ ContactForces::Row ContactForces::make_row(std::uint32_t number, const ContactMe
         if (!contact.lower.is_collider() && memory->stiffness > 0) {
             // Found deeper than it was left, since other skin is nearest now: no compressed spring either.
             const double left = memory->allowed - memory->pressure / memory->stiffness;
-            sunk = -std::min(0.0, contact.gap - left + jump_share * contact.lift);
-            row.allowed -= sunk;
+            row.allowed += std::min(0.0, contact.gap - left + jump_share * contact.lift);
         }
         // A spring that grew stiffer or softer under load would make or lose energy.
         if (memory->stiffness > row.normal / most_change && memory->stiffness < row.normal * most_change)
@@ -168,17 +166,28 @@ ContactForces::Row ContactForces::make_row(std::uint32_t number, const ContactMe
     }
     if (row.pressure > 0) row.undone = std::min(undone_share * contact.lift, -row.allowed);
     sums.undone += row.undone;
-    sums.sunk += row.pressure * sunk;
-    if (!contact.lower.is_collider()) sums.wanted += row.pressure * row.undone;
+    if (memory && !contact.lower.is_collider()) {
+        const double held = held_by(row, contact.gap, row.slip);
+        sums.left += memory->energy;
+        sums.held += held;
+        sums.wanted += held_by(row, contact.gap - row.undone, row.slip) - held;
+    }
     return row;
 }
 
-// A collider undoes an overlap at its own cost. Between skins that bear something it is work that nothing
-// pays for: jammed splinters of a stiff plate were pressed by it until they flew. What pieces sink into each
-// other by, as they slide from sample to sample, has taken as much; no more than that is given back.
+// J, of a spring at a gap.
+double ContactForces::held_by(const Row& row, double gap, const Vec3& slip) {
+    const double overlap = std::max(0.0, row.allowed - gap);
+    return 0.5 * row.normal * (overlap * overlap + slip.squaredNorm());
+}
+
+// A collider undoes an overlap at its own cost. Between skins that bear something it is work, and jammed
+// splinters of a stiff plate were pressed by it until they flew. It is paid for by what the springs lost in
+// the last step, to friction and to damping: where nothing slides nothing is undone.
 void ContactForces::undo_overlaps(const OverlapSums& sums, const Parallel& parallel) {
     if (sums.undone == 0) return;
-    const double share = sums.wanted > sums.sunk ? sums.sunk / sums.wanted : 1;
+    const double room = std::max(0.0, sums.left - sums.held);
+    const double share = sums.wanted > room ? room / sums.wanted : 1;
     const auto undo = [&](std::size_t begin, std::size_t end) {
         for (std::size_t r = begin; r < end; ++r)
             if (rows_[r].undone != 0)
@@ -384,7 +393,7 @@ ContactForces::ForceSums ContactForces::revise_row(std::size_t r, ConstField pos
     // given energy.
     const double deeper = std::min(0.0, contact.gap) - contact.gap - contact.normal.dot(way);
     const double slack = slack_of(contact);
-    const bool off = deeper > slack || (contact.lower.is_collider() && row.push > 0 && deeper < 0);
+    const bool off = deeper > slack || (row.push > 0 && deeper < 0);
     now.push = row.active && off ? std::max(0.0, row.push + deeper - kept_share * slack) : row.push;
     std::swap(row.push, now.push);
     const Vec3 right = allowed_force(row, way, now.tangent);
@@ -471,10 +480,10 @@ ContactForces::Ended ContactForces::end_row(Row& row, ConstField position) const
     // What slid stays behind: the spring keeps the length that friction bears.
     const Vec3 slip = row.slip + along_plane(contact.normal, way);
     const double kept = contact.friction > 0 ? tangent / row.normal : 0;
-    const double gap = contact.gap + contact.normal.dot(way);
-    const double overlap = std::max(0.0, row.allowed - gap);
-    return {{contact.key, kept * slip, contact.normal.dot(row.force), row.force, row.normal, row.allowed},
-            0.5 * row.normal * (overlap * overlap + (kept * slip).squaredNorm())};
+    const double left = held_by(row, contact.gap, row.slip) - row.force.dot(way);
+    return {
+        {contact.key, kept * slip, contact.normal.dot(row.force), row.force, row.normal, row.allowed, left},
+        held_by(row, contact.gap + contact.normal.dot(way), kept * slip)};
 }
 
 void ContactForces::finish(ConstField position, std::span<const std::span<std::uint8_t>> touching,

@@ -100,12 +100,15 @@ class ContactForces {
     };
     /// Of the making of rows.
     struct OverlapSums {
-        double sunk = 0, wanted = 0;  // J, of skins: found deeper than left, and what undoing would take
-        double undone = 0;            // m, of all
+        // J, of skins: what the last step left, what the springs hold as they are found, and what undoing
+        // would add to that.
+        double left = 0, held = 0, wanted = 0;
+        double undone = 0;                                      // m, of all
         double lift = std::numeric_limits<double>::infinity();  // m, the least
         std::size_t none = 0;                                   // rows of nothing that moves
         OverlapSums& operator+=(const OverlapSums& other) {
-            sunk += other.sunk;
+            left += other.left;
+            held += other.held;
             wanted += other.wanted;
             undone += other.undone;
             lift = std::min(lift, other.lift);
@@ -121,6 +124,7 @@ class ContactForces {
     Row make_row(std::uint32_t number, const ContactMemory* memory, ConstField guess,
                  OverlapSums& sums) const;
     double load_of(const ContactSide& side) const;
+    static double held_by(const Row& row, double gap, const Vec3& slip);
     void undo_overlaps(const OverlapSums& sums, const Parallel& parallel);
     void list_active();
     bool revise_pulls(ConstField position);

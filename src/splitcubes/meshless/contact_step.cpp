@@ -99,7 +99,7 @@ bool ImplicitSolver::Group::revise(bool only_add) {
 void ImplicitSolver::Group::solve_with_contacts() {
     clear_contacts();
     refresh_contacts();
-    looseness = forces->empty() || size() > 1 ? 1 : early_looseness;
+    looseness = forces->empty() ? 1 : early_looseness;
     solve(true);
     for (int pass = 0; pass < max_contact_passes; ++pass) {
         const bool changed = revise(pass >= letting_go_passes);

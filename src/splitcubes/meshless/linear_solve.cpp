@@ -12,8 +12,8 @@ namespace {
 // Share of the wanted square of the residual that rounding may make up.
 constexpr double noise_share = 0.1;
 // What stands on something rocks by the least force that is left over: share of the tolerance that is solved
-// to, of one body and of several.
-constexpr double contact_tolerance_share = 0.01, shared_tolerance_share = 0.1;
+// to.
+constexpr double contact_tolerance_share = 0.01;
 // Of the largest residual that a solve began from, the share that is enough (where a guess leaves much, as
 // while something is cut, nothing rocks by little), and by how many times that may be more than the tolerance
 // asks for where nothing touches.
@@ -29,14 +29,13 @@ constexpr double reach_share = 1e-11;
 }  // namespace
 
 double ImplicitSolver::Group::tolerance() const {
-    const double share = size() > 1 ? shared_tolerance_share : forces->empty() ? 1 : contact_tolerance_share;
+    const double share = forces->empty() ? 1 : contact_tolerance_share;
     return looseness * share * jobs[0].options.tolerance;
 }
 
 // Square of the residual that is enough after the one that was begun from; closest: by the tolerance. Of
 // what touches something no more than the plain tolerance's.
 double ImplicitSolver::Group::loosest(double closest) const {
-    if (size() > 1) return 0;
     const double times = forces->empty() ? most_loose : 1 / (looseness * contact_tolerance_share);
     return std::min(times * times * closest, fall_share * fall_share * furthest);
 }
@@ -186,14 +185,8 @@ double ImplicitSolver::Group::advance(float alpha) {
     return square;
 }
 
-// The aggregates' part of the residual's square in the preconditioner's norm. Of several bodies none: what
-// is left of bending when the residual is small enough is more with aggregates than without, and too much for
-// a thin plate that something falls onto.
+// The aggregates' part of the residual's square in the preconditioner's norm.
 double ImplicitSolver::Group::correct() {
-    if (size() > 1) {
-        each([](ImplicitSolver& s, const Job&, std::uint32_t) { s.aggregates_.leave_out(); });
-        return 0;
-    }
     double square = 0;
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
         square += s.aggregates_.correct(s.fine_r_.data(), job.parallel);
