@@ -18,6 +18,7 @@ constexpr double anywhere = std::numeric_limits<double>::infinity();
 
 struct Cloud {
     std::vector<Vec3> points, normals;
+    std::vector<std::uint16_t> owners;  // two patches' each, and anybody's
 
     // Points of a few patches, whose normals are much alike, and some anywhere.
     explicit Cloud(std::uint64_t seed) {
@@ -27,11 +28,13 @@ struct Cloud {
             for (int k = 0; k < 60; ++k) {
                 points.emplace_back(centre + random_in(random, 0.3));
                 normals.emplace_back((normal + random_in(random, 0.3)).normalized());
+                owners.push_back(static_cast<std::uint16_t>(patch / 2));
             }
         }
         for (int k = 0; k < 40; ++k) {
             points.push_back(random_in(random, 2));
             normals.emplace_back(random_in(random, 1).normalized());
+            owners.push_back(static_cast<std::uint16_t>(k % 3));
         }
     }
     std::vector<std::uint32_t> facing(std::size_t of, double radius) const {
@@ -66,6 +69,28 @@ std::vector<std::uint32_t> find_facing(const SkinGrid& grid, std::size_t place, 
     return out;
 }
 
+TEST(SkinGrid, TellsWhereOthersMayLie) {
+    SkinGrid grid;
+    std::size_t among_own = 0, among_others = 0;
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        const Cloud cloud(seed);
+        const double reach = 0.1;
+        grid.build(cloud.points, cloud.normals, cloud.owners, reach, Parallel(2));
+        for (std::size_t place = 0; place < grid.size(); ++place) {
+            const std::size_t of = grid.number(place);
+            const std::vector<std::uint32_t> facing = cloud.facing(of, reach);
+            const bool others = std::any_of(facing.begin(), facing.end(), [&](std::uint32_t k) {
+                return cloud.owners[k] != cloud.owners[of];
+            });
+            EXPECT_FALSE(others && grid.is_among_own(place));
+            among_own += grid.is_among_own(place);
+            among_others += others;
+        }
+    }
+    EXPECT_GT(among_own, 50U);
+    EXPECT_GT(among_others, 10U);
+}
+
 TEST(SkinGrid, VisitsAllThatFaceAPointAndNoneElse) {
     SkinGrid grid;
     Random random(77);
@@ -73,7 +98,7 @@ TEST(SkinGrid, VisitsAllThatFaceAPointAndNoneElse) {
     for (const double reach : {0.05, 0.2, 0.33, 0.6})
         for (std::uint64_t seed = 1; seed <= 5; ++seed) {
             const Cloud cloud(seed);
-            grid.build(cloud.points, cloud.normals, reach, Parallel(2));
+            grid.build(cloud.points, cloud.normals, cloud.owners, reach, Parallel(2));
             std::vector<bool> is_known(cloud.points.size());
             for (std::size_t place = 0; place < grid.size(); ++place) {
                 const std::size_t of = grid.number(place);
@@ -117,7 +142,7 @@ TEST(SkinGrid, BearsPointsThatAreNoneOrFarAway) {
         cloud.points[3].x() = std::numeric_limits<double>::quiet_NaN();
         cloud.points[5].y() = far;
         SkinGrid grid;
-        grid.build(cloud.points, cloud.normals, 0.4, Parallel(1));
+        grid.build(cloud.points, cloud.normals, cloud.owners, 0.4, Parallel(1));
         for (std::size_t place = 0; place < grid.size(); ++place)
             EXPECT_EQ(find_facing(grid, place, 0.4, anywhere), cloud.facing(grid.number(place), 0.4));
     }

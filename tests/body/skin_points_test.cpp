@@ -4,9 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 #include <tuple>
+#include <vector>
 
 namespace splitcubes::body {
 namespace {
@@ -56,6 +59,46 @@ TEST(SkinPoints, AreThoseOfTheSlowList) {
         EXPECT_EQ(body.pieces().count(), 4U);
         EXPECT_GT(body.skin_points().size(), before + 20);
     }
+}
+
+TEST(SkinPoints, PushOnceASpacingOnFlatFacesAndForEachNormalElsewhere) {
+    const Parallel parallel(2);
+    BodySettings settings;
+    settings.cell_size = 0.01;
+    settings.phyxel_spacing = 0.03;
+    Body body(geometry::make_box(Vec3(0.3, 0.3, 0.3)), settings, parallel);
+    body.cut_with_sheet(sheet({0.011, -1, -1}, {0.012, 1, -1}, {0.013, 0, 2}), 0, parallel);
+    const auto& vertices = body.surface().vertices();
+    // Per box of a spacing, piece and direction: normals of those that push.
+    std::map<std::tuple<int, int, int, std::int32_t, int>, std::vector<Vec3f>> pushing;
+    const auto box_of = [&](const SkinPoint& point) {
+        const splitting::SurfaceVertex& vertex = vertices[point.vertex];
+        int axis = 0;
+        vertex.normal.cwiseAbs().maxCoeff(&axis);
+        const Vec3i box = vertex.place / 3;
+        return std::tuple{box[0], box[1], box[2], point.piece, 2 * axis + (vertex.normal[axis] < 0)};
+    };
+    for (const SkinPoint& point : body.skin_points())
+        if (point.pushes) pushing[box_of(point)].push_back(vertices[point.vertex].normal.normalized());
+    std::size_t others = 0, pushed = 0;
+    for (const SkinPoint& point : body.skin_points()) {
+        pushed += point.pushes;
+        if (point.pushes) continue;
+        ++others;
+        const std::vector<Vec3f>& normals = pushing[box_of(point)];
+        EXPECT_TRUE(std::any_of(normals.begin(), normals.end(), [&](const Vec3f& normal) {
+            return normal.dot(vertices[point.vertex].normal.normalized()) > 0.99F;
+        })) << "one that looks the same way pushes for it";
+    }
+    for (const auto& [box, normals] : pushing)
+        for (std::size_t a = 0; a < normals.size(); ++a)
+            for (std::size_t b = 0; b < a; ++b) EXPECT_LT(normals[a].dot(normals[b]), 0.9999F);
+    EXPECT_GT(others, 4 * pushed);
+    std::set<std::int32_t> lips;
+    for (const SkinPoint& point : body.skin_points())
+        if (point.pushes && std::abs(vertices[point.vertex].rest.x() - 0.012) < 0.01)
+            lips.insert(point.piece);
+    EXPECT_EQ(lips.size(), 2U) << "both lips push";
 }
 
 TEST(SkinPoints, AreListedAgainOnlyForContacts) {

@@ -80,6 +80,7 @@ struct StepContext {
 struct SkinPoint {
     std::uint32_t vertex;  // of the surface
     std::int32_t piece;
+    bool pushes = true;  // also on flat faces; the others only are pushed on there
 };
 
 /// Rest space is the world at time 0: the mesh is taken where it is placed.
@@ -264,6 +265,7 @@ class Body {
     void make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
     std::vector<meshless::RigidHold> rigid_holds(const StepContext& context) const;
     void list_skin_points(const Parallel& parallel);
+    void choose_pushing_points();
     void feel_cut(std::int32_t slot, double dt, const Isometry& tool_before, const Isometry& tool_now,
                   ToolForce& felt) const;
     void settle_topology(const Parallel& parallel, StepReport& report);

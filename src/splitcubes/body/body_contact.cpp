@@ -1,79 +1,10 @@
-// What a body shows to contact: samples of its skin, who carries them, and its handles.
+// What a body shows to contact: who carries the samples of its skin, and its handles.
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/contact_sides.h>
 
-#include <algorithm>
-#include <bit>
-#include <cmath>
 #include <limits>
 
 namespace splitcubes::body {
-
-namespace {
-
-// A vertex that may stand for its box of rest space.
-struct SkinCandidate {
-    std::uint64_t box;  // and the main direction of its normal
-    SkinPoint point;
-};
-
-// Which boxes have a point of a piece: open addressing.
-class SeenBoxes {
-  public:
-    explicit SeenBoxes(std::size_t most) : table_(std::bit_ceil(2 * most + 1), {0, -1}) {}
-    bool insert(std::uint64_t box, std::int32_t piece) {
-        const std::size_t mask = table_.size() - 1;
-        const std::uint64_t mixed = (box ^ static_cast<std::uint64_t>(piece) << 40) * 0x9e3779b97f4a7c15ULL;
-        std::size_t slot = mixed >> 24 & mask;
-        while (table_[slot].piece >= 0) {
-            if (table_[slot].box == box && table_[slot].piece == piece) return false;
-            slot = (slot + 1) & mask;
-        }
-        table_[slot] = {box, piece};
-        return true;
-    }
-
-  private:
-    struct Slot {
-        std::uint64_t box;
-        std::int32_t piece;  // -1: empty
-    };
-    std::vector<Slot> table_;
-};
-
-}  // namespace
-
-// One vertex inside a surface cell for every fan, of those that fall into a box of half a phyxel
-// spacing the first of each piece and main direction of its normal.
-void Body::list_skin_points(const Parallel& parallel) {
-    constexpr std::size_t chunk = 4096;
-    const double cell = grid_.rest().cell_size;
-    const int side = std::max(1, static_cast<int>(std::floor(0.5 * spacing_ / cell)));
-    const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
-    std::vector<std::vector<SkinCandidate>> found((vertices.size() + chunk - 1) / chunk);
-    const auto look_at = [&](std::size_t v) {
-        const splitting::SurfaceVertex& vertex = vertices[v];
-        if (!vertex.alive() || vertex.kind != splitting::VertexKind::centre) return;
-        int axis = 0;
-        const float main = vertex.normal.cwiseAbs().maxCoeff(&axis);
-        if (!(main > 0)) return;
-        const Vec3i box = vertex.place / side;
-        // 20 bits each: a grid has no more nodes along an axis.
-        std::uint64_t key = static_cast<std::uint64_t>(2 * axis + (vertex.normal[axis] < 0));
-        for (int k = 0; k < 3; ++k) key = key << 20 | static_cast<std::uint64_t>(box[k]);
-        found[v / chunk].push_back(
-            {key, {static_cast<std::uint32_t>(v), pieces_->piece_of(grid_, surface_->carrier(vertex))}});
-    };
-    parallel.for_each(vertices.size(), chunk, look_at);
-    std::size_t most = 0;
-    for (const std::vector<SkinCandidate>& candidates : found) most += candidates.size();
-    SeenBoxes seen(most);
-    skin_points_.clear();
-    for (const std::vector<SkinCandidate>& candidates : found)
-        for (const SkinCandidate& candidate : candidates)
-            if (seen.insert(candidate.box, candidate.point.piece)) skin_points_.push_back(candidate.point);
-    skin_revision_ = surface_->revision();
-}
 
 std::uint32_t Body::carrying_node(std::uint32_t vertex) const {
     const splitting::SurfaceVertex& v = surface_->vertices()[vertex];

@@ -92,6 +92,7 @@ void ContactFinder::list_points(const Body& body, std::uint32_t number, std::siz
         sample.cell = vertex.cell;
         sample.body = static_cast<std::uint16_t>(number);
         sample.corners = vertex.corners;
+        sample.pushes = point.pushes;
         sample.serial = 0;
         if (was_one && same_nodes && old->cell == vertex.cell && old->corners == vertex.corners) {
             sample.node = old->node;
@@ -213,6 +214,7 @@ void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
 void ContactFinder::place_samples(const Task& task, const Parallel& parallel) {
     position_.resize(samples_.size());
     normal_.resize(samples_.size());
+    owner_.resize(samples_.size());
     placed_.assign(samples_.size(), 0);
     patches_.resize((samples_.size() + grain - 1) / grain);
     const auto place = [&](std::size_t begin, std::size_t end) {
@@ -233,6 +235,7 @@ void ContactFinder::place_sample(const Task& task, std::size_t k) {
     const Sample& sample = samples_[k];
     const Body& body = *task.bodies[sample.body];
     normal_[k] = body.vertex_normals()[sample.vertex];
+    owner_[k] = sample.body;
     if (task.options.pieces) find_carriers(task, k);
     if (!placed_[k]) position_[k] = body.vertex_positions()[sample.vertex];
 }
@@ -284,6 +287,7 @@ void ContactFinder::meet_collider(const Task& task, std::size_t number, const Co
     const Collider& collider = task.colliders[number];
     const auto& [before, after, to_before, to_after] = places;
     const Sample& s = samples_[k];
+    if (!s.pushes && collider.solid->is_flat()) return;
     const Vec3& position = position_[k];
     const Body& body = *task.bodies[s.body];
     const double moved = (to_after * position - to_before * position).norm();

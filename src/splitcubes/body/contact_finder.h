@@ -67,6 +67,7 @@ class ContactFinder {
         std::uint32_t cell = 0;  // of the surface; that and which corners tell who carries it
         std::uint16_t body = 0;
         std::uint8_t corners = 0;
+        bool pushes = true;        // as of SkinPoint
         std::uint32_t serial = 0;  // as long as nothing above changes, and no other's
         std::uint32_t slot = 0;    // of what is kept about it, as long as it is carried by the same
     };
@@ -213,6 +214,7 @@ class ContactFinder {
     bool push_on(const Task& task, const Vec3& foot, double total, std::size_t partner, Chunk& chunk,
                  meshless::Contact& out) const;
     bool closes(const Task& task, const meshless::Contact& contact, double reach) const;
+    bool asks(std::size_t place) const;
     Reach reach_of(const Task& task, const Parallel& parallel);
     void sort_found();
     void form_groups(std::size_t bodies, std::vector<ContactGroup>& groups);
@@ -231,6 +233,7 @@ class ContactFinder {
     std::vector<std::uint8_t> stays_;  // per sample before
     std::vector<Listed> listed_, now_;
     std::vector<Vec3> position_, normal_;  // m; unit, outward; world
+    std::vector<std::uint16_t> owner_;     // body
     std::vector<std::uint8_t> placed_;     // 1: the position is where the carriers take it
     std::vector<Patch> patches_;           // per `grain` samples
     std::vector<double> spacing_;          // per body: m

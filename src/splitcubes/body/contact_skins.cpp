@@ -275,14 +275,21 @@ ContactFinder::Reach ContactFinder::reach_of(const Task& task, const Parallel& p
     return out;
 }
 
+// Whether contacts of the sample are looked for. The lips of a cut fit each other, and there one sample a
+// spacing is enough of a flat face; what another body presses into it may be smaller than that.
+bool ContactFinder::asks(std::size_t place) const {
+    const std::uint32_t k = grid_.number(place);
+    return (samples_[k].pushes || !grid_.is_among_own(place)) && grid_.may_face(place) &&
+           !carrying_of(k).side.is_collider();
+}
+
 void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
     if (samples_.empty()) return;
     const Reach reach = reach_of(task, parallel);
-    grid_.build(position_, normal_, reach.radius, parallel);
+    grid_.build(position_, normal_, owner_, reach.radius, parallel);
     in_chunks(parallel, grid_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
         for (std::size_t place = begin; place < end; ++place) {
-            if (!grid_.may_face(place)) continue;
-            if (carrying_of(grid_.number(place)).side.is_collider()) continue;
+            if (!asks(place)) continue;
             Contact& contact = chunk.found.emplace_back();
             if (meet(task, place, reach, chunk, contact))
                 chunk.keys.push_back(contact.key);

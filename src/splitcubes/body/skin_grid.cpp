@@ -124,7 +124,7 @@ void SkinGrid::find_bins(std::span<const Vec3> points, std::span<const Vec3> nor
 // Those that something may face by cells, and those of a cell in order of their numbers. What faces one that
 // is kept is kept: solid angles face each other both ways.
 void SkinGrid::sort_points(std::span<const Vec3> points, std::span<const Vec3> normals,
-                           const Parallel& parallel) {
+                           std::span<const std::uint16_t> owners, const Parallel& parallel) {
     constexpr std::size_t grain = 1024;
     begin_.assign(bins_around_.size() + 1, 0);
     for (std::size_t i = 0; i < points.size(); ++i) begin_[cell_[i] + 1] += is_kept(i);
@@ -139,7 +139,7 @@ void SkinGrid::sort_points(std::span<const Vec3> points, std::span<const Vec3> n
     parallel.for_each(count, grain, [&](std::size_t k) {
         const std::uint32_t i = number_[k];
         const Vec3 &point = points[i], &normal = normals[i];
-        sorted_[k] = {point, normal, cell_[i]};
+        sorted_[k] = {point, normal, cell_[i], owners[i]};
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const auto a = static_cast<Eigen::Index>(axis);
             lanes_[axis][k] = to_float(point[a] - origin_[a]);
@@ -169,22 +169,23 @@ void SkinGrid::find_extents(const Parallel& parallel) {
     parallel.for_each(cells, grain, [&](std::size_t c) {
         if (begin_[c] == begin_[c + 1]) return;
         Extent& own = own_[c] = {};
-        for (std::uint32_t k = begin_[c]; k < begin_[c + 1]; ++k)
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                own.low[axis] = std::min(own.low[axis], lanes_[3 + axis][k]);
-                own.high[axis] = std::max(own.high[axis], lanes_[3 + axis][k]);
-            }
+        for (std::uint32_t k = begin_[c]; k < begin_[c + 1]; ++k) {
+            Extent one;
+            for (std::size_t axis = 0; axis < 3; ++axis) one.low[axis] = one.high[axis] = lanes_[3 + axis][k];
+            one.first_owner = one.last_owner = sorted_[k].owner;
+            own.add(one);
+        }
     });
     parallel.for_each(cells, grain, [&](std::size_t c) {
         if (begin_[c] < begin_[c + 1]) around_[c] = extent_around(c);
     });
 }
 
-void SkinGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals, double reach,
-                     const Parallel& parallel) {
+void SkinGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals,
+                     std::span<const std::uint16_t> owners, double reach, const Parallel& parallel) {
     lay_out(points, reach);
     find_bins(points, normals, parallel);
-    sort_points(points, normals, parallel);
+    sort_points(points, normals, owners, parallel);
     find_extents(parallel);
 }
 

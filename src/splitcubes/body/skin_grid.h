@@ -26,9 +26,10 @@ inline constexpr double facing_cosine = -0.4;
 /// memory.
 class SkinGrid {
   public:
-    /// points: m; normals: unit; reach: m, > 0, the largest radius that is asked for. Both are copied.
-    void build(std::span<const Vec3> points, std::span<const Vec3> normals, double reach,
-               const Parallel& parallel);
+    /// points: m; normals: unit; owners: whose each is; reach: m, > 0, the largest radius that is asked for.
+    /// All are copied.
+    void build(std::span<const Vec3> points, std::span<const Vec3> normals,
+               std::span<const std::uint16_t> owners, double reach, const Parallel& parallel);
 
     /// Of the points that are kept. What is not kept faces none within the reach.
     std::size_t size() const { return number_.size(); }
@@ -39,6 +40,13 @@ class SkinGrid {
 
     /// False only where no point within the reach of the one at a place faces it.
     bool may_face(std::size_t place) const { return around_[sorted_[place].cell].may_face(normal(place)); }
+
+    /// True only where all points within the reach of the one at a place are its owner's, of those that may
+    /// face any.
+    bool is_among_own(std::size_t place) const {
+        const Extent& around = around_[sorted_[place].cell];
+        return around.first_owner == around.last_owner;
+    }
 
     /// A point that faces another one, which asks for it.
     struct Faced {
@@ -59,17 +67,21 @@ class SkinGrid {
     struct Point {
         Vec3 point, normal;
         std::uint32_t cell;
+        std::uint16_t owner;
     };
 
-    /// Of some normals' coordinates.
+    /// Of some points' normals' coordinates, and owners.
     struct Extent {
         std::array<float, 3> low{2, 2, 2}, high{-2, -2, -2};
+        std::uint16_t first_owner = 0xffff, last_owner = 0;
 
         void add(const Extent& other) {
             for (std::size_t k = 0; k < 3; ++k) {
                 low[k] = std::min(low[k], other.low[k]);
                 high[k] = std::max(high[k], other.high[k]);
             }
+            first_owner = std::min(first_owner, other.first_owner);
+            last_owner = std::max(last_owner, other.last_owner);
         }
         /// Whether a normal within them faces this one.
         bool may_face(const Vec3& normal) const {
@@ -92,7 +104,8 @@ class SkinGrid {
     }
     void lay_out(std::span<const Vec3> points, double reach);
     void find_bins(std::span<const Vec3> points, std::span<const Vec3> normals, const Parallel& parallel);
-    void sort_points(std::span<const Vec3> points, std::span<const Vec3> normals, const Parallel& parallel);
+    void sort_points(std::span<const Vec3> points, std::span<const Vec3> normals,
+                     std::span<const std::uint16_t> owners, const Parallel& parallel);
     void find_extents(const Parallel& parallel);
     Extent extent_around(std::size_t cell) const;
     bool is_kept(std::size_t point) const {

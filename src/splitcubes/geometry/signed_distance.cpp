@@ -17,6 +17,7 @@ class PlaneDistance : public SignedDistance {
   public:
     PlaneDistance(const Vec3& normal, double offset) : normal_(normal), offset_(offset) {}
     Sample at(const Vec3& point) const override { return {normal_.dot(point) - offset_, normal_}; }
+    bool is_flat() const override { return true; }
 
   private:
     Vec3 normal_;

@@ -19,6 +19,8 @@ class SignedDistance {
     virtual Sample at(const Vec3& point) const = 0;
     /// No two points' distances differ by more than this times the way between them.
     virtual double steepness() const { return 1; }
+    /// Whether its surface is a plane.
+    virtual bool is_flat() const { return false; }
 };
 
 /// The half space normal . x <= offset (m). Exact. InputError for a normal without direction.
