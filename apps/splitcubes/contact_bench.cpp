@@ -60,6 +60,12 @@ double median(std::vector<double> values) {
     return values[values.size() / 2];
 }
 
+double mean(const std::vector<double>& values) {
+    double sum = 0;
+    for (const double value : values) sum += value;
+    return values.empty() ? 0 : sum / static_cast<double>(values.size());
+}
+
 struct Times {
     std::array<std::vector<double>, body::stage_count> stages;  // ms
     std::vector<double> whole, added;                           // ms; of `integrate`, by contacts
@@ -133,8 +139,16 @@ Json time_case(const Case& c, int runs, const std::shared_ptr<const Parallel>& p
                 static_cast<double>(times.contacts) / steps, static_cast<double>(times.torn) / steps);
     const double cutting = median(times.cutting);
     const double cutting_share = cutting > 0 ? (median(times.cutting_apart) + added) / cutting : 0;
-    std::printf("contact and tearing together: %.1f %%; of steps that cut, %.3f ms: %.1f %%\n\n", 100 * share,
-                cutting, 100 * cutting_share);
+    // Medians are of the commoner kind of step, and those of parts are no parts of that of the whole.
+    const double mean_share =
+        (mean(times.stages[static_cast<std::size_t>(body::Stage::detect_contacts)]) +
+         mean(times.stages[static_cast<std::size_t>(body::Stage::tear)]) + mean(times.added)) /
+        mean(times.whole);
+    std::printf(
+        "contact and tearing together: %.1f %%; of the time of all steps, %.3f ms each: %.1f %%; of steps "
+        "that "
+        "cut, %.3f ms: %.1f %%\n\n",
+        100 * share, mean(times.whole), 100 * mean_share, cutting, 100 * cutting_share);
     std::fflush(stdout);
     return {{"world", c.name},
             {"phyxels", times.first.phyxels},
@@ -145,6 +159,8 @@ Json time_case(const Case& c, int runs, const std::shared_ptr<const Parallel>& p
             {"whole_median_ms", whole},
             {"contacts_in_integrate_median_ms", added},
             {"contact_and_tearing_share", share},
+            {"whole_mean_ms", mean(times.whole)},
+            {"mean_contact_and_tearing_share", mean_share},
             {"cutting_steps", times.cutting.size()},
             {"cutting_median_ms", cutting},
             {"cutting_contact_and_tearing_share", cutting_share},

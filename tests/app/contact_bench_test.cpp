@@ -26,11 +26,11 @@ TEST_F(ContactBench, TellsWhatTheManualSays) {
         keys.insert(key);
         EXPECT_TRUE(!value.is_number() || value.get<double>() >= 0) << key;
     }
-    EXPECT_EQ(keys,
-              (std::set<std::string>{
-                  "world", "phyxels", "pieces", "steps", "contacts_a_step", "torn_edges_a_step",
-                  "whole_median_ms", "stages", "contacts_in_integrate_median_ms", "contact_and_tearing_share",
-                  "cutting_steps", "cutting_median_ms", "cutting_contact_and_tearing_share"}));
+    EXPECT_EQ(keys, (std::set<std::string>{"world", "phyxels", "pieces", "steps", "contacts_a_step",
+                                           "torn_edges_a_step", "whole_median_ms", "stages",
+                                           "contacts_in_integrate_median_ms", "contact_and_tearing_share",
+                                           "whole_mean_ms", "mean_contact_and_tearing_share", "cutting_steps",
+                                           "cutting_median_ms", "cutting_contact_and_tearing_share"}));
     EXPECT_EQ(world.at("world"), "near its strength");
     EXPECT_GT(world.at("contacts_a_step"), 0);
     double sum = 0;
@@ -46,6 +46,9 @@ TEST_F(ContactBench, TellsWhatTheManualSays) {
                           world.at("contacts_in_integrate_median_ms").get<double>()) /
                          world.at("whole_median_ms").get<double>();
     EXPECT_NEAR(world.at("contact_and_tearing_share"), share, 1e-6);
+    EXPECT_GT(world.at("whole_mean_ms"), 0);
+    EXPECT_GT(world.at("mean_contact_and_tearing_share"), 0);
+    EXPECT_LT(world.at("mean_contact_and_tearing_share"), 1);
     EXPECT_GT(world.at("cutting_steps"), 0);
     EXPECT_LT(world.at("cutting_steps"), world.at("steps"));
     EXPECT_GT(world.at("cutting_median_ms"), 0);
