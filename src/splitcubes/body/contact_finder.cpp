@@ -332,6 +332,29 @@ void ContactFinder::meet_colliders(const Task& task, const Parallel& parallel) {
     }
 }
 
+// Which of them does how much is a matter of chance. Each gets room for what all found in the last step, and
+// for as much around a sample as any has met, so that a later step need not allocate when the shares are
+// others.
+void ContactFinder::warm_chunks(std::size_t threads) {
+    while (chunks_.size() < threads) {
+        chunks_.push_back(std::make_unique<Chunk>());
+        free_chunks_.push_back(chunks_.back().get());
+    }
+    std::size_t found = 0;
+    Chunk::Room room;
+    for (const auto& chunk : chunks_) {
+        found += chunk->found.size();
+        room.take_in(*chunk);
+    }
+    for (const auto& chunk : chunks_) {
+        chunk->found.reserve(found + 1);
+        chunk->keys.reserve(found + 1);
+        room.give(*chunk);
+        chunk->found.clear();
+        chunk->keys.clear();
+    }
+}
+
 ContactFinder::Chunk& ContactFinder::take_chunk() {
     const std::scoped_lock lock(mutex_);
     if (free_chunks_.empty()) {
@@ -350,10 +373,7 @@ void ContactFinder::give_back(Chunk& chunk) {
 }
 
 void ContactFinder::find(const Task& task, const Parallel& parallel, std::vector<ContactGroup>& groups) {
-    for (const auto& chunk : chunks_) {
-        chunk->found.clear();
-        chunk->keys.clear();
-    }
+    warm_chunks(static_cast<std::size_t>(parallel.thread_count()));
     if (task.options.pieces || !task.colliders.empty()) {
         list_samples(task, parallel);
         measure_speeds(task, parallel);

@@ -7,6 +7,7 @@
 #include <splitcubes/body/skin_grid.h>
 #include <splitcubes/geometry/box.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <deque>
@@ -127,6 +128,28 @@ class ContactFinder {
         std::vector<std::uint64_t> order;
         std::vector<Facing> face;  // of one sample: the face that it lies before, in order of the samples
         SideBetween between;
+
+        /// Of what is around one sample.
+        struct Room {
+            std::size_t near = 0, faced = 0, may = 0, order = 0, face = 0, between = 0;
+
+            void take_in(const Chunk& chunk) {
+                near = std::max(near, chunk.near.size());
+                faced = std::max(faced, chunk.faced.capacity());
+                may = std::max(may, chunk.may.capacity());
+                order = std::max(order, chunk.order.capacity());
+                face = std::max(face, chunk.face.capacity());
+                between = std::max(between, chunk.between.room());
+            }
+            void give(Chunk& chunk) const {
+                chunk.near.resize(near);  // never shrinks
+                chunk.faced.reserve(faced);
+                chunk.may.reserve(may);
+                chunk.order.reserve(order);
+                chunk.face.reserve(face);
+                chunk.between.make_room(between);
+            }
+        };
     };
     /// Samples that follow each other in their list.
     struct Patch {
@@ -162,6 +185,7 @@ class ContactFinder {
         return static_cast<std::uint64_t>(body) << 48 | static_cast<std::uint64_t>(other) << 32 | vertex;
     }
     static std::size_t body_of(std::uint64_t key) { return key >> 48; }
+    void warm_chunks(std::size_t threads);
     Chunk& take_chunk();
     KnownParted& take_known();
     Carrying& carrying_of(std::size_t k) { return carrying_[samples_[k].slot]; }

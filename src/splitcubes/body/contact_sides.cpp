@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <bit>
 
 namespace splitcubes::body {
 
@@ -42,7 +43,7 @@ void SideBetween::add(const ContactSide& side, double weight) {
     part_ = side.part;
     for (std::uint32_t k = 0; k < side.count; ++k) {
         if (!(side.weight[k] > 0)) continue;
-        if (2 * shares_.size() >= slots_.size()) make_room();
+        if (shares_.size() >= room()) make_room(shares_.size() + 1);
         const std::size_t at = slot_of(side.phyxel[k]);
         Slot& slot = slots_[at];
         if (slot.number == 0) {
@@ -61,8 +62,10 @@ std::size_t SideBetween::slot_of(std::uint32_t phyxel) const {
     return at;
 }
 
-void SideBetween::make_room() {
-    slots_.assign(std::max(least_slots, 2 * slots_.size()), {});
+void SideBetween::make_room(std::size_t phyxels) {
+    if (phyxels <= room()) return;
+    slots_.assign(std::max(least_slots, std::bit_ceil(2 * phyxels)), {});
+    shares_.reserve(room());
     for (std::uint32_t k = 0; k < shares_.size(); ++k) {
         const std::size_t at = slot_of(shares_[k].phyxel);
         slots_[at] = {shares_[k].phyxel, k + 1};

@@ -22,6 +22,10 @@ void carry_exactly(std::span<const Vec3> rest, const Vec3& place, double spacing
 class SideBetween {
   public:
     bool empty() const { return shares_.empty(); }
+    /// For how many phyxels there is memory.
+    std::size_t room() const { return slots_.size() / 2; }
+    /// For at least so many.
+    void make_room(std::size_t phyxels);
     /// A side of the body and how much it counts, > 0. All that is added until take is of one body.
     void add(const meshless::ContactSide& side, double weight);
     /// Of the phyxels that the added sides share, the heaviest, so that they carry `place` exactly; no
@@ -37,7 +41,6 @@ class SideBetween {
         std::uint32_t phyxel = 0, number = 0;  // of its share, from 1; 0: none
     };
     std::size_t slot_of(std::uint32_t phyxel) const;
-    void make_room();
 
     std::vector<Share> shares_;  // in the order of adding
     // By the phyxels' indices, open addressing: few lines of memory, however many phyxels there are.
