@@ -25,9 +25,14 @@ float to_float(double value) {
     return static_cast<float>(std::clamp(value, -most, most));
 }
 
+// Where a side of the cube is divided, along each of its axes. What looks along an axis is so within 11.2
+// degrees of it: skins at right angles to each other, as of boxes, do not face each other then.
+constexpr double middle_part = 0.14;
+constexpr std::array<double, 4> part_ends{-1, -middle_part, middle_part, 1};
+
 // Of a normal's coordinate, by the main one.
-int third(double coordinate, double main) {
-    return (3 * coordinate >= -main) + (3 * coordinate > main);
+int part_of(double coordinate, double main) {
+    return (coordinate >= -middle_part * main) + (coordinate > middle_part * main);
 }
 
 }  // namespace
@@ -36,7 +41,7 @@ std::uint8_t SkinGrid::bin_of(const Vec3& normal) {
     int axis = 0;
     const double main = normal.cwiseAbs().maxCoeff(&axis);
     const int side = 2 * axis + (normal[axis] < 0);
-    const int u = third(normal[(axis + 1) % 3], main), v = third(normal[(axis + 2) % 3], main);
+    const int u = part_of(normal[(axis + 1) % 3], main), v = part_of(normal[(axis + 2) % 3], main);
     return static_cast<std::uint8_t>(9 * side + 3 * v + u);
 }
 
@@ -47,14 +52,14 @@ const std::array<std::uint64_t, SkinGrid::bin_count>& SkinGrid::facing_bins() {
         std::array<Vec3, bin_count> middle;
         std::array<double, bin_count> width{};
         for (std::size_t b = 0; b < bin_count; ++b) {
-            const double u = static_cast<double>(b % 3) * 2 / 3 - 2.0 / 3;
-            const double v = static_cast<double>(b / 3 % 3) * 2 / 3 - 2.0 / 3;
-            middle[b] = on_side(b / 9, u, v);
-            for (const double du : {-1.0 / 3, 1.0 / 3})
-                for (const double dv : {-1.0 / 3, 1.0 / 3})
-                    width[b] = std::max(
-                        width[b],
-                        std::acos(std::clamp(middle[b].dot(on_side(b / 9, u + du, v + dv)), -1.0, 1.0)));
+            const std::size_t u = b % 3, v = b / 3 % 3;
+            middle[b] = on_side(b / 9, 0.5 * (part_ends[u] + part_ends[u + 1]),
+                                0.5 * (part_ends[v] + part_ends[v + 1]));
+            for (const double at_u : {part_ends[u], part_ends[u + 1]})
+                for (const double at_v : {part_ends[v], part_ends[v + 1]})
+                    width[b] =
+                        std::max(width[b],
+                                 std::acos(std::clamp(middle[b].dot(on_side(b / 9, at_u, at_v)), -1.0, 1.0)));
         }
         std::array<std::uint64_t, bin_count> out{};
         for (std::size_t a = 0; a < bin_count; ++a)
