@@ -12,6 +12,8 @@ namespace {
 
 // Normals' product above which the samples in a box of a spacing are of one flat face.
 constexpr float flat_face = 0.998F;
+// Spacings, that a box has at most: whole cells.
+constexpr double widest_box = 1.15;
 // Where in its box the sample of a flat face that pushes lies, as shares: of faces that look along an axis,
 // and against it. So those of the two lips of a cut do not lie on each other.
 constexpr float place_along = 0.25F, place_against = 0.75F;
@@ -120,7 +122,8 @@ void Body::list_skin_points(const Parallel& parallel) {
 // Of a flat face one sample a spacing pushes: its phyxels have no finer motion that more of them would hold.
 // Where normals turn within a spacing, one for each of them.
 void Body::choose_pushing_points() {
-    const int side = std::max(1, static_cast<int>(std::floor(spacing_ / grid_.rest().cell_size)));
+    const int side =
+        std::max(1, static_cast<int>(std::floor(widest_box * spacing_ / grid_.rest().cell_size)));
     const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
     BoxNumbers numbers(skin_points_.size());
     std::vector<Face> faces;
