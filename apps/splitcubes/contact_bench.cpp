@@ -146,8 +146,7 @@ Json time_case(const Case& c, int runs, const std::shared_ptr<const Parallel>& p
         mean(times.whole);
     std::printf(
         "contact and tearing together: %.1f %%; of the time of all steps, %.3f ms each: %.1f %%; of steps "
-        "that "
-        "cut, %.3f ms: %.1f %%\n\n",
+        "that cut, %.3f ms: %.1f %%\n\n",
         100 * share, mean(times.whole), 100 * mean_share, cutting, 100 * cutting_share);
     std::fflush(stdout);
     return {{"world", c.name},

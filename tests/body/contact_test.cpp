@@ -91,6 +91,44 @@ TEST(Contact, RestsOnTheMeshOfABox) {
                    Vec3(0, 0, 0.1));
 }
 
+// A block whose bottom is 12 spacings wide, after it has stood for a while; how many contacts push.
+std::size_t contacts_below(World& world) {
+    BodySettings settings = rubber(0.01, 2e5);
+    settings.phyxel_spacing = 0.02;
+    world.add_body(box_at({0.24, 0.24, 0.08}, {0, 0, 0.0401}), settings);
+    StepReport report;
+    for (int step = 0; step < 40; ++step) report = world.step();
+    return report.contacts;
+}
+
+TEST(Contact, AFlatFacePushesOnceASpacingOnAPlaneAndWithAllItsSamplesElsewhere) {
+    World plane(falling(), threads(2)), box(falling(), threads(2));
+    plane.add_collider({"ground", geometry::make_plane_distance(Vec3::UnitZ(), 0), {}, 0.5});
+    box.add_collider({"plate", geometry::make_box_distance(Vec3(1, 1, 0.1), 0),
+                      [](double) { return Isometry(Eigen::Translation3d(0, 0, -0.05)); }, 0.5});
+    const std::size_t on_plane = contacts_below(plane), on_box = contacts_below(box);
+    EXPECT_GT(on_plane, 100U) << "one a spacing";
+    EXPECT_LT(on_plane, 250U);
+    EXPECT_GT(on_box, 2 * on_plane);
+    EXPECT_NEAR(lowest(*plane.bodies()[0]), lowest(*box.bodies()[0]), 2e-4);
+}
+
+TEST(Contact, ACutThroughWhatStandsLosesNoneOfWhatBearsIt) {
+    WorldSettings settings = falling();
+    World world(settings, threads(2));
+    world.add_collider({"ground", geometry::make_plane_distance(Vec3::UnitZ(), 0), {}, 0.5});
+    // The blade goes through all of it within one step.
+    const double then = 41 * settings.time_step;
+    world.add_tool(cutting::Blade("blade", cutting::make_straight_blade({0, -0.2, 0}, {0, 0.2, 0}),
+                                  {{then - 0.5 * settings.time_step, {0.0031, 0, 0.2}, Quat::Identity()},
+                                   {then + 0.4 * settings.time_step, {0.0042, 0, -0.1}, Quat::Identity()}}));
+    const std::size_t before = contacts_below(world);
+    std::size_t fewest = before;
+    for (int step = 0; step < 6; ++step) fewest = std::min(fewest, world.step().contacts);
+    EXPECT_EQ(world.bodies()[0]->pieces().count(), 2U);
+    EXPECT_GT(fewest, before - before / 20);
+}
+
 TEST(Contact, ABallCarriesWhatLiesOnItsTop) {
     World world(falling(), threads(1));
     Body& body = world.add_body(box_at(Vec3(0.08, 0.08, 0.03), Vec3(0, 0, 0.13)), rubber(0.015));

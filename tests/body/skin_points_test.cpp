@@ -79,11 +79,11 @@ TEST(SkinPoints, PushOnceASpacingOnFlatFacesAndForEachNormalElsewhere) {
         return std::tuple{box[0], box[1], box[2], point.piece, 2 * axis + (vertex.normal[axis] < 0)};
     };
     for (const SkinPoint& point : body.skin_points())
-        if (point.pushes) pushing[box_of(point)].push_back(vertices[point.vertex].normal.normalized());
+        if (point.pushes()) pushing[box_of(point)].push_back(vertices[point.vertex].normal.normalized());
     std::size_t others = 0, pushed = 0;
     for (const SkinPoint& point : body.skin_points()) {
-        pushed += point.pushes;
-        if (point.pushes) continue;
+        pushed += point.pushes();
+        if (point.pushes()) continue;
         ++others;
         const std::vector<Vec3f>& normals = pushing[box_of(point)];
         EXPECT_TRUE(std::any_of(normals.begin(), normals.end(), [&](const Vec3f& normal) {
@@ -96,7 +96,7 @@ TEST(SkinPoints, PushOnceASpacingOnFlatFacesAndForEachNormalElsewhere) {
     EXPECT_GT(others, 4 * pushed);
     std::set<std::int32_t> lips;
     for (const SkinPoint& point : body.skin_points())
-        if (point.pushes && std::abs(vertices[point.vertex].rest.x() - 0.012) < 0.01)
+        if (point.pushes() && std::abs(vertices[point.vertex].rest.x() - 0.012) < 0.01)
             lips.insert(point.piece);
     EXPECT_EQ(lips.size(), 2U) << "both lips push";
 }

@@ -80,7 +80,9 @@ struct StepContext {
 struct SkinPoint {
     std::uint32_t vertex;  // of the surface
     std::int32_t piece;
-    bool pushes = true;  // also on flat faces; the others only are pushed on there
+    std::uint32_t by;  // vertex that pushes for it on flat faces; its own where it does so itself
+
+    bool pushes() const { return by == vertex; }
 };
 
 /// Rest space is the world at time 0: the mesh is taken where it is placed.

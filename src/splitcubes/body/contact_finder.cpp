@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -67,6 +68,18 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
     listed_.swap(now_);
 }
 
+// Whether the sample that pushes for another one's face still does, after what this step has cut.
+// same_pieces: nothing has come apart.
+bool ContactFinder::pushes_for(const Body& body, const SkinPoint& point, bool same_pieces) {
+    const splitting::Surface& surface = body.surface();
+    const splitting::SurfaceVertex &own = surface.vertices()[point.vertex],
+                                   &by = surface.vertices()[point.by];
+    if (!by.alive() || same_pieces) return by.alive();
+    const splitting::Pieces& pieces = body.pieces();
+    return pieces.piece_of(body.grid(), surface.carrier(own)) ==
+           pieces.piece_of(body.grid(), surface.carrier(by));
+}
+
 // Samples of a body's points begin .. end - 1, and which of them were samples before: both lists are in
 // order of vertices. first: of the body's fresh samples.
 void ContactFinder::list_points(const Body& body, std::uint32_t number, std::size_t first, std::size_t begin,
@@ -92,7 +105,6 @@ void ContactFinder::list_points(const Body& body, std::uint32_t number, std::siz
         sample.cell = vertex.cell;
         sample.body = static_cast<std::uint16_t>(number);
         sample.corners = vertex.corners;
-        sample.pushes = point.pushes;
         sample.serial = 0;
         if (was_one && same_nodes && old->cell == vertex.cell && old->corners == vertex.corners) {
             sample.node = old->node;
@@ -102,6 +114,7 @@ void ContactFinder::list_points(const Body& body, std::uint32_t number, std::siz
             if (body.phyxels().rigid.index(sample.piece) >= 0) continue;
             sample.node = body.carrying_node(point.vertex);
         }
+        sample.pushes = point.pushes() || !pushes_for(body, point, same_nodes);
         old_[first + k] = new_sample;
         if (!was_one || old->node != sample.node || old->piece != sample.piece) continue;
         const auto before = static_cast<std::size_t>(old - samples_.begin());
@@ -347,11 +360,11 @@ void ContactFinder::warm_chunks(std::size_t threads) {
         room.take_in(*chunk);
     }
     for (const auto& chunk : chunks_) {
-        chunk->found.reserve(found + 1);
-        chunk->keys.reserve(found + 1);
-        room.give(*chunk);
         chunk->found.clear();
         chunk->keys.clear();
+        chunk->found.reserve(std::bit_ceil(found + 1));
+        chunk->keys.reserve(std::bit_ceil(found + 1));
+        room.give(*chunk);
     }
 }
 

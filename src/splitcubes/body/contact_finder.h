@@ -208,6 +208,7 @@ class ContactFinder {
     void relist(const Task& task, const Parallel& parallel);
     void list_points(const Body& body, std::uint32_t number, std::size_t first, std::size_t begin,
                      std::size_t end);
+    static bool pushes_for(const Body& body, const SkinPoint& point, bool same_pieces);
     void squeeze_out();
     void renumber();
     void keep_slots();

@@ -16,7 +16,7 @@ constexpr float flat_face = 0.998F;
 constexpr double widest_box = 1.15;
 // Where in its box the sample of a flat face that pushes lies, as shares: of faces that look along an axis,
 // and against it. So those of the two lips of a cut do not lie on each other.
-constexpr float place_along = 0.25F, place_against = 0.75F;
+constexpr float place_along = 0.2F, place_against = 0.8F;
 
 // A vertex that may stand for its box of rest space.
 struct SkinCandidate {
@@ -104,7 +104,8 @@ void Body::list_skin_points(const Parallel& parallel) {
         if (!(vertex.normal.cwiseAbs().maxCoeff() > 0)) return;
         found[v / chunk].push_back(
             {key_of(vertex.place, side, main_direction(vertex.normal)),
-             {static_cast<std::uint32_t>(v), pieces_->piece_of(grid_, surface_->carrier(vertex))}});
+             {static_cast<std::uint32_t>(v), pieces_->piece_of(grid_, surface_->carrier(vertex)),
+              static_cast<std::uint32_t>(v)}});
     };
     parallel.for_each(vertices.size(), chunk, look_at);
     std::size_t most = 0;
@@ -127,6 +128,7 @@ void Body::choose_pushing_points() {
     const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
     BoxNumbers numbers(skin_points_.size());
     std::vector<Face> faces;
+    std::vector<std::uint32_t> face_of(skin_points_.size());
     std::vector<std::uint32_t> first;  // face of each box
     for (std::uint32_t k = 0; k < skin_points_.size(); ++k) {
         const splitting::SurfaceVertex& vertex = vertices[skin_points_[k].vertex];
@@ -145,9 +147,10 @@ void Body::choose_pushing_points() {
             faces[*at].best = k;
             faces[*at].square = square;
         }
-        skin_points_[k].pushes = false;
+        face_of[k] = *at;
     }
-    for (const Face& face : faces) skin_points_[face.best].pushes = true;
+    for (std::uint32_t k = 0; k < skin_points_.size(); ++k)
+        skin_points_[k].by = skin_points_[faces[face_of[k]].best].vertex;
 }
 
 }  // namespace splitcubes::body

@@ -134,6 +134,9 @@ StateHash World::state_hash() const {
         hash.add(memory.key);
         hash.add(std::span<const double>(memory.slip.data(), 3));
         hash.add(memory.pressure);
+        hash.add(memory.stiffness);
+        hash.add(memory.allowed);
+        hash.add(memory.energy);
         hash.add(std::span<const double>(memory.force.data(), 3));
     }
     for (const auto& body : bodies_) body->add_to_hash(hash);

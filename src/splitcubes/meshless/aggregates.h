@@ -6,7 +6,6 @@
 #include <splitcubes/meshless/neighbourhoods.h>
 #include <splitcubes/meshless/phyxels.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>

@@ -183,11 +183,12 @@ double ContactForces::held_by(const Row& row, double gap, const Vec3& slip) {
 
 // A collider undoes an overlap at its own cost. Between skins that bear something it is work, and jammed
 // splinters of a stiff plate were pressed by it until they flew. It is paid for by what the springs lost in
-// the last step, to friction and to damping: where nothing slides nothing is undone.
+// the last step, to friction, to damping and to pushing hits back: where nothing moves nothing is undone.
 void ContactForces::undo_overlaps(const OverlapSums& sums, const Parallel& parallel) {
     if (sums.undone == 0) return;
     const double room = std::max(0.0, sums.left - sums.held);
-    const double share = sums.wanted > room ? room / sums.wanted : 1;
+    // Nothing where it is not known what it takes.
+    const double share = sums.wanted <= room ? 1 : sums.wanted > 0 ? room / sums.wanted : 0;
     const auto undo = [&](std::size_t begin, std::size_t end) {
         for (std::size_t r = begin; r < end; ++r)
             if (rows_[r].undone != 0)
