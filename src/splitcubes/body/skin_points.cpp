@@ -140,14 +140,17 @@ void Body::choose_pushing_points() {
         const float square = distance_from_ideal(vertex.place, side, direction);
         std::uint32_t* at = &first[box];
         while (*at != Face::none && !(faces[*at].normal.dot(normal) > flat_face)) at = &faces[*at].next;
-        if (*at == Face::none) {
-            *at = static_cast<std::uint32_t>(faces.size());
+        const bool is_new = *at == Face::none;
+        const std::uint32_t number = is_new ? static_cast<std::uint32_t>(faces.size()) : *at;
+        *at = number;
+        face_of[k] = number;
+        // Done with `at`, which may point into what grows now.
+        if (is_new) {
             faces.push_back({normal, k, square});
-        } else if (square < faces[*at].square) {
-            faces[*at].best = k;
-            faces[*at].square = square;
+        } else if (square < faces[number].square) {
+            faces[number].best = k;
+            faces[number].square = square;
         }
-        face_of[k] = *at;
     }
     for (std::uint32_t k = 0; k < skin_points_.size(); ++k)
         skin_points_[k].by = skin_points_[faces[face_of[k]].best].vertex;
