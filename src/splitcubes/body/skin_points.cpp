@@ -2,7 +2,6 @@
 #include <splitcubes/body/body.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 
