@@ -30,7 +30,7 @@ void Body::tear(const StepContext& context, StepReport& report) {
     }
     const std::vector<std::int32_t> slots =
         tearing_->tear(grid_, {*pieces_, occluders_, phyxels_, neighbourhoods_, locator_, settings_.material,
-                               tracker_, frames_, held, changes_, spacing_, context.dt, context.parallel});
+                               tracker_, frames_, held, spacing_, context.dt, context.parallel});
     new_slots_.insert(new_slots_.end(), slots.begin(), slots.end());
     report.new_cut_edges += slots.size();
     report.torn_edges += slots.size();

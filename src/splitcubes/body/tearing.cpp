@@ -14,14 +14,12 @@ namespace {
 
 // Of principal direction and deformed edge where a crack begins: 45 degrees.
 constexpr double least_edge_cosine = 0.7071;
-// Of two planes that are of one crack: 60 degrees.
-constexpr double least_opening_cosine = 0.5;
 // Pieces below these have no stress field to speak of.
 constexpr std::size_t least_phyxels = 16;
 constexpr std::size_t least_nodes = 64;
 // A phyxel whose edges are all below the strength costs its search; so many a step at most.
 constexpr int most_vain_tries = 4;
-constexpr std::size_t cell_grain = 64;
+constexpr std::size_t cell_grain = 8, start_grain = 8;
 
 // Whether something other than the boundary has cut the edge.
 bool cracked(const NodeGrid& grid, const GridEdge& edge) {
@@ -64,10 +62,11 @@ bool is_riser(const NodeGrid& grid, const GridEdge& edge) {
         const int across = (edge.axis + k) % 3;
         const int low_back = way_to_crack(grid, edge.node, across, -1, most);
         const int low_ahead = way_to_crack(grid, edge.node, across, 1, most);
-        const int high_back = way_to_crack(grid, edge.upper(), across, -1, most);
-        const int high_ahead = way_to_crack(grid, edge.upper(), across, 1, most);
-        if (low_back + high_ahead < most && low_ahead == most && high_back == most) return true;
-        if (low_ahead + high_back < most && low_back == most && high_ahead == most) return true;
+        if ((low_back < most) == (low_ahead < most)) continue;
+        const int to_low = low_back < most ? -1 : 1;
+        if (way_to_crack(grid, edge.upper(), across, to_low, most) < most) continue;
+        const int high = way_to_crack(grid, edge.upper(), across, -to_low, most);
+        if (std::min(low_back, low_ahead) + high < most) return true;
     }
     return false;
 }
@@ -95,7 +94,8 @@ Tearing::Tearing(const TearSettings& settings, const meshless::Material& materia
                      (material.plasticity ? material.plasticity->maximum : 0)) {
     for (const double h : phyxels.support_radius) reach_ = std::max(reach_, h);
     cube_ = reach_;
-    crack_words_.assign(grid.bricks().total(), 0);
+    crack_number_ = splitting::SlotMap<1>(grid.bricks());
+    open_number_ = splitting::SlotMap<3>(grid.bricks());
     gape_modulus_ = modulus_of_gape(material, cell_size_, reach_);
     // A sheet of one layer of phyxels has rank 2 from the start, and stress in its plane.
     for (const std::uint8_t rank : neighbourhoods.rank())
@@ -114,20 +114,6 @@ double Tearing::strength_at(const Vec3& rest) const {
     return settings_.strength * (settings_.strength_factor ? settings_.strength_factor(rest) : 1);
 }
 
-// Takes in what blades, sheets and tearing have cut since the last step.
-void Tearing::note_crossings(const NodeGrid& grid) {
-    const auto& crossings = grid.crossings();
-    for (; known_crossings_ < crossings.size(); ++known_crossings_) {
-        const splitting::Crossing& c = crossings[known_crossings_];
-        if (c.origin == splitting::Origin::boundary) continue;
-        for_cells_around(grid, c.edge, [&](const Key& cell) {
-            if (!take_crack_cell(grid, {cell[0], cell[1], cell[2]})) return;
-            crack_cells_.push_back(cell);
-            note_edges_beside(grid, cell);
-        });
-    }
-}
-
 // Where these are, for those who begin cracks: most steps begin none.
 void Tearing::note_crack_points(const NodeGrid& grid) {
     for (; known_points_ < known_crossings_; ++known_points_) {
@@ -139,20 +125,15 @@ void Tearing::note_crack_points(const NodeGrid& grid) {
     }
 }
 
-// False where it was one before.
-bool Tearing::take_crack_cell(const NodeGrid& grid, const Vec3i& cell) {
-    std::uint64_t& word = crack_words_[grid.bricks().brick_of(cell)];
-    const std::uint64_t bit = std::uint64_t{1} << splitting::BrickLayout::local(cell);
-    if ((word & bit) != 0) return false;
-    word |= bit;
-    return true;
+// Whether a piece has a stress field to speak of.
+bool Tearing::is_large(const TearContext& context, std::int32_t piece) const {
+    const auto p = static_cast<std::size_t>(piece);
+    return phyxels_of_[p] >= least_phyxels && context.pieces.node_counts()[p] >= least_nodes;
 }
 
-bool Tearing::may_tear(const NodeGrid& grid, const GridEdge& edge, const TearContext& context) const {
-    if (!grid.has_edge(edge) || !grid.inside(edge.node) || !grid.inside(edge.upper()) || grid.is_cut(edge))
-        return false;
-    const auto piece = static_cast<std::size_t>(context.pieces.piece_of(grid, edge.node));
-    return phyxels_of_[piece] >= least_phyxels && context.pieces.node_counts()[piece] >= least_nodes;
+// Whether it holds material together.
+bool Tearing::is_whole(const NodeGrid& grid, const GridEdge& edge) {
+    return grid.has_edge(edge) && grid.inside(edge.node) && grid.inside(edge.upper()) && !grid.is_cut(edge);
 }
 
 // Whether one of the next two edges on the same grid line, to either side, is cut
@@ -198,12 +179,24 @@ std::int32_t Tearing::cut(NodeGrid& grid, const Proposal& proposal, std::vector<
     return slot;
 }
 
-// Bit e: edge e of the cell holds what cracks have passed by.
+// Whether none of the cells of touched_ that share the edge comes before this one.
+bool Tearing::is_first_around(const NodeGrid& grid, const GridEdge& edge, const Key& key) const {
+    bool is_first = true;
+    for_cells_around(grid, edge, [&](const Key& cell) {
+        const std::int32_t known = cell < key ? crack_number_.get({cell[0], cell[1], cell[2]}, 0) : -1;
+        is_first = is_first && (known < 0 || crack_cells_[static_cast<std::size_t>(known)].touched != round_);
+    });
+    return is_first;
+}
+
+// Bit e: edge e of the cell holds what cracks have passed by, and no cell before it tells so.
 std::uint32_t Tearing::gaps_in(const NodeGrid& grid, const TearContext& context, const Key& key) const {
     std::uint32_t out = 0;
     for (int e = 0; e < splitting::edge_count; ++e) {
         const GridEdge edge = splitting::cell_edge({key[0], key[1], key[2]}, e);
-        if (may_tear(grid, edge, context) && (passed_around(grid, edge) || is_riser(grid, edge)))
+        if (is_whole(grid, edge) && is_first_around(grid, edge, key) &&
+            (passed_around(grid, edge) || is_riser(grid, edge)) &&
+            is_large(context, context.pieces.piece_of(grid, edge.node)))
             out |= std::uint32_t{1} << e;
     }
     return out;
@@ -215,14 +208,18 @@ std::uint32_t Tearing::gaps_in(const NodeGrid& grid, const TearContext& context,
 void Tearing::close_gaps(NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots) {
     constexpr int most_passes = 4;
     for (int pass = 0; pass < most_passes; ++pass) {
-        cells_of(grid, slots, front_);
-        gaps_.resize(front_.size());
-        context.parallel.for_each(front_.size(), cell_grain,
-                                  [&](std::size_t k) { gaps_[k] = gaps_in(grid, context, front_[k]); });
+        cells_of(grid, slots, touched_);
+        ++round_;
+        for (const Key& cell : touched_)
+            crack_cells_[static_cast<std::size_t>(crack_number_.get({cell[0], cell[1], cell[2]}, 0))]
+                .touched = round_;
+        gaps_.resize(touched_.size());
+        context.parallel.for_each(touched_.size(), cell_grain,
+                                  [&](std::size_t k) { gaps_[k] = gaps_in(grid, context, touched_[k]); });
         const std::size_t before = slots.size();
-        for (std::size_t k = 0; k < front_.size(); ++k)
+        for (std::size_t k = 0; k < touched_.size(); ++k)
             for (std::uint32_t edges = gaps_[k]; edges != 0; edges &= edges - 1) {
-                const Vec3i cell(front_[k][0], front_[k][1], front_[k][2]);
+                const Vec3i cell(touched_[k][0], touched_[k][1], touched_[k][2]);
                 const GridEdge edge = splitting::cell_edge(cell, std::countr_zero(edges));
                 cut(grid, {splitting::edge_id(edge), 0, 0.5, Vec3::Unit(edge.axis)}, slots);
             }
@@ -231,55 +228,85 @@ void Tearing::close_gaps(NodeGrid& grid, const TearContext& context, std::vector
     }
 }
 
-// A crack at the most loaded edge around a phyxel. False where none is overloaded.
-bool Tearing::begin_one(NodeGrid& grid, const TearContext& context, std::uint32_t phyxel,
-                        std::vector<std::int32_t>& slots) {
+// The edges around a phyxel where a crack may begin, with their stress where it is above their strength.
+void Tearing::list_starts(const NodeGrid& grid, const TearContext& context, std::uint32_t phyxel) {
+    const std::int32_t piece = context.phyxels.piece[phyxel];
+    starts_.clear();
+    start_nodes_.clear();
+    if (!is_large(context, piece)) return;
     const Vec3& rest = context.phyxels.rest_position[phyxel];
     const Vec3 half = Vec3::Constant(0.5 * context.spacing);
     const Vec3i low = grid.rest().to_grid(rest - half).array().floor().cast<int>();
     const Vec3i high = grid.rest().to_grid(rest + half).array().ceil().cast<int>();
-    requests_.clear();
+    const Vec3i count = high - low + Vec3i::Constant(2);
+    start_numbers_.assign(static_cast<std::size_t>(count.prod()), -1);
+    // Edges share nodes.
+    const auto number_of = [&](const Vec3i& node) {
+        const Vec3i at = node - low;
+        std::int32_t& number =
+            start_numbers_[static_cast<std::size_t>((at.z() * count.y() + at.y()) * count.x() + at.x())];
+        if (number < 0) {
+            number = static_cast<std::int32_t>(start_nodes_.size());
+            start_nodes_.push_back({node, context.nodes.find(node), {}});
+        }
+        return static_cast<std::uint32_t>(number);
+    };
     for (int z = low[2]; z <= high[2]; ++z)
         for (int y = low[1]; y <= high[1]; ++y)
             for (int x = low[0]; x <= high[0]; ++x)
                 for (int axis = 0; axis < 3; ++axis) {
                     const GridEdge edge{{x, y, z}, axis};
-                    if (!may_tear(grid, edge, context)) continue;
-                    if (context.pieces.piece_of(grid, edge.node) != context.phyxels.piece[phyxel]) continue;
-                    requests_.push_back({0, ask(grid, edge, context), edge});
+                    if (is_whole(grid, edge) && context.pieces.piece_of(grid, edge.node) == piece)
+                        starts_.push_back({edge, number_of(edge.node), number_of(edge.upper()), {}, 0, {}});
                 }
-    answer(context);
+    context.parallel.for_each(start_nodes_.size(), start_grain, [&](std::size_t k) {
+        StartNode& node = start_nodes_[k];
+        node.sum = stress_at(context, grid, node.place, node.index);
+    });
+    context.parallel.for_each(starts_.size(), start_grain, [&](std::size_t k) {
+        StartEdge& start = starts_[k];
+        const StartNode &lower = start_nodes_[start.lower], &upper = start_nodes_[start.upper];
+        start.rest = 0.5 * (grid.rest().node_position(lower.place) + grid.rest().node_position(upper.place));
+        start.strength = std::max(strength_at(start.rest), 1e-300);
+        start.stress = find_stress(context, grid, start.edge, {lower.index, upper.index},
+                                   lower.sum + upper.sum, start.strength);
+    });
+}
+
+// A crack at the most loaded edge around a phyxel. False where none is overloaded.
+bool Tearing::begin_one(NodeGrid& grid, const TearContext& context, std::uint32_t phyxel,
+                        std::vector<std::int32_t>& slots) {
+    list_starts(grid, context, phyxel);
     note_crack_points(grid);
     Proposal best{0, 1, 0.5, Vec3::Zero()};
-    for (const Request& request : requests_) consider(grid, phyxel, request, best);
+    for (const StartEdge& start : starts_) consider(grid, phyxel, start, best);
     if (!(best.normal.squaredNorm() > 0)) return false;
     const std::size_t known = crack_cells_.size();
     if (cut(grid, best, slots) < 0) return false;
     note_crossings(grid);
-    front_.assign(crack_cells_.begin() + static_cast<std::ptrdiff_t>(known), crack_cells_.end());
+    front_.clear();
+    for (std::size_t k = known; k < crack_cells_.size(); ++k) front_.push_back(static_cast<std::uint32_t>(k));
     grow(grid, context, slots);
     return true;
 }
 
 // Whether a crack rather begins at this edge than at the best before it.
-void Tearing::consider(const NodeGrid& grid, std::uint32_t phyxel, const Request& request,
+void Tearing::consider(const NodeGrid& grid, std::uint32_t phyxel, const StartEdge& start,
                        Proposal& best) const {
-    const LoadedEdge& loaded = loaded_edges_[request.number];
-    const Stress& stress = loaded.stress;
-    if (2 * load_[phyxel] * weakest_[phyxel] < loaded.strength) return;
-    const double load = stress.largest / loaded.strength;
+    const Stress& stress = start.stress;
+    if (2 * load_[phyxel] * weakest_[phyxel] < start.strength) return;
+    const double load = stress.largest / start.strength;
     if (!(load > best.load)) return;
     const Vec3 along =
-        grid.rest().node_position(request.edge.upper()) - grid.rest().node_position(request.edge.node);
+        grid.rest().node_position(start.edge.upper()) - grid.rest().node_position(start.edge.node);
     const Vec3 way = stress.world_from_rest * along;
     if (std::abs(stress.direction.dot(way)) < least_edge_cosine * way.norm()) return;
     Vec3 normal = (stress.world_from_rest.transpose() * stress.direction).normalized();
-    const std::optional<Plane> seam = seam_at(loaded.rest);
+    const std::optional<Plane> seam = seam_at(start.rest);
     if (seam && std::abs(seam->normal.dot(normal)) > least_opening_cosine) normal = seam->normal;
-    if (!normal.allFinite() || beside_crack(loaded.rest, normal, load) ||
-        shadowed(grid, request.edge, normal))
+    if (!normal.allFinite() || beside_crack(start.rest, normal, load) || shadowed(grid, start.edge, normal))
         return;
-    best = {splitting::edge_id(request.edge), load, 0.5, normal};
+    best = {splitting::edge_id(start.edge), load, 0.5, normal};
 }
 
 void Tearing::begin_cracks(NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots) {
@@ -312,7 +339,7 @@ std::vector<std::int32_t> Tearing::tear(NodeGrid& grid, const TearContext& conte
     find_loads(context);
     if (top_load_ < least_load * settings_.toughness) return slots;
     ++step_;
-    sights_.begin(context.phyxels.size());
+    node_stress_.resize(context.nodes.kernels().size());
     phyxels_of_.assign(context.pieces.count(), 0);
     for (const std::int32_t piece : context.phyxels.piece) ++phyxels_of_[static_cast<std::size_t>(piece)];
     torn_now_.clear();

@@ -3,7 +3,6 @@
 // here it is the largest principal stress (Rankine), and a crack grows as a sheet.
 #pragma once
 
-#include <splitcubes/body/edge_sights.h>
 #include <splitcubes/body/node_tracker.h>
 #include <splitcubes/body/tear_settings.h>
 #include <splitcubes/core/parallel.h>
@@ -12,6 +11,7 @@
 #include <splitcubes/meshless/material.h>
 #include <splitcubes/meshless/neighbourhoods.h>
 #include <splitcubes/splitting/pieces.h>
+#include <splitcubes/splitting/slot_map.h>
 
 #include <cstdint>
 #include <optional>
@@ -32,7 +32,6 @@ struct TearContext {
     const NodeTracker& nodes;
     std::span<const geometry::Frame> frames;  // per tracked node
     std::span<const std::uint8_t> held;       // per phyxel, 1: its position is prescribed; or empty
-    const SurfaceChanges& changes;            // of what the occluders are made of
     double spacing;                           // m, between phyxels
     double dt;                                // s
     const Parallel& parallel;
@@ -40,9 +39,9 @@ struct TearContext {
 
 /// Cracks of one body.
 ///
-/// The stress of a place is the kernel mean of the Cauchy stresses P F^T / det F of
-/// the phyxels of its piece that reach it and that it sees. Phyxels that are held,
-/// inverted, or of less rank than at first have no say, and what
+/// The stress of an edge is the mean of those of its two nodes, and a node's the kernel mean of the Cauchy
+/// stresses P F^T / det F of the phyxels that carry it: those of its piece that reach it and that it sees.
+/// Phyxels that are held, inverted, or of less rank than at first have no say, and what
 /// is mostly held does not tear.
 ///
 /// A crack begins at the uncut edge with the largest stress relative to its strength,
@@ -96,50 +95,79 @@ class Tearing {
         double load = 0;  // stress over strength
         double parameter = 0;
         Vec3 normal = Vec3::Zero();
-        std::uint32_t order = 0;
         double gape = 0;  // what the lips' gape stands for, over the strength
     };
     static constexpr std::uint64_t no_edge = ~std::uint64_t{0};
     /// Of a phyxel, in shares of the toughness, from which on cracks are looked for around it.
     static constexpr double least_load = 0.8;
+    /// Of two planes that are of one crack, and of a crack's normal and the principal direction where it goes
+    /// on: 60 degrees.
+    static constexpr double least_opening_cosine = 0.5;
+    /// How far beyond its ends an edge still counts as met, in edges: two planes of one crack differ by about
+    /// so much, and an edge that both miss would stay as a strand.
+    static constexpr double edge_slack = 0.1;
     /// Stress that a crack's gape stands for, over the strength, from which on it may come off with a slab.
     static constexpr double slab_gape = 4;
-    /// A bit a crossing on an edge's line. Which keep it from being cut if just one tip asks, or several
-    /// that are alike; and which whoever asks.
-    struct Shadows {
-        unsigned of_one = 0, of_all = 0;
+    /// Kernel sums over the phyxels that have a say.
+    struct StressSum {
+        Mat3 stress = Mat3::Zero();  // Pa
+        double total = 0;            // share of what has a say
+        double held = 0;             // share of what is held, and has none
+
+        StressSum operator+(const StressSum& other) const {
+            return {stress + other.stress, total + other.total, held + other.held};
+        }
     };
-    /// What an edge has to bear in this step.
-    struct LoadedEdge {
-        std::uint64_t asked = 0;   // step
-        Vec3 rest = Vec3::Zero();  // m, its middle
-        std::int32_t piece = 0;
-        double strength = 0;         // Pa
-        Shadows shadows;             // on its line, for all who ask
-        std::uint32_t tip = 0;       // that asked first
-        bool are_tips_alike = true;  // all who ask have nearly the plane of that one
-        Stress stress;               // zero where it is too small to tear it
+    struct NodeStress {
+        std::uint64_t step = 0;  // when it was found
+        StressSum sum;
     };
-    struct Request {
-        std::uint32_t tip, number;
+    /// An uncut edge of a cell that a crack has come to.
+    struct OpenEdge {
         splitting::GridEdge edge;
-    };
-    struct Beside {
-        splitting::GridEdge edge;
-        double stretch;                       // of the last step; negative: cut
+        double stretch = 0;                   // of the last step; negative: cut
         std::int32_t lower = -1, upper = -1;  // what the tracker calls its nodes, once it knows them
+        std::uint64_t asked = 0;              // round
+        // In that round: the crack's cells that ask, in their order.
+        std::uint32_t tip_count = 0;
+        std::array<std::uint32_t, 4> tips{};
+        std::uint8_t shadows = 0;  // that are so for all of them
+    };
+    /// Where a crack may begin.
+    struct StartNode {
+        Vec3i place;
+        std::int32_t index;  // what the tracker calls it, or -1
+        StressSum sum;
+    };
+    struct StartEdge {
+        splitting::GridEdge edge;
+        std::uint32_t lower, upper;  // start nodes
+        Vec3 rest = Vec3::Zero();    // m, its middle
+        double strength = 0;         // Pa
+        Stress stress;               // zero where it is too small to tear it
     };
     struct Plane {
         Vec3 point, normal;  // m, unit; rest space
     };
-    /// A cell at a crack's edge.
+    /// A crack in a cell, and where it may go on.
     struct Tip {
         Vec3 centre = Vec3::Zero(), normal = Vec3::Zero();  // of what is cut; m, unit; rest space
         std::optional<Plane> seam;
-        std::uint32_t edges = 0;  // bit e: the plane nearly meets the cell's edge e, which may tear
-        double gape_stress = 0;   // Pa, what lips that gape so far mean ahead of the tip
+        std::uint32_t edges = 0;  // bit e: uncut, and the plane nearly meets it
+        // Of each edge the crossings on its line that keep it from being cut, whichever plane this tip
+        // proposes unless its lips gape wide.
+        std::array<std::uint8_t, 12> shadows{};
     };
     using Key = std::array<int, 3>;
+    /// A cell around an edge that was cut, not by the boundary.
+    struct CrackCell {
+        Key place{};
+        bool is_stale = true;       // an edge of it has been cut since the tip was found
+        bool is_loaded = false;     // in this step
+        std::uint64_t touched = 0;  // round of close_gaps
+        double gape_stress = 0;     // Pa, what lips that gape so far mean ahead of the tip; of this round
+        Tip tip;
+    };
     struct KeyHash {
         std::size_t operator()(const Key& key) const {
             return static_cast<std::size_t>(key[0]) * 73856093U ^
@@ -151,10 +179,8 @@ class Tearing {
     double strength_at(const Vec3& rest) const;
     void note_crossings(const splitting::NodeGrid& grid);
     void note_crack_points(const splitting::NodeGrid& grid);
-    bool take_crack_cell(const splitting::NodeGrid& grid, const Vec3i& cell);
-    bool is_crack_cell(const splitting::NodeGrid& grid, const Vec3i& cell) const {
-        return (crack_words_[grid.bricks().brick_of(cell)] >> splitting::BrickLayout::local(cell) & 1) != 0;
-    }
+    void note_open_edges(const splitting::NodeGrid& grid, const Key& cell);
+    void forget_cut_edges();
     void find_weakest(const splitting::NodeGrid& grid, const TearContext& context);
     void measure_one(const TearContext& context, std::size_t i, double least);
     double measure_phyxels(const TearContext& context, double least);
@@ -165,44 +191,50 @@ class Tearing {
     void find_loads(const TearContext& context);
     void bound_principal_stress(const TearContext& context, double least);
     double load_of(const TearContext& context, std::size_t i) const;
-    std::uint32_t ask(const splitting::NodeGrid& grid, const splitting::GridEdge& edge,
-                      const TearContext& context);
-    void answer(const TearContext& context);
-    bool may_pass(std::span<const EdgeSights::Link> near, const LoadedEdge& edge, const TearContext& context,
-                  double limit) const;
-    void find_stress(std::uint32_t number, const TearContext& context);
-    bool may_tear(const splitting::NodeGrid& grid, const splitting::GridEdge& edge,
-                  const TearContext& context) const;
+    template <class Use>
+    double for_carriers(const TearContext& context, const splitting::NodeGrid& grid, const Vec3i& node,
+                        std::int32_t index, const Use& use) const;
+    StressSum sum_stress(const TearContext& context, const splitting::NodeGrid& grid, const Vec3i& node,
+                         std::int32_t index) const;
+    StressSum stress_at(const TearContext& context, const splitting::NodeGrid& grid, const Vec3i& node,
+                        std::int32_t index) const;
+    static bool is_carried(const TearContext& context, std::int32_t index);
+    void want_stress(const TearContext& context, std::int32_t index);
+    void find_wanted(const TearContext& context, const splitting::NodeGrid& grid);
+    Stress find_stress(const TearContext& context, const splitting::NodeGrid& grid,
+                       const splitting::GridEdge& edge, const std::array<std::int32_t, 2>& nodes,
+                       const StressSum& sum, double least) const;
+    Mat3 gradient_at(const TearContext& context, const splitting::NodeGrid& grid,
+                     const splitting::GridEdge& edge, const std::array<std::int32_t, 2>& nodes) const;
+    bool is_large(const TearContext& context, std::int32_t piece) const;
+    static bool is_whole(const splitting::NodeGrid& grid, const splitting::GridEdge& edge);
     bool shadowed(const splitting::NodeGrid& grid, const splitting::GridEdge& edge, const Vec3& normal) const;
     bool beside_crack(const Vec3& rest, const Vec3& rest_normal, double load) const;
     std::optional<Plane> seam_at(const Vec3& rest) const;
     void break_strands(splitting::NodeGrid& grid, const TearContext& context,
                        std::vector<std::int32_t>& slots);
+    bool is_first_around(const splitting::NodeGrid& grid, const splitting::GridEdge& edge,
+                         const Key& key) const;
     std::uint32_t gaps_in(const splitting::NodeGrid& grid, const TearContext& context, const Key& key) const;
     void close_gaps(splitting::NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots);
-    Tip tip_of(const splitting::NodeGrid& grid, const TearContext& context, const Key& cell) const;
+    Tip tip_of(const splitting::NodeGrid& grid, const Key& cell) const;
     static const geometry::Frame* frame_of(const TearContext& context, const Vec3i& node);
     static const geometry::Frame* frame_of(const TearContext& context, const Vec3i& node,
                                            std::int32_t& index);
     double gape_stress(const splitting::NodeGrid& grid, const TearContext& context, const Key& cell,
                        const Vec3& normal) const;
-    static bool may_meet(const Tip& tip, const Vec3& a, const Vec3& b, double slack);
-    Shadows sure_shadows(const splitting::NodeGrid& grid, const Tip& tip,
-                         const splitting::GridEdge& edge) const;
-    bool is_spared(const LoadedEdge& edge) const {
-        return (edge.shadows.of_all | (edge.are_tips_alike ? edge.shadows.of_one : 0)) != 0;
-    }
-    void spare_shadowed(const splitting::NodeGrid& grid, const TearContext& context);
-    bool propose(const splitting::NodeGrid& grid, const Tip& tip, std::uint32_t number,
-                 const splitting::GridEdge& edge, Proposal& out) const;
-    void find_proposals(const splitting::NodeGrid& grid, const TearContext& context,
-                        std::span<const Key> front);
-    void merge_proposals();
+    std::uint8_t sure_shadows(const splitting::NodeGrid& grid, const Tip& tip,
+                              const splitting::GridEdge& edge) const;
+    static bool may_meet(const Tip& tip, const Vec3& a, const Vec3& b);
+    bool propose(const splitting::NodeGrid& grid, const CrackCell& cell, const Stress& stress,
+                 double strength, const splitting::GridEdge& edge, Proposal& out) const;
+    Proposal propose(const splitting::NodeGrid& grid, const TearContext& context, const OpenEdge& open) const;
+    void ask_edges(const splitting::NodeGrid& grid, const TearContext& context);
+    void find_proposals(const splitting::NodeGrid& grid, const TearContext& context);
     static void cells_of(const splitting::NodeGrid& grid, std::span<const std::int32_t> slots,
                          std::vector<Key>& out);
     void grow(splitting::NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots);
     void find_loaded_front(const splitting::NodeGrid& grid, const TearContext& context);
-    void note_edges_beside(const splitting::NodeGrid& grid, const Key& cell);
     /// Calls use(cell) for the cells that share an edge.
     template <class Use>
     static void for_cells_around(const splitting::NodeGrid& grid, const splitting::GridEdge& edge,
@@ -214,7 +246,8 @@ class Tearing {
             if (grid.has_cell(cell)) use(Key{cell[0], cell[1], cell[2]});
         }
     }
-    void consider(const splitting::NodeGrid& grid, std::uint32_t phyxel, const Request& request,
+    void list_starts(const splitting::NodeGrid& grid, const TearContext& context, std::uint32_t phyxel);
+    void consider(const splitting::NodeGrid& grid, std::uint32_t phyxel, const StartEdge& start,
                   Proposal& best) const;
     bool begin_one(splitting::NodeGrid& grid, const TearContext& context, std::uint32_t phyxel,
                    std::vector<std::int32_t>& slots);
@@ -242,24 +275,27 @@ class Tearing {
     std::vector<double> load_;  // per phyxel, smoothed stress over the weakest strength; 0: below least_load
     std::vector<std::size_t> phyxels_of_;  // per piece
     double reach_ = 0;                     // m, the largest support
-    EdgeSights sights_;
-    std::uint64_t step_ = 0;                // calls that looked at edges
-    std::vector<LoadedEdge> loaded_edges_;  // by the sights' numbers
-    std::vector<std::uint32_t> asked_;      // those whose stress is to be found
-    std::vector<Tip> tips_;                 // of the front
-    std::vector<Request> requests_;         // edges of tips
-    std::vector<Shadows> shadows_;          // per request, of the tip that asks
-    std::vector<Proposal> proposals_;       // to cut now
-    std::vector<Key> front_, parted_;       // cells that cracks go on from; nodes that strands parted at
-    std::vector<std::uint8_t> is_loaded_;   // per crack cell
-    std::vector<std::uint32_t> gaps_;       // per cell of the front, bit an edge
-    std::vector<std::uint32_t> order_;      // phyxels past their strength, the most loaded first
+    // Per tracked node: of this step where someone wanted it.
+    std::vector<NodeStress> node_stress_;
+    std::vector<std::uint32_t> wanted_;   // tracked nodes
+    std::uint64_t step_ = 0, round_ = 0;  // calls that looked at edges; times that they looked at cells
+    // Around one phyxel; of the nodes in a box by their places, -1: none.
+    std::vector<StartNode> start_nodes_;
+    std::vector<StartEdge> starts_;
+    std::vector<std::int32_t> start_numbers_;
+    std::vector<std::uint32_t> asked_;  // open edges
+    std::vector<Proposal> proposals_;   // to cut now
+    std::vector<std::uint32_t> front_;  // crack cells that cracks go on from
+    std::vector<Key> touched_;          // cells around edges of this step
+    std::vector<Key> parted_;           // nodes that strands parted at
+    std::vector<std::uint32_t> gaps_;   // per touched cell, bit an edge
+    std::vector<std::uint32_t> order_;  // phyxels past their strength, the most loaded first
 
     std::size_t known_crossings_ = 0, known_points_ = 0;
-    std::vector<Key> crack_cells_;  // around edges that were cut, not boundary, in order of first touch
-    std::vector<std::uint64_t>
-        crack_words_;             // per brick of the grid, a bit a cell: whether it is one of these
-    std::vector<Beside> beside_;  // uncut edges of these cells, each once
+    std::vector<CrackCell> crack_cells_;  // in order of first touch
+    splitting::SlotMap<1> crack_number_;  // of these, per cell of the grid
+    std::vector<OpenEdge> open_;          // of these cells, each once; some have been cut since
+    splitting::SlotMap<3> open_number_;   // of these, per edge of the grid
     struct CrackPoint {
         Vec3 rest, normal;
     };

@@ -1,10 +1,11 @@
-// Which edges of a crack's front need not be asked for their stress: whatever it is, it does not cut them.
+// Where cracks may go on: their cells, and what of these is loaded.
 #include <splitcubes/body/tearing.h>
+#include <splitcubes/math/cofactor.h>
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
-#include <limits>
 
 namespace splitcubes::body {
 
@@ -13,33 +14,126 @@ using splitting::NodeGrid;
 
 namespace {
 
-// Of what find_proposals allows a crack's plane to be turned by: 13.9 degrees, atan(t sin a / (1 - t + t cos
-// a)) for a share t = 1/4 of a direction a = 60 degrees off.
+constexpr std::size_t grain = 64;
+// Of what `propose` allows a crack's plane to be turned by: 13.9 degrees, atan(t sin a / (1 - t + t cos a))
+// for a share t = 1/4 of a direction a = 60 degrees off.
 constexpr double most_turn_tangent = 0.2475;
-// Cosines of 45 and of 60 degrees less that. Turned planes whose normals all lie within 45 degrees of
-// another, or of its opposite, have a sum that does; so it is with 60 degrees where no two of the normals are
-// more than 90 degrees apart, as those of planes that were within 31 degrees of one of them.
-constexpr double sure_shadow_cosine = 0.857, sure_shadow_of_one = 0.695, alike_cosine = 0.857;
+// Cosine of 45 degrees less that: turned planes whose normals all lie within 45 degrees of another, or of its
+// opposite, have a mean that does, and that is well within what shadows.
+constexpr double sure_shadow_cosine = 0.857;
+// Edges on one line, nearest first to either side.
 constexpr std::array<int, 4> along_line{-1, -2, 1, 2};
+
+// Of the two lips of a cut edge.
+struct Gap {
+    Vec3 way;  // m, world, from the lower one to the upper
+    const geometry::Frame *lower, *upper;
+    int axis;
+};
 
 }  // namespace
 
-// Whether a plane through the tip's middle, turned by as much as stress may turn it, meets the edge
-// from a to b or, by `slack` of its length, its continuation.
-bool Tearing::may_meet(const Tip& tip, const Vec3& a, const Vec3& b, double slack) {
-    const Vec3 from = a - slack * (b - a) - tip.centre, to = b + slack * (b - a) - tip.centre;
-    const double height_from = tip.normal.dot(from), height_to = tip.normal.dot(to);
-    if (height_from * height_to <= 0) return true;
-    // The distance from the normal is largest at an end.
-    const double width =
-        std::max((from - height_from * tip.normal).norm(), (to - height_to * tip.normal).norm());
-    return std::min(std::abs(height_from), std::abs(height_to)) <= most_turn_tangent * width;
+// nullptr where the last step did not track the node.
+const geometry::Frame* Tearing::frame_of(const TearContext& context, const Vec3i& node) {
+    const std::int32_t index = context.nodes.find(node);
+    if (index < 0 || static_cast<std::size_t>(index) >= context.frames.size()) return nullptr;
+    return &context.frames[static_cast<std::size_t>(index)];
 }
 
-// Bit k: the crossing at along_line[k] edges from this one shadows it, whichever plane the tip proposes.
-Tearing::Shadows Tearing::sure_shadows(const NodeGrid& grid, const Tip& tip, const GridEdge& edge) const {
-    if (tip.seam || tip.gape_stress > slab_gape * settings_.strength * weakest_all_) return {};
-    Shadows out;
+// The same, where `index` keeps what the tracker calls the node.
+const geometry::Frame* Tearing::frame_of(const TearContext& context, const Vec3i& node, std::int32_t& index) {
+    if (index < 0) index = context.nodes.find(node);
+    if (index < 0 || !context.nodes.is_awake(static_cast<std::uint32_t>(index)) ||
+        static_cast<std::size_t>(index) >= context.frames.size())
+        return nullptr;
+    return &context.frames[static_cast<std::size_t>(index)];
+}
+
+// Takes in what blades, sheets and tearing have cut since the last step.
+void Tearing::note_crossings(const NodeGrid& grid) {
+    const auto& crossings = grid.crossings();
+    for (; known_crossings_ < crossings.size(); ++known_crossings_) {
+        const splitting::Crossing& c = crossings[known_crossings_];
+        if (c.origin == splitting::Origin::boundary) continue;
+        for (const int along : along_line) {
+            GridEdge shadowed_edge = c.edge;
+            shadowed_edge.node[c.edge.axis] += along;
+            for_cells_around(grid, shadowed_edge, [&](const Key& cell) {
+                const std::int32_t known = crack_number_.get({cell[0], cell[1], cell[2]}, 0);
+                if (known >= 0) crack_cells_[static_cast<std::size_t>(known)].is_stale = true;
+            });
+        }
+        for_cells_around(grid, c.edge, [&](const Key& cell) {
+            const std::int32_t known = crack_number_.get({cell[0], cell[1], cell[2]}, 0);
+            if (known >= 0) {
+                crack_cells_[static_cast<std::size_t>(known)].is_stale = true;
+                return;
+            }
+            crack_number_.set({cell[0], cell[1], cell[2]}, 0, static_cast<std::int32_t>(crack_cells_.size()));
+            crack_cells_.emplace_back().place = cell;
+            note_open_edges(grid, cell);
+        });
+    }
+}
+
+// Notes the edges of a cell that a crack has just come to, unless cells around have brought them.
+void Tearing::note_open_edges(const NodeGrid& grid, const Key& key) {
+    for (int e = 0; e < splitting::edge_count; ++e) {
+        const GridEdge edge = splitting::cell_edge({key[0], key[1], key[2]}, e);
+        if (grid.is_cut(edge) || !grid.inside(edge.node) || !grid.inside(edge.upper())) continue;
+        if (open_number_.get(edge.node, edge.axis) >= 0) continue;
+        open_number_.set(edge.node, edge.axis, static_cast<std::int32_t>(open_.size()));
+        open_.emplace_back().edge = edge;
+    }
+}
+
+// What is cut stays so. Numbers change.
+void Tearing::forget_cut_edges() {
+    std::size_t kept = 0;
+    for (const OpenEdge& open : open_) {
+        const bool is_cut = open.stretch < 0;
+        open_number_.set(open.edge.node, open.edge.axis, is_cut ? -1 : static_cast<std::int32_t>(kept));
+        if (!is_cut) open_[kept++] = open;
+    }
+    open_.resize(kept);
+}
+
+// The plane of the cracks in a cell, and which uncut edges it meets, nearly.
+Tearing::Tip Tearing::tip_of(const NodeGrid& grid, const Key& key) const {
+    const Vec3i cell(key[0], key[1], key[2]);
+    Tip tip;
+    double count = 0;
+    for (int e = 0; e < splitting::edge_count; ++e) {
+        const std::int32_t slot = grid.slot(splitting::cell_edge(cell, e));
+        if (slot < 0 || grid.crossing(slot).origin == splitting::Origin::boundary) continue;
+        const splitting::Crossing& c = grid.crossing(slot);
+        tip.centre += grid.crossing_position(c);
+        tip.normal += (c.normal.dot(tip.normal) < 0 ? -1 : 1) * c.normal;
+        ++count;
+    }
+    if (count == 0 || !(tip.normal.norm() > 0.5)) return tip;
+    tip.centre /= count;
+    tip.normal.normalize();
+    tip.seam = seam_at(tip.centre);
+    if (tip.seam && std::abs(tip.seam->normal.dot(tip.normal)) < least_opening_cosine) tip.seam.reset();
+    for (int e = 0; e < splitting::edge_count; ++e) {
+        const GridEdge edge = splitting::cell_edge(cell, e);
+        if (!grid.inside(edge.node) || !grid.inside(edge.upper()) || grid.is_cut(edge)) continue;
+        const Vec3 a = grid.rest().node_position(edge.node), b = grid.rest().node_position(edge.upper());
+        // Out of reach of any plane that is turned by so little.
+        const double from = tip.normal.dot(a - tip.centre), to = tip.normal.dot(b - tip.centre);
+        if (from * to > 0 && std::min(std::abs(from), std::abs(to)) > 0.4 * cell_size_) continue;
+        if (!tip.seam && !may_meet(tip, a, b)) continue;
+        tip.edges |= std::uint32_t{1} << e;
+        tip.shadows[static_cast<std::size_t>(e)] = sure_shadows(grid, tip, edge);
+    }
+    return tip;
+}
+
+// Bit k: the crossing at along_line[k] edges from this one.
+std::uint8_t Tearing::sure_shadows(const NodeGrid& grid, const Tip& tip, const GridEdge& edge) const {
+    if (tip.seam) return 0;
+    unsigned out = 0;
     bool is_open = true;
     for (std::size_t k = 0; k < along_line.size(); ++k) {
         is_open = is_open || std::abs(along_line[k]) == 1;
@@ -50,41 +144,113 @@ Tearing::Shadows Tearing::sure_shadows(const NodeGrid& grid, const Tip& tip, con
         if (slot < 0) continue;
         const splitting::Crossing& c = grid.crossing(slot);
         is_open = c.origin != splitting::Origin::boundary;
-        const double cosine = is_open ? std::abs(c.normal.dot(tip.normal)) : 0;
-        out.of_one |= unsigned{cosine > sure_shadow_of_one} << k;
-        out.of_all |= unsigned{cosine > sure_shadow_cosine} << k;
+        if (is_open && std::abs(c.normal.dot(tip.normal)) > sure_shadow_cosine) out |= 1U << k;
     }
-    return out;
+    return static_cast<std::uint8_t>(out);
 }
 
-// Of the edges asked for by `requests_`, those that one crossing shadows for all who ask. They may be asked
-// for again.
-void Tearing::spare_shadowed(const NodeGrid& grid, const TearContext& context) {
-    for (const Request& request : requests_) {
-        LoadedEdge& edge = loaded_edges_[request.number];
-        edge.shadows = {~0U, ~0U};
-        edge.tip = request.tip;
-        edge.are_tips_alike = true;
+// Whether a plane through the tip's middle, turned by as much as stress may turn it, meets the edge
+// from a to b or, by `edge_slack` of its length, its continuation.
+bool Tearing::may_meet(const Tip& tip, const Vec3& a, const Vec3& b) {
+    const Vec3 from = a - edge_slack * (b - a) - tip.centre, to = b + edge_slack * (b - a) - tip.centre;
+    const double height_from = tip.normal.dot(from), height_to = tip.normal.dot(to);
+    if (height_from * height_to <= 0) return true;
+    // The distance from the normal is largest at an end.
+    const double width =
+        std::max((from - height_from * tip.normal).norm(), (to - height_to * tip.normal).norm());
+    return std::min(std::abs(height_from), std::abs(height_to)) <= most_turn_tangent * width;
+}
+
+// The stress ahead of a crack by how far the lips in its last cell gape, beyond what the strain on
+// either side makes. 0: closed, not known, or below any strength.
+double Tearing::gape_stress(const NodeGrid& grid, const TearContext& context, const Key& key,
+                            const Vec3& normal) const {
+    if (gape_modulus_ == 0) return 0;
+    double sum = 0, widest = 0;
+    int count = 0;
+    std::array<Gap, splitting::edge_count> gaps;
+    for (int e = 0; e < splitting::edge_count; ++e) {
+        const std::int32_t slot = grid.slot(splitting::cell_edge({key[0], key[1], key[2]}, e));
+        if (slot < 0 || grid.crossing(slot).origin == splitting::Origin::boundary) continue;
+        const splitting::Crossing& c = grid.crossing(slot);
+        const geometry::Frame *a = frame_of(context, c.edge.node), *b = frame_of(context, c.edge.upper());
+        if (!a || !b) continue;
+        const Vec3 at = grid.crossing_position(c);
+        const Vec3 lower = a->position + a->jacobian * (at - grid.rest().node_position(c.edge.node));
+        const Vec3 upper = b->position + b->jacobian * (at - grid.rest().node_position(c.edge.upper()));
+        gaps[static_cast<std::size_t>(count++)] = {upper - lower, a, b, c.edge.axis};
+        widest = std::max(widest, (upper - lower).squaredNorm());
     }
-    shadows_.resize(requests_.size());
-    context.parallel.for_each(requests_.size(), 64, [&](std::size_t r) {
-        shadows_[r] = sure_shadows(grid, tips_[requests_[r].tip], requests_[r].edge);
-    });
-    for (std::size_t r = 0; r < requests_.size(); ++r) {
-        LoadedEdge& edge = loaded_edges_[requests_[r].number];
-        edge.shadows.of_one &= shadows_[r].of_one;
-        edge.shadows.of_all &= shadows_[r].of_all;
-        const double cosine = tips_[edge.tip].normal.dot(tips_[requests_[r].tip].normal);
-        edge.are_tips_alike = edge.are_tips_alike && std::abs(cosine) > alike_cosine;
+    // Mostly the lips are nowhere as far apart as makes a difference.
+    if (!(gape_modulus_ * std::sqrt(widest) > settings_.strength * weakest_all_)) return 0;
+    const auto end = gaps.begin() + count;
+    count = 0;
+    for (auto gap = gaps.begin(); gap != end; ++gap) {
+        const Mat3 jacobian = 0.5 * (gap->lower->jacobian + gap->upper->jacobian);
+        Vec3 across = cofactor_of(jacobian) * normal;
+        if (across.dot(jacobian * Vec3::Unit(gap->axis)) < 0) across = -across;
+        if (!(across.norm() > 0)) continue;
+        sum += gap->way.dot(across.normalized());
+        ++count;
     }
-    std::erase_if(asked_, [&](std::uint32_t number) {
-        LoadedEdge& edge = loaded_edges_[number];
-        if (!is_spared(edge)) return false;
-        edge.asked = 0;
-        edge.stress = {};
-        edge.strength = std::numeric_limits<double>::infinity();
-        return true;
+    const double gape = count > 0 ? sum / count : 0;
+    return gape > 0 ? gape_modulus_ * gape : 0;
+}
+
+// Cells of cracks that may go on, and near which a phyxel is loaded enough to let them.
+void Tearing::find_loaded_front(const NodeGrid& grid, const TearContext& context) {
+    context.parallel.for_each(crack_cells_.size(), grain, [&](std::size_t k) {
+        CrackCell& cell = crack_cells_[k];
+        cell.is_loaded = false;
+        if (!cell.is_stale && cell.tip.edges == 0) return;
+        const Vec3i place(cell.place[0], cell.place[1], cell.place[2]);
+        const Vec3 centre = grid.rest().node_position(place) + Vec3::Constant(0.5 * cell_size_);
+        cell.is_loaded = !context.locator.visit(centre, 1.5 * context.spacing, [&](std::uint32_t i) {
+            return !(load_[i] >= least_load * settings_.toughness);
+        });
     });
+    front_.clear();
+    for (std::uint32_t k = 0; k < crack_cells_.size(); ++k)
+        if (crack_cells_[k].is_loaded) front_.push_back(k);
+}
+
+// Lists the edges of the front, and brings up to date what its cells say of them.
+void Tearing::ask_edges(const NodeGrid& grid, const TearContext& context) {
+    context.parallel.for_each(front_.size(), grain, [&](std::size_t k) {
+        CrackCell& cell = crack_cells_[front_[k]];
+        if (cell.is_stale) cell.tip = tip_of(grid, cell.place);
+        cell.is_stale = false;
+        cell.gape_stress = cell.tip.edges != 0 ? gape_stress(grid, context, cell.place, cell.tip.normal) : 0;
+    });
+    ++round_;
+    asked_.clear();
+    for (const std::uint32_t number : front_) {
+        const CrackCell& cell = crack_cells_[number];
+        const Vec3i place(cell.place[0], cell.place[1], cell.place[2]);
+        const bool comes_off = cell.gape_stress > slab_gape * settings_.strength * weakest_all_;
+        for (std::uint32_t edges = cell.tip.edges; edges != 0; edges &= edges - 1) {
+            const int e = std::countr_zero(edges);
+            const GridEdge edge = splitting::cell_edge(place, e);
+            const auto k = static_cast<std::uint32_t>(open_number_.get(edge.node, edge.axis));
+            OpenEdge& open = open_[k];
+            if (open.asked != round_) {
+                asked_.push_back(k);
+                open.asked = round_;
+                open.tip_count = 0;
+                open.shadows = 0xff;
+            }
+            open.shadows &= comes_off ? 0 : cell.tip.shadows[static_cast<std::size_t>(e)];
+            open.tips[open.tip_count++] = number;
+        }
+    }
+    std::erase_if(asked_, [&](std::uint32_t k) { return open_[k].shadows != 0; });
+    for (const std::uint32_t k : asked_) {
+        OpenEdge& open = open_[k];
+        if (open.lower < 0) open.lower = context.nodes.find(open.edge.node);
+        if (open.upper < 0) open.upper = context.nodes.find(open.edge.upper());
+        want_stress(context, open.lower);
+        want_stress(context, open.upper);
+    }
 }
 
 }  // namespace splitcubes::body

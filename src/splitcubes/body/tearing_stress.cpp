@@ -1,6 +1,7 @@
 // What the material around phyxels and edges bears, and what it has to.
 #include <splitcubes/body/stress_kernels.h>
 #include <splitcubes/body/tearing.h>
+#include <splitcubes/geometry/sights.h>
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/meshless/constitutive.h>
 #include <splitcubes/meshless/kernel.h>
@@ -17,7 +18,7 @@ using splitting::NodeGrid;
 
 namespace {
 
-constexpr std::size_t grain = 256, edge_grain = 8;
+constexpr std::size_t grain = 256, node_grain = 32;
 // In place of the norm of a stress: what moves the phyxel is not its stress.
 constexpr double held_phyxel = -2;
 // Of a bound, for the rounding of what it bounds: relative, far above both.
@@ -161,90 +162,110 @@ double Tearing::load_of(const TearContext& context, std::size_t i) const {
     return eigen_symmetric(mean).values[0] / std::max(weakest_[i], 1e-300);
 }
 
-// The edge's number in this step; its load is known after the next answer.
-std::uint32_t Tearing::ask(const NodeGrid& grid, const GridEdge& edge, const TearContext& context) {
-    const Vec3 middle =
-        0.5 * (grid.rest().node_position(edge.node) + grid.rest().node_position(edge.upper()));
-    const std::uint32_t number = sights_.number_of(splitting::edge_id(edge), middle);
-    if (number >= loaded_edges_.size()) loaded_edges_.resize(sights_.size());
-    LoadedEdge& loaded = loaded_edges_[number];
-    if (loaded.asked == step_) return number;
-    loaded.asked = step_;
-    loaded.rest = middle;
-    loaded.piece = context.pieces.piece_of(grid, edge.node);
-    asked_.push_back(number);
-    return number;
+// Whether the tracker knows who carries a node.
+bool Tearing::is_carried(const TearContext& context, std::int32_t index) {
+    return index >= 0 && static_cast<std::size_t>(index) < context.nodes.kernels().size() &&
+           context.nodes.is_awake(static_cast<std::uint32_t>(index));
 }
 
-void Tearing::answer(const TearContext& context) {
-    const auto find = [&](std::size_t begin, std::size_t end) {
-        for (std::size_t k = begin; k < end; ++k) find_stress(asked_[k], context);
-    };
-    context.parallel.for_chunks(asked_.size(), edge_grain, std::cref(find));
-    asked_.clear();
-}
-
-// Whether the mean's largest principal stress may be above `limit` (Pa), whoever of those not yet known is
-// seen: the principal value of a sum is at most the sum of the principal values, and it is largest where
-// those above the limit are seen and none else.
-bool Tearing::may_pass(std::span<const EdgeSights::Link> near, const LoadedEdge& edge,
-                       const TearContext& context, double limit) const {
-    const meshless::Phyxels& p = context.phyxels;
-    double total = 0, excess = 0;
-    Mat3 sum = Mat3::Zero();
-    for (const EdgeSights::Link& link : near) {
-        const std::uint32_t j = link.phyxel;
-        if (link.sight == EdgeSights::Link::hidden || p.piece[j] != edge.piece || size_[j] < 0) continue;
-        if (link.sight == EdgeSights::Link::unknown) {
-            excess += link.weight * std::max(0.0, principal_[j] - limit);
-            continue;
-        }
-        sum += link.weight * stress_[j];
-        total += link.weight;
+// Calls use(phyxel, weight) for those that carry a node, of which `index` is what the tracker calls it, if it
+// does; returns the sum of the weights. What is not tracked looks around for itself.
+template <class Use>
+double Tearing::for_carriers(const TearContext& context, const NodeGrid& grid, const Vec3i& node,
+                             std::int32_t index, const Use& use) const {
+    const meshless::NodeKernels& kernels = context.nodes.kernels();
+    if (is_carried(context, index)) {
+        const meshless::NodeKernels::Row& row = kernels.rows[static_cast<std::size_t>(index)];
+        for (std::uint32_t k = row.begin; k < row.begin + row.count; ++k)
+            use(kernels.phyxel[k], kernels.weight[k]);
+        return 1;
     }
-    if (!(total > 0)) return excess > 0;
-    return !has_values_below(sum, limit * total - excess);
-}
-
-// Where no choice of those that may be seen could tear the edge, whom it sees need not be asked.
-void Tearing::find_stress(std::uint32_t number, const TearContext& context) {
     const meshless::Phyxels& p = context.phyxels;
-    const SightContext sight{context.occluders, context.changes, p, context.locator, reach_};
-    LoadedEdge& out = loaded_edges_[number];
-    out.strength = std::max(strength_at(out.rest), 1e-300);
-    out.stress = {};
-    const double least = settings_.toughness * out.strength;
-    const double enough = least - bound_slack * std::abs(least);
-    const std::span<const EdgeSights::Link> near = sights_.near(number, sight);
-    const bool is_any_above = std::any_of(near.begin(), near.end(), [&](const EdgeSights::Link& link) {
-        return principal_[link.phyxel] > enough && p.piece[link.phyxel] == out.piece;
+    const Vec3 rest = grid.rest().node_position(node);
+    const std::int32_t piece = context.pieces.piece_of(grid, node);
+    geometry::Sights sights(context.occluders, rest, reach_);
+    double total = 0;
+    context.locator.visit(rest, reach_, [&](std::uint32_t i) {
+        const Vec3& place = p.rest_position[i];
+        const double weight = meshless::kernel((place - rest).squaredNorm(), p.support_radius[i]);
+        if (!(weight > 0) || p.piece[i] != piece || sights.blocked(place)) return true;
+        use(i, weight);
+        total += weight;
+        return true;
     });
-    if (!is_any_above) return;
-    sights_.doubt(number, sight);
-    if (!may_pass(near, out, context, enough)) return;
-    sights_.recall_hidden(number, out.piece, sight);
-    if (!may_pass(near, out, context, enough)) return;
-    sights_.recall_seen(number, out.piece, sight);
-    if (!may_pass(near, out, context, enough)) return;
-    sights_.look(number, out.piece, sight);
-    double total = 0, held = 0;
-    Mat3 sum = Mat3::Zero(), gradient = Mat3::Zero();
-    for (const EdgeSights::Link& link : near) {
-        const std::uint32_t j = link.phyxel;
-        if (link.sight != EdgeSights::Link::seen || p.piece[j] != out.piece) continue;
-        if (size_[j] == held_phyxel) held += link.weight;
-        if (size_[j] < 0) continue;
-        sum += link.weight * stress_[j];
-        gradient += link.weight * p.deformation[j];
-        total += link.weight;
-    }
-    if (!(total > held)) return;
-    const Mat3 mean = sum / total;
-    if (has_values_below(mean, enough - bound_slack * mean.norm())) return;
+    return total;
+}
+
+Tearing::StressSum Tearing::sum_stress(const TearContext& context, const NodeGrid& grid, const Vec3i& node,
+                                       std::int32_t index) const {
+    StressSum out;
+    const double all = for_carriers(context, grid, node, index, [&](std::uint32_t i, double weight) {
+        if (size_[i] == held_phyxel) out.held += weight;
+        if (size_[i] < 0) return;
+        out.stress += weight * stress_[i];
+        out.total += weight;
+    });
+    return all > 0 ? StressSum{out.stress / all, out.total / all, out.held / all} : StressSum{};
+}
+
+// What was wanted is known.
+Tearing::StressSum Tearing::stress_at(const TearContext& context, const NodeGrid& grid, const Vec3i& node,
+                                      std::int32_t index) const {
+    if (!is_carried(context, index)) return sum_stress(context, grid, node, index);
+    const NodeStress& known = node_stress_[static_cast<std::size_t>(index)];
+    return known.step == step_ ? known.sum : sum_stress(context, grid, node, index);
+}
+
+// Of a tracked node, once a step.
+void Tearing::want_stress(const TearContext& context, std::int32_t index) {
+    if (!is_carried(context, index)) return;
+    NodeStress& node = node_stress_[static_cast<std::size_t>(index)];
+    if (node.step == step_) return;
+    node.step = step_;
+    wanted_.push_back(static_cast<std::uint32_t>(index));
+}
+
+void Tearing::find_wanted(const TearContext& context, const NodeGrid& grid) {
+    context.parallel.for_each(wanted_.size(), node_grain, [&](std::size_t k) {
+        const std::uint32_t index = wanted_[k];
+        node_stress_[index].sum =
+            sum_stress(context, grid, context.nodes.places()[index], static_cast<std::int32_t>(index));
+    });
+    wanted_.clear();
+}
+
+// Of an edge whose nodes have this sum, and are so called by the tracker; none where it is below `least`
+// (Pa).
+Tearing::Stress Tearing::find_stress(const TearContext& context, const NodeGrid& grid, const GridEdge& edge,
+                                     const std::array<std::int32_t, 2>& nodes, const StressSum& sum,
+                                     double least) const {
+    if (!(sum.total > sum.held)) return {};
+    const Mat3 mean = sum.stress / sum.total;
+    if (has_values_below(mean, least - bound_slack * (std::abs(least) + mean.norm()))) return {};
     const SymmetricEigen eigen = eigen_symmetric(mean);
-    out.stress.largest = eigen.values[0];
-    out.stress.direction = eigen.vectors.col(0);
-    out.stress.world_from_rest = gradient / total;
+    return {eigen.values[0], eigen.vectors.col(0), gradient_at(context, grid, edge, nodes)};
+}
+
+// Kernel mean of the deformation, of those that have a say.
+Mat3 Tearing::gradient_at(const TearContext& context, const NodeGrid& grid, const GridEdge& edge,
+                          const std::array<std::int32_t, 2>& nodes) const {
+    Mat3 gradient = Mat3::Zero();
+    double total = 0;
+    for (const int end : {0, 1}) {
+        Mat3 sum = Mat3::Zero();
+        double part = 0;
+        const auto add = [&](std::uint32_t i, double weight) {
+            if (size_[i] < 0) return;
+            sum += weight * context.phyxels.deformation[i];
+            part += weight;
+        };
+        const double all = for_carriers(context, grid, end == 0 ? edge.node : edge.upper(),
+                                        nodes[static_cast<std::size_t>(end)], add);
+        if (!(all > 0)) continue;
+        gradient += sum / all;
+        total += part / all;
+    }
+    return gradient / total;
 }
 
 }  // namespace splitcubes::body

@@ -13,8 +13,8 @@ void rotate(Mat3& S, Mat3& V, int p, int q) {
     const double off = S(p, q);
     if (off == 0) return;
     const double theta = (S(q, q) - S(p, p)) / (2 * off);
-    // The smaller root; hypot keeps huge theta from overflowing.
-    const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::hypot(theta, 1.0));
+    // The smaller root; none where theta is so large that its square overflows.
+    const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::sqrt(theta * theta + 1));
     const double c = 1 / std::sqrt(t * t + 1);
     const double s = t * c;
     const int r = 3 - p - q;

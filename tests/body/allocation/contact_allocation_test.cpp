@@ -94,7 +94,6 @@ struct NearItsStrength {
                           body.nodes(),
                           {},
                           {},
-                          body.surface_changes(),
                           body.phyxel_spacing(),
                           1.0 / 60,
                           parallel})

@@ -1,0 +1,82 @@
+// Where the surface has changed is told, and what is elsewhere is not.
+#include <splitcubes/body/surface_changes.h>
+#include <splitcubes/core/random.h>
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace splitcubes::body {
+namespace {
+
+constexpr double cell = 0.1;
+
+Vec3 random_place(Random& random) {
+    return {random.unit(), random.unit(), random.unit()};
+}
+
+TEST(SurfaceChanges, AreToldWhereAndOnlySince) {
+    SurfaceChanges changes({Vec3::Zero(), cell, Vec3i::Constant(11)});
+    const geometry::Box here{Vec3::Constant(0.1), Vec3::Constant(0.2)},
+        there{Vec3::Constant(0.7), Vec3::Constant(0.8)};
+    const std::uint32_t start = changes.now();
+    EXPECT_FALSE(changes.since(here, start));
+    changes.begin();
+    changes.mark(here);
+    EXPECT_TRUE(changes.since(here, start));
+    EXPECT_TRUE(changes.since({Vec3::Zero(), Vec3::Constant(0.1)}, start)) << "boxes are closed";
+    EXPECT_FALSE(changes.since(there, start));
+    EXPECT_FALSE(changes.since(here, changes.now()));
+    const std::uint32_t marked = changes.now();
+    changes.begin();
+    changes.mark({});
+    EXPECT_FALSE(changes.since(here, marked));
+    // What is beyond the grid belongs to its rim.
+    changes.mark({Vec3::Constant(-5), Vec3::Constant(-4)});
+    EXPECT_TRUE(changes.since({Vec3::Constant(-9), Vec3::Constant(-8)}, marked));
+    changes.mark_all();
+    EXPECT_TRUE(changes.since(there, marked));
+}
+
+// Long ago as well as lately, in many places at once: what was changed is told, what is a cube away is not.
+TEST(SurfaceChanges, AreRememberedHoweverLongAgo) {
+    SurfaceChanges changes({Vec3::Zero(), cell, Vec3i::Constant(11)});
+    Random random{7};
+    const auto random_box = [&] {
+        const Vec3 corner = random_place(random);
+        return geometry::Box{corner, corner + 0.15 * random_place(random)};
+    };
+    struct Mark {
+        std::uint32_t number;
+        geometry::Box box;
+    };
+    std::vector<Mark> marks;
+    std::size_t told = 0, quiet = 0;
+    for (int step = 0; step < 40; ++step) {
+        changes.begin();
+        for (int k = step % 4; k > 0; --k) {
+            marks.push_back({changes.now(), random_box()});
+            changes.mark(marks.back().box);
+        }
+        for (int k = 0; k < 50; ++k) {
+            const geometry::Box asked = random_box();
+            const auto when = static_cast<std::uint32_t>(random.unit() * (changes.now() + 1));
+            bool touched = false, is_near = false;
+            for (const Mark& mark : marks) {
+                if (mark.number <= when) continue;
+                touched = touched || mark.box.meets(asked);
+                is_near = is_near || mark.box.grown(1.001 * cell).meets(asked);
+            }
+            const bool is_told = changes.since(asked, when);
+            EXPECT_TRUE(is_told || !touched);
+            EXPECT_TRUE(!is_told || is_near);
+            told += is_told;
+            quiet += !is_told;
+        }
+    }
+    EXPECT_GT(told, 100U);
+    EXPECT_GT(quiet, 100U);
+}
+
+}  // namespace
+}  // namespace splitcubes::body
