@@ -34,7 +34,7 @@ SolverReport AnySolver::step_elastic(Phyxels& phyxels, const Neighbourhoods& nei
     guard_.begin(phyxels, neighbourhoods, material, input, parallel);
     SolverReport report = step_once(phyxels, neighbourhoods, material, input, options, parallel);
     for (std::size_t k = 0;; ++k) {
-        guard_.count_contacts(phyxels, input.contacts, 0);
+        guard_.count_contacts(phyxels, input.contacts, 0, !leaps);
         const bool strained =
             guard_.weigh(phyxels, neighbourhoods, material, input, tolerance, hold_work_, parallel);
         if (!strained || k == most) break;
@@ -58,7 +58,7 @@ void AnySolver::mend(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, con
                      const StepInput& input, const ContactInput& contacts, std::uint32_t part,
                      const SolverOptions& options, SolverReport& report, const Parallel& parallel) {
     if (!options.guard_energy) return;
-    guard_.count_contacts(phyxels, contacts, part);
+    guard_.count_contacts(phyxels, contacts, part, options.kind != SolverKind::explicit_steps);
     guard_.weigh(phyxels, neighbourhoods, material, input, implicit_tolerance, {}, parallel);
     guard_.settle(phyxels, neighbourhoods, material, input, report, parallel);
 }

@@ -27,6 +27,8 @@ constexpr double same_way = 1e-6;
 constexpr int halvings = 4;
 // Elastic energy that a piece may keep above that before the step, as a share of it.
 constexpr double strain_slack = 0.05;
+// Share of a contact's work by which it may differ from what its force at the end tells.
+constexpr double work_slack = 0.02;
 
 bool is_held(const StepInput& input, std::size_t i) {
     return !input.held.empty() && input.held[i] != 0;
@@ -149,14 +151,16 @@ void EnergyGuard::add_work(std::int32_t piece, double work) {
         extra_[static_cast<std::size_t>(piece)] += work;
 }
 
-void EnergyGuard::count_contacts(const Phyxels& phyxels, const ContactInput& contacts, std::uint32_t part) {
+void EnergyGuard::count_contacts(const Phyxels& phyxels, const ContactInput& contacts, std::uint32_t part,
+                                 bool of_whole_step) {
     std::fill(pushed_.begin(), pushed_.end(), 0.0);
     const auto add = [&](const ContactSide& side, const Vec3& force) {
         if (side.part != part || side.count == 0 || !is_counted(phyxels, side.phyxel[0])) return;
         Vec3 way = Vec3::Zero();
         for (std::uint32_t k = 0; k < side.count; ++k)
             way += side.weight[k] * (phyxels.position[side.phyxel[k]] - position_[side.phyxel[k]]);
-        pushed_[slot(phyxels, side.phyxel[0])] += std::max(0.0, force.dot(way));
+        const double work = force.dot(way);
+        pushed_[slot(phyxels, side.phyxel[0])] += work + work_slack * std::abs(work);
     };
     MemoryFinder finder(contacts.memory);
     for (const Contact& contact : contacts.contacts) {
@@ -165,6 +169,9 @@ void EnergyGuard::count_contacts(const Phyxels& phyxels, const ContactInput& con
         add(contact.upper, pushed->force);
         add(contact.lower, -pushed->force);
     }
+    // What stops a piece in the last substep took less than that force along the whole way.
+    if (!of_whole_step)
+        for (double& work : pushed_) work = std::max(0.0, work);
     for (const Pull& pull : contacts.pulls)
         if (pull.part == part && is_counted(phyxels, pull.phyxel))
             pushed_[slot(phyxels, pull.phyxel)] = std::numeric_limits<double>::infinity();

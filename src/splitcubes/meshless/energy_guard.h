@@ -46,11 +46,12 @@ class EnergyGuard {
     /// Further work that is done on a piece in this step, J; infinite: no account is kept of it
     /// in this step.
     void add_work(std::int32_t piece, double work);
-    /// Counts as work what contacts that push after the step did on its pieces: their force along
-    /// the way of each side, where that is positive. Of what is pulled no account is kept in
-    /// this step. part: which side of the contacts the phyxels are. To be called before weigh; replaces
-    /// what it counted before.
-    void count_contacts(const Phyxels& phyxels, const ContactInput& contacts, std::uint32_t part);
+    /// Counts as work what contacts that push after the step did on each of its pieces: the sum of their
+    /// forces along the ways of their sides; where their forces are not those of the whole step, no less than
+    /// nothing. Of what is pulled no account is kept in this step. part: which side of the contacts the
+    /// phyxels are. To be called before weigh; replaces what it counted before.
+    void count_contacts(const Phyxels& phyxels, const ContactInput& contacts, std::uint32_t part,
+                        bool of_whole_step);
     /// Weighs the step that was taken. hold_work: J per piece, what moving holds did; empty:
     /// it is found from the forces before and after the step. Returns whether elastic energy
     /// cannot be paid for by some piece.
