@@ -14,7 +14,8 @@
 namespace splitcubes::body {
 namespace {
 
-// The first vertex inside a cell, for each piece and direction, of those in a box of half a phyxel spacing.
+// The first vertex inside a cell, for each piece and direction, of those in a box of half a phyxel spacing;
+// none of cells that a cut has come into and left whole.
 std::vector<std::pair<std::uint32_t, std::int32_t>> slow_list(const Body& body) {
     const int side = static_cast<int>(std::floor(0.5 * body.phyxel_spacing() / body.grid().rest().cell_size));
     std::set<std::tuple<int, int, int, std::int32_t, int>> seen;
@@ -22,7 +23,8 @@ std::vector<std::pair<std::uint32_t, std::int32_t>> slow_list(const Body& body) 
     const auto& vertices = body.surface().vertices();
     for (std::uint32_t v = 0; v < vertices.size(); ++v) {
         const splitting::SurfaceVertex& vertex = vertices[v];
-        if (!vertex.alive() || vertex.kind != splitting::VertexKind::centre) continue;
+        if (!vertex.alive() || vertex.kind != splitting::VertexKind::centre || vertex.corners == 0xff)
+            continue;
         const std::int32_t piece = body.pieces().piece_of(body.grid(), body.surface().carrier(vertex));
         int axis = 0;
         vertex.normal.cwiseAbs().maxCoeff(&axis);
@@ -58,6 +60,10 @@ TEST(SkinPoints, AreThoseOfTheSlowList) {
         EXPECT_EQ(list_of(body), slow_list(body));
         EXPECT_EQ(body.pieces().count(), 4U);
         EXPECT_GT(body.skin_points().size(), before + 20);
+        // One that ends within the body.
+        body.cut_with_sheet(sheet({-0.2, -0.061, -0.05}, {-0.03, -0.058, 0}, {-0.2, -0.062, 0.06}), 2,
+                            parallel);
+        EXPECT_EQ(list_of(body), slow_list(body));
     }
 }
 
@@ -99,6 +105,62 @@ TEST(SkinPoints, PushOnceASpacingOnFlatFacesAndForEachNormalElsewhere) {
         if (point.pushes() && std::abs(vertices[point.vertex].rest.x() - 0.012) < 0.01)
             lips.insert(point.piece);
     EXPECT_EQ(lips.size(), 2U) << "both lips push";
+}
+
+// A sheet across x that waves by `height` along y, and across z.
+geometry::TriangleMesh waves(double height) {
+    geometry::TriangleMesh mesh;
+    constexpr std::uint32_t across = 60;
+    for (std::uint32_t k = 0; k <= across; ++k)
+        for (std::uint32_t l = 0; l <= across; ++l) {
+            const double y = -0.2 + 0.4 * k / across, z = -0.2 + 0.4 * l / across;
+            mesh.positions.emplace_back(0.0013 + height * std::sin(90 * y) * std::cos(80 * z), y, z);
+        }
+    for (std::uint32_t k = 0; k < across; ++k)
+        for (std::uint32_t l = 0; l < across; ++l) {
+            const std::uint32_t a = k * (across + 1) + l, b = a + across + 1;
+            mesh.triangles.push_back({a, b, b + 1});
+            mesh.triangles.push_back({a, b + 1, a + 1});
+        }
+    return mesh;
+}
+
+TEST(SkinPoints, OfRoughLipsOneASpacingAsksAndOneOfTwoInACell) {
+    const Parallel parallel(2);
+    BodySettings settings;
+    settings.cell_size = 0.01;
+    settings.phyxel_spacing = 0.03;
+    Body body(geometry::make_box(Vec3(0.3, 0.3, 0.3)), settings, parallel);
+    body.cut_with_sheet(waves(0.02), 0, parallel);
+    ASSERT_EQ(body.pieces().count(), 2U);
+    const auto& vertices = body.surface().vertices();
+    std::map<std::uint32_t, SkinPoint> point_of;
+    for (const SkinPoint& point : body.skin_points()) point_of.emplace(point.vertex, point);
+    std::size_t pushed = 0, asking = 0, twins = 0;
+    for (const SkinPoint& point : body.skin_points()) {
+        const splitting::SurfaceVertex& vertex = vertices[point.vertex];
+        const bool is_lip = vertex.rest.cwiseAbs().maxCoeff() < 0.14;
+        if (!point.pushes()) {
+            EXPECT_EQ(point.lip_by, point.vertex) << "another one pushes for it already";
+            continue;
+        }
+        const SkinPoint& by = point_of.at(point.lip_by);
+        EXPECT_TRUE(by.pushes() && by.lip_by == by.vertex && by.piece == point.piece);
+        EXPECT_EQ(vertices[by.vertex].place / 3, vertex.place / 3) << "in one box of a spacing";
+        EXPECT_GT(vertices[by.vertex].normal.normalized().dot(vertex.normal.normalized()), 0);
+        pushed += is_lip;
+        asking += is_lip && point.lip_by == point.vertex && point.twin == point.vertex;
+        if (point.twin == point.vertex) continue;
+        ++twins;
+        const SkinPoint& twin = point_of.at(point.twin);
+        EXPECT_EQ(twin.twin, twin.vertex);
+        EXPECT_TRUE(point.lip_by == point.vertex && twin.lip_by == twin.vertex);
+        EXPECT_EQ(vertices[twin.vertex].place, vertex.place);
+        EXPECT_EQ(vertices[twin.vertex].corners & vertex.corners, 0) << "of the other lip";
+    }
+    EXPECT_GT(pushed, 800U);
+    EXPECT_LT(asking, pushed / 3);
+    EXPECT_GT(twins, 30U);
 }
 
 TEST(SkinPoints, AreListedAgainOnlyForContacts) {

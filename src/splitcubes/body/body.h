@@ -81,6 +81,9 @@ struct SkinPoint {
     std::uint32_t vertex;  // of the surface
     std::int32_t piece;
     std::uint32_t by;  // vertex that pushes for it on flat faces; its own where it does so itself
+    // Where the lips of a cut push on each other: vertex that does so for it; and one of the other lip, in
+    // the same cell, that does so for both while they lie on each other. Its own: none.
+    std::uint32_t lip_by, twin;
 
     bool pushes() const { return by == vertex; }
 };
@@ -268,6 +271,9 @@ class Body {
     std::vector<meshless::RigidHold> rigid_holds(const StepContext& context) const;
     void list_skin_points(const Parallel& parallel);
     void choose_pushing_points();
+    void choose_among_lips();
+    std::vector<std::uint32_t> opposite_points() const;
+    int spacing_in_cells() const;
     void feel_cut(std::int32_t slot, double dt, const Isometry& tool_before, const Isometry& tool_now,
                   ToolForce& felt) const;
     void settle_topology(const Parallel& parallel, StepReport& report);

@@ -49,6 +49,7 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
     std::size_t count = 0;
     for (const auto& body : task.bodies) count += body->is_carried() ? 0 : body->skin_points().size();
     fresh_.resize(count);
+    fresh_twin_.resize(count);
     old_.assign(count, no_sample);
     stays_.assign(samples_.size(), 0);
     std::size_t first = 0;
@@ -65,19 +66,33 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
     if (std::find(old_.begin(), old_.end(), no_sample) != old_.end()) squeeze_out();
     keep_slots();
     samples_.swap(fresh_);
+    twin_.swap(fresh_twin_);
     listed_.swap(now_);
 }
 
-// Whether the sample that pushes for another one's face still does, after what this step has cut.
+// Whether the sample that pushes for another one still does, after what this step has cut.
 // same_pieces: nothing has come apart.
-bool ContactFinder::pushes_for(const Body& body, const SkinPoint& point, bool same_pieces) {
+bool ContactFinder::pushes_for(const Body& body, std::uint32_t vertex, std::uint32_t pushing,
+                               bool same_pieces) {
     const splitting::Surface& surface = body.surface();
-    const splitting::SurfaceVertex &own = surface.vertices()[point.vertex],
-                                   &by = surface.vertices()[point.by];
+    const splitting::SurfaceVertex &own = surface.vertices()[vertex], &by = surface.vertices()[pushing];
     if (!by.alive() || same_pieces) return by.alive();
     const splitting::Pieces& pieces = body.pieces();
     return pieces.piece_of(body.grid(), surface.carrier(own)) ==
            pieces.piece_of(body.grid(), surface.carrier(by));
+}
+
+// The vertex of the other lip that pushes for this one, if it is there after what this step has cut; else its
+// own.
+std::uint32_t ContactFinder::twin_of(const Body& body, const SkinPoint& point) {
+    if (point.twin == point.vertex) return point.vertex;
+    const splitting::Surface& surface = body.surface();
+    const splitting::SurfaceVertex &own = surface.vertices()[point.vertex],
+                                   &twin = surface.vertices()[point.twin];
+    const bool is_there =
+        twin.alive() && twin.kind == splitting::VertexKind::centre && twin.place == own.place &&
+        body.phyxels().rigid.index(body.pieces().piece_of(body.grid(), surface.carrier(twin))) < 0;
+    return is_there ? point.twin : point.vertex;
 }
 
 // Samples of a body's points begin .. end - 1, and which of them were samples before: both lists are in
@@ -114,7 +129,12 @@ void ContactFinder::list_points(const Body& body, std::uint32_t number, std::siz
             if (body.phyxels().rigid.index(sample.piece) >= 0) continue;
             sample.node = body.carrying_node(point.vertex);
         }
-        sample.pushes = point.pushes() || !pushes_for(body, point, same_nodes);
+        const auto pushes = [&](std::uint32_t by) {
+            return by == point.vertex || !pushes_for(body, point.vertex, by, same_nodes);
+        };
+        sample.pushes = pushes(point.by);
+        sample.asks_own = sample.pushes && pushes(point.lip_by);
+        fresh_twin_[first + k] = twin_of(body, point);
         old_[first + k] = new_sample;
         if (!was_one || old->node != sample.node || old->piece != sample.piece) continue;
         const auto before = static_cast<std::size_t>(old - samples_.begin());
@@ -135,10 +155,12 @@ void ContactFinder::squeeze_out() {
         for (; k < end; ++k) {
             if (old_[k] == no_sample) continue;
             fresh_[kept] = fresh_[k];
+            fresh_twin_[kept] = fresh_twin_[k];
             old_[kept++] = old_[k];
         }
     }
     fresh_.resize(kept);
+    fresh_twin_.resize(kept);
     old_.resize(kept);
 }
 
@@ -223,7 +245,7 @@ void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
     }
 }
 
-// Where they are drawn; where skins push on each other, all where their carriers take them.
+// Where they are drawn: where carriers take them, who meets something is told.
 void ContactFinder::place_samples(const Task& task, const Parallel& parallel) {
     position_.resize(samples_.size());
     normal_.resize(samples_.size());
@@ -238,7 +260,6 @@ void ContactFinder::place_samples(const Task& task, const Parallel& parallel) {
             patch.spacing = std::max(patch.spacing, spacing_of(samples_[k]));
             patch.most_way =
                 std::max(patch.most_way, way_[samples_[k].body] + off_share * spacing_of(samples_[k]));
-            patch.widest = std::max(patch.widest, carrying_of(k).weight_sum);
         }
     };
     parallel.for_chunks(samples_.size(), grain, std::cref(place));
@@ -249,8 +270,7 @@ void ContactFinder::place_sample(const Task& task, std::size_t k) {
     const Body& body = *task.bodies[sample.body];
     normal_[k] = body.vertex_normals()[sample.vertex];
     owner_[k] = sample.body;
-    if (task.options.pieces) find_carriers(task, k);
-    if (!placed_[k]) position_[k] = body.vertex_positions()[sample.vertex];
+    position_[k] = body.vertex_positions()[sample.vertex];
 }
 
 // Who carries a sample, and where they take it: the point whose way the solve knows, so that what

@@ -68,7 +68,9 @@ class ContactFinder {
         std::uint32_t cell = 0;  // of the surface; that and which corners tell who carries it
         std::uint16_t body = 0;
         std::uint8_t corners = 0;
-        bool pushes = true;        // as of SkinPoint
+        // As of SkinPoint: whether it pushes on what is not its body's, and on its body.
+        bool pushes : 1 = true;
+        bool asks_own : 1 = true;
         std::uint32_t serial = 0;  // as long as nothing above changes, and no other's
         std::uint32_t slot = 0;    // of what is kept about it, as long as it is carried by the same
     };
@@ -156,7 +158,6 @@ class ContactFinder {
         geometry::Box box;    // m, world
         double spacing = 0;   // m, the widest of their bodies
         double most_way = 0;  // m, that one of them goes in the step at most
-        double widest = 0;    // weight_sum
     };
     struct Speeds {
         Vec3 sum = Vec3::Zero();  // m/s
@@ -208,7 +209,8 @@ class ContactFinder {
     void relist(const Task& task, const Parallel& parallel);
     void list_points(const Body& body, std::uint32_t number, std::size_t first, std::size_t begin,
                      std::size_t end);
-    static bool pushes_for(const Body& body, const SkinPoint& point, bool same_pieces);
+    static bool pushes_for(const Body& body, std::uint32_t vertex, std::uint32_t by, bool same_pieces);
+    static std::uint32_t twin_of(const Body& body, const SkinPoint& point);
     void squeeze_out();
     void renumber();
     void keep_slots();
@@ -222,6 +224,7 @@ class ContactFinder {
     void meet_collider(const Task& task, std::size_t number, const ColliderPlaces& places, std::size_t k,
                        Chunk& chunk);
     bool is_far(const Collider& collider, const ColliderPlaces& places, const Patch& patch) const;
+    double place_carried(const Task& task, std::span<const std::uint32_t> kept, const Parallel& parallel);
     void meet_pieces(const Task& task, const Parallel& parallel);
     bool are_parted(const Body& body, std::size_t a, std::size_t b);
     static void look(const Body& body, const Vec3& from, const Vec3& to, bool is_known,
@@ -234,18 +237,23 @@ class ContactFinder {
     double width_of(const SkinGrid::Faced& partner) const;
     const SkinGrid::Faced* find_partner(const Task& task, std::size_t place, const Reach& reach,
                                         Chunk& chunk);
+    const SkinGrid::Faced* widen(std::size_t place, const SkinGrid::Faced& partner, double near,
+                                 const Reach& reach, Chunk& chunk) const;
     void find_face(const Task& task, std::size_t k, const SkinGrid::Faced& chosen, Chunk& chunk);
     bool meet(const Task& task, std::size_t place, const Reach& reach, Chunk& chunk, meshless::Contact& out);
     bool push_on(const Task& task, const Vec3& foot, double total, std::size_t partner, Chunk& chunk,
                  meshless::Contact& out) const;
-    bool closes(const Task& task, const meshless::Contact& contact, double reach) const;
-    bool asks(std::size_t place) const;
+    bool closes(const Task& task, std::size_t k, double total, const meshless::Contact& contact, double reach,
+                const Chunk& chunk) const;
+    bool is_answered_by_twin(const Task& task, std::size_t k) const;
+    bool asks(const Task& task, std::size_t place) const;
     Reach reach_of(const Task& task, const Parallel& parallel);
     void sort_found();
     void form_groups(std::size_t bodies, std::vector<ContactGroup>& groups);
     void group(const Task& task, const Parallel& parallel, std::vector<ContactGroup>& groups);
 
     std::vector<Sample> samples_, fresh_;
+    std::vector<std::uint32_t> twin_, fresh_twin_;  // per sample: vertex, as of SkinPoint
     // Per slot, which stays the same as samples come and go.
     std::vector<Carrying> carrying_;
     std::vector<KnownParted*> parted_;  // nullptr: nothing is known
@@ -261,6 +269,7 @@ class ContactFinder {
     std::vector<std::uint16_t> owner_;     // body
     std::vector<std::uint8_t> placed_;     // 1: the position is where the carriers take it
     std::vector<Patch> patches_;           // per `grain` samples
+    std::vector<double> widest_;           // weight_sum, per `grain` samples of the grid
     std::vector<double> spacing_;          // per body: m
     std::vector<double> way_;              // per body: m, that a sample goes in the step at most
     std::vector<Speeds> speeds_;           // per part of a body's phyxels

@@ -18,6 +18,10 @@ constexpr double margin_share = 0.05, deepest_share = 1, beside_share = 0.9, lif
 constexpr double reach_share = 1.25, most_reach_share = 3;
 // In spacings: how far is looked first, and how much farther than the nearest sample a face is followed.
 constexpr double near_share = 0.95, face_share = 0.75;
+// In spacings, behind the plane of a face's sample than behind that of the partner.
+constexpr double behind_share = 0.1;
+// In spacings: how far from each other a cut's samples in one cell may have come to tell the same.
+constexpr double twin_share = 0.5;
 // Skins that lie opposite; normals of one face.
 constexpr double opposite_skins = -0.8, one_face = 0.8;
 // Points just below the skin, in cells; and the distance at rest, in spacings, beyond which two
@@ -111,12 +115,18 @@ const SkinGrid::Faced* ContactFinder::partner_of(const Task& task, std::size_t k
         if (one.square != other.square) return one.square > other.square;
         return grid_.number(one.place) > grid_.number(other.place);
     };
+    if (chunk.faced.empty()) return nullptr;
+    // Mostly the first is taken: whether a cut parts the two is dear to know, and so is their order.
+    std::uint64_t best = 0;
+    for (std::uint64_t n = 1; n < chunk.faced.size(); ++n)
+        if (is_worse(best, n)) best = n;
+    if (may_meet(task, k, best, chunk)) return &chunk.faced[best];
     chunk.order.resize(chunk.faced.size());
     std::iota(chunk.order.begin(), chunk.order.end(), std::uint64_t{0});
-    // Mostly the first is taken: whether a cut parts the two is dear to know.
+    std::erase(chunk.order, best);
     std::make_heap(chunk.order.begin(), chunk.order.end(), is_worse);
     while (!chunk.order.empty()) {
-        const std::uint64_t best = chunk.order.front();
+        best = chunk.order.front();
         if (may_meet(task, k, best, chunk)) return &chunk.faced[best];
         std::pop_heap(chunk.order.begin(), chunk.order.end(), is_worse);
         chunk.order.pop_back();
@@ -148,20 +158,37 @@ const SkinGrid::Faced* ContactFinder::find_partner(const Task& task, std::size_t
                                                    Chunk& chunk) {
     const std::size_t k = grid_.number(place);
     const double near = near_share * reach.spacing;
-    // Skins that lie on each other need no more, and what is farther off is no nearer partner.
-    if (near < reach.radius && find_facing(place, near, reach, chunk)) {
-        const SkinGrid::Faced* const found = partner_of(task, k, chunk);
-        if (found && found->cosine < opposite_skins && width_of(*found) <= near) return found;
+    if (near < reach.radius) {
+        const SkinGrid::Faced* const found =
+            find_facing(place, near, reach, chunk) ? partner_of(task, k, chunk) : nullptr;
+        // What is farther off is no nearer partner.
+        if (found && found->cosine < opposite_skins) return widen(place, *found, near, reach, chunk);
     }
     return find_facing(place, reach.radius, reach, chunk) ? partner_of(task, k, chunk) : nullptr;
 }
 
-// Lists, in order, the samples of the face that the partner is of, with their weights.
+// The same partner, with what faces the sample as far as its face is followed, where more than `near` (m) has
+// to be known for that.
+const SkinGrid::Faced* ContactFinder::widen(std::size_t place, const SkinGrid::Faced& partner, double near,
+                                            const Reach& reach, Chunk& chunk) const {
+    const double width = width_of(partner);
+    if (width <= near) return &partner;
+    const std::uint32_t which = partner.place;
+    find_facing(place, std::min(width, reach.radius), reach, chunk);
+    const auto found = std::find_if(chunk.faced.begin(), chunk.faced.end(),
+                                    [&](const SkinGrid::Faced& other) { return other.place == which; });
+    return found == chunk.faced.end() ? nullptr : &*found;
+}
+
+// Lists the samples of the face that the partner is of, with their weights. A cut that parts the
+// sample from its partner parts it from what lies beside that; what it is farther behind may be the other
+// side of its own wall.
 void ContactFinder::find_face(const Task& task, std::size_t k, const SkinGrid::Faced& chosen, Chunk& chunk) {
+    const double behind = chosen.along - behind_share * spacing_of(samples_[k]);
     const Sample& partner = samples_[grid_.number(chosen.place)];
     const Vec3& partner_normal = grid_.normal(chosen.place);
     const double width = width_of(chosen);
-    chunk.order.clear();
+    chunk.face.clear();
     for (std::size_t n = 0; n < chunk.faced.size(); ++n) {
         // What is told by what lies side by side in memory first.
         const SkinGrid::Faced& near = chunk.faced[n];
@@ -169,17 +196,10 @@ void ContactFinder::find_face(const Task& task, std::size_t k, const SkinGrid::F
             continue;
         const std::uint32_t index = grid_.number(near.place);
         const Sample& other = samples_[index];
-        if (other.body != partner.body || other.piece != partner.piece || !may_meet(task, k, n, chunk))
-            continue;
-        chunk.order.push_back(std::uint64_t{index} << 32 | n);
-    }
-    std::sort(chunk.order.begin(), chunk.order.end());
-    chunk.face.clear();
-    for (const std::uint64_t entry : chunk.order) {
-        const SkinGrid::Faced& near = chunk.faced[entry & 0xffffffffU];
+        if (other.body != partner.body || other.piece != partner.piece) continue;
+        if (near.along < behind && !may_meet(task, k, n, chunk)) continue;
         const double share = 1 - near.square / (width * width);
-        chunk.face.push_back(
-            {static_cast<std::uint32_t>(entry >> 32), near.place, near.along, share * share});
+        chunk.face.push_back({index, near.place, near.along, share * share});
     }
 }
 
@@ -218,8 +238,8 @@ bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach
     out.upper = carrying_of(k).side;
     out.friction = task.options.friction;
     out.lift = lift_share * std::min(spacing_of(sample), spacing_of(partner));
-    return push_on(task, position - distance * normal, total, grid_.number(chosen->place), chunk, out) &&
-           closes(task, out, margin_share * spacing_of(sample) + reach.fall);
+    return closes(task, k, total, out, margin_share * spacing_of(sample) + reach.fall, chunk) &&
+           push_on(task, position - distance * normal, total, grid_.number(chosen->place), chunk, out);
 }
 
 // What is pushed on is the point of the face that the sample lies before: what the planes' mean says of
@@ -242,10 +262,15 @@ bool ContactFinder::push_on(const Task& task, const Vec3& foot, double total, st
     return true;
 }
 
-// Whether the gap may come to be less than `reach` (m) within the step.
-bool ContactFinder::closes(const Task& task, const Contact& contact, double reach) const {
+// Whether the sample's gap to the face may come to be less than `reach` (m) within the step. total: of the
+// weights.
+bool ContactFinder::closes(const Task& task, std::size_t k, double total, const Contact& contact,
+                           double reach, const Chunk& chunk) const {
     if (contact.gap < reach) return true;
-    const Vec3 v = side_value(contact.upper, velocity_) - side_value(contact.lower, velocity_);
+    Vec3 v = Vec3::Zero();
+    for (const Facing& near : chunk.face)
+        v += near.weight * side_value(carrying_of(near.index).side, velocity_);
+    v = side_value(carrying_of(k).side, velocity_) - v / total;
     return contact.gap + task.dt * contact.normal.dot(v) < reach;
 }
 
@@ -253,7 +278,6 @@ ContactFinder::Reach ContactFinder::reach_of(const Task& task, const Parallel& p
     Reach out{};
     for (const Patch& patch : patches_) {
         out.spacing = std::max(out.spacing, patch.spacing);
-        out.widest = std::max(out.widest, patch.widest);
     }
     double count = 0, apart = 0;
     for (const std::span<const Vec3> velocity : velocity_) count += static_cast<double>(velocity.size());
@@ -277,19 +301,48 @@ ContactFinder::Reach ContactFinder::reach_of(const Task& task, const Parallel& p
 
 // Whether contacts of the sample are looked for. The lips of a cut fit each other, and there one sample a
 // spacing is enough of a flat face; what another body presses into it may be smaller than that.
-bool ContactFinder::asks(std::size_t place) const {
+bool ContactFinder::asks(const Task& task, std::size_t place) const {
     const std::uint32_t k = grid_.number(place);
-    return (samples_[k].pushes || !grid_.is_among_own(place)) && grid_.may_face(place) &&
-           !carrying_of(k).side.is_collider();
+    const Sample& sample = samples_[k];
+    if (grid_.is_among_own(place) && (!sample.asks_own || is_answered_by_twin(task, k))) return false;
+    return grid_.may_face(place) && !carrying_of(k).side.is_collider();
+}
+
+// Whether the sample of the other lip lies on this one, so that it is told the same.
+bool ContactFinder::is_answered_by_twin(const Task& task, std::size_t k) const {
+    const Sample& sample = samples_[k];
+    if (twin_[k] == sample.vertex) return false;
+    const Body& body = *task.bodies[sample.body];
+    const double nearest = twin_share * spacing_of(sample);
+    return (body.vertex_positions()[twin_[k]] - body.vertex_positions()[sample.vertex]).squaredNorm() <
+           nearest * nearest;
+}
+
+// Those that may meet one another, where their carriers take them; returns the largest weight_sum.
+double ContactFinder::place_carried(const Task& task, std::span<const std::uint32_t> kept,
+                                    const Parallel& parallel) {
+    widest_.assign((kept.size() + grain - 1) / grain, 0);
+    const auto place = [&](std::size_t begin, std::size_t end) {
+        double& widest = widest_[begin / grain];
+        for (std::size_t n = begin; n < end; ++n) {
+            find_carriers(task, kept[n]);
+            widest = std::max(widest, carrying_of(kept[n]).weight_sum);
+        }
+    };
+    parallel.for_chunks(kept.size(), grain, std::cref(place));
+    return widest_.empty() ? 0 : *std::max_element(widest_.begin(), widest_.end());
 }
 
 void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
     if (samples_.empty()) return;
-    const Reach reach = reach_of(task, parallel);
-    grid_.build(position_, normal_, owner_, reach.radius, parallel);
+    Reach reach = reach_of(task, parallel);
+    const auto place_kept = [&](std::span<const std::uint32_t> kept) {
+        reach.widest = place_carried(task, kept, parallel);
+    };
+    grid_.build(position_, normal_, owner_, reach.radius, parallel, std::cref(place_kept));
     in_chunks(parallel, grid_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
         for (std::size_t place = begin; place < end; ++place) {
-            if (!asks(place)) continue;
+            if (!asks(task, place)) continue;
             Contact& contact = chunk.found.emplace_back();
             if (meet(task, place, reach, chunk, contact))
                 chunk.keys.push_back(contact.key);

@@ -126,19 +126,31 @@ void SkinGrid::find_bins(std::span<const Vec3> points, std::span<const Vec3> nor
     }
 }
 
-// Those that something may face by cells, and those of a cell in order of their numbers. What faces one that
-// is kept is kept: solid angles face each other both ways.
+// Those that something may face. What faces one that is kept is kept: solid angles face each other both ways.
+void SkinGrid::choose_kept(std::span<const Vec3> points, const Parallel& parallel, const Place& place) {
+    constexpr std::size_t grain = 1024;
+    kept_.clear();
+    for (std::uint32_t i = 0; i < points.size(); ++i)
+        if (is_kept(i)) kept_.push_back(i);
+    if (!place) return;
+    place(kept_);
+    parallel.for_each(kept_.size(), grain, [&](std::size_t k) {
+        const Vec3i at = cell_at(points[kept_[k]]);
+        cell_[kept_[k]] = static_cast<std::uint32_t>(cell_index(at.x(), at.y(), at.z()));
+    });
+}
+
+// By cells, and those of a cell in order of their numbers.
 void SkinGrid::sort_points(std::span<const Vec3> points, std::span<const Vec3> normals,
                            std::span<const std::uint16_t> owners, const Parallel& parallel) {
     constexpr std::size_t grain = 1024;
     begin_.assign(bins_around_.size() + 1, 0);
-    for (std::size_t i = 0; i < points.size(); ++i) begin_[cell_[i] + 1] += is_kept(i);
+    for (const std::uint32_t i : kept_) ++begin_[cell_[i] + 1];
     for (std::size_t c = 0; c + 1 < begin_.size(); ++c) begin_[c + 1] += begin_[c];
     const std::size_t count = begin_.back();
     next_.assign(begin_.begin(), begin_.end() - 1);
     number_.resize(count);
-    for (std::size_t i = 0; i < points.size(); ++i)
-        if (is_kept(i)) number_[next_[cell_[i]]++] = static_cast<std::uint32_t>(i);
+    for (const std::uint32_t i : kept_) number_[next_[cell_[i]]++] = i;
     sorted_.resize(count);
     for (std::vector<float>& lane : lanes_) lane.resize(count + facing_padding);
     parallel.for_each(count, grain, [&](std::size_t k) {
@@ -187,9 +199,11 @@ void SkinGrid::find_extents(const Parallel& parallel) {
 }
 
 void SkinGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals,
-                     std::span<const std::uint16_t> owners, double reach, const Parallel& parallel) {
+                     std::span<const std::uint16_t> owners, double reach, const Parallel& parallel,
+                     const Place& place) {
     lay_out(points, reach);
     find_bins(points, normals, parallel);
+    choose_kept(points, parallel, place);
     sort_points(points, normals, owners, parallel);
     find_extents(parallel);
 }

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -26,10 +27,16 @@ inline constexpr double facing_cosine = -0.4;
 /// memory.
 class SkinGrid {
   public:
+    /// Called with the numbers of the points that are kept.
+    using Place = std::function<void(std::span<const std::uint32_t> kept)>;
+
     /// points: m; normals: unit; owners: whose each is; reach: m, > 0, the largest radius that is asked for.
-    /// All are copied.
+    /// All are copied. Points may be rough at first: `place` is called with those that are kept, and may move
+    /// them in the caller's list. One by which another one came within the reach less the two ways may be
+    /// missed.
     void build(std::span<const Vec3> points, std::span<const Vec3> normals,
-               std::span<const std::uint16_t> owners, double reach, const Parallel& parallel);
+               std::span<const std::uint16_t> owners, double reach, const Parallel& parallel,
+               const Place& place = {});
 
     /// Of the points that are kept. What is not kept faces none within the reach.
     std::size_t size() const { return number_.size(); }
@@ -104,6 +111,7 @@ class SkinGrid {
     }
     void lay_out(std::span<const Vec3> points, double reach);
     void find_bins(std::span<const Vec3> points, std::span<const Vec3> normals, const Parallel& parallel);
+    void choose_kept(std::span<const Vec3> points, const Parallel& parallel, const Place& place);
     void sort_points(std::span<const Vec3> points, std::span<const Vec3> normals,
                      std::span<const std::uint16_t> owners, const Parallel& parallel);
     void find_extents(const Parallel& parallel);
@@ -119,6 +127,7 @@ class SkinGrid {
     // Per point, by numbers.
     std::vector<std::uint32_t> cell_;
     std::vector<std::uint8_t> bin_;
+    std::vector<std::uint32_t> kept_;  // numbers, ascending
     // Per cell: of the solid angles of the normals in it and in those next to it.
     std::vector<std::uint64_t> bins_around_, spare_bins_;
     std::vector<std::uint32_t> begin_, next_;  // per cell, first of its places; one more at the end

@@ -13,9 +13,14 @@ namespace {
 constexpr float flat_face = 0.998F;
 // Spacings, that a box has at most: whole cells.
 constexpr double widest_box = 1.15;
+// Normals' product above which two samples of lips in a box of a spacing are of one.
+constexpr float one_lip = 0.7F;
 // Where in its box the sample of a flat face that pushes lies, as shares: of faces that look along an axis,
 // and against it. So those of the two lips of a cut do not lie on each other.
 constexpr float place_along = 0.2F, place_against = 0.8F;
+
+// Of a cell that hangs together, though a crack has come into it: its lips are one fan, which faces nowhere.
+constexpr std::uint8_t all_corners = 0xff;
 
 // A vertex that may stand for its box of rest space.
 struct SkinCandidate {
@@ -77,8 +82,8 @@ struct Face {
     static constexpr std::uint32_t none = ~0U;
 };
 
-float distance_from_ideal(const Vec3i& place, int side, int direction) {
-    const float share = direction % 2 == 0 ? place_along : place_against;
+// Squared, in cells, from so far along each side of its box.
+float distance_from(const Vec3i& place, int side, float share) {
     float square = 0;
     for (int k = 0; k < 3; ++k) {
         const float off = static_cast<float>(place[k] % side) - share * static_cast<float>(side - 1);
@@ -100,11 +105,11 @@ void Body::list_skin_points(const Parallel& parallel) {
     const auto look_at = [&](std::size_t v) {
         const splitting::SurfaceVertex& vertex = vertices[v];
         if (!vertex.alive() || vertex.kind != splitting::VertexKind::centre) return;
-        if (!(vertex.normal.cwiseAbs().maxCoeff() > 0)) return;
+        if (vertex.corners == all_corners || !(vertex.normal.cwiseAbs().maxCoeff() > 0)) return;
         found[v / chunk].push_back(
             {key_of(vertex.place, side, main_direction(vertex.normal)),
              {static_cast<std::uint32_t>(v), pieces_->piece_of(grid_, surface_->carrier(vertex)),
-              static_cast<std::uint32_t>(v)}});
+              static_cast<std::uint32_t>(v), static_cast<std::uint32_t>(v), static_cast<std::uint32_t>(v)}});
     };
     parallel.for_each(vertices.size(), chunk, look_at);
     std::size_t most = 0;
@@ -116,14 +121,18 @@ void Body::list_skin_points(const Parallel& parallel) {
             if (seen.number_of(candidate.box, candidate.point.piece) == skin_points_.size())
                 skin_points_.push_back(candidate.point);
     choose_pushing_points();
+    choose_among_lips();
     skin_revision_ = surface_->revision();
+}
+
+int Body::spacing_in_cells() const {
+    return std::max(1, static_cast<int>(std::floor(widest_box * spacing_ / grid_.rest().cell_size)));
 }
 
 // Of a flat face one sample a spacing pushes: its phyxels have no finer motion that more of them would hold.
 // Where normals turn within a spacing, one for each of them.
 void Body::choose_pushing_points() {
-    const int side =
-        std::max(1, static_cast<int>(std::floor(widest_box * spacing_ / grid_.rest().cell_size)));
+    const int side = spacing_in_cells();
     const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
     BoxNumbers numbers(skin_points_.size());
     std::vector<Face> faces;
@@ -136,7 +145,8 @@ void Body::choose_pushing_points() {
             numbers.number_of(key_of(vertex.place, side, direction), skin_points_[k].piece);
         if (box == first.size()) first.push_back(Face::none);
         const Vec3f normal = vertex.normal.normalized();
-        const float square = distance_from_ideal(vertex.place, side, direction);
+        const float square =
+            distance_from(vertex.place, side, direction % 2 == 0 ? place_along : place_against);
         std::uint32_t* at = &first[box];
         while (*at != Face::none && !(faces[*at].normal.dot(normal) > flat_face)) at = &faces[*at].next;
         const bool is_new = *at == Face::none;
@@ -153,6 +163,73 @@ void Body::choose_pushing_points() {
     }
     for (std::uint32_t k = 0; k < skin_points_.size(); ++k)
         skin_points_[k].by = skin_points_[faces[face_of[k]].best].vertex;
+}
+
+// Samples that push in one cell, and whose corners are not the same, are of the two lips of a cut. Of a rough
+// lip, too, one a spacing is enough for the other lip, which fits it; and of two that lie at one place the
+// first tells for both.
+void Body::choose_among_lips() {
+    const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
+    const auto cosine = [&](std::uint32_t a, std::uint32_t b) {
+        const Vec3f &one = vertices[skin_points_[a].vertex].normal,
+                    &other = vertices[skin_points_[b].vertex].normal;
+        return one.dot(other) / (one.norm() * other.norm());
+    };
+    const std::vector<std::uint32_t> opposite = opposite_points();
+    const int side = spacing_in_cells();
+    BoxNumbers numbers(skin_points_.size());
+    std::vector<Face> lips;
+    std::vector<std::uint32_t> lip_of(skin_points_.size(), Face::none), first;
+    for (std::uint32_t k = 0; k < skin_points_.size(); ++k) {
+        if (opposite[k] == Face::none) continue;
+        const splitting::SurfaceVertex& vertex = vertices[skin_points_[k].vertex];
+        const std::size_t box = numbers.number_of(key_of(vertex.place, side, main_direction(vertex.normal)),
+                                                  skin_points_[k].piece);
+        if (box == first.size()) first.push_back(Face::none);
+        const float square = distance_from(vertex.place, side, 0.5F);
+        std::uint32_t number = first[box];
+        while (number != Face::none && !(cosine(lips[number].best, k) > one_lip)) number = lips[number].next;
+        if (number == Face::none) {
+            number = static_cast<std::uint32_t>(lips.size());
+            lips.push_back({{}, k, square, first[box]});
+            first[box] = number;
+        } else if (square < lips[number].square) {
+            lips[number].best = k;
+            lips[number].square = square;
+        }
+        lip_of[k] = number;
+    }
+    for (std::uint32_t k = 0; k < skin_points_.size(); ++k) {
+        if (lip_of[k] == Face::none) continue;
+        const std::uint32_t best = lips[lip_of[k]].best, other = opposite[k];
+        skin_points_[k].lip_by = skin_points_[best].vertex;
+        // Whom another one answers for answers for none.
+        if (best == k && other < k && lips[lip_of[other]].best == other &&
+            skin_points_[other].twin == skin_points_[other].vertex)
+            skin_points_[k].twin = skin_points_[other].vertex;
+    }
+}
+
+// Of each point that pushes: one in its cell that a cut has parted from it there.
+std::vector<std::uint32_t> Body::opposite_points() const {
+    const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
+    BoxNumbers numbers(skin_points_.size());
+    std::vector<std::uint32_t> last;  // in each cell
+    std::vector<std::uint32_t> before(skin_points_.size(), Face::none), out(skin_points_.size(), Face::none);
+    for (std::uint32_t k = 0; k < skin_points_.size(); ++k) {
+        if (!skin_points_[k].pushes()) continue;
+        const splitting::SurfaceVertex& vertex = vertices[skin_points_[k].vertex];
+        const std::size_t cell = numbers.number_of(key_of(vertex.place, 1, 0), 0);
+        if (cell == last.size()) last.push_back(Face::none);
+        for (std::uint32_t at = last[cell]; at != Face::none; at = before[at]) {
+            if ((vertices[skin_points_[at].vertex].corners & vertex.corners) != 0) continue;
+            if (out[k] == Face::none) out[k] = at;
+            if (out[at] == Face::none) out[at] = k;
+        }
+        before[k] = last[cell];
+        last[cell] = k;
+    }
+    return out;
 }
 
 }  // namespace splitcubes::body
