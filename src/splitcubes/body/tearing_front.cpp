@@ -35,9 +35,8 @@ struct Gap {
 
 // nullptr where the last step did not track the node.
 const geometry::Frame* Tearing::frame_of(const TearContext& context, const Vec3i& node) {
-    const std::int32_t index = context.nodes.find(node);
-    if (index < 0 || static_cast<std::size_t>(index) >= context.frames.size()) return nullptr;
-    return &context.frames[static_cast<std::size_t>(index)];
+    std::int32_t index = -1;
+    return frame_of(context, node, index);
 }
 
 // The same, where `index` keeps what the tracker calls the node.
@@ -80,8 +79,7 @@ void Tearing::note_crossings(const NodeGrid& grid) {
 void Tearing::note_open_edges(const NodeGrid& grid, const Key& key) {
     for (int e = 0; e < splitting::edge_count; ++e) {
         const GridEdge edge = splitting::cell_edge({key[0], key[1], key[2]}, e);
-        if (grid.is_cut(edge) || !grid.inside(edge.node) || !grid.inside(edge.upper())) continue;
-        if (open_number_.get(edge.node, edge.axis) >= 0) continue;
+        if (!is_whole(grid, edge) || open_number_.get(edge.node, edge.axis) >= 0) continue;
         open_number_.set(edge.node, edge.axis, static_cast<std::int32_t>(open_.size()));
         open_.emplace_back().edge = edge;
     }
@@ -118,7 +116,7 @@ Tearing::Tip Tearing::tip_of(const NodeGrid& grid, const Key& key) const {
     if (tip.seam && std::abs(tip.seam->normal.dot(tip.normal)) < least_opening_cosine) tip.seam.reset();
     for (int e = 0; e < splitting::edge_count; ++e) {
         const GridEdge edge = splitting::cell_edge(cell, e);
-        if (!grid.inside(edge.node) || !grid.inside(edge.upper()) || grid.is_cut(edge)) continue;
+        if (!is_whole(grid, edge)) continue;
         const Vec3 a = grid.rest().node_position(edge.node), b = grid.rest().node_position(edge.upper());
         // Out of reach of any plane that is turned by so little.
         const double from = tip.normal.dot(a - tip.centre), to = tip.normal.dot(b - tip.centre);
