@@ -56,8 +56,9 @@ bool passed_around(const NodeGrid& grid, const GridEdge& edge) {
 
 // Whether the edge is the riser of a step between two sheets: one has passed its lower
 // node, the other its upper one, on opposite sides and at most a few cells apart.
+constexpr int most_riser = 3;
 bool is_riser(const NodeGrid& grid, const GridEdge& edge) {
-    constexpr int most = 3;
+    constexpr int most = most_riser;
     for (int k = 1; k <= 2; ++k) {
         const int across = (edge.axis + k) % 3;
         const int low_back = way_to_crack(grid, edge.node, across, -1, most);
@@ -69,6 +70,15 @@ bool is_riser(const NodeGrid& grid, const GridEdge& edge) {
         if (std::min(low_back, low_ahead) + high < most) return true;
     }
     return false;
+}
+
+// Whether what passed_around and is_riser say of the cell's edges may depend on this one.
+bool is_near(const GridEdge& edge, const std::array<int, 3>& cell) {
+    constexpr int most = most_riser + 1;
+    int way = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        way = std::max(way, std::abs(edge.node[axis] - cell[static_cast<std::size_t>(axis)]));
+    return way <= most;
 }
 
 // The lips of a crack a cell behind its tip gape by 8 K / E' sqrt(r / (2 pi)), and the stress at a
@@ -207,8 +217,16 @@ std::uint32_t Tearing::gaps_in(const NodeGrid& grid, const TearContext& context,
 // have touched, whatever the stress.
 void Tearing::close_gaps(NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots) {
     constexpr int most_passes = 4;
+    std::size_t before = 0;
     for (int pass = 0; pass < most_passes; ++pass) {
         cells_of(grid, slots, touched_);
+        // What the last pass has cut makes no difference farther off.
+        if (pass > 0)
+            std::erase_if(touched_, [&](const Key& cell) {
+                return std::none_of(
+                    slots.begin() + static_cast<std::ptrdiff_t>(before), slots.end(),
+                    [&](std::int32_t slot) { return is_near(grid.crossing(slot).edge, cell); });
+            });
         ++round_;
         for (const Key& cell : touched_)
             crack_cells_[static_cast<std::size_t>(crack_number_.get({cell[0], cell[1], cell[2]}, 0))]
@@ -216,7 +234,7 @@ void Tearing::close_gaps(NodeGrid& grid, const TearContext& context, std::vector
         gaps_.resize(touched_.size());
         context.parallel.for_each(touched_.size(), cell_grain,
                                   [&](std::size_t k) { gaps_[k] = gaps_in(grid, context, touched_[k]); });
-        const std::size_t before = slots.size();
+        before = slots.size();
         for (std::size_t k = 0; k < touched_.size(); ++k)
             for (std::uint32_t edges = gaps_[k]; edges != 0; edges &= edges - 1) {
                 const Vec3i cell(touched_[k][0], touched_[k][1], touched_[k][2]);
@@ -262,6 +280,9 @@ void Tearing::list_starts(const NodeGrid& grid, const TearContext& context, std:
     context.parallel.for_each(start_nodes_.size(), start_grain, [&](std::size_t k) {
         StartNode& node = start_nodes_[k];
         node.sum = stress_at(context, grid, node.place, node.index);
+        // Phyxels beside each other ask for the same.
+        if (is_carried(context, node.index))
+            node_stress_[static_cast<std::size_t>(node.index)] = {step_, node.sum};
     });
     context.parallel.for_each(starts_.size(), start_grain, [&](std::size_t k) {
         StartEdge& start = starts_[k];

@@ -156,17 +156,25 @@ class Tearing {
         std::uint32_t edges = 0;  // bit e: uncut, and the plane nearly meets it
         // Of each edge the crossings on its line that keep it from being cut, whichever plane this tip
         // proposes unless its lips gape wide.
-        std::array<std::uint8_t, 12> shadows{};
+        std::array<std::uint8_t, splitting::edge_count> shadows{};
+        std::array<std::int32_t, splitting::edge_count> open{};  // of `edges`: which open edge it is
+    };
+    /// Of an edge that a crack has cut.
+    struct Lips {
+        std::int32_t lower = -1, upper = -1;  // what the tracker calls its nodes, once it knows them
+        std::int32_t edge = 0;                // of the cell
+        double parameter = 0;                 // along it
     };
     using Key = std::array<int, 3>;
     /// A cell around an edge that was cut, not by the boundary.
     struct CrackCell {
         Key place{};
         bool is_stale = true;       // an edge of it has been cut since the tip was found
-        bool is_loaded = false;     // in this step
         std::uint64_t touched = 0;  // round of close_gaps
         double gape_stress = 0;     // Pa, what lips that gape so far mean ahead of the tip; of this round
         Tip tip;
+        std::uint32_t lip_count = 0;
+        std::array<Lips, splitting::edge_count> lips{};
     };
     struct KeyHash {
         std::size_t operator()(const Key& key) const {
@@ -217,12 +225,20 @@ class Tearing {
                          const Key& key) const;
     std::uint32_t gaps_in(const splitting::NodeGrid& grid, const TearContext& context, const Key& key) const;
     void close_gaps(splitting::NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots);
-    Tip tip_of(const splitting::NodeGrid& grid, const Key& cell) const;
+    Tip tip_of(const splitting::NodeGrid& grid, CrackCell& cell) const;
     static const geometry::Frame* frame_of(const TearContext& context, const Vec3i& node);
     static const geometry::Frame* frame_of(const TearContext& context, const Vec3i& node,
                                            std::int32_t& index);
-    double gape_stress(const splitting::NodeGrid& grid, const TearContext& context, const Key& cell,
-                       const Vec3& normal) const;
+    double gape_stress(const TearContext& context, CrackCell& cell) const;
+    bool list_near_phyxels(const splitting::NodeGrid& grid, const TearContext& context);
+    /// As PhyxelLocator::visit, of the phyxels near a cell.
+    template <class Use>
+    static bool visit_near(const splitting::NodeGrid& grid, const TearContext& context, const Key& cell,
+                           const Use& use) {
+        const double size = grid.rest().cell_size;
+        const Vec3 low = grid.rest().node_position({cell[0], cell[1], cell[2]});
+        return context.locator.visit(low + Vec3::Constant(0.5 * size), 1.5 * context.spacing, use);
+    }
     std::uint8_t sure_shadows(const splitting::NodeGrid& grid, const Tip& tip,
                               const splitting::GridEdge& edge) const;
     static bool may_meet(const Tip& tip, const Vec3& a, const Vec3& b);
@@ -294,8 +310,12 @@ class Tearing {
     std::size_t known_crossings_ = 0, known_points_ = 0;
     std::vector<CrackCell> crack_cells_;  // in order of first touch
     splitting::SlotMap<1> crack_number_;  // of these, per cell of the grid
-    std::vector<OpenEdge> open_;          // of these cells, each once; some have been cut since
-    splitting::SlotMap<3> open_number_;   // of these, per edge of the grid
+    // The phyxels near each, of `phyxels_known_`; of cell k from first_near_[k] on; one more.
+    std::vector<std::uint32_t> near_, first_near_;
+    std::size_t phyxels_known_ = 0;
+    std::vector<std::uint8_t> is_loaded_;  // per crack cell, in this step
+    std::vector<OpenEdge> open_;           // of these cells, each once; some have been cut since
+    splitting::SlotMap<3> open_number_;    // of these, per edge of the grid
     struct CrackPoint {
         Vec3 rest, normal;
     };

@@ -87,6 +87,7 @@ void Tearing::note_open_edges(const NodeGrid& grid, const Key& key) {
 
 // What is cut stays so. Numbers change.
 void Tearing::forget_cut_edges() {
+    for (CrackCell& cell : crack_cells_) cell.is_stale = true;
     std::size_t kept = 0;
     for (const OpenEdge& open : open_) {
         const bool is_cut = open.stretch < 0;
@@ -96,19 +97,20 @@ void Tearing::forget_cut_edges() {
     open_.resize(kept);
 }
 
-// The plane of the cracks in a cell, and which uncut edges it meets, nearly.
-Tearing::Tip Tearing::tip_of(const NodeGrid& grid, const Key& key) const {
-    const Vec3i cell(key[0], key[1], key[2]);
+// The plane of the cracks in a cell, and which uncut edges it meets, nearly. Lists the cell's lips, too.
+Tearing::Tip Tearing::tip_of(const NodeGrid& grid, CrackCell& crack) const {
+    const Vec3i cell(crack.place[0], crack.place[1], crack.place[2]);
     Tip tip;
-    double count = 0;
+    crack.lip_count = 0;
     for (int e = 0; e < splitting::edge_count; ++e) {
         const std::int32_t slot = grid.slot(splitting::cell_edge(cell, e));
         if (slot < 0 || grid.crossing(slot).origin == splitting::Origin::boundary) continue;
         const splitting::Crossing& c = grid.crossing(slot);
         tip.centre += grid.crossing_position(c);
         tip.normal += (c.normal.dot(tip.normal) < 0 ? -1 : 1) * c.normal;
-        ++count;
+        crack.lips[crack.lip_count++] = {-1, -1, e, c.parameter};
     }
+    const double count = crack.lip_count;
     if (count == 0 || !(tip.normal.norm() > 0.5)) return tip;
     tip.centre /= count;
     tip.normal.normalize();
@@ -124,6 +126,7 @@ Tearing::Tip Tearing::tip_of(const NodeGrid& grid, const Key& key) const {
         if (!tip.seam && !may_meet(tip, a, b)) continue;
         tip.edges |= std::uint32_t{1} << e;
         tip.shadows[static_cast<std::size_t>(e)] = sure_shadows(grid, tip, edge);
+        tip.open[static_cast<std::size_t>(e)] = open_number_.get(edge.node, edge.axis);
     }
     return tip;
 }
@@ -161,22 +164,20 @@ bool Tearing::may_meet(const Tip& tip, const Vec3& a, const Vec3& b) {
 
 // The stress ahead of a crack by how far the lips in its last cell gape, beyond what the strain on
 // either side makes. 0: closed, not known, or below any strength.
-double Tearing::gape_stress(const NodeGrid& grid, const TearContext& context, const Key& key,
-                            const Vec3& normal) const {
+double Tearing::gape_stress(const TearContext& context, CrackCell& cell) const {
     if (gape_modulus_ == 0) return 0;
     double sum = 0, widest = 0;
     int count = 0;
     std::array<Gap, splitting::edge_count> gaps;
-    for (int e = 0; e < splitting::edge_count; ++e) {
-        const std::int32_t slot = grid.slot(splitting::cell_edge({key[0], key[1], key[2]}, e));
-        if (slot < 0 || grid.crossing(slot).origin == splitting::Origin::boundary) continue;
-        const splitting::Crossing& c = grid.crossing(slot);
-        const geometry::Frame *a = frame_of(context, c.edge.node), *b = frame_of(context, c.edge.upper());
+    for (std::uint32_t k = 0; k < cell.lip_count; ++k) {
+        Lips& lips = cell.lips[k];
+        const GridEdge edge = splitting::cell_edge({cell.place[0], cell.place[1], cell.place[2]}, lips.edge);
+        const geometry::Frame* a = frame_of(context, edge.node, lips.lower);
+        const geometry::Frame* b = frame_of(context, edge.upper(), lips.upper);
         if (!a || !b) continue;
-        const Vec3 at = grid.crossing_position(c);
-        const Vec3 lower = a->position + a->jacobian * (at - grid.rest().node_position(c.edge.node));
-        const Vec3 upper = b->position + b->jacobian * (at - grid.rest().node_position(c.edge.upper()));
-        gaps[static_cast<std::size_t>(count++)] = {upper - lower, a, b, c.edge.axis};
+        const Vec3 lower = a->position + lips.parameter * cell_size_ * a->jacobian.col(edge.axis);
+        const Vec3 upper = b->position - (1 - lips.parameter) * cell_size_ * b->jacobian.col(edge.axis);
+        gaps[static_cast<std::size_t>(count++)] = {upper - lower, a, b, edge.axis};
         widest = std::max(widest, (upper - lower).squaredNorm());
     }
     // Mostly the lips are nowhere as far apart as makes a difference.
@@ -185,7 +186,7 @@ double Tearing::gape_stress(const NodeGrid& grid, const TearContext& context, co
     count = 0;
     for (auto gap = gaps.begin(); gap != end; ++gap) {
         const Mat3 jacobian = 0.5 * (gap->lower->jacobian + gap->upper->jacobian);
-        Vec3 across = cofactor_of(jacobian) * normal;
+        Vec3 across = cofactor_of(jacobian) * cell.tip.normal;
         if (across.dot(jacobian * Vec3::Unit(gap->axis)) < 0) across = -across;
         if (!(across.norm() > 0)) continue;
         sum += gap->way.dot(across.normalized());
@@ -195,41 +196,59 @@ double Tearing::gape_stress(const NodeGrid& grid, const TearContext& context, co
     return gape > 0 ? gape_modulus_ * gape : 0;
 }
 
+// Lists the phyxels near cracks; neither cells nor phyxels ever move. False where phyxels are new, as they
+// may be in each step: a list would not last.
+bool Tearing::list_near_phyxels(const NodeGrid& grid, const TearContext& context) {
+    if (phyxels_known_ != context.phyxels.size()) {
+        near_.clear();
+        first_near_.assign(1, 0);
+        phyxels_known_ = context.phyxels.size();
+        return false;
+    }
+    for (std::size_t k = first_near_.size() - 1; k < crack_cells_.size(); ++k) {
+        visit_near(grid, context, crack_cells_[k].place, [&](std::uint32_t i) {
+            near_.push_back(i);
+            return true;
+        });
+        first_near_.push_back(static_cast<std::uint32_t>(near_.size()));
+    }
+    return true;
+}
+
 // Cells of cracks that may go on, and near which a phyxel is loaded enough to let them.
 void Tearing::find_loaded_front(const NodeGrid& grid, const TearContext& context) {
-    context.parallel.for_each(crack_cells_.size(), grain, [&](std::size_t k) {
-        CrackCell& cell = crack_cells_[k];
-        cell.is_loaded = false;
+    const bool is_listed = list_near_phyxels(grid, context);
+    is_loaded_.resize(crack_cells_.size());
+    context.parallel.for_each(crack_cells_.size(), 4 * grain, [&](std::size_t k) {
+        const CrackCell& cell = crack_cells_[k];
+        is_loaded_[k] = 0;
         if (!cell.is_stale && cell.tip.edges == 0) return;
-        const Vec3i place(cell.place[0], cell.place[1], cell.place[2]);
-        const Vec3 centre = grid.rest().node_position(place) + Vec3::Constant(0.5 * cell_size_);
-        cell.is_loaded = !context.locator.visit(centre, 1.5 * context.spacing, [&](std::uint32_t i) {
-            return !(load_[i] >= least_load * settings_.toughness);
-        });
+        const auto is_idle = [&](std::uint32_t i) { return !(load_[i] >= least_load * settings_.toughness); };
+        is_loaded_[k] = !(is_listed ? std::all_of(near_.begin() + first_near_[k],
+                                                  near_.begin() + first_near_[k + 1], is_idle)
+                                    : visit_near(grid, context, cell.place, is_idle));
     });
     front_.clear();
     for (std::uint32_t k = 0; k < crack_cells_.size(); ++k)
-        if (crack_cells_[k].is_loaded) front_.push_back(k);
+        if (is_loaded_[k] != 0) front_.push_back(k);
 }
 
 // Lists the edges of the front, and brings up to date what its cells say of them.
 void Tearing::ask_edges(const NodeGrid& grid, const TearContext& context) {
     context.parallel.for_each(front_.size(), grain, [&](std::size_t k) {
         CrackCell& cell = crack_cells_[front_[k]];
-        if (cell.is_stale) cell.tip = tip_of(grid, cell.place);
+        if (cell.is_stale) cell.tip = tip_of(grid, cell);
         cell.is_stale = false;
-        cell.gape_stress = cell.tip.edges != 0 ? gape_stress(grid, context, cell.place, cell.tip.normal) : 0;
+        cell.gape_stress = cell.tip.edges != 0 ? gape_stress(context, cell) : 0;
     });
     ++round_;
     asked_.clear();
     for (const std::uint32_t number : front_) {
         const CrackCell& cell = crack_cells_[number];
-        const Vec3i place(cell.place[0], cell.place[1], cell.place[2]);
         const bool comes_off = cell.gape_stress > slab_gape * settings_.strength * weakest_all_;
         for (std::uint32_t edges = cell.tip.edges; edges != 0; edges &= edges - 1) {
-            const int e = std::countr_zero(edges);
-            const GridEdge edge = splitting::cell_edge(place, e);
-            const auto k = static_cast<std::uint32_t>(open_number_.get(edge.node, edge.axis));
+            const auto e = static_cast<std::size_t>(std::countr_zero(edges));
+            const auto k = static_cast<std::uint32_t>(cell.tip.open[e]);
             OpenEdge& open = open_[k];
             if (open.asked != round_) {
                 asked_.push_back(k);
@@ -237,7 +256,7 @@ void Tearing::ask_edges(const NodeGrid& grid, const TearContext& context) {
                 open.tip_count = 0;
                 open.shadows = 0xff;
             }
-            open.shadows &= comes_off ? 0 : cell.tip.shadows[static_cast<std::size_t>(e)];
+            open.shadows &= comes_off ? 0 : cell.tip.shadows[e];
             open.tips[open.tip_count++] = number;
         }
     }
