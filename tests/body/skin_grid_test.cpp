@@ -16,8 +16,14 @@ Vec3 random_in(Random& random, double half) {
 
 constexpr double anywhere = std::numeric_limits<double>::infinity();
 
+// By how much the point `of` moves along a normal away from the point k in the step, at least.
+double away(const std::vector<SkinGrid::Way>& ways, const Vec3& normal, std::size_t of, std::size_t k) {
+    return normal.dot(ways[of].sure - ways[k].sure) + std::min(0.0, normal.dot(ways[of].more - ways[k].more));
+}
+
 struct Cloud {
     std::vector<Vec3> points, normals;
+    std::vector<SkinGrid::Way> ways;
     std::vector<std::uint16_t> owners;  // two patches' each, and anybody's
 
     // Points of a few patches, whose normals are much alike, and some anywhere.
@@ -36,6 +42,8 @@ struct Cloud {
             normals.emplace_back(random_in(random, 1).normalized());
             owners.push_back(static_cast<std::uint16_t>(k % 3));
         }
+        for (std::size_t k = 0; k < points.size(); ++k)
+            ways.push_back({random_in(random, 0.1), random_in(random, 0.1)});
     }
     std::vector<std::uint32_t> facing(std::size_t of, double radius) const {
         std::vector<std::uint32_t> out;
@@ -44,17 +52,18 @@ struct Cloud {
                 out.push_back(k);
         return out;
     }
-    // Of a point above the planes through others.
+    // Of a point above the planes through others, after all ways.
     double least_height(std::size_t of, const std::vector<std::uint32_t>& others) const {
         double least = anywhere;
-        for (const std::uint32_t k : others) least = std::min(least, normals[k].dot(points[of] - points[k]));
+        for (const std::uint32_t k : others)
+            least = std::min(least, normals[k].dot(points[of] - points[k]) + away(ways, normals[k], of, k));
         return least;
     }
 };
 
 // By the points' numbers, ascending.
-std::vector<std::uint32_t> find_facing(const SkinGrid& grid, std::size_t place, double radius,
-                                       double height) {
+std::vector<std::uint32_t> find_facing(const SkinGrid& grid, const std::vector<SkinGrid::Way>& ways,
+                                       std::size_t place, double radius, double height) {
     std::vector<std::uint32_t> scratch, out;
     std::vector<SkinGrid::Faced> faced;
     grid.find_facing(place, radius, height, scratch, faced);
@@ -63,6 +72,9 @@ std::vector<std::uint32_t> find_facing(const SkinGrid& grid, std::size_t place, 
         EXPECT_EQ(other.square, way.squaredNorm());
         EXPECT_EQ(other.cosine, grid.normal(place).dot(grid.normal(other.place)));
         EXPECT_EQ(other.along, grid.normal(other.place).dot(way));
+        EXPECT_NEAR(other.next - other.along,
+                    away(ways, grid.normal(other.place), grid.number(place), grid.number(other.place)),
+                    1e-12);
         out.push_back(grid.number(other.place));
     }
     std::sort(out.begin(), out.end());
@@ -75,7 +87,7 @@ TEST(SkinGrid, TellsWhereOthersMayLie) {
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
         const Cloud cloud(seed);
         const double reach = 0.1;
-        grid.build(cloud.points, cloud.normals, cloud.owners, reach, Parallel(2));
+        grid.build(cloud.points, cloud.normals, cloud.ways, cloud.owners, reach, Parallel(2));
         for (std::size_t place = 0; place < grid.size(); ++place) {
             const std::size_t of = grid.number(place);
             const std::vector<std::uint32_t> facing = cloud.facing(of, reach);
@@ -98,7 +110,7 @@ TEST(SkinGrid, VisitsAllThatFaceAPointAndNoneElse) {
     for (const double reach : {0.05, 0.2, 0.33, 0.6})
         for (std::uint64_t seed = 1; seed <= 5; ++seed) {
             const Cloud cloud(seed);
-            grid.build(cloud.points, cloud.normals, cloud.owners, reach, Parallel(2));
+            grid.build(cloud.points, cloud.normals, cloud.ways, cloud.owners, reach, Parallel(2));
             std::vector<bool> is_known(cloud.points.size());
             for (std::size_t place = 0; place < grid.size(); ++place) {
                 const std::size_t of = grid.number(place);
@@ -108,11 +120,12 @@ TEST(SkinGrid, VisitsAllThatFaceAPointAndNoneElse) {
                 ASSERT_EQ(grid.normal(place), cloud.normals[of]);
                 for (const double radius : {0.25 * reach, 0.7 * reach, reach}) {
                     const std::vector<std::uint32_t> expected = cloud.facing(of, radius);
-                    ASSERT_EQ(find_facing(grid, place, radius, anywhere), expected)
+                    ASSERT_EQ(find_facing(grid, cloud.ways, place, radius, anywhere), expected)
                         << "seed " << seed << ", point " << of << ", radius " << radius;
                     ASSERT_TRUE(expected.empty() || grid.may_face(place));
                     const double height = radius * random.uniform(-1, 1);
-                    const std::vector<std::uint32_t> low = find_facing(grid, place, radius, height);
+                    const std::vector<std::uint32_t> low =
+                        find_facing(grid, cloud.ways, place, radius, height);
                     if (low.empty()) {
                         ASSERT_GE(cloud.least_height(of, expected), height);
                         too_high += !expected.empty();
@@ -142,9 +155,10 @@ TEST(SkinGrid, BearsPointsThatAreNoneOrFarAway) {
         cloud.points[3].x() = std::numeric_limits<double>::quiet_NaN();
         cloud.points[5].y() = far;
         SkinGrid grid;
-        grid.build(cloud.points, cloud.normals, cloud.owners, 0.4, Parallel(1));
+        grid.build(cloud.points, cloud.normals, cloud.ways, cloud.owners, 0.4, Parallel(1));
         for (std::size_t place = 0; place < grid.size(); ++place)
-            EXPECT_EQ(find_facing(grid, place, 0.4, anywhere), cloud.facing(grid.number(place), 0.4));
+            EXPECT_EQ(find_facing(grid, cloud.ways, place, 0.4, anywhere),
+                      cloud.facing(grid.number(place), 0.4));
     }
 }
 

@@ -106,6 +106,7 @@ void ContactFinder::list_points(const Body& body, std::uint32_t number, std::siz
     const auto is_before = [](const Sample& sample, std::uint32_t vertex) { return sample.vertex < vertex; };
     if (begin < end) old = std::lower_bound(old, old_end, body.skin_points()[begin].vertex, is_before);
     const bool same_nodes = is_known && now_[number].same_nodes(listed_[number]);
+    const bool same_numbers = is_known && now_[number].anew == listed_[number].anew;
     for (std::size_t k = begin; k < end; ++k) {
         const SkinPoint& point = body.skin_points()[k];
         // The list is of the last step: this one may have cut there.
@@ -121,14 +122,15 @@ void ContactFinder::list_points(const Body& body, std::uint32_t number, std::siz
         sample.body = static_cast<std::uint16_t>(number);
         sample.corners = vertex.corners;
         sample.serial = 0;
-        if (was_one && same_nodes && old->cell == vertex.cell && old->corners == vertex.corners) {
-            sample.node = old->node;
+        const bool same_place =
+            was_one && same_numbers && old->cell == vertex.cell && old->corners == vertex.corners;
+        if (same_place && same_nodes) {
             sample.piece = old->piece;
         } else {
             sample.piece = body.pieces().piece_of(body.grid(), body.surface().carrier(vertex));
             if (body.phyxels().rigid.index(sample.piece) >= 0) continue;
-            sample.node = body.carrying_node(point.vertex);
         }
+        sample.node = same_place ? old->node : body.carrying_node(point.vertex);
         const auto pushes = [&](std::uint32_t by) {
             return by == point.vertex || !pushes_for(body, point.vertex, by, same_nodes);
         };
@@ -217,32 +219,52 @@ ContactFinder::KnownParted& ContactFinder::take_known() {
     return known;
 }
 
-// How fast phyxels are, and how far their bodies' samples go in the step at most; weights have both signs.
+// What a phyxel may go in the step beyond the way that its velocity tells: as the velocity changed in the
+// last step, but for hits. What has no history may fall.
+Vec3 ContactFinder::drift_of(const Task& task, const meshless::Phyxels& phyxels, std::size_t i) {
+    const Vec3 fall = task.dt * task.gravity;
+    const bool is_known = phyxels.history_step == task.dt && phyxels.history_broken[i] == 0;
+    Vec3 change = is_known ? Vec3(phyxels.velocity[i] - phyxels.previous_velocity[i]) : fall;
+    // What shakes is no sign of where it goes.
+    const double square = change.squaredNorm(), most = fall.squaredNorm();
+    if (!(square <= most)) change *= std::sqrt(most / square);
+    return task.dt * change;
+}
+
+// How fast phyxels are, where they go, and how far their bodies' samples go in the step at most; weights have
+// both signs.
 void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
     way_.clear();
     spacing_.clear();
     velocity_.clear();
-    all_speeds_ = {};
-    for (const auto& body : task.bodies) {
-        const std::span<const Vec3> velocity = velocity_.emplace_back(body->phyxels().velocity);
-        speeds_.assign((velocity.size() + speed_grain - 1) / speed_grain, {});
+    drift_.resize(task.bodies.size());
+    Vec3 sum = Vec3::Zero();
+    double all = 0;
+    for (std::size_t b = 0; b < task.bodies.size(); ++b) {
+        const meshless::Phyxels& phyxels = task.bodies[b]->phyxels();
+        const std::size_t count = phyxels.size();
+        velocity_.emplace_back(phyxels.velocity);
+        drift_[b].resize(count);
+        speeds_.assign((count + speed_grain - 1) / speed_grain, {});
         const auto measure = [&](std::size_t begin, std::size_t end) {
             Speeds& part = speeds_[begin / speed_grain];
             for (std::size_t i = begin; i < end; ++i) {
-                part.sum += velocity[i];
-                part.top = std::max(part.top, velocity[i].squaredNorm());
+                drift_[b][i] = drift_of(task, phyxels, i);
+                part.sum += phyxels.velocity[i];
+                part.top = std::max(part.top, phyxels.velocity[i].squaredNorm());
             }
         };
-        parallel.for_chunks(velocity.size(), speed_grain, std::cref(measure));
+        parallel.for_chunks(count, speed_grain, std::cref(measure));
         double top = 0;
         for (const Speeds& part : speeds_) {
-            all_speeds_.sum += part.sum;
+            sum += part.sum;
             top = std::max(top, part.top);
         }
-        all_speeds_.top = std::max(all_speeds_.top, top);
+        all += static_cast<double>(count);
         way_.push_back(task.dt * (most_weight * std::sqrt(top) + task.dt * task.gravity.norm()));
-        spacing_.push_back(body->phyxel_spacing());
+        spacing_.push_back(task.bodies[b]->phyxel_spacing());
     }
+    mean_way_ = task.dt / std::max(all, 1.0) * sum;
 }
 
 // Where they are drawn: where carriers take them, who meets something is told.
@@ -273,6 +295,13 @@ void ContactFinder::place_sample(const Task& task, std::size_t k) {
     position_[k] = body.vertex_positions()[sample.vertex];
 }
 
+// Whether the phyxel that carries a sample without a row is the nearest of its piece. Pieces come apart, and
+// never together: who was the nearest is so as long as it is of the same piece.
+bool ContactFinder::is_still_nearest(const meshless::Phyxels& phyxels, const Sample& sample,
+                                     const Carrying& carrying) {
+    return carrying.among == phyxels.size() && phyxels.piece[carrying.side.phyxel[0]] == sample.piece;
+}
+
 // Who carries a sample, and where they take it: the point whose way the solve knows, so that what
 // pushes it does the work that its way says. The drawn vertex is a little off, by how much the strain
 // changes between the two; a gap to it would make energy where a body rolls.
@@ -284,16 +313,14 @@ void ContactFinder::find_carriers(const Task& task, std::size_t k) {
     const meshless::Phyxels& phyxels = body.phyxels();
     const std::uint64_t row = body.nodes().row_revision(sample.node);
     ContactSide& side = carrying.side;
-    // What no row tells, but the pieces' phyxels, is looked up again.
-    if (side.count == 0 || carrying.row != row || !body.nodes().has_row(sample.node)) {
+    const bool has_row = body.nodes().has_row(sample.node);
+    if (side.count == 0 || (has_row ? carrying.row != row : !is_still_nearest(phyxels, sample, carrying))) {
         side = body.carriers_of(sample.vertex, sample.node, sample.piece, sample.body);
         carrying.row = row;
+        carrying.among = has_row ? 0 : phyxels.size();
         Vec3 rest = Vec3::Zero();
-        carrying.weight_sum = 0;
-        for (std::uint32_t c = 0; c < side.count; ++c) {
+        for (std::uint32_t c = 0; c < side.count; ++c)
             rest += side.weight[c] * phyxels.rest_position[side.phyxel[c]];
-            carrying.weight_sum += std::abs(side.weight[c]);
-        }
         carrying.offset = sample.rest - rest;
     }
     if (side.count == 0) return;

@@ -95,8 +95,8 @@ class ContactFinder {
         meshless::ContactSide side;  // no phyxels: not known yet
         Vec3 offset =
             Vec3::Zero();  // m, rest space, from the carriers' mean; not zero only where few lie in a plane
-        double weight_sum = 0;  // of the weights' sizes
         std::uint64_t row = 0;  // NodeTracker::row_revision when it was found
+        std::size_t among = 0;  // of how many phyxels it was the nearest, where no row told; else 0
     };
     /// What a body's samples were listed from.
     struct Listed {
@@ -116,7 +116,7 @@ class ContactFinder {
     /// A sample of the face that another one lies before.
     struct Facing {
         std::uint32_t index, place;  // among the samples; in the grid
-        double along;                // m, of the other one above the plane through it
+        double along, next;          // m, of the other one above the plane through it, now and after the step
         double weight;               // in the mean
     };
     enum class May : std::uint8_t { unknown, no, yes };
@@ -175,9 +175,7 @@ class ContactFinder {
     struct Reach {
         double spacing;  // m, the widest
         double radius;   // m, about a sample
-        double fall;     // m, by gravity in the step
-        double gain;     // m for each unit of Carrying::weight_sum, that a side comes nearer
-        double widest;   // largest weight_sum
+        double fall;     // m, that is allowed for what begins to fall
     };
 
     // Samples, and phyxels, a work chunk; part of no result.
@@ -216,15 +214,18 @@ class ContactFinder {
     void keep_slots();
     void drop_known(std::uint32_t slot);
     std::uint32_t take_slot();
+    static Vec3 drift_of(const Task& task, const meshless::Phyxels& phyxels, std::size_t i);
     void measure_speeds(const Task& task, const Parallel& parallel);
     void place_sample(const Task& task, std::size_t k);
     void place_samples(const Task& task, const Parallel& parallel);
+    static bool is_still_nearest(const meshless::Phyxels& phyxels, const Sample& sample,
+                                 const Carrying& carrying);
     void find_carriers(const Task& task, std::size_t k);
     void meet_colliders(const Task& task, const Parallel& parallel);
     void meet_collider(const Task& task, std::size_t number, const ColliderPlaces& places, std::size_t k,
                        Chunk& chunk);
     bool is_far(const Collider& collider, const ColliderPlaces& places, const Patch& patch) const;
-    double place_carried(const Task& task, std::span<const std::uint32_t> kept, const Parallel& parallel);
+    void place_carried(const Task& task, std::span<const std::uint32_t> kept, const Parallel& parallel);
     void meet_pieces(const Task& task, const Parallel& parallel);
     bool are_parted(const Body& body, std::size_t a, std::size_t b);
     static void look(const Body& body, const Vec3& from, const Vec3& to, bool is_known,
@@ -233,6 +234,7 @@ class ContactFinder {
     bool may_meet(const Task& task, std::size_t a, std::size_t b);
     bool may_meet(const Task& task, std::size_t k, std::size_t n, Chunk& chunk);
     const SkinGrid::Faced* partner_of(const Task& task, std::size_t k, Chunk& chunk);
+    double soon(std::size_t k, const Reach& reach) const;
     bool find_facing(std::size_t place, double radius, const Reach& reach, Chunk& chunk) const;
     double width_of(const SkinGrid::Faced& partner) const;
     const SkinGrid::Faced* find_partner(const Task& task, std::size_t place, const Reach& reach,
@@ -243,8 +245,6 @@ class ContactFinder {
     bool meet(const Task& task, std::size_t place, const Reach& reach, Chunk& chunk, meshless::Contact& out);
     bool push_on(const Task& task, const Vec3& foot, double total, std::size_t partner, Chunk& chunk,
                  meshless::Contact& out) const;
-    bool closes(const Task& task, std::size_t k, double total, const meshless::Contact& contact, double reach,
-                const Chunk& chunk) const;
     bool is_answered_by_twin(const Task& task, std::size_t k) const;
     bool asks(const Task& task, std::size_t place) const;
     Reach reach_of(const Task& task, const Parallel& parallel);
@@ -269,12 +269,13 @@ class ContactFinder {
     std::vector<std::uint16_t> owner_;     // body
     std::vector<std::uint8_t> placed_;     // 1: the position is where the carriers take it
     std::vector<Patch> patches_;           // per `grain` samples
-    std::vector<double> widest_;           // weight_sum, per `grain` samples of the grid
     std::vector<double> spacing_;          // per body: m
     std::vector<double> way_;              // per body: m, that a sample goes in the step at most
     std::vector<Speeds> speeds_;           // per part of a body's phyxels
-    Speeds all_speeds_;
+    Vec3 mean_way_ = Vec3::Zero();         // m, of all phyxels in the step
     std::vector<std::span<const Vec3>> velocity_;
+    std::vector<std::vector<Vec3>> drift_;  // per body and phyxel: m, see drift_of
+    std::vector<SkinGrid::Way> way_of_;     // per sample that the grid keeps
     SkinGrid grid_;
     std::mutex mutex_;                            // of chunks_ and known_
     std::vector<std::unique_ptr<Chunk>> chunks_;  // contacts' part: number of the body

@@ -16,6 +16,8 @@ using meshless::Contact;
 // samples, and how much of an overlap is undone in a step.
 constexpr double margin_share = 0.05, deepest_share = 1, beside_share = 0.9, lift_share = 0.02;
 constexpr double reach_share = 1.25, most_reach_share = 3;
+// In spacings: what begins to fall within a step may come to overlap by so much before it is found.
+constexpr double fallen_share = 0.15;
 // In spacings: how far is looked first, and how much farther than the nearest sample a face is followed.
 constexpr double near_share = 0.95, face_share = 0.75;
 // In spacings, behind the plane of a face's sample than behind that of the partner.
@@ -94,6 +96,8 @@ void ContactFinder::look(const Body& body, const Vec3& from, const Vec3& to, boo
 bool ContactFinder::may_meet(const Task& task, std::size_t a, std::size_t b) {
     const Sample &one = samples_[a], &other = samples_[b];
     if (one.body != other.body || one.piece != other.piece) return true;
+    // The two lips of a cut through a cell.
+    if (one.cell == other.cell && (one.corners & other.corners) == 0) return true;
     if ((one.rest - other.rest).norm() > far_at_rest * spacing_of(one)) return true;
     return are_parted(*task.bodies[one.body], a, b);
 }
@@ -134,17 +138,20 @@ const SkinGrid::Faced* ContactFinder::partner_of(const Task& task, std::size_t k
     return nullptr;
 }
 
+// m, the gap at the end of the step, by the two ways, below which a contact may come of it.
+double ContactFinder::soon(std::size_t k, const Reach& reach) const {
+    return margin_share * spacing_of(samples_[k]) + reach.fall;
+}
+
 // The samples within `radius` (m) that face this one; false where no contact can come of them.
 bool ContactFinder::find_facing(std::size_t place, double radius, const Reach& reach, Chunk& chunk) const {
     const std::size_t k = grid_.number(place);
-    // The gap will be a mean of heights above planes: where none of them is low enough to be
-    // met within the step, nothing is.
-    const double enough = margin_share * spacing_of(samples_[k]) + reach.fall +
-                          reach.gain * (carrying_of(k).weight_sum + reach.widest) + 1e-6 * reach.radius;
+    // The gap will be a mean of heights above planes: where none of them will be low enough, nothing is met.
+    const double enough = soon(k, reach) + 1e-6 * reach.radius;
     grid_.find_facing(place, radius, enough, chunk.near, chunk.faced);
     chunk.may.assign(chunk.faced.size(), May::unknown);
     return std::any_of(chunk.faced.begin(), chunk.faced.end(),
-                       [&](const SkinGrid::Faced& other) { return !(other.along > enough); });
+                       [&](const SkinGrid::Faced& other) { return !(other.next > enough); });
 }
 
 // How far from a sample the face that a partner is of is followed, m.
@@ -199,7 +206,7 @@ void ContactFinder::find_face(const Task& task, std::size_t k, const SkinGrid::F
         if (other.body != partner.body || other.piece != partner.piece) continue;
         if (near.along < behind && !may_meet(task, k, n, chunk)) continue;
         const double share = 1 - near.square / (width * width);
-        chunk.face.push_back({index, near.place, near.along, share * share});
+        chunk.face.push_back({index, near.place, near.along, near.next, share * share});
     }
 }
 
@@ -212,11 +219,12 @@ bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach
     if (!chosen) return false;
     find_face(task, k, *chosen, chunk);
     const Sample& partner = samples_[grid_.number(chosen->place)];
-    double distance = 0, rest_distance = 0, total = 0;
+    double distance = 0, nearing = 0, rest_distance = 0, total = 0;
     Vec3 normal = Vec3::Zero();
     for (const Facing& near : chunk.face) {
         const Sample& other = samples_[near.index];
         distance += near.weight * near.along;
+        nearing += near.weight * (near.along - near.next);
         rest_distance += near.weight * other.rest_normal.cast<double>().dot(sample.rest - other.rest);
         normal += near.weight * grid_.normal(near.place);
         total += near.weight;
@@ -233,13 +241,13 @@ bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach
     const double spacing = std::max(spacing_of(sample), spacing_of(partner));
     const Vec3 way = position - grid_.point(chosen->place);
     if (out.gap < -deepest_share * spacing || out.gap > reach.radius) return false;
+    if (!(out.gap - nearing / total < soon(k, reach))) return false;
     if ((way - normal.dot(way) * normal).norm() > beside_share * spacing) return false;
     out.key = key_of(sample.body, 0, sample.vertex);
     out.upper = carrying_of(k).side;
     out.friction = task.options.friction;
     out.lift = lift_share * std::min(spacing_of(sample), spacing_of(partner));
-    return closes(task, k, total, out, margin_share * spacing_of(sample) + reach.fall, chunk) &&
-           push_on(task, position - distance * normal, total, grid_.number(chosen->place), chunk, out);
+    return push_on(task, position - distance * normal, total, grid_.number(chosen->place), chunk, out);
 }
 
 // What is pushed on is the point of the face that the sample lies before: what the planes' mean says of
@@ -262,40 +270,23 @@ bool ContactFinder::push_on(const Task& task, const Vec3& foot, double total, st
     return true;
 }
 
-// Whether the sample's gap to the face may come to be less than `reach` (m) within the step. total: of the
-// weights.
-bool ContactFinder::closes(const Task& task, std::size_t k, double total, const Contact& contact,
-                           double reach, const Chunk& chunk) const {
-    if (contact.gap < reach) return true;
-    Vec3 v = Vec3::Zero();
-    for (const Facing& near : chunk.face)
-        v += near.weight * side_value(carrying_of(near.index).side, velocity_);
-    v = side_value(carrying_of(k).side, velocity_) - v / total;
-    return contact.gap + task.dt * contact.normal.dot(v) < reach;
-}
-
 ContactFinder::Reach ContactFinder::reach_of(const Task& task, const Parallel& parallel) {
     Reach out{};
     for (const Patch& patch : patches_) {
         out.spacing = std::max(out.spacing, patch.spacing);
     }
-    double count = 0, apart = 0;
-    for (const std::span<const Vec3> velocity : velocity_) count += static_cast<double>(velocity.size());
-    const Vec3 mean = all_speeds_.sum / std::max(count, 1.0);
+    double apart = 0;
     for (const std::span<const Vec3> velocity : velocity_) {
         speeds_.assign((velocity.size() + speed_grain - 1) / speed_grain, {});
         parallel.for_each(velocity.size(), speed_grain, [&](std::size_t i) {
             double& top = speeds_[i / speed_grain].top;
-            top = std::max(top, (velocity[i] - mean).squaredNorm());
+            top = std::max(top, (task.dt * velocity[i] - mean_way_).squaredNorm());
         });
         for (const Speeds& part : speeds_) apart = std::max(apart, part.top);
     }
-    const double moved =
-        std::min(2 * task.dt * std::sqrt(all_speeds_.top), (most_reach_share - reach_share) * out.spacing);
+    const double moved = std::min(2 * std::sqrt(apart), (most_reach_share - reach_share) * out.spacing);
     out.radius = reach_share * out.spacing + moved;
-    out.fall = task.gravity.norm() * task.dt * task.dt;
-    // A side's velocity is the mean and no more than so much of what is off it: weights sum to 1.
-    out.gain = task.dt * std::sqrt(apart);
+    out.fall = std::max(0.0, task.gravity.norm() * task.dt * task.dt - fallen_share * out.spacing);
     return out;
 }
 
@@ -318,28 +309,25 @@ bool ContactFinder::is_answered_by_twin(const Task& task, std::size_t k) const {
            nearest * nearest;
 }
 
-// Those that may meet one another, where their carriers take them; returns the largest weight_sum.
-double ContactFinder::place_carried(const Task& task, std::span<const std::uint32_t> kept,
-                                    const Parallel& parallel) {
-    widest_.assign((kept.size() + grain - 1) / grain, 0);
+// Those that may meet one another, where their carriers take them now and within the step.
+void ContactFinder::place_carried(const Task& task, std::span<const std::uint32_t> kept,
+                                  const Parallel& parallel) {
     const auto place = [&](std::size_t begin, std::size_t end) {
-        double& widest = widest_[begin / grain];
         for (std::size_t n = begin; n < end; ++n) {
             find_carriers(task, kept[n]);
-            widest = std::max(widest, carrying_of(kept[n]).weight_sum);
+            const meshless::ContactSide& side = carrying_of(kept[n]).side;
+            way_of_[kept[n]] = {task.dt * side_value(side, velocity_), side_value(side, drift_)};
         }
     };
     parallel.for_chunks(kept.size(), grain, std::cref(place));
-    return widest_.empty() ? 0 : *std::max_element(widest_.begin(), widest_.end());
 }
 
 void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
     if (samples_.empty()) return;
-    Reach reach = reach_of(task, parallel);
-    const auto place_kept = [&](std::span<const std::uint32_t> kept) {
-        reach.widest = place_carried(task, kept, parallel);
-    };
-    grid_.build(position_, normal_, owner_, reach.radius, parallel, std::cref(place_kept));
+    const Reach reach = reach_of(task, parallel);
+    way_of_.resize(samples_.size());
+    const auto place_kept = [&](std::span<const std::uint32_t> kept) { place_carried(task, kept, parallel); };
+    grid_.build(position_, normal_, way_of_, owner_, reach.radius, parallel, std::cref(place_kept));
     in_chunks(parallel, grid_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
         for (std::size_t place = begin; place < end; ++place) {
             if (!asks(task, place)) continue;

@@ -21,10 +21,12 @@ std::size_t select(const FacingLanes& lanes, std::span<const FacingRange> ranges
     const std::size_t width = hn::Lanes(d);
     const auto x = hn::Set(d, query.x), y = hn::Set(d, query.y), z = hn::Set(d, query.z);
     const auto nx = hn::Set(d, query.nx), ny = hn::Set(d, query.ny), nz = hn::Set(d, query.nz);
+    const auto mx = hn::Set(d, query.wx), my = hn::Set(d, query.wy), mz = hn::Set(d, query.wz);
+    const auto ax = hn::Set(d, query.ax), ay = hn::Set(d, query.ay), az = hn::Set(d, query.az);
     const auto square = hn::Set(d, query.square), cosine = hn::Set(d, query.cosine);
     const auto height = hn::Set(d, query.height);
-    const auto dot = [](auto ax, auto ay, auto az, auto bx, auto by, auto bz)
-                         HWY_ATTR { return hn::MulAdd(ax, bx, hn::MulAdd(ay, by, hn::Mul(az, bz))); };
+    const auto dot = [](auto x1, auto y1, auto z1, auto x2, auto y2, auto z2)
+                         HWY_ATTR { return hn::MulAdd(x1, x2, hn::MulAdd(y1, y2, hn::Mul(z1, z2))); };
     std::size_t count = 0;
     auto below = hn::FirstN(d, 0);
     for (const FacingRange& range : ranges)
@@ -37,8 +39,15 @@ std::size_t select(const FacingLanes& lanes, std::span<const FacingRange> ranges
             const auto near = hn::Lt(dot(wx, wy, wz, wx, wy, wz), square);
             const auto faces = hn::Lt(dot(nx, ny, nz, ox, oy, oz), cosine);
             const auto chosen = hn::And(hn::And(near, faces), hn::FirstN(d, range.end - k));
-            below = hn::Or(below, hn::And(chosen, hn::Le(dot(wx, wy, wz, ox, oy, oz), height)));
             if (hn::AllFalse(d, chosen)) continue;
+            const auto ex = hn::Add(wx, hn::Sub(mx, hn::LoadU(d, lanes.wx + k)));
+            const auto ey = hn::Add(wy, hn::Sub(my, hn::LoadU(d, lanes.wy + k)));
+            const auto ez = hn::Add(wz, hn::Sub(mz, hn::LoadU(d, lanes.wz + k)));
+            const auto more =
+                dot(hn::Sub(ax, hn::LoadU(d, lanes.ax + k)), hn::Sub(ay, hn::LoadU(d, lanes.ay + k)),
+                    hn::Sub(az, hn::LoadU(d, lanes.az + k)), ox, oy, oz);
+            const auto next = hn::Add(dot(ex, ey, ez, ox, oy, oz), hn::Min(more, hn::Zero(d)));
+            below = hn::Or(below, hn::And(chosen, hn::Le(next, height)));
             // Within a register: straight to memory is slow on some processors.
             const auto packed = hn::Compress(hn::Iota(d_index, static_cast<std::uint32_t>(k)),
                                              hn::RebindMask(d_index, chosen));

@@ -7,17 +7,18 @@
 
 namespace splitcubes::body {
 
-/// Points side by side: coordinates, and those of normals; each array has room for facing_padding more.
+/// Points side by side: coordinates, those of normals, of ways, and of what may be added to those; each array
+/// has room for facing_padding more.
 struct FacingLanes {
-    const float *x, *y, *z, *nx, *ny, *nz;
+    const float *x, *y, *z, *nx, *ny, *nz, *wx, *wy, *wz, *ax, *ay, *az;
 };
 inline constexpr std::size_t facing_padding = 16;
 
 struct FacingQuery {
-    float x, y, z, nx, ny, nz;
+    float x, y, z, nx, ny, nz, wx, wy, wz, ax, ay, az;
     float square;  // of the distance, below which a point is near
     float cosine;  // of the normals, below which it faces
-    float height;  // above the plane through it, up to which the query is low
+    float height;  // above the plane through it, after both ways, up to which the query is low
 };
 /// Points begin .. end - 1.
 struct FacingRange {

@@ -142,7 +142,8 @@ void SkinGrid::choose_kept(std::span<const Vec3> points, const Parallel& paralle
 
 // By cells, and those of a cell in order of their numbers.
 void SkinGrid::sort_points(std::span<const Vec3> points, std::span<const Vec3> normals,
-                           std::span<const std::uint16_t> owners, const Parallel& parallel) {
+                           std::span<const Way> ways, std::span<const std::uint16_t> owners,
+                           const Parallel& parallel) {
     constexpr std::size_t grain = 1024;
     begin_.assign(bins_around_.size() + 1, 0);
     for (const std::uint32_t i : kept_) ++begin_[cell_[i] + 1];
@@ -150,17 +151,25 @@ void SkinGrid::sort_points(std::span<const Vec3> points, std::span<const Vec3> n
     const std::size_t count = begin_.back();
     next_.assign(begin_.begin(), begin_.end() - 1);
     number_.resize(count);
-    for (const std::uint32_t i : kept_) number_[next_[cell_[i]]++] = i;
+    most_way_ = 0;
+    for (const std::uint32_t i : kept_) {
+        number_[next_[cell_[i]]++] = i;
+        most_way_ =
+            std::max({most_way_, ways[i].sure.cwiseAbs().maxCoeff(), ways[i].more.cwiseAbs().maxCoeff()});
+    }
     sorted_.resize(count);
     for (std::vector<float>& lane : lanes_) lane.resize(count + facing_padding);
     parallel.for_each(count, grain, [&](std::size_t k) {
         const std::uint32_t i = number_[k];
         const Vec3 &point = points[i], &normal = normals[i];
-        sorted_[k] = {point, normal, cell_[i], owners[i]};
+        const Way& way = ways[i];
+        sorted_[k] = {point, normal, way, cell_[i], owners[i]};
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const auto a = static_cast<Eigen::Index>(axis);
             lanes_[axis][k] = to_float(point[a] - origin_[a]);
             lanes_[3 + axis][k] = static_cast<float>(normal[a]);
+            lanes_[6 + axis][k] = to_float(way.sure[a]);
+            lanes_[9 + axis][k] = to_float(way.more[a]);
         }
     });
 }
@@ -198,13 +207,13 @@ void SkinGrid::find_extents(const Parallel& parallel) {
     });
 }
 
-void SkinGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals,
+void SkinGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals, std::span<const Way> ways,
                      std::span<const std::uint16_t> owners, double reach, const Parallel& parallel,
                      const Place& place) {
     lay_out(points, reach);
     find_bins(points, normals, parallel);
     choose_kept(points, parallel, place);
-    sort_points(points, normals, owners, parallel);
+    sort_points(points, normals, ways, owners, parallel);
     find_extents(parallel);
 }
 
@@ -213,6 +222,7 @@ void SkinGrid::find_facing(std::size_t of, double radius, double height, std::ve
     constexpr std::size_t most_ranges = 16;  // nine, but for rounding
     out.clear();
     const Vec3 point = sorted_[of].point, normal = sorted_[of].normal;
+    const Way own = sorted_[of].way;
     const Vec3i low = cell_at(point - Vec3::Constant(radius)), high = cell_at(point + Vec3::Constant(radius));
     std::array<FacingRange, most_ranges> ranges;
     std::size_t count = 0, most = 0;
@@ -226,7 +236,7 @@ void SkinGrid::find_facing(std::size_t of, double radius, double height, std::ve
         }
     if (count == 0) return;
     // More than what single precision loses of places, and of unit vectors' products.
-    const double slack = 1e-6 * extent_ + 1e-5 * radius;
+    const double slack = 1e-6 * (extent_ + most_way_) + 1e-5 * radius;
     const Vec3 at = point - origin_;
     const Vec3f facing = normal.cast<float>();
     const FacingQuery query{to_float(at.x()),
@@ -235,11 +245,18 @@ void SkinGrid::find_facing(std::size_t of, double radius, double height, std::ve
                             facing.x(),
                             facing.y(),
                             facing.z(),
+                            to_float(own.sure.x()),
+                            to_float(own.sure.y()),
+                            to_float(own.sure.z()),
+                            to_float(own.more.x()),
+                            to_float(own.more.y()),
+                            to_float(own.more.z()),
                             to_float((radius + slack) * (radius + slack)),
                             static_cast<float>(facing_cosine + 1e-5),
                             to_float(height + slack)};
-    const FacingLanes lanes{lanes_[0].data(), lanes_[1].data(), lanes_[2].data(),
-                            lanes_[3].data(), lanes_[4].data(), lanes_[5].data()};
+    const FacingLanes lanes{lanes_[0].data(), lanes_[1].data(), lanes_[2].data(),  lanes_[3].data(),
+                            lanes_[4].data(), lanes_[5].data(), lanes_[6].data(),  lanes_[7].data(),
+                            lanes_[8].data(), lanes_[9].data(), lanes_[10].data(), lanes_[11].data()};
     // Grows only: what is in it is written anew.
     if (scratch.size() < most + facing_padding) scratch.resize(most + facing_padding);
     bool is_low = false;
@@ -249,8 +266,11 @@ void SkinGrid::find_facing(std::size_t of, double radius, double height, std::ve
         const Point& other = sorted_[scratch[n]];
         const Vec3 way = point - other.point;
         const double square = way.squaredNorm(), cosine = normal.dot(other.normal);
-        if (square < radius * radius && cosine < facing_cosine)
-            out.push_back({scratch[n], square, cosine, other.normal.dot(way)});
+        if (!(square < radius * radius && cosine < facing_cosine)) continue;
+        const double along = other.normal.dot(way);
+        const double nearer = other.normal.dot(own.sure - other.way.sure) +
+                              std::min(0.0, other.normal.dot(own.more - other.way.more));
+        out.push_back({scratch[n], square, cosine, along, along + nearer});
     }
 }
 

@@ -27,14 +27,18 @@ inline constexpr double facing_cosine = -0.4;
 /// memory.
 class SkinGrid {
   public:
+    /// m, in a step: that a point surely goes, and what it may go beyond that.
+    struct Way {
+        Vec3 sure = Vec3::Zero(), more = Vec3::Zero();
+    };
     /// Called with the numbers of the points that are kept.
     using Place = std::function<void(std::span<const std::uint32_t> kept)>;
 
-    /// points: m; normals: unit; owners: whose each is; reach: m, > 0, the largest radius that is asked for.
-    /// All are copied. Points may be rough at first: `place` is called with those that are kept, and may move
-    /// them in the caller's list. One by which another one came within the reach less the two ways may be
-    /// missed.
-    void build(std::span<const Vec3> points, std::span<const Vec3> normals,
+    /// points: m; normals: unit; ways: of each within the step; owners: whose each is; reach: m,
+    /// > 0, the largest radius that is asked for. All are copied. Points may be rough at first: `place` is
+    /// called with those that are kept, and may move them, and set their ways, in the caller's lists. One by
+    /// which another one came within the reach less the two moves may be missed.
+    void build(std::span<const Vec3> points, std::span<const Vec3> normals, std::span<const Way> ways,
                std::span<const std::uint16_t> owners, double reach, const Parallel& parallel,
                const Place& place = {});
 
@@ -61,9 +65,10 @@ class SkinGrid {
         double square;  // m^2, of the distance
         double cosine;  // of the normals
         double along;   // m, of the asking one above the plane through this one
+        double next;    // m, the same after both ways, and what these may be nearer by
     };
     /// The points that face the one at place `of` and are nearer to it than `radius` (m, at most the
-    /// reach), in order of their places; `out` is replaced. It may be left empty where that one lies
+    /// reach), in order of their places; `out` is replaced. It may be left empty where that one will lie
     /// farther than `height` (m) above the planes through all of them. scratch: of the calling thread.
     void find_facing(std::size_t of, double radius, double height, std::vector<std::uint32_t>& scratch,
                      std::vector<Faced>& out) const;
@@ -73,6 +78,7 @@ class SkinGrid {
 
     struct Point {
         Vec3 point, normal;
+        Way way;
         std::uint32_t cell;
         std::uint16_t owner;
     };
@@ -112,7 +118,7 @@ class SkinGrid {
     void lay_out(std::span<const Vec3> points, double reach);
     void find_bins(std::span<const Vec3> points, std::span<const Vec3> normals, const Parallel& parallel);
     void choose_kept(std::span<const Vec3> points, const Parallel& parallel, const Place& place);
-    void sort_points(std::span<const Vec3> points, std::span<const Vec3> normals,
+    void sort_points(std::span<const Vec3> points, std::span<const Vec3> normals, std::span<const Way> ways,
                      std::span<const std::uint16_t> owners, const Parallel& parallel);
     void find_extents(const Parallel& parallel);
     Extent extent_around(std::size_t cell) const;
@@ -123,6 +129,7 @@ class SkinGrid {
     Vec3 origin_ = Vec3::Zero();  // m, low corner
     double size_ = 1;             // m, of a cell
     double extent_ = 0;           // m, of the points along an axis
+    double most_way_ = 0;         // m, of those that are kept, along an axis
     Vec3i count_ = Vec3i::Ones();
     // Per point, by numbers.
     std::vector<std::uint32_t> cell_;
@@ -133,8 +140,8 @@ class SkinGrid {
     std::vector<std::uint32_t> begin_, next_;  // per cell, first of its places; one more at the end
     std::vector<std::uint32_t> number_;        // per place
     std::vector<Point> sorted_;                // per place
-    // Per place, with room for a vector more: m from the origin; of unit normals.
-    std::array<std::vector<float>, 6> lanes_;
+    // Per place, with room for a vector more: m from the origin; of unit normals; m, of ways.
+    std::array<std::vector<float>, 12> lanes_;
     // Per cell that has places: of the kept normals in it; and in those next to it.
     std::vector<Extent> own_, around_;
 };

@@ -144,9 +144,15 @@ ContactForces::Row ContactForces::make_row(std::uint32_t number, const ContactMe
             const double left = memory->allowed - memory->pressure / memory->stiffness;
             row.allowed += std::min(0.0, contact.gap - left + jump_share * contact.lift);
         }
-        // A spring that grew stiffer or softer under load would make or lose energy.
-        if (memory->stiffness > row.normal / most_change && memory->stiffness < row.normal * most_change)
+        // A spring that grew stiffer under load would make energy. Where it has to, it pushes as it did, and is
+        // shorter.
+        if (memory->stiffness > row.normal / most_change && memory->stiffness < row.normal * most_change) {
             row.normal = memory->stiffness;
+        } else if (memory->stiffness < row.normal) {
+            const double share = memory->stiffness / row.normal;
+            row.allowed = std::min(row.allowed, contact.gap + share * (row.allowed - contact.gap));
+            row.slip *= share;
+        }
     }
     const Vec3 way = relative(row, guess);
     // What pushed goes on pushing, and what comes nearer by its own velocity begins to; a guess with gravity

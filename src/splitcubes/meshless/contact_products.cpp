@@ -12,8 +12,8 @@ namespace {
 constexpr std::size_t spring_grain = 256;
 // The preconditioner's polynomial: least and largest eigenvalue that it is made for, of D^-1 (E + C), and its
 // steps.
-constexpr double least = 0.1, largest = 1;
-constexpr int steps = 3;
+constexpr double least = 0.2, largest = 1;
+constexpr int steps = 2;
 // Chebyshev's recurrence: a step is `again` times the last and `fresh` times D^-1 of what is left.
 struct Recurrence {
     std::array<float, steps> again{}, fresh{};
