@@ -186,6 +186,7 @@ class Tearing {
 
     double strength_at(const Vec3& rest) const;
     void note_crossings(const splitting::NodeGrid& grid);
+    void note_crossing_beside(const splitting::NodeGrid& grid, const Key& cell, bool is_own);
     void note_crack_points(const splitting::NodeGrid& grid);
     void note_open_edges(const splitting::NodeGrid& grid, const Key& cell);
     void forget_cut_edges();
@@ -226,7 +227,6 @@ class Tearing {
     std::uint32_t gaps_in(const splitting::NodeGrid& grid, const TearContext& context, const Key& key) const;
     void close_gaps(splitting::NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots);
     Tip tip_of(const splitting::NodeGrid& grid, CrackCell& cell) const;
-    static const geometry::Frame* frame_of(const TearContext& context, const Vec3i& node);
     static const geometry::Frame* frame_of(const TearContext& context, const Vec3i& node,
                                            std::int32_t& index);
     double gape_stress(const TearContext& context, CrackCell& cell) const;

@@ -33,13 +33,7 @@ struct Gap {
 
 }  // namespace
 
-// nullptr where the last step did not track the node.
-const geometry::Frame* Tearing::frame_of(const TearContext& context, const Vec3i& node) {
-    std::int32_t index = -1;
-    return frame_of(context, node, index);
-}
-
-// The same, where `index` keeps what the tracker calls the node.
+// nullptr where the last step did not track the node; `index` keeps what the tracker calls it.
 const geometry::Frame* Tearing::frame_of(const TearContext& context, const Vec3i& node, std::int32_t& index) {
     if (index < 0) index = context.nodes.find(node);
     if (index < 0 || !context.nodes.is_awake(static_cast<std::uint32_t>(index)) ||
@@ -54,24 +48,25 @@ void Tearing::note_crossings(const NodeGrid& grid) {
     for (; known_crossings_ < crossings.size(); ++known_crossings_) {
         const splitting::Crossing& c = crossings[known_crossings_];
         if (c.origin == splitting::Origin::boundary) continue;
-        for (const int along : along_line) {
-            GridEdge shadowed_edge = c.edge;
-            shadowed_edge.node[c.edge.axis] += along;
-            for_cells_around(grid, shadowed_edge, [&](const Key& cell) {
-                const std::int32_t known = crack_number_.get({cell[0], cell[1], cell[2]}, 0);
-                if (known >= 0) crack_cells_[static_cast<std::size_t>(known)].is_stale = true;
-            });
+        // As far as it shadows edges on its line.
+        for (int along = -2; along <= 2; ++along) {
+            GridEdge edge = c.edge;
+            edge.node[edge.axis] += along;
+            for_cells_around(grid, edge,
+                             [&](const Key& cell) { note_crossing_beside(grid, cell, along == 0); });
         }
-        for_cells_around(grid, c.edge, [&](const Key& cell) {
-            const std::int32_t known = crack_number_.get({cell[0], cell[1], cell[2]}, 0);
-            if (known >= 0) {
-                crack_cells_[static_cast<std::size_t>(known)].is_stale = true;
-                return;
-            }
-            crack_number_.set({cell[0], cell[1], cell[2]}, 0, static_cast<std::int32_t>(crack_cells_.size()));
-            crack_cells_.emplace_back().place = cell;
-            note_open_edges(grid, cell);
-        });
+    }
+}
+
+// What is known of the cell's tip holds no more; one whose own edge is cut becomes a crack's.
+void Tearing::note_crossing_beside(const NodeGrid& grid, const Key& cell, bool is_own) {
+    const std::int32_t known = crack_number_.get({cell[0], cell[1], cell[2]}, 0);
+    if (known >= 0) {
+        crack_cells_[static_cast<std::size_t>(known)].is_stale = true;
+    } else if (is_own) {
+        crack_number_.set({cell[0], cell[1], cell[2]}, 0, static_cast<std::int32_t>(crack_cells_.size()));
+        crack_cells_.emplace_back().place = cell;
+        note_open_edges(grid, cell);
     }
 }
 
