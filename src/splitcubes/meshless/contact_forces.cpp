@@ -144,8 +144,8 @@ ContactForces::Row ContactForces::make_row(std::uint32_t number, const ContactMe
             const double left = memory->allowed - memory->pressure / memory->stiffness;
             row.allowed += std::min(0.0, contact.gap - left + jump_share * contact.lift);
         }
-        // A spring that grew stiffer under load would make energy. Where it has to, it pushes as it did, and is
-        // shorter.
+        // A spring that grew stiffer under load would make energy. Where it has to, it pushes as it did, and
+        // is shorter.
         if (memory->stiffness > row.normal / most_change && memory->stiffness < row.normal * most_change) {
             row.normal = memory->stiffness;
         } else if (memory->stiffness < row.normal) {
