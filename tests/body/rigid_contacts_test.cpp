@@ -159,6 +159,52 @@ TEST(RigidContacts, ACrumbThatHitsABodyKeepsTheMomenta) {
     EXPECT_LT((after.spin - before.spin).norm(), 0.02 * before.spin.norm());
 }
 
+// A piece of two cells a side in the middle, cut out all around.
+void cut_core(World& world, Body& body) {
+    constexpr double low = -0.01005, high = 0.01045;
+    std::int32_t number = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        for (const double at : {low, high}) {
+            geometry::TriangleMesh wall;
+            for (const Vec2& p : {Vec2(low, low), Vec2(high, low), Vec2(high, high), Vec2(low, high)}) {
+                Vec3 place;
+                place[axis] = at;
+                place[(axis + 1) % 3] = p.x() + (p.x() > 0 ? 0.001 : -0.001);
+                place[(axis + 2) % 3] = p.y() + (p.y() > 0 ? 0.001 : -0.001);
+                wall.positions.push_back(place);
+            }
+            wall.triangles = {{0, 1, 2}, {0, 2, 3}};
+            body.cut_with_sheet(wall, number++, world.parallel());
+        }
+}
+
+// No push of a whole piece keeps skin from closing on what it holds from all sides: it must not be thrown by
+// it.
+TEST(RigidContacts, WhatClosesOnACrumbFromAllSidesDoesNotThrowIt) {
+    World world = make_world(true, Vec3::Zero());
+    Body& body = world.add_body(geometry::make_box(Vec3(0.08, 0.08, 0.08)), rubber(0.02));
+    cut_core(world, body);
+    ASSERT_EQ(body.phyxels().rigid.bodies.size(), 1U);
+    meshless::Phyxels& phyxels = body.phyxels();
+    const std::int32_t core = phyxels.rigid.bodies[0].piece;
+    for (std::size_t i = 0; i < phyxels.size(); ++i)
+        if (phyxels.piece[i] != core) phyxels.velocity[i] = -8.0 * phyxels.position[i];
+    double energy = 1e300, first = 0;
+    std::size_t contacts = 0;
+    for (int step = 0; step < 60; ++step) {
+        const StepReport report = world.step();
+        contacts = std::max(contacts, report.contacts);
+        const double now = report.kinetic_energy + report.elastic_energy;
+        if (step == 0) first = now;
+        EXPECT_LT(now, energy + 1e-3 * first) << "step " << step;
+        energy = std::min(energy, now);
+        const meshless::RigidPiece& piece = phyxels.rigid.bodies[0];
+        EXPECT_LT(piece.centre.norm(), 0.004) << "step " << step;
+        EXPECT_LT(piece.velocity().norm(), 0.1) << "m/s, step " << step;
+    }
+    EXPECT_GT(contacts, 5U);
+}
+
 TEST(RigidContacts, ThreadsDoNotMatter) {
     std::string first;
     for (const int threads : {1, 3}) {

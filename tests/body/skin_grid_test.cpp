@@ -45,12 +45,24 @@ struct Cloud {
         for (std::size_t k = 0; k < points.size(); ++k)
             ways.push_back({random_in(random, 0.1), random_in(random, 0.1)});
     }
-    std::vector<std::uint32_t> facing(std::size_t of, double radius) const {
+    // One in `of` points has a way that others have to be known farther for: by up to `most`, m.
+    void make_fast(Random& random, int of, double most) {
+        for (std::size_t k = 0; k < ways.size(); ++k)
+            ways[k].farther =
+                most * (random.uniform(0, 1) * of < 1 ? random.uniform(0, 1) : random.uniform(0, 0.02));
+    }
+    std::vector<std::uint32_t> facing(std::size_t of, double radius, const SkinGrid::Reach& reach) const {
         std::vector<std::uint32_t> out;
-        for (std::uint32_t k = 0; k < points.size(); ++k)
-            if ((points[k] - points[of]).norm() < radius && normals[k].dot(normals[of]) < facing_cosine)
+        for (std::uint32_t k = 0; k < points.size(); ++k) {
+            const double limit =
+                std::min({radius, reach.least + ways[of].farther + ways[k].farther, reach.most});
+            if ((points[k] - points[of]).norm() < limit && normals[k].dot(normals[of]) < facing_cosine)
                 out.push_back(k);
+        }
         return out;
+    }
+    std::vector<std::uint32_t> facing(std::size_t of, double radius) const {
+        return facing(of, radius, {radius, radius});
     }
     // Of a point above the planes through others, after all ways.
     double least_height(std::size_t of, const std::vector<std::uint32_t>& others) const {
@@ -87,7 +99,7 @@ TEST(SkinGrid, TellsWhereOthersMayLie) {
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
         const Cloud cloud(seed);
         const double reach = 0.1;
-        grid.build(cloud.points, cloud.normals, cloud.ways, cloud.owners, reach, Parallel(2));
+        grid.build(cloud.points, cloud.normals, cloud.ways, cloud.owners, {reach, reach}, Parallel(2));
         for (std::size_t place = 0; place < grid.size(); ++place) {
             const std::size_t of = grid.number(place);
             const std::vector<std::uint32_t> facing = cloud.facing(of, reach);
@@ -110,7 +122,7 @@ TEST(SkinGrid, VisitsAllThatFaceAPointAndNoneElse) {
     for (const double reach : {0.05, 0.2, 0.33, 0.6})
         for (std::uint64_t seed = 1; seed <= 5; ++seed) {
             const Cloud cloud(seed);
-            grid.build(cloud.points, cloud.normals, cloud.ways, cloud.owners, reach, Parallel(2));
+            grid.build(cloud.points, cloud.normals, cloud.ways, cloud.owners, {reach, reach}, Parallel(2));
             std::vector<bool> is_known(cloud.points.size());
             for (std::size_t place = 0; place < grid.size(); ++place) {
                 const std::size_t of = grid.number(place);
@@ -149,13 +161,49 @@ TEST(SkinGrid, VisitsAllThatFaceAPointAndNoneElse) {
     EXPECT_GT(left_out, 1000U);
 }
 
+TEST(SkinGrid, LooksAsFarAsTheTwoWaysAsk) {
+    SkinGrid grid;
+    Random random(5);
+    std::size_t farther = 0, left_out = 0;
+    for (const int of : {1, 10, 100})
+        for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+            Cloud cloud(seed);
+            const double least = random.uniform(0.03, 0.3);
+            const SkinGrid::Reach reach{least, least * random.uniform(1.2, 3)};
+            cloud.make_fast(random, of, random.uniform(0.1, 3) * least);
+            grid.build(cloud.points, cloud.normals, cloud.ways, cloud.owners, reach, Parallel(2));
+            std::vector<bool> is_known(cloud.points.size());
+            for (std::size_t place = 0; place < grid.size(); ++place) {
+                const std::size_t of_point = grid.number(place);
+                is_known[of_point] = true;
+                for (const double radius : {0.7 * least, 0.8 * reach.most, anywhere}) {
+                    const std::vector<std::uint32_t> expected = cloud.facing(of_point, radius, reach);
+                    ASSERT_EQ(find_facing(grid, cloud.ways, place, radius, anywhere), expected)
+                        << "seed " << seed << ", point " << of_point << ", radius " << radius;
+                    ASSERT_TRUE(expected.empty() || grid.may_face(place));
+                    for (const std::uint32_t k : expected) {
+                        farther += (cloud.points[k] - cloud.points[of_point]).norm() > 1.5 * least;
+                        ASSERT_FALSE(cloud.owners[k] != cloud.owners[of_point] && grid.is_among_own(place));
+                    }
+                }
+            }
+            for (std::size_t point = 0; point < cloud.points.size(); ++point) {
+                if (is_known[point]) continue;
+                ASSERT_TRUE(cloud.facing(point, anywhere, reach).empty());
+                ++left_out;
+            }
+        }
+    EXPECT_GT(farther, 1000U);
+    EXPECT_GT(left_out, 500U);
+}
+
 TEST(SkinGrid, BearsPointsThatAreNoneOrFarAway) {
     for (const double far : {1e6, 1e25, 1e300, -1e6, -1e25, -1e300}) {
         Cloud cloud(1);
         cloud.points[3].x() = std::numeric_limits<double>::quiet_NaN();
         cloud.points[5].y() = far;
         SkinGrid grid;
-        grid.build(cloud.points, cloud.normals, cloud.ways, cloud.owners, 0.4, Parallel(1));
+        grid.build(cloud.points, cloud.normals, cloud.ways, cloud.owners, {0.4, 0.4}, Parallel(1));
         for (std::size_t place = 0; place < grid.size(); ++place)
             EXPECT_EQ(find_facing(grid, cloud.ways, place, 0.4, anywhere),
                       cloud.facing(grid.number(place), 0.4));

@@ -22,7 +22,6 @@ constexpr double off_share = 0.5;  // of the drawn vertex off the point that its
 constexpr double most_weight = 4;  // sum of the weights' sizes
 // Of fresh samples, in place of the number of one before.
 constexpr std::int32_t new_sample = -1, no_sample = -2;
-constexpr std::size_t list_grain = 256;
 
 }  // namespace
 
@@ -267,17 +266,49 @@ void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
     mean_way_ = task.dt / std::max(all, 1.0) * sum;
 }
 
+// How far a piece's phyxels go in the step at most, beside the mean of all: m.
+void ContactFinder::measure_pieces(const Task& task, const Parallel& parallel) {
+    piece_way_.resize(task.bodies.size());
+    for (std::size_t b = 0; b < task.bodies.size(); ++b) {
+        const meshless::Phyxels& phyxels = task.bodies[b]->phyxels();
+        const std::span<const Vec3> velocity = velocity_[b];
+        square_.resize(velocity.size());
+        parallel.for_each(velocity.size(), speed_grain, [&](std::size_t i) {
+            square_[i] = (task.dt * velocity[i] - mean_way_).squaredNorm();
+        });
+        // A piece without phyxels goes as the fastest.
+        std::vector<double>& way = piece_way_[b];
+        way.assign(task.bodies[b]->pieces().count(), -1);
+        double top = 0;
+        for (std::size_t i = 0; i < square_.size(); ++i) {
+            const auto piece = static_cast<std::size_t>(phyxels.piece[i]);
+            if (piece < way.size()) way[piece] = std::max(way[piece], square_[i]);
+            top = std::max(top, square_[i]);
+        }
+        for (double& square : way) square = std::sqrt(square < 0 ? top : square);
+    }
+}
+
+// m, beside the mean of all, that a sample goes in the step at most, before it is known who carries it.
+double ContactFinder::way_of_piece(const Sample& sample) const {
+    const std::vector<double>& way = piece_way_[sample.body];
+    const auto piece = static_cast<std::size_t>(sample.piece);
+    return piece < way.size() ? way[piece] : std::numeric_limits<double>::infinity();
+}
+
 // Where they are drawn: where carriers take them, who meets something is told.
 void ContactFinder::place_samples(const Task& task, const Parallel& parallel) {
     position_.resize(samples_.size());
     normal_.resize(samples_.size());
     owner_.resize(samples_.size());
+    way_of_.resize(samples_.size());
     placed_.assign(samples_.size(), 0);
     patches_.resize((samples_.size() + grain - 1) / grain);
     const auto place = [&](std::size_t begin, std::size_t end) {
         Patch& patch = patches_[begin / grain] = {};
         for (std::size_t k = begin; k < end; ++k) {
             place_sample(task, k);
+            way_of_[k].farther = way_of_piece(samples_[k]);
             patch.box.add(position_[k]);
             patch.spacing = std::max(patch.spacing, spacing_of(samples_[k]));
             patch.most_way =
@@ -437,6 +468,7 @@ void ContactFinder::find(const Task& task, const Parallel& parallel, std::vector
     if (task.options.pieces || !task.colliders.empty()) {
         list_samples(task, parallel);
         measure_speeds(task, parallel);
+        measure_pieces(task, parallel);
         place_samples(task, parallel);
         meet_colliders(task, parallel);
         if (task.options.pieces) meet_pieces(task, parallel);

@@ -57,6 +57,18 @@ class ContactFinder {
     /// for what happened to them.
     void find(const Task& task, const Parallel& parallel, std::vector<ContactGroup>& groups);
 
+    /// The samples of elastic skin, as the last find has left them.
+    struct SkinSample {
+        std::uint32_t body, vertex;
+        std::int32_t piece;
+    };
+    SkinSample skin_sample(std::size_t k) const {
+        return {samples_[k].body, samples_[k].vertex, samples_[k].piece};
+    }
+    /// Of each, m, world; and unit, outward.
+    std::span<const Vec3> skin_positions() const { return position_; }
+    std::span<const Vec3> skin_normals() const { return normal_; }
+
   private:
     /// One line of memory: those around a sample are read in no order of theirs.
     struct alignas(64) Sample {
@@ -175,11 +187,12 @@ class ContactFinder {
     struct Reach {
         double spacing;  // m, the widest
         double radius;   // m, about a sample
+        double most;     // m, the same with all ways
         double fall;     // m, that is allowed for what begins to fall
     };
 
     // Samples, and phyxels, a work chunk; part of no result.
-    static constexpr std::size_t grain = 64, speed_grain = 4096;
+    static constexpr std::size_t grain = 64, list_grain = 256, speed_grain = 4096;
     static std::uint64_t key_of(std::uint32_t body, std::size_t other, std::uint32_t vertex) {
         return static_cast<std::uint64_t>(body) << 48 | static_cast<std::uint64_t>(other) << 32 | vertex;
     }
@@ -216,6 +229,8 @@ class ContactFinder {
     std::uint32_t take_slot();
     static Vec3 drift_of(const Task& task, const meshless::Phyxels& phyxels, std::size_t i);
     void measure_speeds(const Task& task, const Parallel& parallel);
+    void measure_pieces(const Task& task, const Parallel& parallel);
+    double way_of_piece(const Sample& sample) const;
     void place_sample(const Task& task, std::size_t k);
     void place_samples(const Task& task, const Parallel& parallel);
     static bool is_still_nearest(const meshless::Phyxels& phyxels, const Sample& sample,
@@ -236,18 +251,19 @@ class ContactFinder {
     const SkinGrid::Faced* partner_of(const Task& task, std::size_t k, Chunk& chunk);
     double soon(std::size_t k, const Reach& reach) const;
     bool find_facing(std::size_t place, double radius, const Reach& reach, Chunk& chunk) const;
-    double width_of(const SkinGrid::Faced& partner) const;
+    double width_of(std::size_t k, const SkinGrid::Faced& partner, const Reach& reach) const;
     const SkinGrid::Faced* find_partner(const Task& task, std::size_t place, const Reach& reach,
                                         Chunk& chunk);
     const SkinGrid::Faced* widen(std::size_t place, const SkinGrid::Faced& partner, double near,
                                  const Reach& reach, Chunk& chunk) const;
-    void find_face(const Task& task, std::size_t k, const SkinGrid::Faced& chosen, Chunk& chunk);
+    void find_face(const Task& task, std::size_t k, const SkinGrid::Faced& chosen, const Reach& reach,
+                   Chunk& chunk);
     bool meet(const Task& task, std::size_t place, const Reach& reach, Chunk& chunk, meshless::Contact& out);
     bool push_on(const Task& task, const Vec3& foot, double total, std::size_t partner, Chunk& chunk,
                  meshless::Contact& out) const;
     bool is_answered_by_twin(const Task& task, std::size_t k) const;
     bool asks(const Task& task, std::size_t place) const;
-    Reach reach_of(const Task& task, const Parallel& parallel);
+    Reach reach_of(const Task& task) const;
     void sort_found();
     void form_groups(std::size_t bodies, std::vector<ContactGroup>& groups);
     void group(const Task& task, const Parallel& parallel, std::vector<ContactGroup>& groups);
@@ -265,14 +281,16 @@ class ContactFinder {
     std::vector<std::int32_t> old_;
     std::vector<std::uint8_t> stays_;  // per sample before
     std::vector<Listed> listed_, now_;
-    std::vector<Vec3> position_, normal_;  // m; unit, outward; world
-    std::vector<std::uint16_t> owner_;     // body
-    std::vector<std::uint8_t> placed_;     // 1: the position is where the carriers take it
-    std::vector<Patch> patches_;           // per `grain` samples
-    std::vector<double> spacing_;          // per body: m
-    std::vector<double> way_;              // per body: m, that a sample goes in the step at most
-    std::vector<Speeds> speeds_;           // per part of a body's phyxels
-    Vec3 mean_way_ = Vec3::Zero();         // m, of all phyxels in the step
+    std::vector<Vec3> position_, normal_;         // m; unit, outward; world
+    std::vector<std::uint16_t> owner_;            // body
+    std::vector<std::uint8_t> placed_;            // 1: the position is where the carriers take it
+    std::vector<Patch> patches_;                  // per `grain` samples
+    std::vector<double> spacing_;                 // per body: m
+    std::vector<double> way_;                     // per body: m, that a sample goes in the step at most
+    std::vector<Speeds> speeds_;                  // per part of a body's phyxels
+    Vec3 mean_way_ = Vec3::Zero();                // m, of all phyxels in the step
+    std::vector<double> square_;                  // m^2, per phyxel of a body
+    std::vector<std::vector<double>> piece_way_;  // m, see measure_pieces
     std::vector<std::span<const Vec3>> velocity_;
     std::vector<std::vector<Vec3>> drift_;  // per body and phyxel: m, see drift_of
     std::vector<SkinGrid::Way> way_of_;     // per sample that the grid keeps

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace splitcubes::body {
@@ -29,6 +30,7 @@ constexpr double opposite_skins = -0.8, one_face = 0.8;
 // Points just below the skin, in cells; and the distance at rest, in spacings, beyond which two
 // places of one piece may meet though no cut parts them.
 constexpr double below_skin = 0.6, far_at_rest = 4;
+constexpr double anywhere = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
@@ -155,8 +157,10 @@ bool ContactFinder::find_facing(std::size_t place, double radius, const Reach& r
 }
 
 // How far from a sample the face that a partner is of is followed, m.
-double ContactFinder::width_of(const SkinGrid::Faced& partner) const {
-    return std::sqrt(partner.square) + face_share * spacing_of(samples_[grid_.number(partner.place)]);
+double ContactFinder::width_of(std::size_t k, const SkinGrid::Faced& partner, const Reach& reach) const {
+    const double width =
+        std::sqrt(partner.square) + face_share * spacing_of(samples_[grid_.number(partner.place)]);
+    return std::min(width, reach.radius + way_of_[k].farther);
 }
 
 // The partner, and what faces the sample at least as far as its face is followed; nullptr where there is
@@ -171,17 +175,17 @@ const SkinGrid::Faced* ContactFinder::find_partner(const Task& task, std::size_t
         // What is farther off is no nearer partner.
         if (found && found->cosine < opposite_skins) return widen(place, *found, near, reach, chunk);
     }
-    return find_facing(place, reach.radius, reach, chunk) ? partner_of(task, k, chunk) : nullptr;
+    return find_facing(place, anywhere, reach, chunk) ? partner_of(task, k, chunk) : nullptr;
 }
 
 // The same partner, with what faces the sample as far as its face is followed, where more than `near` (m) has
 // to be known for that.
 const SkinGrid::Faced* ContactFinder::widen(std::size_t place, const SkinGrid::Faced& partner, double near,
                                             const Reach& reach, Chunk& chunk) const {
-    const double width = width_of(partner);
+    const double width = width_of(grid_.number(place), partner, reach);
     if (width <= near) return &partner;
     const std::uint32_t which = partner.place;
-    find_facing(place, std::min(width, reach.radius), reach, chunk);
+    find_facing(place, width, reach, chunk);
     const auto found = std::find_if(chunk.faced.begin(), chunk.faced.end(),
                                     [&](const SkinGrid::Faced& other) { return other.place == which; });
     return found == chunk.faced.end() ? nullptr : &*found;
@@ -190,11 +194,12 @@ const SkinGrid::Faced* ContactFinder::widen(std::size_t place, const SkinGrid::F
 // Lists the samples of the face that the partner is of, with their weights. A cut that parts the
 // sample from its partner parts it from what lies beside that; what it is farther behind may be the other
 // side of its own wall.
-void ContactFinder::find_face(const Task& task, std::size_t k, const SkinGrid::Faced& chosen, Chunk& chunk) {
+void ContactFinder::find_face(const Task& task, std::size_t k, const SkinGrid::Faced& chosen,
+                              const Reach& reach, Chunk& chunk) {
     const double behind = chosen.along - behind_share * spacing_of(samples_[k]);
     const Sample& partner = samples_[grid_.number(chosen.place)];
     const Vec3& partner_normal = grid_.normal(chosen.place);
-    const double width = width_of(chosen);
+    const double width = width_of(k, chosen, reach);
     chunk.face.clear();
     for (std::size_t n = 0; n < chunk.faced.size(); ++n) {
         // What is told by what lies side by side in memory first.
@@ -217,7 +222,7 @@ bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach
     const Vec3& position = grid_.point(place);
     const SkinGrid::Faced* const chosen = find_partner(task, place, reach, chunk);
     if (!chosen) return false;
-    find_face(task, k, *chosen, chunk);
+    find_face(task, k, *chosen, reach, chunk);
     const Sample& partner = samples_[grid_.number(chosen->place)];
     double distance = 0, nearing = 0, rest_distance = 0, total = 0;
     Vec3 normal = Vec3::Zero();
@@ -240,7 +245,7 @@ bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach
         out.gap -= std::min(0.0, rest_distance / total);
     const double spacing = std::max(spacing_of(sample), spacing_of(partner));
     const Vec3 way = position - grid_.point(chosen->place);
-    if (out.gap < -deepest_share * spacing || out.gap > reach.radius) return false;
+    if (out.gap < -deepest_share * spacing) return false;
     if (!(out.gap - nearing / total < soon(k, reach))) return false;
     if ((way - normal.dot(way) * normal).norm() > beside_share * spacing) return false;
     out.key = key_of(sample.body, 0, sample.vertex);
@@ -270,22 +275,11 @@ bool ContactFinder::push_on(const Task& task, const Vec3& foot, double total, st
     return true;
 }
 
-ContactFinder::Reach ContactFinder::reach_of(const Task& task, const Parallel& parallel) {
+ContactFinder::Reach ContactFinder::reach_of(const Task& task) const {
     Reach out{};
-    for (const Patch& patch : patches_) {
-        out.spacing = std::max(out.spacing, patch.spacing);
-    }
-    double apart = 0;
-    for (const std::span<const Vec3> velocity : velocity_) {
-        speeds_.assign((velocity.size() + speed_grain - 1) / speed_grain, {});
-        parallel.for_each(velocity.size(), speed_grain, [&](std::size_t i) {
-            double& top = speeds_[i / speed_grain].top;
-            top = std::max(top, (task.dt * velocity[i] - mean_way_).squaredNorm());
-        });
-        for (const Speeds& part : speeds_) apart = std::max(apart, part.top);
-    }
-    const double moved = std::min(2 * std::sqrt(apart), (most_reach_share - reach_share) * out.spacing);
-    out.radius = reach_share * out.spacing + moved;
+    for (const Patch& patch : patches_) out.spacing = std::max(out.spacing, patch.spacing);
+    out.radius = reach_share * out.spacing;
+    out.most = most_reach_share * out.spacing;
     out.fall = std::max(0.0, task.gravity.norm() * task.dt * task.dt - fallen_share * out.spacing);
     return out;
 }
@@ -316,7 +310,10 @@ void ContactFinder::place_carried(const Task& task, std::span<const std::uint32_
         for (std::size_t n = begin; n < end; ++n) {
             find_carriers(task, kept[n]);
             const meshless::ContactSide& side = carrying_of(kept[n]).side;
-            way_of_[kept[n]] = {task.dt * side_value(side, velocity_), side_value(side, drift_)};
+            SkinGrid::Way& way = way_of_[kept[n]];
+            way.sure = task.dt * side_value(side, velocity_);
+            way.more = side_value(side, drift_);
+            way.farther = std::min(way.farther, (way.sure - mean_way_).norm());
         }
     };
     parallel.for_chunks(kept.size(), grain, std::cref(place));
@@ -324,10 +321,10 @@ void ContactFinder::place_carried(const Task& task, std::span<const std::uint32_
 
 void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
     if (samples_.empty()) return;
-    const Reach reach = reach_of(task, parallel);
-    way_of_.resize(samples_.size());
+    const Reach reach = reach_of(task);
     const auto place_kept = [&](std::span<const std::uint32_t> kept) { place_carried(task, kept, parallel); };
-    grid_.build(position_, normal_, way_of_, owner_, reach.radius, parallel, std::cref(place_kept));
+    grid_.build(position_, normal_, way_of_, owner_, {reach.radius, reach.most}, parallel,
+                std::cref(place_kept));
     in_chunks(parallel, grid_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
         for (std::size_t place = begin; place < end; ++place) {
             if (!asks(task, place)) continue;

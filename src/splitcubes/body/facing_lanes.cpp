@@ -23,7 +23,8 @@ std::size_t select(const FacingLanes& lanes, std::span<const FacingRange> ranges
     const auto nx = hn::Set(d, query.nx), ny = hn::Set(d, query.ny), nz = hn::Set(d, query.nz);
     const auto mx = hn::Set(d, query.wx), my = hn::Set(d, query.wy), mz = hn::Set(d, query.wz);
     const auto ax = hn::Set(d, query.ax), ay = hn::Set(d, query.ay), az = hn::Set(d, query.az);
-    const auto square = hn::Set(d, query.square), cosine = hn::Set(d, query.cosine);
+    const auto radius = hn::Set(d, query.radius), reach = hn::Set(d, query.reach);
+    const auto cosine = hn::Set(d, query.cosine);
     const auto height = hn::Set(d, query.height);
     const auto dot = [](auto x1, auto y1, auto z1, auto x2, auto y2, auto z2)
                          HWY_ATTR { return hn::MulAdd(x1, x2, hn::MulAdd(y1, y2, hn::Mul(z1, z2))); };
@@ -36,7 +37,8 @@ std::size_t select(const FacingLanes& lanes, std::span<const FacingRange> ranges
             const auto wz = hn::Sub(z, hn::LoadU(d, lanes.z + k));
             const auto ox = hn::LoadU(d, lanes.nx + k), oy = hn::LoadU(d, lanes.ny + k);
             const auto oz = hn::LoadU(d, lanes.nz + k);
-            const auto near = hn::Lt(dot(wx, wy, wz, wx, wy, wz), square);
+            const auto most = hn::Min(radius, hn::Add(reach, hn::LoadU(d, lanes.farther + k)));
+            const auto near = hn::Lt(dot(wx, wy, wz, wx, wy, wz), hn::Mul(most, most));
             const auto faces = hn::Lt(dot(nx, ny, nz, ox, oy, oz), cosine);
             const auto chosen = hn::And(hn::And(near, faces), hn::FirstN(d, range.end - k));
             if (hn::AllFalse(d, chosen)) continue;

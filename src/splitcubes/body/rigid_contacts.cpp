@@ -4,6 +4,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 
 namespace splitcubes::body {
 
@@ -19,6 +21,9 @@ constexpr double lift_share = 0.005, depth_share = 0.1;
 // In spacings: how far skin or a rigid piece is believed to go in a step.
 constexpr double most_way = 2;
 constexpr double one_face = 0.8;
+constexpr double face_share =
+    0.75;  // in spacings: how much farther than the nearest sample a face is followed
+constexpr double absurdly_far = 1e90;  // m
 
 }  // namespace
 
@@ -29,16 +34,13 @@ RigidPiece& RigidContacts::piece_of(const Crumb& crumb) const {
 void RigidContacts::list_crumbs(const Task& task) {
     crumbs_.clear();
     phyxels_.clear();
-    skin_way_ = spacing_ = 0;
+    spacing_ = 0;
     const double fall = task.dt * task.dt * task.gravity.norm();
     for (std::uint32_t b = 0; b < task.bodies.size(); ++b) {
         Body& body = *task.bodies[b];
         phyxels_.push_back(&body.phyxels());
         if (body.is_carried()) continue;
         spacing_ = std::max(spacing_, body.phyxel_spacing());
-        double top = 0;
-        for (const Vec3& v : body.phyxels().velocity) top = std::max(top, v.squaredNorm());
-        skin_way_ = std::max(skin_way_, task.dt * std::sqrt(top) + fall);
         const meshless::RigidPieces& rigid = body.phyxels().rigid;
         for (std::uint32_t k = 0; k < rigid.bodies.size(); ++k) {
             const RigidPiece& piece = rigid.bodies[k];
@@ -55,24 +57,49 @@ void RigidContacts::list_crumbs(const Task& task) {
             if (piece.centre.allFinite() && std::isfinite(speed)) crumbs_.push_back(std::move(crumb));
         }
     }
-    skin_way_ = std::min(skin_way_, most_way * spacing_);
+}
+
+// How far each piece's skin goes in the step at most.
+void RigidContacts::measure_skin(const Task& task) {
+    const double fall = task.dt * task.dt * task.gravity.norm();
+    most_skin_way_ = 0;
+    skin_way_.resize(task.bodies.size());
+    for (std::uint32_t b = 0; b < task.bodies.size(); ++b) {
+        const Body& body = *task.bodies[b];
+        skin_way_[b].assign(body.pieces().count(), 0);
+        if (body.is_carried()) continue;
+        const meshless::Phyxels& phyxels = body.phyxels();
+        for (std::size_t i = 0; i < phyxels.size(); ++i) {
+            const auto piece = static_cast<std::size_t>(phyxels.piece[i]);
+            if (piece < skin_way_[b].size())
+                skin_way_[b][piece] = std::max(skin_way_[b][piece], phyxels.velocity[i].squaredNorm());
+        }
+        for (std::size_t piece = 0; piece < skin_way_[b].size(); ++piece) {
+            double& way = skin_way_[b][piece];
+            way = std::min(task.dt * std::sqrt(way) + fall, most_way * body.phyxel_spacing());
+            if (phyxels.rigid.index(static_cast<std::int32_t>(piece)) < 0)
+                most_skin_way_ = std::max(most_skin_way_, way);
+        }
+    }
+}
+
+double RigidContacts::way_of(std::uint32_t body, std::int32_t piece) const {
+    const auto at = static_cast<std::size_t>(piece);
+    return at < skin_way_[body].size() ? skin_way_[body][at] : most_skin_way_;
 }
 
 // By the cells that their centres are in, as wide as the farthest that two can meet.
 void RigidContacts::sort_crumbs() {
     double widest = 0;
-    around_ = {};
     for (const Crumb& crumb : crumbs_) widest = std::max(widest, crumb.radius + crumb.way);
-    cell_ = widest + std::max(widest, reach_share * spacing_ + skin_way_);
+    cell_ = 2 * widest + margin_share * spacing_;
     sorted_.clear();
     for (std::uint32_t k = 0; k < crumbs_.size(); ++k) {
         const Vec3& centre = piece_of(crumbs_[k]).centre;
-        around_.add(centre);
         const Eigen::Array3d at = (centre / cell_).array().floor().max(-1e9).min(1e9);
         sorted_.push_back({{static_cast<int>(at[0]), static_cast<int>(at[1]), static_cast<int>(at[2])}, k});
     }
     std::sort(sorted_.begin(), sorted_.end());
-    around_ = around_.grown(cell_);
 }
 
 template <class Visit>
@@ -93,49 +120,48 @@ void RigidContacts::visit_near(const Vec3& place, const Visit& visit) const {
 }
 
 // Samples of elastic skin that rigid pieces may meet.
-void RigidContacts::list_samples(const Task& task) {
-    samples_.clear();
-    for (std::uint32_t b = 0; b < task.bodies.size(); ++b) {
-        const Body& body = *task.bodies[b];
-        if (body.is_carried()) continue;
-        const double reach = reach_share * body.phyxel_spacing() + skin_way_;
-        for (const SkinPoint& point : body.skin_points()) {
-            const Vec3& position = body.vertex_positions()[point.vertex];
-            if (!around_.contains(position)) continue;
-            // The list is of the last step: this one may have cut there.
-            const splitting::SurfaceVertex& vertex = body.surface().vertices()[point.vertex];
-            if (!vertex.alive()) continue;
-            bool listed = false, elastic = false;
-            visit_near(position, [&](std::uint32_t k) {
-                Crumb& crumb = crumbs_[k];
-                const double far = crumb.radius + crumb.way + reach;
-                if ((position - piece_of(crumb).centre).squaredNorm() > far * far) return;
-                if (!listed) {
-                    listed = true;
-                    const std::int32_t piece =
-                        body.pieces().piece_of(body.grid(), body.surface().carrier(vertex));
-                    elastic = body.phyxels().rigid.index(piece) < 0;
-                    if (elastic)
-                        samples_.push_back(
-                            {b, point.vertex, piece, position, body.vertex_normals()[point.vertex], {}});
-                }
-                if (elastic) crumb.near.push_back(static_cast<std::uint32_t>(samples_.size() - 1));
-            });
-        }
-    }
+void RigidContacts::list_samples(const ContactFinder& skin, const Parallel& parallel) {
+    constexpr std::size_t grain = 512;
+    const std::span<const Vec3> positions = skin.skin_positions();
+    const auto farthest = [&](const Crumb& crumb) {
+        return crumb.radius + crumb.way + reach_share * spacing_ + most_skin_way_;
+    };
+    balls_.clear();
+    for (const Crumb& crumb : crumbs_)
+        balls_.push_back(
+            {piece_of(crumb).centre.cwiseMax(-absurdly_far).cwiseMin(absurdly_far), farthest(crumb)});
+    grid_.build(balls_);
+    near_.resize(std::max(near_.size(), (positions.size() + grain - 1) / grain));
+    for (std::vector<Near>& near : near_) near.clear();
+    const auto list = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k)
+            for (const std::uint32_t number : grid_.near(positions[k])) {
+                const ContactFinder::SkinSample sample = skin.skin_sample(k);
+                const double far = balls_[number].radius - most_skin_way_ + way_of(sample.body, sample.piece);
+                if ((positions[k] - balls_[number].centre).squaredNorm() <= far * far)
+                    near_[begin / grain].push_back({static_cast<std::uint32_t>(k), number});
+            }
+    };
+    parallel.for_chunks(positions.size(), grain, std::cref(list));
+    for (const std::vector<Near>& part : near_)
+        for (const Near& near : part) crumbs_[near.crumb].near.push_back(near.sample);
 }
 
-void RigidContacts::find(const Task& task) {
+void RigidContacts::find(const Task& task, const ContactFinder& skin, const Parallel& parallel) {
     rows_.clear();
     wholes_.clear();
     list_crumbs(task);
     if (crumbs_.empty()) return;
+    measure_skin(task);
     sort_crumbs();
-    list_samples(task);
+    list_samples(skin, parallel);
+    parallel.for_each(crumbs_.size(), 1,
+                      [&](std::size_t k) { meet_skin(task, skin, static_cast<std::uint32_t>(k)); });
     for (std::uint32_t k = 0; k < crumbs_.size(); ++k) {
-        const meshless::RigidPieces& rigid = phyxels_[crumbs_[k].body]->rigid;
-        if (!crumbs_[k].near.empty())
-            for (const Vec3& own : rigid.points_of(rigid.bodies[crumbs_[k].index])) meet_skin(task, k, own);
+        for (Row& row : crumbs_[k].rows) {
+            row.whole = whole_of(row.side.part, row.whole);
+            rows_.push_back(row);
+        }
         std::vector<std::uint32_t> others;
         visit_near(piece_of(crumbs_[k]).centre, [&](std::uint32_t other) {
             if (other > k) others.push_back(other);
@@ -145,61 +171,91 @@ void RigidContacts::find(const Task& task) {
     }
 }
 
-// A point against the mean of the planes through the samples around the one that it lies before.
-void RigidContacts::meet_skin(const Task& task, std::uint32_t number, const Vec3& own) {
-    const Crumb& crumb = crumbs_[number];
-    const RigidPiece& piece = piece_of(crumb);
-    const Vec3 place = piece.place_of(own);
-    const Vec3 outwards = piece.rotation * own;
-    Sample* partner = nullptr;
-    double nearest = 1e300;
+// Its points against the planes through samples.
+void RigidContacts::meet_skin(const Task& task, const ContactFinder& skin, std::uint32_t number) {
+    Crumb& crumb = crumbs_[number];
+    if (crumb.near.empty()) return;
+    Planes planes;
+    planes.all.reserve(crumb.near.size());
     for (const std::uint32_t k : crumb.near) {
-        Sample& sample = samples_[k];
-        const double distance = (sample.position - place).squaredNorm();
-        if (distance >= nearest || !(sample.normal.dot(outwards) <= 0)) continue;
-        nearest = distance;
-        partner = &sample;
+        const ContactFinder::SkinSample sample = skin.skin_sample(k);
+        planes.all.push_back({skin.skin_positions()[k], skin.skin_normals()[k], sample.body, sample.piece});
     }
-    if (!partner) return;
-    const Body& body = *task.bodies[partner->body];
-    const double spacing = body.phyxel_spacing();
-    const double width = std::sqrt(nearest) + 0.75 * spacing;
+    planes.square.resize(planes.all.size());
+    const meshless::RigidPieces& rigid = phyxels_[crumb.body]->rigid;
+    for (const Vec3& own : rigid.points_of(rigid.bodies[crumb.index])) {
+        const Vec3 place = piece_of(crumb).place_of(own);
+        const std::size_t partner = partner_of(place, piece_of(crumb).rotation * own, planes);
+        if (partner == planes.all.size()) continue;
+        Row row;
+        row.upper = number;
+        row.own = own;
+        if (lies_before(task, place, partner, planes, row))
+            stand_on(*task.bodies[planes.all[partner].body], skin.skin_sample(crumb.near[partner]), place,
+                     row);
+        if (row.side.count > 0) crumb.rows.push_back(row);
+    }
+}
+
+// The nearest sample that faces the point, or as many as there are; sets the distances' squares.
+std::size_t RigidContacts::partner_of(const Vec3& place, const Vec3& outwards, Planes& planes) {
+    for (std::size_t n = 0; n < planes.all.size(); ++n)
+        planes.square[n] = (planes.all[n].position - place).squaredNorm();
+    std::size_t partner = planes.all.size();
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t n = 0; n < planes.all.size(); ++n) {
+        if (planes.square[n] >= nearest || !(planes.all[n].normal.dot(outwards) <= 0)) continue;
+        nearest = planes.square[n];
+        partner = n;
+    }
+    return partner;
+}
+
+// Sets how a point lies before the mean of the planes through the samples around its partner; false where it
+// will not come near.
+bool RigidContacts::lies_before(const Task& task, const Vec3& place, std::size_t partner,
+                                const Planes& planes, Row& row) const {
+    const Plane& face = planes.all[partner];
+    const double spacing = task.bodies[face.body]->phyxel_spacing();
+    const double width = std::sqrt(planes.square[partner]) + face_share * spacing;
     double distance = 0, total = 0;
     Vec3 normal = Vec3::Zero();
-    for (const std::uint32_t k : crumb.near) {
-        const Sample& sample = samples_[k];
-        if (sample.body != partner->body || sample.piece != partner->piece) continue;
-        const double share = 1 - (sample.position - place).squaredNorm() / (width * width);
-        if (!(share > 0) || !(sample.normal.dot(partner->normal) > one_face)) continue;
-        distance += share * share * sample.normal.dot(place - sample.position);
-        normal += share * share * sample.normal;
+    for (std::size_t n = 0; n < planes.all.size(); ++n) {
+        if (!(planes.square[n] < width * width)) continue;
+        const Plane& plane = planes.all[n];
+        if (plane.body != face.body || plane.piece != face.piece) continue;
+        if (!(plane.normal.dot(face.normal) > one_face)) continue;
+        const double share = 1 - planes.square[n] / (width * width);
+        distance += share * share * plane.normal.dot(place - plane.position);
+        normal += share * share * plane.normal;
         total += share * share;
     }
-    if (!(total > 0) || !(normal.norm() > 0)) return;
+    if (!(total > 0) || !(normal.norm() > 0)) return false;
     distance /= total;
     normal.normalize();
-    const Vec3 off = place - partner->position;
+    const Vec3 off = place - face.position;
     if (distance < -deepest_share * spacing ||
         (off - normal.dot(off) * normal).norm() > beside_share * spacing)
-        return;
-    if (distance > margin_share * spacing + crumb.way + skin_way_) return;
-    Row row;
-    row.upper = number;
-    if (partner->side.count == 0)
-        partner->side = body.carriers_of(partner->vertex, body.carrying_node(partner->vertex), partner->piece,
-                                         partner->body);
-    row.side = partner->side;
-    row.whole = whole_of(partner->body, partner->piece);
-    row.own = own;
+        return false;
     row.normal = normal;
     row.gap = distance;
     row.lift = lift_share * spacing + depth_share * std::max(-distance, 0.0);
     row.friction = task.friction;
+    return normal.allFinite() &&
+           distance <= margin_share * spacing + crumbs_[row.upper].way + way_of(face.body, face.piece);
+}
+
+// The row's lower side is what carries the sample of skin; none where that is not told in numbers.
+void RigidContacts::stand_on(const Body& body, const ContactFinder::SkinSample& partner, const Vec3& place,
+                             Row& row) {
+    row.side =
+        body.carriers_of(partner.vertex, body.carrying_node(partner.vertex), partner.piece, partner.body);
+    row.whole = partner.piece;
     Vec3 lower = Vec3::Zero();
     for (std::uint32_t k = 0; k < row.side.count; ++k)
         lower += row.side.weight[k] * body.phyxels().position[row.side.phyxel[k]];
     row.lower_own = place - lower;
-    if (row.side.count > 0 && normal.allFinite() && row.lower_own.allFinite()) rows_.push_back(row);
+    if (!row.lower_own.allFinite()) row.side.count = 0;
 }
 
 // The face of the lower's box that the upper's points are farthest out of, or least within.

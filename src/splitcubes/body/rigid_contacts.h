@@ -3,6 +3,8 @@
 #pragma once
 
 #include <splitcubes/body/body.h>
+#include <splitcubes/body/contact_finder.h>
+#include <splitcubes/body/crumb_grid.h>
 
 #include <array>
 #include <cstdint>
@@ -21,8 +23,9 @@ namespace splitcubes::body {
 /// towards skin, and the box around them in its own frame towards other rigid pieces. An
 /// overlap at the start of the step stays but for a slow lift. Elastic pieces take the impulses as a
 /// whole, by their rigid motion: rigid pieces are light, and do not dent them. So both momenta go from
-/// one side to the other exactly, and kinetic energy is only taken, but for what moving colliders
-/// give. What is held takes no impulse. No state of its own between steps. On one thread.
+/// one side to the other exactly, and kinetic energy is only taken, but for what moving colliders and skin
+/// that moves by itself give. What is held takes no impulse. No state of its own between steps. The pushes
+/// run on one thread.
 class RigidContacts {
   public:
     struct Task {
@@ -36,12 +39,44 @@ class RigidContacts {
         double kinetic_energy = 0;  // J, change of it
         std::size_t contacts = 0;   // that pushed
     };
-    /// Before the step of all bodies.
-    void find(const Task& task);
+    /// Before the step of all bodies; skin: of the same bodies, as they are.
+    void find(const Task& task, const ContactFinder& skin, const Parallel& parallel);
     /// After it, before the node frames are taken.
     Outcome push(const Task& task);
 
   private:
+    /// A sample of skin that lies near a crumb.
+    struct Near {
+        std::uint32_t sample, crumb;
+    };
+    /// Of the samples near a crumb: planes, and of what they are; m^2, distances' squares from a point.
+    struct Planes {
+        struct Plane {
+            Vec3 position, normal;
+            std::uint32_t body;
+            std::int32_t piece;
+        };
+        std::vector<Plane> all;
+        std::vector<double> square;
+    };
+    using Plane = Planes::Plane;
+    struct Row {
+        std::uint32_t upper = 0;        // crumb
+        std::int32_t lower = -1;        // crumb, -1: skin or an obstacle
+        std::int32_t whole = -1;        // among the elastic pieces: that which has the skin
+        meshless::ContactSide side;     // skin; its part is the body's number
+        Vec3 own = Vec3::Zero();        // m, upper's point in its own frame
+        Vec3 lower_own = Vec3::Zero();  // m, of a lower crumb in its frame; off the skin's sample
+        Vec3 carried = Vec3::Zero();    // m, where lower_own has gone in the step
+        Vec3 normal = Vec3::UnitZ();    // from lower to upper
+        Vec3 start = Vec3::Zero();      // m, upper less lower at the start of the step
+        double gap = 0;                 // m, at the start of the step
+        double lift = 0;                // m
+        double friction = 0;            // Coulomb coefficient
+        Vec3 drive = Vec3::Zero();      // m/s, of an obstacle
+        double allowed = 0;             // m/s, normal velocity that it may have at least
+        Vec3 place = Vec3::Zero();      // m, world, where both sides are pushed
+    };
     struct Crumb {
         std::uint32_t body = 0, index = 0;  // index into RigidPieces::bodies
         double radius = 0;                  // m, of its points about the centre
@@ -50,37 +85,28 @@ class RigidContacts {
         Vec3 high = Vec3::Zero();           // m
         bool held = false;                  // by a constraint
         bool pushed = false;                // by something else than a collider
-        std::vector<std::uint32_t> near;    // samples
+        std::vector<std::uint32_t> near;    // samples of skin, ascending
+        std::vector<Row> rows;              // that it is the upper side of, against skin
         std::vector<double> depth;          // m, <= 0, in each obstacle, after the step
     };
-    struct Sample {
-        std::uint32_t body, vertex;
-        std::int32_t piece;
-        Vec3 position, normal;
-        meshless::ContactSide side;  // what carries it, where that was asked for
-    };
-    struct Row {
-        std::uint32_t upper = 0;            // crumb
-        std::int32_t lower = -1;            // crumb, -1: skin or an obstacle
-        std::int32_t whole = -1;            // the elastic piece that has the skin
-        meshless::ContactSide side;         // skin; its part is the body's number
-        Vec3 own = Vec3::Zero();            // m, upper's point in its own frame
-        Vec3 lower_own = Vec3::Zero();      // m, of a lower crumb in its frame; off the skin's sample
-        Vec3 normal = Vec3::UnitZ();        // from lower to upper
-        Vec3 start = Vec3::Zero();          // m, upper less lower at the start of the step
-        double gap = 0;                     // m, at the start of the step
-        double lift = 0;                    // m
-        double friction = 0;                // Coulomb coefficient
+    /// A row as the rounds need it: of the upper mover, and of the lower one against it.
+    struct Push {
+        std::uint32_t upper = 0, lower = 0;                 // movers
+        Vec3 normal = Vec3::UnitZ();                        // from lower to upper
+        Vec3 arm = Vec3::Zero(), lower_arm = Vec3::Zero();  // m, of the place, from their centres
+        // Of a push of 1 along the normal: m, its torque on each; 1/(kg m), the turning that comes of it.
+        Vec3 torque = Vec3::Zero(), lower_torque = Vec3::Zero();
+        Vec3 turn = Vec3::Zero(), lower_turn = Vec3::Zero();
+        Vec3 skin_velocity = Vec3::Zero();  // m/s, before the pushes
         Vec3 drive = Vec3::Zero();          // m/s, of an obstacle
         double allowed = 0;                 // m/s, normal velocity that it may have at least
-        Vec3 skin_velocity = Vec3::Zero();  // m/s, before the pushes
-        Vec3 before = Vec3::Zero();         // m/s, upper's less lower's, before the pushes
-        Vec3 place = Vec3::Zero();          // m, world, where both sides are pushed
-        Mat3 mobility = Mat3::Zero();       // 1/kg, of the relative velocity there
+        double friction = 0;                // Coulomb coefficient
         double normal_mass = 0;             // kg
         double slide_mass = 0;              // kg
         double pressure = 0;                // N s
         Vec3 rubbing = Vec3::Zero();        // N s
+
+        Vec3 impulse() const { return pressure * normal + rubbing; }  // on the upper
     };
     /// An elastic piece, as the pushes move it.
     struct Whole {
@@ -89,12 +115,30 @@ class RigidContacts {
         bool held = false;
         double mass = 0;                       // kg
         Vec3 centre = Vec3::Zero();            // m
-        Mat3 turning = Mat3::Zero();           // 1/(kg m^2), inverse inertia about the centre
+        Vec3 momentum = Vec3::Zero();          // kg m/s, before the pushes
+        Vec3 spin = Vec3::Zero();              // kg m^2/s, about the centre, before the pushes
+        Mat3 inertia = Mat3::Zero();           // kg m^2, about the centre
+        Mat3 turning = Mat3::Zero();           // 1/(kg m^2), its inverse
         Vec3 turns = Vec3::Zero();             // rad/s, after the step
         Vec3 shift = Vec3::Zero();             // m, of places
         Vec3 owed = Vec3::Zero();              // kg m^2/s, spin that putting apart has changed
         Vec3 velocity = Vec3::Zero();          // m/s, change of it
         Vec3 angular_velocity = Vec3::Zero();  // rad/s, change of it
+    };
+
+    /// What takes pushes: crumbs, then elastic pieces, of whose velocities it is what the pushes change; last
+    /// what takes none.
+    struct Mover {
+        double mobility = 0;                   // 1/kg; 0: held
+        Mat3 turning = Mat3::Zero();           // 1/(kg m^2), world
+        Vec3 velocity = Vec3::Zero();          // m/s, of the centre
+        Vec3 angular_velocity = Vec3::Zero();  // rad/s
+
+        Vec3 velocity_at(const Vec3& arm) const { return velocity + angular_velocity.cross(arm); }
+        void push(const Vec3& arm, const Vec3& impulse) {
+            velocity += mobility * impulse;
+            angular_velocity += turning * arm.cross(impulse);
+        }
     };
 
     /// A face of a box in its own frame.
@@ -104,18 +148,25 @@ class RigidContacts {
     };
 
     void list_crumbs(const Task& task);
-    void list_samples(const Task& task);
+    void measure_skin(const Task& task);
+    double way_of(std::uint32_t body, std::int32_t piece) const;
+    void list_samples(const ContactFinder& skin, const Parallel& parallel);
     void sort_crumbs();
     template <class Visit>
     void visit_near(const Vec3& place, const Visit& visit) const;
-    void meet_skin(const Task& task, std::uint32_t crumb, const Vec3& own);
+    void meet_skin(const Task& task, const ContactFinder& skin, std::uint32_t crumb);
+    static std::size_t partner_of(const Vec3& place, const Vec3& outwards, Planes& planes);
+    bool lies_before(const Task& task, const Vec3& place, std::size_t partner, const Planes& planes,
+                     Row& row) const;
+    static void stand_on(const Body& body, const ContactFinder::SkinSample& partner, const Vec3& place,
+                         Row& row);
     Face face_between(const Crumb& upper, const Crumb& lower) const;
     void meet_crumb(const Task& task, std::uint32_t first, std::uint32_t second);
     void meet_obstacles(const Task& task, std::uint32_t crumb);
     meshless::RigidPiece& piece_of(const Crumb& crumb) const;
     double linear_mobility(const Row& row) const;
+    void carry_rows();
     Vec3 lower_place(const Row& row) const;
-    Vec3 velocity_of(const Row& row) const;
     std::int32_t whole_of(std::uint32_t body, std::int32_t piece);
     void weigh_wholes(const Task& task);
     void move_wholes();
@@ -125,20 +176,29 @@ class RigidContacts {
     bool lift_out(const Task& task, Crumb& crumb);
     double room(const Row& row) const;
     bool put_back(const Task& task, const Row& row);
-    void weigh(Row& row) const;
-    void apply(const Row& row, const Vec3& impulse);
-    double solve(Row& row);
-    double exchanged_energy() const;
+    void list_movers();
+    void weigh(Row& row);
+    Vec3 velocity_of(const Push& push) const;
+    void rub(Push& push, double& largest);
+    double solve(Push& push);
+    void solve_all(double fastest);
+    void push_crumbs();
+    double kinetic_energy() const;
 
     std::vector<Crumb> crumbs_;
-    std::vector<Sample> samples_;
+    std::vector<std::vector<Near>> near_;  // per part of the samples
+    std::vector<CrumbGrid::Ball> balls_;   // per crumb: where skin may be that it meets
+    CrumbGrid grid_;
     std::vector<std::pair<std::array<int, 3>, std::uint32_t>> sorted_;  // crumbs by cell of the centre
     double cell_ = 0;                                                   // m
-    double skin_way_ = 0;  // m, that skin goes in the step at most
-    double spacing_ = 0;   // m, the largest
-    geometry::Box around_;
+    // Per body and piece: m, that skin goes in the step at most; and the most of all.
+    std::vector<std::vector<double>> skin_way_;
+    double most_skin_way_ = 0;
+    double spacing_ = 0;  // m, the largest
     std::vector<Row> rows_;
     std::vector<Whole> wholes_;
+    std::vector<Mover> movers_;
+    std::vector<Push> pushes_;                                   // per row
     double dt_ = 0;                                              // s
     std::vector<meshless::Phyxels*> phyxels_;                    // per body
     std::vector<std::span<const Vec3>> positions_, velocities_;  // per body

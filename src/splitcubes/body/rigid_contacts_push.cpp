@@ -16,8 +16,10 @@ constexpr double least_share = 1e-3;
 // In spacings: from how far an obstacle bears what is pushed towards it.
 constexpr double bearing_share = 0.02;
 constexpr int placing_rounds = 30, most_rounds = 200;
-// Changes of velocity below this share of the largest end the rounds.
-constexpr double enough = 1e-5;
+// Shares of the fastest approach: changes of velocity below this end the rounds; and below this, where so
+// many rounds do not bring them down to that share of what they were.
+constexpr double enough = 1e-3, little = 0.02, least_help = 0.75;
+constexpr int few_rounds = 10;
 
 Mat3 cross_matrix(const Vec3& v) {
     Mat3 out;
@@ -25,19 +27,27 @@ Mat3 cross_matrix(const Vec3& v) {
     return out;
 }
 
-// 1/kg, velocity of a piece's matter at a place for an impulse there.
-Mat3 mobility_at(const RigidPiece& piece, const Vec3& place) {
-    const Mat3 arm = cross_matrix(place - piece.centre);
-    return Mat3::Identity() / piece.mass - arm * piece.inverse_inertia() * arm;
+// 1/kg, velocity of a mover's matter at a place for an impulse there.
+template <class Mover>
+Mat3 mobility_at(const Mover& mover, const Vec3& place) {
+    const Mat3 arm = cross_matrix(place);
+    return mover.mobility * Mat3::Identity() - arm * mover.turning * arm;
 }
 
 }  // namespace
 
-// What is carried beside a point of the skin turns with its piece.
+// Where the skin of the rows has gone; what is carried beside a point of it turns with its piece.
+void RigidContacts::carry_rows() {
+    for (Row& row : rows_) {
+        if (row.whole < 0) continue;
+        const Vec3 turn = dt_ * wholes_[static_cast<std::size_t>(row.whole)].turns;
+        row.carried = meshless::side_value(row.side, positions_) + row.lower_own + turn.cross(row.lower_own);
+    }
+}
+
 Vec3 RigidContacts::lower_place(const Row& row) const {
     if (row.lower >= 0) return piece_of(crumbs_[static_cast<std::size_t>(row.lower)]).place_of(row.lower_own);
-    const Vec3 turn = dt_ * wholes_[static_cast<std::size_t>(row.whole)].turns;
-    return meshless::side_value(row.side, positions_) + row.lower_own + turn.cross(row.lower_own);
+    return row.carried + wholes_[static_cast<std::size_t>(row.whole)].shift;
 }
 
 // 1/kg, of the two sides' centres.
@@ -147,6 +157,9 @@ void RigidContacts::weigh_wholes(const Task& task) {
         whole.mass = now.mass;
         whole.centre = now.centre;
         whole.velocity = now.linear / now.mass;
+        whole.momentum = now.linear;
+        whole.spin = now.spin;
+        whole.inertia = now.inertia;
         for (int axis = 0; axis < 3; ++axis)
             whole.turning.col(axis) = meshless::angular_velocity(now.inertia, Vec3::Unit(axis));
         whole.turning = (0.5 * (whole.turning + whole.turning.transpose())).eval();
@@ -197,68 +210,140 @@ void RigidContacts::meet_obstacles(const Task& task, std::uint32_t number) {
     }
 }
 
-void RigidContacts::weigh(Row& row) const {
-    const Crumb& upper = crumbs_[row.upper];
-    row.place = piece_of(upper).place_of(row.own);
-    row.mobility.setZero();
-    if (!upper.held) row.mobility += mobility_at(piece_of(upper), row.place);
-    if (row.lower >= 0 && !crumbs_[static_cast<std::size_t>(row.lower)].held)
-        row.mobility += mobility_at(piece_of(crumbs_[static_cast<std::size_t>(row.lower)]), row.place);
-    if (row.whole >= 0) {
-        const Whole& whole = wholes_[static_cast<std::size_t>(row.whole)];
-        const Mat3 arm = cross_matrix(row.place - whole.centre);
-        if (!whole.held && whole.mass > 0)
-            row.mobility += Mat3::Identity() / whole.mass - arm * whole.turning * arm;
-        row.skin_velocity = meshless::side_value(row.side, velocities_) + whole.turns.cross(row.lower_own);
+void RigidContacts::list_movers() {
+    movers_.assign(crumbs_.size() + wholes_.size() + 1, {});
+    for (std::size_t k = 0; k < crumbs_.size(); ++k) {
+        const RigidPiece& piece = piece_of(crumbs_[k]);
+        Mover& mover = movers_[k];
+        const Mat3 turning = piece.inverse_inertia();
+        mover.velocity = piece.velocity();
+        mover.angular_velocity = turning * piece.spin;
+        if (crumbs_[k].held) continue;
+        mover.mobility = 1 / piece.mass;
+        mover.turning = turning;
     }
-    const double normal = row.normal.dot(row.mobility * row.normal);
+    for (std::size_t k = 0; k < wholes_.size(); ++k) {
+        const Whole& whole = wholes_[k];
+        Mover& mover = movers_[crumbs_.size() + k];
+        mover.angular_velocity = whole.turning * whole.owed;
+        if (whole.held || !(whole.mass > 0)) continue;
+        mover.mobility = 1 / whole.mass;
+        mover.turning = whole.turning;
+    }
+}
+
+void RigidContacts::weigh(Row& row) {
+    row.place = piece_of(crumbs_[row.upper]).place_of(row.own);
+    Push push;
+    push.upper = row.upper;
+    push.lower = static_cast<std::uint32_t>(movers_.size() - 1);
+    push.normal = row.normal;
+    push.arm = row.place - piece_of(crumbs_[row.upper]).centre;
+    if (row.lower >= 0) {
+        push.lower = static_cast<std::uint32_t>(row.lower);
+        push.lower_arm = row.place - piece_of(crumbs_[push.lower]).centre;
+    } else if (row.whole >= 0) {
+        const Whole& whole = wholes_[static_cast<std::size_t>(row.whole)];
+        push.lower = static_cast<std::uint32_t>(crumbs_.size()) + static_cast<std::uint32_t>(row.whole);
+        push.lower_arm = row.place - whole.centre;
+        push.skin_velocity = meshless::side_value(row.side, velocities_) + whole.turns.cross(row.lower_own);
+    }
+    const Mover &upper = movers_[push.upper], &lower = movers_[push.lower];
+    push.torque = push.arm.cross(row.normal);
+    push.lower_torque = push.lower_arm.cross(row.normal);
+    push.turn = upper.turning * push.torque;
+    push.lower_turn = lower.turning * push.lower_torque;
+    const Mat3 mobility = mobility_at(upper, push.arm) + mobility_at(lower, push.lower_arm);
+    const double normal = row.normal.dot(mobility * row.normal);
     // No more than the slowest of the two ways along the face needs: the rounds only take energy.
-    const double along = row.mobility.trace() - normal;
-    row.normal_mass = normal > 0 ? 1 / normal : 0;
-    row.slide_mass = along > 0 ? 1 / along : 0;
+    const double along = mobility.trace() - normal;
+    push.normal_mass = normal > 0 ? 1 / normal : 0;
+    push.slide_mass = along > 0 ? 1 / along : 0;
+    push.drive = row.drive;
+    push.allowed = row.allowed;
+    push.friction = row.friction;
+    pushes_.push_back(push);
 }
 
 // m/s, upper's less lower's at the place, without the drive.
-Vec3 RigidContacts::velocity_of(const Row& row) const {
-    Vec3 out = piece_of(crumbs_[row.upper]).velocity_at(row.place) - row.skin_velocity;
-    if (row.lower >= 0) out -= piece_of(crumbs_[static_cast<std::size_t>(row.lower)]).velocity_at(row.place);
-    if (row.whole >= 0) {
-        const Whole& whole = wholes_[static_cast<std::size_t>(row.whole)];
-        out -= whole.velocity + whole.angular_velocity.cross(row.place - whole.centre);
-    }
-    return out;
+Vec3 RigidContacts::velocity_of(const Push& push) const {
+    return movers_[push.upper].velocity_at(push.arm) - movers_[push.lower].velocity_at(push.lower_arm) -
+           push.skin_velocity;
 }
 
-void RigidContacts::apply(const Row& row, const Vec3& impulse) {
-    if (!crumbs_[row.upper].held) piece_of(crumbs_[row.upper]).push(row.place, impulse);
-    if (row.lower >= 0 && !crumbs_[static_cast<std::size_t>(row.lower)].held)
-        piece_of(crumbs_[static_cast<std::size_t>(row.lower)]).push(row.place, -impulse);
-    if (row.whole < 0) return;
-    Whole& whole = wholes_[static_cast<std::size_t>(row.whole)];
-    if (whole.held || !(whole.mass > 0)) return;
-    whole.velocity -= impulse / whole.mass;
-    whole.angular_velocity -= whole.turning * (row.place - whole.centre).cross(impulse);
+// Friction, after the pressure was found. largest: m/s, change of velocity.
+void RigidContacts::rub(Push& push, double& largest) {
+    Vec3 slip = velocity_of(push) - push.drive;
+    slip -= push.normal * push.normal.dot(slip);
+    Vec3 rubbing = push.rubbing - push.slide_mass * slip;
+    const double limit = push.friction * push.pressure, size = rubbing.norm();
+    if (size > limit) rubbing *= limit / size;
+    const Vec3 change = rubbing - push.rubbing;
+    push.rubbing = rubbing;
+    movers_[push.upper].push(push.arm, change);
+    movers_[push.lower].push(push.lower_arm, -change);
+    largest = std::max(largest, change.norm() / push.slide_mass);
 }
 
 // Returns the largest change of velocity, m/s.
-double RigidContacts::solve(Row& row) {
-    if (!(row.normal_mass > 0)) return 0;
-    const double approach = row.allowed - row.normal.dot(velocity_of(row) - row.drive);
-    const double pressure = std::max(0.0, row.pressure + row.normal_mass * approach);
-    const double change = pressure - row.pressure;
-    row.pressure = pressure;
-    if (change != 0) apply(row, change * row.normal);
-    const double largest = std::abs(change) / row.normal_mass;
-    if ((pressure == 0 && row.rubbing.isZero(0)) || !(row.slide_mass > 0)) return largest;
-    Vec3 slip = velocity_of(row) - row.drive;
-    slip -= row.normal * row.normal.dot(slip);
-    Vec3 rubbing = row.rubbing - row.slide_mass * slip;
-    const double limit = row.friction * pressure, size = rubbing.norm();
-    if (size > limit) rubbing *= limit / size;
-    const Vec3 push = rubbing - row.rubbing;
-    row.rubbing = rubbing;
-    apply(row, push);
-    return std::max(largest, push.norm() / row.slide_mass);
+double RigidContacts::solve(Push& push) {
+    if (!(push.normal_mass > 0)) return 0;
+    Mover &upper = movers_[push.upper], &lower = movers_[push.lower];
+    const double velocity =
+        push.normal.dot(upper.velocity - lower.velocity - push.skin_velocity - push.drive) +
+        push.torque.dot(upper.angular_velocity) - push.lower_torque.dot(lower.angular_velocity);
+    const double pressure = std::max(0.0, push.pressure + push.normal_mass * (push.allowed - velocity));
+    const double change = pressure - push.pressure;
+    push.pressure = pressure;
+    if (change != 0) {
+        upper.velocity += change * upper.mobility * push.normal;
+        upper.angular_velocity += change * push.turn;
+        lower.velocity -= change * lower.mobility * push.normal;
+        lower.angular_velocity -= change * push.lower_turn;
+    }
+    double largest = std::abs(change) / push.normal_mass;
+    if ((pressure > 0 || !push.rubbing.isZero(0)) && push.slide_mass > 0) rub(push, largest);
+    return largest;
+}
+
+// Where skin closes on a rigid piece from two sides, no impulse of whole pieces opens it again, and rounds
+// would only press ever harder: they end where little is left and they no longer help.
+void RigidContacts::solve_all(double fastest) {
+    const auto is_skin = [this](const Push& push) {
+        return push.lower >= crumbs_.size() && push.lower + 1 < movers_.size();
+    };
+    double skin = 0, others = 0, before = std::numeric_limits<double>::infinity();
+    for (int round = 0; round < most_rounds; ++round) {
+        double largest = 0;
+        for (std::size_t k = 0; k < pushes_.size(); ++k) {
+            Push& push = pushes_[round % 2 == 0 ? k : pushes_.size() - 1 - k];
+            const double change = solve(push);
+            double& most = is_skin(push) ? skin : others;
+            most = std::max(most, change);
+            largest = std::max(largest, change);
+        }
+        if (!(largest > enough * fastest)) break;
+        if (round % few_rounds != few_rounds - 1) continue;
+        if (skin > others && skin < little * fastest && skin > least_help * before) break;
+        before = skin;
+        skin = others = 0;
+    }
+}
+
+// Both sides take the same impulse: momenta go from one to the other.
+void RigidContacts::push_crumbs() {
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+        const Row& row = rows_[k];
+        const Vec3 impulse = pushes_[k].impulse();
+        if (!crumbs_[row.upper].held) piece_of(crumbs_[row.upper]).push(row.place, impulse);
+        if (row.lower < 0) continue;
+        const Crumb& lower = crumbs_[static_cast<std::size_t>(row.lower)];
+        if (!lower.held) piece_of(lower).push(row.place, -impulse);
+    }
+    for (std::size_t k = 0; k < wholes_.size(); ++k) {
+        wholes_[k].velocity = movers_[crumbs_.size() + k].velocity;
+        wholes_[k].angular_velocity = movers_[crumbs_.size() + k].angular_velocity;
+    }
 }
 
 RigidContacts::Outcome RigidContacts::push(const Task& task) {
@@ -273,6 +358,7 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
     }
     for (Crumb& crumb : crumbs_) crumb.held = task.bodies[crumb.body]->holds_rigid(crumb.index);
     weigh_wholes(task);
+    carry_rows();
     put_apart(task);
     // Those that others lie beside, too: one corner that was put back has lifted all.
     std::erase_if(rows_, [&](Row& row) {
@@ -284,39 +370,42 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
     for (std::uint32_t k = 0; k < crumbs_.size(); ++k)
         if (crumbs_[k].pushed) meet_obstacles(task, k);
     for (Whole& whole : wholes_) {
-        whole.velocity.setZero();
         whole.centre += whole.shift;
-        whole.angular_velocity = whole.turning * whole.owed;
-    }
-    double fastest = 0;
-    for (Row& row : rows_) {
-        weigh(row);
-        row.before = velocity_of(row);
-        fastest = std::max(fastest, (row.before - row.drive).norm());
+        whole.velocity.setZero();
     }
     // Up and down in turn: what bears a heap is at its bottom.
     std::stable_sort(rows_.begin(), rows_.end(), [&](const Row& a, const Row& b) {
-        return task.gravity.dot(a.place) > task.gravity.dot(b.place);
+        return task.gravity.dot(piece_of(crumbs_[a.upper]).place_of(a.own)) >
+               task.gravity.dot(piece_of(crumbs_[b.upper]).place_of(b.own));
     });
-    for (int round = 0; round < most_rounds; ++round) {
-        double largest = 0;
-        for (std::size_t k = 0; k < rows_.size(); ++k)
-            largest = std::max(largest, solve(rows_[round % 2 == 0 ? k : rows_.size() - 1 - k]));
-        if (!(largest > enough * fastest)) break;
+    list_movers();
+    pushes_.clear();
+    double fastest = 0;
+    for (Row& row : rows_) {
+        weigh(row);
+        fastest = std::max(fastest, (velocity_of(pushes_.back()) - row.drive).norm());
     }
-    outcome.kinetic_energy = exchanged_energy();
-    for (const Row& row : rows_) outcome.contacts += row.pressure > 0;
+    solve_all(fastest);
+    for (const Push& one : pushes_) outcome.contacts += one.pressure > 0;
+    const double before = kinetic_energy();
+    push_crumbs();
+    outcome.kinetic_energy = kinetic_energy() - before;
     move_wholes();
     for (meshless::Phyxels* phyxels : phyxels_)
         if (!phyxels->rigid.empty()) meshless::write_phyxels(*phyxels);
     return outcome;
 }
 
-// J: each impulse times the mean of the velocities before and after all of them.
-double RigidContacts::exchanged_energy() const {
+// J, of rigid pieces; and what the pushes add to that of elastic ones, whatever else these do.
+double RigidContacts::kinetic_energy() const {
     double sum = 0;
-    for (const Row& row : rows_)
-        sum += 0.5 * (row.pressure * row.normal + row.rubbing).dot(row.before + velocity_of(row));
+    for (const Crumb& crumb : crumbs_) sum += piece_of(crumb).kinetic_energy();
+    for (const Whole& whole : wholes_) {
+        if (whole.held) continue;
+        const Vec3 &v = whole.velocity, &w = whole.angular_velocity;
+        sum += whole.momentum.dot(v) + 0.5 * whole.mass * v.squaredNorm();
+        sum += whole.spin.dot(w) + 0.5 * w.dot(whole.inertia * w);
+    }
     return sum;
 }
 

@@ -19,6 +19,9 @@ Vec3 on_side(std::size_t side, double u, double v) {
     return out.normalized();
 }
 
+// Of the reach: what slow points add to it.
+constexpr double slow_share = 0.04;
+
 // What is absurdly far is told apart in double precision only.
 float to_float(double value) {
     constexpr double most = 1e30;
@@ -77,31 +80,71 @@ const std::array<std::uint64_t, SkinGrid::bin_count>& SkinGrid::facing_bins() {
 Vec3i SkinGrid::cell_at(const Vec3& point) const {
     Vec3i cell;
     for (int axis = 0; axis < 3; ++axis) {
-        const double at = (point[axis] - origin_[axis]) / size_;
+        const double at = (point[axis] - origin_[axis]) * cells_a_metre_;
         cell[axis] = at > 0 ? static_cast<int>(std::min<double>(at, count_[axis] - 1)) : 0;
     }
     return cell;
 }
 
-void SkinGrid::lay_out(std::span<const Vec3> points, double reach) {
+void SkinGrid::lay_out(std::span<const Vec3> points, const Reach& reach) {
     geometry::Box box;
     for (const Vec3& point : points)
         if (point.allFinite()) box.add(point);
     origin_ = box.empty() ? Vec3(Vec3::Zero()) : box.min;
     const Vec3 extent = box.empty() ? Vec3(Vec3::Zero()) : Vec3(box.size());
     extent_ = extent.maxCoeff();
-    // A hair more than the reach: what is within it is then never two cells on.
-    size_ = 1.0001 * reach;
+    // What is within the reach of slow points is never two cells on.
+    reach_ = reach;
+    size_ = (1.0001 + 2 * slow_share) * reach.least;
     // At most about eight cells a point, whatever the points' spread.
     const double limit = 8.0 * static_cast<double>(points.size()) + 64;
     while (((extent / size_).array().floor() + 1).prod() > limit) size_ *= 1.5;
     count_ = (extent / size_).array().floor().cast<int>() + 1;
+    cells_a_metre_ = 1 / size_;
 }
 
-// Of each point its cell and its normal's solid angle, and of each cell those around.
+// Axis by axis.
+template <class Value, class Join>
+void SkinGrid::spread(int rings, std::vector<Value>& values, std::vector<Value>& spare,
+                      const Parallel& parallel, const Join& join) const {
+    constexpr std::size_t grain = 4096;
+    spare.resize(values.size());
+    std::size_t stride = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto length = static_cast<std::size_t>(count_[axis]), most = static_cast<std::size_t>(rings);
+        parallel.for_each(values.size(), grain, [&](std::size_t c) {
+            const std::size_t at = c / stride % length;
+            Value value = values[c];
+            for (std::size_t n = 1; n <= std::min(most, at); ++n) value = join(value, values[c - n * stride]);
+            for (std::size_t n = 1; n <= std::min(most, length - 1 - at); ++n)
+                value = join(value, values[c + n * stride]);
+            spare[c] = value;
+        });
+        values.swap(spare);
+        stride *= length;
+    }
+}
+
+// Of each cell, what is added to the reach of those that are reached from it. Of two points the one that goes
+// farther reaches the other one's cell with twice its own.
+void SkinGrid::find_farther(std::span<const Way> ways, const Parallel& parallel) {
+    rings_ = 1;
+    double most = 0;
+    for (const Way& way : ways) most = std::max(most, way.farther);
+    const auto is_fast = [this](double farther) { return reach_.least + 2 * farther > size_; };
+    if (!is_fast(most)) return;
+    rings_ = static_cast<int>(std::ceil(std::min(reach_.least + 2 * most, reach_.most) / size_));
+    farther_.assign(cell_index(0, 0, count_.z()), 0);
+    for (std::size_t i = 0; i < ways.size(); ++i)
+        if (is_fast(ways[i].farther))
+            farther_[cell_[i]] = std::max(farther_[cell_[i]], to_float(ways[i].farther));
+    spread(rings_, farther_, spare_farther_, parallel, [](float x, float y) { return std::max(x, y); });
+}
+
+// Of each point its cell and its normal's solid angle.
 void SkinGrid::find_bins(std::span<const Vec3> points, std::span<const Vec3> normals,
                          const Parallel& parallel) {
-    constexpr std::size_t grain = 1024, cell_grain = 4096;
+    constexpr std::size_t grain = 1024;
     cell_.resize(points.size());
     bin_.resize(points.size());
     parallel.for_each(points.size(), grain, [&](std::size_t i) {
@@ -109,29 +152,28 @@ void SkinGrid::find_bins(std::span<const Vec3> points, std::span<const Vec3> nor
         cell_[i] = static_cast<std::uint32_t>(cell_index(at.x(), at.y(), at.z()));
         bin_[i] = bin_of(normals[i]);
     });
+}
+
+// Of each cell the solid angles around.
+void SkinGrid::find_bins_around(const Parallel& parallel) {
     bins_around_.assign(cell_index(0, 0, count_.z()), 0);
-    for (std::size_t i = 0; i < points.size(); ++i) bins_around_[cell_[i]] |= std::uint64_t{1} << bin_[i];
-    // Axis by axis.
-    spare_bins_.resize(bins_around_.size());
-    std::size_t stride = 1;
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto length = static_cast<std::size_t>(count_[axis]);
-        parallel.for_each(bins_around_.size(), cell_grain, [&](std::size_t c) {
-            const std::size_t at = c / stride % length;
-            spare_bins_[c] = bins_around_[c] | (at > 0 ? bins_around_[c - stride] : 0) |
-                             (at + 1 < length ? bins_around_[c + stride] : 0);
-        });
-        bins_around_.swap(spare_bins_);
-        stride *= length;
-    }
+    for (std::size_t i = 0; i < cell_.size(); ++i) bins_around_[cell_[i]] |= std::uint64_t{1} << bin_[i];
+    spread(1, bins_around_, spare_bins_, parallel, [](std::uint64_t x, std::uint64_t y) { return x | y; });
+    if (rings_ == 1) return;
+    wide_bins_ = bins_around_;
+    spread(rings_ - 1, wide_bins_, spare_bins_, parallel,
+           [](std::uint64_t x, std::uint64_t y) { return x | y; });
+    for (std::size_t c = 0; c < farther_.size(); ++c)
+        if (farther_[c] > 0) bins_around_[c] = wide_bins_[c];
 }
 
 // Those that something may face. What faces one that is kept is kept: solid angles face each other both ways.
 void SkinGrid::choose_kept(std::span<const Vec3> points, const Parallel& parallel, const Place& place) {
     constexpr std::size_t grain = 1024;
+    const std::array<std::uint64_t, bin_count>& facing = facing_bins();
     kept_.clear();
     for (std::uint32_t i = 0; i < points.size(); ++i)
-        if (is_kept(i)) kept_.push_back(i);
+        if ((bins_around_[cell_[i]] & facing[bin_[i]]) != 0) kept_.push_back(i);
     if (!place) return;
     place(kept_);
     parallel.for_each(kept_.size(), grain, [&](std::size_t k) {
@@ -171,14 +213,16 @@ void SkinGrid::sort_points(std::span<const Vec3> points, std::span<const Vec3> n
             lanes_[6 + axis][k] = to_float(way.sure[a]);
             lanes_[9 + axis][k] = to_float(way.more[a]);
         }
+        lanes_[12][k] = to_float(way.farther);
     });
 }
 
-// Of what is kept in a cell and in those next to it.
+// Of what is kept in a cell and in those that are reached from it.
 SkinGrid::Extent SkinGrid::extent_around(std::size_t cell) const {
     const Vec3i at(static_cast<int>(cell) % count_.x(), static_cast<int>(cell) / count_.x() % count_.y(),
                    static_cast<int>(cell) / count_.x() / count_.y());
-    const Vec3i low = (at.array() - 1).max(0), high = (at.array() + 1).min(count_.array() - 1);
+    const int rings = rings_of(cell);
+    const Vec3i low = (at.array() - rings).max(0), high = (at.array() + rings).min(count_.array() - 1);
     Extent out;
     for (int z = low.z(); z <= high.z(); ++z)
         for (int y = low.y(); y <= high.y(); ++y)
@@ -208,10 +252,12 @@ void SkinGrid::find_extents(const Parallel& parallel) {
 }
 
 void SkinGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals, std::span<const Way> ways,
-                     std::span<const std::uint16_t> owners, double reach, const Parallel& parallel,
+                     std::span<const std::uint16_t> owners, const Reach& reach, const Parallel& parallel,
                      const Place& place) {
     lay_out(points, reach);
     find_bins(points, normals, parallel);
+    find_farther(ways, parallel);
+    find_bins_around(parallel);
     choose_kept(points, parallel, place);
     sort_points(points, normals, ways, owners, parallel);
     find_extents(parallel);
@@ -219,10 +265,15 @@ void SkinGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals
 
 void SkinGrid::find_facing(std::size_t of, double radius, double height, std::vector<std::uint32_t>& scratch,
                            std::vector<Faced>& out) const {
-    constexpr std::size_t most_ranges = 16;  // nine, but for rounding
+    constexpr std::size_t most_ranges = 64;  // of seven by seven rows, for three times the reach
     out.clear();
     const Vec3 point = sorted_[of].point, normal = sorted_[of].normal;
     const Way own = sorted_[of].way;
+    // More than what single precision loses of places, and of unit vectors' products.
+    const double slack = 1e-6 * (extent_ + most_way_) + 1e-5 * reach_.least;
+    const double reach = reach_.least + own.farther;
+    radius = std::min(
+        {radius, reach_.most, reach + std::max(0.5 * (size_ - reach_.least), farther_of(sorted_[of].cell))});
     const Vec3i low = cell_at(point - Vec3::Constant(radius)), high = cell_at(point + Vec3::Constant(radius));
     std::array<FacingRange, most_ranges> ranges;
     std::size_t count = 0, most = 0;
@@ -235,8 +286,6 @@ void SkinGrid::find_facing(std::size_t of, double radius, double height, std::ve
             most += range.end - range.begin;
         }
     if (count == 0) return;
-    // More than what single precision loses of places, and of unit vectors' products.
-    const double slack = 1e-6 * (extent_ + most_way_) + 1e-5 * radius;
     const Vec3 at = point - origin_;
     const Vec3f facing = normal.cast<float>();
     const FacingQuery query{to_float(at.x()),
@@ -251,12 +300,14 @@ void SkinGrid::find_facing(std::size_t of, double radius, double height, std::ve
                             to_float(own.more.x()),
                             to_float(own.more.y()),
                             to_float(own.more.z()),
-                            to_float((radius + slack) * (radius + slack)),
+                            to_float(radius + slack),
+                            to_float(reach + slack),
                             static_cast<float>(facing_cosine + 1e-5),
                             to_float(height + slack)};
     const FacingLanes lanes{lanes_[0].data(), lanes_[1].data(), lanes_[2].data(),  lanes_[3].data(),
                             lanes_[4].data(), lanes_[5].data(), lanes_[6].data(),  lanes_[7].data(),
-                            lanes_[8].data(), lanes_[9].data(), lanes_[10].data(), lanes_[11].data()};
+                            lanes_[8].data(), lanes_[9].data(), lanes_[10].data(), lanes_[11].data(),
+                            lanes_[12].data()};
     // Grows only: what is in it is written anew.
     if (scratch.size() < most + facing_padding) scratch.resize(most + facing_padding);
     bool is_low = false;
@@ -266,7 +317,8 @@ void SkinGrid::find_facing(std::size_t of, double radius, double height, std::ve
         const Point& other = sorted_[scratch[n]];
         const Vec3 way = point - other.point;
         const double square = way.squaredNorm(), cosine = normal.dot(other.normal);
-        if (!(square < radius * radius && cosine < facing_cosine)) continue;
+        const double limit = std::min(radius, reach + other.way.farther);
+        if (!(square < limit * limit && cosine < facing_cosine)) continue;
         const double along = other.normal.dot(way);
         const double nearer = other.normal.dot(own.sure - other.way.sure) +
                               std::min(0.0, other.normal.dot(own.more - other.way.more));

@@ -27,19 +27,26 @@ inline constexpr double facing_cosine = -0.4;
 /// memory.
 class SkinGrid {
   public:
-    /// m, in a step: that a point surely goes, and what it may go beyond that.
+    /// m, in a step: that a point surely goes, and what it may go beyond that; and how much farther than the
+    /// least reach others have to be known for it.
     struct Way {
         Vec3 sure = Vec3::Zero(), more = Vec3::Zero();
+        double farther = 0;
+    };
+    /// m: two points are within reach of each other whose distance is less than `least` and what both ways
+    /// add to it, and less than `most`. 0 < least <= most <= 3 least.
+    struct Reach {
+        double least = 1, most = 1;
     };
     /// Called with the numbers of the points that are kept.
     using Place = std::function<void(std::span<const std::uint32_t> kept)>;
 
-    /// points: m; normals: unit; ways: of each within the step; owners: whose each is; reach: m,
-    /// > 0, the largest radius that is asked for. All are copied. Points may be rough at first: `place` is
-    /// called with those that are kept, and may move them, and set their ways, in the caller's lists. One by
-    /// which another one came within the reach less the two moves may be missed.
+    /// points: m; normals: unit; ways: of each within the step; owners: whose each is. All are copied. Points
+    /// may be rough at first, and of their ways only a bound of `farther` be known: `place` is called with
+    /// those that are kept, and may move them, and set their ways, in the caller's lists. One by which
+    /// another one came within the reach less the two moves may be missed.
     void build(std::span<const Vec3> points, std::span<const Vec3> normals, std::span<const Way> ways,
-               std::span<const std::uint16_t> owners, double reach, const Parallel& parallel,
+               std::span<const std::uint16_t> owners, const Reach& reach, const Parallel& parallel,
                const Place& place = {});
 
     /// Of the points that are kept. What is not kept faces none within the reach.
@@ -67,9 +74,9 @@ class SkinGrid {
         double along;   // m, of the asking one above the plane through this one
         double next;    // m, the same after both ways, and what these may be nearer by
     };
-    /// The points that face the one at place `of` and are nearer to it than `radius` (m, at most the
-    /// reach), in order of their places; `out` is replaced. It may be left empty where that one will lie
-    /// farther than `height` (m) above the planes through all of them. scratch: of the calling thread.
+    /// The points that face the one at place `of`, are within its reach and nearer to it than `radius` (m),
+    /// in order of their places; `out` is replaced. It may be left empty where that one will lie farther than
+    /// `height` (m) above the planes through all of them. scratch: of the calling thread.
     void find_facing(std::size_t of, double radius, double height, std::vector<std::uint32_t>& scratch,
                      std::vector<Faced>& out) const;
 
@@ -115,34 +122,45 @@ class SkinGrid {
                    static_cast<std::size_t>(count_.x()) +
                static_cast<std::size_t>(x);
     }
-    void lay_out(std::span<const Vec3> points, double reach);
+    void lay_out(std::span<const Vec3> points, const Reach& reach);
     void find_bins(std::span<const Vec3> points, std::span<const Vec3> normals, const Parallel& parallel);
+    void find_bins_around(const Parallel& parallel);
+    void find_farther(std::span<const Way> ways, const Parallel& parallel);
+    /// To each cell what `join` makes of its value and those up to `rings` cells from it.
+    template <class Value, class Join>
+    void spread(int rings, std::vector<Value>& values, std::vector<Value>& spare, const Parallel& parallel,
+                const Join& join) const;
+    int rings_of(std::size_t cell) const { return rings_ > 1 && farther_[cell] > 0 ? rings_ : 1; }
+    double farther_of(std::size_t cell) const { return rings_ > 1 ? farther_[cell] : 0; }
     void choose_kept(std::span<const Vec3> points, const Parallel& parallel, const Place& place);
     void sort_points(std::span<const Vec3> points, std::span<const Vec3> normals, std::span<const Way> ways,
                      std::span<const std::uint16_t> owners, const Parallel& parallel);
     void find_extents(const Parallel& parallel);
     Extent extent_around(std::size_t cell) const;
-    bool is_kept(std::size_t point) const {
-        return (bins_around_[cell_[point]] & facing_bins()[bin_[point]]) != 0;
-    }
 
     Vec3 origin_ = Vec3::Zero();  // m, low corner
     double size_ = 1;             // m, of a cell
-    double extent_ = 0;           // m, of the points along an axis
-    double most_way_ = 0;         // m, of those that are kept, along an axis
+    Reach reach_;
+    int rings_ = 1;  // cells around one that what goes farthest there reaches
+    double cells_a_metre_ = 1;
+    double extent_ = 0;    // m, of the points along an axis
+    double most_way_ = 0;  // m, of those that are kept, along an axis
     Vec3i count_ = Vec3i::Ones();
     // Per point, by numbers.
     std::vector<std::uint32_t> cell_;
     std::vector<std::uint8_t> bin_;
     std::vector<std::uint32_t> kept_;  // numbers, ascending
-    // Per cell: of the solid angles of the normals in it and in those next to it.
-    std::vector<std::uint64_t> bins_around_, spare_bins_;
+    // Per cell: of the solid angles of the normals in it and in those that are reached from it.
+    std::vector<std::uint64_t> bins_around_, wide_bins_, spare_bins_;
+    // Per cell, where some points are fast: m, what one of the two adds to the reach that is reached from it,
+    // at most; 0 where all are slow.
+    std::vector<float> farther_, spare_farther_;
     std::vector<std::uint32_t> begin_, next_;  // per cell, first of its places; one more at the end
     std::vector<std::uint32_t> number_;        // per place
     std::vector<Point> sorted_;                // per place
     // Per place, with room for a vector more: m from the origin; of unit normals; m, of ways.
-    std::array<std::vector<float>, 12> lanes_;
-    // Per cell that has places: of the kept normals in it; and in those next to it.
+    std::array<std::vector<float>, 13> lanes_;
+    // Per cell that has places: of the kept normals in it; and in those that are reached from it.
     std::vector<Extent> own_, around_;
 };
 

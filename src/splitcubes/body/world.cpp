@@ -89,7 +89,7 @@ StepReport World::step() {
         contact_groups_);
     const RigidContacts::Task rigid{bodies_, obstacles, settings_.contact.friction, settings_.time_step,
                                     settings_.gravity};
-    if (settings_.contact.pieces) rigid_contacts_.find(rigid);
+    if (settings_.contact.pieces) rigid_contacts_.find(rigid, contact_finder_, *parallel_);
     done(Stage::detect_contacts);
     integrate(context, report);
     if (settings_.contact.pieces) {

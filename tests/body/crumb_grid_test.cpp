@@ -1,0 +1,66 @@
+// What a grid of balls tells, against looking at all of them.
+#include <splitcubes/body/crumb_grid.h>
+#include <splitcubes/core/random.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace splitcubes::body {
+namespace {
+
+Vec3 random_in(Random& random, double half) {
+    return {random.uniform(-half, half), random.uniform(-half, half), random.uniform(-half, half)};
+}
+
+std::vector<CrumbGrid::Ball> random_balls(Random& random, int count, double half, double widest) {
+    std::vector<CrumbGrid::Ball> out;
+    for (int k = 0; k < count; ++k) out.push_back({random_in(random, half), widest * random.uniform(0, 1)});
+    return out;
+}
+
+TEST(CrumbGrid, NamesAllBallsThatAPointIsIn) {
+    CrumbGrid grid;
+    Random random(3);
+    std::size_t inside = 0, named = 0, none = 0;
+    for (const int count : {1, 4, 40, 400})
+        for (const double widest : {0.0, 0.02, 0.2, 3.0}) {
+            const std::vector<CrumbGrid::Ball> balls = random_balls(random, count, 1, widest);
+            grid.build(balls);
+            for (int n = 0; n < 500; ++n) {
+                const Vec3 point = random_in(random, 1.5);
+                const std::span<const std::uint32_t> near = grid.near(point);
+                ASSERT_TRUE(std::is_sorted(near.begin(), near.end()));
+                ASSERT_EQ(std::adjacent_find(near.begin(), near.end()), near.end());
+                for (std::uint32_t k = 0; k < balls.size(); ++k) {
+                    if ((point - balls[k].centre).norm() > balls[k].radius) continue;
+                    ++inside;
+                    ASSERT_TRUE(std::binary_search(near.begin(), near.end(), k)) << count << ' ' << widest;
+                }
+                named += near.size();
+                none += near.empty();
+            }
+        }
+    EXPECT_GT(inside, 10000U);
+    EXPECT_GT(none, 2000U);
+    EXPECT_LT(named, 20 * inside) << "it names few others";
+}
+
+TEST(CrumbGrid, BearsNoBallsAndBallsFarApart) {
+    CrumbGrid grid;
+    grid.build({});
+    EXPECT_TRUE(grid.near(Vec3::Zero()).empty());
+    const std::vector<CrumbGrid::Ball> balls = {{Vec3(0, 0, 0), 1}, {Vec3(1e90, -1e90, 3), 2}};
+    grid.build(balls);
+    const auto is_named = [&](const Vec3& point, std::uint32_t ball) {
+        const std::span<const std::uint32_t> near = grid.near(point);
+        return std::find(near.begin(), near.end(), ball) != near.end();
+    };
+    EXPECT_TRUE(is_named(Vec3(0.5, 0, 0), 0));
+    EXPECT_TRUE(is_named(Vec3(1e90, -1e90, 2), 1));
+    EXPECT_TRUE(grid.near(Vec3::Constant(std::numeric_limits<double>::quiet_NaN())).empty());
+}
+
+}  // namespace
+}  // namespace splitcubes::body
