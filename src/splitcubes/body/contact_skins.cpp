@@ -169,12 +169,10 @@ const SkinGrid::Faced* ContactFinder::find_partner(const Task& task, std::size_t
                                                    Chunk& chunk) {
     const std::size_t k = grid_.number(place);
     const double near = near_share * reach.spacing;
-    if (near < reach.radius) {
-        const SkinGrid::Faced* const found =
-            find_facing(place, near, reach, chunk) ? partner_of(task, k, chunk) : nullptr;
-        // What is farther off is no nearer partner.
-        if (found && found->cosine < opposite_skins) return widen(place, *found, near, reach, chunk);
-    }
+    const SkinGrid::Faced* const found =
+        find_facing(place, near, reach, chunk) ? partner_of(task, k, chunk) : nullptr;
+    // What is farther off is no nearer partner.
+    if (found && found->cosine < opposite_skins) return widen(place, *found, near, reach, chunk);
     return find_facing(place, anywhere, reach, chunk) ? partner_of(task, k, chunk) : nullptr;
 }
 

@@ -128,11 +128,11 @@ void SkinGrid::spread(int rings, std::vector<Value>& values, std::vector<Value>&
 // Of each cell, what is added to the reach of those that are reached from it. Of two points the one that goes
 // farther reaches the other one's cell with twice its own.
 void SkinGrid::find_farther(std::span<const Way> ways, const Parallel& parallel) {
-    rings_ = 1;
     double most = 0;
     for (const Way& way : ways) most = std::max(most, way.farther);
     const auto is_fast = [this](double farther) { return reach_.least + 2 * farther > size_; };
-    if (!is_fast(most)) return;
+    any_fast_ = is_fast(most);
+    if (!any_fast_) return;
     rings_ = static_cast<int>(std::ceil(std::min(reach_.least + 2 * most, reach_.most) / size_));
     farther_.assign(cell_index(0, 0, count_.z()), 0);
     for (std::size_t i = 0; i < ways.size(); ++i)
@@ -159,7 +159,7 @@ void SkinGrid::find_bins_around(const Parallel& parallel) {
     bins_around_.assign(cell_index(0, 0, count_.z()), 0);
     for (std::size_t i = 0; i < cell_.size(); ++i) bins_around_[cell_[i]] |= std::uint64_t{1} << bin_[i];
     spread(1, bins_around_, spare_bins_, parallel, [](std::uint64_t x, std::uint64_t y) { return x | y; });
-    if (rings_ == 1) return;
+    if (!any_fast_) return;
     wide_bins_ = bins_around_;
     spread(rings_ - 1, wide_bins_, spare_bins_, parallel,
            [](std::uint64_t x, std::uint64_t y) { return x | y; });
@@ -221,7 +221,7 @@ void SkinGrid::sort_points(std::span<const Vec3> points, std::span<const Vec3> n
 SkinGrid::Extent SkinGrid::extent_around(std::size_t cell) const {
     const Vec3i at(static_cast<int>(cell) % count_.x(), static_cast<int>(cell) / count_.x() % count_.y(),
                    static_cast<int>(cell) / count_.x() / count_.y());
-    const int rings = rings_of(cell);
+    const int rings = is_wide(cell) ? rings_ : 1;
     const Vec3i low = (at.array() - rings).max(0), high = (at.array() + rings).min(count_.array() - 1);
     Extent out;
     for (int z = low.z(); z <= high.z(); ++z)
@@ -272,8 +272,7 @@ void SkinGrid::find_facing(std::size_t of, double radius, double height, std::ve
     // More than what single precision loses of places, and of unit vectors' products.
     const double slack = 1e-6 * (extent_ + most_way_) + 1e-5 * reach_.least;
     const double reach = reach_.least + own.farther;
-    radius = std::min(
-        {radius, reach_.most, reach + std::max(0.5 * (size_ - reach_.least), farther_of(sorted_[of].cell))});
+    radius = std::min({radius, reach_.most, reach + farther_of(sorted_[of].cell)});
     const Vec3i low = cell_at(point - Vec3::Constant(radius)), high = cell_at(point + Vec3::Constant(radius));
     std::array<FacingRange, most_ranges> ranges;
     std::size_t count = 0, most = 0;

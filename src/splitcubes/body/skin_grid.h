@@ -130,8 +130,11 @@ class SkinGrid {
     template <class Value, class Join>
     void spread(int rings, std::vector<Value>& values, std::vector<Value>& spare, const Parallel& parallel,
                 const Join& join) const;
-    int rings_of(std::size_t cell) const { return rings_ > 1 && farther_[cell] > 0 ? rings_ : 1; }
-    double farther_of(std::size_t cell) const { return rings_ > 1 ? farther_[cell] : 0; }
+    bool is_wide(std::size_t cell) const { return any_fast_ && farther_[cell] > 0; }
+    /// m, what a point that is reached from the cell adds to the reach at most.
+    double farther_of(std::size_t cell) const {
+        return is_wide(cell) ? farther_[cell] : 0.5 * (size_ - reach_.least);
+    }
     void choose_kept(std::span<const Vec3> points, const Parallel& parallel, const Place& place);
     void sort_points(std::span<const Vec3> points, std::span<const Vec3> normals, std::span<const Way> ways,
                      std::span<const std::uint16_t> owners, const Parallel& parallel);
@@ -141,7 +144,8 @@ class SkinGrid {
     Vec3 origin_ = Vec3::Zero();  // m, low corner
     double size_ = 1;             // m, of a cell
     Reach reach_;
-    int rings_ = 1;  // cells around one that what goes farthest there reaches
+    bool any_fast_ = false;  // whether a cell is wide: some point adds more to the reach than cells allow for
+    int rings_ = 1;          // cells around a wide one that are reached from it
     double cells_a_metre_ = 1;
     double extent_ = 0;    // m, of the points along an axis
     double most_way_ = 0;  // m, of those that are kept, along an axis
@@ -152,8 +156,8 @@ class SkinGrid {
     std::vector<std::uint32_t> kept_;  // numbers, ascending
     // Per cell: of the solid angles of the normals in it and in those that are reached from it.
     std::vector<std::uint64_t> bins_around_, wide_bins_, spare_bins_;
-    // Per cell, where some points are fast: m, what one of the two adds to the reach that is reached from it,
-    // at most; 0 where all are slow.
+    // Per cell, where any is wide: m, what a point that is reached from it adds to the reach at most; 0 where
+    // all are slow.
     std::vector<float> farther_, spare_farther_;
     std::vector<std::uint32_t> begin_, next_;  // per cell, first of its places; one more at the end
     std::vector<std::uint32_t> number_;        // per place
