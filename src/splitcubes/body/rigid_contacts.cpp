@@ -21,8 +21,8 @@ constexpr double lift_share = 0.005, depth_share = 0.1;
 // In spacings: how far skin or a rigid piece is believed to go in a step.
 constexpr double most_way = 2;
 constexpr double one_face = 0.8;
-constexpr double face_share =
-    0.75;  // in spacings: how much farther than the nearest sample a face is followed
+// In spacings: how much farther than the nearest sample a face is followed.
+constexpr double face_share = 0.75;
 constexpr double absurdly_far = 1e90;  // m
 
 }  // namespace

@@ -233,7 +233,6 @@ void RigidContacts::list_movers() {
 }
 
 void RigidContacts::weigh(Row& row) {
-    row.place = piece_of(crumbs_[row.upper]).place_of(row.own);
     Push push;
     push.upper = row.upper;
     push.lower = static_cast<std::uint32_t>(movers_.size() - 1);
@@ -374,9 +373,9 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
         whole.velocity.setZero();
     }
     // Up and down in turn: what bears a heap is at its bottom.
+    for (Row& row : rows_) row.place = piece_of(crumbs_[row.upper]).place_of(row.own);
     std::stable_sort(rows_.begin(), rows_.end(), [&](const Row& a, const Row& b) {
-        return task.gravity.dot(piece_of(crumbs_[a.upper]).place_of(a.own)) >
-               task.gravity.dot(piece_of(crumbs_[b.upper]).place_of(b.own));
+        return task.gravity.dot(a.place) > task.gravity.dot(b.place);
     });
     list_movers();
     pushes_.clear();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace splitcubes::body {
 
@@ -158,11 +159,10 @@ void SkinGrid::find_bins(std::span<const Vec3> points, std::span<const Vec3> nor
 void SkinGrid::find_bins_around(const Parallel& parallel) {
     bins_around_.assign(cell_index(0, 0, count_.z()), 0);
     for (std::size_t i = 0; i < cell_.size(); ++i) bins_around_[cell_[i]] |= std::uint64_t{1} << bin_[i];
-    spread(1, bins_around_, spare_bins_, parallel, [](std::uint64_t x, std::uint64_t y) { return x | y; });
+    spread(1, bins_around_, spare_bins_, parallel, std::bit_or<>{});
     if (!any_fast_) return;
     wide_bins_ = bins_around_;
-    spread(rings_ - 1, wide_bins_, spare_bins_, parallel,
-           [](std::uint64_t x, std::uint64_t y) { return x | y; });
+    spread(rings_ - 1, wide_bins_, spare_bins_, parallel, std::bit_or<>{});
     for (std::size_t c = 0; c < farther_.size(); ++c)
         if (farther_[c] > 0) bins_around_[c] = wide_bins_[c];
 }

@@ -54,20 +54,20 @@ bool passed_around(const NodeGrid& grid, const GridEdge& edge) {
     return torn >= 2 && torn + outside >= 3;
 }
 
+constexpr int most_riser = 3;  // cells
+
 // Whether the edge is the riser of a step between two sheets: one has passed its lower
 // node, the other its upper one, on opposite sides and at most a few cells apart.
-constexpr int most_riser = 3;
 bool is_riser(const NodeGrid& grid, const GridEdge& edge) {
-    constexpr int most = most_riser;
     for (int k = 1; k <= 2; ++k) {
         const int across = (edge.axis + k) % 3;
-        const int low_back = way_to_crack(grid, edge.node, across, -1, most);
-        const int low_ahead = way_to_crack(grid, edge.node, across, 1, most);
-        if ((low_back < most) == (low_ahead < most)) continue;
-        const int to_low = low_back < most ? -1 : 1;
-        if (way_to_crack(grid, edge.upper(), across, to_low, most) < most) continue;
-        const int high = way_to_crack(grid, edge.upper(), across, -to_low, most);
-        if (std::min(low_back, low_ahead) + high < most) return true;
+        const int low_back = way_to_crack(grid, edge.node, across, -1, most_riser);
+        const int low_ahead = way_to_crack(grid, edge.node, across, 1, most_riser);
+        if ((low_back < most_riser) == (low_ahead < most_riser)) continue;
+        const int to_low = low_back < most_riser ? -1 : 1;
+        if (way_to_crack(grid, edge.upper(), across, to_low, most_riser) < most_riser) continue;
+        const int high = way_to_crack(grid, edge.upper(), across, -to_low, most_riser);
+        if (std::min(low_back, low_ahead) + high < most_riser) return true;
     }
     return false;
 }
