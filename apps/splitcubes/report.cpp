@@ -1,5 +1,6 @@
 #include "report.h"
 
+#include <splitcubes/core/atomic_file.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/geometry/attribute_transfer.h>
 #include <splitcubes/geometry/mesh_check.h>
@@ -85,25 +86,15 @@ void carry_attributes(const io::Model& from, double cell_size, const std::filesy
         io::write_images(out.parent_path(), out.stem().string(), surface.attributes.materials);
 }
 
-namespace {
-void check_folder(const std::filesystem::path& path) {
-    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-    if (!std::filesystem::is_directory(folder))
-        throw InputError(path.string(), "there is no folder " + folder.string(),
-                         "create it or write somewhere else");
-    if (std::filesystem::is_directory(path)) throw InputError(path.string(), "is a folder", "give a file");
-}
-}  // namespace
-
 void check_mesh_output(const std::filesystem::path& path) {
     if (!io::format_of_extension(path))
         throw InputError(path.string(), "meshes are not written as '" + path.extension().string() + "'",
                          "use .ply, .obj, .stl or .glb");
-    check_folder(path);
+    check_file_target(path);
 }
 
 void check_report_output(const std::filesystem::path& path) {
-    if (!path.empty()) check_folder(path);
+    if (!path.empty()) check_file_target(path);
 }
 
 double chosen_cell_size(const geometry::Box& box, int cells, double cell_size) {

@@ -85,10 +85,10 @@ TEST_F(FilesTest, PngFailuresLeaveNothing) {
     Picture wrong = noise(4, 4, 1);
     wrong.rgb.pop_back();
     EXPECT_THROW(write_png(folder / "a.png", wrong), InputError);
-    EXPECT_THROW(write_png(folder / "no-such-folder" / "a.png", noise(4, 4, 1)), JobError);
+    EXPECT_THROW(write_png(folder / "no-such-folder" / "a.png", noise(4, 4, 1)), InputError);
     EXPECT_TRUE(folder_is_empty());
     fs::create_directory(folder / "taken.png");
-    EXPECT_THROW(write_png(folder / "taken.png", noise(4, 4, 1)), JobError);
+    EXPECT_THROW(write_png(folder / "taken.png", noise(4, 4, 1)), InputError);
     EXPECT_EQ(std::distance(fs::directory_iterator(folder), fs::directory_iterator()), 1);
     EXPECT_THROW(read_png(folder / "absent.png"), InputError);
     std::ofstream(folder / "text.png") << "not a picture";
@@ -105,6 +105,25 @@ TEST_F(FilesTest, VideoHasItsFramesSizeAndRate) {
         path.string() + "'");
     EXPECT_EQ(said, "h264,64,48,yuv420p,25/2,10\n");
     EXPECT_EQ(std::distance(fs::directory_iterator(folder), fs::directory_iterator()), 1);
+}
+
+TEST_F(FilesTest, LinksStayAndWhatTheyNameIsReplaced) {
+    fs::create_directory(folder / "far");
+    std::ofstream(folder / "far" / "a.png") << "old";
+    fs::create_symlink("far/a.png", folder / "link.png");
+    write_png(folder / "link.png", noise(4, 4, 1));
+    EXPECT_TRUE(fs::is_symlink(folder / "link.png"));
+    EXPECT_EQ(read_png(folder / "far" / "a.png").rgb, noise(4, 4, 1).rgb);
+    if (!has_ffmpeg()) GTEST_SKIP() << "no ffmpeg here";
+    fs::create_symlink("far/film.bin", folder / "film.mp4");  // the format goes by the name that is given
+    {
+        VideoWriter writer(folder / "film.mp4", {.width = 32, .height = 32});
+        writer.add(noise(32, 32, 2));
+        writer.finish();
+    }
+    EXPECT_TRUE(fs::is_symlink(folder / "film.mp4"));
+    EXPECT_EQ(bytes_of(folder / "far" / "film.bin").substr(4, 4), "ftyp");
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder / "far"), fs::directory_iterator()), 2);
 }
 
 TEST_F(FilesTest, VideoKeepsColors) {

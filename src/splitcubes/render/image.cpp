@@ -1,14 +1,11 @@
+#include <splitcubes/core/atomic_file.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/render/image.h>
 
-#include <unistd.h>
-#include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <memory>
 #include <string>
-#include <system_error>
 #include <vector>
 
 // Only the PNG parts, and none of their names in other files.
@@ -51,21 +48,7 @@ void write_png(const std::filesystem::path& path, const Picture& picture) {
                                3 * picture.width) == 0) {
         throw JobError(name + ": the picture could not be encoded");
     }
-    std::filesystem::path partial = path;
-    partial += ".partial-" + std::to_string(::getpid());
-    const auto fail = [&](const std::string& why) {
-        std::error_code ignored;
-        std::filesystem::remove(partial, ignored);
-        throw JobError(name + ": cannot be written (" + why + ")");
-    };
-    errno = 0;
-    std::ofstream file(partial, std::ios::binary | std::ios::trunc);
-    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    file.close();
-    if (!file) fail(errno != 0 ? std::strerror(errno) : "output error");
-    std::error_code error;
-    std::filesystem::rename(partial, path, error);
-    if (error) fail(error.message());
+    write_file(path, {bytes.data(), bytes.size()});
 }
 
 Picture read_png(const std::filesystem::path& path) {

@@ -1,3 +1,4 @@
+#include <splitcubes/core/atomic_file.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/render/video.h>
 
@@ -73,8 +74,9 @@ std::vector<std::string> arguments(const VideoOptions& options, const std::files
 }  // namespace
 
 struct VideoWriter::Impl {
-    std::filesystem::path path;
-    std::filesystem::path partial;
+    std::filesystem::path path;     // as the caller names it
+    std::filesystem::path target;   // what that leads to
+    std::filesystem::path partial;  // beside the target
     VideoOptions options;
     Descriptor frames;    // to ffmpeg's standard input
     Descriptor messages;  // what ffmpeg says: a file without a name
@@ -185,9 +187,11 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, const VideoOptions& 
         throw InputError(printable(path.string(), 300), "names no video format", "end the name in .mp4");
     }
     impl_ = std::make_unique<Impl>(path, options);
-    // ffmpeg tells the format from the ending, so that stays last.
-    impl_->partial = path.parent_path() / (path.stem().string() + ".partial-" + std::to_string(::getpid()) +
-                                           path.extension().string());
+    impl_->target = link_target(path);
+    // ffmpeg tells the format from the ending, so that stays last. Short, as the film's own name may be as
+    // long as the file system allows.
+    impl_->partial = impl_->target.parent_path() /
+                     (".splitcubes-" + std::to_string(::getpid()) + ".tmp" + path.extension().string());
     impl_->start();
 }
 
@@ -226,7 +230,7 @@ void VideoWriter::finish() {
     if (status != 0) impl_->give_up("ffmpeg failed (" + impl_->said() + ")");
     if (impl_->frame_count == 0) impl_->give_up("a video needs at least one frame");
     std::error_code error;
-    std::filesystem::rename(impl_->partial, impl_->path, error);
+    std::filesystem::rename(impl_->partial, impl_->target, error);
     if (error) impl_->give_up("cannot be put in place (" + error.message() + ")");
 }
 

@@ -1,5 +1,5 @@
+#include <splitcubes/core/atomic_file.h>
 #include <splitcubes/core/error.h>
-#include <splitcubes/io/atomic_file.h>
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include <set>
 #include <string>
 
-namespace splitcubes::io {
+namespace splitcubes {
 namespace {
 
 namespace fs = std::filesystem;
@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 class WholeFile : public testing::Test {
   protected:
     WholeFile() {
-        std::string name = (fs::temp_directory_path() / "splitcubes-io-XXXXXX").string();
+        std::string name = (fs::temp_directory_path() / "splitcubes-core-XXXXXX").string();
         if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
         folder_ = name;
     }
@@ -119,5 +119,74 @@ TEST_F(WholeFile, AFolderIsRefused) {
     EXPECT_THROW(AtomicFile(folder_ / "nowhere" / "a"), InputError);
 }
 
+TEST_F(WholeFile, AWholeChainOfLinksIsWrittenThrough) {
+    fs::create_directories(folder_ / "far" / "off");
+    put("far/off/real", "old");
+    fs::create_symlink("off/real", folder_ / "far" / "second");  // relative to where the link lies
+    fs::create_symlink(folder_ / "far" / "second", folder_ / "first");
+    put("first", "new");
+    EXPECT_EQ(text_of("far/off/real"), "new");
+    EXPECT_TRUE(fs::is_symlink(folder_ / "first"));
+    EXPECT_TRUE(fs::is_symlink(folder_ / "far" / "second"));
+    EXPECT_EQ(names(), (std::set<std::string>{"far", "first"}));
+}
+
+TEST_F(WholeFile, ALinkToNothingMakesItsTargetWhereItsFolderIs) {
+    fs::create_directory(folder_ / "far");
+    fs::create_symlink("far/new", folder_ / "link");
+    put("link", "text");
+    EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
+    EXPECT_EQ(text_of("far/new"), "text");
+    fs::create_symlink("nowhere/new", folder_ / "lost");
+    try {
+        AtomicFile file(folder_ / "lost");
+        FAIL();
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("nowhere"), std::string::npos) << error.what();
+        EXPECT_NE(std::string(error.what()).find("lost is a link"), std::string::npos) << error.what();
+    }
+    EXPECT_TRUE(fs::is_symlink(folder_ / "lost"));
+}
+
+TEST_F(WholeFile, LinksThatGoRoundAreRefused) {
+    fs::create_symlink("b", folder_ / "a");
+    fs::create_symlink("a", folder_ / "b");
+    EXPECT_THROW(AtomicFile(folder_ / "a"), InputError);
+    EXPECT_EQ(names(), (std::set<std::string>{"a", "b"}));
+}
+
+TEST_F(WholeFile, ALinkToAFolderOrADeviceIsRefused) {
+    fs::create_directory(folder_ / "f");
+    fs::create_symlink("f", folder_ / "folder");
+    fs::create_symlink("/dev/null", folder_ / "device");
+    EXPECT_THROW(AtomicFile(folder_ / "folder"), InputError);
+    EXPECT_THROW(AtomicFile(folder_ / "device"), InputError);
+    EXPECT_THROW(AtomicFile("/dev/null"), InputError);
+}
+
+TEST_F(WholeFile, WhatIsReplacedHandsOnItsPermissions) {
+    put("a", "old");
+    fs::permissions(folder_ / "a", fs::perms::owner_read | fs::perms::owner_write);
+    put("a", "new");
+    EXPECT_EQ(fs::status(folder_ / "a").permissions(), fs::perms::owner_read | fs::perms::owner_write);
+}
+
+TEST_F(WholeFile, WhereNoneCanBeWrittenIsToldBefore) {
+    put("a", "old");
+    fs::create_symlink("nowhere/a", folder_ / "lost");
+    for (const char* name : {"nowhere/a", "lost", "a/b", "."})
+        EXPECT_THROW(check_file_target(folder_ / name), InputError) << name;
+    EXPECT_THROW(check_file_target(folder_ / std::string(300, 'x')), InputError);
+    EXPECT_THROW(check_file_target("/proc/a"), InputError);
+    EXPECT_NO_THROW(check_file_target(folder_ / "a"));
+    EXPECT_NO_THROW(check_file_target(folder_ / "b"));
+    EXPECT_EQ(names(), (std::set<std::string>{"a", "lost"}));
+}
+
+TEST_F(WholeFile, ANameThatIsTooLongIsBadInput) {
+    EXPECT_THROW(AtomicFile(folder_ / std::string(300, 'x')), InputError);
+    EXPECT_NO_THROW(AtomicFile(folder_ / std::string(255, 'x')).commit());
+}
+
 }  // namespace
-}  // namespace splitcubes::io
+}  // namespace splitcubes

@@ -1,5 +1,5 @@
+#include <splitcubes/core/atomic_file.h>
 #include <splitcubes/core/error.h>
-#include <splitcubes/io/atomic_file.h>
 
 #include <cerrno>
 #include <cstdio>
@@ -12,7 +12,7 @@
 #include <unistd.h>
 #endif
 
-namespace splitcubes::io {
+namespace splitcubes {
 
 namespace fs = std::filesystem;
 
@@ -91,17 +91,74 @@ void close_descriptor([[maybe_unused]] int& descriptor) {
 
 }  // namespace
 
-AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
-    const fs::path folder = folder_of(path_);
-    std::error_code ignored;
-    if (!fs::is_directory(folder, ignored))
-        throw InputError(path_.string(), "there is no folder " + folder.string(),
+fs::path link_target(const fs::path& path) {
+    constexpr int most = 40;  // as the kernel follows
+    fs::path at = path;
+    std::error_code error;
+    for (int links = 0; fs::is_symlink(fs::symlink_status(at, error)); ++links) {
+        const fs::path next = fs::read_symlink(at, error);
+        if (error) fail_job(path, "the link cannot be followed", error);
+        if (links == most)
+            throw InputError(path.string(), "is a symbolic link that leads round in a circle",
+                             "give another name, or mend the link");
+        at = next.is_absolute() ? next : folder_of(at) / next;
+    }
+    return at;
+}
+
+namespace {
+
+// Throws InputError for what no file can be written to.
+void check_target(const fs::path& path, const fs::path& target) {
+    const std::string leads = target == path ? "" : " (" + path.string() + " is a link to it)";
+    const fs::path folder = folder_of(target);
+    std::error_code error;
+    if (!fs::is_directory(folder, error))
+        throw InputError(target.string() + leads, "there is no folder " + folder.string(),
                          "create it or write somewhere else");
-    if (!path_.has_filename() || fs::is_directory(path_, ignored))
-        throw InputError(path_.string(), "is a folder", "give the name of a file");
+    const fs::file_status status = fs::status(target, error);
+    if (!target.has_filename() || fs::is_directory(status))
+        throw InputError(path.string(), "is a folder", "give the name of a file");
+    if (error == std::errc::filename_too_long)
+        throw InputError(
+            path.string(),
+            "the name is too long (" + std::to_string(target.filename().string().size()) + " bytes)",
+            "give a shorter one");
     // A device or a pipe would be replaced by the file, not written to.
-    if (fs::exists(path_, ignored) && !fs::is_regular_file(path_, ignored))
-        throw InputError(path_.string(), "is not a regular file", "write to another name");
+    if (fs::exists(status) && !fs::is_regular_file(status))
+        throw InputError(path.string(), "is not a regular file", "write to another name");
+}
+
+// The checked target of a path.
+fs::path file_target(const fs::path& path) {
+    std::error_code ignored;
+    const fs::file_status status = fs::status(path, ignored);
+    // A link of /proc to a pipe has no name to follow.
+    const bool special = fs::exists(status) && !fs::is_regular_file(status);
+    fs::path target = special ? path : link_target(path);
+    check_target(path, target);
+    return target;
+}
+
+}  // namespace
+
+void check_file_target(const fs::path& path) {
+    const fs::path folder = folder_of(file_target(path));
+    int descriptor = open_nameless(folder);
+    if (descriptor >= 0) {
+        close_descriptor(descriptor);
+        return;
+    }
+    try {
+        fs::remove(with_free_name(path, folder, create_new));
+    } catch (const JobError& error) {
+        const std::string name = path.string(), text = error.what();
+        throw InputError(name, text.substr(name.size() + 2), "write to another folder");
+    }
+}
+
+AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)), target_(file_target(path_)) {
+    const fs::path folder = folder_of(target_);
     nameless_ = open_nameless(folder);
     if (nameless_ < 0) temporary_ = with_free_name(path_, folder, create_new);
     errno = 0;
@@ -137,10 +194,13 @@ void AtomicFile::commit() {
     if (!stream_) fail_job(path_, "could not be written to its end", last_error());
     // A name can be taken from another file by renaming only.
     if (nameless_ >= 0)
-        temporary_ = with_free_name(path_, folder_of(path_),
+        temporary_ = with_free_name(path_, folder_of(target_),
                                     [&](const fs::path& name) { return give_name(nameless_, name); });
     std::error_code why;
-    fs::rename(temporary_, path_, why);
+    const fs::file_status replaced = fs::status(target_, why);
+    // Of another owner's file they cannot always be had.
+    if (fs::exists(replaced)) fs::permissions(temporary_, replaced.permissions(), why);
+    fs::rename(temporary_, target_, why);
     if (why) fail_job(path_, "cannot be replaced", why);
     temporary_.clear();
 }
@@ -151,4 +211,4 @@ void write_file(const fs::path& path, std::string_view bytes) {
     file.commit();
 }
 
-}  // namespace splitcubes::io
+}  // namespace splitcubes
