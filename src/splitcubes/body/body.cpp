@@ -71,11 +71,13 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
     if (settings_.tearing) {
         check_tearing(*settings_.tearing, "body '" + settings_.name + "' tearing");
     }
+    solid_crossings_ = grid_.crossings().size();
     build_occluders(parallel);
     list_inside_nodes();
     // Phyxels that only go along need not be many.
     if (settings_.deformation) settings_.phyxel_count = std::min(settings_.phyxel_count, 64);
     sample(parallel);
+    solid_phyxels_ = phyxels_.size();
     if (settings_.tearing)
         tearing_ = std::make_unique<Tearing>(*settings_.tearing, settings_.material, grid_, phyxels_,
                                              neighbourhoods_);
@@ -144,20 +146,6 @@ void Body::set_occluders(std::span<const std::uint32_t> cells, const Parallel& p
         changed.push_back({surface_->cells()[cells[k]].place, own});
     }
     occluders_.set_cells(changed, parallel);
-}
-
-void Body::restore(const Parallel& parallel) {
-    occluders_ = geometry::OccluderGrid(grid_.rest().origin, grid_.rest().cell_size, grid_.rest().node_count);
-    occluder_box_.clear();
-    build_occluders(parallel);
-    tracker_.forget_changes();
-    changes_.mark_all();
-    locator_ = meshless::PhyxelLocator(phyxels_.rest_position, 1.6 * spacing_);
-    neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
-    constrained_.clear();
-    grabbed_.clear();
-    list_skin_points(parallel);
-    if (deformation_) restore_deformation();
 }
 
 void Body::list_inside_nodes() {

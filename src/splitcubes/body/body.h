@@ -10,6 +10,7 @@
 #include <splitcubes/body/tear_settings.h>
 #include <splitcubes/core/parallel.h>
 #include <splitcubes/core/state_hash.h>
+#include <splitcubes/core/state_stream.h>
 #include <splitcubes/cutting/sweep.h>
 #include <splitcubes/deformation/deformation.h>
 #include <splitcubes/geometry/occluder_grid.h>
@@ -186,19 +187,14 @@ class Body {
     /// Where what the occluders are made of may have changed.
     const SurfaceChanges& surface_changes() const { return changes_; }
 
+    /// Steps that it has made.
+    std::int64_t step_count() const { return step_; }
     void add_to_hash(StateHash& hash) const;
-    /// For checkpoints: all that a step reads and no settings tell. After reading into
-    /// a body made with the same settings, restore() derives the rest.
-    template <class Archive>
-    void serialize(Archive& archive) {
-        archive(grid_, *surface_, *pieces_, inside_piece_, phyxels_, pairs_, booking_, owner_);
-        archive(previous_deformation_, tracker_, surface_to_tracked_, frames_, cut_position_, cut_step_,
-                step_);
-        archive(vertex_positions_, vertex_normals_, cut_edge_count_);
-        if (deformation_) deformation_state_ = deformation_->state();
-        archive(deformation_state_, node_frames_, node_frames_before_);
-    }
-    void restore(const Parallel& parallel);
+    /// For checkpoints: all that a step reads and no settings tell, and cannot be derived.
+    void save(StateWriter& writer) const;
+    /// Takes it into a body that was made with the same settings, and has at most the cuts at rest that
+    /// came first. Throws DamagedState for what is no state of such a body, which must not be used then.
+    void load(StateReader& reader, const Parallel& parallel);
     /// Empty where grid, surface, pieces and samples agree; for tests and debug builds.
     std::vector<std::string> validate() const;
 
@@ -226,7 +222,23 @@ class Body {
     void carry_phyxels(double dt);
     deformation::NodeEdge between_nodes(const splitting::GridEdge& edge) const;
     void tell_deformation();
-    void restore_deformation();
+    void restore_deformation(std::span<const double> state);
+    void move_surface(const Parallel& parallel);
+    void save_cuts(StateWriter& writer) const;
+    void load_cuts(StateReader& reader);
+    void save_phyxels(StateWriter& writer) const;
+    void load_phyxels(StateReader& reader);
+    void load_new_phyxels(StateReader& reader, std::size_t count);
+    void check_supports() const;
+    void save_booking(StateWriter& writer) const;
+    void load_booking(StateReader& reader);
+    void save_rigid(StateWriter& writer) const;
+    void load_rigid(StateReader& reader);
+    void save_pairs(StateWriter& writer) const;
+    void load_pairs(StateReader& reader);
+    void save_motion(StateWriter& writer) const;
+    void load_motion(StateReader& reader);
+    void derive(const Parallel& parallel);
     void pick_frames(const std::vector<geometry::Frame>& nodes, std::vector<geometry::Frame>& out) const;
     void evaluate_frames_now(const TrackerContext& context);
     void evaluate_some_now(const TrackerContext& context, std::span<const std::uint32_t> nodes);
@@ -264,6 +276,7 @@ class Body {
     void undeform_small(std::span<const Kind> kinds, std::size_t known, const Parallel& parallel);
     void undeform(std::span<const std::size_t> members);
     bool is_string(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
+    void weigh_nodes(std::span<const std::uint32_t> nodes, meshless::RigidPiece& body) const;
     meshless::RigidPiece rigid_start(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
     std::vector<Vec3> contact_points(const meshless::RigidPiece& body,
                                      std::span<const std::uint32_t> nodes) const;
@@ -319,9 +332,13 @@ class Body {
     std::vector<Vec3> vertex_positions_, vertex_normals_;
     std::size_t cut_edge_count_ = 0;
 
+    // What the mesh alone gave, and then each round of cuts, by what there was at its end: a checkpoint keeps
+    // what came after, and the surface and pieces come of the same rounds again.
+    std::size_t solid_crossings_ = 0, solid_phyxels_ = 0;
+    std::vector<std::uint32_t> cut_rounds_;  // crossings
+
     // Where something other than the phyxels moves the nodes.
     std::unique_ptr<deformation::Deformation> deformation_;
-    std::vector<double> deformation_state_;            // of a checkpoint
     splitting::SlotMap<1> node_number_;                // of inside nodes, per grid node
     std::vector<geometry::Frame> node_frames_;         // per inside node, now
     std::vector<geometry::Frame> node_frames_before_;  // the same, a step ago

@@ -60,7 +60,7 @@ std::vector<cutting::CandidateEdge> Body::candidate_edges(std::span<const GridEd
     const std::vector<std::uint32_t> nodes = track_ends(edges);
     const TrackerContext tracker = tracker_context(context.parallel);
     tracker_.refresh(tracker);
-    cut_position_.resize(tracker_.size());
+    cut_position_.resize(tracker_.size(), Vec3::Zero());
     cut_step_.resize(tracker_.size(), -2);
     // Where a node was at the start of the interval: as the last step saw it, so
     // that intervals join without a gap; from the last state of the phyxels where

@@ -86,13 +86,13 @@ void Body::tell_deformation() {
     if (!edges.empty()) deformation_->edges_cut(edges);
 }
 
-void Body::restore_deformation() {
+void Body::restore_deformation(std::span<const double> state) {
     std::vector<deformation::NodeEdge> edges;
     for (const splitting::Crossing& crossing : grid_.crossings())
         if (grid_.inside(crossing.edge.node) && grid_.inside(crossing.edge.upper()))
             edges.push_back(between_nodes(crossing.edge));
     deformation_->edges_cut(edges);
-    deformation_->set_state(deformation_state_);
+    deformation_->set_state(state);
 }
 
 void Body::pick_frames(const std::vector<geometry::Frame>& nodes, std::vector<geometry::Frame>& out) const {

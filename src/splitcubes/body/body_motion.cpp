@@ -88,14 +88,17 @@ void Body::update_node_frames(const StepContext& context, StepReport& report) {
     if (!deformation_ && tracker_.fallback_count() > 0) report.flags |= flag_frame_fallback;
 }
 
-void Body::update_surface(const StepContext& context, StepReport& report) {
+void Body::move_surface(const Parallel& parallel) {
     surface_motion_.resize(surface_to_tracked_.size());
-    context.parallel.for_each(surface_motion_.size(), 512, [&](std::size_t k) {
+    parallel.for_each(surface_motion_.size(), 512, [&](std::size_t k) {
         const std::uint32_t node = surface_to_tracked_[k];
         surface_motion_[k] = geometry::AffineDisplacement(tracker_.rest_positions()[node], frames_[node]);
     });
-    splitting::deform(*surface_, grid_.rest(), surface_motion_, vertex_positions_, vertex_normals_,
-                      context.parallel);
+    splitting::deform(*surface_, grid_.rest(), surface_motion_, vertex_positions_, vertex_normals_, parallel);
+}
+
+void Body::update_surface(const StepContext& context, StepReport& report) {
+    move_surface(context.parallel);
     if (context.contacts && skin_revision_ != surface_->revision()) list_skin_points(context.parallel);
     report.phyxels += phyxels_.size();
     report.pieces += pieces_->count();

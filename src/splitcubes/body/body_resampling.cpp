@@ -179,6 +179,17 @@ std::size_t Body::widen(std::uint32_t phyxel, std::span<const std::uint32_t> nod
     return added;
 }
 
+// Mass, centre and inertia of a rigid body of these nodes, by its shape.
+void Body::weigh_nodes(std::span<const std::uint32_t> nodes, meshless::RigidPiece& body) const {
+    std::vector<Vec3> rest;
+    std::vector<double> mass;
+    for (const std::uint32_t n : nodes) {
+        rest.push_back(inside_rest_[n]);
+        mass.push_back(settings_.material.density * inside_volume_[n]);
+    }
+    meshless::weigh({rest, mass, grid_.rest().cell_size}, body);
+}
+
 // The rigid body that a piece becomes. Of a rigid one it is a part, and moves as that
 // did. Else it is put as its nodes lie on average, without strain (they were carried by
 // phyxels on both sides of what was cut, so their places may be far apart), and makes
@@ -186,12 +197,6 @@ std::size_t Body::widen(std::uint32_t phyxel, std::span<const std::uint32_t> nod
 // than those, so their angular momentum would make it whirl.
 meshless::RigidPiece Body::rigid_start(std::int32_t piece, std::span<const std::uint32_t> nodes) const {
     const double density = settings_.material.density;
-    std::vector<Vec3> rest;
-    std::vector<double> mass;
-    for (const std::uint32_t n : nodes) {
-        rest.push_back(inside_rest_[n]);
-        mass.push_back(density * inside_volume_[n]);
-    }
     const double edge = grid_.rest().cell_size;
     meshless::RigidPiece body;
     body.piece = piece;
@@ -200,27 +205,29 @@ meshless::RigidPiece Body::rigid_start(std::int32_t piece, std::span<const std::
         const meshless::RigidPiece& whole = phyxels_.rigid.bodies[static_cast<std::size_t>(parent)];
         body.shape = whole.shape;
         body.rotation = whole.rotation;
-        meshless::weigh({rest, mass, edge}, body);
+        weigh_nodes(nodes, body);
         body.centre = whole.place_of_rest(body.rest_centre);
         body.momentum = body.mass * whole.velocity_at(body.centre);
         body.spin = body.rotation * body.inertia * body.rotation.transpose() * whole.angular_velocity();
         return body;
     }
     std::vector<NodeMotion> motions;
+    std::vector<double> mass;  // kg, per node
     Mat3 plastic_strain = Mat3::Zero();
     double total = 0;
     for (std::size_t k = 0; k < nodes.size(); ++k) {
         motions.push_back(motion_of(nodes[k], piece));
+        mass.push_back(density * inside_volume_[nodes[k]]);
         plastic_strain += mass[k] * motions[k].plastic_strain;
         body.centre += mass[k] * motions[k].position;
         total += mass[k];
     }
     body.centre /= total;
     body.shape = meshless::stretch_of(settings_.material, plastic_strain / total);
-    meshless::weigh({rest, mass, edge}, body);
+    weigh_nodes(nodes, body);
     Mat3 turned = Mat3::Zero(), mean = Mat3::Zero();
     for (std::size_t k = 0; k < nodes.size(); ++k) {
-        const Vec3 own = body.shape * (rest[k] - body.rest_centre);
+        const Vec3 own = body.shape * (inside_rest_[nodes[k]] - body.rest_centre);
         turned += mass[k] * (motions[k].position - body.centre) * own.transpose();
         turned += mass[k] * edge * edge / 12 * motions[k].jacobian * body.shape;
         mean += mass[k] / total * motions[k].jacobian;

@@ -2,6 +2,7 @@
 #include <splitcubes/body/body.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <map>
 
@@ -43,6 +44,10 @@ void Body::retessellate(const Parallel& parallel, StepReport& report) {
     }
     changed_boxes_ = boxes_of(*surface_, changed, boxes);
     cut_edge_count_ += new_slots_.size();
+    // In the order in which they were cut, all of them: a checkpoint counts on it.
+    assert(solid_crossings_ + cut_edge_count_ == grid_.crossings().size());
+    assert(std::is_sorted(new_slots_.begin(), new_slots_.end()));
+    if (!new_slots_.empty()) cut_rounds_.push_back(static_cast<std::uint32_t>(cut_edge_count_));
     report.changed_cells += changed.size();
     track_surface_nodes();
 }

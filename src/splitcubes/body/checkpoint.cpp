@@ -1,31 +1,17 @@
 #include <splitcubes/body/checkpoint.h>
 #include <splitcubes/core/error.h>
 
-#include <cereal/archives/binary.hpp>
-#include <cereal/types/array.hpp>
-#include <cereal/types/string.hpp>
-#include <cereal/types/vector.hpp>
+#include <splitcubes/core/state_stream.h>
 
 #include <cstring>
-#include <sstream>
-
-namespace Eigen {
-
-// Of fixed size only: what is stored is the bytes of the coefficients.
-template <class Archive, class Scalar, int Rows, int Columns, int Options>
-void serialize(Archive& archive, Matrix<Scalar, Rows, Columns, Options>& matrix) {
-    static_assert(Rows > 0 && Columns > 0);
-    archive(cereal::binary_data(matrix.data(), sizeof(Scalar) * static_cast<std::size_t>(matrix.size())));
-}
-
-}  // namespace Eigen
 
 namespace splitcubes::body {
 
 namespace {
 
 // Raised with every change of what is stored or of what a step makes of it.
-constexpr std::string_view signature = "Splitcubes checkpoint 3\n";
+constexpr std::string_view any_signature = "Splitcubes checkpoint ";
+constexpr std::string_view signature = "Splitcubes checkpoint 4\n";
 
 std::uint64_t checksum(std::string_view bytes) {
     StateHash hash;
@@ -45,21 +31,25 @@ struct Head {
 }  // namespace
 
 std::string encode_checkpoint(World& world, std::string_view identity, std::string_view notes) {
-    std::ostringstream payload;
-    cereal::BinaryOutputArchive archive(payload);
-    archive(std::string(notes), world);
-    const std::string bytes = std::move(payload).str();
+    StateWriter payload;
+    payload.add_text(notes);
+    world.save(payload);
+    const std::string bytes = payload.take();
     const Head head{checksum(identity), bytes.size(), checksum(bytes)};
-    std::string out(signature);
+    std::string out;
+    out.reserve(signature.size() + sizeof head + bytes.size());
+    out += signature;
     out.append(reinterpret_cast<const char*>(&head), sizeof head);
-    return out + bytes;
+    return out += bytes;
 }
 
 std::string restore_checkpoint(World& world, std::string_view bytes, std::string_view identity,
                                const std::string& name) {
-    if (bytes.substr(0, signature.size()) != signature)
-        throw InputError(name, "is no checkpoint of this version",
-                         "give a file that 'run --checkpoint-every' of the same program wrote");
+    if (!bytes.starts_with(any_signature))
+        throw InputError(name, "is no checkpoint", "give a file that 'run --checkpoint-every' wrote");
+    if (!bytes.starts_with(signature))
+        throw InputError(name, "is a checkpoint of another version of the program",
+                         "go on with the version that wrote it, or start again");
     bytes.remove_prefix(signature.size());
     Head head;
     if (bytes.size() >= sizeof head) std::memcpy(&head, bytes.data(), sizeof head);
@@ -70,14 +60,14 @@ std::string restore_checkpoint(World& world, std::string_view bytes, std::string
         throw InputError(name, "is a checkpoint of another scene",
                          "give the scene it was made from; only frames, threads and output may differ");
     try {
-        std::istringstream payload{std::string(bytes.substr(sizeof head))};
-        cereal::BinaryInputArchive archive(payload);
-        std::string notes;
-        archive(notes, world);
-        for (auto& body : world.bodies()) body->restore(world.parallel());
+        StateReader payload(bytes.substr(sizeof head));
+        std::string notes = payload.text();
+        world.load(payload);
+        payload.finish();
         return notes;
-    } catch (const cereal::Exception& error) {
-        throw InputError(name, std::string("cannot be read: ") + error.what());
+    } catch (const DamagedState& damaged) {
+        throw InputError(name, std::string("is damaged: it holds ") + damaged.what(),
+                         "go back to an earlier checkpoint, or start again");
     }
 }
 

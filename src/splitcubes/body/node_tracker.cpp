@@ -193,9 +193,7 @@ void NodeTracker::look_again(const TrackerContext& context, std::size_t node,
 // Most rows that are looked at again stay as they are: who keeps something by the revision keeps it then.
 void NodeTracker::write_row(const TrackerContext& context, std::size_t node) {
     meshless::NodeKernels::Row& row = kernels_.rows[node];
-    const auto is_carrier = [&](const Link& link) {
-        return link.sees && context.phyxels.piece[link.phyxel] == piece_[node];
-    };
+    const auto is_carrier = [&](const Link& link) { return carries(context.phyxels, node, link); };
     double total = 0;
     for (const Link& link : links_[node])
         if (is_carrier(link)) total += link.weight;

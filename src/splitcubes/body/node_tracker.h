@@ -3,6 +3,7 @@
 #pragma once
 
 #include <splitcubes/core/parallel.h>
+#include <splitcubes/core/state_stream.h>
 #include <splitcubes/geometry/frame.h>
 #include <splitcubes/geometry/occluder_grid.h>
 #include <splitcubes/meshless/frames.h>
@@ -90,12 +91,10 @@ class NodeTracker {
     bool has_row(std::uint32_t node) const { return node < kernels_.size() && kernels_.rows[node].count > 0; }
     /// Nodes that use another node's frame.
     std::size_t fallback_count() const { return fallbacks_.size(); }
-    /// For checkpoints.
-    template <class Archive>
-    void serialize(Archive& archive) {
-        archive(index_, places_, rest_, piece_, task_, use_, links_, boxes_, pieces_changed_, reach_);
-        archive(kernels_, fallbacks_);
-    }
+    /// For checkpoints, between two steps.
+    void save(StateWriter& writer, const meshless::Phyxels& phyxels) const;
+    /// Takes it into a tracker of the same grid; kernels are written again. Throws DamagedState.
+    void load(StateReader& reader, const TrackerContext& context);
 
   private:
     /// A phyxel whose support reaches a node.
@@ -103,23 +102,21 @@ class NodeTracker {
         std::uint32_t phyxel;
         bool sees;      // the segment between them meets no surface
         double weight;  // kernel, 1/m^3
-
-        template <class Archive>
-        void serialize(Archive& archive) {
-            archive(phyxel, sees, weight);
-        }
     };
     enum class Task : std::uint8_t { none, filter, look, build };    // what a kernel needs
     enum class Use : std::uint8_t { none, before, lately, always };  // none: sleeps
     struct Fallback {
         std::uint32_t node;    // that sees no phyxel
         std::uint32_t source;  // whose frame it takes
-
-        template <class Archive>
-        void serialize(Archive& archive) {
-            archive(node, source);
-        }
     };
+    bool carries(const meshless::Phyxels& phyxels, std::size_t node, const Link& link) const {
+        return link.sees && phyxels.piece[link.phyxel] == piece_[node];
+    }
+    bool is_bound(const meshless::Phyxels& phyxels, std::size_t node) const;
+    void load_nodes(StateReader& reader, const TrackerContext& context);
+    void load_links(StateReader& reader, const TrackerContext& context);
+    void load_bonds(StateReader& reader, const TrackerContext& context);
+    void make_rows(const TrackerContext& context);
     void build_links(const TrackerContext& context, std::size_t node, std::vector<std::uint32_t>& near);
     void look_again(const TrackerContext& context, std::size_t node, std::vector<geometry::Box>& near);
     void write_row(const TrackerContext& context, std::size_t node);

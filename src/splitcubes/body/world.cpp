@@ -1,8 +1,10 @@
 #include <splitcubes/body/world.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/stopwatch.h>
+#include <splitcubes/math/state_numbers.h>
 
 #include <algorithm>
+#include <limits>
 
 namespace splitcubes::body {
 
@@ -125,6 +127,52 @@ geometry::SurfaceMesh World::surface_mesh() const {
         all.append(one);
     }
     return all;
+}
+
+void World::save(StateWriter& writer) const {
+    writer.add(step_count_);
+    writer.add(std::uint64_t{contact_memory_.size()});
+    for (const meshless::ContactMemory& memory : contact_memory_) {
+        writer.add(memory.key);
+        for (const Vec3* vector : {&memory.slip, &memory.force}) write_numbers(writer, *vector);
+        for (const double number : {memory.pressure, memory.stiffness, memory.allowed, memory.energy})
+            writer.add(number);
+    }
+    for (const Tool& tool : tools_) {
+        writer.add(std::uint64_t{tool.last_normal.size()});
+        writer.add(numbers_of(tool.last_normal));
+    }
+    for (const auto& body : bodies_) body->save(writer);
+}
+
+void World::load(StateReader& reader) {
+    step_count_ =
+        reader.number<std::int64_t>(0, std::numeric_limits<std::int32_t>::max(), "a step that there is not");
+    contact_memory_.assign(reader.count(sizeof(meshless::ContactMemory)), {});
+    for (meshless::ContactMemory& memory : contact_memory_) {
+        memory.key = reader.number<std::uint64_t>();
+        for (Vec3* vector : {&memory.slip, &memory.force})
+            read_numbers(reader, *vector, "a contact whose force is no number");
+        for (double* number : {&memory.pressure, &memory.stiffness, &memory.allowed, &memory.energy})
+            *number = reader.number<double>(-largest_state_number, largest_state_number,
+                                            "a contact whose force is no number");
+        require_state(memory.pressure >= 0 && memory.stiffness >= 0 && memory.allowed <= 0,
+                      "a contact that pulls");
+    }
+    const auto by_key = [](const meshless::ContactMemory& a, const meshless::ContactMemory& b) {
+        return a.key >= b.key;
+    };
+    require_state(
+        std::adjacent_find(contact_memory_.begin(), contact_memory_.end(), by_key) == contact_memory_.end(),
+        "contacts out of order");
+    for (Tool& tool : tools_) {
+        const std::size_t count = reader.count(sizeof(Vec3));
+        require_state(count == 0 || count == bodies_.size(), "tools of other bodies");
+        read_numbers(reader, count, tool.last_normal, "a tool without a direction");
+    }
+    for (auto& body : bodies_) body->load(reader, *parallel_);
+    for (const auto& body : bodies_)
+        require_state(body->step_count() <= step_count_, "a body ahead of its time");
 }
 
 StateHash World::state_hash() const {

@@ -78,12 +78,8 @@ class World {
     /// Of the whole state: equal for equal runs, for any number of threads.
     StateHash state_hash() const;
     /// For checkpoints (checkpoint.h), as Body's.
-    template <class Archive>
-    void serialize(Archive& archive) {
-        archive(step_count_, contact_memory_);
-        for (Tool& tool : tools_) archive(tool.last_normal);
-        for (auto& body : bodies_) archive(*body);
-    }
+    void save(StateWriter& writer) const;
+    void load(StateReader& reader);
 
   private:
     std::vector<meshless::Obstacle> obstacles_now() const;

@@ -41,14 +41,10 @@ std::size_t NodeGrid::inside_count() const {
 std::int32_t NodeGrid::cut(const GridEdge& edge, double parameter, const Vec3& normal, Origin origin,
                            std::int32_t cut_number) {
     assert(has_edge(edge));
-    std::uint64_t& word = words_[layout_.brick_of(edge.node)].cut[static_cast<std::size_t>(edge.axis)];
-    const std::uint64_t bit = std::uint64_t{1} << BrickLayout::local(edge.node);
-    if (word & bit) return -1;
-    word |= bit;
+    if (is_cut(edge)) return -1;
     Crossing crossing;
     crossing.edge = edge;
     crossing.hit = std::isfinite(parameter) ? std::clamp(parameter, 0.0, 1.0) : 0.5;
-    crossing.parameter = std::clamp(crossing.hit, min_parameter, 1 - min_parameter);
     const double length = normal.norm();
     if (std::isfinite(length) && length > 0) {
         crossing.normal = normal / length;
@@ -58,6 +54,15 @@ std::int32_t NodeGrid::cut(const GridEdge& edge, double parameter, const Vec3& n
     }
     crossing.origin = origin;
     crossing.cut = cut_number;
+    return put(crossing);
+}
+
+std::int32_t NodeGrid::put(Crossing crossing) {
+    const GridEdge& edge = crossing.edge;
+    assert(has_edge(edge) && !is_cut(edge));
+    words_[layout_.brick_of(edge.node)].cut[static_cast<std::size_t>(edge.axis)] |=
+        std::uint64_t{1} << BrickLayout::local(edge.node);
+    crossing.parameter = std::clamp(crossing.hit, min_parameter, 1 - min_parameter);
     const auto slot = static_cast<std::int32_t>(crossings_.size());
     crossings_.push_back(crossing);
     edge_slots_.set(edge.node, edge.axis, slot);

@@ -26,11 +26,6 @@ struct GridEdge {
         return n;
     }
     bool operator==(const GridEdge& other) const { return node == other.node && axis == other.axis; }
-    /// For checkpoints.
-    template <class Archive>
-    void serialize(Archive& archive) {
-        archive(node, axis);
-    }
 };
 
 /// A grid edge as one number, stable for the life of a grid: 16 bits a
@@ -46,12 +41,6 @@ struct Crossing {
     Vec3 normal;       // unit, rest space, never against the edge: normal[axis] >= 0
     Origin origin;
     std::int32_t cut;  // which cut made it; -1 for the boundary
-
-    /// For checkpoints.
-    template <class Archive>
-    void serialize(Archive& archive) {
-        archive(edge, parameter, hit, normal, origin, cut);
-    }
 };
 
 /// What a cell's corners and edges are.
@@ -100,6 +89,9 @@ class NodeGrid {
     /// becomes the edge's direction.
     std::int32_t cut(const GridEdge& edge, double parameter, const Vec3& normal, Origin origin,
                      std::int32_t cut_number);
+    /// The same for a crossing of an equal grid: of an uncut edge, with a `hit` within [0, 1] and a normal as
+    /// `cut` left it. Returns the new slot.
+    std::int32_t put(Crossing crossing);
 
     const std::vector<Crossing>& crossings() const { return crossings_; }
     const Crossing& crossing(std::int32_t slot) const { return crossings_[static_cast<std::size_t>(slot)]; }
@@ -122,11 +114,6 @@ class NodeGrid {
     /// Room for that many cut edges, so that cuts copy nothing until then.
     void reserve(std::size_t crossing_count) { crossings_.reserve(crossing_count); }
     std::size_t bytes() const;
-    /// For checkpoints.
-    template <class Archive>
-    void serialize(Archive& archive) {
-        archive(rest_, layout_, words_, edge_slots_, crossings_);
-    }
 
   private:
     RestGrid rest_;
@@ -134,10 +121,6 @@ class NodeGrid {
     struct BrickWords {
         std::uint64_t inside = 0;            // a bit per node
         std::array<std::uint64_t, 3> cut{};  // per axis, a bit per edge, at its lower node
-        template <class Archive>
-        void serialize(Archive& archive) {
-            archive(inside, cut);
-        }
     };
     std::vector<BrickWords> words_;    // per brick
     SlotMap<3> edge_slots_;            // per edge, at its lower node

@@ -43,12 +43,6 @@ class Pieces {
     /// -1 for an outside node.
     std::int32_t piece_of(const NodeGrid& grid, const Vec3i& node) const;
 
-    /// For checkpoints.
-    template <class Archive>
-    void serialize(Archive& archive) {
-        archive(components_, runs_, node_counts_);
-    }
-
   private:
     Pieces() = default;
 
@@ -58,20 +52,10 @@ class Pieces {
         std::uint32_t brick;
         std::int32_t piece;
         std::uint32_t search;  // scratch of the searches; none elsewhere
-
-        template <class Archive>
-        void serialize(Archive& archive) {
-            archive(nodes, brick, piece, search);
-        }
     };
     /// A brick's components: a run of components_, in order of their lowest nodes.
     struct BrickRun {
         std::uint32_t first = 0, count = 0;
-
-        template <class Archive>
-        void serialize(Archive& archive) {
-            archive(first, count);
-        }
     };
     class Searches;
 

@@ -45,10 +45,6 @@ struct BrickLayout {
     static Vec3i local_place(unsigned local) {
         return {static_cast<int>(local & 3), static_cast<int>(local >> 2 & 3), static_cast<int>(local >> 4)};
     }
-    template <class Archive>
-    void serialize(Archive& archive) {
-        archive(brick_count);
-    }
 };
 
 /// `Channels` slots (-1: none) per grid place, stored for touched bricks only:
@@ -79,11 +75,6 @@ class SlotMap {
     }
     std::size_t bytes() const {
         return block_.size() * sizeof(std::int32_t) + blocks_.size() * sizeof(Block);
-    }
-    /// For checkpoints.
-    template <class Archive>
-    void serialize(Archive& archive) {
-        archive(layout_, block_, blocks_);
     }
 
   private:

@@ -32,11 +32,6 @@ struct SurfaceVertex {
     std::uint8_t axis;      // of the edge or of the face's normal; 0 for a centre
 
     bool alive() const { return corners != 0; }
-    /// For checkpoints.
-    template <class Archive>
-    void serialize(Archive& archive) {
-        archive(rest, normal, place, cell, corners, kind, instance, axis);
-    }
 };
 
 /// The nodes that carry a vertex, with their trilinear weights, which sum to one.
@@ -52,12 +47,6 @@ struct Carriers {
 struct SurfaceQuad {
     std::array<std::uint32_t, 4> vertices;
     std::int32_t crossing;  // slot of the cut edge it belongs to
-
-    /// For checkpoints.
-    template <class Archive>
-    void serialize(Archive& archive) {
-        archive(vertices, crossing);
-    }
 };
 
 struct SurfaceCell {
@@ -72,13 +61,6 @@ struct SurfaceCell {
     std::array<std::int32_t, 8> centre;    // vertex of each fan; -1: fan outside
     std::array<std::int32_t, 6> face;      // numbers of the faces that sheets cross; -1: none
     std::array<std::int32_t, 8> node;  // index into Surface::nodes() of each corner that carries; -1: none
-
-    /// For checkpoints.
-    template <class Archive>
-    void serialize(Archive& archive) {
-        archive(place, mask, inside, quad_count, quad_capacity, fan_count, first_quad, fan_name, centre, face,
-                node);
-    }
 };
 
 /// Cells, faces, vertices and quads of a grid's surface.
@@ -114,12 +96,6 @@ class Surface {
 
     /// Counts the changes: whoever keeps something derived from the quads compares.
     std::uint64_t revision() const { return revision_; }
-    /// For checkpoints.
-    template <class Archive>
-    void serialize(Archive& archive) {
-        archive(slots_, cells_, faces_, edge_vertices_, vertices_, quads_, free_quads_, nodes_);
-        archive(free_vertices_, cell_stamp_, quad_count_, alive_count_, revision_);
-    }
 
   private:
     struct Face {
@@ -127,10 +103,6 @@ class Surface {
         std::array<std::int32_t, 4> vertex{-1, -1, -1, -1};  // per instance
         std::uint8_t mask = 0;
         bool smooth = true;  // see FacePlacement
-        template <class Archive>
-        void serialize(Archive& archive) {
-            archive(position, vertex, mask, smooth);
-        }
     };
     struct CellContext;
 

@@ -1,0 +1,404 @@
+// What a checkpoint keeps of a body, and how it comes back. What follows from something else is not kept
+// but derived, so that it cannot contradict it: grid, surface and pieces from the cuts, masses from the
+// booking, kernels and vertices from phyxels and nodes. What is left is checked number by number.
+#include <splitcubes/body/body.h>
+#include <splitcubes/math/decompose.h>
+#include <splitcubes/math/state_numbers.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace splitcubes::body {
+
+namespace {
+
+constexpr double rotation_tolerance = 1e-3;
+// Bytes of a cut edge, and of what moves of a phyxel.
+constexpr std::size_t bytes_of_cut = 44, bytes_of_phyxel = 338;
+
+// Whether an edge lies within the material and is uncut.
+bool can_be_cut(const splitting::NodeGrid& grid, const splitting::GridEdge& edge) {
+    return edge.axis < 3 && grid.has_edge(edge) && grid.inside(edge.node) && grid.inside(edge.upper()) &&
+           !grid.is_cut(edge);
+}
+
+bool is_direction_along(const Vec3& normal, int axis) {
+    return std::abs(normal.norm() - 1) <= 1e-9 && normal[axis] >= 0;
+}
+
+}  // namespace
+
+void Body::save(StateWriter& writer) const {
+    save_cuts(writer);
+    save_phyxels(writer);
+    save_booking(writer);
+    save_rigid(writer);
+    save_pairs(writer);
+    tracker_.save(writer, phyxels_);
+    save_motion(writer);
+}
+
+void Body::load(StateReader& reader, const Parallel& parallel) {
+    try {
+        load_cuts(reader);
+        load_phyxels(reader);
+        load_booking(reader);
+        load_rigid(reader);
+        load_pairs(reader);
+        tracker_.load(reader, tracker_context(parallel));
+        load_motion(reader);
+        derive(parallel);
+    } catch (const DamagedState& damaged) {
+        throw DamagedState(std::string(damaged.what()) + " in body '" + settings_.name + "'");
+    }
+}
+
+void Body::save_cuts(StateWriter& writer) const {
+    writer.add(std::uint64_t{cut_edge_count_});
+    const auto all = std::span(grid_.crossings()).subspan(solid_crossings_);
+    for (const splitting::Crossing& c : all) writer.add(splitting::edge_id(c.edge));
+    for (const splitting::Crossing& c : all) writer.add(c.hit);
+    for (const splitting::Crossing& c : all) write_numbers(writer, c.normal);
+    for (const splitting::Crossing& c : all) writer.add(c.cut);
+    writer.add(std::uint64_t{cut_rounds_.size()});
+    writer.add(std::span<const std::uint32_t>(cut_rounds_));
+}
+
+// Cuts in the same rounds again, which gives the surface and pieces that the same cuts gave.
+void Body::load_cuts(StateReader& reader) {
+    const std::size_t count = reader.count(bytes_of_cut);
+    const std::vector<std::uint64_t> edges = reader.numbers<std::uint64_t>(count);
+    const std::vector<double> hits = reader.numbers<double>(count, 0, 1, "a cut beyond its edge");
+    std::vector<Vec3> normals;
+    read_numbers(reader, count, normals, "a cut without a direction");
+    const std::vector<std::int32_t> cuts = reader.numbers<std::int32_t>(
+        count, 0, std::numeric_limits<std::int32_t>::max(), "a cut without a number");
+    const std::vector<std::uint32_t> rounds = reader.numbers<std::uint32_t>(reader.count(4));
+    require_state(rounds.empty() ? count == 0 : rounds.back() == count, "cuts of no step");
+    require_state(rounds.size() >= cut_rounds_.size() &&
+                      std::equal(cut_rounds_.begin(), cut_rounds_.end(), rounds.begin()),
+                  "other cuts than those it was made with");
+    for (std::size_t k = 0; k < cut_edge_count_; ++k)
+        require_state(splitting::edge_id(grid_.crossings()[solid_crossings_ + k].edge) == edges[k],
+                      "other cuts than those it was made with");
+    for (std::size_t r = cut_rounds_.size(); r < rounds.size(); ++r) {
+        require_state(rounds[r] > cut_edge_count_ && rounds[r] <= count, "cuts of no step");
+        std::vector<std::int32_t> slots;
+        for (std::size_t k = cut_edge_count_; k < rounds[r]; ++k) {
+            splitting::Crossing crossing;
+            crossing.edge = splitting::edge_from_id(edges[k]);
+            require_state(can_be_cut(grid_, crossing.edge), "a cut where there is nothing to cut");
+            require_state(is_direction_along(normals[k], crossing.edge.axis), "a cut without a direction");
+            crossing.hit = hits[k];
+            crossing.normal = normals[k];
+            crossing.origin = splitting::Origin::cut;
+            crossing.cut = cuts[k];
+            slots.push_back(grid_.put(crossing));
+        }
+        surface_->retessellate(grid_, slots);
+        pieces_->update(grid_, slots);
+        cut_edge_count_ = rounds[r];
+    }
+    cut_rounds_ = rounds;
+    for (std::size_t n = 0; n < inside_nodes_.size(); ++n)
+        inside_piece_[n] = pieces_->piece_of(grid_, inside_nodes_[n]);
+}
+
+void Body::save_phyxels(StateWriter& writer) const {
+    writer.add(std::uint64_t{phyxels_.size()});
+    for (std::size_t i = solid_phyxels_; i < phyxels_.size(); ++i) {
+        const Vec3i node =
+            grid_.rest().to_grid(phyxels_.rest_position[i]).array().round().matrix().cast<int>();
+        writer.add(splitting::edge_id({node, 0}));
+    }
+    writer.add(std::span(phyxels_.support_radius).subspan(solid_phyxels_));
+    for (const Vec3i& node : owner_) writer.add(splitting::edge_id({node, 0}));
+    for (const auto* places :
+         {&phyxels_.position, &phyxels_.velocity, &phyxels_.previous_position, &phyxels_.previous_velocity})
+        writer.add(numbers_of(*places));
+    for (const auto* matrices : {&phyxels_.deformation, &phyxels_.rotation, &previous_deformation_})
+        writer.add(numbers_of(*matrices));
+    if (settings_.material.plasticity) writer.add(numbers_of(phyxels_.plastic_strain));
+    for (const auto* flags : {&phyxels_.history_broken, &phyxels_.touching})
+        writer.add(std::span<const std::uint8_t>(*flags));
+    for (const auto* energies : {&phyxels_.elastic_energy, &phyxels_.reserve})
+        writer.add(std::span<const double>(*energies));
+    writer.add(phyxels_.history_step);
+    writer.add(std::int32_t{phyxels_.substeps});
+}
+
+// Those that came with pieces lie at nodes, none at one where another of them is.
+void Body::load_new_phyxels(StateReader& reader, std::size_t count) {
+    const std::size_t added = count - solid_phyxels_;
+    const std::vector<std::uint64_t> ids = reader.numbers<std::uint64_t>(added);
+    std::vector<std::uint64_t> sorted = ids;
+    std::sort(sorted.begin(), sorted.end());
+    require_state(std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end(), "phyxels at one place");
+    const std::vector<double> supports =
+        reader.numbers<double>(added, 0, largest_state_number, "a phyxel whose support is no length");
+    for (std::size_t k = 0; k < added; ++k) {
+        const auto [node, axis] = splitting::edge_from_id(ids[k]);
+        require_state(axis == 0 && grid_.rest().contains(node) && grid_.inside(node),
+                      "a phyxel outside the body");
+        meshless::PhyxelStart start;
+        start.rest_position = grid_.rest().node_position(node);
+        start.contact_radius = 0.5 * grid_.rest().cell_size;
+        start.support_radius = supports[k];
+        const std::size_t known = solid_phyxels_ + k;
+        if (known >= phyxels_.size())
+            phyxels_.append(start);
+        else
+            require_state(phyxels_.rest_position[known] == start.rest_position &&
+                              phyxels_.support_radius[known] == start.support_radius,
+                          "other phyxels than those it was made with");
+    }
+}
+
+// A support is a multiple of the mean distance to the phyxels nearest when the phyxel came: not below that to
+// the nearest one there is now, nor above that to the nearest of the first that there were. Anything else
+// could make everybody a neighbour of everybody.
+void Body::check_supports() const {
+    constexpr double rounding = 1e-9;
+    const meshless::SupportOptions options;
+    const auto counted = static_cast<std::size_t>(options.nearest_count);
+    const std::span<const Vec3> rest = phyxels_.rest_position;
+    const std::size_t before = std::min(std::max(solid_phyxels_, counted + 1), rest.size());
+    if (rest.size() == solid_phyxels_) return;
+    const meshless::PhyxelLocator all(rest, 1.6 * spacing_), first(rest.first(before), 1.6 * spacing_);
+    const double cell = grid_.rest().cell_size, widest = cell * grid_.rest().node_count.cast<double>().norm();
+    std::vector<std::uint32_t> nearest;
+    const auto mean_distance = [&](std::size_t i) {
+        double sum = 0;
+        for (const std::uint32_t j : nearest) sum += (rest[j] - rest[i]).norm();
+        return sum / static_cast<double>(nearest.size());
+    };
+    for (std::size_t i = solid_phyxels_; i < rest.size(); ++i) {
+        const double support = phyxels_.support_radius[i];
+        all.nearest(rest[i], 2, nearest);
+        std::erase(nearest, static_cast<std::uint32_t>(i));
+        const double least =
+            nearest.empty() ? 0 : (1 - rounding) * options.factor * (rest[nearest[0]] - rest[i]).norm();
+        require_state(support >= std::max(least, 1e-3 * cell),
+                      "a phyxel whose support does not reach its neighbours");
+        first.nearest(rest[i], counted, nearest);
+        const double most = i < before ? widest : std::min(widest, mean_distance(i));
+        require_state(support <= (1 + rounding) * options.factor * most,
+                      "a phyxel whose support reaches too far");
+    }
+}
+
+void Body::load_phyxels(StateReader& reader) {
+    const std::size_t count = reader.count(bytes_of_phyxel);
+    require_state(count >= phyxels_.size(), "too few phyxels");
+    load_new_phyxels(reader, count);
+    check_supports();
+    const std::vector<std::uint64_t> owners = reader.numbers<std::uint64_t>(count);
+    owner_.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto [node, axis] = splitting::edge_from_id(owners[i]);
+        require_state(axis == 0 && grid_.rest().contains(node) && grid_.inside(node),
+                      "a phyxel outside the body");
+        owner_[i] = node;
+        phyxels_.piece[i] = pieces_->piece_of(grid_, node);
+    }
+    for (auto* places :
+         {&phyxels_.position, &phyxels_.velocity, &phyxels_.previous_position, &phyxels_.previous_velocity})
+        read_numbers(reader, count, *places, "a phyxel that is nowhere");
+    for (auto* matrices : {&phyxels_.deformation, &phyxels_.rotation, &previous_deformation_})
+        read_numbers(reader, count, *matrices, "a phyxel whose deformation is no number");
+    for (const Mat3& rotation : phyxels_.rotation)
+        require_state(is_rotation(rotation, rotation_tolerance), "a phyxel whose rotation is none");
+    if (settings_.material.plasticity)
+        read_numbers(reader, count, phyxels_.plastic_strain, "a phyxel whose plastic strain is no number");
+    for (auto* flags : {&phyxels_.history_broken, &phyxels_.touching})
+        *flags = reader.numbers<std::uint8_t>(count, 0, 1, "a phyxel with a mark that there is not");
+    for (auto* energies : {&phyxels_.elastic_energy, &phyxels_.reserve})
+        read_numbers(reader, count, *energies, "a phyxel whose energy is no number");
+    phyxels_.history_step = reader.number<double>(0, largest_state_number, "a step that is no time");
+    phyxels_.substeps = reader.number<std::int32_t>(0, std::numeric_limits<std::int32_t>::max(),
+                                                    "a number of substeps below zero");
+    std::vector<std::uint8_t> has_phyxel(pieces_->count(), 0);
+    for (const std::int32_t piece : phyxels_.piece) has_phyxel[static_cast<std::size_t>(piece)] = 1;
+    require_state(std::find(has_phyxel.begin(), has_phyxel.end(), 0) == has_phyxel.end(),
+                  "a piece without phyxels");
+}
+
+void Body::save_booking(StateWriter& writer) const {
+    writer.add(std::span(booking_.offsets).subspan(1));
+    writer.add(std::span<const std::uint32_t>(booking_.phyxel));
+    writer.add(std::span<const double>(booking_.share));
+    writer.add(std::span<const std::uint8_t>(booking_.whole));
+}
+
+// Nodes are booked with phyxels of their own piece, in ascending order; shares sum to one.
+void Body::load_booking(StateReader& reader) {
+    const std::size_t nodes = inside_nodes_.size();
+    meshless::Booking booking;
+    booking.offsets = {0};
+    const std::vector<std::uint32_t> ends = reader.numbers<std::uint32_t>(nodes);
+    booking.offsets.insert(booking.offsets.end(), ends.begin(), ends.end());
+    require_state(std::is_sorted(booking.offsets.begin(), booking.offsets.end()), "a booking out of order");
+    const std::size_t entries = booking.offsets.back();
+    booking.phyxel = reader.numbers<std::uint32_t>(
+        entries, 0, static_cast<std::uint32_t>(phyxels_.size() - 1), "a booking of no phyxel");
+    read_numbers(reader, entries, booking.share, "a booking whose share is no number");
+    booking.whole = reader.numbers<std::uint8_t>(nodes, 0, 1, "a booking with a mark that there is not");
+    booking.piece = inside_piece_;
+    for (std::size_t n = 0; n < nodes; ++n) {
+        const std::uint32_t begin = booking.offsets[n], end = booking.offsets[n + 1];
+        booking.unbooked += begin == end;
+        double sum = 0;
+        for (std::uint32_t e = begin; e < end; ++e) {
+            require_state(e == begin || booking.phyxel[e - 1] < booking.phyxel[e], "a booking out of order");
+            require_state(phyxels_.piece[booking.phyxel[e]] == inside_piece_[n],
+                          "a booking with another piece's phyxel");
+            sum += booking.share[e];
+        }
+        require_state(begin == end || std::abs(sum - 1) <= 1e-6, "a booking whose shares are no whole");
+    }
+    booking_ = std::move(booking);
+    meshless::apply(booking_, inside_volume_, settings_.material.density, phyxels_);
+    for (const double volume : phyxels_.volume)
+        require_state(volume >= 0, "a phyxel whose volume is below zero");
+}
+
+void Body::save_rigid(StateWriter& writer) const {
+    const meshless::RigidPieces& rigid = phyxels_.rigid;
+    writer.add(std::uint64_t{rigid.bodies.size()});
+    for (const meshless::RigidPiece& body : rigid.bodies) {
+        writer.add(body.piece);
+        for (const Mat3* matrix : {&body.shape, &body.rotation}) write_numbers(writer, *matrix);
+        for (const Vec3* vector : {&body.centre, &body.momentum, &body.spin}) write_numbers(writer, *vector);
+        writer.add(body.touching);
+        writer.add(body.point_count);
+        for (const Vec3& point : rigid.points_of(body)) write_numbers(writer, point);
+    }
+}
+
+// Mass and inertia are those of the piece's nodes.
+void Body::load_rigid(StateReader& reader) {
+    constexpr std::uint32_t most_points = 26;
+    phyxels_.rigid = {};
+    const std::size_t count = reader.count(4 + 27 * sizeof(double));
+    std::vector<std::vector<std::uint32_t>> nodes(count == 0 ? 0 : pieces_->count());
+    if (count > 0)
+        for (std::uint32_t n = 0; n < inside_nodes_.size(); ++n)
+            nodes[static_cast<std::size_t>(inside_piece_[n])].push_back(n);
+    const double length = grid_.rest().cell_size * grid_.rest().node_count.cast<double>().norm();
+    for (std::size_t k = 0; k < count; ++k) {
+        meshless::RigidPiece body;
+        body.piece = reader.number<std::int32_t>(0, static_cast<std::int32_t>(pieces_->count()) - 1,
+                                                 "a rigid piece that there is not");
+        require_state(phyxels_.rigid.index(body.piece) < 0, "a piece that is rigid twice");
+        read_numbers(reader, body.shape, "a rigid piece without a shape");
+        read_numbers(reader, body.rotation, "a rigid piece whose rotation is none");
+        for (Vec3* vector : {&body.centre, &body.momentum, &body.spin})
+            read_numbers(reader, *vector, "a rigid piece that is nowhere");
+        body.touching = reader.number<std::uint8_t>(0, 1, "a rigid piece with a mark that there is not");
+        const Vec3 stretch = eigen_symmetric(body.shape).values;  // descending
+        require_state((body.shape - body.shape.transpose()).cwiseAbs().maxCoeff() <= 1e-9 * stretch[0] &&
+                          stretch[2] > 1e-3 && stretch[0] < 1e3,
+                      "a rigid piece without a shape");
+        require_state(is_rotation(body.rotation, 1e-6), "a rigid piece whose rotation is none");
+        weigh_nodes(nodes[static_cast<std::size_t>(body.piece)], body);
+        std::vector<Vec3> points;
+        read_numbers(reader, reader.number<std::uint32_t>(0, most_points, "a rigid piece of many points"),
+                     points, "a point that is nowhere");
+        for (const Vec3& point : points)
+            require_state(point.norm() <= 2 * length * stretch[0], "a point far from its rigid piece");
+        phyxels_.rigid.put(body, points);
+    }
+}
+
+void Body::save_pairs(StateWriter& writer) const {
+    writer.add(std::uint64_t{pairs_.size()});
+    for (const auto* ends : {&pairs_.a, &pairs_.b}) writer.add(std::span<const std::uint32_t>(*ends));
+    writer.add(std::span<const float>(pairs_.visibility));
+}
+
+void Body::load_pairs(StateReader& reader) {
+    const std::size_t count = reader.count(2 * sizeof(std::uint32_t) + sizeof(float));
+    const auto last = static_cast<std::uint32_t>(phyxels_.size() - 1);
+    meshless::Pairs pairs;
+    for (auto* ends : {&pairs.a, &pairs.b})
+        *ends = reader.numbers<std::uint32_t>(count, 0, last, "a pair of phyxels that there are not");
+    pairs.visibility = reader.numbers<float>(count, 0, 1, "a pair whose visibility is no share");
+    for (std::size_t k = 0; k < count; ++k) {
+        const std::uint32_t a = pairs.a[k], b = pairs.b[k];
+        require_state(a < b && (k == 0 || pairs.a[k - 1] < a || (pairs.a[k - 1] == a && pairs.b[k - 1] < b)),
+                      "pairs out of order");
+        const double reach = std::max(phyxels_.support_radius[a], phyxels_.support_radius[b]);
+        const double distance_squared = (phyxels_.rest_position[b] - phyxels_.rest_position[a]).squaredNorm();
+        require_state(distance_squared > 0 && distance_squared < reach * reach,
+                      "a pair out of each other's reach");
+        require_state(!(pairs.visibility[k] > 0) || (phyxels_.piece[a] == phyxels_.piece[b] &&
+                                                     phyxels_.rigid.index(phyxels_.piece[a]) < 0),
+                      "a pair that sees each other through a cut");
+    }
+    pairs_ = std::move(pairs);
+}
+
+void Body::save_motion(StateWriter& writer) const {
+    writer.add(numbers_of(frames_));
+    writer.add(step_);
+    // Who was near a blade in the last step; what was before that is not asked for again.
+    std::vector<std::uint32_t> nodes;
+    std::vector<Vec3> places;
+    for (std::uint32_t node = 0; node < cut_step_.size(); ++node) {
+        if (cut_step_[node] != step_ - 1) continue;
+        nodes.push_back(node);
+        places.push_back(cut_position_[node]);
+    }
+    writer.add(std::uint64_t{nodes.size()});
+    writer.add(std::span<const std::uint32_t>(nodes));
+    writer.add(numbers_of(places));
+    if (!deformation_) return;
+    const std::vector<double> state = deformation_->state();
+    writer.add(std::span<const double>(state));
+    writer.add(numbers_of(node_frames_before_));
+}
+
+void Body::load_motion(StateReader& reader) {
+    read_numbers(reader, tracker_.size(), frames_, "a node that is nowhere");
+    step_ =
+        reader.number<std::int64_t>(0, std::numeric_limits<std::int32_t>::max(), "a step that there is not");
+    const std::size_t near_blades = reader.count(sizeof(Vec3) + sizeof(std::uint32_t));
+    const std::vector<std::uint32_t> nodes = reader.numbers<std::uint32_t>(near_blades);
+    std::vector<Vec3> places;
+    read_numbers(reader, near_blades, places, "a node that is nowhere");
+    cut_position_.assign(tracker_.size(), Vec3::Zero());
+    cut_step_.assign(tracker_.size(), -2);
+    for (std::size_t k = 0; k < near_blades; ++k) {
+        require_state(nodes[k] < tracker_.size(), "a node that there is not");
+        cut_position_[nodes[k]] = places[k];
+        cut_step_[nodes[k]] = step_ - 1;
+    }
+    if (!deformation_) return;
+    std::vector<double> state;
+    read_numbers(reader, deformation_->state().size(), state, "a deformation that is no number");
+    read_numbers(reader, inside_nodes_.size(), node_frames_before_, "a node that is nowhere");
+    restore_deformation(state);
+}
+
+// All that follows from what has been read.
+void Body::derive(const Parallel& parallel) {
+    occluders_ = geometry::OccluderGrid(grid_.rest().origin, grid_.rest().cell_size, grid_.rest().node_count);
+    occluder_box_.clear();
+    build_occluders(parallel);
+    changes_.mark_all();
+    locator_ = meshless::PhyxelLocator(phyxels_.rest_position, 1.6 * spacing_);
+    neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
+    constrained_.clear();
+    grabbed_.clear();
+    surface_to_tracked_.clear();
+    for (const Vec3i& node : surface_->nodes()) {
+        require_state(tracker_.find(node) >= 0, "a node of the surface that is not tracked");
+        surface_to_tracked_.push_back(tracker_.hold(grid_, node));
+    }
+    if (deformation_) deformation_->node_frames(node_frames_, parallel);
+    move_surface(parallel);
+    list_skin_points(parallel);
+}
+
+}  // namespace splitcubes::body

@@ -1,0 +1,106 @@
+// Laws of checkpoints that were damaged by somebody who knows their checksum: each is refused in one line, or
+// is a state from which the world goes on.
+#include <splitcubes/body/checkpoint.h>
+#include <splitcubes/core/error.h>
+
+#include "body/busy_world.h"
+#include "body/checkpoint_damage.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+namespace splitcubes::body {
+namespace {
+
+using damage::reseal;
+
+const char* const identity = "a scene";
+
+std::string checkpoint_after(int steps, meshless::SolverKind kind) {
+    const auto world = busy::make(kind, busy::Size::small);
+    for (int step = 0; step < steps; ++step) world->step();
+    return encode_checkpoint(*world, identity, "page");
+}
+
+// What restoring says; empty: it is taken, and the world has made two steps since.
+std::string answer(const std::string& checkpoint, meshless::SolverKind kind) {
+    const auto world = busy::make(kind, busy::Size::small);
+    try {
+        restore_checkpoint(*world, checkpoint, identity, "x.bin");
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    try {
+        for (int step = 0; step < 2; ++step) world->step();
+    } catch (const JobError&) {
+        // Explicit steps that would be divided into too many.
+    }
+    return "";
+}
+
+class DamagedCheckpoint : public testing::TestWithParam<meshless::SolverKind> {};
+
+TEST_P(DamagedCheckpoint, IsRefusedInOneLineOrGoesOn) {
+    const std::string good = checkpoint_after(20, GetParam());
+    ASSERT_EQ(answer(good, GetParam()), "");
+    int refused = 0;
+    constexpr int trials = 150;
+    for (int trial = 0; trial < trials; ++trial) {
+        Random random(static_cast<std::uint64_t>(trial));
+        std::string damaged = good;
+        for (std::uint32_t k = 0; k <= random.below(2); ++k) damage::damage(damaged, random);
+        reseal(damaged);
+        const std::string said = answer(damaged, GetParam());
+        refused += !said.empty();
+        if (said.empty()) continue;
+        EXPECT_THAT(said, testing::StartsWith("x.bin: is damaged: it holds ")) << trial;
+        EXPECT_THAT(said, testing::Not(testing::HasSubstr("\n"))) << trial;
+    }
+    // Neither everything nor nothing.
+    EXPECT_GT(refused, trials / 4);
+    EXPECT_LT(refused, trials);
+}
+
+TEST_P(DamagedCheckpoint, CutOffAnywhereItIsRefused) {
+    const std::string good = checkpoint_after(20, GetParam());
+    const std::size_t begin = damage::payload_begin(good);
+    for (std::size_t part = 0; part < 40; ++part) {
+        std::string damaged = good.substr(0, begin + (good.size() - begin) * part / 40);
+        reseal(damaged);
+        EXPECT_THAT(answer(damaged, GetParam()), testing::HasSubstr("x.bin: is damaged: it holds ")) << part;
+    }
+    std::string longer = good + "1234";
+    reseal(longer);
+    EXPECT_THAT(answer(longer, GetParam()), testing::HasSubstr("more than belongs to it"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Solvers, DamagedCheckpoint,
+                         testing::Values(meshless::SolverKind::implicit_steps,
+                                         meshless::SolverKind::explicit_steps));
+
+TEST(BusyWorld, HasAllThatACheckpointKeeps) {
+    const auto world = busy::make(meshless::SolverKind::implicit_steps, busy::Size::small);
+    std::size_t torn = 0, contacts = 0;
+    for (int step = 0; step < 20; ++step) {
+        const StepReport report = world->step();
+        torn += report.torn_edges;
+        contacts += report.contacts;
+    }
+    const Body& block = *world->bodies()[0];
+    EXPECT_GT(block.pieces().count(), 3U);
+    EXPECT_GT(block.phyxels().rigid.bodies.size(), 0U);
+    EXPECT_GT(torn, 0U);
+    EXPECT_GT(contacts, 0U);
+    EXPECT_GT(world->pushing_contacts().size(), 0U);
+    EXPECT_TRUE(world->bodies()[3]->is_carried());
+    EXPECT_GT(world->bodies()[3]->cut_edge_count(), 0U);
+    double strain = 0;
+    for (const Mat3& plastic : world->bodies()[1]->phyxels().plastic_strain) strain += plastic.norm();
+    EXPECT_GT(strain, 0);
+}
+
+}  // namespace
+}  // namespace splitcubes::body
