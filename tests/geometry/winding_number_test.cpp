@@ -226,3 +226,51 @@ TEST(WindingNumber, IsTheSameOnAnyNumberOfThreads) {
     };
     EXPECT_EQ(values(1), values(4));
 }
+
+namespace {
+
+// Triangles with nothing in common.
+TriangleMesh soup(std::uint64_t seed, std::uint32_t count, double size) {
+    Random random(seed);
+    TriangleMesh mesh;
+    for (std::uint32_t t = 0; t < count; ++t) {
+        const Vec3 center = random_point(random, 1);
+        for (int k = 0; k < 3; ++k) mesh.positions.push_back(center + random_point(random, size));
+        mesh.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+    }
+    return mesh;
+}
+
+}  // namespace
+
+TEST(WindingNumber, TheQuickOneDiffersByNoMoreThanItSays) {
+    for (const double size : {0.02, 0.3, 1.5}) {
+        const TriangleMesh mesh = soup(7, 3000, size);
+        const WindingNumber winding(mesh);
+        Random random(8);
+        for (int trial = 0; trial < 300; ++trial) {
+            const Vec3 p = random_point(random, 1.5);
+            const WindingNumber::Estimate quick = winding.quick_at(p);
+            EXPECT_NEAR(quick.value, winding.at(p), quick.tolerance);
+            EXPECT_LT(quick.tolerance, 1e-5);
+            if (size == 1.5) EXPECT_GT(quick.near_count, 1000U);
+        }
+    }
+}
+
+// There rounding decides on which side a point is: both must decide alike.
+TEST(WindingNumber, TheQuickOneIsTheOtherOnTrianglesAndTheirRims) {
+    const TriangleMesh mesh = soup(9, 200, 0.8);
+    const WindingNumber winding(mesh);
+    Random random(10);
+    for (const Triangle& t : mesh.triangles) {
+        const Vec3 &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
+        const double u = random.uniform(0, 0.5), v = random.uniform(0, 0.5);
+        for (const Vec3& p :
+             {a, Vec3(0.5 * (a + b)), Vec3(a + u * (b - a)), Vec3(a + u * (b - a) + v * (c - a))})
+            for (const double limit : {0.5, std::abs(winding.at(p))}) {
+                EXPECT_EQ(winding.exceeds(p, limit), std::abs(winding.at(p)) > limit);
+                EXPECT_NEAR(winding.quick_at(p).value, winding.at(p), winding.quick_at(p).tolerance);
+            }
+    }
+}

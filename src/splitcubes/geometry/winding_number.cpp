@@ -174,6 +174,12 @@ struct WindingNumber::Builder {
             for (const Vec3& corner : corners[order[t]])
                 radius2 = std::max(radius2, (corner - moments.center).squaredNorm());
         node.opening_distance2 = beta * beta * radius2;
+        node.whole_distance = beta * std::sqrt(radius2);
+        if (!leaf)
+            for (const std::size_t child : {index + 1, std::size_t{out.nodes_[index + 1].skip}})
+                node.whole_distance =
+                    std::min(node.whole_distance, out.nodes_[child].whole_distance -
+                                                      (out.nodes_[child].center - node.center).norm());
         node.begin = begin;
         node.end = end;
         node.leaf = leaf;
@@ -230,7 +236,12 @@ WindingNumber::WindingNumber(const TriangleMesh& mesh) {
     nodes_.reserve(builder.corners.size());
     builder.build(0, static_cast<std::uint32_t>(builder.corners.size()));
     corners_.reserve(builder.corners.size());
-    for (const std::uint32_t t : builder.order) corners_.push_back(builder.corners[t]);
+    lanes_.reserve(builder.corners.size());
+    for (const std::uint32_t t : builder.order) {
+        corners_.push_back(builder.corners[t]);
+        lanes_.add(builder.corners[t]);
+    }
+    lanes_.finish();
 }
 
 // Taylor series of r / |r|^3 about the node's centre: the traces of the moments
@@ -270,6 +281,51 @@ double WindingNumber::at(const Vec3& point) const {
         }
     }
     return (far + near) / (4 * std::numbers::pi);
+}
+
+WindingNumber::Estimate WindingNumber::quick_at(const Vec3& point) const {
+    const Vec3 q = (point - center_) * scale_;
+    double far = 0, near = 0;
+    std::array<WindingLanes::Run, 64> runs;
+    std::size_t count = 0, summed = 0;
+    bool sound = true;
+    const auto sum_runs = [&] {
+        double sum = 0;
+        sound = lanes_.solid_angle(q, std::span(runs).first(count), sum);
+        near += sum;
+        count = 0;
+    };
+    for (std::uint32_t index = 0; index < nodes_.size() && sound;) {
+        const Node& node = nodes_[index];
+        const Vec3 r = node.center - q;
+        const double d2 = r.squaredNorm();
+        if (d2 > node.opening_distance2) {
+            far += expansion(node, r, d2);
+            index = node.skip;
+        } else if (node.leaf || (node.whole_distance > 0 && d2 < node.whole_distance * node.whole_distance)) {
+            summed += node.end - node.begin;
+            const bool goes_on = count > 0 && runs[count - 1].last == node.begin;
+            if (!goes_on && count == runs.size()) sum_runs();
+            if (goes_on)
+                runs[count - 1].last = node.end;
+            else
+                runs[count++] = {node.begin, node.end};
+            index = node.skip;
+        } else {
+            ++index;
+        }
+    }
+    if (sound && count > 0) sum_runs();
+    if (!sound) return {at(point), 0, summed};
+    const double error = WindingLanes::error * static_cast<double>(summed) + 1e-12;
+    return {(far + near) / (4 * std::numbers::pi), error / (4 * std::numbers::pi), summed};
+}
+
+bool WindingNumber::exceeds(const Vec3& point, double limit) const {
+    const Estimate quick = quick_at(point);
+    const double size = std::abs(quick.value);
+    if (std::abs(size - limit) > quick.tolerance) return size > limit;
+    return std::abs(at(point)) > limit;
 }
 
 double WindingNumber::exact_at(const Vec3& point) const {

@@ -111,7 +111,7 @@ class WindingSolid {
                parameter * grid_.rest().cell_size * Vec3::Unit(edge.axis);
     }
     bool inside_at(const GridEdge& edge, double parameter) const {
-        return std::abs(winding_.at(point(edge, parameter))) > 0.5;
+        return winding_.exceeds(point(edge, parameter), 0.5);
     }
 
     void set_inside() {
@@ -156,7 +156,10 @@ class WindingSolid {
                 winding -= crossings[next].direction;
             error += bound.at(node);
             if (!(std::abs(std::abs(winding) - 0.5) > error)) {
-                winding = winding_.at(grid_.rest().node_position(node));
+                const Vec3 at = grid_.rest().node_position(node);
+                const geometry::WindingNumber::Estimate quick = winding_.quick_at(at);
+                const bool is_clear = std::abs(std::abs(quick.value) - 0.5) > quick.tolerance;
+                winding = is_clear ? quick.value : winding_.at(at);
                 error = evaluation_error;
             }
             inside[x] = std::abs(winding) > 0.5;
@@ -174,32 +177,50 @@ class WindingSolid {
         if (lower != upper && crossings.size() == 1)
             return cut_at(part, crossings[0], crossings[0].parameter);
         if (lower == upper && crossings.size() == 1) return;
-        // State of each stretch between crossings.
-        std::vector<std::uint8_t> state;
-        state.push_back(lower);
-        for (std::size_t k = 0; k + 1 < crossings.size(); ++k)
-            state.push_back(inside_at(edge, 0.5 * (crossings[k].parameter + crossings[k + 1].parameter)));
-        state.push_back(upper);
-        if (!lower || !upper) note_detached(part, crossings, state);
+        Stretches inside(*this, edge, crossings, lower, upper);
+        if (!lower || !upper) note_detached(part, crossings, inside);
         if (lower != upper) {
-            std::size_t chosen = crossings.size();
-            for (std::size_t k = 0; k < crossings.size(); ++k)
-                if (state[k] != state[k + 1] && (!lower || chosen == crossings.size())) chosen = k;
-            return cut_at(part, crossings[chosen], crossings[chosen].parameter);
+            // The first change of state as seen from the inside node.
+            std::size_t k = lower ? 0 : crossings.size() - 1;
+            while (inside.at(k) == inside.at(k + 1)) lower ? ++k : --k;
+            return cut_at(part, crossings[k], crossings[k].parameter);
         }
-        for (std::size_t k = 1; lower && k + 1 < state.size(); ++k) {
-            if (state[k]) continue;
+        for (std::size_t k = 1; lower && k < crossings.size(); ++k) {
+            if (inside.at(k)) continue;
             ++part.gap_edges;
             return cut_at(part, crossings[k - 1],
                           0.5 * (crossings[k - 1].parameter + crossings[k].parameter));
         }
     }
 
+    // Which stretches of an edge between its crossings are inside, each found when it is first asked for.
+    class Stretches {
+      public:
+        Stretches(const WindingSolid& solid, const GridEdge& edge, std::span<const EdgeCrossing> crossings,
+                  bool lower, bool upper)
+            : solid_(solid), edge_(edge), crossings_(crossings), state_(crossings.size() + 1, unknown) {
+            state_.front() = lower;
+            state_.back() = upper;
+        }
+        bool at(std::size_t k) {
+            if (state_[k] == unknown)
+                state_[k] =
+                    solid_.inside_at(edge_, 0.5 * (crossings_[k - 1].parameter + crossings_[k].parameter));
+            return state_[k] != 0;
+        }
+
+      private:
+        static constexpr std::uint8_t unknown = 2;
+        const WindingSolid& solid_;
+        const GridEdge& edge_;
+        std::span<const EdgeCrossing> crossings_;
+        std::vector<std::uint8_t> state_;
+    };
+
     // Material that begins and ends on the edge reaches neither node.
-    void note_detached(SkinPart& part, std::span<const EdgeCrossing> crossings,
-                       const std::vector<std::uint8_t>& state) const {
-        for (std::size_t k = 1; k + 1 < state.size(); ++k)
-            if (state[k] && !state[k - 1] && !state[k + 1])
+    void note_detached(SkinPart& part, std::span<const EdgeCrossing> crossings, Stretches& inside) const {
+        for (std::size_t k = 1; k < crossings.size(); ++k)
+            if (inside.at(k) && !inside.at(k - 1) && !inside.at(k + 1))
                 return note_thin(grid_, mesh_, crossings[k - 1], crossings[k], part);
     }
 
@@ -237,9 +258,16 @@ class WindingSolid {
         const double step = 0.05 * grid_.rest().cell_size;
         Vec3 gradient;
         for (int axis = 0; axis < 3; ++axis)
-            gradient[axis] = std::abs(winding_.at(at + step * Vec3::Unit(axis))) -
-                             std::abs(winding_.at(at - step * Vec3::Unit(axis)));
+            gradient[axis] = std::abs(value_at(at + step * Vec3::Unit(axis))) -
+                             std::abs(value_at(at - step * Vec3::Unit(axis)));
         part.cuts.push_back({edge, parameter, -gradient});
+    }
+
+    // To the last bit what it is for meshes with holes; of a soup the last digits are not worth the time.
+    double value_at(const Vec3& at) const {
+        constexpr std::size_t crowd = 512;
+        const geometry::WindingNumber::Estimate quick = winding_.quick_at(at);
+        return quick.near_count > crowd ? quick.value : winding_.at(at);
     }
 
     const TriangleMesh& mesh_;
