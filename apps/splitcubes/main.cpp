@@ -7,6 +7,21 @@
 #include <exception>
 #include <iostream>
 #include <new>
+#include <string>
+
+namespace {
+
+// Each line of what is wrong with a file says who found it.
+std::string prefixed(const std::string& lines) {
+    std::string out;
+    for (const char c : lines) {
+        out += c;
+        if (c == '\n') out += "splitcubes: ";
+    }
+    return out;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
     CLI::App app("Cuts, tears and breaks soft solids in real time.", "splitcubes");
@@ -34,7 +49,7 @@ int main(int argc, char** argv) {
                   << "; see splitcubes --help\n";
         return 2;
     } catch (const splitcubes::InputError& error) {
-        std::cerr << "splitcubes: " << error.what() << '\n';
+        std::cerr << "splitcubes: " << prefixed(error.what()) << '\n';
         return 2;
     } catch (const std::bad_alloc&) {
         std::cerr << "splitcubes: out of memory; use fewer cells or phyxels\n";

@@ -37,54 +37,73 @@ Json parse_override_value(std::string_view text, const std::string& option) {
     return parse_checked(text, option);
 }
 
-// The value inside `parent` that a step leads to; objects are made on the way.
-Json& step_into(Json& parent, const PathStep& step, const Override& change) {
-    if (step.index >= 0) {
-        if (!parent.is_array() || static_cast<std::size_t>(step.index) >= parent.size()) {
-            const std::string there = parent.is_array() ? std::to_string(parent.size()) : "none";
-            throw InputError(
-                change.option,
-                "there is no element [" + std::to_string(step.index) + "], the scene has " + there,
-                "elements are counted from 0");
+// Throws where a step of the path leads nowhere. Objects may be missing on the way.
+void check_way(const Override& change, const Json& scene) {
+    const Json* at = &scene;
+    for (const PathStep& step : change.path) {
+        const bool missing = at == nullptr || at->is_null();
+        if (step.index >= 0) {
+            const std::size_t there = !missing && at->is_array() ? at->size() : 0;
+            if (static_cast<std::size_t>(step.index) >= there)
+                throw InputError(change.option,
+                                 "there is no element [" + std::to_string(step.index) + "], the scene has " +
+                                     (!missing && at->is_array() ? std::to_string(there) : "none"),
+                                 "elements are counted from 0");
+            at = &(*at)[static_cast<std::size_t>(step.index)];
+        } else if (missing) {
+            at = nullptr;
+        } else if (!at->is_object()) {
+            throw InputError(change.option, "the scene has no object that '" + step.key + "' could be in",
+                             "elements of an array are named like bodies[0]");
+        } else {
+            const auto found = at->find(step.key);
+            at = found == at->end() ? nullptr : &*found;
         }
-        return parent[static_cast<std::size_t>(step.index)];
     }
+}
+
+// The value inside `parent` that a step leads to; objects are made on the way.
+Json& step_into(Json& parent, const PathStep& step) {
+    if (step.index >= 0) return parent[static_cast<std::size_t>(step.index)];
     if (parent.is_null()) parent = Json::object();
-    if (!parent.is_object()) {
-        throw InputError(change.option, "the scene has no object that '" + step.key + "' could be in",
-                         "elements of an array are named like bodies[0]");
-    }
     return parent[step.key];
 }
 
 void apply(const Override& change, Json value, Json& scene) {
+    check_way(change, scene);
     Json* parent = &scene;
-    for (std::size_t i = 0; i + 1 < change.path.size(); ++i) {
-        parent = &step_into(*parent, change.path[i], change);
-    }
+    for (std::size_t i = 0; i + 1 < change.path.size(); ++i) parent = &step_into(*parent, change.path[i]);
     const PathStep& last = change.path.back();
     if (value.is_null() && last.index < 0 && parent->is_object()) {
         parent->erase(last.key);
     } else {
-        step_into(*parent, last, change) = std::move(value);
+        step_into(*parent, last) = std::move(value);
     }
 }
 
+void apply_override(const std::string& text, Json& scene, Source& source) {
+    Override change;
+    change.option = "--set " + printable(text, 200);
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos)
+        throw InputError(change.option, "has no '='", "write it like bodies[0].material.density=900");
+    change.path = parse_path(std::string_view(text).substr(0, equals), change.option);
+    apply(change, parse_override_value(std::string_view(text).substr(equals + 1), change.option), scene);
+    source.overrides.push_back(std::move(change));
+}
+
+// Those that cannot be applied are left out, and noted.
 void apply_overrides(std::span<const std::string> texts, Json& scene, Source& source) {
     if (texts.size() > ParseLimits::overrides) {
         throw InputError("--set", "is given " + std::to_string(texts.size()) + " times",
                          "at most " + std::to_string(ParseLimits::overrides) + " are taken");
     }
     for (const std::string& text : texts) {
-        Override change;
-        change.option = "--set " + printable(text, 200);
-        const std::size_t equals = text.find('=');
-        if (equals == std::string::npos) {
-            throw InputError(change.option, "has no '='", "write it like bodies[0].material.density=900");
+        try {
+            apply_override(text, scene, source);
+        } catch (const InputError& error) {
+            source.problems.add_option(error);
         }
-        change.path = parse_path(std::string_view(text).substr(0, equals), change.option);
-        apply(change, parse_override_value(std::string_view(text).substr(equals + 1), change.option), scene);
-        source.overrides.push_back(std::move(change));
     }
 }
 
@@ -124,7 +143,9 @@ SceneDescription parse_scene_text(std::string_view text, const std::string& name
     Source source{
         text, name, std::filesystem::absolute(folder.empty() ? "." : folder).lexically_normal(), {}};
     apply_overrides(overrides, json, source);
-    return read_scene(Value(source, json, {}));
+    SceneDescription out = read_scene(Value(source, json, {}));
+    source.raise();
+    return out;
 }
 
 SceneDescription parse_scene_file(const std::filesystem::path& path, std::span<const std::string> overrides) {
@@ -138,7 +159,9 @@ SceneDescription parse_scene_file(const std::filesystem::path& path, std::span<c
 std::vector<ToolDescription> parse_path_text(std::string_view text, const std::string& name) {
     const Json json = parse_json(text, name);
     const Source source{text, name, {}, {}};
-    return read_path(Value(source, json, {}));
+    std::vector<ToolDescription> out = read_path(Value(source, json, {}));
+    source.raise();
+    return out;
 }
 
 std::vector<ToolDescription> parse_path_file(const std::filesystem::path& path) {

@@ -9,7 +9,9 @@ namespace splitcubes::scene {
 namespace {
 
 std::filesystem::path existing_file(const Value& file, const char* remedy) {
-    const std::filesystem::path path = (file.source().folder / file.label()).lexically_normal();
+    const std::string name = file.label();
+    if (name.empty()) return {};
+    const std::filesystem::path path = (file.source().folder / name).lexically_normal();
     std::error_code ignored;
     if (!std::filesystem::is_regular_file(path, ignored))
         file.fail("is " + file.shown() + ", but there is no file " + path.string(), remedy);
@@ -27,7 +29,7 @@ Shape read_torus(const Value& value) {
     const Object object(value, "torus_shape");
     const TorusShape torus{object.at("ring_radius").number(positive),
                            object.at("tube_radius").number(positive)};
-    if (torus.tube_radius >= torus.ring_radius) {
+    if (object.sound({"ring_radius", "tube_radius"}) && torus.tube_radius >= torus.ring_radius) {
         object.at("tube_radius").fail("is not below the ring_radius", "make the tube thinner than the ring");
     }
     return torus;
@@ -46,7 +48,8 @@ ImplicitPart read_part(const Value& value) {
     cone.read("colour", out.colour, {0, 1});
     const ConePart form{cone.at("from").vector(), cone.at("to").vector(),
                         cone.at("from_radius").number(positive), cone.at("to_radius").number(positive)};
-    if (form.from == form.to) object.at("cone").fail("has no length", "give different points as from and to");
+    if (cone.sound({"from", "to"}) && form.from == form.to)
+        cone.value().fail("has no length", "give different points as from and to");
     out.form = form;
     return out;
 }
@@ -64,8 +67,24 @@ ImplicitShape read_implicit(const Value& value) {
 // Three whole numbers of a range.
 Vec3i read_integers(const Value& value, int low, int high) {
     const std::vector<Value> elements = value.elements(3, 3);
-    Vec3i out;
+    Vec3i out = Vec3i::Constant(low);
+    if (elements.empty()) return out;
     for (int k = 0; k < 3; ++k) out[k] = elements[static_cast<std::size_t>(k)].integer(low, high);
+    return out;
+}
+
+// A point of a keyframe that has those before it.
+LatticePoint read_lattice_point(const Value& value, const FreeFormDescription& form, bool degree_sound,
+                                const std::vector<LatticePoint>& before) {
+    const Object object(value, "lattice_point");
+    const LatticePoint out{read_integers(object.at("index"), 0, 12), object.at("displacement").vector()};
+    const Value index = object.at("index");
+    if (!index.sound()) return out;
+    if (degree_sound && (out.index.array() > form.degree.array()).any())
+        index.fail("is beyond the lattice", "give at most the degree along each axis");
+    if (std::any_of(before.begin(), before.end(),
+                    [&](const LatticePoint& p) { return p.index == out.index; }))
+        index.fail("is there twice", "give each point of a keyframe once");
     return out;
 }
 
@@ -73,24 +92,20 @@ FreeFormDescription read_free_form(const Value& value) {
     const Object object(value, "free_form");
     FreeFormDescription out;
     out.degree = read_integers(object.at("degree"), 1, 12);
+    const bool degree_sound = object.at("degree").sound();
+    double last = -1;  // the time before
     for (const Value& element : object.at("keyframes").elements(1, ParseLimits::keyframes)) {
         const Object keyframe(element, "lattice_keyframe");
         LatticeKeyframeDescription key;
         key.time = keyframe.at("time").number(any_time);
-        if (!out.keyframes.empty() && key.time <= out.keyframes.back().time)
-            keyframe.at("time").fail("is not after the keyframe before", "give times that increase");
+        if (keyframe.sound({"time"})) {
+            if (key.time <= last)
+                keyframe.at("time").fail("is not after the keyframe before", "give times that increase");
+            last = key.time;
+        }
         if (keyframe.has("points"))
-            for (const Value& point : keyframe.at("points").elements(0, 2197)) {
-                const Object one(point, "lattice_point");
-                key.points.push_back(
-                    {read_integers(one.at("index"), 0, 12), one.at("displacement").vector()});
-                const Vec3i index = key.points.back().index;
-                if ((index.array() > out.degree.array()).any())
-                    one.at("index").fail("is beyond the lattice", "give at most the degree along each axis");
-                if (std::any_of(key.points.begin(), key.points.end() - 1,
-                                [&](const LatticePoint& p) { return p.index == index; }))
-                    one.at("index").fail("is there twice", "give each point of a keyframe once");
-            }
+            for (const Value& point : keyframe.at("points").elements(0, 2197))
+                key.points.push_back(read_lattice_point(point, out, degree_sound, key.points));
         out.keyframes.push_back(key);
     }
     return out;
@@ -109,7 +124,7 @@ PearShape read_pear(const Value& value) {
     PearShape out{object.at("height").number(positive), 0};
     if (const auto foot = object.find("foot")) out.foot = foot->number(not_negative);
     // Half the belly's radius, which make_pear asks for, is 0.1625 of the height.
-    if (out.foot >= 0.16 * out.height)
+    if (object.sound({"height", "foot"}) && out.foot >= 0.16 * out.height)
         object.at("foot").fail("is not below 0.16 of the height", "give a smaller foot");
     return out;
 }
@@ -148,7 +163,7 @@ PlasticityDescription read_plasticity(const Value& value, MaterialModel model) {
     out.yield = object.at("yield").number({0, 10, true});
     object.read_optional("creep", out.creep, {0, 1e6, true});
     object.read("maximum", out.maximum, {0, 0.9, true});
-    if (model == MaterialModel::st_venant_kirchhoff && out.maximum > 0.45) {
+    if (object.sound({"maximum"}) && model == MaterialModel::st_venant_kirchhoff && out.maximum > 0.45) {
         object.at("maximum").fail("is " + object.at("maximum").shown(),
                                   "give at most 0.45 with the model st-venant-kirchhoff");
     }
@@ -189,7 +204,8 @@ TearingDescription read_tearing(const Value& value) {
 void check_paint(const Object& material, const Shape& shape) {
     const Value tearing = material.at("tearing");
     const auto layers = Object(tearing, "tearing").find("strength_map");
-    if (!layers || std::holds_alternative<MeshShape>(shape) || std::holds_alternative<ImplicitShape>(shape))
+    if (!layers || !layers->sound() || std::holds_alternative<MeshShape>(shape) ||
+        std::holds_alternative<ImplicitShape>(shape))
         return;
     for (const Value& layer : layers->elements(0, ParseLimits::strength_layers))
         if (Object(layer, "strength_layer").has("paint"))
@@ -251,7 +267,8 @@ BodyDescription read_body(const Value& value) {
     object.read_optional("phyxel_spacing", out.phyxel_spacing, positive);
     if (out.phyxel_spacing) out.phyxel_count.reset();
     if (object.has("material")) out.material = read_material(object.at("material"));
-    if (out.material.tearing) check_paint(Object(object.at("material"), "material"), out.shape);
+    if (out.material.tearing && object.sound({"shape"}))
+        check_paint(Object(object.at("material"), "material"), out.shape);
     if (const auto deformation = object.find("deformation")) {
         out.deformation = read_deformation(*deformation);
         if (out.material.tearing)

@@ -22,7 +22,8 @@ ColliderDescription read_collider(const Value& value) {
     }
     object.read("rounding", out.rounding, not_negative);
     const auto* box = out.shape ? std::get_if<BoxShape>(&*out.shape) : nullptr;
-    if (out.rounding > 0 && (!box || out.rounding > 0.5 * box->size.minCoeff()))
+    if (object.sound({"shape", "half_space", "rounding"}) && out.rounding > 0 &&
+        (!box || out.rounding > 0.5 * box->size.minCoeff()))
         object.at("rounding")
             .fail("is not that of a box's edges", "give it with a box, at most half its shortest side");
     if (object.has("keyframes")) out.keyframes = read_keyframes(object.at("keyframes"));
@@ -52,7 +53,7 @@ HandleDescription read_handle(const Value& value, const std::vector<BodyDescript
     object.read_optional("force_limit", out.force_limit, {0, 1e12, true});
     object.read("from_time", out.from_time, any_time);
     object.read_optional("until_time", out.until_time, any_time);
-    if (out.until_time && *out.until_time <= out.from_time)
+    if (object.sound({"from_time", "until_time"}) && out.until_time && *out.until_time <= out.from_time)
         object.at("until_time").fail("is not after from_time", "let the handle end later than it starts");
     return out;
 }

@@ -13,15 +13,19 @@ std::string read_body_name(const Value& value, const std::vector<BodyDescription
     std::string known;
     for (const BodyDescription& body : bodies) {
         if (body.name == name) return name;
+        // One without a name, which was complained of, may be the one that is meant.
+        if (body.name.empty()) return name;
         if (known.size() < 200) known += (known.empty() ? "" : ", ") + body.name;
     }
-    value.fail("is " + value.shown() + ", but no body has that name", "there are " + known);
+    if (!known.empty() && value.sound())
+        value.fail("is " + value.shown() + ", but no body has that name", "there are " + known);
+    return name;
 }
 
 Region read_box_region(const Value& value) {
     const Object object(value, "box_region");
     const BoxRegion box{object.at("min").vector(), object.at("max").vector()};
-    if ((box.min.array() > box.max.array()).any()) {
+    if (object.sound({"min", "max"}) && (box.min.array() > box.max.array()).any()) {
         object.at("max").fail("is less than min on an axis",
                               "give the lower corner as min, the upper as max");
     }
@@ -32,7 +36,8 @@ CylinderRegion read_cylinder_region(const Value& value) {
     const Object object(value, "cylinder_region");
     const CylinderRegion out{object.at("from").vector(), object.at("to").vector(),
                              object.at("radius").number(positive)};
-    if (out.from == out.to) value.fail("has no length", "give different points as from and to");
+    if (object.sound({"from", "to"}) && out.from == out.to)
+        value.fail("has no length", "give different points as from and to");
     return out;
 }
 
@@ -83,7 +88,8 @@ BladeDescription read_blade(const Value& value) {
     if (kind == "straight") {
         const Object straight(inner, "straight_blade");
         const StraightBlade out{straight.at("from").vector(), straight.at("to").vector()};
-        if (out.from == out.to) inner.fail("has no length", "give different points as from and to");
+        if (straight.sound({"from", "to"}) && out.from == out.to)
+            inner.fail("has no length", "give different points as from and to");
         return out;
     }
     const Object arc(inner, "arc_blade");
@@ -93,7 +99,8 @@ BladeDescription read_blade(const Value& value) {
     arc.read_direction("axis", out.axis);
     out.start_angle_degrees = arc.at("start_angle_degrees").number(any_angle);
     out.end_angle_degrees = arc.at("end_angle_degrees").number(any_angle);
-    if (out.start_angle_degrees == out.end_angle_degrees) {
+    if (arc.sound({"start_angle_degrees", "end_angle_degrees"}) &&
+        out.start_angle_degrees == out.end_angle_degrees) {
         inner.fail("has no length", "give different start and end angles");
     }
     arc.read("segments", out.segments, 1, 10000);
@@ -110,7 +117,7 @@ CircularMotion read_circular_motion(const Value& value) {
     object.read("turns", out.turns, {-10000, 10000});
     object.read("from_time", out.from_time, any_time);
     out.until_time = object.at("until_time").number(any_time);
-    if (out.until_time <= out.from_time) {
+    if (object.sound({"from_time", "until_time"}) && out.until_time <= out.from_time) {
         object.at("until_time").fail("is not after from_time", "let the motion end later than it starts");
     }
     object.read("turn_with_path", out.turn_with_path);
@@ -129,7 +136,9 @@ KeyframeMotion read_keyframe_motion(const Value& value) {
 }
 
 void read_active_interval(const Object& object, ToolDescription& tool) {
-    if (const auto* path = std::get_if<KeyframeMotion>(&tool.motion)) {
+    const auto* path = std::get_if<KeyframeMotion>(&tool.motion);
+    if (path != nullptr && path->keyframes.empty()) return;  // it was complained of
+    if (path != nullptr) {
         tool.active_from = path->keyframes.front().time;
         tool.active_until = path->keyframes.back().time;
     } else {
@@ -138,7 +147,7 @@ void read_active_interval(const Object& object, ToolDescription& tool) {
     }
     object.read("active_from", tool.active_from, any_time);
     object.read("active_until", tool.active_until, any_time);
-    if (tool.active_until < tool.active_from) {
+    if (object.sound({"motion", "active_from", "active_until"}) && tool.active_until < tool.active_from) {
         object.at(object.has("active_until") ? "active_until" : "active_from")
             .fail("makes the tool end before it starts",
                   "the motion's own times stand for what is not given");
@@ -161,13 +170,16 @@ std::string read_known_body(const Value& value, const std::vector<BodyDescriptio
 
 std::vector<MotionKeyframe> read_keyframes(const Value& value) {
     std::vector<MotionKeyframe> out;
+    double last = -1;  // the time before
     for (const Value& element : value.elements(1, ParseLimits::keyframes)) {
         const Object object(element, "keyframe");
         MotionKeyframe keyframe;
         keyframe.time = object.at("time").number(any_time);
-        if (!out.empty() && keyframe.time <= out.back().time) {
-            object.at("time").fail("is " + object.at("time").shown() + ", not after the keyframe before",
-                                   "sort the keyframes by time, each time once");
+        if (object.sound({"time"})) {
+            if (keyframe.time <= last)
+                object.at("time").fail("is " + object.at("time").shown() + ", not after the keyframe before",
+                                       "sort the keyframes by time, each time once");
+            last = keyframe.time;
         }
         object.read("position", keyframe.position);
         if (object.has("rotation")) keyframe.rotation = read_rotation(object.at("rotation"));
@@ -187,7 +199,9 @@ ConstraintDescription read_constraint(const Value& value, const std::vector<Body
                                    "move the lattice's points, or take the constraint out");
     out.region = read_region(object.at("region"));
     out.kind = static_cast<ConstraintKind>(object.at("kind").choice(constraint_kind_names));
-    if (out.kind == ConstraintKind::move) {
+    if (!object.sound({"kind"})) {
+        if (const auto keyframes = object.find("keyframes")) out.keyframes = read_keyframes(*keyframes);
+    } else if (out.kind == ConstraintKind::move) {
         out.keyframes = read_keyframes(object.at("keyframes"));
     } else if (object.find("keyframes")) {
         object.at("keyframes")
@@ -197,7 +211,7 @@ ConstraintDescription read_constraint(const Value& value, const std::vector<Body
     object.read("pivot", out.pivot);
     object.read("from_time", out.from_time, any_time);
     object.read_optional("until_time", out.until_time, any_time);
-    if (out.until_time && *out.until_time <= out.from_time) {
+    if (object.sound({"from_time", "until_time"}) && out.until_time && *out.until_time <= out.from_time) {
         object.at("until_time").fail("is not after from_time", "let the constraint end later than it starts");
     }
     return out;

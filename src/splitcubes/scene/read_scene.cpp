@@ -12,16 +12,12 @@ namespace {
 constexpr int most_frames = 1000000;
 
 // Refuses a name that an earlier element of the array has.
-void check_new_name(const Value& element, const std::string& name, std::set<std::string>& names) {
-    if (!names.insert(name).second) {
-        const std::string& array = element.path()[0].key;
-        Object(element, array == "tools"       ? "tool"
-                        : array == "colliders" ? "collider"
-                        : array == "handles"   ? "handle"
-                                               : "body")
+void check_new_name(const Value& element, std::string_view kind, const std::string& name,
+                    std::set<std::string>& names) {
+    if (!name.empty() && !names.insert(name).second)
+        Object(element, kind)
             .at("name")
             .fail("is \"" + name + "\", a name given before", "give each its own name");
-    }
 }
 
 SolverDescription read_solver(const Value& value) {
@@ -47,7 +43,7 @@ OcclusionDescription read_occlusion(const Value& value) {
             static_cast<occlusion::CriterionKind>(object.at("criterion").choice(occlusion_criterion_names));
     }
     object.read("disk_size", out.disk_size, 8, 32);
-    if (out.disk_size != 8 && out.disk_size != 16 && out.disk_size != 32) {
+    if (object.sound({"disk_size"}) && out.disk_size != 8 && out.disk_size != 16 && out.disk_size != 32) {
         object.at("disk_size").fail("is " + object.at("disk_size").shown(), "give 8, 16 or 32");
     }
     return out;
@@ -67,7 +63,16 @@ OutputDescription read_output(const Value& value) {
 
 void read_side(const Object& object, std::string_view key, int& out) {
     object.read(key, out, 16, 8192);
-    if (out % 2 != 0) object.at(key).fail("is odd", "give an even number, which films need");
+    if (object.sound({key}) && out % 2 != 0)
+        object.at(key).fail("is odd", "give an even number, which films need");
+}
+
+void check_view(const Value& value, const CameraDescription& camera) {
+    if (camera.eye.has_value() != camera.target.has_value()) return;  // it was complained of
+    const Vec3 view = camera.eye ? Vec3(*camera.eye - *camera.target) : camera.direction;
+    if (view.norm() < 1e-6) return value.fail("has its eye at its target", "move the eye away");
+    if (view.normalized().cross(camera.up.normalized()).norm() < 1e-3)
+        value.fail("looks along its up direction", "choose another up");
 }
 
 CameraDescription read_camera(const Value& value) {
@@ -81,11 +86,7 @@ CameraDescription read_camera(const Value& value) {
     }
     object.read_direction("direction", out.direction);
     object.read_direction("up", out.up);
-    const Vec3 view = out.eye ? Vec3(*out.eye - *out.target) : out.direction;
-    if (view.norm() < 1e-6) value.fail("has its eye at its target", "move the eye away");
-    if (view.normalized().cross(out.up.normalized()).norm() < 1e-3) {
-        value.fail("looks along its up direction", "choose another up");
-    }
+    if (object.sound({"eye", "target", "direction", "up"})) check_view(value, out);
     object.read("vertical_fov_degrees", out.vertical_fov_degrees, {1, 170});
     read_side(object, "width", out.width);
     read_side(object, "height", out.height);
@@ -99,12 +100,12 @@ void read_times(const Object& object, SceneDescription& out) {
     if (const auto duration = object.find("duration")) {
         // A duration of whole steps stays so in spite of rounding.
         const double steps = std::ceil(duration->number({0, 1e6, true}) / out.time_step - 1e-6);
-        if (steps > most_frames) {
+        if (object.sound({"time_step", "duration"}) && steps > most_frames) {
             duration->fail(
                 "is " + duration->shown() + ", more than " + std::to_string(most_frames) + " steps",
                 "shorten it or take a longer time_step");
         }
-        out.frames = std::max(1, static_cast<int>(steps));
+        out.frames = std::max(1, static_cast<int>(std::min<double>(steps, most_frames)));
     }
 }
 
@@ -112,7 +113,7 @@ void read_bodies(const Object& object, SceneDescription& out) {
     std::set<std::string> names;
     for (const Value& element : object.at("bodies").elements(1, ParseLimits::bodies)) {
         out.bodies.push_back(read_body(element));
-        check_new_name(element, out.bodies.back().name, names);
+        check_new_name(element, "body", out.bodies.back().name, names);
     }
 }
 
@@ -122,7 +123,7 @@ std::vector<ToolDescription> read_tools(const Object& object, std::size_t least,
     std::set<std::string> names;
     for (const Value& element : object.at("tools").elements(least, ParseLimits::tools)) {
         out.push_back(read_tool(element, bodies));
-        check_new_name(element, out.back().name, names);
+        check_new_name(element, "tool", out.back().name, names);
     }
     return out;
 }
@@ -156,7 +157,7 @@ SceneDescription read_scene(const Value& value) {
         std::set<std::string> names;
         for (const Value& element : object.at("colliders").elements(0, ParseLimits::colliders)) {
             out.colliders.push_back(read_collider(element));
-            check_new_name(element, out.colliders.back().name, names);
+            check_new_name(element, "collider", out.colliders.back().name, names);
         }
     }
     if (object.has("contact")) out.contact = read_contact(object.at("contact"));
@@ -164,7 +165,7 @@ SceneDescription read_scene(const Value& value) {
         std::set<std::string> names;
         for (const Value& element : object.at("handles").elements(0, ParseLimits::handles)) {
             out.handles.push_back(read_handle(element, out.bodies));
-            check_new_name(element, out.handles.back().name, names);
+            check_new_name(element, "handle", out.handles.back().name, names);
         }
     }
     if (object.has("constraints")) {

@@ -29,6 +29,11 @@ bool inside(const Range& range, double value) {
            (range.high_open ? value < range.high : value <= range.high);
 }
 
+// A number of the range, for what was wrong.
+double harmless(const Range& range) {
+    return inside(range, 1) ? 1 : 0.5 * (range.low + range.high);
+}
+
 // Levenshtein's distance: letters put in, taken out or exchanged.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
     std::vector<std::size_t> row(b.size() + 1);
@@ -54,17 +59,16 @@ std::string list(const std::vector<std::string_view>& words) {
     return out;
 }
 
-std::string suggestion(const std::string& word, const std::vector<std::string_view>& known) {
+// The known word that is nearest, if it is near enough to be meant; else empty.
+std::string_view nearest_word(const std::string& word, const std::vector<std::string_view>& known) {
     // A long unknown key costs no more than a short one.
     const std::string_view start = std::string_view(word).substr(0, 100);
     const auto nearest = std::min_element(known.begin(), known.end(), [&](auto a, auto b) {
         return edit_distance(start, a) < edit_distance(start, b);
     });
     const std::size_t far_off = std::max<std::size_t>(2, start.size() / 3);
-    if (nearest != known.end() && edit_distance(start, *nearest) <= far_off) {
-        return "did you mean '" + std::string(*nearest) + "'?";
-    }
-    return "known here: " + list(known);
+    return nearest != known.end() && edit_distance(start, *nearest) <= far_off ? *nearest
+                                                                               : std::string_view();
 }
 
 const char* type_name(const nlohmann::ordered_json& json) {
@@ -97,19 +101,35 @@ const Override* Source::override_of(const JsonPath& path) const {
     return found == overrides.rend() ? nullptr : &*found;
 }
 
-std::string Source::place_of(const JsonPath& path) const {
-    if (const Override* origin = override_of(path)) return origin->option;
-    std::string place = name + ":" + std::to_string(line_of(text, path));
-    // What is wrong with an object may come from an option that set a part of it.
-    const auto part = std::find_if(overrides.begin(), overrides.end(), [&](const Override& o) {
-        return !path.empty() && is_within(o.path, path);
-    });
-    if (part != overrides.end()) place += " with " + part->option;
-    return place;
+Problem* Source::note(const JsonPath& about, const JsonPath& where, const std::string& problem,
+                      const std::string& remedy) const {
+    if (problems.at(about) != nullptr) return nullptr;
+    if (problems.full()) raise();
+    Problem out{"", 0, problem, remedy, about};
+    if (const Override* origin = override_of(where)) {
+        out.place = origin->option;
+    } else {
+        out.line = line_of(text, where);
+        out.place = name + ":" + std::to_string(out.line);
+        // What is wrong with an object may come from an option that set a part of it.
+        const auto part = std::find_if(overrides.begin(), overrides.end(), [&](const Override& o) {
+            return !where.empty() && is_within(o.path, where);
+        });
+        if (part != overrides.end()) out.place += " with " + part->option;
+    }
+    problems.add(std::move(out));
+    return problems.at(about);
 }
 
-void fail(const Source& source, const JsonPath& path, const std::string& problem, const std::string& remedy) {
-    throw InputError(source.place_of(path), to_string(path) + " " + problem, remedy);
+Value Value::make_void(const Source& source, JsonPath path) {
+    static const nlohmann::ordered_json nothing;
+    Value out(source, nothing, std::move(path));
+    out.void_ = true;
+    return out;
+}
+
+void Value::fail(const std::string& problem, const std::string& remedy) const {
+    if (!void_) source_->note(path_, path_, to_string(path_) + " " + problem, remedy);
 }
 
 std::string Value::shown() const {
@@ -120,35 +140,55 @@ std::string Value::shown_with_type() const {
     return json_->is_null() ? shown() : shown() + ", " + type_name(*json_);
 }
 
-double Value::number(const Range& range) const {
+std::optional<double> Value::number_in(const Range& range) const {
     if (!json_->is_number()) {
         fail("is " + shown_with_type(), "give a number " + format_range(range));
+        return std::nullopt;
     }
     const auto value = json_->get<double>();
-    if (!inside(range, value)) {
-        fail("is " + shown() + ", which is out of range", "give a number " + format_range(range));
+    if (inside(range, value)) return value;
+    fail("is " + shown() + ", which is out of range", "give a number " + format_range(range));
+    return std::nullopt;
+}
+
+double Value::number(const Range& range) const {
+    return number_in(range).value_or(harmless(range));
+}
+
+std::optional<int> Value::integer_in(int low, int high) const {
+    const std::string remedy =
+        "give a whole number from " + std::to_string(low) + " to " + std::to_string(high);
+    const double value = json_->is_number() ? json_->get<double>() : 0;
+    if (!json_->is_number()) {
+        fail("is " + shown_with_type(), remedy);
+    } else if (value != std::floor(value)) {
+        fail("is " + shown() + ", not a whole number", remedy);
+    } else if (value < low || value > high) {
+        fail("is " + shown() + ", which is out of range", remedy);
+    } else {
+        return static_cast<int>(value);
     }
-    return value;
+    return std::nullopt;
 }
 
 int Value::integer(int low, int high) const {
-    const std::string remedy =
-        "give a whole number from " + std::to_string(low) + " to " + std::to_string(high);
-    if (!json_->is_number()) fail("is " + shown_with_type(), remedy);
-    const auto value = json_->get<double>();
-    if (value != std::floor(value)) fail("is " + shown() + ", not a whole number", remedy);
-    if (value < low || value > high) fail("is " + shown() + ", which is out of range", remedy);
-    return static_cast<int>(value);
+    return integer_in(low, high).value_or(low);
+}
+
+std::optional<bool> Value::truth() const {
+    if (json_->is_boolean()) return json_->get<bool>();
+    fail("is " + shown_with_type(), "write true or false");
+    return std::nullopt;
 }
 
 bool Value::boolean() const {
-    if (!json_->is_boolean()) fail("is " + shown_with_type(), "write true or false");
-    return json_->get<bool>();
+    return truth().value_or(false);
 }
 
 std::string Value::text() const {
-    if (!json_->is_string()) fail("is " + shown_with_type(), "give a text in quotes");
-    return json_->get<std::string>();
+    if (json_->is_string()) return json_->get<std::string>();
+    fail("is " + shown_with_type(), "give a text in quotes");
+    return "";
 }
 
 std::string Value::label() const {
@@ -164,6 +204,7 @@ std::string Value::label() const {
 
 std::string Value::identifier() const {
     const std::string out = label();
+    if (out.empty()) return out;
     const auto good = [](char c) { return (is_path_word(c) && c != '$') || c == '.'; };
     if (!std::all_of(out.begin(), out.end(), good) || out[0] == '.' || out[0] == '-') {
         fail("is " + shown() + ", which cannot be part of a file name",
@@ -177,20 +218,37 @@ std::size_t Value::choice(const std::vector<std::string_view>& words) const {
     const auto found = std::find(words.begin(), words.end(), word);
     if (found == words.end()) {
         fail("is " + shown() + ", which is unknown", "give one of " + list(words));
+        return 0;
     }
     return static_cast<std::size_t>(found - words.begin());
 }
 
-Vec3 Value::vector(const Range& range) const {
+std::optional<Vec3> Value::vector_in(const Range& range) const {
     const std::vector<Value> parts = elements(3, 3);
-    return {parts[0].number(range), parts[1].number(range), parts[2].number(range)};
+    if (parts.empty()) return std::nullopt;
+    Vec3 out;
+    bool good = true;
+    for (int k = 0; k < 3; ++k) {
+        const std::optional<double> part = parts[static_cast<std::size_t>(k)].number_in(range);
+        good = good && part;
+        out[k] = part.value_or(0);
+    }
+    return good ? std::optional<Vec3>(out) : std::nullopt;
+}
+
+Vec3 Value::vector(const Range& range) const {
+    return vector_in(range).value_or(Vec3::Constant(harmless(range)));
+}
+
+std::optional<Vec3> Value::direction_in() const {
+    const std::optional<Vec3> out = vector_in(any_number);
+    if (!out || out->norm() >= 1e-6) return out;
+    fail("is " + shown() + ", too short for a direction", "give a vector like [0, 0, 1]");
+    return std::nullopt;
 }
 
 Vec3 Value::direction() const {
-    const Vec3 out = vector();
-    if (out.norm() < 1e-6)
-        fail("is " + shown() + ", too short for a direction", "give a vector like [0, 0, 1]");
-    return out;
+    return direction_in().value_or(Vec3::UnitZ());
 }
 
 std::vector<Value> Value::elements(std::size_t least, std::size_t most) const {
@@ -198,9 +256,13 @@ std::vector<Value> Value::elements(std::size_t least, std::size_t most) const {
         "give an array of " +
         (least == most ? std::to_string(least) : std::to_string(least) + " to " + std::to_string(most)) +
         " elements";
-    if (!json_->is_array()) fail("is " + shown_with_type(), remedy);
+    if (!json_->is_array()) {
+        fail("is " + shown_with_type(), remedy);
+        return {};
+    }
     if (json_->size() < least || json_->size() > most) {
         fail("has " + std::to_string(json_->size()) + " elements: " + shown(), remedy);
+        if (json_->size() > most || least == most) return {};
     }
     std::vector<Value> out;
     out.reserve(json_->size());
@@ -214,24 +276,62 @@ Object::Object(const Value& value, std::string_view kind) : value_(value), keys_
     const auto& json = value.json();
     if (!json.is_object()) {
         value.fail("is " + value.shown_with_type(), "give an object { } with " + list(*keys_));
+        value_ = Value::make_void(value.source(), value.path());
+        return;
     }
-    for (const auto& item : json.items()) {
-        if (std::find(keys_->begin(), keys_->end(), item.key()) != keys_->end()) continue;
-        throw InputError(value.source().place_of(extended(value.path(), {item.key(), -1})),
-                         to_string(value.path()) + " has the unknown key '" + printable(item.key()) + "'",
-                         suggestion(item.key(), *keys_));
+    for (const auto& item : json.items())
+        if (std::find(keys_->begin(), keys_->end(), item.key()) == keys_->end()) note_unknown(item.key());
+}
+
+void Object::note_unknown(const std::string& key) {
+    const Source& source = value_.source();
+    const std::string_view meant = nearest_word(key, *keys_);
+    const JsonPath path = extended(value_.path(), {key, -1});
+    Problem* noted = source.note(
+        path, path, to_string(value_.path()) + " has the unknown key '" + printable(key) + "'",
+        meant.empty() ? "known here: " + list(*keys_) : "did you mean '" + std::string(meant) + "'?");
+    if (meant.empty()) {
+        if (noted != nullptr) noted->unexplained = true;
+        strange_.push_back(key);
+    } else if (!has(meant)) {
+        renamed_.emplace_back(meant, key);
     }
+}
+
+// The key under which a known one is read.
+std::string Object::written(std::string_view key) const {
+    for (const auto& [known, as] : renamed_)
+        if (known == key) return as;
+    return std::string(key);
+}
+
+JsonPath Object::path_of(std::string_view key) const {
+    return extended(value_.path(), {written(key), -1});
 }
 
 bool Object::has(std::string_view key) const {
-    assert(std::find(keys_->begin(), keys_->end(), key) != keys_->end());
-    return value_.json().contains(key);
+    assert(key.empty() || std::find(keys_->begin(), keys_->end(), key) != keys_->end());
+    return !key.empty() && value_.json().is_object() && value_.json().contains(written(key));
 }
 
 Value Object::at(std::string_view key) const {
-    if (!has(key)) value_.fail("has no '" + std::string(key) + "'", "add it, it is needed");
-    return {value_.source(), value_.json().at(std::string(key)),
-            extended(value_.path(), {std::string(key), -1})};
+    if (has(key)) return {value_.source(), value_.json().at(written(key)), path_of(key)};
+    Value nothing = Value::make_void(value_.source(), path_of(key));
+    if (key.empty() || value_.is_void()) return nothing;
+    const Source& source = value_.source();
+    if (source.problems.at(nothing.path()) != nullptr) return nothing;
+    // An unknown key may have been meant for the missing one: that is one problem.
+    for (const std::string& strange : strange_) {
+        Problem* known = source.problems.at(extended(value_.path(), {strange, -1}));
+        if (known == nullptr || !known->unexplained) continue;
+        known->remedy = "did you mean '" + std::string(key) + "', which is needed?";
+        known->meant_for = nothing.path();
+        known->unexplained = false;
+        return nothing;
+    }
+    source.note(nothing.path(), value_.path(),
+                to_string(value_.path()) + " has no '" + std::string(key) + "'", "add it, it is needed");
+    return nothing;
 }
 
 std::optional<Value> Object::find(std::string_view key) const {
@@ -242,12 +342,26 @@ std::optional<Value> Object::find(std::string_view key) const {
 }
 
 std::string_view Object::only_key() const {
-    const auto& json = value_.json();
-    if (json.size() != 1) {
-        value_.fail("has " + std::to_string(json.size()) + " keys: " + value_.shown(),
+    std::string_view only;
+    std::size_t count = 0;
+    for (const std::string_view key : *keys_)
+        if (has(key)) {
+            only = key;
+            ++count;
+        }
+    if (count == 1) return only;
+    // Of an unknown key, which may have been meant for the one, is told already.
+    if (count > 1 || strange_.empty())
+        value_.fail("has " + std::to_string(count) + " keys: " + value_.shown(),
                     "give exactly one of " + list(*keys_));
-    }
-    return *std::find(keys_->begin(), keys_->end(), json.begin().key());
+    return {};
+}
+
+bool Object::sound(std::initializer_list<std::string_view> keys) const {
+    const Problems& problems = value_.source().problems;
+    return !value_.is_void() && std::none_of(keys.begin(), keys.end(), [&](std::string_view key) {
+        return problems.within(path_of(key));
+    });
 }
 
 void Object::not_both(std::string_view first, std::string_view second) const {
@@ -261,22 +375,23 @@ void Object::not_both(std::string_view first, std::string_view second) const {
 }
 
 void Object::read(std::string_view key, double& out, const Range& range) const {
-    if (has(key)) out = at(key).number(range);
+    if (has(key)) out = at(key).number_in(range).value_or(out);
 }
 void Object::read(std::string_view key, int& out, int low, int high) const {
-    if (has(key)) out = at(key).integer(low, high);
+    if (has(key)) out = at(key).integer_in(low, high).value_or(out);
 }
 void Object::read(std::string_view key, bool& out) const {
-    if (has(key)) out = at(key).boolean();
+    if (has(key)) out = at(key).truth().value_or(out);
 }
 void Object::read(std::string_view key, Vec3& out, const Range& range) const {
-    if (has(key)) out = at(key).vector(range);
+    if (has(key)) out = at(key).vector_in(range).value_or(out);
 }
 void Object::read_direction(std::string_view key, Vec3& out) const {
-    if (has(key)) out = at(key).direction();
+    if (has(key)) out = at(key).direction_in().value_or(out);
 }
 void Object::read_optional(std::string_view key, std::optional<double>& out, const Range& range) const {
-    if (const auto value = find(key)) out = value->number(range);
+    if (const auto value = find(key))
+        if (const auto number = value->number_in(range)) out = number;
 }
 
 }  // namespace splitcubes::scene

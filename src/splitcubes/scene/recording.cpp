@@ -41,9 +41,11 @@ std::string track_text(const body::MotionTrack& track) {
 Isometry read_place(const Value& value) {
     const std::vector<Value> numbers = value.elements(12, 12);
     Isometry out = Isometry::Identity();
+    if (numbers.empty()) return out;
     for (int k = 0; k < 12; ++k) out.matrix()(k / 4, k % 4) = numbers[static_cast<std::size_t>(k)].number();
     const Mat3 turn = out.linear();
-    if (!((turn * turn.transpose() - Mat3::Identity()).norm() <= rigid_tolerance) || turn.determinant() < 0)
+    if (value.sound() &&
+        !((turn * turn.transpose() - Mat3::Identity()).norm() <= rigid_tolerance && turn.determinant() > 0))
         value.fail("is no rigid motion", "give a rotation and a position, row by row");
     return out;
 }
@@ -59,15 +61,22 @@ body::MotionTrack read_track(const Value& value) {
     out.name = object.at(driven_keys[static_cast<std::size_t>(out.driven)]).text();
     const std::vector<Value> times = object.at("times").elements(1, RecordingLimits::samples);
     const std::vector<Value> places = object.at("places").elements(1, RecordingLimits::samples);
-    if (times.size() != places.size())
+    if (!object.sound({"times"}) || places.empty()) return out;
+    if (times.size() != places.size()) {
         object.at("places").fail(
             "has " + std::to_string(places.size()) + " elements, times has " + std::to_string(times.size()),
             "give a place for each time");
+        return out;
+    }
     for (std::size_t k = 0; k < times.size(); ++k) {
         const double time = times[k].number(any_time);
-        if (k > 0 && !(time > out.motion.times().back()))
+        const Isometry place = read_place(places[k]);
+        if (!times[k].sound()) continue;
+        if (!out.motion.times().empty() && !(time > out.motion.times().back())) {
             times[k].fail("does not come after the one before it", "order times");
-        out.motion.add(time, read_place(places[k]));
+            continue;
+        }
+        out.motion.add(time, place);
     }
     return out;
 }
@@ -103,13 +112,16 @@ Recording parse_recording(std::string_view text, const std::string& name,
         throw InputError(name, "is no recording", "give a file that 'run --record' wrote");
     const Object object(Value(source, json, {}), "recording");
     Recording out;
-    out.scene = parse_scene_text(object.at("scene").json().dump(), name + ": scene", folder);
+    const Value scene = object.at("scene");
+    source.raise();
+    out.scene = parse_scene_text(scene.json().dump(), name + ": scene", folder);
     object.read("frames", out.scene.frames, 1, 1000000);
     out.program = optional_text(object, "program");
     out.first_state = optional_text(object, "first_state");
     out.last_state = optional_text(object, "last_state");
     for (const Value& track : object.at("tracks").elements(0, 100000))
         out.tracks.push_back(read_track(track));
+    source.raise();
     return out;
 }
 

@@ -1,0 +1,52 @@
+// All that is wrong with one text, found by readers that go on after each problem. Internal to scene.
+#pragma once
+
+#include <splitcubes/core/error.h>
+#include <splitcubes/scene/json_path.h>
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace splitcubes::scene {
+
+/// One line of what is wrong: `place: problem; remedy`.
+struct Problem {
+    std::string place;  // file:line, or the option that made the value
+    int line = 0;       // of the file; 0: an option's
+    std::string problem, remedy;
+    JsonPath path;  // the value that it is about; of a missing key: where it would stand
+    /// Of an unknown key near no known one: the missing one that it may have been meant for.
+    JsonPath meant_for = {};
+    bool unexplained = false;  // an unknown key that is near no known one and meant for none so far
+};
+
+class Problems {
+  public:
+    /// Reading ends with the problem after so many, so that a hostile text costs no more than a faulty one.
+    static constexpr std::size_t held_most = 100;
+    /// At most so many are told, in the order of their lines, those of options last; then how many there are
+    /// besides.
+    static constexpr std::size_t told_most = 20;
+
+    bool full() const { return held_.size() >= held_most; }
+    void add(Problem problem) { held_.push_back(std::move(problem)); }
+    /// An option that could not be applied.
+    void add_option(const InputError& error);
+    bool empty() const { return held_.empty() && options_.empty(); }
+
+    /// The problem of the value at exactly this path; null: none.
+    Problem* at(const JsonPath& path);
+    /// Whether a problem is about the value at the path or about something in it.
+    bool within(const JsonPath& path) const;
+
+    /// Throws InputErrors with a line for each where there are any; name: the file's.
+    void raise(const std::string& name) const;
+
+  private:
+    std::vector<Problem> held_;
+    std::vector<InputError> options_;
+};
+
+}  // namespace splitcubes::scene
