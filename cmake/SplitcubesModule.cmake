@@ -4,13 +4,23 @@
 add_library(splitcubes_flags INTERFACE)
 target_compile_features(splitcubes_flags INTERFACE cxx_std_20)
 # No contraction: fused multiply-add would change results between machines.
+set(_shadow -Wshadow)
+if(SPLITCUBES_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # Names and types of other files in the same unit are no concern of a file.
+  set(_shadow -Wshadow=local -Wno-subobject-linkage)
+endif()
 target_compile_options(splitcubes_flags INTERFACE
-  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Werror -ffp-contract=off)
+  -Wall -Wextra -Wpedantic ${_shadow} -Wnon-virtual-dtor -Werror -ffp-contract=off)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # False positives of gcc 12 inside inlined Eigen and std::string code (GCC bugs
   # 105562, 105651 and kin).
   target_compile_options(splitcubes_flags INTERFACE -Wno-maybe-uninitialized -Wno-array-bounds
     -Wno-stringop-overflow -Wno-stringop-overread -Wno-restrict)
+endif()
+if(SPLITCUBES_PRECOMPILE)
+  # So that a compiler cache can tell whether a precompiled header is the same.
+  target_compile_options(splitcubes_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>
+    "$<$<CXX_COMPILER_ID:Clang>:SHELL:-Xclang -fno-pch-timestamp>")
 endif()
 if(SPLITCUBES_SANITIZE)
   string(REPLACE ";" "," _sanitize "${SPLITCUBES_SANITIZE}")
@@ -29,6 +39,22 @@ foreach(_line IN LISTS _layer_lines)
   string(REPLACE " " ";" SPLITCUBES_DEPS_${_name} "${_deps}")
 endforeach()
 
+# splitcubes_unity(TARGET BATCH SOURCES...): compiles up to BATCH files as one where
+# SPLITCUBES_UNITY asks for it. Files that Highway compiles once per instruction set
+# include themselves and cannot share a translation unit.
+function(splitcubes_unity target batch)
+  if(NOT SPLITCUBES_UNITY)
+    return()
+  endif()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${batch})
+  foreach(source IN LISTS ARGN)
+    file(STRINGS ${source} per_target REGEX "HWY_TARGET_INCLUDE" LIMIT_COUNT 1)
+    if(per_target)
+      set_source_files_properties(${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+    endif()
+  endforeach()
+endfunction()
+
 # splitcubes_module(NAME [external targets...])
 function(splitcubes_module name)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*.cpp)
@@ -37,6 +63,8 @@ function(splitcubes_module name)
     add_library(splitcubes_${name} STATIC ${sources} ${headers})
     set(scope PUBLIC)
     target_link_libraries(splitcubes_${name} PRIVATE $<BUILD_INTERFACE:splitcubes_flags>)
+    splitcubes_precompile(splitcubes_${name} math)
+    splitcubes_unity(splitcubes_${name} 12 ${sources})
   else()
     add_library(splitcubes_${name} INTERFACE)
     set(scope INTERFACE)
@@ -63,6 +91,11 @@ function(splitcubes_tests name)
   add_executable(test_${name} ${sources})
   target_link_libraries(test_${name} PRIVATE splitcubes_flags ${ARGN} GTest::gtest GTest::gmock GTest::gtest_main)
   target_include_directories(test_${name} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
+  if(name MATCHES "^(body|scene|laws)$")
+    splitcubes_precompile(test_${name} test_world)
+  else()
+    splitcubes_precompile(test_${name} test)
+  endif()
   set(left_out "")
   if(SPLITCUBES_SANITIZE)
     file(STRINGS ${CMAKE_SOURCE_DIR}/tests/slow-under-sanitizers.txt lines REGEX "^(thread:)?${name} ")

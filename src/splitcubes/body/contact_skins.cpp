@@ -15,7 +15,7 @@ using meshless::Contact;
 // In phyxel spacings: how far a contact is looked for beyond what speed asks for, the deepest
 // overlap that is believed, how far along the face a sample may be from another piece's
 // samples, and how much of an overlap is undone in a step.
-constexpr double margin_share = 0.05, deepest_share = 1, beside_share = 0.9, lift_share = 0.02;
+constexpr double skin_margin_share = 0.05, deepest_share = 1, beside_share = 0.9, skin_lift_share = 0.02;
 constexpr double reach_share = 1.25, most_reach_share = 3;
 // In spacings: what begins to fall within a step may come to overlap by so much before it is found.
 constexpr double fallen_share = 0.15;
@@ -142,7 +142,7 @@ const SkinGrid::Faced* ContactFinder::partner_of(const Task& task, std::size_t k
 
 // m, the gap at the end of the step, by the two ways, below which a contact may come of it.
 double ContactFinder::soon(std::size_t k, const Reach& reach) const {
-    return margin_share * spacing_of(samples_[k]) + reach.fall;
+    return skin_margin_share * spacing_of(samples_[k]) + reach.fall;
 }
 
 // The samples within `radius` (m) that face this one; false where no contact can come of them.
@@ -249,7 +249,7 @@ bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach
     out.key = key_of(sample.body, 0, sample.vertex);
     out.upper = carrying_of(k).side;
     out.friction = task.options.friction;
-    out.lift = lift_share * std::min(spacing_of(sample), spacing_of(partner));
+    out.lift = skin_lift_share * std::min(spacing_of(sample), spacing_of(partner));
     return push_on(task, position - distance * normal, total, grid_.number(chosen->place), chunk, out);
 }
 

@@ -15,14 +15,15 @@ using meshless::RigidPiece;
 
 // In phyxel spacings, as of ContactFinder: how far skin is looked for, how deep an overlap is
 // believed, how far off a sample a point may lie along the face.
-constexpr double reach_share = 1.25, deepest_share = 1, beside_share = 0.9, margin_share = 0.05;
+constexpr double crumb_reach_share = 1.25, crumb_deepest_share = 1, crumb_beside_share = 0.9,
+                 crumb_margin_share = 0.05;
 // Of an overlap that was there before, what is undone in a step: in spacings, and in its depths.
-constexpr double lift_share = 0.005, depth_share = 0.1;
+constexpr double crumb_lift_share = 0.005, crumb_depth_share = 0.1;
 // In spacings: how far skin or a rigid piece is believed to go in a step.
 constexpr double most_way = 2;
-constexpr double one_face = 0.8;
+constexpr double crumb_one_face = 0.8;
 // In spacings: how much farther than the nearest sample a face is followed.
-constexpr double face_share = 0.75;
+constexpr double crumb_face_share = 0.75;
 constexpr double absurdly_far = 1e90;  // m
 
 }  // namespace
@@ -92,7 +93,7 @@ double RigidContacts::way_of(std::uint32_t body, std::int32_t piece) const {
 void RigidContacts::sort_crumbs() {
     double widest = 0;
     for (const Crumb& crumb : crumbs_) widest = std::max(widest, crumb.radius + crumb.way);
-    cell_ = 2 * widest + margin_share * spacing_;
+    cell_ = 2 * widest + crumb_margin_share * spacing_;
     sorted_.clear();
     for (std::uint32_t k = 0; k < crumbs_.size(); ++k) {
         const Vec3& centre = piece_of(crumbs_[k]).centre;
@@ -124,7 +125,7 @@ void RigidContacts::list_samples(const ContactFinder& skin, const Parallel& para
     constexpr std::size_t grain = 512;
     const std::span<const Vec3> positions = skin.skin_positions();
     const auto farthest = [&](const Crumb& crumb) {
-        return crumb.radius + crumb.way + reach_share * spacing_ + most_skin_way_;
+        return crumb.radius + crumb.way + crumb_reach_share * spacing_ + most_skin_way_;
     };
     balls_.clear();
     for (const Crumb& crumb : crumbs_)
@@ -217,14 +218,14 @@ bool RigidContacts::lies_before(const Task& task, const Vec3& place, std::size_t
                                 const Planes& planes, Row& row) const {
     const Plane& face = planes.all[partner];
     const double spacing = task.bodies[face.body]->phyxel_spacing();
-    const double width = std::sqrt(planes.square[partner]) + face_share * spacing;
+    const double width = std::sqrt(planes.square[partner]) + crumb_face_share * spacing;
     double distance = 0, total = 0;
     Vec3 normal = Vec3::Zero();
     for (std::size_t n = 0; n < planes.all.size(); ++n) {
         if (!(planes.square[n] < width * width)) continue;
         const Plane& plane = planes.all[n];
         if (plane.body != face.body || plane.piece != face.piece) continue;
-        if (!(plane.normal.dot(face.normal) > one_face)) continue;
+        if (!(plane.normal.dot(face.normal) > crumb_one_face)) continue;
         const double share = 1 - planes.square[n] / (width * width);
         distance += share * share * plane.normal.dot(place - plane.position);
         normal += share * share * plane.normal;
@@ -234,15 +235,15 @@ bool RigidContacts::lies_before(const Task& task, const Vec3& place, std::size_t
     distance /= total;
     normal.normalize();
     const Vec3 off = place - face.position;
-    if (distance < -deepest_share * spacing ||
-        (off - normal.dot(off) * normal).norm() > beside_share * spacing)
+    if (distance < -crumb_deepest_share * spacing ||
+        (off - normal.dot(off) * normal).norm() > crumb_beside_share * spacing)
         return false;
     row.normal = normal;
     row.gap = distance;
-    row.lift = lift_share * spacing + depth_share * std::max(-distance, 0.0);
+    row.lift = crumb_lift_share * spacing + crumb_depth_share * std::max(-distance, 0.0);
     row.friction = task.friction;
     return normal.allFinite() &&
-           distance <= margin_share * spacing + crumbs_[row.upper].way + way_of(face.body, face.piece);
+           distance <= crumb_margin_share * spacing + crumbs_[row.upper].way + way_of(face.body, face.piece);
 }
 
 // The row's lower side is what carries the sample of skin; none where that is not told in numbers.
@@ -285,7 +286,7 @@ void RigidContacts::meet_crumb(const Task& task, std::uint32_t first, std::uint3
     if ((piece_of(a).centre - piece_of(b).centre).squaredNorm() > far * far) return;
     const double spacing =
         std::min(task.bodies[a.body]->phyxel_spacing(), task.bodies[b.body]->phyxel_spacing());
-    const double near = margin_share * spacing + ways;
+    const double near = crumb_margin_share * spacing + ways;
     const Face of_second = face_between(a, b), of_first = face_between(b, a);
     const bool takes_second = of_second.gap >= of_first.gap;
     const Face face = takes_second ? of_second : of_first;
@@ -294,8 +295,8 @@ void RigidContacts::meet_crumb(const Task& task, std::uint32_t first, std::uint3
     const RigidPiece& moving = piece_of(crumbs_[upper]);
     const RigidPiece& box = piece_of(crumbs_[lower]);
     const Vec3 normal = face.sign * Vec3::Unit(face.axis);
-    const Vec3 low = crumbs_[lower].low - Vec3::Constant(margin_share * spacing);
-    const Vec3 high = crumbs_[lower].high + Vec3::Constant(margin_share * spacing);
+    const Vec3 low = crumbs_[lower].low - Vec3::Constant(crumb_margin_share * spacing);
+    const Vec3 high = crumbs_[lower].high + Vec3::Constant(crumb_margin_share * spacing);
     const std::size_t before = rows_.size();
     // Where no point lies before the face itself, all do: edges cross.
     for (const bool strict : {true, false}) {
@@ -318,7 +319,7 @@ void RigidContacts::meet_crumb(const Task& task, std::uint32_t first, std::uint3
             row.lower_own = in_box - distance * normal;
             row.normal = box.rotation * normal;
             row.gap = distance;
-            row.lift = lift_share * spacing + depth_share * std::max(-distance, 0.0);
+            row.lift = crumb_lift_share * spacing + crumb_depth_share * std::max(-distance, 0.0);
             row.friction = task.friction;
             row.start = place - box.place_of(row.lower_own);
             if (row.start.allFinite()) rows_.push_back(row);

@@ -11,7 +11,7 @@ using splitting::NodeGrid;
 
 namespace {
 
-constexpr std::size_t grain = 64, edge_grain = 16;
+constexpr std::size_t face_grain = 64, edge_grain = 16;
 // Share of the stress's direction in the normal of the next piece of a crack: the
 // phyxels' stress is noisy across a tip, and a crack that turns at once is rough.
 constexpr double turning_share = 0.25;
@@ -118,7 +118,7 @@ void Tearing::grow(NodeGrid& grid, const TearContext& context, std::vector<std::
 // Edges beside cracks that are stretched beyond all measure; of those that share a
 // node the most stretched one.
 void Tearing::break_strands(NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots) {
-    context.parallel.for_each(open_.size(), 4 * grain, [&](std::size_t k) {
+    context.parallel.for_each(open_.size(), 4 * face_grain, [&](std::size_t k) {
         OpenEdge& open = open_[k];
         if (open.stretch < 0) return;
         open.stretch = -1;

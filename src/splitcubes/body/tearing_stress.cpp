@@ -18,7 +18,7 @@ using splitting::NodeGrid;
 
 namespace {
 
-constexpr std::size_t grain = 256, node_grain = 32;
+constexpr std::size_t stress_grain = 256, node_grain = 32;
 // In place of the norm of a stress: what moves the phyxel is not its stress.
 constexpr double held_phyxel = -2;
 // Of a bound, for the rounding of what it bounds: relative, far above both.
@@ -37,7 +37,7 @@ void Tearing::find_weakest(const NodeGrid& grid, const TearContext& context) {
     weakest_.resize(count, settings_.strength);
     own_rank_.resize(count, 3);
     if (!settings_.strength_factor) return;
-    context.parallel.for_each(count - known, grain, [&](std::size_t k) {
+    context.parallel.for_each(count - known, stress_grain, [&](std::size_t k) {
         const Vec3& rest = context.phyxels.rest_position[known + k];
         const Vec3 half = Vec3::Constant(0.5 * context.spacing);
         const Vec3i low = grid.rest().to_grid(rest - half).array().floor().cast<int>();
@@ -78,7 +78,7 @@ double Tearing::measure_phyxels(const TearContext& context, double least) {
     stress_.resize(count);
     size_.resize(count);
     is_strained_.resize(count);
-    chunk_largest_.resize((count + grain - 1) / grain);
+    chunk_largest_.resize((count + stress_grain - 1) / stress_grain);
     const auto rank = context.neighbourhoods.rank();
     const bool some_held = context.held.size() == count;
     const meshless::Material& material = context.material;
@@ -93,9 +93,9 @@ double Tearing::measure_phyxels(const TearContext& context, double least) {
                                      size_.data(), is_strained_.data()});
         else
             for (std::size_t i = begin; i < end; ++i) measure_one(context, i, least);
-        chunk_largest_[begin / grain] = *std::max_element(&size_[begin], &size_[end - 1] + 1);
+        chunk_largest_[begin / stress_grain] = *std::max_element(&size_[begin], &size_[end - 1] + 1);
     };
-    context.parallel.for_chunks(count, grain, std::cref(measure));
+    context.parallel.for_chunks(count, stress_grain, std::cref(measure));
     double largest = 0;
     for (const double size : chunk_largest_) largest = std::max(largest, size);
     return largest;
@@ -107,7 +107,7 @@ void Tearing::bound_principal_stress(const TearContext& context, double least) {
     const meshless::Neighbourhoods& n = context.neighbourhoods;
     const std::size_t count = context.phyxels.size();
     principal_.resize(count);
-    context.parallel.for_each(count, 4 * grain, [&](std::size_t i) {
+    context.parallel.for_each(count, 4 * stress_grain, [&](std::size_t i) {
         principal_[i] = size_[i] < 0 ? -std::numeric_limits<double>::infinity() : least;
         if (is_strained_[i] == strained) principal_[i] = greatest_value_bound(stress_[i]);
     });
@@ -121,7 +121,7 @@ void Tearing::bound_principal_stress(const TearContext& context, double least) {
 void Tearing::find_loads(const TearContext& context) {
     load_.assign(context.phyxels.size(), 0);
     bound_principal_stress(context, least_stress());
-    context.parallel.for_each(load_.size(), grain, [&](std::size_t i) {
+    context.parallel.for_each(load_.size(), stress_grain, [&](std::size_t i) {
         if (is_strained_[i] != 0) load_[i] = load_of(context, i);
     });
     top_load_ = 0;

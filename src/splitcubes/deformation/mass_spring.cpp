@@ -10,7 +10,7 @@ namespace splitcubes::deformation {
 
 namespace {
 
-constexpr std::size_t grain = 256;
+constexpr std::size_t spring_grain = 256;
 // Of the stability limit of symplectic Euler.
 constexpr double safety = 0.5;
 
@@ -174,8 +174,9 @@ void MassSpring::meet_ground(const Motion& motion, std::size_t node) {
 // share: of the time step that is over at the end of this part.
 void MassSpring::substep(const Motion& motion, double dt, double share) {
     const double kept = 1 / (1 + settings_.mass_damping * dt);
-    motion.parallel.for_each(position_.size(), grain, [&](std::size_t n) { force_[n] = spring_force(n); });
-    motion.parallel.for_each(position_.size(), grain, [&](std::size_t n) {
+    motion.parallel.for_each(position_.size(), spring_grain,
+                             [&](std::size_t n) { force_[n] = spring_force(n); });
+    motion.parallel.for_each(position_.size(), spring_grain, [&](std::size_t n) {
         if (!motion.held.empty() && motion.held[n]) {
             const Vec3 to = next_[n] + share * (motion.held_position[n] - next_[n]);
             velocity_[n] = (to - position_[n]) / dt;
@@ -233,7 +234,7 @@ MotionReport MassSpring::describe(const Motion& motion) const {
 
 void MassSpring::node_frames(std::span<geometry::Frame> out, const Parallel& parallel) const {
     const double least = 0.3 * nodes_.rest.cell_size * nodes_.rest.cell_size;
-    parallel.for_each(out.size(), grain, [&](std::size_t n) {
+    parallel.for_each(out.size(), spring_grain, [&](std::size_t n) {
         Mat3 moment = Mat3::Zero(), moved = Mat3::Zero();
         for (const Spring& s : springs_of(n)) {
             if (!s.whole) continue;

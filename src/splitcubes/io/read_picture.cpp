@@ -33,14 +33,15 @@ namespace {
 
 constexpr std::uintmax_t most_bytes = std::uintmax_t{1} << 28;
 constexpr std::int64_t most_pixels = std::int64_t{1} << 26;
-constexpr const char* remedy = "give a PNG, JPEG, BMP, TGA or PNM file";
+constexpr const char* picture_remedy = "give a PNG, JPEG, BMP, TGA or PNM file";
 
 std::vector<stbi_uc> bytes_of(const std::filesystem::path& path) {
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error))
-        throw InputError(path.string(), "there is no such file", remedy);
+        throw InputError(path.string(), "there is no such file", picture_remedy);
     if (std::filesystem::file_size(path, error) > most_bytes)
-        throw InputError(path.string(), "is longer than " + std::to_string(most_bytes) + " bytes", remedy);
+        throw InputError(path.string(), "is longer than " + std::to_string(most_bytes) + " bytes",
+                         picture_remedy);
     std::ifstream file(path, std::ios::binary);
     std::vector<stbi_uc> bytes{std::istreambuf_iterator<char>(file), {}};
     if (!file) throw InputError(path.string(), "cannot be read", "check its permissions");
@@ -74,7 +75,7 @@ BrightnessPicture read_brightness(const std::filesystem::path& path) {
     BrightnessPicture out;
     int channels = 0;
     if (stbi_info_from_memory(bytes.data(), length, &out.width, &out.height, &channels) == 0)
-        throw InputError(path.string(), "is not a picture that can be read", remedy);
+        throw InputError(path.string(), "is not a picture that can be read", picture_remedy);
     if (out.width <= 0 || out.height <= 0 || std::int64_t{out.width} * out.height > most_pixels)
         throw InputError(path.string(),
                          "is " + std::to_string(out.width) + " x " + std::to_string(out.height) +
@@ -84,7 +85,7 @@ BrightnessPicture read_brightness(const std::filesystem::path& path) {
         stbi_load_from_memory(bytes.data(), length, &out.width, &out.height, &channels, 3), stbi_image_free);
     if (!pixels)
         throw InputError(path.string(), std::string("cannot be read (") + stbi_failure_reason() + ")",
-                         remedy);
+                         picture_remedy);
     const std::size_t count = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height);
     out.brightness.resize(count);
     for (std::size_t k = 0; k < count; ++k) {

@@ -12,7 +12,7 @@ namespace {
 // Stiffness of a contact over that of what it touches.
 constexpr double hardness = 2.5;
 // A spring keeps its stiffness unless that of what it touches changes by more than this factor.
-constexpr double most_change = 4;
+constexpr double most_stiffness_change = 4;
 // Springs a chunk.
 constexpr std::size_t spring_grain = 128;
 // Share of all contact forces that may be wrong at the end of a step.
@@ -146,7 +146,8 @@ ContactForces::Row ContactForces::make_row(std::uint32_t number, const ContactMe
         }
         // A spring that grew stiffer under load would make energy. Where it has to, it pushes as it did, and
         // is shorter.
-        if (memory->stiffness > row.normal / most_change && memory->stiffness < row.normal * most_change) {
+        if (memory->stiffness > row.normal / most_stiffness_change &&
+            memory->stiffness < row.normal * most_stiffness_change) {
             row.normal = memory->stiffness;
         } else if (memory->stiffness < row.normal) {
             const double share = memory->stiffness / row.normal;

@@ -9,17 +9,18 @@ namespace splitcubes::meshless {
 namespace {
 
 // Springs, or phyxels that they hold, a chunk.
-constexpr std::size_t spring_grain = 256;
+constexpr std::size_t product_grain = 256;
 // The preconditioner's polynomial: least and largest eigenvalue that it is made for, of D^-1 (E + C), and its
 // steps.
-constexpr double least = 0.2, largest = 1;
+constexpr double least_eigenvalue = 0.2, largest_eigenvalue = 1;
 constexpr int steps = 2;
 // Chebyshev's recurrence: a step is `again` times the last and `fresh` times D^-1 of what is left.
 struct Recurrence {
     std::array<float, steps> again{}, fresh{};
 };
 constexpr Recurrence make_recurrence() {
-    constexpr double middle = 0.5 * (largest + least), half = 0.5 * (largest - least);
+    constexpr double middle = 0.5 * (largest_eigenvalue + least_eigenvalue),
+                     half = 0.5 * (largest_eigenvalue - least_eigenvalue);
     Recurrence out;
     out.fresh[0] = static_cast<float>(1 / middle);
     double rho = half / middle;
@@ -131,7 +132,7 @@ void ContactProducts::take_in(std::span<const RowPart> parts, std::vector<Packed
 
 // Forces of the springs by their phyxels' ways; returns the product of both.
 double ContactProducts::push(const std::vector<Packed>& ways, const Parallel& parallel) {
-    return sum_(parallel, spring_count_, spring_grain, [&](std::size_t begin, std::size_t end) {
+    return sum_(parallel, spring_count_, product_grain, [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t s = begin; s < end; ++s) {
             const Spring& spring = springs_[s];
@@ -163,7 +164,7 @@ double ContactProducts::apply(std::span<const RowPart> parts, const Parallel& pa
                 part.out[static_cast<std::size_t>(k) * part.stride + touched_[t].phyxel] += sum[k];
         }
     };
-    parallel.for_chunks(touched_count_, spring_grain, std::cref(sum_up));
+    parallel.for_chunks(touched_count_, product_grain, std::cref(sum_up));
     return product;
 }
 
@@ -180,7 +181,7 @@ double ContactProducts::smooth(std::span<const RowPart> parts, const Parallel& p
                 smooth_[t] += move_[t];
             }
         };
-        parallel.for_chunks(touched_count_, spring_grain, std::cref(move));
+        parallel.for_chunks(touched_count_, product_grain, std::cref(move));
     }
     double product = 0;
     for (std::size_t t = 0; t < touched_count_; ++t) {

@@ -10,18 +10,18 @@ namespace splitcubes::meshless {
 namespace {
 
 // Angle that a substep of a piece among obstacles turns by at most, rad.
-constexpr double most_turn = 0.1;
-constexpr int most_substeps = 256;
+constexpr double most_substep_turn = 0.1;
+constexpr int most_sliding_substeps = 256;
 // Substeps of its turning, in all of these together.
 constexpr int most_turning_substeps = 4096;
-constexpr int most_rounds = 40;
+constexpr int most_impulse_rounds = 40;
 // Share of the speed that gravity gives in a substep below which a touching piece rests.
 constexpr double resting_share = 0.02;
 // Share of a depth that a piece found within an obstacle is lifted by in a step.
 constexpr double lift_share = 0.2;
 
 // A point of a body that meets an obstacle within a substep.
-struct Contact {
+struct PlaneContact {
     Vec3 place;                    // m, world
     Vec3 arm;                      // m, from the centre
     Vec3 normal;                   // unit, world, out of the obstacle
@@ -68,14 +68,14 @@ double effective_mass(const RigidPiece& body, const Mat3& inverse, const Vec3& a
 }
 
 // share: of the step, where the substep of h seconds begins.
-std::vector<Contact> find_contacts(const RigidPieces& rigid, const RigidPiece& body, const StepInput& input,
-                                   double share, double h) {
-    std::vector<Contact> contacts;
+std::vector<PlaneContact> find_contacts(const RigidPieces& rigid, const RigidPiece& body,
+                                        const StepInput& input, double share, double h) {
+    std::vector<PlaneContact> contacts;
     const Mat3 inverse = body.inverse_inertia();
     for (const Obstacle& obstacle : input.obstacles) {
         const Placed placed(obstacle, share);
         for (const Vec3& point : rigid.points_of(body)) {
-            Contact contact;
+            PlaneContact contact;
             contact.place = body.place_of(point);
             contact.arm = contact.place - body.centre;
             const geometry::SignedDistance::Sample nearest = placed.at(contact.place);
@@ -95,13 +95,13 @@ std::vector<Contact> find_contacts(const RigidPieces& rigid, const RigidPiece& b
 }
 
 // One round over the contacts; returns the largest change of velocity that it made, m/s.
-double push_apart(std::vector<Contact>& contacts, RigidPiece& body) {
+double push_apart(std::vector<PlaneContact>& contacts, RigidPiece& body) {
     const Mat3 inverse = body.inverse_inertia();
-    const auto velocity = [&](const Contact& contact) {
+    const auto velocity = [&](const PlaneContact& contact) {
         return Vec3(body.velocity() + (inverse * body.spin).cross(contact.arm) - contact.drive);
     };
     double largest = 0;
-    for (Contact& contact : contacts) {
+    for (PlaneContact& contact : contacts) {
         const double approach = contact.allowed - contact.normal.dot(velocity(contact));
         const double pressure = std::max(0.0, contact.pressure + contact.normal_mass * approach);
         const double change = pressure - contact.pressure;
@@ -128,16 +128,16 @@ double push_apart(std::vector<Contact>& contacts, RigidPiece& body) {
 // Takes from the momenta what obstacles stop. Returns whether they stop anything.
 bool meet_obstacles(const RigidPieces& rigid, const StepInput& input, double share, double h,
                     RigidPiece& body) {
-    std::vector<Contact> contacts = find_contacts(rigid, body, input, share, h);
+    std::vector<PlaneContact> contacts = find_contacts(rigid, body, input, share, h);
     if (contacts.empty()) return false;
     const double before = body.kinetic_energy();
     double drive = 0;
-    for (const Contact& contact : contacts) drive = std::max(drive, contact.drive.norm());
+    for (const PlaneContact& contact : contacts) drive = std::max(drive, contact.drive.norm());
     const double enough = 1e-6 * (std::sqrt(2 * before / body.mass) + drive);
-    for (int round = 0; round < most_rounds; ++round)
+    for (int round = 0; round < most_impulse_rounds; ++round)
         if (push_apart(contacts, body) <= enough) break;
     const bool touches =
-        std::any_of(contacts.begin(), contacts.end(), [](const Contact& c) { return c.pressure > 0; });
+        std::any_of(contacts.begin(), contacts.end(), [](const PlaneContact& c) { return c.pressure > 0; });
     if (!touches) return false;
     if (drive > 0) return true;
     // Rounds that were not enough must not leave more than there was.
@@ -179,8 +179,8 @@ void fall_on_obstacles(const RigidPieces& rigid, const StepInput& input, double 
     for (const Obstacle& obstacle : input.obstacles)
         depth.push_back(std::min(deepest(rigid, Placed(obstacle, 0), body).distance, 0.0));
     const double turn = body.angular_velocity().norm() * input.dt;
-    const int substeps =
-        std::max(1, static_cast<int>(std::min<double>(std::ceil(turn / most_turn), most_substeps)));
+    const int substeps = std::max(
+        1, static_cast<int>(std::min<double>(std::ceil(turn / most_substep_turn), most_sliding_substeps)));
     const double h = input.dt / substeps;
     const double kept_each = std::pow(kept, 1.0 / substeps);
     for (int k = 0; k < substeps; ++k) {

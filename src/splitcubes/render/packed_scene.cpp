@@ -13,10 +13,6 @@ void store(float (&out)[3], const Vec3& value) {
     for (int i = 0; i < 3; ++i) out[i] = static_cast<float>(value[i]);
 }
 
-Vec3 linear(const Color& color) {
-    return {linear_from_srgb(color.x()), linear_from_srgb(color.y()), linear_from_srgb(color.z())};
-}
-
 void require(bool ok, const std::string& where, const char* problem) {
     if (!ok) throw InputError(where, problem);
 }
@@ -71,6 +67,10 @@ void pack_lines(PackedScene& scene, const LineSet& set, const std::string& where
 }
 
 }  // namespace
+
+Vec3 linear(const Color& color) {
+    return {linear_from_srgb(color.x()), linear_from_srgb(color.y()), linear_from_srgb(color.z())};
+}
 
 double linear_from_srgb(double value) {
     const double v = std::clamp(value, 0.0, 1.0);

@@ -34,6 +34,7 @@ struct PackedScene {
 
 /// sRGB to linear, a channel at a time (IEC 61966-2-1).
 double linear_from_srgb(double value);
+Vec3 linear(const Color& color);
 
 /// Throws InputError when arrays do not fit together, an index is out of range or
 /// a position is not finite. pixel_scale: pixels of this picture a line-width unit.

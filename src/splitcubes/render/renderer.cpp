@@ -31,10 +31,6 @@ std::array<float, 2> floats(const Vec2& value) {
     return {static_cast<float>(value.x()), static_cast<float>(value.y())};
 }
 
-Vec3 linear(const Color& color) {
-    return {linear_from_srgb(color.x()), linear_from_srgb(color.y()), linear_from_srgb(color.z())};
-}
-
 Vec3 rotated(const Eigen::Matrix4d& matrix, const Vec3& direction) {
     return matrix.topLeftCorner<3, 3>() * direction;
 }

@@ -5,6 +5,7 @@
 #include <splitcubes/io/read_mesh.h>
 #include <splitcubes/scene/build.h>
 #include <splitcubes/scene/implicit_model.h>
+#include <splitcubes/scene/overloaded.h>
 #include <splitcubes/scene/strength.h>
 
 #include <algorithm>
@@ -16,13 +17,6 @@ namespace splitcubes::scene {
 namespace {
 
 constexpr double radians = std::numbers::pi / 180;
-
-template <class... Cases>
-struct Overloaded : Cases... {
-    using Cases::operator()...;
-};
-template <class... Cases>
-Overloaded(Cases...) -> Overloaded<Cases...>;
 
 Quat quaternion(const Rotation& rotation) {
     return Quat(Eigen::AngleAxisd(rotation.angle_degrees * radians, rotation.axis.normalized()));

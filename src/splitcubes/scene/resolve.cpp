@@ -1,3 +1,4 @@
+#include <splitcubes/scene/overloaded.h>
 #include <splitcubes/scene/read_scene.h>
 #include <splitcubes/scene/resolve.h>
 
@@ -8,13 +9,6 @@ namespace splitcubes::scene {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-template <class... Functions>
-struct Overloaded : Functions... {
-    using Functions::operator()...;
-};
-template <class... Functions>
-Overloaded(Functions...) -> Overloaded<Functions...>;
 
 Json to_json(const Vec3& v) {
     return Json::array({v.x(), v.y(), v.z()});

@@ -1,6 +1,7 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/geometry/nearest_point.h>
 #include <splitcubes/io/read_picture.h>
+#include <splitcubes/scene/overloaded.h>
 #include <splitcubes/scene/strength.h>
 
 #include <algorithm>
@@ -10,13 +11,6 @@
 namespace splitcubes::scene {
 
 namespace {
-
-template <class... Cases>
-struct Overloaded : Cases... {
-    using Cases::operator()...;
-};
-template <class... Cases>
-Overloaded(Cases...) -> Overloaded<Cases...>;
 
 bool within(const Vec3& p, const CylinderRegion& r) {
     const Vec3 axis = r.to - r.from;

@@ -10,7 +10,7 @@ namespace splitcubes::splitting {
 
 namespace {
 
-constexpr double grazing_cosine = 0.05;
+constexpr double grazing_edge_cosine = 0.05;
 
 Vec3 face_point(int axis, double level, const Vec2& in_face) {
     Vec3 p;
@@ -335,7 +335,7 @@ Vec3 Surface::place_group(const NodeGrid& grid, unsigned group, const CellContex
         for (int k = 0; k < 3; ++k) c.point[k] = corner_bit(edge_corners[i][0], k);
         c.point[axis] += raw.hit;
         c.normal = configuration.edge_side[i] < 0 ? Vec3(-raw.normal) : raw.normal;
-        c.grazing = std::abs(raw.normal[axis]) < grazing_cosine;
+        c.grazing = std::abs(raw.normal[axis]) < grazing_edge_cosine;
         c.cut = raw.cut;
     }
     const unsigned faces = configuration.group_faces[group];
