@@ -5,6 +5,9 @@
 #include <splitcubes/splitting/skin.h>
 #include <splitcubes/splitting/solidify.h>
 
+#include <algorithm>
+#include <functional>
+#include <numeric>
 #include <sstream>
 
 namespace splitcubes::splitting {
@@ -61,26 +64,78 @@ void note_open_mesh(const TriangleMesh& welded, SolidifyReport& report) {
                                 : ""));
 }
 
-// What is thin in every direction is met by nodes, but they need not be neighbours.
-void note_shattered(const NodeGrid& grid, const TriangleMesh& solid, SolidifyReport& report) {
-    std::size_t parts = 0;
-    geometry::triangle_parts(solid, parts);
-    const std::size_t pieces = Pieces(grid).count();
-    if (pieces > parts && report.exact)
-        report.notes.push_back(
-            "the mesh has " + std::to_string(parts) + (parts == 1 ? " part" : " parts") + ", its solid " +
-            std::to_string(pieces) +
-            " pieces: material about as thin as a cell falls apart; try half the cell size");
+// Of small shares one digit counts.
+std::string percent(double share) {
+    std::ostringstream out;
+    out.precision(share < 0.1 ? 1 : 2);
+    out << 100 * share << " %";
+    return out.str();
+}
+
+double smallest_cell(const TriangleMesh& mesh) {
+    return mesh.bounds().size().maxCoeff() / geometry::max_cells_per_axis;
 }
 
 // "a cell size of X keeps", or that none does.
 std::string keeping_size(const TriangleMesh& mesh, const SolidifyReport& report) {
-    const double smallest = mesh.bounds().size().maxCoeff() / geometry::max_cells_per_axis;
-    if (report.keeping_cell_size < smallest) return "no grid that can be made keeps";
+    if (report.keeping_cell_size < smallest_cell(mesh)) return "no grid that can be made keeps";
     return "a cell size of " + metres(report.keeping_cell_size) + " keeps";
 }
 
-void note_findings(const TriangleMesh& welded, const RestGrid& rest, SolidifyReport& report) {
+// Two walls less than a cell apart are told of where they make up some of the skin: a few such edges
+// lie along every crease.
+void note_gaps(const NodeGrid& grid, SolidifyReport& report) {
+    constexpr double told_share = 0.02;
+    const double share = static_cast<double>(report.gap_edges) / static_cast<double>(grid.crossings().size());
+    if (share > told_share)
+        report.notes.push_back("gaps narrower than a cell of " + metres(grid.rest().cell_size) +
+                               " run along " + percent(share) +
+                               " of its surface: the walls there stay apart, and meet in the gap's "
+                               "middle");
+}
+
+// Material that falls between the nodes is told of where it is more than the tips and rims that every
+// mesh has.
+bool note_lost(const TriangleMesh& mesh, const NodeGrid& grid, SolidifyReport& report) {
+    constexpr std::size_t told_edges = 8;
+    constexpr double told_share = 0.005;
+    const auto lost = static_cast<double>(report.lost_thin_edges);
+    if (report.lost_thin_edges < told_edges &&
+        lost <= told_share * static_cast<double>(grid.crossings().size()))
+        return false;
+    const double cell = grid.rest().cell_size;
+    // A surface meets 1.5 edges of the grid for each face of a cell, on the average of all directions.
+    const double share =
+        lost / 1.5 * (report.lost_thickness / cell) / static_cast<double>(report.nodes_inside);
+    report.notes.push_back("material thinner than a cell of " + metres(cell) + " is lost, about " +
+                           percent(share) + " of the volume (half of it is thinner than " +
+                           metres(report.lost_thickness) + "); " + keeping_size(mesh, report) +
+                           " nine tenths of it");
+    return true;
+}
+
+// What is thin in every direction is met by nodes, but they need not be neighbours.
+void note_crumbs(const TriangleMesh& mesh, const NodeGrid& grid, bool lost_told, SolidifyReport& report) {
+    std::size_t parts = 0;
+    geometry::triangle_parts(mesh, parts);
+    std::vector<std::size_t> nodes = Pieces(grid).node_counts();
+    if (!report.exact || nodes.size() <= parts) return;
+    std::sort(nodes.begin(), nodes.end(), std::greater<>());
+    const std::size_t count = nodes.size() - parts;
+    const std::size_t in_crumbs =
+        std::accumulate(nodes.begin() + static_cast<std::ptrdiff_t>(parts), nodes.end(), std::size_t{0});
+    std::string note = std::to_string(count) + (count == 1 ? " piece" : " pieces") +
+                       " more than the mesh has parts: material about as thin as a cell fell apart, " +
+                       percent(static_cast<double>(in_crumbs) / static_cast<double>(report.nodes_inside)) +
+                       " of the volume";
+    const double half = 0.5 * grid.rest().cell_size;
+    // What keeps lost material is told with it, and is smaller.
+    if (!lost_told && half >= smallest_cell(mesh))
+        note += "; a cell size of " + metres(half) + " keeps more of it";
+    report.notes.push_back(note);
+}
+
+void note_findings(const TriangleMesh& welded, const NodeGrid& grid, SolidifyReport& report) {
     if (!report.exact) note_open_mesh(welded, report);
     if (report.exact && welded.volume() < 0)
         report.notes.push_back("the mesh is inside out (volume " + std::to_string(welded.volume()) +
@@ -89,15 +144,9 @@ void note_findings(const TriangleMesh& welded, const RestGrid& rest, SolidifyRep
     if (report.opposed)
         report.notes.push_back(
             "parts of the mesh are inside out, others not: where such parts overlap they cancel");
-    if (report.gap_edges > 0)
-        report.notes.push_back(
-            std::to_string(report.gap_edges) +
-            " grid edges cross a gap thinner than a cell and were cut, so the gap separates");
-    if (report.lost_thin_edges > 0)
-        report.notes.push_back(std::to_string(report.lost_thin_edges) +
-                               " grid edges cross material thinner than a cell of " + metres(rest.cell_size) +
-                               " (half of it under " + metres(report.lost_thickness) + "), which is lost; " +
-                               keeping_size(welded, report) + " nine tenths of it");
+    note_gaps(grid, report);
+    const bool lost_told = note_lost(welded, grid, report);
+    note_crumbs(welded, grid, lost_told, report);
 }
 
 // Why nothing is inside, and what to do.
@@ -161,8 +210,7 @@ NodeGrid solidify(const TriangleMesh& mesh, const RestGrid& rest, SolidifyReport
     report.nodes_inside = grid.inside_count();
     if (report.nodes_inside == 0) refuse_empty(welded, rest, report);
     refuse_sheet(grid, report);
-    note_findings(welded, rest, report);
-    note_shattered(grid, welded, report);
+    note_findings(welded, grid, report);
     return grid;
 }
 
