@@ -1,5 +1,6 @@
 #include "commands.h"
 #include "cut_pieces.h"
+#include "interrupts.h"
 #include "lost_material.h"
 #include "progress.h"
 #include "report.h"
@@ -89,36 +90,12 @@ std::vector<Cutter> read_cutters(const Options& options) {
     return out;
 }
 
-// Shows the stages of work on a large grid, and ends it between them when the
-// user wants so.
-class Stages {
-  public:
-    void shown_for(const geometry::RestGrid& rest, std::size_t total) {
-        constexpr double large = 4e6;  // nodes: some seconds of work
-        if (rest.node_count.cast<double>().prod() > large) progress_.emplace("cut", total);
-    }
-    // To be called before each stage.
-    void next(const std::string& what) {
-        if (interrupted()) throw JobError("interrupted; nothing was written");
-        if (progress_) progress_->show(done_++, what);
-    }
-    void finish() {
-        if (progress_) progress_->finish();
-        progress_.reset();
-    }
-    ~Stages() { finish(); }
-
-  private:
-    std::optional<Progress> progress_;
-    std::size_t done_ = 0;
-};
-
 void cut_all(std::vector<Cutter>& cutters, splitting::NodeGrid& grid, splitting::Surface& surface,
-             const Parallel& parallel, Stages& stages) {
+             const Parallel& parallel) {
     for (std::size_t k = 0; k < cutters.size(); ++k) {
         Cutter& cutter = cutters[k];
         const auto number = static_cast<std::int32_t>(k);
-        stages.next(cutter.file);
+        parallel.begin(cutter.file);
         const std::vector<std::int32_t> slots =
             cutter.blade ? body::cut_with_blade(grid, *cutter.blade, number, parallel, interrupted)
                          : splitting::cut_with_sheet(grid, cutter.sheet, number);
@@ -180,10 +157,11 @@ void print_summary(const Options& options, const CutResult& result, const Json& 
     std::cout << '\n' << pieces_table(result);
 }
 
-int cut(const Options& options) {
+int cut(const Options& options, Progress& progress) {
     check_options(options);
-    watch_interrupts();
-    const Parallel parallel(options.threads);
+    Parallel parallel(options.threads);
+    parallel.watch(&progress);
+    parallel.begin("reading");
     Json seconds;
     Stopwatch watch;
     const io::Model model = read_model_noted(options.mesh);
@@ -191,20 +169,18 @@ int cut(const Options& options) {
     std::vector<Cutter> cutters = read_cutters(options);
     seconds["read"] = watch.lap();
 
-    Stages stages;
     const geometry::RestGrid rest = geometry::grid_around(
         mesh.bounds(), chosen_cell_size(mesh.bounds(), options.cells, options.cell_size));
-    stages.shown_for(rest, cutters.size() + 4);
-    stages.next("solid");
+    parallel.begin("solid");
     splitting::SolidifyReport solid;
     splitting::NodeGrid grid = solid_of(options.mesh, mesh, rest, solid, parallel);
     seconds["solidify"] = watch.lap();
-    stages.next("surface");
+    parallel.begin("surface");
     splitting::Surface surface(grid);
     seconds["tessellate"] = watch.lap();
-    cut_all(cutters, grid, surface, parallel, stages);
+    cut_all(cutters, grid, surface, parallel);
     seconds["cut"] = watch.lap();
-    stages.next("pieces");
+    parallel.begin("pieces");
     const splitting::Pieces pieces(grid);
     const std::vector<std::uint8_t> removed = options.remove() ? pieces_to_remove(cutters, grid, pieces)
                                                                : std::vector<std::uint8_t>(pieces.count(), 0);
@@ -218,7 +194,7 @@ int cut(const Options& options) {
     carry_attributes(model, rest.cell_size, options.out, parallel, whole);
     seconds["attributes"] = watch.lap();
     const CutResult result = arrange_pieces(std::move(whole), pieces, removed);
-    stages.next("files");
+    progress.begin("files");
     note_idle_cutters(cutters);
     Json report = surface_report(grid, surface, pieces, solid, result.kept());
     complete_report(report, options, cutters, result);
@@ -228,11 +204,21 @@ int cut(const Options& options) {
     write_lost_material(options.lost, solid, result.kept(), mesh.bounds(), rest.cell_size);
     io::write_mesh(options.out, result.kept());
     seconds["write"] = watch.lap();
-    stages.finish();
+    progress.finish();
     report["seconds"] = seconds;
     write_json(options.report, report);
     print_summary(options, result, report);
     return 0;
+}
+
+int cut(const Options& options) {
+    Progress progress("cut");
+    try {
+        return cut(options, progress);
+    } catch (const Cancelled&) {
+        progress.finish();
+        return end_interrupted("splitcubes: interrupted; nothing was written\n");
+    }
 }
 
 }  // namespace

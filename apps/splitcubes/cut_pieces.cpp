@@ -1,5 +1,6 @@
 #include "cut_pieces.h"
-#include "progress.h"
+
+#include "interrupts.h"
 
 #include <splitcubes/core/error.h>
 #include <splitcubes/io/write_mesh.h>

@@ -1,8 +1,10 @@
 // splitcubes: cuts, tears and breaks soft solids. Exit codes: 0 done, 1 failed
 // (or interrupted), 2 bad input or usage.
 #include "commands.h"
+#include "interrupts.h"
 
 #include <splitcubes/core/error.h>
+#include <splitcubes/core/monitor.h>
 
 #include <exception>
 #include <iostream>
@@ -24,6 +26,7 @@ std::string prefixed(const std::string& lines) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    splitcubes::app::watch_interrupts();
     CLI::App app("Cuts, tears and breaks soft solids in real time.", "splitcubes");
     app.require_subcommand(1);
     app.set_version_flag("--version", SPLITCUBES_VERSION);
@@ -48,6 +51,8 @@ int main(int argc, char** argv) {
         std::cerr << "splitcubes: " << splitcubes::printable(error.what(), 500)
                   << "; see splitcubes --help\n";
         return 2;
+    } catch (const splitcubes::Cancelled&) {
+        return splitcubes::app::end_interrupted();
     } catch (const splitcubes::InputError& error) {
         std::cerr << "splitcubes: " << prefixed(error.what()) << '\n';
         return 2;

@@ -1,60 +1,118 @@
 #include "progress.h"
 
+#include "interrupts.h"
+
 #include <unistd.h>
 
-#include <csignal>
+#include <algorithm>
 #include <cstdio>
+#include <utility>
 
 namespace splitcubes::app {
 
 namespace {
 
-volatile std::sig_atomic_t interrupt_count = 0;
+using namespace std::chrono_literals;
+constexpr auto quiet_time = 1s;  // work that is over by then shows nothing
+constexpr auto line_pause = 1s;  // between two lines
 
-extern "C" void on_interrupt(int signal_number) {
-    interrupt_count = interrupt_count + 1;
-    if (interrupt_count > 1) {
-        std::signal(signal_number, SIG_DFL);
-        std::raise(signal_number);
-    }
-}
+std::atomic<bool> bar_is_open{false};
 
 }  // namespace
 
-void watch_interrupts() {
-    std::signal(SIGINT, on_interrupt);
-    std::signal(SIGTERM, on_interrupt);
-}
-
-bool interrupted() {
-    return interrupt_count > 0;
+void clear_bar() {
+    if (bar_is_open.exchange(false)) std::fputs("\r\x1b[K", stderr);
 }
 
 Progress::Progress(std::string what, std::size_t total)
-    : what_(std::move(what)), total_(total), terminal_(isatty(STDERR_FILENO) == 1) {}
+    : what_(std::move(what)),
+      terminal_(isatty(STDERR_FILENO) == 1),
+      total_(total),
+      thread_([this] { watch(); }) {}
 
-void Progress::show(std::size_t done, const std::string& detail) {
-    const double share = total_ > 0 ? static_cast<double>(done) / static_cast<double>(total_) : 1;
-    if (terminal_) {
-        constexpr int width = 30;
-        const int filled = static_cast<int>(share * width);
-        const std::string bar = std::string(static_cast<std::size_t>(filled), '#') +
-                                std::string(static_cast<std::size_t>(width - filled), '.');
-        std::fprintf(stderr, "\r%s [%s] %zu/%zu %s\x1b[K", what_.c_str(), bar.c_str(), done, total_,
-                     detail.c_str());
-        std::fflush(stderr);
-        open_line_ = true;
-        return;
-    }
-    const int tenth = static_cast<int>(share * 10);
-    if (tenth == last_tenth_) return;
-    last_tenth_ = tenth;
-    std::fprintf(stderr, "%s %zu/%zu %s\n", what_.c_str(), done, total_, detail.c_str());
+Progress::~Progress() {
+    finish();
 }
 
 void Progress::finish() {
-    if (open_line_) std::fprintf(stderr, "\n");
-    open_line_ = false;
+    {
+        const std::lock_guard lock(mutex_);
+        is_over_ = true;
+    }
+    ended_.notify_all();
+    if (thread_.joinable()) thread_.join();
+    clear_bar();
+}
+
+void Progress::show(std::size_t done, const std::string& detail) {
+    const std::lock_guard lock(mutex_);
+    done_ = done;
+    detail_ = detail;
+}
+
+void Progress::begin(const std::string& stage) {
+    const std::lock_guard lock(mutex_);
+    stage_ = stage;
+    done_ = total_ = 0;
+}
+
+void Progress::advance(std::size_t done, std::size_t total) {
+    done_.store(done, std::memory_order_relaxed);
+    total_.store(total, std::memory_order_relaxed);
+}
+
+bool Progress::cancelled() const {
+    return interrupted();
+}
+
+double Progress::share() const {
+    const std::size_t total = total_;
+    if (total == 0) return -1;
+    return std::min(1.0, static_cast<double>(done_) / static_cast<double>(total));
+}
+
+void Progress::watch() {
+    std::unique_lock lock(mutex_);
+    if (ended_.wait_until(lock, start_ + quiet_time, [this] { return is_over_; })) return;
+    const auto pause = terminal_ ? 100ms : 200ms;
+    do {
+        if (terminal_)
+            draw_bar();
+        else
+            write_line();
+    } while (!ended_.wait_for(lock, pause, [this] { return is_over_; }));
+}
+
+void Progress::draw_bar() {
+    constexpr int width = 30;
+    const double part = share();
+    std::string bar;
+    if (part >= 0) {
+        const int filled = static_cast<int>(part * width);
+        bar = " [" + std::string(static_cast<std::size_t>(filled), '#') +
+              std::string(static_cast<std::size_t>(width - filled), '.') + "]";
+    }
+    const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(Clock::now() - start_).count();
+    bar_is_open = true;
+    const std::string what = stage_.empty() ? detail_ : stage_;
+    std::fprintf(stderr, "\r%s%s %s, %lld s\x1b[K", what_.c_str(), bar.c_str(), what.c_str(),
+                 static_cast<long long>(seconds));
+    std::fflush(stderr);
+}
+
+// At each stage and each tenth of it, but no more than one a second.
+void Progress::write_line() {
+    const Clock::time_point now = Clock::now();
+    if (!told_.empty() && now - line_time_ < line_pause) return;
+    const double part = share();
+    std::string told = stage_;
+    if (part >= 0)
+        told += (told.empty() ? "" : ", ") + std::to_string(static_cast<int>(part * 10) * 10) + " %";
+    if (told == told_) return;
+    told_ = told;
+    line_time_ = now;
+    std::fprintf(stderr, "%s: %s%s\n", what_.c_str(), told.c_str(),
+                 detail_.empty() ? "" : (", " + detail_).c_str());
 }
 
 }  // namespace splitcubes::app

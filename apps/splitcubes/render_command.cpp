@@ -2,6 +2,7 @@
 
 #ifdef SPLITCUBES_WITH_RENDER
 
+#include "interrupts.h"
 #include "pictures.h"
 #include "progress.h"
 
@@ -91,7 +92,7 @@ int render_frames(const Options& options) {
         fs::create_directories(*targets.folder, error);
         if (error) throw InputError(targets.folder->string(), "cannot be made: " + error.message());
     }
-    watch_interrupts();
+    Progress progress("render", chosen.size());
     PictureMaker maker(scene, files);
     std::optional<render::VideoWriter> video;
     if (targets.video) {
@@ -104,7 +105,9 @@ int render_frames(const Options& options) {
             options.frames_per_second > 0 ? options.frames_per_second : 1 / step;
         video.emplace(*targets.video, video_options);
     }
-    Progress progress("render", chosen.size());
+    // ffmpeg would go on with the frames it has.
+    std::optional<AtEnd> at_end;
+    if (video) at_end.emplace([&video] { video->kill_now(); });
     std::optional<render::Picture> last;
     std::size_t done = 0;
     for (const fs::path& file : chosen) {
@@ -114,7 +117,8 @@ int render_frames(const Options& options) {
                              : maker.draw(surface, time);
         if (video) video->add(*last);
         if (targets.folder) render::write_png(*targets.folder / (file.stem().string() + ".png"), *last);
-        progress.show(++done);
+        ++done;
+        progress.show(done, std::to_string(done) + (done == 1 ? " picture" : " pictures"));
         if (interrupted()) break;
     }
     progress.finish();

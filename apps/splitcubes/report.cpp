@@ -1,5 +1,7 @@
 #include "report.h"
 
+#include "progress.h"
+
 #include <splitcubes/core/atomic_file.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/geometry/attribute_transfer.h>
@@ -58,6 +60,7 @@ void write_json(const std::filesystem::path& path, const Json& json) {
 }
 
 void print_notes(const std::string& name, const std::vector<std::string>& notes) {
+    if (!notes.empty()) clear_bar();
     for (const std::string& note : notes) std::cerr << name << ": " << note << '\n';
 }
 

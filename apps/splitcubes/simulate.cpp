@@ -1,6 +1,7 @@
 #include "simulate.h"
 
 #include "checkpoints.h"
+#include "interrupts.h"
 #include "opengl_backend.h"
 #include "progress.h"
 #include "report.h"
@@ -23,9 +24,14 @@ namespace {
 
 std::unique_ptr<body::World> make_world(const scene::SceneDescription& description,
                                         scene::BuildReport& built) {
-    const auto parallel = std::make_shared<const Parallel>(description.threads);
+    const auto parallel = std::make_shared<Parallel>(description.threads);
+    Progress progress("set-up of " + description.name);
+    parallel->watch(&progress);
     auto world = scene::build_world(description, parallel, built,
                                     opengl_backend_maker(description.occlusion.backend == "opengl"));
+    // Steps are never left half done.
+    parallel->watch(nullptr);
+    progress.finish();
     for (const auto& [name, note] : built.notes) print_notes(name, {note});
     return world;
 }
@@ -76,7 +82,7 @@ int simulate(const scene::SceneDescription& description, const RunOptions& optio
     if (!options.resume.empty()) past = checkpoints.restore(*world, options.resume, description.frames);
     RunOutput output(options.out, description, *world, built.models, past);
     output.seconds().setup = watch.lap();
-    watch_interrupts();
+    const Patience patience;
     if (past.frame < 0) output.write_frame(*world, body::StepReport{}, 0);
     Progress progress("run " + description.name, static_cast<std::size_t>(description.frames));
     int frame = std::max(past.frame, 0);
@@ -87,8 +93,9 @@ int simulate(const scene::SceneDescription& description, const RunOptions& optio
         output.write_frame(*world, report, frame);
         if (options.checkpoint_every > 0 && frame % options.checkpoint_every == 0)
             checkpoints.write(*world, output.metrics());
-        progress.show(static_cast<std::size_t>(frame),
-                      std::to_string(report.pieces) + (report.pieces == 1 ? " piece" : " pieces"));
+        progress.show(static_cast<std::size_t>(frame), std::to_string(frame) + " frames, " +
+                                                           std::to_string(report.pieces) +
+                                                           (report.pieces == 1 ? " piece" : " pieces"));
     }
     progress.finish();
     output.finish(*world, frame, interrupted());

@@ -1,5 +1,7 @@
 #include "commands.h"
+#include "interrupts.h"
 #include "lost_material.h"
+#include "progress.h"
 #include "report.h"
 
 #include <splitcubes/core/stopwatch.h>
@@ -22,39 +24,56 @@ struct Options {
     int threads = 0;
 };
 
-int surface(const Options& options) {
+int surface(const Options& options, Progress& progress) {
     check_mesh_output(options.out);
     check_report_output(options.report);
     check_lost_material_options(options.lost);
     check_distinct({options.mesh, options.out, options.report, options.lost.mesh.string(),
                     options.lost.picture.string()});
-    const Parallel parallel(options.threads);
+    Parallel parallel(options.threads);
+    parallel.watch(&progress);
     Json seconds;
     Stopwatch watch;
+    parallel.begin("reading");
     const io::Model model = read_model_noted(options.mesh);
     const geometry::TriangleMesh& mesh = model.mesh;
     seconds["read"] = watch.lap();
     const geometry::RestGrid rest = geometry::grid_around(
         mesh.bounds(), chosen_cell_size(mesh.bounds(), options.cells, options.cell_size));
+    parallel.begin("solid");
     splitting::SolidifyReport solid;
     const splitting::NodeGrid grid = solid_of(options.mesh, mesh, rest, solid, parallel);
     seconds["solidify"] = watch.lap();
+    parallel.begin("surface");
     const splitting::Surface surface(grid);
     seconds["tessellate"] = watch.lap();
     const splitting::Pieces pieces(grid);
     geometry::SurfaceMesh out = splitting::extract(grid, surface, pieces, {}, {}, parallel);
     seconds["extract"] = watch.lap();
+    parallel.begin("attributes");
     carry_attributes(model, rest.cell_size, options.out, parallel, out);
     seconds["attributes"] = watch.lap();
+    progress.begin("files");
     write_lost_material(options.lost, solid, out, mesh.bounds(), rest.cell_size);
     io::write_mesh(options.out, out);
     seconds["write"] = watch.lap();
     Json report = surface_report(grid, surface, pieces, solid, out);
     report["seconds"] = seconds;
     write_json(options.report, report);
+    progress.finish();
     std::cout << options.out << ": " << out.mesh.triangles.size() << " triangles, " << pieces.count()
               << (pieces.count() == 1 ? " piece" : " pieces") << ", volume " << out.mesh.volume() << " m^3\n";
     return 0;
+}
+
+int surface(const Options& options) {
+    Progress progress("surface");
+    try {
+        return surface(options, progress);
+    } catch (const Cancelled&) {
+        progress.finish();
+        return end_interrupted("splitcubes: interrupted; nothing was written\n");
+    }
 }
 
 }  // namespace

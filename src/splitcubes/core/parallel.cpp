@@ -5,10 +5,10 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <thread>
 #if defined(__SANITIZE_THREAD__)
-#include <atomic>
 #include <exception>
 #include <mutex>
 #endif
@@ -51,6 +51,7 @@ struct Parallel::Pool {
     tbb::global_control control;
     tbb::task_arena arena;
     int thread_count;
+    Monitor* monitor = nullptr;
 };
 
 Parallel::Parallel(int thread_count)
@@ -65,12 +66,28 @@ int Parallel::thread_count() const {
     return pool_->thread_count;
 }
 
+void Parallel::watch(Monitor* monitor) {
+    pool_->monitor = monitor;
+}
+
+void Parallel::check() const {
+    if (pool_->monitor && pool_->monitor->cancelled()) throw Cancelled();
+}
+
+void Parallel::begin(const std::string& stage) const {
+    check();
+    if (pool_->monitor) pool_->monitor->begin(stage);
+}
+
 void Parallel::for_chunks(std::size_t count, std::size_t grain,
                           const std::function<void(std::size_t, std::size_t)>& body) const {
     assert(grain > 0);
     const std::size_t chunk_count = (count + grain - 1) / grain;
+    std::atomic<std::size_t> done{0};
     const auto run_chunk = [&](std::size_t chunk) {
+        check();
         body(chunk * grain, std::min(count, (chunk + 1) * grain));
+        if (pool_->monitor) pool_->monitor->advance(++done, chunk_count);
     };
     if (chunk_count <= 1 || pool_->thread_count == 1) {
         for (std::size_t chunk = 0; chunk < chunk_count; ++chunk) run_chunk(chunk);

@@ -3,9 +3,12 @@
 // and reductions add the chunks' results in chunk order.
 #pragma once
 
+#include <splitcubes/core/monitor.h>
+
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace splitcubes {
@@ -20,6 +23,14 @@ class Parallel {
     Parallel& operator=(Parallel&&) noexcept;
 
     int thread_count() const;
+
+    /// From now on loops tell the monitor how far they are and throw Cancelled at the next chunk where it
+    /// says so; nullptr: none does, as at the start. The monitor has to outlive that.
+    void watch(Monitor* monitor);
+    /// Tells the monitor, if there is one, what comes next; throws Cancelled.
+    void begin(const std::string& stage) const;
+    /// For work of some time outside loops: throws Cancelled.
+    void check() const;
 
     /// Calls body(begin, end) for consecutive chunks of at most `grain` indices
     /// of [0, count). Chunks run in any order and at the same time.

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -80,7 +81,7 @@ struct VideoWriter::Impl {
     VideoOptions options;
     Descriptor frames;    // to ffmpeg's standard input
     Descriptor messages;  // what ffmpeg says: a file without a name
-    pid_t process = -1;
+    std::atomic<pid_t> process{-1};
     int frame_count = 0;
 
     Impl(std::filesystem::path to, VideoOptions wanted) : path(std::move(to)), options(std::move(wanted)) {}
@@ -120,11 +121,23 @@ void VideoWriter::Impl::start() {
     posix_spawn_file_actions_adddup2(&actions, theirs.value(), STDIN_FILENO);
     posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
     posix_spawn_file_actions_adddup2(&actions, messages.value(), STDERR_FILENO);
+    // In a group of its own the terminal's Ctrl-C does not reach it: the film is ended here or not at all.
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK);
+    posix_spawnattr_setpgroup(&attributes, 0);
+    sigset_t none;
+    sigemptyset(&none);
+    posix_spawnattr_setsigmask(&attributes, &none);
+    pid_t child = -1;
     const int error =
-        ::posix_spawnp(&process, options.program.c_str(), &actions, nullptr, pointers.data(), environ);
+        ::posix_spawnp(&child, options.program.c_str(), &actions, &attributes, pointers.data(), environ);
+    posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&actions);
-    if (error == 0) return;
-    process = -1;
+    if (error == 0) {
+        process = child;
+        return;
+    }
     throw JobError(name() + ": the program '" + printable(options.program, 200) + "' cannot be started (" +
                    std::strerror(error) + "); install ffmpeg or write single pictures");
 }
@@ -133,11 +146,15 @@ void VideoWriter::Impl::start() {
 int VideoWriter::Impl::wait() {
     frames.close();
     int status = 0;
+    // Its number stays its own until it is waited for, so kill_now meets nobody else.
+    siginfo_t info{};
+    while (::waitid(P_PID, static_cast<id_t>(process.load()), &info, WEXITED | WNOWAIT) < 0 && errno == EINTR)
+        continue;
+    const pid_t child = process.exchange(-1);
     pid_t ended = -1;
     do {
-        ended = ::waitpid(process, &status, 0);
+        ended = ::waitpid(child, &status, 0);
     } while (ended < 0 && errno == EINTR);
-    process = -1;
     return ended > 0 && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
@@ -232,6 +249,13 @@ void VideoWriter::finish() {
     std::error_code error;
     std::filesystem::rename(impl_->partial, impl_->target, error);
     if (error) impl_->give_up("cannot be put in place (" + error.message() + ")");
+}
+
+void VideoWriter::kill_now() const noexcept {
+    const pid_t child = impl_->process;
+    if (child <= 0) return;
+    ::kill(child, SIGKILL);
+    ::unlink(impl_->partial.c_str());
 }
 
 int VideoWriter::frame_count() const {

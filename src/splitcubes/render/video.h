@@ -40,6 +40,10 @@ class VideoWriter {
 
     int frame_count() const;
 
+    /// For another thread, when the program is about to end in the midst of the work: ends ffmpeg and takes
+    /// its unfinished file away. Nothing else may be called afterwards.
+    void kill_now() const noexcept;
+
   private:
     struct Impl;
     std::unique_ptr<Impl> impl_;

@@ -1,0 +1,108 @@
+#include "interrupts.h"
+
+#include <pthread.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <ctime>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+namespace splitcubes::app {
+
+namespace {
+
+std::atomic<bool> is_interrupted{false};
+std::atomic<bool> is_told{false};
+std::atomic<int> patient{0};
+
+// Never destroyed: the thread that waits for signals outlives main.
+struct Acts {
+    std::mutex mutex;
+    std::list<std::function<void()>> list;
+};
+Acts& acts() {
+    static Acts* const all = new Acts;
+    return *all;
+}
+
+sigset_t watched_signals() {
+    sigset_t set;
+    sigemptyset(&set);
+    sigaddset(&set, SIGINT);
+    sigaddset(&set, SIGTERM);
+    return set;
+}
+
+[[noreturn]] void end_at_once() {
+    {
+        const std::lock_guard lock(acts().mutex);
+        for (const std::function<void()>& act : acts().list) act();
+    }
+    _exit(end_interrupted());
+}
+
+// Whether a second signal came within the time.
+bool comes_again(const sigset_t& set, long milliseconds) {
+    const timespec time{milliseconds / 1000, milliseconds % 1000 * 1000000};
+    int got = 0;
+    do {
+        got = sigtimedwait(&set, nullptr, &time);
+    } while (got < 0 && errno == EINTR);
+    return got > 0;
+}
+
+void wait_for_signals() {
+    constexpr long grace = 700;  // ms
+    const sigset_t set = watched_signals();
+    int signal_number = 0;
+    while (sigwait(&set, &signal_number) != 0) continue;
+    is_interrupted = true;
+    while (!comes_again(set, grace) && patient > 0) continue;
+    end_at_once();
+}
+
+}  // namespace
+
+void watch_interrupts() {
+    // Also where the shell that started the program in the background has them ignored.
+    std::signal(SIGINT, SIG_DFL);
+    std::signal(SIGTERM, SIG_DFL);
+    const sigset_t set = watched_signals();
+    pthread_sigmask(SIG_BLOCK, &set, nullptr);
+    acts();
+    std::thread(wait_for_signals).detach();
+}
+
+bool interrupted() {
+    return is_interrupted;
+}
+
+int end_interrupted(const char* what) {
+    if (is_told.exchange(true)) return 1;
+    // No stream: another thread may hold its lock.
+    [[maybe_unused]] const ssize_t count = ::write(STDERR_FILENO, what, std::strlen(what));
+    return 1;
+}
+
+Patience::Patience() {
+    ++patient;
+}
+Patience::~Patience() {
+    --patient;
+}
+
+AtEnd::AtEnd(std::function<void()> act) {
+    const std::lock_guard lock(acts().mutex);
+    place_ = acts().list.insert(acts().list.end(), std::move(act));
+}
+AtEnd::~AtEnd() {
+    const std::lock_guard lock(acts().mutex);
+    acts().list.erase(place_);
+}
+
+}  // namespace splitcubes::app

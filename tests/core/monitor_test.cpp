@@ -1,0 +1,64 @@
+#include <gtest/gtest.h>
+#include <splitcubes/core/parallel.h>
+
+#include <atomic>
+
+using namespace splitcubes;
+
+namespace {
+
+class Counter : public Monitor {
+  public:
+    void begin(const std::string& stage) override { stages.push_back(stage); }
+    void advance(std::size_t done, std::size_t total) override {
+        ++advances;
+        most = std::max(most.load(), done);
+        of = total;
+    }
+    bool cancelled() const override { return advances >= limit; }
+
+    std::vector<std::string> stages;
+    std::atomic<std::size_t> advances{0}, most{0}, of{0};
+    std::size_t limit = 1000000;
+};
+
+}  // namespace
+
+TEST(Monitor, HearsOfStagesAndOfEveryChunk) {
+    for (const int threads : {1, 3}) {
+        Counter counter;
+        Parallel parallel(threads);
+        parallel.watch(&counter);
+        parallel.begin("first");
+        parallel.for_each(1000, 10, [](std::size_t) {});
+        EXPECT_EQ(counter.stages, std::vector<std::string>{"first"});
+        EXPECT_EQ(counter.advances, 100U);
+        EXPECT_EQ(counter.most, 100U);
+        EXPECT_EQ(counter.of, 100U);
+        parallel.watch(nullptr);
+        parallel.begin("second");
+        parallel.for_each(1000, 10, [](std::size_t) {});
+        EXPECT_EQ(counter.stages.size(), 1U);
+        EXPECT_EQ(counter.advances, 100U);
+    }
+}
+
+TEST(Monitor, EndsALoopAtTheNextChunk) {
+    for (const int threads : {1, 3}) {
+        Counter counter;
+        counter.limit = 20;
+        Parallel parallel(threads);
+        parallel.watch(&counter);
+        std::atomic<std::size_t> visited{0};
+        EXPECT_THROW(parallel.for_each(100000, 10, [&](std::size_t) { ++visited; }), Cancelled);
+        EXPECT_LE(visited, 10 * (counter.limit + static_cast<std::size_t>(threads)));
+        EXPECT_THROW(parallel.begin("next"), Cancelled);
+        EXPECT_THROW(parallel.check(), Cancelled);
+        EXPECT_TRUE(counter.stages.empty());
+        // The same threads serve again.
+        parallel.watch(nullptr);
+        visited = 0;
+        parallel.for_each(1000, 10, [&](std::size_t) { ++visited; });
+        EXPECT_EQ(visited, 1000U);
+    }
+}
