@@ -1,4 +1,5 @@
 #include <splitcubes/core/error.h>
+#include <splitcubes/core/memory.h>
 #include <splitcubes/io/mesh_readers.h>
 #include <splitcubes/io/read_mesh.h>
 #include <splitcubes/io/read_surface.h>
@@ -91,6 +92,8 @@ std::vector<std::byte> read_file_bytes(const fs::path& path) {
     if (size > max_file_bytes)
         throw InputError(name, "has " + std::to_string(size) + " bytes",
                          "files of up to " + std::to_string(max_file_bytes) + " bytes can be read");
+    // Its text or bytes, the mesh in memory, and a copy of that while vertices are joined.
+    require_memory(name, 4 * static_cast<double>(size), "make the mesh smaller");
     std::ifstream stream(path, std::ios::binary);
     if (!stream) throw InputError(name, "cannot be opened", "check who may read it");
     std::vector<std::byte> bytes(size);

@@ -1,4 +1,5 @@
 #include <splitcubes/core/error.h>
+#include <splitcubes/core/memory.h>
 #include <splitcubes/gl/objects.h>
 #include <splitcubes/gl/program.h>
 #include <splitcubes/render/device_objects.h>
@@ -50,6 +51,11 @@ void check_options(const RenderOptions& options) {
     in_range("height", options.height, 1, size_limit);
     in_range("samples", options.samples, 1, sample_limit);
     in_range("shadow_map_size", options.shadow_map_size, 16, size_limit);
+    // Colour and depth of every sample, the picture that they make and its copies; a software rasteriser
+    // keeps all of it in the program's own memory.
+    const double pixels = static_cast<double>(options.width) * options.height;
+    require_memory("picture of " + std::to_string(options.width) + " x " + std::to_string(options.height),
+                   pixels * (24.0 + 12.0 * options.samples), "choose a smaller one");
     const auto direction = [](const char* name, const Vec3& value) {
         if (value.allFinite() && value.norm() > 0) return;
         throw InputError(std::string("render options: ") + name, "has no direction");

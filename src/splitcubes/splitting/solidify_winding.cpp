@@ -265,7 +265,7 @@ class WindingSolid {
 
     // To the last bit what it is for meshes with holes; of a soup the last digits are not worth the time.
     double value_at(const Vec3& at) const {
-        constexpr std::size_t crowd = 512;
+        constexpr std::size_t crowd = 4096;
         const geometry::WindingNumber::Estimate quick = winding_.quick_at(at);
         return quick.near_count > crowd ? quick.value : winding_.at(at);
     }
