@@ -1,6 +1,7 @@
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/tearing.h>
 #include <splitcubes/core/error.h>
+#include <splitcubes/core/memory.h>
 #include <splitcubes/meshless/sampling.h>
 #include <splitcubes/splitting/sheet_cut.h>
 #include <splitcubes/splitting/validate.h>
@@ -44,6 +45,12 @@ double node_extent(const splitting::NodeGrid& grid, const Vec3i& node, int axis)
     return extent;
 }
 
+// About the bytes that phyxels take with their links and their share of the nodes; measured.
+double phyxel_memory(double count) {
+    constexpr double per_phyxel = 14e3;
+    return per_phyxel * count;
+}
+
 std::unique_ptr<occlusion::Criterion> criterion_of(const BodySettings& settings) {
     return occlusion::make_criterion(settings.criterion,
                                      settings.make_visibility_backend
@@ -72,8 +79,9 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
         check_tearing(*settings_.tearing, "body '" + settings_.name + "' tearing");
     }
     solid_crossings_ = grid_.crossings().size();
+    parallel.begin("body '" + settings_.name + "': phyxels");
     build_occluders(parallel);
-    list_inside_nodes();
+    list_inside_nodes(parallel);
     // Phyxels that only go along need not be many.
     if (settings_.deformation) settings_.phyxel_count = std::min(settings_.phyxel_count, 64);
     sample(parallel);
@@ -148,22 +156,26 @@ void Body::set_occluders(std::span<const std::uint32_t> cells, const Parallel& p
     occluders_.set_cells(changed, parallel);
 }
 
-void Body::list_inside_nodes() {
+void Body::list_inside_nodes(const Parallel& parallel) {
     for (std::size_t brick = 0; brick < grid_.bricks().total(); ++brick)
         for (std::uint64_t word = grid_.inside_word(brick); word; word &= word - 1) {
             const auto local = static_cast<unsigned>(std::countr_zero(word));
             inside_nodes_.push_back(grid_.bricks().base(brick) + splitting::BrickLayout::local_place(local));
         }
     const double cell_volume = std::pow(grid_.rest().cell_size, 3);
-    for (const Vec3i& node : inside_nodes_) {
-        inside_rest_.push_back(grid_.rest().node_position(node));
-        inside_piece_.push_back(pieces_->piece_of(grid_, node));
-        inside_volume_.push_back(cell_volume * node_extent(grid_, node, 0) * node_extent(grid_, node, 1) *
-                                 node_extent(grid_, node, 2));
-    }
+    inside_rest_.resize(inside_nodes_.size());
+    inside_piece_.resize(inside_nodes_.size());
+    inside_volume_.resize(inside_nodes_.size());
+    parallel.for_each(inside_nodes_.size(), 1024, [&](std::size_t i) {
+        const Vec3i& node = inside_nodes_[i];
+        inside_rest_[i] = grid_.rest().node_position(node);
+        inside_piece_[i] = pieces_->piece_of(grid_, node);
+        inside_volume_[i] = cell_volume * node_extent(grid_, node, 0) * node_extent(grid_, node, 1) *
+                            node_extent(grid_, node, 2);
+    });
     // Scaled so that each piece's nodes own exactly what its surface encloses.
-    const auto measures =
-        splitting::measure_pieces(splitting::extract(grid_, *surface_, *pieces_), pieces_->count());
+    const auto measures = splitting::measure_pieces(
+        splitting::extract(grid_, *surface_, *pieces_, {}, {}, parallel), pieces_->count());
     std::vector<double> booked(pieces_->count(), 0);
     for (std::size_t i = 0; i < inside_nodes_.size(); ++i)
         booked[static_cast<std::size_t>(inside_piece_[i])] += inside_volume_[i];
@@ -203,48 +215,56 @@ std::optional<Vec3> Body::place_in_material(const Vec3& candidate) const {
     return occluders_.segment_blocked(at_node, candidate) ? at_node : candidate;
 }
 
-std::vector<Vec3> Body::sample_positions(double spacing) const {
+std::vector<Vec3> Body::sample_positions(double spacing, const Parallel& parallel) const {
     geometry::Box box;
     for (const Vec3& rest : inside_rest_) box.add(rest);
     box = box.grown(0.5 * grid_.rest().cell_size);
     // A lattice leaves no point farther than 0.87 spacings from a sample.
     return meshless::sample_solid(
         box, spacing, [this](const Vec3& candidate) { return place_in_material(candidate); }, inside_rest_,
-        0.95 * spacing);
+        0.95 * spacing, parallel);
 }
 
 void Body::sample(const Parallel& parallel) {
     double volume = 0;
     for (const double v : inside_volume_) volume += v;
     spacing_ = settings_.phyxel_spacing;
+    require_memory("phyxels",
+                   phyxel_memory(spacing_ > 0 ? volume / std::pow(spacing_, 3) : settings_.phyxel_count),
+                   spacing_ > 0 ? "use a larger phyxel spacing" : "use fewer phyxels");
     std::vector<Vec3> positions;
     if (spacing_ > 0) {
-        positions = sample_positions(spacing_);
+        positions = sample_positions(spacing_, parallel);
     } else {
         // Count goes with the inverse cube of the spacing; keeps the closest of a few tries.
         double spacing = std::cbrt(volume / settings_.phyxel_count);
         double best_error = 1e300;
         for (int attempt = 0; attempt < 6; ++attempt) {
-            const std::vector<Vec3> tried = sample_positions(spacing);
+            std::vector<Vec3> tried = sample_positions(spacing, parallel);
             const double ratio = static_cast<double>(tried.size()) / settings_.phyxel_count;
             if (std::abs(std::log(ratio)) < best_error) {
                 best_error = std::abs(std::log(ratio));
                 spacing_ = spacing;
-                positions = tried;
+                positions = std::move(tried);
             }
             spacing *= std::cbrt(ratio);
         }
     }
-    for (const Vec3& rest : positions) {
-        const Vec3i nearest = grid_.rest().to_grid(rest).array().round().cast<int>();
-        owner_.push_back(owner_of(rest, nearest, [](std::int32_t) { return true; }));
-        phyxels_.append(rest, 0.5 * spacing_, pieces_->piece_of(grid_, owner_.back()));
-    }
-    set_contact_radii(0);
+    owner_.resize(positions.size());
+    parallel.for_each(positions.size(), 256, [&](std::size_t i) {
+        const Vec3i nearest = grid_.rest().to_grid(positions[i]).array().round().cast<int>();
+        owner_[i] = owner_of(positions[i], nearest, [](std::int32_t) { return true; });
+    });
+    for (std::size_t i = 0; i < positions.size(); ++i)
+        phyxels_.append(positions[i], 0.5 * spacing_, pieces_->piece_of(grid_, owner_[i]));
+    set_contact_radii(0, parallel);
+    parallel.begin("body '" + settings_.name + "': links");
     rebuild_samples(parallel);
+    parallel.begin("body '" + settings_.name + "': volumes");
     const meshless::NodeBook book{inside_rest_, inside_volume_, inside_piece_};
     booking_ = meshless::book(book, phyxels_, locator_, parallel);
     meshless::apply(booking_, inside_volume_, settings_.material.density, phyxels_);
+    parallel.begin("body '" + settings_.name + "': gradients");
     neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
 
     const Vec3 centre = meshless::total_momenta(phyxels_).centre;
@@ -257,18 +277,22 @@ void Body::sample(const Parallel& parallel) {
 }
 
 // A phyxel touches the ground when the skin nearest to it would.
-void Body::set_contact_radii(std::size_t first) {
+void Body::set_contact_radii(std::size_t first, const Parallel& parallel) {
     std::vector<Vec3> skin;
     for (const splitting::Crossing& c : grid_.crossings())
         if (c.origin == splitting::Origin::boundary) skin.push_back(grid_.crossing_position(c));
     if (skin.empty()) return;
-    const meshless::PhyxelLocator near_skin(skin, spacing_);
-    std::vector<std::uint32_t> nearest;
-    for (std::size_t i = first; i < phyxels_.size(); ++i) {
-        near_skin.nearest(phyxels_.rest_position[i], 1, nearest);
-        const double distance = (skin[nearest[0]] - phyxels_.rest_position[i]).norm();
-        phyxels_.contact_radius[i] = std::min(distance, 0.75 * spacing_);
-    }
+    const double most = 0.75 * spacing_;
+    const meshless::PhyxelLocator near_skin(skin, most);
+    parallel.for_each(phyxels_.size() - first, 256, [&](std::size_t k) {
+        const std::size_t i = first + k;
+        double distance = most;
+        near_skin.visit(phyxels_.rest_position[i], most, [&](std::uint32_t index) {
+            distance = std::min(distance, (skin[index] - phyxels_.rest_position[i]).norm());
+            return true;
+        });
+        phyxels_.contact_radius[i] = distance;
+    });
 }
 
 // Everything that follows from which phyxels there are: supports, pairs, links.

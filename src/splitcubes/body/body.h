@@ -199,7 +199,7 @@ class Body {
     std::vector<std::string> validate() const;
 
   private:
-    void list_inside_nodes();
+    void list_inside_nodes(const Parallel& parallel);
     void sample(const Parallel& parallel);
     void build_occluders(const Parallel& parallel);
     void add_occluders(std::uint32_t cell_number, std::vector<geometry::OccluderTriangle>& out) const;
@@ -208,8 +208,8 @@ class Body {
     Vec3i owner_of(const Vec3& rest, const Vec3i& fallback,
                    const std::function<bool(std::int32_t piece)>& welcome) const;
     std::optional<Vec3> place_in_material(const Vec3& candidate) const;
-    std::vector<Vec3> sample_positions(double spacing) const;
-    void set_contact_radii(std::size_t first);
+    std::vector<Vec3> sample_positions(double spacing, const Parallel& parallel) const;
+    void set_contact_radii(std::size_t first, const Parallel& parallel);
     void rebuild_samples(const Parallel& parallel);
     void evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& parallel);
     std::vector<splitting::GridEdge> edges_near(std::span<const cutting::SweptBlade> blades,

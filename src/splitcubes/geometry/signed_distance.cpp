@@ -77,7 +77,10 @@ class MeshDistance : public SignedDistance {
         parallel.for_each(values_.size(), 256, [&](std::size_t k) {
             const Vec3 point = origin_ + cell_ * place_of(k).cast<double>();
             const double distance = nearest.at({point}).distance;
-            values_[k] = winding.at(point) > 0.5 ? -distance : distance;
+            const WindingNumber::Estimate quick = winding.quick_at(point);
+            const bool is_clear = std::abs(quick.value - 0.5) > quick.tolerance;
+            const bool inside = (is_clear ? quick.value : winding.at(point)) > 0.5;
+            values_[k] = inside ? -distance : distance;
         });
         if (std::none_of(values_.begin(), values_.end(), [](double v) { return v < 0; }))
             throw InputError("collider mesh", "encloses nothing that its grid sees",

@@ -38,6 +38,10 @@ struct LineAllocator {
     }
 };
 
+/// Of what there is much of: also filled the first time, large pages cost a fraction.
+template <class T>
+using StreamArray = std::vector<T, LineAllocator<T>>;
+
 using FloatArray = std::vector<float, LineAllocator<float>>;
 using IndexArray = std::vector<std::int32_t, LineAllocator<std::int32_t>>;
 

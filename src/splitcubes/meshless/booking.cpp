@@ -41,7 +41,13 @@ class Bookkeeper {
     }
 
     void add(const Vec3& node, std::int32_t piece, Rows& rows) const {
-        locator_.near(node, reach_, rows.near);
+        // Those that the kernel reaches are few of those around; only they are put in order.
+        rows.near.clear();
+        locator_.visit(node, reach_, [&](std::uint32_t i) {
+            if (phyxels_.piece[i] == piece && weight(i, node) > 0) rows.near.push_back(i);
+            return true;
+        });
+        std::sort(rows.near.begin(), rows.near.end());
         if (!share_out(node, piece, rows.near, rows)) add_nearest(node, piece, rows);
     }
 
@@ -60,6 +66,10 @@ class Bookkeeper {
     }
 
   private:
+    double weight(std::uint32_t i, const Vec3& node) const {
+        return kernel((phyxels_.rest_position[i] - node).squaredNorm(), phyxels_.support_radius[i]);
+    }
+
     // By kernel weight; false, and nothing, where none of them reaches the node.
     bool share_out(const Vec3& node, std::int32_t piece, std::span<const std::uint32_t> candidates,
                    Rows& rows) const {
@@ -67,8 +77,7 @@ class Bookkeeper {
         const std::size_t begin = rows.phyxel.size();
         for (const std::uint32_t i : candidates) {
             if (phyxels_.piece[i] != piece) continue;
-            const double distance_squared = (phyxels_.rest_position[i] - node).squaredNorm();
-            const double w = kernel(distance_squared, phyxels_.support_radius[i]);
+            const double w = weight(i, node);
             if (!(w > 0)) continue;
             rows.phyxel.push_back(i);
             rows.share.push_back(w);

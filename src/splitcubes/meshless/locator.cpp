@@ -56,12 +56,18 @@ void PhyxelLocator::nearest(const Vec3& point, std::size_t count, std::vector<st
     out.clear();
     if (points_.empty() || count == 0) return;
     const std::size_t wanted = std::min(count, points_.size());
+    const auto gather = [&](double radius) {
+        out.clear();
+        visit(point, radius, [&](std::uint32_t index) {
+            out.push_back(index);
+            return true;
+        });
+    };
     double radius = cell_size_;
     // A radius that reaches every point from anywhere ends the search.
     const Vec3 extent = count_.cast<double>() * cell_size_;
     const double all = (point - origin_).norm() + extent.norm() + cell_size_;
-    for (near(point, radius, out); out.size() < wanted && radius <= all; near(point, radius, out))
-        radius *= 2;
+    for (gather(radius); out.size() < wanted && radius <= all; gather(radius)) radius *= 2;
     const auto closer = [&](std::uint32_t a, std::uint32_t b) {
         const double to_a = (points_[a] - point).squaredNorm();
         const double to_b = (points_[b] - point).squaredNorm();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <splitcubes/core/parallel.h>
+#include <splitcubes/meshless/aligned.h>
 #include <splitcubes/meshless/link_slices.h>
 #include <splitcubes/meshless/locator.h>
 #include <splitcubes/meshless/material.h>
@@ -148,20 +149,20 @@ class Neighbourhoods {
     void add_ring();
 
     std::vector<std::uint32_t> offsets_;    // rows of links, one more than phyxels
-    std::vector<std::uint32_t> neighbour_;  // per link, phyxel
-    std::vector<std::uint32_t> reverse_;    // per link i -> j, the link j -> i
-    std::vector<std::uint32_t> pair_;       // per link, index of its pair
-    std::vector<Vec3> rest_edge_;           // per link, m
-    std::vector<Vec3> gradient_;            // per link, 1/m
-    std::vector<Vec3> reverse_gradient_;    // per link, 1/m
-    std::vector<double> base_weight_;       // per link, w_ij, 1/m^3
-    std::vector<double> weight_;            // per link, w_ij * visibility, 1/m^3
+    StreamArray<std::uint32_t> neighbour_;  // per link, phyxel
+    StreamArray<std::uint32_t> reverse_;    // per link i -> j, the link j -> i
+    StreamArray<std::uint32_t> pair_;       // per link, index of its pair
+    StreamArray<Vec3> rest_edge_;           // per link, m
+    StreamArray<Vec3> gradient_;            // per link, 1/m
+    StreamArray<Vec3> reverse_gradient_;    // per link, 1/m
+    StreamArray<double> base_weight_;       // per link, w_ij, 1/m^3
+    StreamArray<double> weight_;            // per link, w_ij * visibility, 1/m^3
     std::vector<std::uint8_t> rank_;        // per phyxel
     std::vector<std::uint8_t> leans_;       // per phyxel
-    std::vector<Mat3> basis_;               // per phyxel
+    StreamArray<Mat3> basis_;               // per phyxel
     std::vector<Vec3> gradient_sum_;        // per phyxel, 1/m
-    std::vector<Mat3> moment_;              // per phyxel, 1/m
-    std::vector<Mat3> inverse_moment_;      // per phyxel, of the directions kept, m
+    StreamArray<Mat3> moment_;              // per phyxel, 1/m
+    StreamArray<Mat3> inverse_moment_;      // per phyxel, of the directions kept, m
     std::vector<double> base_trace_;        // per phyxel, trace of the moment before any cut, 1/m
     std::vector<double> penalty_;           // per phyxel, N m^2
     std::vector<double> volume_;            // per phyxel, m^3

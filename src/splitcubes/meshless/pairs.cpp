@@ -41,16 +41,18 @@ Pairs find_pairs(const Phyxels& phyxels, const PhyxelLocator& locator, const Par
         std::vector<std::uint32_t>& found = partners[begin / phyxel_grain];
         for (std::size_t i = begin; i < end; ++i) {
             const Vec3& here = phyxels.rest_position[i];
-            locator.near(here, largest, near);
-            for (const std::uint32_t j : near) {
-                if (j <= i || phyxels.piece[j] != phyxels.piece[i]) continue;
+            near.clear();
+            locator.visit(here, largest, [&](std::uint32_t j) {
+                if (j <= i || phyxels.piece[j] != phyxels.piece[i]) return true;
                 const double reach = std::max(phyxels.support_radius[i], phyxels.support_radius[j]);
                 const double distance_squared = (phyxels.rest_position[j] - here).squaredNorm();
                 // Coincident phyxels say nothing of each other's gradient.
-                if (!(distance_squared < reach * reach) || !(distance_squared > 0)) continue;
-                found.push_back(j);
-                ++counts[i];
-            }
+                if (distance_squared < reach * reach && distance_squared > 0) near.push_back(j);
+                return true;
+            });
+            std::sort(near.begin(), near.end());
+            found.insert(found.end(), near.begin(), near.end());
+            counts[i] = static_cast<std::uint32_t>(near.size());
         }
     });
     Pairs pairs;

@@ -5,61 +5,63 @@
 #include <cmath>
 #include <cstdint>
 #include <string>
-#include <unordered_map>
 
 namespace splitcubes::meshless {
 
 namespace {
 
-// Points in cells of a hash grid, so that points can be added while it is asked.
+// Points in the cells of a grid over a box, so that points can be added while it is asked. Points beside
+// the box count to the cells at its rim.
 class GrowingGrid {
   public:
-    explicit GrowingGrid(double cell_size) : cell_size_(cell_size) {}
+    GrowingGrid(const geometry::Box& box, double cell_size) : origin_(box.min), cell_size_(cell_size) {
+        // Where the box is large for its points the cells are larger, which costs time only.
+        constexpr double most_cells = 0x1p24;
+        const auto cells = [&] { return Vec3((box.size() / cell_size_).array().floor() + 1); };
+        while (cells().prod() > most_cells) cell_size_ *= 1.5;
+        count_ = cells().cast<int>();
+        head_.assign(static_cast<std::size_t>(count_.prod()), -1);
+    }
 
     void add(const Vec3& point) {
-        next_.push_back(-1);
+        std::int32_t& head = head_[index(cell_of(point))];
+        next_.push_back(head);
+        head = static_cast<std::int32_t>(points_.size());
         points_.push_back(point);
-        const auto [cell, is_new] = head_.try_emplace(key(cell_of(point)), -1);
-        next_.back() = cell->second;
-        cell->second = static_cast<std::int64_t>(points_.size()) - 1;
     }
     /// radius <= cell_size
     bool any_within(const Vec3& point, double radius) const {
-        const Cell center = cell_of(point);
-        for (std::int64_t dz = -1; dz <= 1; ++dz)
-            for (std::int64_t dy = -1; dy <= 1; ++dy)
-                for (std::int64_t dx = -1; dx <= 1; ++dx) {
-                    const auto cell = head_.find(key({center.x + dx, center.y + dy, center.z + dz}));
-                    if (cell == head_.end()) continue;
-                    for (std::int64_t k = cell->second; k >= 0; k = next_[static_cast<std::size_t>(k)])
+        const Vec3i low = cell_of(point - Vec3::Constant(radius)),
+                    high = cell_of(point + Vec3::Constant(radius));
+        for (int z = low.z(); z <= high.z(); ++z)
+            for (int y = low.y(); y <= high.y(); ++y)
+                for (int x = low.x(); x <= high.x(); ++x)
+                    for (std::int32_t k = head_[index({x, y, z})]; k >= 0;
+                         k = next_[static_cast<std::size_t>(k)])
                         if ((points_[static_cast<std::size_t>(k)] - point).squaredNorm() < radius * radius)
                             return true;
-                }
         return false;
     }
     std::vector<Vec3> take() { return std::move(points_); }
 
   private:
-    struct Cell {
-        std::int64_t x, y, z;
-    };
-    Cell cell_of(const Vec3& point) const {
-        const Vec3 cell = (point / cell_size_).array().floor();
-        return {static_cast<std::int64_t>(cell.x()), static_cast<std::int64_t>(cell.y()),
-                static_cast<std::int64_t>(cell.z())};
+    Vec3i cell_of(const Vec3& point) const {
+        const Vec3 cell = ((point - origin_) / cell_size_).array().floor();
+        return cell.cwiseMax(Vec3::Zero()).cwiseMin((count_ - Vec3i::Ones()).cast<double>()).cast<int>();
     }
-    // 21 bits an axis; cells further apart share a list, which costs time only.
-    static std::uint64_t key(const Cell& cell) {
-        constexpr std::uint64_t mask = (std::uint64_t{1} << 21) - 1;
-        return (static_cast<std::uint64_t>(cell.x) & mask) |
-               (static_cast<std::uint64_t>(cell.y) & mask) << 21 |
-               (static_cast<std::uint64_t>(cell.z) & mask) << 42;
+    std::size_t index(const Vec3i& cell) const {
+        return (static_cast<std::size_t>(cell.z()) * static_cast<std::size_t>(count_.y()) +
+                static_cast<std::size_t>(cell.y())) *
+                   static_cast<std::size_t>(count_.x()) +
+               static_cast<std::size_t>(cell.x());
     }
 
+    Vec3 origin_;
     double cell_size_;
+    Vec3i count_;
     std::vector<Vec3> points_;
-    std::vector<std::int64_t> next_;                        // per point, next in its cell or -1
-    std::unordered_map<std::uint64_t, std::int64_t> head_;  // per cell, its latest point
+    std::vector<std::int32_t> next_;  // per point, next in its cell or -1
+    std::vector<std::int32_t> head_;  // per cell, its latest point
 };
 
 void check_input(const geometry::Box& box, double spacing, double cover_radius) {
@@ -77,7 +79,7 @@ void check_input(const geometry::Box& box, double spacing, double cover_radius) 
 
 std::vector<Vec3> sample_solid(const geometry::Box& box, double spacing,
                                const PlaceInMaterial& place_in_material, std::span<const Vec3> must_cover,
-                               double cover_radius) {
+                               double cover_radius, const Parallel& parallel) {
     check_input(box, spacing, cover_radius);
     // A whole number of spacings gives that number of samples, despite rounding.
     const Vec3 counts = (box.size() / spacing - Vec3::Constant(1e-6)).array().ceil().max(1.0);
@@ -86,16 +88,28 @@ std::vector<Vec3> sample_solid(const geometry::Box& box, double spacing,
                          "give a larger spacing");
     const Vec3i n = counts.cast<int>();
     const Vec3 low = box.center() - 0.5 * spacing * (counts - Vec3::Ones());
-    GrowingGrid samples(std::max(0.5 * spacing, cover_radius));
-    for (int z = 0; z < n.z(); ++z)
-        for (int y = 0; y < n.y(); ++y)
-            for (int x = 0; x < n.x(); ++x) {
-                const Vec3 candidate = low + spacing * Vec3(x, y, z);
-                const std::optional<Vec3> placed = place_in_material(candidate);
-                if (placed && !samples.any_within(*placed, 0.5 * spacing)) samples.add(*placed);
-            }
-    for (const Vec3& point : must_cover)
-        if (!samples.any_within(point, cover_radius)) samples.add(point);
+    GrowingGrid samples(box, std::max(0.5 * spacing, cover_radius));
+    const auto lattice_size = static_cast<std::size_t>(n.prod());
+    const auto nx = static_cast<std::size_t>(n.x()), ny = static_cast<std::size_t>(n.y());
+    constexpr std::size_t most_at_once = std::size_t{1} << 18, grain = 256;
+    std::vector<std::optional<Vec3>> placed(std::min(lattice_size, most_at_once));
+    for (std::size_t first = 0; first < lattice_size; first += most_at_once) {
+        const std::size_t count = std::min(lattice_size - first, most_at_once);
+        parallel.for_each(count, grain, [&](std::size_t k) {
+            const std::size_t i = first + k;
+            const Vec3 place(static_cast<double>(i % nx), static_cast<double>(i / nx % ny),
+                             static_cast<double>(i / nx / ny));
+            placed[k] = place_in_material(low + spacing * place);
+        });
+        for (std::size_t k = 0; k < count; ++k)
+            if (placed[k] && !samples.any_within(*placed[k], 0.5 * spacing)) samples.add(*placed[k]);
+    }
+    // What is covered stays so: only the others are asked again, one after the other.
+    std::vector<std::uint8_t> covered(must_cover.size());
+    parallel.for_each(must_cover.size(), grain,
+                      [&](std::size_t k) { covered[k] = samples.any_within(must_cover[k], cover_radius); });
+    for (std::size_t k = 0; k < must_cover.size(); ++k)
+        if (covered[k] == 0 && !samples.any_within(must_cover[k], cover_radius)) samples.add(must_cover[k]);
     return samples.take();
 }
 

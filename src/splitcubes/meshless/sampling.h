@@ -1,6 +1,7 @@
 // Where the phyxels of a solid are put.
 #pragma once
 
+#include <splitcubes/core/parallel.h>
 #include <splitcubes/geometry/box.h>
 
 #include <functional>
@@ -10,7 +11,7 @@
 
 namespace splitcubes::meshless {
 
-/// Returns the point of the material to use for a candidate, or nothing.
+/// Returns the point of the material to use for a candidate, or nothing. Called on several threads at once.
 using PlaceInMaterial = std::function<std::optional<Vec3>(const Vec3&)>;
 
 /// Rest positions (m) for the phyxels of a solid: a regular lattice of the given
@@ -22,6 +23,6 @@ using PlaceInMaterial = std::function<std::optional<Vec3>(const Vec3&)>;
 /// positive or the lattice would have more than 2^27 points.
 std::vector<Vec3> sample_solid(const geometry::Box& box, double spacing,
                                const PlaceInMaterial& place_in_material, std::span<const Vec3> must_cover,
-                               double cover_radius);
+                               double cover_radius, const Parallel& parallel = Parallel(1));
 
 }  // namespace splitcubes::meshless

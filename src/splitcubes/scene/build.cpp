@@ -1,4 +1,5 @@
 #include <splitcubes/core/error.h>
+#include <splitcubes/core/memory.h>
 #include <splitcubes/deformation/free_form.h>
 #include <splitcubes/deformation/mass_spring.h>
 #include <splitcubes/geometry/shapes.h>
@@ -22,15 +23,16 @@ Quat quaternion(const Rotation& rotation) {
     return Quat(Eigen::AngleAxisd(rotation.angle_degrees * radians, rotation.axis.normalized()));
 }
 
-io::Model own_model(const BodyDescription& body, BuildReport& report) {
+io::Model own_model(const BodyDescription& body, BuildReport& report, const Parallel& parallel) {
     if (const auto* shape = std::get_if<MeshShape>(&body.shape)) {
         io::ReadMeshReport read;
         io::Model model = io::read_model(shape->file, &read);
         for (const std::string& note : read.notes) report.notes.push_back({body.name, note});
         return model;
     }
-    if (const auto* shape = std::get_if<ImplicitShape>(&body.shape)) return implicit_model(*shape, body.name);
-    return {shape_mesh(body.shape), {}};
+    if (const auto* shape = std::get_if<ImplicitShape>(&body.shape))
+        return implicit_model(*shape, body.name, parallel);
+    return {shape_mesh(body.shape, parallel), {}};
 }
 
 void add_constraint(const ConstraintDescription& c, body::Body& target, std::size_t number) {
@@ -163,11 +165,11 @@ const body::Body& add_body(body::World& world, const BodyDescription& b, const i
 
 }  // namespace
 
-geometry::TriangleMesh shape_mesh(const Shape& shape) {
+geometry::TriangleMesh shape_mesh(const Shape& shape, const Parallel& parallel) {
     return std::visit(
         Overloaded{
             [](const MeshShape& s) { return io::read_model(s.file).mesh; },
-            [](const ImplicitShape& s) { return implicit_model(s, "collider").mesh; },
+            [&](const ImplicitShape& s) { return implicit_model(s, "collider", parallel).mesh; },
             [](const BoxShape& s) { return geometry::make_box(s.size); },
             [](const SphereShape& s) { return geometry::make_sphere(s.radius, 5); },
             [](const CylinderShape& s) { return geometry::make_cylinder(s.radius, s.height, 128); },
@@ -200,9 +202,9 @@ Isometry collider_frame(const ColliderDescription& collider, double time) {
     return keyframe_motion(collider.keyframes, collider.pivot, time) * placed;
 }
 
-geometry::TriangleMesh collider_mesh(const ColliderDescription& collider) {
+geometry::TriangleMesh collider_mesh(const ColliderDescription& collider, const Parallel& parallel) {
     if (!collider.shape) return {};
-    geometry::TriangleMesh mesh = shape_mesh(*collider.shape);
+    geometry::TriangleMesh mesh = shape_mesh(*collider.shape, parallel);
     for (Vec3& p : mesh.positions) p *= collider.placement.scale;
     return mesh;
 }
@@ -221,14 +223,14 @@ body::Collider make_collider(const ColliderDescription& collider, const Parallel
         out.solid = geometry::make_box_distance(scale * box->size, scale * collider.rounding);
     } else {
         constexpr int cells = 64;
-        out.solid = geometry::make_mesh_distance(collider_mesh(collider), cells, parallel);
+        out.solid = geometry::make_mesh_distance(collider_mesh(collider, parallel), cells, parallel);
     }
     out.motion = [collider](double time) { return collider_frame(collider, time); };
     return out;
 }
 
-io::Model placed_model(const BodyDescription& body, BuildReport& report) {
-    io::Model model = own_model(body, report);
+io::Model placed_model(const BodyDescription& body, BuildReport& report, const Parallel& parallel) {
+    io::Model model = own_model(body, report, parallel);
     const Mat3 turn = quaternion(body.placement.rotation).toRotationMatrix();
     for (Vec3& p : model.mesh.positions) p = body.placement.position + turn * (body.placement.scale * p);
     return model;
@@ -276,7 +278,9 @@ std::unique_ptr<body::World> build_world(
     settings.solver.bdf2 = scene.solver.integrator == Integrator::bdf2;
     auto world = std::make_unique<body::World>(settings, std::move(parallel));
     for (const BodyDescription& b : scene.bodies) {
-        io::Model model = placed_model(b, report);
+        world->parallel().begin("body '" + b.name + "': shape");
+        io::Model model = placed_model(b, report, world->parallel());
+        world->parallel().begin("body '" + b.name + "': solid");
         const body::Body& made = add_body(*world, b, model, scene, make_opengl_backend);
         for (const std::string& note : made.solidify_report().notes) report.notes.push_back({b.name, note});
         if (model.attributes.empty()) model.mesh = {};
@@ -291,8 +295,14 @@ std::unique_ptr<body::World> build_world(
         add_constraint(scene.constraints[k], *world->bodies()[number_of(scene.constraints[k].body)], k);
     for (const HandleDescription& handle : scene.handles)
         add_handle(handle, *world->bodies()[number_of(handle.body)]);
-    for (const ColliderDescription& collider : scene.colliders)
+    constexpr double per_collider = 3e6;  // where all of them have a grid of distances
+    require_memory("colliders", per_collider * static_cast<double>(scene.colliders.size()),
+                   "use fewer colliders");
+    for (const ColliderDescription& collider : scene.colliders) {
+        world->parallel().begin("collider '" + collider.name + "'");
         world->add_collider(make_collider(collider, world->parallel()));
+    }
+    world->parallel().begin("tools");
     for (const ToolDescription& tool : scene.tools) {
         std::vector<std::size_t> bodies;
         for (const std::string& name : tool.bodies) bodies.push_back(number_of(name));

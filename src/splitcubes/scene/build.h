@@ -21,7 +21,7 @@ struct BuildReport {
 };
 
 /// A shape in its own frame; a mesh file is read.
-geometry::TriangleMesh shape_mesh(const Shape& shape);
+geometry::TriangleMesh shape_mesh(const Shape& shape, const Parallel& parallel = Parallel(1));
 
 /// Displacement and turn about the pivot at a time; none where there are no keyframes.
 Isometry keyframe_motion(const std::vector<MotionKeyframe>& keyframes, const Vec3& pivot, double time);
@@ -29,11 +29,13 @@ Isometry keyframe_motion(const std::vector<MotionKeyframe>& keyframes, const Vec
 /// World from a collider's own frame at a time; own: `shape` with its scale.
 Isometry collider_frame(const ColliderDescription& collider, double time);
 /// In its own frame; empty for a half space.
-geometry::TriangleMesh collider_mesh(const ColliderDescription& collider);
+geometry::TriangleMesh collider_mesh(const ColliderDescription& collider,
+                                     const Parallel& parallel = Parallel(1));
 body::Collider make_collider(const ColliderDescription& collider, const Parallel& parallel);
 
 /// The body's mesh where the scene places it, world at time 0, with its attributes. Reads mesh files.
-io::Model placed_model(const BodyDescription& body, BuildReport& report);
+io::Model placed_model(const BodyDescription& body, BuildReport& report,
+                       const Parallel& parallel = Parallel(1));
 
 /// The tool's blade with its path.
 cutting::Blade make_blade(const ToolDescription& tool);

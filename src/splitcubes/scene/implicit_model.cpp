@@ -1,4 +1,5 @@
 #include <splitcubes/core/error.h>
+#include <splitcubes/core/memory.h>
 #include <splitcubes/scene/implicit_model.h>
 #include <splitcubes/splitting/extract.h>
 #include <splitcubes/splitting/node_grid.h>
@@ -84,7 +85,13 @@ geometry::Box bounds_of(const ImplicitShape& shape) {
     return box.grown(0.25 * shape.smoothness);
 }
 
-void cut_boundary(splitting::NodeGrid& grid, const Field& field, const GridEdge& edge) {
+struct SkinCut {
+    GridEdge edge;
+    double parameter;
+    Vec3 normal;
+};
+
+SkinCut boundary_cut(const splitting::NodeGrid& grid, const Field& field, const GridEdge& edge) {
     const Vec3 a = grid.rest().node_position(edge.node), b = grid.rest().node_position(edge.upper());
     double low = 0, high = 1;
     const bool inside = grid.inside(edge.node);
@@ -92,49 +99,75 @@ void cut_boundary(splitting::NodeGrid& grid, const Field& field, const GridEdge&
         const double middle = 0.5 * (low + high);
         ((field.value(a + middle * (b - a)) < 0) == inside ? low : high) = middle;
     }
-    const Vec3 at = a + low * (b - a);
-    grid.cut(edge, low, field.gradient(at, 1e-3 * grid.rest().cell_size), splitting::Origin::boundary, -1);
+    return {edge, low, field.gradient(a + low * (b - a), 1e-3 * grid.rest().cell_size)};
 }
 
-splitting::NodeGrid grid_of(const ImplicitShape& shape, const Field& field) {
-    const geometry::Box box = bounds_of(shape);
-    splitting::NodeGrid grid(geometry::grid_around(box, geometry::cell_size_for(box, shape.cells)));
+void set_inside(splitting::NodeGrid& grid, const Field& field, const Parallel& parallel) {
     const Vec3i count = grid.rest().node_count;
-    for (int z = 1; z + 1 < count[2]; ++z)
-        for (int y = 1; y + 1 < count[1]; ++y)
-            for (int x = 1; x + 1 < count[0]; ++x)
-                if (field.value(grid.rest().node_position({x, y, z})) < 0)
-                    grid.set_inside_row(y, z, x, x + 1);
+    const auto row_length = static_cast<std::size_t>(count[0]);
+    const auto rows = static_cast<std::size_t>(count[1]) * static_cast<std::size_t>(count[2]);
+    std::vector<std::uint8_t> inside(rows * row_length, 0);
+    parallel.for_each(rows, 4, [&](std::size_t row) {
+        const int y = static_cast<int>(row) % count[1], z = static_cast<int>(row) / count[1];
+        if (y == 0 || z == 0 || y + 1 == count[1] || z + 1 == count[2]) return;
+        for (int x = 1; x + 1 < count[0]; ++x)
+            inside[row * row_length + static_cast<std::size_t>(x)] =
+                field.value(grid.rest().node_position({x, y, z})) < 0;
+    });
+    for (std::size_t row = 0; row < rows; ++row)
+        for (int x = 1; x + 1 < count[0]; ++x)
+            if (inside[row * row_length + static_cast<std::size_t>(x)] != 0)
+                grid.set_inside_row(static_cast<int>(row) % count[1], static_cast<int>(row) / count[1], x,
+                                    x + 1);
+}
+
+splitting::NodeGrid grid_of(const ImplicitShape& shape, const Field& field, const Parallel& parallel) {
+    const geometry::Box box = bounds_of(shape);
+    const geometry::RestGrid rest = geometry::grid_around(box, geometry::cell_size_for(box, shape.cells));
+    const Vec3 n = rest.node_count.cast<double>();
+    // As if its surface were that of its box; measured of a solid's.
+    constexpr double per_node = 2, per_face = 2700;
+    require_memory("implicit shape",
+                   per_node * n.prod() + per_face * 2 * (n[0] * n[1] + n[1] * n[2] + n[2] * n[0]),
+                   "give it fewer cells");
+    splitting::NodeGrid grid(rest);
+    const Vec3i count = grid.rest().node_count;
+    set_inside(grid, field, parallel);
+    std::vector<GridEdge> edges;
     for (int z = 0; z < count[2]; ++z)
         for (int y = 0; y < count[1]; ++y)
             for (int x = 0; x < count[0]; ++x)
                 for (int axis = 0; axis < 3; ++axis) {
                     const GridEdge edge{{x, y, z}, axis};
                     if (grid.has_edge(edge) && grid.inside(edge.node) != grid.inside(edge.upper()))
-                        cut_boundary(grid, field, edge);
+                        edges.push_back(edge);
                 }
+    std::vector<SkinCut> cuts(edges.size());
+    parallel.for_each(edges.size(), 16,
+                      [&](std::size_t k) { cuts[k] = boundary_cut(grid, field, edges[k]); });
+    for (const SkinCut& cut : cuts)
+        grid.cut(cut.edge, cut.parameter, cut.normal, splitting::Origin::boundary, -1);
     return grid;
 }
 
 }  // namespace
 
-io::Model implicit_model(const ImplicitShape& shape, const std::string& body) {
+io::Model implicit_model(const ImplicitShape& shape, const std::string& body, const Parallel& parallel) {
     const Field field(shape);
-    const splitting::NodeGrid grid = grid_of(shape, field);
+    const splitting::NodeGrid grid = grid_of(shape, field, parallel);
     if (grid.inside_count() == 0)
         throw InputError("body '" + body + "'", "its implicit shape is thinner than its grid",
                          "give it more cells");
     const splitting::Surface surface(grid);
     io::Model model;
-    model.mesh = splitting::extract(grid, surface, splitting::Pieces(grid)).mesh;
-    for (const auto& triangle : model.mesh.triangles) {
-        std::array<geometry::Rgba, 3> corners;
+    model.mesh = splitting::extract(grid, surface, splitting::Pieces(grid), {}, {}, parallel).mesh;
+    model.attributes.corner_colour.resize(model.mesh.triangles.size());
+    parallel.for_each(model.mesh.triangles.size(), 64, [&](std::size_t t) {
         for (std::size_t k = 0; k < 3; ++k) {
-            const Vec3f colour = field.colour(model.mesh.positions[triangle[k]]).cast<float>();
-            corners[k] = {colour[0], colour[1], colour[2], 1.0F};
+            const Vec3f colour = field.colour(model.mesh.positions[model.mesh.triangles[t][k]]).cast<float>();
+            model.attributes.corner_colour[t][k] = {colour[0], colour[1], colour[2], 1.0F};
         }
-        model.attributes.corner_colour.push_back(corners);
-    }
+    });
     return model;
 }
 

@@ -1,6 +1,7 @@
 // Meshes of implicit shapes. Internal to scene.
 #pragma once
 
+#include <splitcubes/core/parallel.h>
 #include <splitcubes/io/read_mesh.h>
 #include <splitcubes/scene/description.h>
 
@@ -11,6 +12,6 @@ namespace splitcubes::scene {
 /// The surface of the shape in its own frame, by splitting cubes on a grid of
 /// shape.cells, with its parts' colours as vertex colours. Throws InputError where
 /// the shape is too thin for the grid.
-io::Model implicit_model(const ImplicitShape& shape, const std::string& body);
+io::Model implicit_model(const ImplicitShape& shape, const std::string& body, const Parallel& parallel);
 
 }  // namespace splitcubes::scene
