@@ -22,7 +22,7 @@ std::shared_ptr<const Parallel> one_thread() {
     return std::make_shared<const Parallel>(1);
 }
 
-BodySettings rubber(double spacing, double youngs_modulus = 2e5) {
+BodySettings soft_rubber(double spacing, double youngs_modulus = 2e5) {
     return fixtures::rubber(spacing, youngs_modulus, 0.002);
 }
 
@@ -69,7 +69,7 @@ TEST(ContactEnergy, ABallBouncesLowerEachTime) {
     for (const auto& [name, solid] : solids) {
         SCOPED_TRACE(name);
         World world(world_settings(), one_thread());
-        world.add_body(at(geometry::make_sphere(0.03, 3), Vec3(0, 0, 0.13)), rubber(0.012));
+        world.add_body(at(geometry::make_sphere(0.03, 3), Vec3(0, 0, 0.13)), soft_rubber(0.012));
         world.add_collider({"solid", solid, {}, 0.6});
         const StepReport last = expect_only_losses(world, 150, 0.01, 1e-6);
         EXPECT_LT(last.kinetic_energy, 1e-4);
@@ -86,7 +86,7 @@ TEST(ContactEnergy, ATopplingPearRollsWithoutSpeedingUp) {
         WorldSettings settings = world_settings();
         settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, friction};
         World world(settings, one_thread());
-        BodySettings pear = rubber(0.018);
+        BodySettings pear = soft_rubber(0.018);
         pear.angular_velocity = Vec3(1, 0, 0);
         world.add_body(at(geometry::make_pear(0.2), Vec3(0, 0, 0.1001)), pear);
         expect_only_losses(world, 240, 0.01, 1e-3);
@@ -95,7 +95,7 @@ TEST(ContactEnergy, ATopplingPearRollsWithoutSpeedingUp) {
 
 // A soft plate that is held all around, or at two ends only, which lets a ball roll off.
 void add_plate(World& world, double spacing, bool all_around) {
-    Body& plate = world.add_body(geometry::make_box(Vec3(0.16, 0.1, 0.02)), rubber(spacing));
+    Body& plate = world.add_body(geometry::make_box(Vec3(0.16, 0.1, 0.02)), soft_rubber(spacing));
     HoldConstraint edges;
     edges.region = [=](const Vec3& rest) {
         return std::abs(rest.x()) > 0.08 - spacing || (all_around && std::abs(rest.y()) > 0.05 - spacing);
@@ -122,7 +122,7 @@ TEST(ContactEnergy, ABallOnASoftPlateOnlyLoses) {
         settings.contact.pieces = true;
         World world(settings, one_thread());
         add_plate(world, 0.01, drop.all_around);
-        BodySettings ball = rubber(0.4 * drop.radius, drop.youngs_modulus);
+        BodySettings ball = soft_rubber(0.4 * drop.radius, drop.youngs_modulus);
         ball.material.density = drop.density;
         const double height = 0.01 + drop.radius + drop.height;
         world.add_body(
@@ -139,7 +139,7 @@ TEST(ContactEnergy, ABallInTheMiddleOfASoftPlateComesToRest) {
     settings.contact.pieces = true;
     World world(settings, one_thread());
     add_plate(world, 0.01, true);
-    BodySettings ball = rubber(0.008, 1e6);
+    BodySettings ball = soft_rubber(0.008, 1e6);
     ball.material.density = 2000;
     world.add_body(at(geometry::make_sphere(0.02, 3), Vec3(0, 0, 0.035)), ball);
     StepReport report;
@@ -184,7 +184,7 @@ TEST(ContactEnergy, AStripFoldedOnItselfOnlyLoses) {
     WorldSettings settings = world_settings();
     settings.contact.pieces = true;
     World world(settings, one_thread());
-    Body& strip = world.add_body(make_folded(0.16, 0.08, 0.02, 0.04), rubber(0.01, 3e4));
+    Body& strip = world.add_body(make_folded(0.16, 0.08, 0.02, 0.04), soft_rubber(0.01, 3e4));
     HoldConstraint lower;
     lower.region = [](const Vec3& rest) { return rest.z() < 0.01; };
     lower.motion = [](double) { return Isometry::Identity(); };
@@ -198,7 +198,7 @@ TEST(ContactEnergy, BodiesThatCollideOffCentreKeepTheirMomenta) {
     settings.gravity = Vec3::Zero();
     settings.contact.pieces = true;
     World world(settings, one_thread());
-    BodySettings thrown = rubber(0.015), still = rubber(0.0125, 4e5);
+    BodySettings thrown = soft_rubber(0.015), still = soft_rubber(0.0125, 4e5);
     thrown.velocity = Vec3(0.2, 0, -1);
     thrown.angular_velocity = Vec3(0, 3, 0);
     world.add_body(at(geometry::make_sphere(0.035, 3), Vec3(0.005, 0.012, 0.07)), thrown);

@@ -49,7 +49,7 @@ Vec3 centre_of_piece(const Body& body, std::int32_t piece) {
     return sums[static_cast<std::size_t>(piece)].centre;
 }
 
-double potential(const World& world) {
+double potential_energy(const World& world) {
     double sum = 0;
     for (const auto& body : world.bodies())
         for (std::size_t i = 0; i < body->phyxels().size(); ++i)
@@ -65,7 +65,7 @@ void expect_rest_on(std::shared_ptr<const geometry::SignedDistance> solid, const
     double energy = 0, deepest = 0;
     for (int step = 0; step < 150; ++step) {
         const StepReport report = world.step();
-        const double now = report.kinetic_energy + report.elastic_energy + potential(world);
+        const double now = report.kinetic_energy + report.elastic_energy + potential_energy(world);
         if (step == 0) energy = now;
         EXPECT_LT(now - energy, 1e-3 * std::abs(energy)) << "step " << step;
         for (const Vec3& p : body.vertex_positions()) deepest = std::min(deepest, solid->at(p).distance);
@@ -357,7 +357,7 @@ TEST(Contact, AStackOfThreeSlicesRests) {
     double kinetic = 0, first = 0, most = -1e300;
     for (int step = 0; step < 600; ++step) {
         const StepReport report = world.step();
-        const double energy = report.kinetic_energy + report.elastic_energy + potential(world);
+        const double energy = report.kinetic_energy + report.elastic_energy + potential_energy(world);
         if (step == 0) first = energy;
         most = std::max(most, energy);
         kinetic = std::max(kinetic, report.kinetic_energy);

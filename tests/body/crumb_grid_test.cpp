@@ -10,13 +10,14 @@
 namespace splitcubes::body {
 namespace {
 
-Vec3 random_in(Random& random, double half) {
+Vec3 random_offset(Random& random, double half) {
     return {random.uniform(-half, half), random.uniform(-half, half), random.uniform(-half, half)};
 }
 
 std::vector<CrumbGrid::Ball> random_balls(Random& random, int count, double half, double widest) {
     std::vector<CrumbGrid::Ball> out;
-    for (int k = 0; k < count; ++k) out.push_back({random_in(random, half), widest * random.uniform(0, 1)});
+    for (int k = 0; k < count; ++k)
+        out.push_back({random_offset(random, half), widest * random.uniform(0, 1)});
     return out;
 }
 
@@ -29,7 +30,7 @@ TEST(CrumbGrid, NamesAllBallsThatAPointIsIn) {
             const std::vector<CrumbGrid::Ball> balls = random_balls(random, count, 1, widest);
             grid.build(balls);
             for (int n = 0; n < 500; ++n) {
-                const Vec3 point = random_in(random, 1.5);
+                const Vec3 point = random_offset(random, 1.5);
                 const std::span<const std::uint32_t> near = grid.near(point);
                 ASSERT_TRUE(std::is_sorted(near.begin(), near.end()));
                 ASSERT_EQ(std::adjacent_find(near.begin(), near.end()), near.end());

@@ -11,8 +11,6 @@ using namespace splitcubes::cutting;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
-
 Quat turn(const Vec3& axis, double angle) {
     return Quat(Eigen::AngleAxisd(angle, axis.normalized()));
 }
@@ -105,7 +103,7 @@ TEST(Blade, AngleZeroIsAcrossTheAxis) {
     EXPECT_LT((angle_zero_about({0, 0, 5}) - Vec3::UnitX()).norm(), 1e-15);
     EXPECT_LT((angle_zero_about({1e-200, 0, 0}) - Vec3::UnitY()).norm(), 1e-15);
     for (const double degrees : {24.0, 26.0, 154.0, 156.0}) {
-        const double angle = degrees * pi / 180;
+        const double angle = degrees * std::numbers::pi / 180;
         const Vec3 axis(std::cos(angle), 0, std::sin(angle)), zero = angle_zero_about(axis);
         EXPECT_NEAR(zero.norm(), 1, 1e-15);
         EXPECT_NEAR(zero.dot(axis), 0, 1e-15);
@@ -124,7 +122,7 @@ TEST(Blade, CircularPathsGoRoundAtAConstantRate) {
             EXPECT_EQ(keys.back().time, 5);
             const Blade blade("b", stick(), keys, {.interpolation = PathInterpolation::smooth});
             for (double t = 1; t <= 5; t += 0.013) {
-                const double passed = 2 * pi * turns * (t - 1) / 4;
+                const double passed = 2 * std::numbers::pi * turns * (t - 1) / 4;
                 const Isometry frame = blade.frame(t);
                 const Vec3 expected = center + 3 * Vec3(std::cos(0.4 + passed), std::sin(0.4 + passed), 0);
                 // Third order at the ends: (2 pi / 32)^3 / 15 of the radius.

@@ -14,8 +14,6 @@ using geometry::MovingSegment;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
-
 Vec3 random_point(Random& random, double size) {
     return size * Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
 }
@@ -215,13 +213,14 @@ TEST(CutEdges, AFullTurnInOneStepCutsADisk) {
     const Parallel parallel(1);
     std::vector<Keyframe> keys;
     for (int k = 0; k <= 8; ++k)
-        keys.push_back({k / 8.0, {0, 0, 0}, Quat(Eigen::AngleAxisd(2 * pi * k / 8, Vec3::UnitZ()))});
+        keys.push_back(
+            {k / 8.0, {0, 0, 0}, Quat(Eigen::AngleAxisd(2 * std::numbers::pi * k / 8, Vec3::UnitZ()))});
     const Blade blade("rod", make_straight_blade({0.01, 0, 0}, {1, 0, 0}), keys);
     std::vector<CandidateEdge> edges;
     Random random(2);
     std::size_t inside = 0;
     for (std::uint64_t id = 0; id < 800; ++id) {
-        const double r = random.uniform(0.02, 1.2), angle = random.uniform(0, 2 * pi);
+        const double r = random.uniform(0.02, 1.2), angle = random.uniform(0, 2 * std::numbers::pi);
         if (std::abs(r - 1) < 2e-3) continue;
         inside += r < 1;
         const Vec3 p(r * std::cos(angle), r * std::sin(angle), 0);

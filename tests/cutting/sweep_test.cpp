@@ -10,8 +10,6 @@ using namespace splitcubes::cutting;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
-
 Blade spinning(double angle, double duration) {
     std::vector<Keyframe> keys;
     const int spans = std::max(1, static_cast<int>(std::ceil(angle / 1.5)));

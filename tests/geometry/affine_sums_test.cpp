@@ -10,15 +10,15 @@
 namespace splitcubes::geometry {
 namespace {
 
-Vec3 random_vector(Random& random, double half) {
+Vec3 coefficients(Random& random, double half) {
     const double x = random.uniform(-half, half), y = random.uniform(-half, half);
     return {x, y, random.uniform(-half, half)};
 }
 
 AffineDisplacement random_motion(Random& random) {
     Mat3 jacobian = Mat3::Identity();
-    for (int k = 0; k < 3; ++k) jacobian.col(k) += random_vector(random, 0.8);
-    return {random_vector(random, 1), random_vector(random, 3), jacobian};
+    for (int k = 0; k < 3; ++k) jacobian.col(k) += coefficients(random, 0.8);
+    return {coefficients(random, 1), coefficients(random, 3), jacobian};
 }
 
 template <class Check>
@@ -73,7 +73,7 @@ struct Moved {
     Vec3 point, normal;
 };
 
-Moved moved(AffineDisplacement motion, double factor, const Vec3& point, const Vec3& normal) {
+Moved image_of(AffineDisplacement motion, double factor, const Vec3& point, const Vec3& normal) {
     motion.scale(factor);
     const Mat3 jacobian = motion.jacobian();
     Mat3 cofactor;
@@ -98,12 +98,12 @@ TEST(AffineSums, CarryPointsAndNormalsAsOneMotionDoes) {
             // A motion that leaves nothing of any normal.
             if (k % 5 == 3) motions[k] = {Vec3::Zero(), Vec3::Ones(), Mat3::Zero()};
             factor[k] = k % 5 == 3 ? 1 : random.uniform(0.9, 1.1);
-            const Vec3 p = random_vector(random, 1), n = random_vector(random, 1).normalized();
+            const Vec3 p = coefficients(random, 1), n = coefficients(random, 1).normalized();
             for (std::size_t axis = 0; axis < 3; ++axis) {
                 point[axis][k] = p[static_cast<Eigen::Index>(axis)];
                 normal[axis][k] = n[static_cast<Eigen::Index>(axis)];
             }
-            expected.push_back(moved(motions[k], factor[k], p, n));
+            expected.push_back(image_of(motions[k], factor[k], p, n));
         }
         for_each_instruction_set([&](const char* name) {
             const Vec3 untouched(7, 8, 9);

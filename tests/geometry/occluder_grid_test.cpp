@@ -18,7 +18,7 @@ const Vec3 origin(-1.7, -1.9, -1.8);
 
 using Content = std::map<std::array<int, 3>, std::vector<OccluderTriangle>>;  // by z, y, x
 
-Vec3 random_vector(Random& random, double half) {
+Vec3 vector_within(Random& random, double half) {
     const double x = random.uniform(-half, half), y = random.uniform(-half, half);
     return {x, y, random.uniform(-half, half)};
 }
@@ -32,7 +32,7 @@ std::vector<OccluderTriangle> random_cell(Random& random, const Vec3i& cell, dou
     std::vector<OccluderTriangle> out(random.below(4));
     for (auto& t : out) {
         const Vec3 centre = origin + cell_size * (cell.cast<double>() + Vec3::Constant(0.5));
-        for (Vec3& p : t.corner) p = centre + random_vector(random, (0.5 + overhang) * cell_size);
+        for (Vec3& p : t.corner) p = centre + vector_within(random, (0.5 + overhang) * cell_size);
         t.boundary = random.below(2) == 1;
     }
     return out;
@@ -87,10 +87,10 @@ TEST(OccluderGrid, GatherFindsWhatItsBoxMeets) {
         for (const auto& [cell, triangles] : content) total += triangles.size();
         ASSERT_EQ(grid.triangle_count(), total);
         for (int query = 0; query < 30; ++query) {
-            const Vec3 centre = random_vector(random, 2.2);
+            const Vec3 centre = vector_within(random, 2.2);
             Box box;
             box.add(centre);
-            box.add(centre + random_vector(random, query % 3 ? 0.7 : 4));
+            box.add(centre + vector_within(random, query % 3 ? 0.7 : 4));
             std::vector<OccluderTriangle> expected, found;
             for (const auto& [cell, triangles] : content)
                 for (const auto& t : triangles)
@@ -111,10 +111,10 @@ TEST(OccluderGrid, PacksHoldWhatABoxMeets) {
         Content content;
         const OccluderGrid grid = random_grid(random, 400, random.uniform(0, round % 3 ? 1 : 5), content);
         for (int query = 0; query < 30; ++query) {
-            const Vec3 centre = random_vector(random, 2.2);
+            const Vec3 centre = vector_within(random, 2.2);
             Box box;
             box.add(centre);
-            box.add(centre + random_vector(random, query % 3 ? 0.7 : 4));
+            box.add(centre + vector_within(random, query % 3 ? 0.7 : 4));
             std::vector<OccluderTriangle> expected, found;
             std::vector<std::uint32_t> ids;
             grid.gather(box, expected);
@@ -163,7 +163,7 @@ TEST(OccluderGrid, OrderDoesNotDependOnTheHistory) {
         for (auto it = content.rbegin(); it != content.rend(); ++it)
             fresh.set_cell({it->first[2], it->first[1], it->first[0]}, it->second);
         for (int query = 0; query < 30; ++query) {
-            const Vec3 centre = random_vector(random, 2);
+            const Vec3 centre = vector_within(random, 2);
             const Box box = Box{centre, centre}.grown(random.uniform(0, query % 5 ? 0.6 : 3));
             std::vector<OccluderTriangle> one, other;
             grown.gather(box, one);
@@ -180,8 +180,8 @@ TEST(OccluderGrid, SegmentBlockedEqualsBruteForce) {
         Content content;
         const OccluderGrid grid = random_grid(random, 250, random.uniform(0, 1), content);
         for (int query = 0; query < 400; ++query) {
-            const Vec3 a = random_vector(random, 2.3);
-            const Vec3 b = a + random_vector(random, query % 4 ? 0.8 : 4);
+            const Vec3 a = vector_within(random, 2.3);
+            const Vec3 b = a + vector_within(random, query % 4 ? 0.8 : 4);
             bool expected = false;
             for (const auto& [cell, triangles] : content)
                 for (const auto& t : triangles) expected = expected || meets(a, b, t);
@@ -210,7 +210,7 @@ TEST(OccluderGrid, TellsWhatIsNewFromWhatWasThere) {
             grid.set_cell(cell, random_cell(random, cell, k == 0 ? 12 : 0.5));
         }
         for (int query = 0; query < 100; ++query) {
-            const Vec3 a = random_vector(random, 2.2), b = a + random_vector(random, 0.7);
+            const Vec3 a = vector_within(random, 2.2), b = a + vector_within(random, 0.7);
             const bool by_new = grid.segment_blocked(a, b, before), by_old = kept.segment_blocked(a, b);
             ASSERT_EQ(grid.segment_blocked(a, b), by_new || by_old);
             ASSERT_FALSE(grid.segment_blocked(a, b, grid.changes()));
@@ -232,7 +232,7 @@ TEST(OccluderGrid, WhatBlockedASegmentTellsLaterWhetherItStillDoes) {
         std::vector<std::pair<Vec3, Vec3>> segments;
         std::vector<std::uint32_t> by;
         for (int query = 0; query < 100; ++query) {
-            const Vec3 a = random_vector(random, 2.2), b = a + random_vector(random, 0.7);
+            const Vec3 a = vector_within(random, 2.2), b = a + vector_within(random, 0.7);
             segments.emplace_back(a, b);
             by.push_back(grid.blocker(a, b));
             ASSERT_EQ(by.back() != OccluderGrid::no_triangle, grid.segment_blocked(a, b));
@@ -277,7 +277,7 @@ TEST(OccluderGrid, ManyCellsAtOnceAreAsOneByOne) {
         batch.set_cells(changed, Parallel(2));
         ASSERT_EQ(batch.triangle_count(), single.triangle_count());
         for (int query = 0; query < 20; ++query) {
-            const Vec3 a = random_vector(random, 2.2), b = random_vector(random, 2.2);
+            const Vec3 a = vector_within(random, 2.2), b = vector_within(random, 2.2);
             ASSERT_EQ(batch.segment_blocked(a, b), single.segment_blocked(a, b));
             std::vector<OccluderTriangle> there, expected;
             const Box box{a.cwiseMin(b), a.cwiseMax(b)};
@@ -295,7 +295,7 @@ TEST(OccluderGrid, NothingIsBlockedWhereItIsClear) {
         Content content;
         const OccluderGrid grid = random_grid(random, 30, 0.3, content);
         for (int query = 0; query < 100; ++query) {
-            const Vec3 centre = random_vector(random, 2.5);
+            const Vec3 centre = vector_within(random, 2.5);
             const Box box = Box{centre, centre}.grown(random.uniform(0.05, 0.8));
             if (!grid.is_clear(box)) {
                 ++occupied;
@@ -318,10 +318,10 @@ TEST(Sights, EqualSegmentBlocked) {
         Content content;
         const OccluderGrid grid = random_grid(random, round < 10 ? 40 : 400, round % 3 ? 0.4 : 4, content);
         for (int from = 0; from < 20; ++from) {
-            const Vec3 a = random_vector(random, 2.2);
+            const Vec3 a = vector_within(random, 2.2);
             Sights sights(grid, a, 1.1);
             for (int to = 0; to < 20; ++to) {
-                Vec3 b = a + random_vector(random, 1.1);
+                Vec3 b = a + vector_within(random, 1.1);
                 if (to % 4 == 0) b[to / 4 % 3] = a[to / 4 % 3];
                 const bool expected = grid.segment_blocked(a, b);
                 ASSERT_EQ(sights.blocked(b), expected);
@@ -368,8 +368,8 @@ TEST(SegmentMeetsTriangle, NothingSlipsBetweenTriangles) {
     for (int round = 0; round < 20000; ++round) {
         const int n = 3 + static_cast<int>(random.below(6));
         const Quat turn =
-            Quat(Eigen::AngleAxisd(random.uniform(0, 6), random_vector(random, 1).normalized()));
-        const Vec3 shift = random_vector(random, 3);
+            Quat(Eigen::AngleAxisd(random.uniform(0, 6), vector_within(random, 1).normalized()));
+        const Vec3 shift = vector_within(random, 3);
         std::vector<Vec3> rim;
         for (int k = 0; k < n; ++k) {
             const double angle = 2 * M_PI * (k + random.uniform(-0.3, 0.3)) / n;

@@ -14,13 +14,13 @@ namespace {
 using Real = long double;
 using RealVec = Eigen::Matrix<Real, 3, 1>;
 
-Vec3 random_point(Random& random, double size) {
+Vec3 random_vector_within(Random& random, double size) {
     return size * Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
 }
 
 MovingSegment random_segment(Random& random, double motion) {
-    const Vec3 a = random_point(random, 1), b = random_point(random, 1);
-    return {a, b, a + random_point(random, motion), b + random_point(random, motion)};
+    const Vec3 a = random_vector_within(random, 1), b = random_vector_within(random, 1);
+    return {a, b, a + random_vector_within(random, motion), b + random_vector_within(random, motion)};
 }
 
 RealVec at(const Vec3& start, const Vec3& end, Real t) {
@@ -182,8 +182,9 @@ TEST(SweptSegments, GrazingContactsAreHits) {
     const MovingSegment blade{{1, 1, 0}, {-2, -1, 0}, {1, -1, 0}, {0, 1, 0}};
     for (int trial = 0; trial < 500; ++trial) {
         const double size = std::pow(10.0, random.uniform(-6, 7));
-        const Quat rotation(Eigen::AngleAxisd(random.uniform(0, 6), random_point(random, 1).normalized()));
-        const Vec3 shift = random_point(random, 10);
+        const Quat rotation(
+            Eigen::AngleAxisd(random.uniform(0, 6), random_vector_within(random, 1).normalized()));
+        const Vec3 shift = random_vector_within(random, 10);
         const auto map = [&](const Vec3& p) -> Vec3 { return size * (rotation * p + shift); };
         const auto hit = first_hit(mapped(blade, map), mapped(edge, map));
         ASSERT_TRUE(hit) << trial;
@@ -199,8 +200,8 @@ TEST(SweptSegments, CoplanarMotionsAreHitWhereEndsArrive) {
     const Vec3 rest = Vec3::Zero();
     Random random(3);
     for (int trial = 0; trial < 200; ++trial) {
-        const Quat rotation = Quat(
-            Eigen::AngleAxisd(trial == 0 ? 0 : random.uniform(0, 6), random_point(random, 1).normalized()));
+        const Quat rotation = Quat(Eigen::AngleAxisd(trial == 0 ? 0 : random.uniform(0, 6),
+                                                     random_vector_within(random, 1).normalized()));
         const double scale = std::pow(10.0, random.uniform(-6, 6));
         const auto hit = [&](const MovingSegment& blade, const MovingSegment& edge) {
             const auto map = [&](const Vec3& p) -> Vec3 { return scale * (rotation * p); };
@@ -258,8 +259,9 @@ TEST(SweptSegments, DoNotDependOnScaleOrPlace) {
             EXPECT_NEAR(hit->time, scaled->time, 1e-6);
             EXPECT_NEAR(hit->edge_parameter, scaled->edge_parameter, 1e-5);
         }
-        const Quat rotation(Eigen::AngleAxisd(random.uniform(0, 6), random_point(random, 1).normalized()));
-        const Vec3 shift = random_point(random, trial % 2 == 0 ? 10 : 1e5);
+        const Quat rotation(
+            Eigen::AngleAxisd(random.uniform(0, 6), random_vector_within(random, 1).normalized()));
+        const Vec3 shift = random_vector_within(random, trial % 2 == 0 ? 10 : 1e5);
         const auto move = [&](const Vec3& p) -> Vec3 { return rotation * p + shift; };
         const auto moved = first_hit(mapped(blade, move), mapped(edge, move));
         ASSERT_EQ(hit.has_value(), moved.has_value());
@@ -296,9 +298,10 @@ TEST(SweptSegments, PolylinesDoNotLeakAtTheirJoints) {
     Random random(7);
     const auto run = [&](bool exact, int line_parts, int time_parts, double size) {
         const Quat rotation =
-            exact ? Quat::Identity()
-                  : Quat(Eigen::AngleAxisd(random.uniform(0, 6), random_point(random, 1).normalized()));
-        const Vec3 shift = exact ? Vec3::Zero() : random_point(random, 100 * size);
+            exact
+                ? Quat::Identity()
+                : Quat(Eigen::AngleAxisd(random.uniform(0, 6), random_vector_within(random, 1).normalized()));
+        const Vec3 shift = exact ? Vec3::Zero() : random_vector_within(random, 100 * size);
         const double wave = exact ? 0 : 0.3;
         const auto place = [&](const Vec3& p) -> Vec3 { return rotation * (size * p) + shift; };
         // The polyline along y, flying along x, turning about z a little and waving.
@@ -341,8 +344,8 @@ TEST(SweptSegments, EdgesThroughTheVeryJointAreHit) {
     for (int trial = 0; trial < 10000; ++trial) {
         const double size = std::pow(10.0, random.uniform(-6, 7));
         const double motion = std::pow(10.0, random.uniform(-3, 1.5));
-        const Vec3 offset = random_point(random, trial % 2 == 0 ? 0 : 1e3);
-        const auto point = [&] { return random_point(random, 1); };
+        const Vec3 offset = random_vector_within(random, trial % 2 == 0 ? 0 : 1e3);
+        const auto point = [&] { return random_vector_within(random, 1); };
         const Vec3 p = point(), q = point(), r = point();
         const Vec3 dp = point() * motion, dq = point() * motion, dr = point() * motion;
         // The edge's point at parameter c meets the joint q at time t.

@@ -13,7 +13,7 @@ using namespace splitcubes::geometry;
 
 namespace {
 
-Vec3 random_point(Random& random, double size) {
+Vec3 point_near(Random& random, double size) {
     return size * Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
 }
 
@@ -48,7 +48,7 @@ TEST(WindingNumber, IsAnIntegerForClosedMeshes) {
     const TriangleMesh torus = make_torus(1, 0.4, 36, 18);
     const WindingNumber winding(torus);
     for (int trial = 0; trial < 200; ++trial) {
-        const Vec3 p = random_point(random, 1.6);
+        const Vec3 p = point_near(random, 1.6);
         const double tube = std::hypot(std::hypot(p.x(), p.y()) - 1, p.z());
         if (std::abs(tube - 0.4) < 0.02) continue;  // facets and surface differ
         const double expected = tube < 0.4 ? 1 : 0;
@@ -80,7 +80,7 @@ TEST(WindingNumber, IsLinearInTheMesh) {
     twice.append(a);
     const WindingNumber wa(a), wb(b), sum(both), doubled(twice);
     for (int trial = 0; trial < 100; ++trial) {
-        const Vec3 p = random_point(random, 2);
+        const Vec3 p = point_near(random, 2);
         EXPECT_NEAR(sum.exact_at(p), wa.exact_at(p) + wb.exact_at(p), 1e-12);
         EXPECT_NEAR(sum.at(p), wa.at(p) + wb.at(p), 1e-3);
         EXPECT_NEAR(doubled.at(p), 2 * wa.at(p), 2e-3);
@@ -95,7 +95,7 @@ TEST(WindingNumber, FastEvaluationIsCloseToTheSum) {
          {make_wavy_sheet({0, 0, 0}, {0, 0, 1}, 1, 30, 0.3, 1.1), hemisphere(12), make_pear(2, 32)}) {
         const WindingNumber winding(mesh);
         for (int trial = 0; trial < 200; ++trial) {
-            const Vec3 p = random_point(random, trial % 4 == 0 ? 20 : 1.5);
+            const Vec3 p = point_near(random, trial % 4 == 0 ? 20 : 1.5);
             const double error = std::abs(winding.at(p) - winding.exact_at(p));
             worst = std::max(worst, error);
             square += error * error;
@@ -117,7 +117,7 @@ TEST(WindingNumber, TheExpansionIsOfSecondOrder) {
     Random random(4);
     double near = 0, far = 0;
     for (int trial = 0; trial < 200; ++trial) {
-        const Vec3 direction = random_point(random, 1).normalized();
+        const Vec3 direction = point_near(random, 1).normalized();
         near = std::max(near, std::abs(winding.at(6 * direction) - winding.exact_at(6 * direction)));
         far = std::max(far, std::abs(winding.at(24 * direction) - winding.exact_at(24 * direction)));
     }
@@ -152,7 +152,7 @@ TEST(WindingNumber, DoesNotDependOnScaleOrPlace) {
         const Vec3 shift = offset * Vec3(1, -0.7, 0.3);
         const WindingNumber other(moved(mesh, scale, shift));
         for (int trial = 0; trial < 100; ++trial) {
-            const Vec3 p = random_point(random, 0.8), q = scale * p + shift;
+            const Vec3 p = point_near(random, 0.8), q = scale * p + shift;
             const double exact = winding.exact_at(p);
             // Rounding moves what is within it of the surface to the other side.
             if (std::abs(exact - winding.exact_at(p + Vec3::Constant(1e-6))) > 1e-6) continue;
@@ -174,7 +174,7 @@ TEST(WindingNumber, DegenerateTrianglesAddNothing) {
     const WindingNumber winding(mesh);
     Random random(6);
     for (int trial = 0; trial < 1000; ++trial) {
-        const Vec3 p = random_point(random, 0.8);
+        const Vec3 p = point_near(random, 0.8);
         const double expected = p.cwiseAbs().maxCoeff() < 0.5 ? 1 : 0;
         EXPECT_NEAR(winding.at(p), expected, 1e-3);
     }
@@ -220,7 +220,7 @@ TEST(WindingNumber, IsTheSameOnAnyNumberOfThreads) {
         std::vector<double> out(500);
         Parallel(threads).for_each(out.size(), 8, [&](std::size_t i) {
             Random random(i);
-            out[i] = winding.at(random_point(random, 1.4));
+            out[i] = winding.at(point_near(random, 1.4));
         });
         return out;
     };
@@ -234,8 +234,8 @@ TriangleMesh soup(std::uint64_t seed, std::uint32_t count, double size) {
     Random random(seed);
     TriangleMesh mesh;
     for (std::uint32_t t = 0; t < count; ++t) {
-        const Vec3 center = random_point(random, 1);
-        for (int k = 0; k < 3; ++k) mesh.positions.push_back(center + random_point(random, size));
+        const Vec3 center = point_near(random, 1);
+        for (int k = 0; k < 3; ++k) mesh.positions.push_back(center + point_near(random, size));
         mesh.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
     }
     return mesh;
@@ -249,7 +249,7 @@ TEST(WindingNumber, TheQuickOneDiffersByNoMoreThanItSays) {
         const WindingNumber winding(mesh);
         Random random(8);
         for (int trial = 0; trial < 300; ++trial) {
-            const Vec3 p = random_point(random, 1.5);
+            const Vec3 p = point_near(random, 1.5);
             const WindingNumber::Estimate quick = winding.quick_at(p);
             EXPECT_NEAR(quick.value, winding.at(p), quick.tolerance);
             EXPECT_LT(quick.tolerance, 1e-5);

@@ -12,10 +12,10 @@ using ::testing::HasSubstr;
 
 namespace {
 
-geometry::TriangleMesh read(const std::string& text, ReadMeshReport* report = nullptr) {
+geometry::TriangleMesh read_ply(const std::string& text, ReadMeshReport* report = nullptr) {
     return read_mesh_from_memory(bytes_of(text), MeshFormat::ply, "the-file", report);
 }
-std::string complaint(const std::string& text) {
+std::string ply_complaint(const std::string& text) {
     return io::complaint(text, MeshFormat::ply);
 }
 
@@ -88,7 +88,8 @@ TEST(ReadPly, EveryTypeAndByteOrderGivesTheSameMesh) {
             for (const char* length : {"uint8", "int", "uint16"})
                 for (const char* index : {"char", "uint8", "short", "uint16", "int", "uint32"}) {
                     ReadMeshReport report;
-                    const geometry::TriangleMesh mesh = read(binary_box(big, number, length, index), &report);
+                    const geometry::TriangleMesh mesh =
+                        read_ply(binary_box(big, number, length, index), &report);
                     EXPECT_EQ(mesh.positions, box.positions) << big << number << length << index;
                     EXPECT_EQ(mesh.triangles, box.triangles) << big << number << length << index;
                     EXPECT_EQ(report.notes.size(), 2U);
@@ -101,13 +102,13 @@ TEST(ReadPly, AsciiWithPolygonsUnknownsAndLineEnds) {
                "obj_info by hand\nelement edge 1\nproperty int a\nproperty int b\nelement vertex 4\n" +
                    float_vertices + "property uchar red\nelement face 1\n" + int_faces) +
         "0 1\n0 0 0 9\n1 0 0 9\n1 1 0 9\n0 1 0 9\n4 0 1 2 3\n\n";
-    const geometry::TriangleMesh mesh = read(text);
+    const geometry::TriangleMesh mesh = read_ply(text);
     EXPECT_EQ(mesh.triangles, (std::vector<geometry::Triangle>{{0, 1, 2}, {0, 2, 3}}));
     EXPECT_EQ(mesh.positions[2], Vec3(1, 1, 0));
     for (const std::string end : {"\r\n", "\r"}) {
         std::string other;
         for (const char c : text) other += c == '\n' ? end : std::string(1, c);
-        EXPECT_EQ(read(other).triangles, mesh.triangles);
+        EXPECT_EQ(read_ply(other).triangles, mesh.triangles);
     }
 }
 
@@ -123,59 +124,62 @@ TEST(ReadPly, BinaryDataMayBeginWithALineEndsByte) {
         text += std::string("\1\2\3\3\2\2", 6);
         text += '\3';
         for (const std::int32_t v : {0, 1, 2}) put(text, v);
-        EXPECT_EQ(read(text).positions[0], Vec3(10, 13, 10));
+        EXPECT_EQ(read_ply(text).positions[0], Vec3(10, 13, 10));
     }
 }
 
 TEST(ReadPly, FacesMayComeFirst) {
     const std::string text =
         header("ascii", "element face 1\n" + int_faces + "element vertex 4\n" + float_vertices);
-    EXPECT_EQ(read(text + "3 1 2 3\n" + square).triangles[0], (geometry::Triangle{1, 2, 3}));
-    EXPECT_THAT(complaint(text + "3 1 2 4\n" + square),
+    EXPECT_EQ(read_ply(text + "3 1 2 3\n" + square).triangles[0], (geometry::Triangle{1, 2, 3}));
+    EXPECT_THAT(ply_complaint(text + "3 1 2 4\n" + square),
                 HasSubstr("face corner 4 is out of range: there are 4"));
 }
 
 TEST(ReadPly, SaysWhereAndWhatIsWrong) {
-    EXPECT_THAT(complaint("plx\n"), HasSubstr("the-file:1: the file does not begin with a line 'ply'"));
-    EXPECT_THAT(complaint("ply\nformat ascii 1.0\n"), HasSubstr("within the header"));
-    EXPECT_THAT(complaint("ply\nformat ascii 1.1\n"), HasSubstr("version '1.1'"));
-    EXPECT_THAT(complaint("ply\nformat text 1.0\n"), HasSubstr("the-file:2: unknown format 'text'"));
-    EXPECT_THAT(complaint(header("ascii", "")), HasSubstr("no element 'vertex'"));
-    EXPECT_THAT(complaint(header("ascii", "element vertex -1\n")), HasSubstr("count '-1'"));
-    EXPECT_THAT(complaint(header("ascii", "property int x\n")), HasSubstr("before the first element"));
-    EXPECT_THAT(complaint(header("ascii", "element vertex 1\nproperty quad x\n")), HasSubstr("type 'quad'"));
-    EXPECT_THAT(complaint(header("ascii", "element vertex 1\nproperty int x\nproperty int x\n")),
+    EXPECT_THAT(ply_complaint("plx\n"), HasSubstr("the-file:1: the file does not begin with a line 'ply'"));
+    EXPECT_THAT(ply_complaint("ply\nformat ascii 1.0\n"), HasSubstr("within the header"));
+    EXPECT_THAT(ply_complaint("ply\nformat ascii 1.1\n"), HasSubstr("version '1.1'"));
+    EXPECT_THAT(ply_complaint("ply\nformat text 1.0\n"), HasSubstr("the-file:2: unknown format 'text'"));
+    EXPECT_THAT(ply_complaint(header("ascii", "")), HasSubstr("no element 'vertex'"));
+    EXPECT_THAT(ply_complaint(header("ascii", "element vertex -1\n")), HasSubstr("count '-1'"));
+    EXPECT_THAT(ply_complaint(header("ascii", "property int x\n")), HasSubstr("before the first element"));
+    EXPECT_THAT(ply_complaint(header("ascii", "element vertex 1\nproperty quad x\n")),
+                HasSubstr("type 'quad'"));
+    EXPECT_THAT(ply_complaint(header("ascii", "element vertex 1\nproperty int x\nproperty int x\n")),
                 HasSubstr("twice"));
-    EXPECT_THAT(complaint(header("ascii", "element vertex 1\nproperty int x\nproperty int y\n") + "1 2\n"),
-                HasSubstr("no number 'z'"));
-    EXPECT_THAT(complaint(header("ascii", "element vertex 0\n" + float_vertices)), HasSubstr("no triangles"));
-    EXPECT_THAT(complaint(ascii_square("3 0 1 4\n")),
+    EXPECT_THAT(
+        ply_complaint(header("ascii", "element vertex 1\nproperty int x\nproperty int y\n") + "1 2\n"),
+        HasSubstr("no number 'z'"));
+    EXPECT_THAT(ply_complaint(header("ascii", "element vertex 0\n" + float_vertices)),
+                HasSubstr("no triangles"));
+    EXPECT_THAT(ply_complaint(ascii_square("3 0 1 4\n")),
                 HasSubstr("the-file:15: face corner 4 is out of range: there are 4"));
-    EXPECT_THAT(complaint(ascii_square("3 0 1 -1\n")), HasSubstr("face corner -1"));
-    EXPECT_THAT(complaint(ascii_square("2 0 1\n")), HasSubstr("a face has 2 corners"));
-    EXPECT_THAT(complaint(ascii_square("3 0 1\n")), HasSubstr("ends within a face"));
-    EXPECT_THAT(complaint(ascii_square("3 0 1 2\n3 0 1 2\n")), HasSubstr("'3' follows the last element"));
-    EXPECT_THAT(complaint(ascii_square("3 0 1 2\n", "2")), HasSubstr("ends within"));
-    EXPECT_THAT(complaint(ascii_square("3 0 1 2\n", "1000000000000")),
+    EXPECT_THAT(ply_complaint(ascii_square("3 0 1 -1\n")), HasSubstr("face corner -1"));
+    EXPECT_THAT(ply_complaint(ascii_square("2 0 1\n")), HasSubstr("a face has 2 corners"));
+    EXPECT_THAT(ply_complaint(ascii_square("3 0 1\n")), HasSubstr("ends within a face"));
+    EXPECT_THAT(ply_complaint(ascii_square("3 0 1 2\n3 0 1 2\n")), HasSubstr("'3' follows the last element"));
+    EXPECT_THAT(ply_complaint(ascii_square("3 0 1 2\n", "2")), HasSubstr("ends within"));
+    EXPECT_THAT(ply_complaint(ascii_square("3 0 1 2\n", "1000000000000")),
                 HasSubstr("claims 1000000000000 of element 'face'"));
-    EXPECT_THAT(complaint(ascii_square("1000000000 0 1 2\n")), HasSubstr("length 1000000000"));
-    EXPECT_THAT(complaint(header("ascii", "element vertex 1\n" + float_vertices) + "0 inf 0\n"),
+    EXPECT_THAT(ply_complaint(ascii_square("1000000000 0 1 2\n")), HasSubstr("length 1000000000"));
+    EXPECT_THAT(ply_complaint(header("ascii", "element vertex 1\n" + float_vertices) + "0 inf 0\n"),
                 HasSubstr("'inf'"));
 }
 
 TEST(ReadPly, BinaryErrorsNameTheByte) {
     const std::string good = binary_box(false, "float", "uint8", "int");
-    EXPECT_NO_THROW(read(good));
-    EXPECT_NO_THROW(read(good + "\n"));
-    EXPECT_THAT(complaint(good + "x"), HasSubstr("bytes behind the last element"));
-    EXPECT_THAT(complaint(good.substr(0, good.size() - 1)),
+    EXPECT_NO_THROW(read_ply(good));
+    EXPECT_NO_THROW(read_ply(good + "\n"));
+    EXPECT_THAT(ply_complaint(good + "x"), HasSubstr("bytes behind the last element"));
+    EXPECT_THAT(ply_complaint(good.substr(0, good.size() - 1)),
                 HasSubstr(" at byte " + std::to_string(good.size() - 4)));
     std::string wrong = good;
     wrong[good.size() - 4] = 8;
-    EXPECT_THAT(complaint(wrong), HasSubstr("face corner 8 is out of range: there are 8"));
+    EXPECT_THAT(ply_complaint(wrong), HasSubstr("face corner 8 is out of range: there are 8"));
     const std::string claim = header("binary_little_endian", "element vertex 4000000000\n" + float_vertices +
                                                                  "element face 1\n" + int_faces);
-    EXPECT_THAT(complaint(claim + "0123456789ab"), HasSubstr("the-file:4: the header claims 4000000000"));
+    EXPECT_THAT(ply_complaint(claim + "0123456789ab"), HasSubstr("the-file:4: the header claims 4000000000"));
 }
 
 TEST(ReadSurface, AttributesAreOptionalAndCheckedOnlyThere) {
@@ -188,7 +192,7 @@ TEST(ReadSurface, AttributesAreOptionalAndCheckedOnlyThere) {
                square + "4 0 1 2 3 1\n3 0 1 2 " + origin + "\n";
     };
     const std::string odd = with_origin("7");
-    EXPECT_EQ(read(odd).triangles.size(), 3U);
+    EXPECT_EQ(read_ply(odd).triangles.size(), 3U);
     EXPECT_THROW(read_surface_from_memory(bytes_of(odd), "the-file"), InputError);
     using geometry::Origin;
     const std::string good = with_origin("0");

@@ -12,10 +12,10 @@ using ::testing::HasSubstr;
 
 namespace {
 
-geometry::TriangleMesh read(const std::string& text, ReadMeshReport* report = nullptr) {
+geometry::TriangleMesh read_stl(const std::string& text, ReadMeshReport* report = nullptr) {
     return read_mesh_from_memory(bytes_of(text), MeshFormat::stl, "the-file", report);
 }
-std::string complaint(const std::string& text) {
+std::string stl_complaint(const std::string& text) {
     return io::complaint(text, MeshFormat::stl);
 }
 
@@ -52,7 +52,7 @@ TEST(ReadStl, BothFormsGiveTheClosedMesh) {
     // Many binary files begin with "solid": that word alone tells nothing.
     for (const std::string& file :
          {binary_stl(box, "solid box"), binary_stl(box, ""), ascii_stl(box), ascii_stl(box) + "\n\n"}) {
-        const geometry::TriangleMesh mesh = read(file);
+        const geometry::TriangleMesh mesh = read_stl(file);
         EXPECT_EQ(mesh.positions.size(), 8U);
         EXPECT_EQ(mesh.triangles.size(), 12U);
         EXPECT_TRUE(geometry::check_mesh(mesh).valid());
@@ -63,7 +63,7 @@ TEST(ReadStl, BothFormsGiveTheClosedMesh) {
 TEST(ReadStl, SeveralSolidsAreOneMesh) {
     geometry::TriangleMesh far = box_mesh();
     for (Vec3& p : far.positions) p[0] += 3;
-    EXPECT_DOUBLE_EQ(read(ascii_stl(box_mesh()) + ascii_stl(far)).volume(), 2);
+    EXPECT_DOUBLE_EQ(read_stl(ascii_stl(box_mesh()) + ascii_stl(far)).volume(), 2);
 }
 
 TEST(ReadStl, CollapsedTrianglesAreLeftOutAndNoted) {
@@ -71,7 +71,7 @@ TEST(ReadStl, CollapsedTrianglesAreLeftOutAndNoted) {
     mesh.positions.push_back(mesh.positions[0]);
     mesh.triangles.push_back({0, 8, 1});
     ReadMeshReport report;
-    EXPECT_EQ(read(binary_stl(mesh, ""), &report).triangles.size(), 12U);
+    EXPECT_EQ(read_stl(binary_stl(mesh, ""), &report).triangles.size(), 12U);
     ASSERT_EQ(report.notes.size(), 1U);
     EXPECT_THAT(report.notes[0], HasSubstr("1 triangles"));
 }
@@ -84,25 +84,26 @@ TEST(ReadStl, ContentTellsTheFormatWithoutAnExtension) {
 
 TEST(ReadStl, SaysWhereAndWhatIsWrong) {
     const std::string binary = binary_stl(box_mesh(), "solid");
-    EXPECT_THAT(complaint(binary.substr(0, binary.size() - 1)),
+    EXPECT_THAT(stl_complaint(binary.substr(0, binary.size() - 1)),
                 HasSubstr("12 triangles, which take 684 bytes, but there are 683"));
-    EXPECT_THAT(complaint(binary + "x"), HasSubstr("there are 685"));
-    EXPECT_THAT(complaint(binary_stl({}, "")), HasSubstr("no triangles"));
-    EXPECT_THAT(complaint("short"), HasSubstr("5 bytes"));
+    EXPECT_THAT(stl_complaint(binary + "x"), HasSubstr("there are 685"));
+    EXPECT_THAT(stl_complaint(binary_stl({}, "")), HasSubstr("no triangles"));
+    EXPECT_THAT(stl_complaint("short"), HasSubstr("5 bytes"));
     std::string claim(80, ' ');
     put(claim, std::uint32_t{0xffffffff});
-    EXPECT_THAT(complaint(claim), HasSubstr("at byte 80: the header says 4294967295"));
+    EXPECT_THAT(stl_complaint(claim), HasSubstr("at byte 80: the header says 4294967295"));
     geometry::TriangleMesh endless = box_mesh();
     endless.positions[7][1] = std::numeric_limits<double>::infinity();
-    EXPECT_THAT(complaint(binary_stl(endless, "")),
+    EXPECT_THAT(stl_complaint(binary_stl(endless, "")),
                 HasSubstr("the-file at byte 224: a coordinate of triangle 2 is inf"));
     const std::string text = ascii_stl(box_mesh());
-    EXPECT_THAT(complaint(text.substr(0, text.rfind("endfacet"))),
+    EXPECT_THAT(stl_complaint(text.substr(0, text.rfind("endfacet"))),
                 HasSubstr("the file ends where endfacet should be"));
-    EXPECT_THAT(complaint("solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 x\n"),
+    EXPECT_THAT(stl_complaint("solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 x\n"),
                 HasSubstr("the-file:4: 'x' is not a number (z)"));
-    EXPECT_THAT(complaint("solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nendloop\n"),
+    EXPECT_THAT(stl_complaint("solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nendloop\n"),
                 HasSubstr("the-file:5: 'endloop' stands where vertex should be"));
-    EXPECT_THAT(complaint("solid\nendsolid\n"), HasSubstr("no triangles"));
-    EXPECT_THAT(complaint("solid\nendsolid\nrubbish\n"), HasSubstr("'rubbish' stands where solid should be"));
+    EXPECT_THAT(stl_complaint("solid\nendsolid\n"), HasSubstr("no triangles"));
+    EXPECT_THAT(stl_complaint("solid\nendsolid\nrubbish\n"),
+                HasSubstr("'rubbish' stands where solid should be"));
 }

@@ -83,7 +83,7 @@ void expect_close(const Found& a, const Found& b, double tolerance) {
     EXPECT_NEAR(a.square, b.square, 1e-5 * a.square);
 }
 
-Specimen scattered(int count, std::uint64_t seed, const Parallel& parallel) {
+Specimen scattered_specimen(int count, std::uint64_t seed, const Parallel& parallel) {
     Random random(seed);
     Specimen body;
     for (int i = 0; i < count; ++i) body.add(random_vector(random, 0.2), 0.05, i % 2);
@@ -101,7 +101,7 @@ TEST(Sliced, EqualsDoublePrecision) {
         if (trial % 4 == 1) material.model = MaterialModel::st_venant_kirchhoff;
         if (trial % 4 == 2) material.volume_stiffness = 1e5;
         if (trial % 8 == 3) material.plasticity = Plasticity{};
-        Specimen body = trial % 3 == 2 ? scattered(200, static_cast<std::uint64_t>(trial), parallel)
+        Specimen body = trial % 3 == 2 ? scattered_specimen(200, static_cast<std::uint64_t>(trial), parallel)
                                        : block(3 + trial % 7, 4, 3 + trial % 5, 0.05, material, parallel);
         body.material = material;
         if (trial % 2 == 1) fixtures::cut_randomly(body, 8, 0.1, static_cast<std::uint64_t>(trial), parallel);

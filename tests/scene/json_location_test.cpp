@@ -12,7 +12,7 @@
 namespace splitcubes::scene {
 namespace {
 
-std::string error_of(std::string_view text, int max_depth = 32) {
+std::string json_error_of(std::string_view text, int max_depth = 32) {
     try {
         check_json(text, "file", max_depth);
     } catch (const InputError& error) {
@@ -81,7 +81,7 @@ TEST(JsonLocation, finds_the_line_of_everything) {
     std::size_t checked = 0;
     for (std::uint64_t seed = 1; seed <= 300; ++seed) {
         const RandomText random(seed);
-        ASSERT_EQ(error_of(random.text), "") << random.text;
+        ASSERT_EQ(json_error_of(random.text), "") << random.text;
         ASSERT_TRUE(nlohmann::json::accept(random.text, true)) << random.text;
         for (const auto& [path, line] : random.lines) {
             ASSERT_EQ(line_of(random.text, path), line) << to_string(path) << "\n" << random.text;
@@ -118,7 +118,7 @@ TEST(JsonLocation, agrees_with_the_json_library_on_damaged_texts) {
             if (how == 2) text[at] = put;
             if (how == 3 && random.bits() % 8 == 0) text.resize(at + 1);
         }
-        const std::string error = error_of(text);
+        const std::string error = json_error_of(text);
         const bool library = nlohmann::json::accept(text, true);
         const bool stricter =
             error.find("twice") != std::string::npos || error.find("deep") != std::string::npos;
@@ -131,34 +131,35 @@ TEST(JsonLocation, agrees_with_the_json_library_on_damaged_texts) {
 
 TEST(JsonLocation, names_line_problem_and_remedy) {
     using testing::HasSubstr;
-    EXPECT_THAT(error_of("{\n\"a\": 1\n\"b\": 2}"), HasSubstr("file:3: ',' or '}' is missing before '\"'"));
-    EXPECT_THAT(error_of("{\"a\": 1,\n}"), HasSubstr("file:2"));
-    EXPECT_THAT(error_of("{\"a\": 1,\n}"), HasSubstr("remove the comma"));
-    EXPECT_THAT(error_of("[1,\n]"), HasSubstr("remove the comma"));
-    EXPECT_THAT(error_of("{\"a\":1,\n\n\"a\":2}"),
+    EXPECT_THAT(json_error_of("{\n\"a\": 1\n\"b\": 2}"),
+                HasSubstr("file:3: ',' or '}' is missing before '\"'"));
+    EXPECT_THAT(json_error_of("{\"a\": 1,\n}"), HasSubstr("file:2"));
+    EXPECT_THAT(json_error_of("{\"a\": 1,\n}"), HasSubstr("remove the comma"));
+    EXPECT_THAT(json_error_of("[1,\n]"), HasSubstr("remove the comma"));
+    EXPECT_THAT(json_error_of("{\"a\":1,\n\n\"a\":2}"),
                 HasSubstr("file:3: key 'a' stands twice in one object, first on line 1"));
-    EXPECT_THAT(error_of("\n[01]"), HasSubstr("file:2: '01' is no number"));
-    EXPECT_THAT(error_of("[1e999]"), HasSubstr("number 1e999 is out of range"));
-    EXPECT_THAT(error_of("[yes]"), HasSubstr("there is 'yes'"));
-    EXPECT_THAT(error_of("/* \n"), HasSubstr("a comment that is not closed"));
-    EXPECT_THAT(error_of("[\"abc\n"), HasSubstr("not closed by a quote"));
-    EXPECT_THAT(error_of("[\"\x80\"]"), HasSubstr("not UTF-8"));
-    EXPECT_THAT(error_of(""), HasSubstr("no JSON value"));
-    EXPECT_THAT(error_of("{} 3"), HasSubstr("after the end"));
+    EXPECT_THAT(json_error_of("\n[01]"), HasSubstr("file:2: '01' is no number"));
+    EXPECT_THAT(json_error_of("[1e999]"), HasSubstr("number 1e999 is out of range"));
+    EXPECT_THAT(json_error_of("[yes]"), HasSubstr("there is 'yes'"));
+    EXPECT_THAT(json_error_of("/* \n"), HasSubstr("a comment that is not closed"));
+    EXPECT_THAT(json_error_of("[\"abc\n"), HasSubstr("not closed by a quote"));
+    EXPECT_THAT(json_error_of("[\"\x80\"]"), HasSubstr("not UTF-8"));
+    EXPECT_THAT(json_error_of(""), HasSubstr("no JSON value"));
+    EXPECT_THAT(json_error_of("{} 3"), HasSubstr("after the end"));
 }
 
 TEST(JsonLocation, escaped_keys_are_the_same_key) {
-    EXPECT_NE(error_of(R"({"a": 1, "\u0061": 2})"), "");
+    EXPECT_NE(json_error_of(R"({"a": 1, "\u0061": 2})"), "");
 }
 
 TEST(JsonLocation, nesting_is_bounded) {
     const auto nested = [](std::size_t depth) { return std::string(depth, '[') + std::string(depth, ']'); };
-    EXPECT_EQ(error_of(nested(33)), "");
-    EXPECT_THAT(error_of(nested(34)), testing::HasSubstr("32 deep"));
-    EXPECT_NE(error_of(std::string(1000000, '[')), "");
+    EXPECT_EQ(json_error_of(nested(33)), "");
+    EXPECT_THAT(json_error_of(nested(34)), testing::HasSubstr("32 deep"));
+    EXPECT_NE(json_error_of(std::string(1000000, '[')), "");
     std::string keys = "{\"x\":0";
     for (int i = 0; i < 2000; ++i) keys += ",\"" + std::to_string(i) + "\":0";
-    EXPECT_THAT(error_of(keys + "}"), testing::HasSubstr("more than 1000 keys"));
+    EXPECT_THAT(json_error_of(keys + "}"), testing::HasSubstr("more than 1000 keys"));
 }
 
 TEST(JsonPath, reads_what_it_writes) {

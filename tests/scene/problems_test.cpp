@@ -170,7 +170,7 @@ const std::string two_bodies = R"json({
   "constraints": [{"body": "b", "kind": "hold", "region": {"sphere": {"center": [0, 0, 0], "radius": 1}}}]
 })json";
 
-std::string with(const std::string& old_text, const std::string& new_text) {
+std::string with_line(const std::string& old_text, const std::string& new_text) {
     std::string text = two_bodies;
     return text.replace(text.find(old_text), old_text.size(), new_text);
 }
@@ -178,30 +178,30 @@ std::string with(const std::string& old_text, const std::string& new_text) {
 TEST(SceneProblems, what_follows_from_a_fault_is_not_told) {
     EXPECT_THAT(problems(two_bodies), IsEmpty());
     // A key by another name is unknown and missing; the name of a body is asked for elsewhere.
-    EXPECT_THAT(problems(with("\"radius\": 1", "\"size\": 1")),
+    EXPECT_THAT(problems(with_line("\"radius\": 1", "\"size\": 1")),
                 ElementsAre(HasSubstr("unknown key 'size'; did you mean 'radius', which is needed?")));
-    EXPECT_THAT(problems(with("\"name\": \"b\"", "\"name\": 3")), SizeIs(1));
-    EXPECT_THAT(problems(with("\"name\": \"b\"", "\"nmae\": \"b\"")),
+    EXPECT_THAT(problems(with_line("\"name\": \"b\"", "\"name\": 3")), SizeIs(1));
+    EXPECT_THAT(problems(with_line("\"name\": \"b\"", "\"nmae\": \"b\"")),
                 ElementsAre(HasSubstr("did you mean 'name'?")));
-    EXPECT_THAT(problems(with("\"sphere\": {\"radius\": 1}", "\"ball\": {\"radius\": 1}")), SizeIs(1));
-    EXPECT_THAT(problems(with("\"shape\": {\"sphere\": {\"radius\": 1}}", "\"shape\": []")), SizeIs(1));
+    EXPECT_THAT(problems(with_line("\"sphere\": {\"radius\": 1}", "\"ball\": {\"radius\": 1}")), SizeIs(1));
+    EXPECT_THAT(problems(with_line("\"shape\": {\"sphere\": {\"radius\": 1}}", "\"shape\": []")), SizeIs(1));
     EXPECT_THAT(problems("[]"), SizeIs(1));
     EXPECT_THAT(problems("{}"), ElementsAre("x.json:1: the scene has no 'bodies'; add it, it is needed"));
     // Two faults in one object are two.
-    EXPECT_THAT(problems(with("\"radius\": 1", "\"size\": 1, \"colour\": 2")), SizeIs(2));
+    EXPECT_THAT(problems(with_line("\"radius\": 1", "\"size\": 1, \"colour\": 2")), SizeIs(2));
 }
 
 TEST(SceneProblems, missing_files_are_told_together) {
     const std::string mesh = R"("shape": {"mesh": {"file": "missing.obj"}})";
     const std::string sphere = R"("shape": {"sphere": {"radius": 1}})";
-    std::string text = with(sphere, mesh);
+    std::string text = with_line(sphere, mesh);
     text.replace(text.find(sphere), sphere.size(), mesh);
     EXPECT_THAT(problems(text), ElementsAre(HasSubstr("bodies[0].shape.mesh.file is \"missing.obj\""),
                                             HasSubstr("bodies[1].shape.mesh.file is \"missing.obj\"")));
 }
 
 TEST(SceneProblems, options_are_told_after_the_lines_of_the_file) {
-    EXPECT_THAT(problems(with("\"hold\"", "\"holt\""),
+    EXPECT_THAT(problems(with_line("\"hold\"", "\"holt\""),
                          {"bodies[7].cells=3", "time_step=0", "no equals sign", "bodies[0].cels=9"}),
                 ElementsAre(StartsWith("x.json:6: constraints[0].kind"),
                             HasSubstr("--set time_step=0: time_step is 0"),

@@ -84,7 +84,7 @@ SceneDescription parse(const Json& json) {
     return parse_scene_text(json.dump(1), "x.json", SPLITCUBES_SCENES);
 }
 
-std::string error_of(const Json& json) {
+std::string schema_error_of(const Json& json) {
     try {
         parse(json);
     } catch (const InputError& error) {
@@ -151,7 +151,7 @@ TEST(Schema, all_of_it_is_in_the_full_scenes) {
                 << kind.object << "." << key;
         }
     }
-    for (const Json& scene : full_scenes()) EXPECT_EQ(error_of(scene), "");
+    for (const Json& scene : full_scenes()) EXPECT_EQ(schema_error_of(scene), "");
 }
 
 // Just outside each bound is refused; on it, if it belongs to the range, the
@@ -167,9 +167,9 @@ TEST(Schema, bounds_are_the_bounds_of_the_parser) {
         const Json outside = Json(std::nextafter(limit.get<double>(), outwards * 1e300));
         const Json farther = Json(limit.get<double>() + beyond);
         for (const Json& bad : {outside, farther, open ? limit : farther}) {
-            EXPECT_NE(error_of(changed(scene, p.pointer, bad)), "") << p.pointer << " " << bad;
+            EXPECT_NE(schema_error_of(changed(scene, p.pointer, bad)), "") << p.pointer << " " << bad;
         }
-        const std::string on_it = error_of(changed(scene, p.pointer, limit));
+        const std::string on_it = schema_error_of(changed(scene, p.pointer, limit));
         EXPECT_EQ(on_it.find("out of range") != std::string::npos, open) << p.pointer << " " << on_it;
     };
     for_each_property([&](const Json& scene, const Property& p) {
@@ -198,13 +198,14 @@ TEST(Schema, wrong_types_are_refused_and_named) {
         for (const Json& wrong :
              {Json("no such thing"), Json(0.123), Json(true), Json::array({1, 2, 3, 4}), Json{{"zzz", 1}}}) {
             if (wrong.type() == good.type() || (wrong.is_number() && good.is_number())) continue;
-            const std::string error = error_of(changed(scene, p.pointer, wrong));
+            const std::string error = schema_error_of(changed(scene, p.pointer, wrong));
             EXPECT_THAT(error, HasSubstr("x.json:")) << p.pointer << " " << wrong;
             EXPECT_THAT(error, HasSubstr(p.key)) << p.pointer << " " << wrong;
             ++count;
         }
         if (p.rule.contains("enum") && good.is_string()) {
-            EXPECT_THAT(error_of(changed(scene, p.pointer, "zzz")), HasSubstr("\"zzz\", which is unknown"));
+            EXPECT_THAT(schema_error_of(changed(scene, p.pointer, "zzz")),
+                        HasSubstr("\"zzz\", which is unknown"));
         }
     });
     EXPECT_GT(count, 500u);
@@ -213,7 +214,7 @@ TEST(Schema, wrong_types_are_refused_and_named) {
 TEST(Schema, unknown_keys_are_refused_in_every_object) {
     for_each_property([&](const Json& scene, const Property& p) {
         if (!scene[p.pointer].is_object()) return;
-        const std::string error = error_of(changed(scene, p.pointer / "zzzzzz", 1));
+        const std::string error = schema_error_of(changed(scene, p.pointer / "zzzzzz", 1));
         EXPECT_THAT(error, HasSubstr("unknown key 'zzzzzz'")) << p.pointer;
         // The key is put last: its line is one above that of the closing brace.
         const std::string text = changed(scene, p.pointer / "zzzzzz", 1).dump(1);
@@ -232,7 +233,7 @@ TEST(Schema, required_keys_are_those_of_the_parser) {
         const Json& object = p.object == "scene" ? schema() : schema()["$defs"][p.object];
         const Json required = object.value("required", Json::array());
         const bool needed = std::find(required.begin(), required.end(), p.key) != required.end();
-        const std::string error = error_of(without(scene, p));
+        const std::string error = schema_error_of(without(scene, p));
         if (object.contains("minProperties")) {
             EXPECT_THAT(error, HasSubstr("exactly one of")) << p.pointer;
         } else if (needed) {
