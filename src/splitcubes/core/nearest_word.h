@@ -1,0 +1,19 @@
+// The known word that a mistyped one was meant to be.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace splitcubes {
+
+/// Letters to insert, leave out, replace or swap with the next one to make one word of the other
+/// (optimal string alignment distance).
+std::size_t typing_distance(std::string_view a, std::string_view b);
+
+/// Of the known words the nearest to `word`, the first of several; one that `word` begins counts as
+/// near. Empty where none is near enough to be meant: more than a third of its letters differ.
+std::string nearest_word(std::string_view word, const std::vector<std::string>& known);
+
+}  // namespace splitcubes
