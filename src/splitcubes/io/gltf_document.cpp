@@ -112,11 +112,10 @@ void GltfDocument::parse_json(std::string_view text, std::size_t offset) {
     try {
         root_ = Json::parse(text);
     } catch (const Json::parse_error& error) {
-        throw InputError(at_byte(name_, offset + error.byte),
-                         "the JSON is malformed (" + std::string(error.what()) + ")",
+        throw InputError(at_byte(name_, offset + error.byte), "the JSON is malformed",
                          "the file was cut off or is damaged");
-    } catch (const Json::exception& error) {
-        throw InputError(name_, "the JSON is malformed (" + std::string(error.what()) + ")", "");
+    } catch (const Json::exception&) {
+        throw InputError(name_, "its JSON holds a number that is too large", "the file is damaged");
     }
     if (!root_.is_object()) throw InputError(name_, "the JSON is no object", "the file is no glTF");
 }

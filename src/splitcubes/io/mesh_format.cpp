@@ -1,5 +1,6 @@
 #include <splitcubes/io/mesh_format.h>
 #include <splitcubes/io/mesh_readers.h>
+#include <splitcubes/io/text_encoding.h>
 
 #include <algorithm>
 #include <array>
@@ -41,6 +42,7 @@ bool looks_like_obj(std::string_view text) {
 }  // namespace
 
 std::optional<MeshFormat> format_of_content(std::span<const std::byte> bytes) {
+    bytes = without_byte_order_mark(bytes);
     const std::string_view text = as_text(bytes);
     if (text.starts_with("ply\n") || text.starts_with("ply\r")) return MeshFormat::ply;
     if (text.starts_with("glTF")) return MeshFormat::gltf;

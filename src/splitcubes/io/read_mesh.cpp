@@ -3,6 +3,7 @@
 #include <splitcubes/io/mesh_readers.h>
 #include <splitcubes/io/read_mesh.h>
 #include <splitcubes/io/read_surface.h>
+#include <splitcubes/io/text_encoding.h>
 
 #include <algorithm>
 #include <cmath>
@@ -23,6 +24,8 @@ constexpr std::uintmax_t max_file_bytes = std::uintmax_t{16} << 30;
 Model read_bytes(Bytes bytes, MeshFormat format, const std::string& name, const fs::path& folder,
                  ReadMeshReport* report) {
     if (bytes.empty()) throw InputError(name, "is empty", "give a file with a triangle mesh");
+    if (is_utf16(bytes)) throw InputError(name, "is text in UTF-16", "save it as UTF-8 or plain ASCII");
+    bytes = without_byte_order_mark(bytes);
     ReadMeshReport ignored;
     ReadMeshReport& notes = report ? *report : ignored;
     switch (format) {

@@ -2,6 +2,7 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/io/mesh_readers.h>
 #include <splitcubes/io/text_cursor.h>
+#include <splitcubes/io/text_encoding.h>
 
 #include <algorithm>
 #include <array>
@@ -57,7 +58,10 @@ class MtlReader {
   public:
     MtlReader(Bytes bytes, const std::string& name, const std::filesystem::path& folder,
               std::vector<Material>& materials, ReadMeshReport& report)
-        : cursor_(as_text(bytes), name), folder_(folder), materials_(materials), report_(report) {
+        : cursor_(as_text(without_byte_order_mark(bytes)), name),
+          folder_(folder),
+          materials_(materials),
+          report_(report) {
         for (std::size_t k = 0; k < materials.size(); ++k) number_.emplace(materials[k].name, k);
     }
 
