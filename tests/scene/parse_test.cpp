@@ -264,6 +264,23 @@ TEST(Overrides, change_add_and_take_out) {
     EXPECT_EQ(parse(small_scene, {"ground={}"}).ground, GroundDescription{});
 }
 
+// Keys that exclude each other: the override takes the place of what the file says, and of an
+// earlier override.
+TEST(Overrides, replace_what_says_the_same_in_another_way) {
+    EXPECT_EQ(parse(full_scene, {"duration=1"}).frames, 100);
+    EXPECT_EQ(parse(full_scene, {"duration=1", "frames=3"}).frames, 3);
+    EXPECT_EQ(parse(full_scene, {"frames=3", "duration=1"}).frames, 100);
+    EXPECT_EQ(parse(full_scene, {"duration=null"}).frames, parse(full_scene).frames);
+    EXPECT_EQ(parse(full_scene, {"bodies[0].cell_size=0.25"}).bodies[0].cell_size, 0.25);
+    EXPECT_EQ(parse(full_scene, {"bodies[1].cells=12"}).bodies[1].cells, 12);
+    EXPECT_EQ(parse(full_scene, {"bodies[1].cells=12"}).bodies[1].cell_size, std::nullopt);
+    EXPECT_EQ(parse(full_scene, {"bodies[0].phyxel_spacing=0.5"}).bodies[0].phyxel_count, std::nullopt);
+    // Values given whole stand as they are.
+    EXPECT_THAT(error_of(full_scene, {"bodies[1]={\"name\": \"b\", \"shape\": {\"sphere\": {\"radius\": 1}}, "
+                                      "\"cells\": 9, \"cell_size\": 1}"}),
+                HasSubstr("is given beside"));
+}
+
 TEST(Overrides, errors_name_the_option) {
     const std::vector<std::pair<std::string, std::string>> cases = {
         {"frames", "--set frames: has no '='"},
@@ -272,7 +289,6 @@ TEST(Overrides, errors_name_the_option) {
         {"frames=1x", "--set frames=1x: '1x' is no number"},
         {"frames=", "--set frames=: there is no JSON value"},
         {"frames=duck", "--set frames=duck: frames is \"duck\", a text"},
-        {"duration=1", "--set duration=1: duration is given beside 'frames'"},
         {"bodies[9].cells=3", "--set bodies[9].cells=3: there is no element [9], the scene has 9"},
         {"bodies.cells=3", "--set bodies.cells=3: the scene has no object that 'cells' could be in"},
         {"solver.tolerence=3", "did you mean 'tolerance'?"},

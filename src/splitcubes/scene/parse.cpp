@@ -4,8 +4,11 @@
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/read_scene.h>
 
+#include <array>
 #include <fstream>
+#include <string_view>
 #include <system_error>
+#include <utility>
 
 namespace splitcubes::scene {
 
@@ -17,8 +20,8 @@ using Json = nlohmann::ordered_json;
 Json parse_checked(std::string_view text, const std::string& where) {
     try {
         return Json::parse(text, nullptr, true, true);
-    } catch (const Json::exception& error) {
-        throw InputError(where, std::string("cannot be read as JSON: ") + error.what(), "check its syntax");
+    } catch (const Json::exception&) {
+        throw InputError(where, "cannot be read as JSON", "check its syntax");
     }
 }
 
@@ -69,6 +72,20 @@ Json& step_into(Json& parent, const PathStep& step) {
     return parent[step.key];
 }
 
+// Keys that say the same in two ways (Object::not_both): an override of one takes the place of the other.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 4> alternatives = {
+    {{"frames", "duration"},
+     {"cells", "cell_size"},
+     {"phyxel_count", "phyxel_spacing"},
+     {"shape", "half_space"}}};
+
+void take_out_alternative(const std::string& key, Json& object) {
+    for (const auto& [one, other] : alternatives) {
+        if (key == one) object.erase(std::string(other));
+        if (key == other) object.erase(std::string(one));
+    }
+}
+
 void apply(const Override& change, Json value, Json& scene) {
     check_way(change, scene);
     Json* parent = &scene;
@@ -78,6 +95,7 @@ void apply(const Override& change, Json value, Json& scene) {
         parent->erase(last.key);
     } else {
         step_into(*parent, last) = std::move(value);
+        if (last.index < 0) take_out_alternative(last.key, *parent);
     }
 }
 
