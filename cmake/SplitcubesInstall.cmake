@@ -22,4 +22,5 @@ install(FILES ${CMAKE_BINARY_DIR}/splitcubesConfig.cmake ${CMAKE_BINARY_DIR}/spl
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/splitcubes)
 if(TARGET splitcubes_app)
   install(TARGETS splitcubes_app RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  include(SplitcubesManual)
 endif()

@@ -1,9 +1,11 @@
 #include "accuracy_bench.h"
+#include "command_line.h"
 #include "commands.h"
 #include "contact_bench.h"
 #include "criteria_bench.h"
 #include "mechanics_bench.h"
 #include "occlusion_bench.h"
+#include "output_targets.h"
 #include "paper_world.h"
 #include "report.h"
 #include "validation.h"
@@ -103,7 +105,7 @@ int bench_paper(const Options& options) {
         {"idle",
          {{"median_ms", quantile(sample.idle, 0.5)}, {"steps_per_second", 1e3 / quantile(sample.idle, 0.5)}}},
         {"stages", stages}};
-    std::cout << json.dump() << '\n';
+    std::cout << json_text(json) << '\n';
     write_json(options.json, json);
     return 0;
 }
@@ -127,7 +129,7 @@ int bench_criteria(const Options& options) {
                         {"ms", c.milliseconds}});
     }
     const Json json = {{"bench", "criteria"}, {"runs", options.runs}, {"criteria", rows}};
-    std::cout << json.dump() << '\n';
+    std::cout << json_text(json) << '\n';
     write_json(options.json, json);
     if (!options.plot.empty()) io::write_file(options.plot, criteria_plot(times));
     return 0;
@@ -157,7 +159,7 @@ int bench_validation(const Options& options) {
                         {"stiffness_seen", p.seen}});
     }
     const Json json = {{"bench", "validation"}, {"points", rows}};
-    std::cout << json.dump() << '\n';
+    std::cout << json_text(json) << '\n';
     write_json(options.json, json);
     if (!options.plot.empty()) io::write_file(options.plot, error_plot(points));
     return 0;
@@ -165,7 +167,7 @@ int bench_validation(const Options& options) {
 
 int bench_surface(const Options& options) {
     const Json json = bench_accuracy(options.meshes, Parallel(options.threads));
-    std::cout << json.dump() << '\n';
+    std::cout << json_text(json) << '\n';
     write_json(options.json, json);
     return 0;
 }
@@ -175,21 +177,21 @@ int bench_mechanics(const Options& options) {
     if (options.threads > 0) settings.threads = {options.threads};
     settings.runs = options.runs;
     const Json json = bench_mechanics(settings);
-    std::cout << json.dump() << '\n';
+    std::cout << json_text(json) << '\n';
     write_json(options.json, json);
     return 0;
 }
 
 int bench_contact_and_tearing(const Options& options) {
     const Json json = bench_contact(options.runs, options.threads, options.world);
-    std::cout << json.dump() << '\n';
+    std::cout << json_text(json) << '\n';
     write_json(options.json, json);
     return 0;
 }
 
 int bench(const Options& options) {
-    if (options.runs < 1) throw InputError("--runs", "must be at least 1");
     check_report_output(options.json);
+    check_output_file(options.plot, {".svg"});
     if (options.name == "surface") return bench_surface(options);
     if (!options.meshes.empty())
         throw InputError(options.meshes.front(), "is not asked for by benchmark '" + options.name + "'",
@@ -209,28 +211,28 @@ int bench(const Options& options) {
 
 }  // namespace
 
-void add_bench_command(CLI::App& app, Run& run) {
+void add_bench_command(CommandLine& line) {
     const auto options = std::make_shared<Options>();
-    CLI::App* command =
-        app.add_subcommand("bench", "Runs a benchmark; prints a table, then one line of JSON");
+    Command& command = line.add("bench", "Runs a benchmark; prints a table, then one line of JSON");
     command
-        ->add_option("name", options->name,
-                     "contact: what contact and tearing cost beside the rest of a step; "
-                     "criteria: what hides phyxels from each other, each timed on one cut; mechanics: the "
-                     "elastic step "
-                     "and what bounds it; occlusion: disks by backend; paper: the published size, a blade "
-                     "passing; surface: accuracy of surfaces; validation: linear "
-                     "elasticity")
-        ->required();
-    command->add_option("meshes", options->meshes, "Of surface: meshes to count folded triangles of, too");
-    command->add_option("--plot", options->plot,
-                        "Of validation: an SVG picture of the errors; of criteria: of the times");
-    command->add_option("--world", options->world, "Of contact: the only world to run (all)");
-    command->add_option("--threads", options->threads, "Threads (all; of mechanics: one, then two)")
-        ->check(CLI::Range(1, 1024));
-    command->add_option("--runs", options->runs, "Runs to take medians over (5)");
-    command->add_option("--json", options->json, "Writes the JSON to a file too");
-    command->callback([options, &run] { run = [options] { return bench(*options); }; });
+        .add_choice("NAME", "", options->name,
+                    {"contact", "criteria", "mechanics", "occlusion", "paper", "surface", "validation"},
+                    "contact: what contact and tearing cost beside the rest of a step; "
+                    "criteria: what hides phyxels from each other, each timed on one cut; mechanics: the "
+                    "elastic step and what bounds it; occlusion: disks by backend; paper: the published "
+                    "size, a blade passing; surface: accuracy of surfaces; validation: linear elasticity")
+        .required();
+    command.add_list("MESH", "", options->meshes, "Of surface: meshes to count folded triangles of, too");
+    command
+        .add_text("--plot", "FILE", options->plot,
+                  "Of validation: an SVG picture of the errors; of criteria: of the times")
+        .completes(files({"svg"}));
+    command.add_text("--world", "NAME", options->world, "Of contact: the only world to run (all)");
+    command.add_threads(options->threads, "Threads (all; of mechanics: one, then two)");
+    command.add_integer("--runs", "N", options->runs, {1, 10000}, "Runs to take medians over (5)");
+    command.add_text("--json", "FILE", options->json, "Writes the JSON to a file too").completes(files());
+    command.example("splitcubes bench paper");
+    command.run = [options] { return bench(*options); };
 }
 
 }  // namespace splitcubes::app

@@ -1,22 +1,20 @@
-// The commands of the program. Each adds itself to the command line and leaves
-// in `run` what to do when it is chosen; run returns the exit code.
+// The commands of the program. Each adds itself to the command line.
 #pragma once
-
-#include <CLI/CLI.hpp>
-#include <functional>
 
 namespace splitcubes::app {
 
-using Run = std::function<int()>;
+class CommandLine;
 
-void add_surface_command(CLI::App& app, Run& run);
-void add_cut_command(CLI::App& app, Run& run);
-void add_run_command(CLI::App& app, Run& run);
-void add_replay_command(CLI::App& app, Run& run);
-void add_render_command(CLI::App& app, Run& run);
-void add_validate_command(CLI::App& app, Run& run);
-void add_bench_command(CLI::App& app, Run& run);
-void add_figure_command(CLI::App& app, Run& run);
-void add_info_command(CLI::App& app, Run& run);
+void add_surface_command(CommandLine& line);
+void add_cut_command(CommandLine& line);
+void add_run_command(CommandLine& line);
+void add_replay_command(CommandLine& line);
+void add_render_command(CommandLine& line);
+void add_validate_command(CommandLine& line);
+void add_bench_command(CommandLine& line);
+void add_figure_command(CommandLine& line);
+void add_info_command(CommandLine& line);
+/// help, man and completion: what is known of all commands; to be added last.
+void add_help_commands(CommandLine& line);
 
 }  // namespace splitcubes::app

@@ -1,18 +1,17 @@
+#include "command_line.h"
 #include "commands.h"
 #include "cut_pieces.h"
+#include "cutters.h"
 #include "interrupts.h"
 #include "lost_material.h"
+#include "output_targets.h"
 #include "progress.h"
 #include "report.h"
 
 #include <splitcubes/body/rest_cut.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/stopwatch.h>
-#include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/geometry/rest_grid.h>
-#include <splitcubes/io/write_mesh.h>
-#include <splitcubes/scene/build.h>
-#include <splitcubes/scene/parse.h>
 #include <splitcubes/splitting/enclosed.h>
 #include <splitcubes/splitting/extract.h>
 #include <splitcubes/splitting/sheet_cut.h>
@@ -29,65 +28,40 @@ namespace {
 struct Options {
     std::string mesh, out, report, pieces_folder;
     LostMaterialOptions lost;
-    std::vector<std::string> sheets, paths;
+    std::vector<CutterOption> cutters;
+    MeshScale scale;
     std::string mode = "separate";
     int cells = 0;
-    double cell_size = 0;
+    double cell_size = 0;   // in the unit
+    double min_volume = 0;  // in the unit
+    int largest = 0;
     int threads = 0;
     bool remove() const { return mode == "remove"; }
-};
-
-// One thing to cut with: a sheet or a blade on its path.
-struct Cutter {
-    std::string file;
-    geometry::TriangleMesh sheet;
-    std::optional<cutting::Blade> blade;
-    std::size_t cut_edges = 0;
-    bool encloses = false;  // a piece lies inside
-
-    std::string what() const { return blade ? file + ": blade '" + blade->name() + "'" : file; }
+    splitting::PieceChoice choice() const {
+        return {scale.unit().volume_to_metres(min_volume), static_cast<std::size_t>(largest)};
+    }
 };
 
 void check_options(const Options& options) {
     check_mesh_output(options.out);
     check_report_output(options.report);
     check_lost_material_options(options.lost);
-    check_pieces_folder(options.pieces_folder);
+    std::vector<std::string> read{options.mesh};
+    for (const CutterOption& cutter : options.cutters)
+        if (cutter.kind != CutterOption::Kind::plane) read.push_back(cutter.text);
+    check_pieces_folder(options.pieces_folder, read);
     const std::vector<std::string> written{options.mesh, options.out, options.report,
                                            options.lost.mesh.string(), options.lost.picture.string()};
     check_distinct(written);
-    for (const std::vector<std::string>& cutters : {options.sheets, options.paths})
-        for (const std::string& cutter : cutters)
-            for (std::size_t k = 1; k < written.size(); ++k) check_distinct({cutter, written[k]});
-    if (options.sheets.empty() && options.paths.empty())
-        throw InputError("cut", "has nothing to cut with", "give --with SHEET or --path FILE");
-    if (options.remove() && !options.paths.empty())
-        throw InputError(options.paths.front(), "is a path, which has no inside to remove",
-                         "give closed meshes with --with, or --mode separate");
-}
-
-void check_closed(const Cutter& cutter) {
-    const geometry::MeshCheck check = geometry::check_mesh(cutter.sheet);
-    if (!check.closed())
-        throw InputError(cutter.file,
-                         "is not closed (" + std::to_string(check.boundary_edges) + " boundary edges, " +
-                             std::to_string(check.misoriented_edges) +
-                             " between triangles of opposite orientation) and has no inside to remove",
-                         "give a closed mesh, or --mode separate");
-}
-
-std::vector<Cutter> read_cutters(const Options& options) {
-    std::vector<Cutter> out;
-    for (const std::string& name : options.sheets) {
-        out.push_back({name, read_noted(name), std::nullopt});
-        if (!options.remove()) continue;
-        out.back().sheet = geometry::weld_equal_vertices(out.back().sheet);
-        check_closed(out.back());
+    if (options.cutters.empty())
+        throw InputError("cut", "has nothing to cut with", "give --with SHEET, --path FILE or --plane z=D");
+    for (const CutterOption& cutter : options.cutters) {
+        if (cutter.kind == CutterOption::Kind::plane) continue;
+        for (std::size_t k = 1; k < written.size(); ++k) check_distinct({cutter.text, written[k]});
+        if (options.remove() && cutter.kind == CutterOption::Kind::path)
+            throw InputError(cutter.text, "is a path, which has no inside to remove",
+                             "give closed meshes with --with, or --mode separate");
     }
-    for (const std::string& name : options.paths)
-        for (const scene::ToolDescription& tool : scene::parse_path_file(name))
-            out.push_back({name, {}, scene::make_blade(tool)});
-    return out;
 }
 
 void cut_all(std::vector<Cutter>& cutters, splitting::NodeGrid& grid, splitting::Surface& surface,
@@ -125,36 +99,48 @@ void note_idle_cutters(const std::vector<Cutter>& cutters) {
             print_notes(cutter.what(), {"crosses no edge inside the body: nothing was cut"});
 }
 
-Json cutters_report(const std::vector<Cutter>& cutters) {
-    Json out = Json::array();
-    for (const Cutter& cutter : cutters) {
-        out.push_back({{"file", cutter.file}});
-        if (cutter.blade) out.back()["blade"] = cutter.blade->name();
-        out.back()["cut_edges"] = cutter.cut_edges;
-    }
-    return out;
-}
-
 // Adds to a report of the surface what `cut` alone knows.
 void complete_report(Json& report, const Options& options, const std::vector<Cutter>& cutters,
                      const CutResult& result) {
     report["pieces"] = pieces_report(result);
     report["mode"] = options.mode;
     report["cutters"] = cutters_report(cutters);
-    report["volume_kept"] = result.volume(false);
-    report["volume_removed"] = result.volume(true);
+    report["volume_kept"] = result.volume(Fate::kept);
+    report["volume_removed"] = result.volume(Fate::removed);
+    report["volume_dropped"] = result.volume(Fate::dropped);
     report["volume_whole"] = result.whole.mesh.volume();
     if (result.kept().mesh.triangles.empty()) report["closed"] = true;  // nothing has no rim
 }
 
+std::string counted(std::size_t count, const char* thing) {
+    return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
+}
+
+// What --min-volume and --largest left out, in words.
+std::string dropped_text(const Options& options, const CutResult& result) {
+    if (options.choice().all()) return "";
+    const std::size_t dropped = result.count(Fate::dropped);
+    if (dropped == 0) return "no piece was dropped\n";
+    std::string why;
+    if (options.min_volume > 0)
+        why = "smaller than " + plain_number(options.min_volume) + " " + options.scale.unit_name + "^3";
+    if (options.largest > 0)
+        why += (why.empty() ? "" : " or ") + std::string("not among the ") + std::to_string(options.largest) +
+               " largest";
+    return counted(dropped, "piece") + " dropped, " + why + ": " +
+           options.scale.volume_text(result.volume(Fate::dropped)) + " in all\n";
+}
+
 void print_summary(const Options& options, const CutResult& result, const Json& report) {
-    const std::size_t kept = result.kept_count(), removed = result.pieces.size() - kept;
-    std::cout << options.out << ": " << kept << (kept == 1 ? " piece, " : " pieces, ");
-    if (options.remove()) std::cout << removed << " removed, ";
-    std::cout << report["cut_edges"] << " cut edges, volume " << result.volume(false) << " m^3";
-    if (options.remove()) std::cout << ", removed " << result.volume(true) << " m^3";
-    if (kept == 0) std::cout << ": all was removed, the surface is empty";
-    std::cout << '\n' << pieces_table(result);
+    const std::size_t kept = result.count(Fate::kept);
+    std::cout << options.out << ": " << counted(kept, "piece") << ", ";
+    if (options.remove()) std::cout << result.count(Fate::removed) << " removed, ";
+    std::cout << report["cut_edges"] << " cut edges, volume "
+              << options.scale.volume_text(result.volume(Fate::kept));
+    if (options.remove())
+        std::cout << ", removed " << options.scale.volume_text(result.volume(Fate::removed));
+    if (kept == 0) std::cout << ": nothing was kept, the surface is empty";
+    std::cout << '\n' << dropped_text(options, result) << pieces_table(result, options.scale);
 }
 
 int cut(const Options& options, Progress& progress) {
@@ -164,13 +150,16 @@ int cut(const Options& options, Progress& progress) {
     parallel.begin("reading");
     Json seconds;
     Stopwatch watch;
-    const io::Model model = read_model_noted(options.mesh);
+    io::Model model = read_model_noted(options.mesh);
+    options.scale.apply(model.mesh);
     const geometry::TriangleMesh& mesh = model.mesh;
-    std::vector<Cutter> cutters = read_cutters(options);
+    std::vector<Cutter> cutters =
+        read_cutters(options.cutters, options.scale, options.remove(), mesh.bounds());
     seconds["read"] = watch.lap();
 
     const geometry::RestGrid rest = geometry::grid_around(
-        mesh.bounds(), chosen_cell_size(mesh.bounds(), options.cells, options.cell_size));
+        mesh.bounds(),
+        chosen_cell_size(mesh.bounds(), options.cells, options.scale.unit().to_metres(options.cell_size)));
     parallel.begin("solid");
     splitting::SolidifyReport solid;
     splitting::NodeGrid grid = solid_of(options.mesh, mesh, rest, solid, parallel);
@@ -193,16 +182,16 @@ int cut(const Options& options, Progress& progress) {
     seconds["extract"] = watch.lap();
     carry_attributes(model, rest.cell_size, options.out, parallel, whole);
     seconds["attributes"] = watch.lap();
-    const CutResult result = arrange_pieces(std::move(whole), pieces, removed);
+    const CutResult result = arrange_pieces(std::move(whole), pieces, removed, options.choice());
     progress.begin("files");
     note_idle_cutters(cutters);
     Json report = surface_report(grid, surface, pieces, solid, result.kept());
     complete_report(report, options, cutters, result);
     const std::string extension = std::filesystem::path(options.out).extension().string();
     if (!options.pieces_folder.empty())
-        write_pieces(options.pieces_folder, extension, result, report["pieces"]);
-    write_lost_material(options.lost, solid, result.kept(), mesh.bounds(), rest.cell_size);
-    io::write_mesh(options.out, result.kept());
+        write_pieces(options.pieces_folder, extension, result, options.scale, report["pieces"]);
+    write_lost_material(options.lost, options.scale, solid, result.kept(), mesh.bounds(), rest.cell_size);
+    write_scaled(options.out, result.kept(), options.scale);
     seconds["write"] = watch.lap();
     progress.finish();
     report["seconds"] = seconds;
@@ -223,29 +212,45 @@ int cut(const Options& options) {
 
 }  // namespace
 
-void add_cut_command(CLI::App& app, Run& run) {
+void add_cut_command(CommandLine& line) {
     const auto options = std::make_shared<Options>();
-    CLI::App* command =
-        app.add_subcommand("cut", "Cuts a solid at rest with sheets, closed meshes or blades on paths");
-    command->add_option("mesh", options->mesh, "Mesh in: .obj .ply .stl .gltf .glb")->required();
-    command->add_option("--with", options->sheets, "Sheets or closed meshes, in the mesh's coordinates");
-    command->add_option("--path", options->paths,
-                        "Blades on their paths: JSON files, tools as in a scene, in the mesh's coordinates");
+    Command& command =
+        line.add("cut", "Cuts a solid at rest with sheets, closed meshes, planes or blades on paths");
+    command.add_text("MESH", "", options->mesh, "Mesh in: .obj .ply .stl .gltf .glb")
+        .required()
+        .completes(meshes_in());
+    command.add_text("-o,--output", "FILE", options->out, "Whole surface out: .ply .obj .stl .glb")
+        .required()
+        .completes(meshes_out());
+    add_cutter_options(command, options->cutters);
+    command.add_choice(
+        "--mode", "MODE", options->mode, {"separate", "remove"},
+        "separate: keeps all pieces (default); remove: takes away those inside closed cutters");
+    command.add_integer("--cells", "N", options->cells, {2, geometry::max_cells_per_axis},
+                        "Cells along the longest side (48)");
+    command.add_number("--cell-size", "LENGTH", options->cell_size, {1e-12, 1e12}, "Cell size, in the unit")
+        .excludes("--cells");
+    options->scale.add_to(command);
+    command.add_number("--min-volume", "VOLUME", options->min_volume, above(0, 1e36),
+                       "Drops pieces below this volume, in the unit's cube; they are counted and reported");
     command
-        ->add_option("--mode", options->mode,
-                     "separate: keeps all pieces (default); remove: takes away those inside closed cutters")
-        ->check(CLI::IsMember({"separate", "remove"}));
-    command->add_option("-o,--output", options->out, "Whole surface out: .ply .obj .stl .glb")->required();
-    CLI::Option* cells = command->add_option("--cells", options->cells, "Cells along the longest side (48)")
-                             ->check(CLI::Range(2, geometry::max_cells_per_axis));
-    command->add_option("--cell-size", options->cell_size, "Cell size in metres")
-        ->check(CLI::Range(1e-12, 1e12))
-        ->excludes(cells);
-    command->add_option("--pieces", options->pieces_folder, "Folder for one closed mesh a piece");
-    command->add_option("--report", options->report, "Writes a JSON report");
-    add_lost_material_options(*command, options->lost);
-    command->add_option("--threads", options->threads, "Threads (all)")->check(CLI::Range(1, 1024));
-    command->callback([options, &run] { run = [options] { return cut(*options); }; });
+        .add_integer("--largest", "N", options->largest, {1, 1000000000},
+                     "Keeps only so many of the largest pieces (1); the others are counted and reported")
+        .optional_number("1");
+    command.add_text("--pieces", "FOLDER", options->pieces_folder, "Folder for one closed mesh a piece")
+        .completes(folders());
+    command.add_text("--report", "FILE", options->report, "Writes a JSON report").completes(files());
+    add_lost_material_options(command, options->lost);
+    command.add_threads(options->threads);
+    command.details =
+        "Cutters cut in the order in which they are given; where two cross a grid edge, the first holds. "
+        "MESH may stand anywhere; where nothing else is MESH, it is the last file after --with or --path.";
+    command.example("splitcubes cut pear.obj --with sheet.obj -o cut.ply --pieces pieces");
+    command.example("splitcubes cut block.obj --with drill.obj mould.stl --mode remove -o drilled.ply",
+                    "Takes away what lies inside either of two closed meshes");
+    command.example("splitcubes cut part.stl --plane z=10 --unit mm --largest -o half.stl",
+                    "Cuts at a height of 10 mm and keeps the larger half");
+    command.run = [options] { return cut(*options); };
 }
 
 }  // namespace splitcubes::app

@@ -1,11 +1,12 @@
 #include "cut_pieces.h"
 
 #include "interrupts.h"
+#include "output_targets.h"
 
 #include <splitcubes/core/error.h>
-#include <splitcubes/io/write_mesh.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <numeric>
 
@@ -13,10 +14,11 @@ namespace splitcubes::app {
 
 namespace {
 
-std::string piece_name(bool removed, std::size_t number) {
+std::string piece_name(Fate fate, std::size_t number) {
     char digits[24];
     std::snprintf(digits, sizeof digits, "-%04zu", number);
-    return (removed ? "removed" : "piece") + std::string(digits);
+    const char* const kinds[] = {"piece", "removed", "dropped"};
+    return kinds[static_cast<std::size_t>(fate)] + std::string(digits);
 }
 
 // A name that piece_name makes.
@@ -37,44 +39,56 @@ void make_folder(const std::filesystem::path& folder) {
     if (error) throw InputError(folder.string(), "cannot be made: " + error.message());
 }
 
-}  // namespace
-
-std::size_t CutResult::kept_count() const {
-    return static_cast<std::size_t>(
-        std::count_if(pieces.begin(), pieces.end(), [](const CutPiece& p) { return !p.removed; }));
+std::vector<Fate> fates_of(const std::vector<splitting::PieceMeasure>& measures,
+                           const std::vector<std::uint8_t>& removed, const splitting::PieceChoice& choice) {
+    std::vector<double> volumes;
+    for (const splitting::PieceMeasure& measure : measures) volumes.push_back(measure.volume);
+    const std::vector<std::uint8_t> dropped = splitting::pieces_to_drop(volumes, removed, choice);
+    std::vector<Fate> out;
+    for (std::size_t k = 0; k < measures.size(); ++k)
+        out.push_back(removed[k] != 0 ? Fate::removed : dropped[k] != 0 ? Fate::dropped : Fate::kept);
+    return out;
 }
 
-double CutResult::volume(bool removed) const {
+}  // namespace
+
+std::size_t CutResult::count(Fate fate) const {
+    return static_cast<std::size_t>(
+        std::count_if(pieces.begin(), pieces.end(), [&](const CutPiece& p) { return p.fate == fate; }));
+}
+
+double CutResult::volume(Fate fate) const {
     double sum = 0;
     for (const CutPiece& piece : pieces)
-        if (piece.removed == removed) sum += piece.measure.volume;
+        if (piece.fate == fate) sum += piece.measure.volume;
     return sum;
 }
 
 CutResult arrange_pieces(geometry::SurfaceMesh whole, const splitting::Pieces& pieces,
-                         const std::vector<std::uint8_t>& removed) {
+                         const std::vector<std::uint8_t>& removed, const splitting::PieceChoice& choice) {
     const std::size_t count = pieces.count();
     const auto measures = splitting::measure_pieces(whole, count);
+    const std::vector<Fate> fates = fates_of(measures, removed, choice);
     std::vector<std::size_t> order(count);
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-        if (removed[a] != removed[b]) return removed[a] < removed[b];
+        if (fates[a] != fates[b]) return fates[a] < fates[b];
         if (measures[a].volume != measures[b].volume) return measures[a].volume > measures[b].volume;
         return a < b;
     });
     CutResult out;
     std::vector<std::int32_t> place(count);
     std::vector<std::uint8_t> kept;
+    std::array<std::size_t, 3> numbers{};  // by fate
     for (const std::size_t k : order) {
         place[k] = static_cast<std::int32_t>(out.pieces.size());
-        const std::size_t number = out.pieces.size() - (removed[k] ? out.kept_count() : 0);
-        out.pieces.push_back(
-            {piece_name(removed[k] != 0, number), removed[k] != 0, pieces.node_counts()[k], measures[k]});
-        kept.push_back(removed[k] ? 0 : 1);
+        const std::size_t number = numbers[static_cast<std::size_t>(fates[k])]++;
+        out.pieces.push_back({piece_name(fates[k], number), fates[k], pieces.node_counts()[k], measures[k]});
+        kept.push_back(fates[k] == Fate::kept);
     }
     for (std::int32_t& piece : whole.vertex_piece) piece = place[static_cast<std::size_t>(piece)];
     out.whole = std::move(whole);
-    if (out.kept_count() < count) out.rest = splitting::extract_pieces(out.whole, kept);
+    if (numbers[0] < count) out.rest = splitting::extract_pieces(out.whole, kept);
     return out;
 }
 
@@ -83,7 +97,8 @@ Json pieces_report(const CutResult& result) {
     for (const CutPiece& piece : result.pieces) {
         const splitting::PieceMeasure& m = piece.measure;
         out.push_back({{"name", piece.name},
-                       {"removed", piece.removed},
+                       {"removed", piece.fate == Fate::removed},
+                       {"dropped", piece.fate == Fate::dropped},
                        {"nodes", piece.nodes},
                        {"triangles", m.triangles},
                        {"volume", m.volume},
@@ -95,36 +110,46 @@ Json pieces_report(const CutResult& result) {
     return out;
 }
 
-void check_pieces_folder(const std::filesystem::path& folder) {
-    std::error_code ignored;
-    if (!folder.empty() && std::filesystem::exists(folder, ignored) &&
-        !std::filesystem::is_directory(folder, ignored))
-        throw InputError(folder.string(), "is a file", "give a folder for the pieces");
+void check_pieces_folder(const std::filesystem::path& folder, const std::vector<std::string>& read) {
+    check_output_folder(folder);
+    std::error_code error;
+    if (folder.empty() || !std::filesystem::is_directory(folder, error)) return;
+    for (const std::string& file : read) {
+        const std::filesystem::path path = std::filesystem::weakly_canonical(file, error);
+        if (!error && is_piece_name(path.stem().string()) &&
+            std::filesystem::equivalent(path.parent_path(), folder, error))
+            throw InputError(file, "is read, and pieces of that name are written to " + folder.string(),
+                             "give another --pieces FOLDER");
+    }
 }
 
 void write_pieces(const std::filesystem::path& folder, const std::string& extension, const CutResult& result,
-                  Json& pieces) {
+                  const MeshScale& scale, Json& pieces) {
     make_folder(folder);
     for (const auto& entry : std::filesystem::directory_iterator(folder))
         if (entry.path().extension() == extension && is_piece_name(entry.path().stem().string()))
             std::filesystem::remove(entry.path());
     for (std::size_t k = 0; k < result.pieces.size(); ++k) {
+        if (result.pieces[k].fate == Fate::dropped) continue;
         if (interrupted()) throw JobError("interrupted between two pieces; what was written is whole");
         const std::filesystem::path path = folder / (result.pieces[k].name + extension);
-        io::write_mesh(path, splitting::extract_piece(result.whole, static_cast<std::int32_t>(k)));
+        write_scaled(path, splitting::extract_piece(result.whole, static_cast<std::int32_t>(k)), scale);
         pieces[k]["file"] = path.string();
     }
 }
 
-std::string pieces_table(const CutResult& result) {
-    if (result.pieces.size() > 20) return "";
+std::string pieces_table(const CutResult& result, const MeshScale& scale) {
+    if (result.pieces.size() - result.count(Fate::dropped) > 20) return "";
+    const geometry::LengthUnit& unit = scale.unit();
     char line[120];
-    std::snprintf(line, sizeof line, "%-14s %14s %14s\n", "piece", "volume m^3", "area m^2");
+    std::snprintf(line, sizeof line, "%-14s %14s %14s\n", "piece",
+                  ("volume " + scale.unit_name + "^3").c_str(), ("area " + scale.unit_name + "^2").c_str());
     std::string out = line;
     for (const CutPiece& piece : result.pieces) {
+        if (piece.fate == Fate::dropped) continue;
         const splitting::PieceMeasure& m = piece.measure;
-        std::snprintf(line, sizeof line, "%-14s %14.6g %14.6g\n", piece.name.c_str(), m.volume,
-                      m.boundary_area + m.cut_area);
+        std::snprintf(line, sizeof line, "%-14s %14.6g %14.6g\n", piece.name.c_str(),
+                      unit.volume_from_metres(m.volume), unit.area_from_metres(m.boundary_area + m.cut_area));
         out += line;
     }
     return out;

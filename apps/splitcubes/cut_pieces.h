@@ -1,8 +1,10 @@
 // The pieces that `cut` leaves: which are kept, their names, their measures.
 #pragma once
 
+#include "mesh_scale.h"
 #include "report.h"
 
+#include <splitcubes/splitting/chosen_pieces.h>
 #include <splitcubes/splitting/extract.h>
 
 #include <optional>
@@ -11,43 +13,50 @@
 
 namespace splitcubes::app {
 
+enum class Fate : std::uint8_t {
+    kept,
+    removed,  // lies inside a cutter that takes away
+    dropped,  // too small, or not among the largest
+};
+
 struct CutPiece {
-    std::string name;  // piece-NNNN or removed-NNNN
-    bool removed = false;
+    std::string name;  // piece-NNNN, removed-NNNN or dropped-NNNN
+    Fate fate = Fate::kept;
     std::size_t nodes = 0;
     splitting::PieceMeasure measure;
 };
 
 /// What a cut made, with its pieces in the order of their names: kept before
-/// removed, each by volume, largest first, ties by their old number.
+/// removed before dropped, each by volume, largest first, ties by their old number.
 struct CutResult {
     geometry::SurfaceMesh whole;                // all of it; vertex_piece is an index into `pieces`
-    std::optional<geometry::SurfaceMesh> rest;  // without the removed pieces, where there are some
+    std::optional<geometry::SurfaceMesh> rest;  // the kept pieces alone, where there are others
     std::vector<CutPiece> pieces;
 
     const geometry::SurfaceMesh& kept() const { return rest ? *rest : whole; }
-    std::size_t kept_count() const;
-    /// Sum over the pieces that are (not) removed, m^3.
-    double volume(bool removed) const;
+    std::size_t count(Fate fate) const;
+    /// Sum over the pieces of that fate, m^3.
+    double volume(Fate fate) const;
 };
 
-/// removed: a flag a piece, by number in `pieces`.
+/// removed: a flag a piece, by number in `pieces`. choice: which of the others are kept.
 CutResult arrange_pieces(geometry::SurfaceMesh whole, const splitting::Pieces& pieces,
-                         const std::vector<std::uint8_t>& removed);
+                         const std::vector<std::uint8_t>& removed, const splitting::PieceChoice& choice);
 
 /// Entries of the report's array `pieces`, in order.
 Json pieces_report(const CutResult& result);
 
-/// Throws InputError where `folder` cannot be a folder: asked before the work.
-void check_pieces_folder(const std::filesystem::path& folder);
+/// Throws InputError where pieces cannot be written into `folder`, or where one of the files that are read
+/// would be taken away or replaced there. Does nothing for an empty folder.
+void check_pieces_folder(const std::filesystem::path& folder, const std::vector<std::string>& read);
 
-/// Writes one mesh a piece, NAME + `extension`, into `folder`, which is made; adds
+/// Writes one mesh a piece that was not dropped, NAME + `extension`, into `folder`, which is made; adds
 /// `file` to the pieces of the report. Pieces of an earlier cut with the same
 /// extension are taken away first.
 void write_pieces(const std::filesystem::path& folder, const std::string& extension, const CutResult& result,
-                  Json& pieces);
+                  const MeshScale& scale, Json& pieces);
 
-/// Name, volume and area of each piece as lines for people; nothing for more than 20.
-std::string pieces_table(const CutResult& result);
+/// Name, volume and area of each piece that was not dropped as lines for people; nothing for more than 20.
+std::string pieces_table(const CutResult& result, const MeshScale& scale);
 
 }  // namespace splitcubes::app

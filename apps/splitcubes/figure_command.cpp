@@ -1,7 +1,8 @@
+#include "command_line.h"
 #include "commands.h"
 #include "figures/figures.h"
 #include "figures/weights.h"
-#include "report.h"
+#include "output_targets.h"
 
 #include <splitcubes/core/error.h>
 #include <splitcubes/io/atomic_file.h>
@@ -30,7 +31,8 @@ int draw_weights(const Options& options) {
     if (std::filesystem::path(options.out).extension() != ".png")
         throw InputError(options.out.empty() ? "figure weights" : options.out, "no output that ends in .png",
                          "give -o FILE.png");
-    check_report_output(options.csv);
+    check_output_file(options.out);
+    check_output_file(options.csv);
     figures::draw_weights(options.out);
     std::cout << options.out << ": weights around a phyxel beside cuts, by criterion\n";
     if (options.csv.empty()) return 0;
@@ -52,6 +54,7 @@ int draw_figure(const Options& options) {
     if (std::filesystem::path(options.out).extension() != ".svg")
         throw InputError(options.out.empty() ? "figure " + options.name : options.out,
                          "no output that ends in .svg", "give -o FILE.svg");
+    check_output_file(options.out);
     io::write_file(options.out, found->draw().document());
     std::cout << options.out << ": " << found->shows << '\n';
     return 0;
@@ -59,17 +62,21 @@ int draw_figure(const Options& options) {
 
 }  // namespace
 
-void add_figure_command(CLI::App& app, Run& run) {
+void add_figure_command(CommandLine& line) {
     const auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("figure", "Draws a figure of the algorithm as SVG");
-    CLI::Option* name = command->add_option("name", options->name, "Which figure");
-    CLI::Option* out = command->add_option("-o,--output", options->out, "Drawing out: .svg, of weights .png");
-    CLI::Option* csv = command->add_option("--csv", options->csv, "Of weights: the numbers, too");
-    command->add_flag("--list", options->list, "Lists the figures")
-        ->excludes(name)
-        ->excludes(out)
-        ->excludes(csv);
-    command->callback([options, &run] { run = [options] { return draw_figure(*options); }; });
+    Command& command = line.add("figure", "Draws a figure of the algorithm as SVG");
+    std::vector<std::string> names{"weights"};
+    for (const figures::Figure& figure : figures::all_figures()) names.push_back(figure.name);
+    command.add_text("NAME", "", options->name, "Which figure; --list names them").completes(words(names));
+    command.add_text("-o,--output", "FILE", options->out, "Drawing out: .svg, of weights .png")
+        .completes(files({"svg", "png"}));
+    command.add_text("--csv", "FILE", options->csv, "Of weights: the numbers, too").completes(files({"csv"}));
+    command.add_flag("--list", options->list, "Lists the figures")
+        .excludes("NAME")
+        .excludes("--output")
+        .excludes("--csv");
+    command.example("splitcubes figure faces -o faces.svg");
+    command.run = [options] { return draw_figure(*options); };
 }
 
 }  // namespace splitcubes::app

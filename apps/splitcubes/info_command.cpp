@@ -1,3 +1,4 @@
+#include "command_line.h"
 #include "commands.h"
 #include "opengl_backend.h"
 
@@ -61,9 +62,10 @@ int info() {
 
 }  // namespace
 
-void add_info_command(CLI::App& app, Run& run) {
-    CLI::App* command = app.add_subcommand("info", "Version, build, threads, SIMD and OpenGL found");
-    command->callback([&run] { run = [] { return info(); }; });
+void add_info_command(CommandLine& line) {
+    Command& command =
+        line.add("info", "Version, build, threads, SIMD, OpenGL, and which occlusion backends start");
+    command.run = info;
 }
 
 }  // namespace splitcubes::app

@@ -1,8 +1,10 @@
 #include "lost_material.h"
-#include "report.h"
+
+#include "command_line.h"
+#include "mesh_scale.h"
+#include "output_targets.h"
 
 #include <splitcubes/core/error.h>
-#include <splitcubes/io/write_mesh.h>
 
 #include <algorithm>
 
@@ -14,19 +16,21 @@
 
 namespace splitcubes::app {
 
-void add_lost_material_options(CLI::App& command, LostMaterialOptions& options) {
-    command.add_option("--lost", options.mesh,
-                       "Mesh out of the input's triangles on either side of material too thin for the grid");
-    command.add_option("--picture", options.picture,
-                       "PNG out: the surface, and the material too thin for the grid in magenta");
+void add_lost_material_options(Command& command, LostMaterialOptions& options) {
+    command
+        .add_path("--lost", "FILE", options.mesh,
+                  "Mesh out of the input's triangles on either side of material too thin for the grid")
+        .completes(meshes_out());
+    command
+        .add_path("--picture", "FILE", options.picture,
+                  "PNG out: the surface, and the material too thin for the grid in magenta")
+        .completes(files({"png"}));
 }
 
 void check_lost_material_options(const LostMaterialOptions& options) {
     if (!options.mesh.empty()) check_mesh_output(options.mesh);
     if (options.picture.empty()) return;
-    if (options.picture.extension() != ".png")
-        throw InputError(options.picture.string(), "has an unknown ending", "give --picture FILE.png");
-    check_report_output(options.picture);
+    check_output_file(options.picture, {".png"});
 #ifndef SPLITCUBES_WITH_RENDER
     throw JobError("--picture: this build has no renderer (SPLITCUBES_BUILD_RENDER is off)");
 #endif
@@ -95,10 +99,11 @@ render::Picture picture_of(const geometry::SurfaceMesh& surface, const geometry:
 }  // namespace
 #endif
 
-void write_lost_material(const LostMaterialOptions& options, const splitting::SolidifyReport& solid,
-                         const geometry::SurfaceMesh& surface, const geometry::Box& bounds,
-                         double cell_size) {
-    if (!options.mesh.empty()) io::write_mesh(options.mesh, geometry::SurfaceMesh{solid.lost, {}, {}, {}});
+void write_lost_material(const LostMaterialOptions& options, const MeshScale& scale,
+                         const splitting::SolidifyReport& solid, const geometry::SurfaceMesh& surface,
+                         const geometry::Box& bounds, double cell_size) {
+    if (!options.mesh.empty())
+        write_scaled(options.mesh, geometry::SurfaceMesh{solid.lost, {}, {}, {}}, scale);
 #ifdef SPLITCUBES_WITH_RENDER
     if (!options.picture.empty())
         render::write_png(options.picture, picture_of(surface, solid.lost, bounds, cell_size));

@@ -3,11 +3,13 @@
 
 #include <splitcubes/geometry/triangle_mesh.h>
 #include <splitcubes/splitting/solidify.h>
-#include <CLI/CLI.hpp>
 
 #include <filesystem>
 
 namespace splitcubes::app {
+
+class Command;
+struct MeshScale;
 
 /// Files to write; empty: not asked for.
 struct LostMaterialOptions {
@@ -15,7 +17,7 @@ struct LostMaterialOptions {
     std::filesystem::path picture;  // --picture
 };
 
-void add_lost_material_options(CLI::App& command, LostMaterialOptions& options);
+void add_lost_material_options(Command& command, LostMaterialOptions& options);
 
 /// Throws InputError where a file cannot be written under its name, JobError where a
 /// picture is asked for and the program was built without the renderer: asked before the work.
@@ -23,9 +25,10 @@ void check_lost_material_options(const LostMaterialOptions& options);
 
 /// Writes what was asked for. Where nothing was lost the mesh has no triangles, so that a
 /// file of an earlier run does not say otherwise. bounds: of the whole input, m; what the
-/// picture takes in. cell_size: m. Throws JobError where OpenGL cannot start or a file
+/// picture takes in. cell_size: m. scale: of the mesh. Throws JobError where OpenGL cannot start or a file
 /// cannot be written.
-void write_lost_material(const LostMaterialOptions& options, const splitting::SolidifyReport& solid,
-                         const geometry::SurfaceMesh& surface, const geometry::Box& bounds, double cell_size);
+void write_lost_material(const LostMaterialOptions& options, const MeshScale& scale,
+                         const splitting::SolidifyReport& solid, const geometry::SurfaceMesh& surface,
+                         const geometry::Box& bounds, double cell_size);
 
 }  // namespace splitcubes::app

@@ -1,66 +1,78 @@
 // splitcubes: cuts, tears and breaks soft solids. Exit codes: 0 done, 1 failed
 // (or interrupted), 2 bad input or usage.
+#include "command_line.h"
 #include "commands.h"
 #include "interrupts.h"
 
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/monitor.h>
 
-#include <exception>
+#include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <new>
-#include <string>
+#include <stdexcept>
 
 namespace {
 
-// Each line of what is wrong with a file says who found it.
-std::string prefixed(const std::string& lines) {
-    std::string out;
-    for (const char c : lines) {
-        out += c;
-        if (c == '\n') out += "splitcubes: ";
+using splitcubes::app::CommandLine;
+
+void add_commands(CommandLine& line) {
+    splitcubes::app::add_surface_command(line);
+    splitcubes::app::add_cut_command(line);
+    splitcubes::app::add_run_command(line);
+    splitcubes::app::add_replay_command(line);
+    splitcubes::app::add_render_command(line);
+    splitcubes::app::add_validate_command(line);
+    splitcubes::app::add_bench_command(line);
+    splitcubes::app::add_figure_command(line);
+    splitcubes::app::add_info_command(line);
+    splitcubes::app::add_help_commands(line);
+}
+
+int run(const std::vector<std::string>& words) {
+    CommandLine line("Cuts, tears and breaks soft solids in real time.", SPLITCUBES_VERSION);
+    add_commands(line);
+    const int code = line.read(words)();
+    if (!std::cout.flush() || std::fflush(stdout) != 0)
+        throw splitcubes::JobError("standard output cannot be written (is the disk full?)");
+    return code;
+}
+
+// Each line of what is wrong says who found it.
+int fail(int code, const std::string& text) {
+    std::cout.flush();
+    std::string lines = "splitcubes: ";
+    for (const char c : text) {
+        lines += c;
+        if (c == '\n') lines += "splitcubes: ";
     }
-    return out;
+    std::cerr << lines << '\n';
+    return code;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
     splitcubes::app::watch_interrupts();
-    CLI::App app("Cuts, tears and breaks soft solids in real time.", "splitcubes");
-    app.require_subcommand(1);
-    app.set_version_flag("--version", SPLITCUBES_VERSION);
-    splitcubes::app::Run run;
-    splitcubes::app::add_surface_command(app, run);
-    splitcubes::app::add_cut_command(app, run);
-    splitcubes::app::add_run_command(app, run);
-    splitcubes::app::add_replay_command(app, run);
-    splitcubes::app::add_render_command(app, run);
-    splitcubes::app::add_validate_command(app, run);
-    splitcubes::app::add_bench_command(app, run);
-    splitcubes::app::add_figure_command(app, run);
-    splitcubes::app::add_info_command(app, run);
     try {
-        const auto is_named = [&](const CLI::App* command) { return command->check_name(argv[1]); };
-        if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(is_named).empty())
-            throw splitcubes::InputError(argv[1], "is no command", "see splitcubes --help");
-        app.parse(argc, argv);
-        return run();
-    } catch (const CLI::ParseError& error) {
-        if (error.get_exit_code() == 0) return app.exit(error);  // help, version
-        std::cerr << "splitcubes: " << splitcubes::printable(error.what(), 500)
-                  << "; see splitcubes --help\n";
-        return 2;
+        return run({argv + (argc > 0 ? 1 : 0), argv + argc});
     } catch (const splitcubes::Cancelled&) {
         return splitcubes::app::end_interrupted();
     } catch (const splitcubes::InputError& error) {
-        std::cerr << "splitcubes: " << prefixed(error.what()) << '\n';
-        return 2;
+        return fail(2, error.what());
+    } catch (const splitcubes::JobError& error) {
+        return fail(1, splitcubes::printable(error.what(), 2000));
     } catch (const std::bad_alloc&) {
-        std::cerr << "splitcubes: out of memory; use fewer cells or phyxels\n";
-        return 1;
-    } catch (const std::exception& error) {
-        std::cerr << "splitcubes: " << splitcubes::printable(error.what(), 500) << '\n';
-        return 1;
+        return fail(1, "out of memory; use fewer cells or phyxels");
+    } catch (const std::length_error&) {
+        return fail(1, "out of memory; use fewer cells or phyxels");
+    } catch (const std::filesystem::filesystem_error& error) {
+        const std::string path = splitcubes::printable(error.path1().string(), 500);
+        return fail(1, path + ": cannot be read or written (" + error.code().message() + ")");
+    } catch (const std::exception&) {
+        // Texts of libraries tell users nothing; `catch throw` of a debugger finds the place.
+        return fail(1,
+                    "failed for a reason that is a fault of the program; please report what was asked for");
     }
 }

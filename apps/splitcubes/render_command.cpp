@@ -1,27 +1,34 @@
+#include "command_line.h"
 #include "commands.h"
+#include "output_targets.h"
+
+#include <splitcubes/core/error.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
 
 #ifdef SPLITCUBES_WITH_RENDER
-
 #include "interrupts.h"
 #include "pictures.h"
 #include "progress.h"
 
-#include <splitcubes/core/error.h>
 #include <splitcubes/io/read_surface.h>
 #include <splitcubes/render/image.h>
 #include <splitcubes/render/video.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <iostream>
-#include <memory>
-#include <optional>
+#endif
 
 namespace splitcubes::app {
 
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr int largest_picture = 16384;  // pixels along a side: what OpenGL draws into everywhere
 
 struct Options {
     std::string folder;
@@ -31,6 +38,43 @@ struct Options {
     double frames_per_second = 0;
     bool links = false;
 };
+
+// FILE.mp4 takes all frames; FOLDER or FOLDER/ gets one PNG a frame; a file
+// NAME.png gets the last frame.
+struct Targets {
+    std::optional<fs::path> video, folder, still;
+};
+
+Targets targets_of(const std::vector<std::string>& outputs) {
+    Targets out;
+    const auto once = [](std::optional<fs::path>& place, const fs::path& path) {
+        if (place)
+            throw InputError(path.string(), "is a second output of the same kind, beside " + place->string(),
+                             "give one film, one picture and one folder at most");
+        place = path;
+    };
+    for (const std::string& text : outputs) {
+        if (text.empty())
+            throw InputError("--output", "names nothing", "give FILE.mp4, FILE.png or a folder");
+        const fs::path path(text);
+        const std::string ending = path.extension().string();
+        if (ending == ".mp4" || ending == ".mkv" || ending == ".mov") {
+            check_output_file(path);
+            once(out.video, path);
+        } else if (ending == ".png" && !fs::is_directory(path)) {
+            check_output_file(path);
+            once(out.still, path);
+        } else if (ending.empty() || fs::is_directory(path)) {
+            check_output_folder(path);
+            once(out.folder, path);
+        } else {
+            throw InputError(text, "has an unknown ending", "give FILE.mp4, FILE.png or a folder for PNGs");
+        }
+    }
+    return out;
+}
+
+#ifdef SPLITCUBES_WITH_RENDER
 
 std::vector<fs::path> frame_files(const fs::path& folder) {
     const fs::path surfaces = folder / "surface";
@@ -52,33 +96,8 @@ fs::path links_file(const fs::path& folder, const fs::path& surface) {
     return folder / "links" / surface.filename();
 }
 
-// FILE.mp4 takes all frames; FOLDER or FOLDER/ gets one PNG a frame; a file
-// NAME.png gets the last frame.
-struct Targets {
-    std::optional<fs::path> video, folder, still;
-};
-
-Targets targets_of(const std::vector<std::string>& outputs) {
-    Targets out;
-    for (const std::string& text : outputs) {
-        const fs::path path(text);
-        const std::string ending = path.extension().string();
-        if (ending == ".mp4" || ending == ".mkv" || ending == ".mov") {
-            out.video = path;
-        } else if (ending == ".png" && !fs::is_directory(path)) {
-            out.still = path;
-        } else if (ending.empty() || fs::is_directory(path)) {
-            out.folder = path;
-        } else {
-            throw InputError(text, "has an unknown ending", "give FILE.mp4, FILE.png or a folder for PNGs");
-        }
-    }
-    return out;
-}
-
 int render_frames(const Options& options) {
     const Targets targets = targets_of(options.outputs);
-    if (options.every < 1) throw InputError("--every", "must be at least 1");
     std::vector<fs::path> files = frame_files(options.folder);
     RunScene scene = read_run_scene(options.folder);
     if (options.width > 0) scene.description.camera.width = options.width;
@@ -132,45 +151,39 @@ int render_frames(const Options& options) {
     return 0;
 }
 
-}  // namespace
-
-void add_render_command(CLI::App& app, Run& run) {
-    const auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("render", "Draws the frames of a run, offscreen");
-    command->add_option("run", options->folder, "Folder that `splitcubes run` wrote")->required();
-    command
-        ->add_option("-o,--output", options->outputs,
-                     "FILE.mp4 (video), FILE.png (the last frame), or a folder (a PNG a frame)")
-        ->required();
-    command->add_option("--every", options->every, "Draws every Nth frame (1)");
-    command->add_option("--width", options->width, "Pixels; default: the scene's");
-    command->add_option("--height", options->height, "Pixels; default: the scene's");
-    command->add_flag(
-        "--links", options->links,
-        "Draws the links between phyxels by visibility, the surface over them; needs `run --links`");
-    command->add_option("--fps", options->frames_per_second,
-                        "Frames a second of the video; default: real time");
-    command->callback([options, &run] { run = [options] { return render_frames(*options); }; });
-}
-
-}  // namespace splitcubes::app
-
 #else
 
-#include <splitcubes/core/error.h>
+int render_frames(const Options& options) {
+    targets_of(options.outputs);
+    throw JobError("this program was built without OpenGL (SPLITCUBES_BUILD_RENDER)");
+}
 
-namespace splitcubes::app {
+#endif
 
-void add_render_command(CLI::App& app, Run& run) {
-    CLI::App* command = app.add_subcommand("render", "Draws the frames of a run (not built in)");
-    command->allow_extras();
-    command->callback([&run] {
-        run = []() -> int {
-            throw JobError("this program was built without OpenGL (SPLITCUBES_BUILD_RENDER)");
-        };
-    });
+}  // namespace
+
+void add_render_command(CommandLine& line) {
+    const auto options = std::make_shared<Options>();
+    Command& command = line.add("render", "Draws the frames of a run, offscreen");
+    command.add_text("RUN", "", options->folder, "Folder that `splitcubes run` wrote")
+        .required()
+        .completes(folders());
+    command
+        .add_list("-o,--output", "TARGET", options->outputs,
+                  "FILE.mp4, .mkv or .mov (video), FILE.png (the last frame), or a folder (a PNG a frame)")
+        .required()
+        .completes(files({"mp4", "mkv", "mov", "png"}));
+    command.add_integer("--every", "N", options->every, {1, 1000000}, "Draws every Nth frame (1)");
+    const Range pixels{1, largest_picture};
+    command.add_integer("--width", "N", options->width, pixels, "Pixels; default: the scene's");
+    command.add_integer("--height", "N", options->height, pixels, "Pixels; default: the scene's");
+    command.add_flag(
+        "--links", options->links,
+        "Draws the links between phyxels by visibility, the surface over them; needs `run --links`");
+    command.add_number("--fps", "N", options->frames_per_second, above(0, 1000),
+                       "Frames a second of the video; default: real time");
+    command.example("splitcubes render pear -o pear.mp4");
+    command.run = [options] { return render_frames(*options); };
 }
 
 }  // namespace splitcubes::app
-
-#endif

@@ -1,3 +1,4 @@
+#include "command_line.h"
 #include "commands.h"
 #include "scene_options.h"
 #include "simulate.h"
@@ -20,6 +21,7 @@ struct Options {
 };
 
 int replay(const Options& options) {
+    options.common.check();
     SceneOptions common = options.common;
     const scene::Recording recording = scene::read_recording(options.recording);
     if (common.frames < 0) common.frames = recording.scene.frames;
@@ -35,13 +37,16 @@ int replay(const Options& options) {
 
 }  // namespace
 
-void add_replay_command(CLI::App& app, Run& run) {
+void add_replay_command(CommandLine& line) {
     const auto options = std::make_shared<Options>();
-    CLI::App* command =
-        app.add_subcommand("replay", "Repeats a recorded run and says whether it comes to the same state");
-    command->add_option("recording", options->recording, "File that 'run --record' wrote")->required();
-    options->common.add_to(*command, "Only the first so many");
-    command->callback([options, &run] { run = [options] { return replay(*options); }; });
+    Command& command =
+        line.add("replay", "Repeats a recorded run and says whether it comes to the same state");
+    command.add_text("RECORDING", "", options->recording, "File that 'run --record' wrote")
+        .required()
+        .completes(files());
+    options->common.add_to(command, "Only the first so many time steps");
+    command.example("splitcubes replay motions.json -o again");
+    command.run = [options] { return replay(*options); };
 }
 
 }  // namespace splitcubes::app

@@ -2,7 +2,6 @@
 
 #include "progress.h"
 
-#include <splitcubes/core/atomic_file.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/geometry/attribute_transfer.h>
 #include <splitcubes/geometry/mesh_check.h>
@@ -13,7 +12,6 @@
 #include <splitcubes/splitting/extract.h>
 
 #include <iostream>
-#include <map>
 
 namespace splitcubes::app {
 
@@ -54,9 +52,13 @@ Json surface_report(const splitting::NodeGrid& grid, const splitting::Surface& s
     return out;
 }
 
+std::string json_text(const Json& json, int indent) {
+    return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
 void write_json(const std::filesystem::path& path, const Json& json) {
     if (path.empty()) return;
-    io::write_file(path, json.dump(2) + '\n');
+    io::write_file(path, json_text(json, 2) + '\n');
 }
 
 void print_notes(const std::string& name, const std::vector<std::string>& notes) {
@@ -89,17 +91,6 @@ void carry_attributes(const io::Model& from, double cell_size, const std::filesy
         io::write_images(out.parent_path(), out.stem().string(), surface.attributes.materials);
 }
 
-void check_mesh_output(const std::filesystem::path& path) {
-    if (!io::format_of_extension(path))
-        throw InputError(path.string(), "meshes are not written as '" + path.extension().string() + "'",
-                         "use .ply, .obj, .stl or .glb");
-    check_file_target(path);
-}
-
-void check_report_output(const std::filesystem::path& path) {
-    if (!path.empty()) check_file_target(path);
-}
-
 double chosen_cell_size(const geometry::Box& box, int cells, double cell_size) {
     if (cell_size != 0) {
         if (!(cell_size > 0)) throw InputError("--cell-size", "must be a positive number of metres");
@@ -120,18 +111,6 @@ splitting::NodeGrid solid_of(const std::string& name, const geometry::TriangleMe
         const std::string text = error.what(), where = "mesh: ";
         if (text.rfind(where, 0) != 0) throw;
         throw InputError(name, text.substr(where.size()));
-    }
-}
-
-void check_distinct(const std::vector<std::string>& files) {
-    std::map<std::filesystem::path, std::string> seen;
-    for (const std::string& file : files) {
-        if (file.empty()) continue;
-        std::error_code error;
-        const std::filesystem::path path = std::filesystem::weakly_canonical(file, error);
-        if (!seen.emplace(error ? std::filesystem::path(file) : path, file).second)
-            throw InputError(file, "is named twice among the files to read and to write",
-                             "give each a name of its own");
     }
 }
 

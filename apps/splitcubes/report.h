@@ -21,6 +21,9 @@ Json surface_report(const splitting::NodeGrid& grid, const splitting::Surface& s
                     const splitting::Pieces& pieces, const splitting::SolidifyReport& solid,
                     const geometry::SurfaceMesh& mesh);
 
+/// JSON as text; indent -1: on one line. Names of files need not be good UTF-8; what is not becomes U+FFFD.
+std::string json_text(const Json& json, int indent = -1);
+
 /// Writes JSON, whole or not at all; does nothing for an empty path.
 void write_json(const std::filesystem::path& path, const Json& json);
 
@@ -40,12 +43,6 @@ io::Model read_model_noted(const std::string& name);
 void carry_attributes(const io::Model& from, double cell_size, const std::filesystem::path& out,
                       const Parallel& parallel, geometry::SurfaceMesh& surface);
 
-/// Throws InputError where a mesh cannot be written to `path` (its ending, its
-/// folder): asked before the work, so that nothing is computed in vain.
-void check_mesh_output(const std::filesystem::path& path);
-/// The same for a JSON report; an empty path is no report.
-void check_report_output(const std::filesystem::path& path);
-
 /// Cell size from the options --cells and --cell-size (0: not given; both 0: 48 cells).
 double chosen_cell_size(const geometry::Box& box, int cells, double cell_size);
 
@@ -53,9 +50,5 @@ double chosen_cell_size(const geometry::Box& box, int cells, double cell_size);
 splitting::NodeGrid solid_of(const std::string& name, const geometry::TriangleMesh& mesh,
                              const geometry::RestGrid& rest, splitting::SolidifyReport& report,
                              const Parallel& parallel);
-
-/// Throws InputError where two of the files are one: what one holds would be lost.
-/// Empty names are no files.
-void check_distinct(const std::vector<std::string>& files);
 
 }  // namespace splitcubes::app

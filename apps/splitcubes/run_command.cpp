@@ -1,4 +1,6 @@
+#include "command_line.h"
 #include "commands.h"
+#include "output_targets.h"
 #include "scene_options.h"
 #include "simulate.h"
 
@@ -20,6 +22,8 @@ struct Options {
 };
 
 int run_scene(const Options& options) {
+    options.common.check();
+    check_report_output(options.record);
     std::vector<std::string> overrides = options.common.overrides();
     if (!options.occlusion.empty()) overrides.push_back("occlusion.backend=\"" + options.occlusion + '"');
     if (!options.criterion.empty()) overrides.push_back("occlusion.criterion=\"" + options.criterion + '"');
@@ -30,28 +34,33 @@ int run_scene(const Options& options) {
 
 }  // namespace
 
-void add_run_command(CLI::App& app, Run& run) {
+void add_run_command(CommandLine& line) {
     const auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("run", "Simulates a scene and writes its frames");
-    command->add_option("scene", options->scene, "Scene: a JSON file, see scenes/schema.json")->required();
-    options->common.add_to(*command, "Time steps to run; default: the scene's");
+    Command& command = line.add("run", "Simulates a scene and writes its frames");
+    command.add_text("SCENE", "", options->scene, "Scene: a JSON file, see scenes/schema.json")
+        .required()
+        .completes(files({"json"}));
+    options->common.add_to(command, "Time steps to run, in place of the scene's frames or duration");
+    command.add_choice("--occlusion", "BACKEND", options->occlusion, {"cpu", "opengl"},
+                       "What computes occlusion disks: cpu or opengl; default: the scene's");
+    const std::vector<std::string> criteria(occlusion::criterion_names.begin(),
+                                            occlusion::criterion_names.end());
+    command.add_choice("--criterion", "NAME", options->criterion, criteria,
+                       "What weakens links past cuts; default: the scene's");
+    command.add_integer("--checkpoint-every", "N", options->checkpoint_every, {1, 100000000},
+                        "Writes DIR/checkpoint.bin every so many frames; an interrupted run always does");
     command
-        ->add_option("--occlusion", options->occlusion, "What computes occlusion disks; default: the scene's")
-        ->check(CLI::IsMember({"cpu", "opengl"}));
+        .add_text("--resume", "FILE", options->resume,
+                  "Goes on from a checkpoint of the same scene, to the same last bit")
+        .completes(files({"bin"}));
     command
-        ->add_option("--criterion", options->criterion, "What weakens links past cuts; default: the scene's")
-        ->check(CLI::IsMember(
-            std::vector<std::string>(occlusion::criterion_names.begin(), occlusion::criterion_names.end())));
-    command
-        ->add_option("--checkpoint-every", options->checkpoint_every,
-                     "Writes DIR/checkpoint.bin every so many frames; an interrupted run always does")
-        ->check(CLI::Range(1, 100000000));
-    command->add_option("--resume", options->resume,
-                        "Goes on from a checkpoint of the same scene, to the same last bit");
-    command->add_option(
-        "--record", options->record,
-        "Writes the motions of tools, handles, colliders and held regions to a file, for replay");
-    command->callback([options, &run] { run = [options] { return run_scene(*options); }; });
+        .add_text("--record", "FILE", options->record,
+                  "Writes the motions of tools, handles, colliders and held regions to a file, for replay")
+        .completes(files());
+    command.example("splitcubes run scenes/pear_halves.json -o pear");
+    command.example("splitcubes run scene.json -o out --frames 20 --set bodies[0].cells=24 gravity=[0,0,0]",
+                    "Runs 20 steps of a coarser, weightless variant");
+    command.run = [options] { return run_scene(*options); };
 }
 
 }  // namespace splitcubes::app

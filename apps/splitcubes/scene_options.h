@@ -1,11 +1,12 @@
 // What `run` and `replay` are both told.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
 namespace splitcubes::app {
+
+class Command;
 
 struct SceneOptions {
     std::string out;  // folder
@@ -15,8 +16,10 @@ struct SceneOptions {
     bool pictures = false, links = false;
 
     /// Adds all of them to a command; frames_text: what it says of --frames.
-    void add_to(CLI::App& command, const std::string& frames_text);
-    /// As overrides of a scene. Throws InputError where no folder is named.
+    void add_to(Command& command, const std::string& frames_text);
+    /// Throws InputError where the folder cannot be written: asked before anything is read.
+    void check() const;
+    /// As overrides of a scene.
     std::vector<std::string> overrides() const;
 };
 

@@ -3,6 +3,7 @@
 #include "checkpoints.h"
 #include "interrupts.h"
 #include "opengl_backend.h"
+#include "output_targets.h"
 #include "progress.h"
 #include "report.h"
 #include "run_output.h"

@@ -1,12 +1,14 @@
+#include "command_line.h"
 #include "commands.h"
 #include "interrupts.h"
 #include "lost_material.h"
+#include "mesh_scale.h"
+#include "output_targets.h"
 #include "progress.h"
 #include "report.h"
 
 #include <splitcubes/core/stopwatch.h>
 #include <splitcubes/geometry/rest_grid.h>
-#include <splitcubes/io/write_mesh.h>
 #include <splitcubes/splitting/extract.h>
 
 #include <iostream>
@@ -19,8 +21,9 @@ namespace {
 struct Options {
     std::string mesh, out, report;
     LostMaterialOptions lost;
+    MeshScale scale;
     int cells = 0;
-    double cell_size = 0;
+    double cell_size = 0;  // in the unit
     int threads = 0;
 };
 
@@ -35,11 +38,13 @@ int surface(const Options& options, Progress& progress) {
     Json seconds;
     Stopwatch watch;
     parallel.begin("reading");
-    const io::Model model = read_model_noted(options.mesh);
+    io::Model model = read_model_noted(options.mesh);
+    options.scale.apply(model.mesh);
     const geometry::TriangleMesh& mesh = model.mesh;
     seconds["read"] = watch.lap();
     const geometry::RestGrid rest = geometry::grid_around(
-        mesh.bounds(), chosen_cell_size(mesh.bounds(), options.cells, options.cell_size));
+        mesh.bounds(),
+        chosen_cell_size(mesh.bounds(), options.cells, options.scale.unit().to_metres(options.cell_size)));
     parallel.begin("solid");
     splitting::SolidifyReport solid;
     const splitting::NodeGrid grid = solid_of(options.mesh, mesh, rest, solid, parallel);
@@ -54,15 +59,18 @@ int surface(const Options& options, Progress& progress) {
     carry_attributes(model, rest.cell_size, options.out, parallel, out);
     seconds["attributes"] = watch.lap();
     progress.begin("files");
-    write_lost_material(options.lost, solid, out, mesh.bounds(), rest.cell_size);
-    io::write_mesh(options.out, out);
-    seconds["write"] = watch.lap();
+    write_lost_material(options.lost, options.scale, solid, out, mesh.bounds(), rest.cell_size);
     Json report = surface_report(grid, surface, pieces, solid, out);
+    const std::string summary = std::to_string(out.mesh.triangles.size()) + " triangles, " +
+                                std::to_string(pieces.count()) +
+                                (pieces.count() == 1 ? " piece" : " pieces") + ", volume " +
+                                options.scale.volume_text(out.mesh.volume());
+    write_scaled(options.out, out, options.scale);
+    seconds["write"] = watch.lap();
     report["seconds"] = seconds;
     write_json(options.report, report);
     progress.finish();
-    std::cout << options.out << ": " << out.mesh.triangles.size() << " triangles, " << pieces.count()
-              << (pieces.count() == 1 ? " piece" : " pieces") << ", volume " << out.mesh.volume() << " m^3\n";
+    std::cout << options.out << ": " << summary << '\n';
     return 0;
 }
 
@@ -78,20 +86,27 @@ int surface(const Options& options) {
 
 }  // namespace
 
-void add_surface_command(CLI::App& app, Run& run) {
+void add_surface_command(CommandLine& line) {
     const auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("surface", "The splitting-cubes surface of a mesh");
-    command->add_option("mesh", options->mesh, "Mesh in: .obj .ply .stl .gltf .glb")->required();
-    command->add_option("-o,--output", options->out, "Surface out: .ply .obj .stl .glb")->required();
-    CLI::Option* cells = command->add_option("--cells", options->cells, "Cells along the longest side (48)")
-                             ->check(CLI::Range(2, geometry::max_cells_per_axis));
-    command->add_option("--cell-size", options->cell_size, "Cell size in metres")
-        ->check(CLI::Range(1e-12, 1e12))
-        ->excludes(cells);
-    command->add_option("--report", options->report, "Writes a JSON report");
-    add_lost_material_options(*command, options->lost);
-    command->add_option("--threads", options->threads, "Threads (all)")->check(CLI::Range(1, 1024));
-    command->callback([options, &run] { run = [options] { return surface(*options); }; });
+    Command& command = line.add("surface", "Makes the splitting-cubes surface of a mesh");
+    command.add_text("MESH", "", options->mesh, "Mesh in: .obj .ply .stl .gltf .glb")
+        .required()
+        .completes(meshes_in());
+    command.add_text("-o,--output", "FILE", options->out, "Surface out: .ply .obj .stl .glb")
+        .required()
+        .completes(meshes_out());
+    command.add_integer("--cells", "N", options->cells, {2, geometry::max_cells_per_axis},
+                        "Cells along the longest side (48)");
+    command.add_number("--cell-size", "LENGTH", options->cell_size, {1e-12, 1e12}, "Cell size, in the unit")
+        .excludes("--cells");
+    options->scale.add_to(command);
+    command.add_text("--report", "FILE", options->report, "Writes a JSON report").completes(files());
+    add_lost_material_options(command, options->lost);
+    command.add_threads(options->threads);
+    command.example("splitcubes surface pear.obj -o pear.ply --cells 64");
+    command.example("splitcubes surface part.stl --unit mm --cell-size 0.5 -o whole.stl",
+                    "Mends a mesh in millimetres, with cells of half a millimetre");
+    command.run = [options] { return surface(*options); };
 }
 
 }  // namespace splitcubes::app

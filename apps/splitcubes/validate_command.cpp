@@ -1,53 +1,139 @@
+#include "command_line.h"
 #include "commands.h"
+#include "mesh_scale.h"
 
+#include <splitcubes/core/error.h>
 #include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/io/mesh_format.h>
 #include <splitcubes/io/read_mesh.h>
 
 #include <iostream>
 #include <memory>
+#include <optional>
 
 namespace splitcubes::app {
 
 namespace {
 
-int validate(const std::vector<std::string>& files) {
-    bool all_valid = true;
-    for (const std::string& file : files) {
-        geometry::TriangleMesh mesh = io::read_mesh(file);
-        const std::string ending = std::filesystem::path(file).extension().string();
-        // glTF splits vertices at seams and materials, so only places can say what is joined.
-        if (ending == ".glb" || ending == ".gltf") mesh = geometry::weld_equal_vertices(mesh);
-        const geometry::MeshCheck check = geometry::check_mesh(mesh);
-        const auto yes_no = [](bool value) { return value ? "yes" : "no"; };
-        std::cout << file << ": " << (check.valid() ? "valid" : "NOT valid") << '\n'
-                  << "  vertices " << check.vertices << ", triangles " << check.triangles << ", parts "
-                  << check.parts.size() << '\n'
-                  << "  closed " << yes_no(check.closed() && check.boundary_edges == 0) << " ("
-                  << check.boundary_edges << " boundary edges, " << check.degenerate_triangles
-                  << " degenerate triangles)\n"
-                  << "  oriented " << yes_no(check.oriented()) << " (" << check.misoriented_edges
-                  << " edges run the same way twice)\n"
-                  << "  manifold " << yes_no(check.manifold()) << " (" << check.non_manifold_edges
-                  << " edges, " << check.non_manifold_vertices << " vertices are not)\n"
-                  << "  volume " << check.volume << " m^3, area " << check.area << " m^2\n";
-        if (check.parts.size() > 1)
-            for (std::size_t k = 0; k < check.parts.size() && k < 20; ++k)
-                std::cout << "  part " << k << ": " << check.parts[k].triangles << " triangles, volume "
-                          << check.parts[k].volume << " m^3\n";
-        all_valid = all_valid && check.valid();
+struct Options {
+    std::vector<std::string> files;
+    MeshScale scale;
+    bool all_parts = false;
+};
+
+// What is wrong, one reason after the other; counts of zero are none.
+class Reasons {
+  public:
+    void add(std::size_t count, const char* one, const char* many) {
+        if (count == 0) return;
+        text_ += (text_.empty() ? "" : ", ") + std::to_string(count) + " " + (count == 1 ? one : many);
     }
-    return all_valid ? 0 : 1;
+    std::string line(const char* property, bool holds) const {
+        return std::string("  ") + property + (holds ? " yes" : " no: " + text_) + "\n";
+    }
+
+  private:
+    std::string text_;
+};
+
+std::string properties(const geometry::MeshCheck& check) {
+    Reasons open, turned, branching;
+    open.add(check.triangles == 0, "mesh without triangles", "");
+    open.add(check.boundary_edges, "edge has one triangle only", "edges have one triangle only");
+    if (check.boundary_edges == 0)
+        open.add(check.unbalanced_edges, "edge is run along more often one way than the other",
+                 "edges are run along more often one way than the other");
+    open.add(check.degenerate_triangles, "triangle has a vertex twice", "triangles have a vertex twice");
+    open.add(check.non_finite_vertices, "vertex is not finite", "vertices are not finite");
+    const bool closed = check.closed() && check.boundary_edges == 0 && check.non_finite_vertices == 0;
+    turned.add(check.misoriented_edges, "edge runs the same way in both triangles",
+               "edges run the same way in both triangles");
+    turned.add(check.non_manifold_edges, "edge has more than two triangles",
+               "edges have more than two triangles");
+    branching.add(check.non_manifold_edges, "edge has more than two triangles",
+                  "edges have more than two triangles");
+    branching.add(check.non_manifold_vertices, "vertex joins several fans of triangles",
+                  "vertices join several fans of triangles");
+    return open.line("closed", closed) + turned.line("oriented", check.oriented()) +
+           branching.line("manifold", check.manifold());
+}
+
+std::string part_line(const std::string& name, std::size_t triangles, double volume, const MeshScale& scale) {
+    return "  " + name + ": " + std::to_string(triangles) + (triangles == 1 ? " triangle" : " triangles") +
+           ", volume " + scale.volume_text(volume) + "\n";
+}
+
+// The largest; what is left out is counted.
+std::string parts_text(const geometry::MeshCheck& check, const Options& options) {
+    if (check.parts.size() < 2) return "";
+    const std::size_t listed = options.all_parts ? check.parts.size() : 20;
+    std::string out;
+    std::size_t left_out = 0, triangles = 0;
+    double volume = 0;
+    for (std::size_t k = 0; k < check.parts.size(); ++k) {
+        const geometry::MeshPart& part = check.parts[k];
+        if (k < listed) {
+            out += part_line("part " + std::to_string(k), part.triangles, part.volume, options.scale);
+            continue;
+        }
+        ++left_out;
+        triangles += part.triangles;
+        volume += part.volume;
+    }
+    if (left_out > 0)
+        out += part_line(std::to_string(left_out) + " smaller parts, listed by --all-parts", triangles,
+                         volume, options.scale);
+    return out;
+}
+
+bool validate_file(const std::string& file, const Options& options) {
+    geometry::TriangleMesh mesh = io::read_mesh(file);
+    options.scale.apply(mesh);
+    // glTF splits vertices at seams and materials, so only places can say what is joined.
+    if (io::format_of_extension(file) == io::MeshFormat::gltf) mesh = geometry::weld_equal_vertices(mesh);
+    const geometry::MeshCheck check = geometry::check_mesh(mesh);
+    std::cout << file << ": " << (check.valid() ? "valid" : "NOT valid") << "\n  vertices " << check.vertices
+              << ", triangles " << check.triangles << ", parts " << check.parts.size() << '\n'
+              << properties(check) << "  volume " << options.scale.volume_text(check.volume) << ", area "
+              << options.scale.area_text(check.area) << '\n'
+              << parts_text(check, options) << std::flush;
+    return check.valid();
+}
+
+// All files are looked at, whatever the others are like.
+int validate(const Options& options) {
+    std::size_t invalid = 0, unreadable = 0;
+    for (const std::string& file : options.files) {
+        try {
+            invalid += !validate_file(file, options);
+        } catch (const InputError& error) {
+            std::cerr << "splitcubes: " << error.what() << '\n';
+            ++unreadable;
+        }
+    }
+    if (options.files.size() > 1)
+        std::cout << options.files.size() << " files: " << options.files.size() - invalid - unreadable
+                  << " valid, " << invalid << " not valid, " << unreadable << " not read\n";
+    return unreadable > 0 ? 2 : invalid > 0 ? 1 : 0;
 }
 
 }  // namespace
 
-void add_validate_command(CLI::App& app, Run& run) {
-    const auto files = std::make_shared<std::vector<std::string>>();
-    CLI::App* command = app.add_subcommand(
-        "validate", "Checks meshes: closed, oriented, 2-manifold; exit code 1 where one is not");
-    command->add_option("mesh", *files, "Meshes: .obj .ply .stl .gltf .glb")->required();
-    command->callback([files, &run] { run = [files] { return validate(*files); }; });
+void add_validate_command(CommandLine& line) {
+    const auto options = std::make_shared<Options>();
+    Command& command = line.add("validate", "Checks meshes: closed, oriented, 2-manifold");
+    command.add_list("MESH", "", options->files, "Meshes: .obj .ply .stl .gltf .glb")
+        .required()
+        .completes(meshes_in());
+    command.add_flag("--all-parts", options->all_parts, "Lists all parts, not the 20 largest alone");
+    add_unit_option(
+        command, options->scale.unit_name,
+        "Unit of the files' numbers, in which volumes and areas are told: m (default), mm, cm or inch");
+    command.details =
+        "All files are checked before it ends. Exit code: 0 all are valid, 1 one is not, 2 one cannot be "
+        "read.";
+    command.example("splitcubes validate cut.ply pieces/*.ply");
+    command.run = [options] { return validate(*options); };
 }
 
 }  // namespace splitcubes::app

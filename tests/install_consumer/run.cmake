@@ -13,6 +13,16 @@ endfunction()
 file(REMOVE_RECURSE ${WORK})
 run("installing (is everything built?)"
   ${CMAKE_COMMAND} --install ${BUILD} --config ${CONFIG} --prefix ${WORK}/prefix)
+# What goes with the program.
+if(EXISTS ${WORK}/prefix/bin/splitcubes)
+  foreach(file man/man1/splitcubes.1 bash-completion/completions/splitcubes
+      zsh/site-functions/_splitcubes fish/vendor_completions.d/splitcubes.fish)
+    file(SIZE ${WORK}/prefix/share/${file} size)
+    if(size LESS 1000)
+      message(FATAL_ERROR "share/${file} is empty")
+    endif()
+  endforeach()
+endif()
 # The package must be found below the prefix and nowhere else: the registries and
 # the build tree are left out of the search.
 run("configuring the consumer"

@@ -1,0 +1,40 @@
+// The unit of mesh files, and their scale: --unit and --scale.
+#pragma once
+
+#include <splitcubes/geometry/length_unit.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace splitcubes::app {
+
+class Command;
+
+/// Files are read and written in `unit`; what is read is made `scale` times as large. Lengths on the
+/// command line are in `unit`, of what is written.
+struct MeshScale {
+    std::string unit_name = "m";
+    double scale = 1;
+
+    /// Adds --unit and --scale.
+    void add_to(Command& command);
+
+    const geometry::LengthUnit& unit() const { return geometry::length_unit(unit_name); }
+    /// Metres of the result to one of the numbers that are read.
+    double factor() const { return unit().to_metres(scale); }
+    /// A mesh that was read, to metres of the result.
+    void apply(geometry::TriangleMesh& mesh) const;
+    /// "1.5 mm^3" of a volume in m^3.
+    std::string volume_text(double volume) const;
+    std::string area_text(double area) const;
+};
+
+/// --unit alone: what numbers are called.
+void add_unit_option(Command& command, std::string& unit_name, const std::string& help);
+
+/// Writes a mesh in the unit.
+void write_scaled(const std::filesystem::path& path, const geometry::SurfaceMesh& surface,
+                  const MeshScale& scale);
+
+}  // namespace splitcubes::app

@@ -1,0 +1,28 @@
+// Values of options: numbers and their ranges, read from text and told in plain words.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace splitcubes::app {
+
+/// Numbers from `min` to `max`; `above`: min itself is not among them.
+struct Range {
+    double min = 0, max = 0;
+    bool above = false;
+};
+inline Range above(double min, double max) {
+    return {min, max, true};
+}
+
+/// As people write it: 100000000, 0.05, 1e-12.
+std::string plain_number(double value);
+/// "from 2 to 1024", "above 0 to 1000".
+std::string range_text(const Range& range);
+
+/// Throw InputError with `where` as its place: for text that is no (whole) number, and for
+/// numbers out of the range. Numbers are finite and read in the same way in every locale.
+int read_integer(std::string_view text, const Range& range, const std::string& where);
+double read_number(std::string_view text, const Range& range, const std::string& where);
+
+}  // namespace splitcubes::app
