@@ -18,11 +18,17 @@ using Words = std::vector<std::string>;
 
 class Interrupt : public Program {
   protected:
+    void write(const char* name, const geometry::TriangleMesh& mesh) const {
+        geometry::SurfaceMesh surface;
+        surface.mesh = mesh;
+        io::write_mesh(in(name), surface);
+    }
+
     // Work for many seconds: a mesh with a hole, on a fine grid.
     void write_open_ball() const {
         geometry::TriangleMesh ball = geometry::make_sphere(0.5, 5);
         ball.triangles.pop_back();
-        io::write_mesh(in("ball.ply"), ball);
+        write("ball.ply", ball);
     }
 
     // Many parts: long to set up.
@@ -61,7 +67,8 @@ class Interrupt : public Program {
             SCOPED_TRACE(arguments[0] + " after " + std::to_string(delay) + " ms");
             Ended ended;
             EXPECT_LT(end_after(arguments, std::chrono::milliseconds(delay), signal_number, ended), bound);
-            if (ended.code == -1) EXPECT_LE(delay, 40) << "before it could know of signals";
+            // Early on it cannot know of signals.
+            EXPECT_TRUE(ended.code >= 0 || delay <= 40);
             EXPECT_LE(ended.code, 1) << ended.err;
             if (ended.code == 1) {
                 const Words said = lines_of(ended.err);
@@ -71,7 +78,8 @@ class Interrupt : public Program {
             EXPECT_EQ(unfinished_files(), 0U);
             for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
                 EXPECT_EQ(entry.path().string().find("partial"), std::string::npos);
-                if (entry.path().extension() == ".ply") EXPECT_NO_THROW(io::read_mesh(entry.path()));
+                if (entry.path().extension() != ".ply") continue;
+                EXPECT_NO_THROW(io::read_mesh(entry.path()));
             }
             signal_number = SIGINT + SIGTERM - signal_number;
         }
@@ -85,7 +93,7 @@ TEST_F(Interrupt, EndsSurface) {
 
 TEST_F(Interrupt, EndsCut) {
     write_open_ball();
-    io::write_mesh(in("sheet.ply"), geometry::make_box({2, 2, 0.1}));
+    write("sheet.ply", geometry::make_box({2, 2, 0.1}));
     expect_ends_soon(
         {"cut", "ball.ply", "--with", "sheet.ply", "-o", "out.ply", "--pieces", "parts", "--cells", "400"});
 }
@@ -96,7 +104,7 @@ TEST_F(Interrupt, EndsTheSetUpOfRun) {
 }
 
 TEST_F(Interrupt, EndsValidate) {
-    write_open_ball();
+    write("ball.ply", geometry::make_sphere(0.5, 5));
     Words arguments{"validate"};
     arguments.insert(arguments.end(), 300, "ball.ply");
     expect_ends_soon(arguments);
@@ -150,7 +158,7 @@ TEST_F(Interrupt, WhatDoesNotFitInMemoryIsRefusedBeforeTheWork) {
 }
 
 TEST_F(Interrupt, ShortWorkTellsNoProgress) {
-    io::write_mesh(in("box.ply"), geometry::make_box({1, 1, 1}));
+    write("box.ply", geometry::make_box({1, 1, 1}));
     EXPECT_EQ(run({"surface", "box.ply", "-o", "out.ply", "--cells", "8"}).err, "");
 }
 
