@@ -2,6 +2,7 @@
 #include "commands.h"
 #include "cut_pieces.h"
 #include "cutters.h"
+#include "idle_notes.h"
 #include "interrupts.h"
 #include "lost_material.h"
 #include "output_targets.h"
@@ -93,10 +94,35 @@ std::vector<std::uint8_t> pieces_to_remove(std::vector<Cutter>& cutters, const s
     return removed;
 }
 
-void note_idle_cutters(const std::vector<Cutter>& cutters) {
-    for (const Cutter& cutter : cutters)
-        if (cutter.cut_edges == 0 && !cutter.encloses)
-            print_notes(cutter.what(), {"crosses no edge inside the body: nothing was cut"});
+// What did not cut an edge and has no piece inside.
+bool is_idle(const Cutter& cutter) {
+    return cutter.cut_edges == 0 && !cutter.encloses;
+}
+
+splitting::CrossedEdges edges_crossed(const Cutter& cutter, const splitting::NodeGrid& grid,
+                                      const Parallel& parallel) {
+    return cutter.blade ? body::edges_crossed_by_blade(grid, *cutter.blade, parallel)
+                        : splitting::edges_crossed_by_sheet(grid, cutter.sheet);
+}
+
+geometry::Box bounds_of(const Cutter& cutter) {
+    if (!cutter.blade) return cutter.sheet.bounds();
+    geometry::Box out;
+    const cutting::Blade& blade = *cutter.blade;
+    for (const cutting::SweptBlade& part : cutting::sweep(blade, blade.active_from(), blade.active_until()))
+        out.add(part.bounds);
+    return out;
+}
+
+void note_idle_cutters(const Options& options, std::vector<Cutter>& cutters, const splitting::NodeGrid& grid,
+                       const geometry::Box& body, const Parallel& parallel) {
+    for (Cutter& cutter : cutters) {
+        if (!is_idle(cutter)) continue;
+        const IdleCutter idle{bounds_of(cutter),     body,         edges_crossed(cutter, grid, parallel),
+                              grid.rest().cell_size, options.mesh, "cell size"};
+        cutter.idle_reason = idle_reason(idle.crossed);
+        print_notes(cutter.what(), {idle_note(idle)});
+    }
 }
 
 // Adds to a report of the surface what `cut` alone knows.
@@ -184,7 +210,7 @@ int cut(const Options& options, Progress& progress) {
     seconds["attributes"] = watch.lap();
     const CutResult result = arrange_pieces(std::move(whole), pieces, removed, options.choice());
     progress.begin("files");
-    note_idle_cutters(cutters);
+    note_idle_cutters(options, cutters, grid, mesh.bounds(), parallel);
     Json report = surface_report(grid, surface, pieces, solid, result.kept());
     complete_report(report, options, cutters, result);
     const std::string extension = std::filesystem::path(options.out).extension().string();

@@ -140,6 +140,7 @@ Json cutters_report(const std::vector<Cutter>& cutters) {
                         cutter.is_plane ? cutter.file.substr(std::string("plane ").size()) : cutter.file}});
         if (cutter.blade) out.back()["blade"] = cutter.blade->name();
         out.back()["cut_edges"] = cutter.cut_edges;
+        if (!cutter.idle_reason.empty()) out.back()["idle"] = cutter.idle_reason;
     }
     return out;
 }

@@ -31,7 +31,8 @@ struct Cutter {
     std::optional<cutting::Blade> blade;
     bool is_plane = false;
     std::size_t cut_edges = 0;
-    bool encloses = false;  // a piece lies inside
+    bool encloses = false;         // a piece lies inside
+    std::string idle_reason = {};  // of one that cut nothing: why
 
     std::string what() const { return blade ? file + ": blade '" + blade->name() + "'" : file; }
 };

@@ -88,6 +88,7 @@ RunOutput::RunOutput(const fs::path& folder, const scene::SceneDescription& desc
         surfaces_.write_images(folder_ / "surface");
     if (past.frame >= 0) {
         metrics_ = past.metrics;
+        flags_.add_table(past.metrics);
         return;
     }
     metrics_ = "frame,time";
@@ -112,6 +113,7 @@ RunOutput::RunOutput(const fs::path& folder, const scene::SceneDescription& desc
 RunOutput::~RunOutput() = default;
 
 void RunOutput::add_metrics(const body::StepReport& r, int frame) {
+    flags_.add(r.flags);
     std::ostringstream row;
     row.imbue(std::locale::classic());
     row.precision(9);
@@ -196,6 +198,8 @@ void RunOutput::finish(const body::World& world, int frames, bool interrupted) {
     summary["interrupted"] = interrupted;
     summary["time"] = world.time();
     summary["state_hash"] = world.state_hash().text();
+    summary["flags"] = flags_.json();
+    summary["idle_tools"] = idle_tools_;
     // Totals over all bodies under the same keys as a report of one.
     Json bodies = Json::array();
     for (const auto& body : world.bodies()) bodies.push_back(body_report(*body));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "carried_surfaces.h"
+#include "flag_counts.h"
 #include "report.h"
 
 #include <splitcubes/body/world.h>
@@ -10,6 +11,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace splitcubes::app {
@@ -43,6 +45,10 @@ class RunOutput {
     Seconds& seconds() { return seconds_; }
     /// The table so far.
     const std::string& metrics() const { return metrics_; }
+    /// For the summary: the tools that cut nothing, and why (note_idle_tools).
+    void set_idle_tools(Json list) { idle_tools_ = std::move(list); }
+    /// Of all steps of the run, those before it was resumed included.
+    const FlagCounts& flags() const { return flags_; }
 
   private:
     void add_metrics(const body::StepReport& report, int frame);
@@ -53,6 +59,8 @@ class RunOutput {
     const scene::SceneDescription& description_;
     std::string metrics_;
     Seconds seconds_;
+    FlagCounts flags_;
+    Json idle_tools_ = Json::array();
     CarriedSurfaces surfaces_;
     struct Pictures;
     std::unique_ptr<Pictures> pictures_;

@@ -1,6 +1,7 @@
 #include "simulate.h"
 
 #include "checkpoints.h"
+#include "idle_notes.h"
 #include "interrupts.h"
 #include "opengl_backend.h"
 #include "output_targets.h"
@@ -85,11 +86,13 @@ int simulate(const scene::SceneDescription& description, const RunOptions& optio
     output.seconds().setup = watch.lap();
     const Patience patience;
     if (past.frame < 0) output.write_frame(*world, body::StepReport{}, 0);
+    body::IdleTools idle_tools(*world);
     Progress progress("run " + description.name, static_cast<std::size_t>(description.frames));
     int frame = std::max(past.frame, 0);
     while (frame < description.frames && !interrupted()) {
         const body::StepReport report = world->step();
         ++frame;
+        idle_tools.observe(*world, report);
         output.seconds().simulate += report.total_seconds();
         output.write_frame(*world, report, frame);
         if (options.checkpoint_every > 0 && frame % options.checkpoint_every == 0)
@@ -99,6 +102,8 @@ int simulate(const scene::SceneDescription& description, const RunOptions& optio
                                                            (report.pieces == 1 ? " piece" : " pieces"));
     }
     progress.finish();
+    print_notes(description.name, output.flags().notes());
+    if (!interrupted()) output.set_idle_tools(note_idle_tools(idle_tools, *world));
     output.finish(*world, frame, interrupted());
     if (!options.record.empty() && frame > 0)
         write_recording(options.record, description, *world, first_state, frame);

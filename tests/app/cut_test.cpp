@@ -211,7 +211,14 @@ TEST_F(Cut, ABladeOnAPathSevers) {
     ASSERT_EQ(report["pieces"].size(), 2U);
     const Words said = lines_of(said_.err);
     ASSERT_EQ(said.size(), 1U) << said_.err;
-    EXPECT_EQ(said[0].rfind("wire.json: blade 'idle': crosses no edge", 0), 0U);
+    EXPECT_EQ(
+        said[0].rfind("wire.json: blade 'idle': nothing was cut: it missed 'block.obj'; its bounding box "
+                      "is (5, 0, -1) to (6, 0, 1) m, that of 'block.obj' (",
+                      0),
+        0U)
+        << said[0];
+    EXPECT_EQ(report["cutters"][1]["idle"], "missed");
+    EXPECT_FALSE(report["cutters"][0].contains("idle"));
     ASSERT_EQ(report["cutters"].size(), 2U);
     EXPECT_EQ(report["cutters"][0]["blade"], "wire");
     EXPECT_EQ(report["cutters"][1]["cut_edges"], 0);

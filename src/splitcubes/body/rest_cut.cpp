@@ -19,8 +19,12 @@ using splitting::NodeGrid;
 // their longer sides until their boxes are small.
 class Candidates {
   public:
-    explicit Candidates(const NodeGrid& grid)
-        : grid_(grid), space_{Vec3::Zero(), (grid.rest().node_count - Vec3i::Ones()).cast<double>()} {}
+    enum class Wanted { uncut_inside, all_of_the_body };
+
+    explicit Candidates(const NodeGrid& grid, Wanted wanted = Wanted::uncut_inside)
+        : grid_(grid),
+          wanted_(wanted),
+          space_{Vec3::Zero(), (grid.rest().node_count - Vec3i::Ones()).cast<double>()} {}
 
     void add(const MovingSegment& s) {
         const geometry::RestGrid& rest = grid_.rest();
@@ -80,16 +84,22 @@ class Candidates {
     }
 
     void add_edges_of(const Vec3i& node, const Box& box) {
-        if (!grid_.inside(node)) return;
+        if (wanted_ == Wanted::uncut_inside && !grid_.inside(node)) return;
         for (int axis = 0; axis < 3; ++axis) {
             const GridEdge edge{node, axis};
-            if (!grid_.has_edge(edge) || !grid_.inside(edge.upper()) || grid_.is_cut(edge)) continue;
+            if (!grid_.has_edge(edge) || !is_wanted(edge)) continue;
             if (box.meets({node.cast<double>(), edge.upper().cast<double>()}))
                 ids_.push_back(splitting::edge_id(edge));
         }
     }
 
+    bool is_wanted(const GridEdge& edge) const {
+        const bool lower = grid_.inside(edge.node), upper = grid_.inside(edge.upper());
+        return wanted_ == Wanted::uncut_inside ? lower && upper && !grid_.is_cut(edge) : lower || upper;
+    }
+
     const NodeGrid& grid_;
+    Wanted wanted_;
     Box space_;  // cells: what the grid covers
     double margin_ = 0;
     std::vector<std::uint64_t> ids_;
@@ -129,6 +139,34 @@ std::vector<std::int32_t> cut_with_blade(NodeGrid& grid, const cutting::Blade& b
         }
     }
     return slots;
+}
+
+void append_edges_crossed(const NodeGrid& grid, std::span<const cutting::SweptBlade> swept,
+                          const Parallel& parallel, std::vector<std::uint64_t>& ids) {
+    Candidates near(grid, Candidates::Wanted::all_of_the_body);
+    for (const cutting::SweptBlade& part : swept)
+        for (const MovingSegment& segment : part.segments) near.add(segment);
+    const std::vector<cutting::CandidateEdge> candidates = near.take();
+    Vec3 normal = Vec3::Zero();
+    for (const cutting::EdgeCut& cut : cutting::cut_edges(swept, candidates, normal, parallel))
+        ids.push_back(cut.id);
+}
+
+splitting::CrossedEdges crossed_edges(const NodeGrid& grid, std::vector<std::uint64_t>& ids) {
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    splitting::CrossedEdges out;
+    for (const std::uint64_t id : ids) out.add(grid, splitting::edge_from_id(id));
+    return out;
+}
+
+splitting::CrossedEdges edges_crossed_by_blade(const NodeGrid& grid, const cutting::Blade& blade,
+                                               const Parallel& parallel) {
+    std::vector<std::uint64_t> ids;
+    const std::vector<double> times = span_times(blade);
+    for (std::size_t k = 0; k + 1 < times.size(); ++k)
+        append_edges_crossed(grid, cutting::sweep(blade, times[k], times[k + 1]), parallel, ids);
+    return crossed_edges(grid, ids);
 }
 
 }  // namespace splitcubes::body

@@ -3,9 +3,13 @@
 
 #include <splitcubes/core/parallel.h>
 #include <splitcubes/cutting/blade.h>
+#include <splitcubes/cutting/sweep.h>
+#include <splitcubes/splitting/crossed_edges.h>
 #include <splitcubes/splitting/node_grid.h>
 
+#include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 namespace splitcubes::body {
@@ -24,5 +28,17 @@ namespace splitcubes::body {
 std::vector<std::int32_t> cut_with_blade(splitting::NodeGrid& grid, const cutting::Blade& blade,
                                          std::int32_t cut_number, const Parallel& parallel,
                                          const std::function<bool()>& stop = {});
+
+/// Appends edge_id of the edges with an inside end, cut or not, that a blade crosses which sweeps
+/// this, consecutive parts of one interval, in the grid's rest space.
+void append_edges_crossed(const splitting::NodeGrid& grid, std::span<const cutting::SweptBlade> swept,
+                          const Parallel& parallel, std::vector<std::uint64_t>& ids);
+
+/// The edges of the body that the blade crosses while it is active.
+splitting::CrossedEdges edges_crossed_by_blade(const splitting::NodeGrid& grid, const cutting::Blade& blade,
+                                               const Parallel& parallel);
+
+/// Of edge_id, each counted once; `ids` is sorted.
+splitting::CrossedEdges crossed_edges(const splitting::NodeGrid& grid, std::vector<std::uint64_t>& ids);
 
 }  // namespace splitcubes::body

@@ -114,7 +114,9 @@ void ImplicitSolver::Group::solve(bool anew) {
         square = furthest = residual(true, noise);
         if (!(square < 0.25 * before)) break;
     }
-    const double reached = square > 0 && closest > 0 ? tolerance() * std::sqrt(square / closest) : 0;
+    double reached = square > 0 && closest > 0 ? tolerance() * std::sqrt(square / closest) : 0;
+    // A solve that ended where it was to is no more than the tolerance off.
+    if (square <= wanted) reached = std::min(reached, jobs[0].options.tolerance);
     each([&](ImplicitSolver& s, const Job&, std::uint32_t) { s.report_.residual = reached; });
 }
 

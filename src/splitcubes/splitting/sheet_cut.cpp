@@ -32,4 +32,13 @@ std::vector<std::int32_t> cut_with_sheet(NodeGrid& grid, const geometry::Triangl
     return slots;
 }
 
+CrossedEdges edges_crossed_by_sheet(const NodeGrid& grid, const geometry::TriangleMesh& sheet) {
+    CrossedEdges out;
+    const auto all = geometry::sweep_grid(grid.rest(), sheet).crossings;
+    for (std::size_t i = 0; i < all.size(); ++i)
+        if (i == 0 || all[i].axis != all[i - 1].axis || all[i].node != all[i - 1].node)
+            out.add(grid, {all[i].node, all[i].axis});
+    return out;
+}
+
 }  // namespace splitcubes::splitting

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <splitcubes/geometry/triangle_mesh.h>
+#include <splitcubes/splitting/crossed_edges.h>
 #include <splitcubes/splitting/node_grid.h>
 
 #include <vector>
@@ -15,5 +16,8 @@ namespace splitcubes::splitting {
 /// Throws InputError where a position is not finite or an index out of range.
 std::vector<std::int32_t> cut_with_sheet(NodeGrid& grid, const geometry::TriangleMesh& sheet,
                                          std::int32_t cut_number);
+
+/// The edges of the body that the sheet crosses, which must have passed cut_with_sheet.
+CrossedEdges edges_crossed_by_sheet(const NodeGrid& grid, const geometry::TriangleMesh& sheet);
 
 }  // namespace splitcubes::splitting

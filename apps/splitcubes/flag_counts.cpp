@@ -1,0 +1,97 @@
+#include "flag_counts.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <sstream>
+
+namespace splitcubes::app {
+
+namespace {
+
+constexpr double often = 0.1;  // of the steps
+
+struct Advice {
+    body::Flag flag;
+    const char* meaning;
+    const char* remedy;
+};
+
+// Not frame_fallback, which stands wherever there are slivers and harms nothing that is seen.
+constexpr Advice advices[] = {
+    {body::flag_inverted, "phyxels were turned inside out",
+     "take a smaller time_step, or let what pulls move more slowly"},
+    {body::flag_not_converged, "the elastic solve stopped before its tolerance",
+     "raise solver.max_iterations, or take a smaller time_step"},
+    {body::flag_non_finite, "phyxels went on without elastic force",
+     "take a smaller time_step, or let what pulls move more slowly"},
+    {body::flag_rank_deficient, "some phyxels have too few neighbours to tell how they are deformed",
+     "usual in small fragments; where whole parts are one phyxel thick, take a smaller phyxel_spacing"},
+    {body::flag_overdrawn, "pieces gained energy that nothing put in, and were mended",
+     "take a smaller time_step"},
+};
+
+std::string name_of(std::size_t bit) {
+    return body::flag_text(std::uint32_t{1} << bit);
+}
+
+// The field of a row of the table, from 0.
+std::string field(const std::string& row, std::size_t number) {
+    std::istringstream in(row);
+    std::string out;
+    for (std::size_t k = 0; k <= number; ++k)
+        if (!std::getline(in, out, ',')) return "";
+    return out;
+}
+
+std::size_t column_of(const std::string& head, const std::string& name) {
+    std::istringstream in(head);
+    std::size_t number = 0;
+    for (std::string column; std::getline(in, column, ','); ++number)
+        if (column == name) return number;
+    return number;
+}
+
+}  // namespace
+
+void FlagCounts::add(std::uint32_t flags) {
+    ++steps_;
+    for (std::size_t bit = 0; bit < flag_count; ++bit) counts_[bit] += flags >> bit & 1U;
+}
+
+void FlagCounts::add_table(const std::string& metrics) {
+    std::istringstream in(metrics);
+    std::string row;
+    if (!std::getline(in, row)) return;
+    const std::size_t column = column_of(row, "flags");
+    while (std::getline(in, row)) {
+        const std::string text = '|' + field(row, column) + '|';
+        std::uint32_t flags = 0;
+        for (std::size_t bit = 0; bit < flag_count; ++bit)
+            if (text.find('|' + name_of(bit) + '|') != std::string::npos) flags |= std::uint32_t{1} << bit;
+        add(flags);
+    }
+}
+
+nlohmann::ordered_json FlagCounts::json() const {
+    nlohmann::ordered_json out;
+    for (std::size_t bit = 0; bit < flag_count; ++bit) out[name_of(bit)] = counts_[bit];
+    return out;
+}
+
+std::vector<std::string> FlagCounts::notes() const {
+    std::vector<std::string> out;
+    for (const Advice& advice : advices)
+        for (std::size_t bit = 0; bit < flag_count; ++bit) {
+            if (advice.flag != std::uint32_t{1} << bit) continue;
+            const auto count = static_cast<double>(counts_[bit]), steps = static_cast<double>(steps_);
+            if (!(count > often * steps)) continue;
+            out.push_back(name_of(bit) + " in " + std::to_string(counts_[bit]) + " of " +
+                          std::to_string(steps_) + " steps (" +
+                          std::to_string(static_cast<int>(100 * count / steps + 0.5)) +
+                          " %): " + advice.meaning + "; " + advice.remedy);
+        }
+    return out;
+}
+
+}  // namespace splitcubes::app

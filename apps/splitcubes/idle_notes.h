@@ -1,0 +1,31 @@
+// Why a tool, a blade or a sheet cut nothing, in a sentence.
+#pragma once
+
+#include <splitcubes/body/idle_tools.h>
+#include <splitcubes/geometry/box.h>
+#include <splitcubes/splitting/crossed_edges.h>
+#include <nlohmann/json_fwd.hpp>
+
+#include <string>
+
+namespace splitcubes::app {
+
+/// What cut nothing, and the body that it could have cut.
+struct IdleCutter {
+    geometry::Box cutter, body;  // m, in one frame
+    splitting::CrossedEdges crossed;
+    double cell_size = 0;  // m
+    std::string body_name = "the mesh";
+    std::string cell_option = "--cell-size";  // that makes cells smaller
+};
+
+/// One word for reports: "missed", "already_cut" or "near_surface".
+const char* idle_reason(const splitting::CrossedEdges& crossed);
+/// A note; what cut nothing is named before it.
+std::string idle_note(const IdleCutter& idle);
+
+/// Prints a note for each tool of a run that cut nothing. Returns a list of their names and reasons,
+/// besides those above "never_active" and "last_step".
+nlohmann::ordered_json note_idle_tools(const body::IdleTools& tools, const body::World& world);
+
+}  // namespace splitcubes::app
