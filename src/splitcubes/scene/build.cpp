@@ -4,6 +4,7 @@
 #include <splitcubes/deformation/mass_spring.h>
 #include <splitcubes/geometry/shapes.h>
 #include <splitcubes/io/read_mesh.h>
+#include <splitcubes/scene/advice.h>
 #include <splitcubes/scene/build.h>
 #include <splitcubes/scene/implicit_model.h>
 #include <splitcubes/scene/overloaded.h>
@@ -312,6 +313,9 @@ std::unique_ptr<body::World> build_world(
                                     "nothing presses on its sides, and their friction is zero: what does is "
                                     "found with contact.pieces"});
     }
+    note_few_phyxels(*world, report.notes);
+    note_damping_step(*world, report.notes);
+    note_overlaps(*world, report.notes);
     return world;
 }
 

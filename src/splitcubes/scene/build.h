@@ -13,7 +13,8 @@
 namespace splitcubes::scene {
 
 struct BuildReport {
-    /// What was found in meshes and done about it: (body name, one line).
+    /// What was found in meshes and done about it, and what is to be known of the world before it is
+    /// stepped (advice.h): (body name, one line).
     std::vector<std::pair<std::string, std::string>> notes;
     /// Per body the mesh that it was made of, placed, with its attributes; empty for
     /// bodies whose mesh has none. The bodies themselves know nothing of colours.

@@ -1,0 +1,246 @@
+#include <splitcubes/body/thin_parts.h>
+#include <splitcubes/scene/advice.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <sstream>
+
+namespace splitcubes::scene {
+
+namespace {
+
+std::string rounded(double value, int digits = 2) {
+    std::ostringstream out;
+    out.imbue(std::locale::classic());
+    out.precision(digits);
+    out << value;
+    return out.str();
+}
+
+std::string percent(double share) {
+    return std::to_string(static_cast<int>(std::lround(100 * share))) + " %";
+}
+
+// How much too soft bending is with so many phyxels across (docs/validation.md).
+const char* softness(int across) {
+    return across <= 2 ? "twice as soft as it should be or more" : "some 80 % too soft";
+}
+
+bool is_elastic(const body::Body& body) {
+    return !body.is_carried();
+}
+
+// Extents of the phyxels along their principal axes, m, the longest first; of the box that has
+// their moments.
+Vec3 principal_extents(const body::Body& body) {
+    const auto& rest = body.phyxels().rest_position;
+    Vec3 centre = Vec3::Zero();
+    for (const Vec3& p : rest) centre += p;
+    centre /= static_cast<double>(rest.size());
+    Mat3 moments = Mat3::Zero();
+    for (const Vec3& p : rest) moments += (p - centre) * (p - centre).transpose();
+    moments /= static_cast<double>(rest.size());
+    const double spacing = body.phyxel_spacing();
+    const Vec3 values = Eigen::SelfAdjointEigenSolver<Mat3>(moments).eigenvalues();
+    // Each phyxel stands for a cube.
+    return (12 * values.array().max(0) + spacing * spacing).sqrt().matrix().reverse();
+}
+
+// From what is held at the start to the phyxel farthest from it, m; none: nothing is held, 0: all is.
+std::optional<double> free_length(const body::Body& body) {
+    const auto& rest = body.phyxels().rest_position;
+    std::vector<std::uint8_t> is_held(rest.size(), 0);
+    for (const body::HoldConstraint& constraint : body.constraints()) {
+        if (constraint.from > 0) continue;
+        for (std::size_t i = 0; i < rest.size(); ++i)
+            if (constraint.region(rest[i])) is_held[i] = 1;
+    }
+    std::vector<Vec3> places;
+    for (std::size_t i = 0; i < rest.size(); ++i)
+        if (is_held[i]) places.push_back(rest[i]);
+    if (places.empty()) return std::nullopt;
+    // A hundred of the held ones tell the distance well enough.
+    const std::size_t every = 1 + places.size() / 100;
+    double farthest = 0;
+    for (std::size_t i = 0; i < rest.size(); ++i) {
+        if (is_held[i]) continue;
+        double nearest = std::numeric_limits<double>::infinity();
+        for (std::size_t k = 0; k < places.size(); k += every)
+            nearest = std::min(nearest, (places[k] - rest[i]).squaredNorm());
+        farthest = std::max(farthest, nearest);
+    }
+    return std::sqrt(farthest);
+}
+
+// Of the slowest vibration, Hz, as of a beam of the body's extents: it bends or stretches. 0: it has none.
+double slowest_frequency(const body::Body& body) {
+    const meshless::Material& material = body.settings().material;
+    const double speed = std::sqrt(material.youngs_modulus / material.density);
+    const Vec3 extents = principal_extents(body);
+    const std::optional<double> length = free_length(body);
+    if (length) {
+        if (*length <= 0) return 0;
+        // First roots of a beam that is held at one end: 1.875 (bending), pi / 2 (stretching).
+        return std::min(0.1615 * extents[2] * speed / (*length * *length), speed / (4 * *length));
+    }
+    const double whole = extents[0];
+    return std::min(1.028 * extents[2] * speed / (whole * whole), speed / (2 * whole));
+}
+
+// The largest step that keeps a share of the swing in each period.
+double keeping_step(double angular_frequency, bool bdf2, double share) {
+    double low = 0, high = 10 / angular_frequency;
+    for (int k = 0; k < 60; ++k) {
+        const double middle = 0.5 * (low + high);
+        (kept_per_period(angular_frequency, middle, bdf2) >= share ? low : high) = middle;
+    }
+    return low;
+}
+
+geometry::Box bounds_of(const body::Body& body) {
+    geometry::Box out;
+    for (const Vec3& p : body.vertex_positions()) out.add(p);
+    return out;
+}
+
+// Where nodes of one grid lie inside the other's solid, m.
+geometry::Box common_nodes(const splitting::NodeGrid& a, const splitting::NodeGrid& b,
+                           const geometry::Box& where) {
+    constexpr double most = 1e6;
+    const geometry::RestGrid& rest = a.rest();
+    const Vec3i low = rest.to_grid(where.min).array().floor().cast<int>().max(0);
+    const Vec3i high = rest.to_grid(where.max).array().ceil().cast<int>().min(rest.node_count.array() - 1);
+    const int stride = std::max(
+        1, static_cast<int>(std::ceil(std::cbrt((high - low + Vec3i::Ones()).cast<double>().prod() / most))));
+    geometry::Box out;
+    for (int z = low[2]; z <= high[2]; z += stride)
+        for (int y = low[1]; y <= high[1]; y += stride)
+            for (int x = low[0]; x <= high[0]; x += stride) {
+                if (!a.inside({x, y, z})) continue;
+                const Vec3 place = rest.node_position({x, y, z});
+                const Vec3i other = b.rest().to_grid(place).array().round().cast<int>();
+                if (b.rest().contains(other) && b.inside(other)) out.add(place);
+            }
+    return out;
+}
+
+// More pairs than these are counted only.
+constexpr std::size_t told_pairs = 5;
+
+void note_body_overlaps(const body::World& world, Notes& notes) {
+    const auto& bodies = world.bodies();
+    std::vector<geometry::Box> bounds;
+    for (const auto& body : bodies) bounds.push_back(bounds_of(*body));
+    std::size_t found = 0;
+    for (std::size_t a = 0; a < bodies.size(); ++a)
+        for (std::size_t b = a + 1; b < bodies.size(); ++b) {
+            if (bodies[a]->is_carried() || bodies[b]->is_carried() || !bounds[a].meets(bounds[b])) continue;
+            const geometry::Box both{bounds[a].min.cwiseMax(bounds[b].min),
+                                     bounds[a].max.cwiseMin(bounds[b].max)};
+            const double cell =
+                std::max(bodies[a]->grid().rest().cell_size, bodies[b]->grid().rest().cell_size);
+            if (both.size().minCoeff() < cell) continue;
+            const geometry::Box common = common_nodes(bodies[a]->grid(), bodies[b]->grid(), both);
+            // What is less than a cell may be the grids'.
+            if (common.empty() || common.size().minCoeff() < cell) continue;
+            if (++found > told_pairs) continue;
+            const Vec3 size = common.size();
+            notes.push_back({bodies[a]->name(),
+                             "overlaps '" + bodies[b]->name() + "' at the start, over " + rounded(size[0]) +
+                                 " x " + rounded(size[1]) + " x " + rounded(size[2]) +
+                                 " m: contact throws them apart; place them apart, or take "
+                                 "contact.pieces out"});
+        }
+    if (found > told_pairs)
+        notes.push_back({"scene", std::to_string(found - told_pairs) + " more pairs of bodies overlap"});
+}
+
+void note_collider_overlaps(const body::World& world, Notes& notes) {
+    std::size_t found = 0;
+    for (const auto& body : world.bodies())
+        for (const body::Collider& collider : world.colliders()) {
+            const Isometry own = collider.at(0).inverse();
+            double deepest = 0;
+            for (const Vec3& p : body->vertex_positions())
+                deepest = std::max(deepest, -collider.solid->at(own * p).distance);
+            if (deepest < body->grid().rest().cell_size || ++found > told_pairs) continue;
+            notes.push_back({body->name(), "begins " + rounded(deepest) + " m inside '" + collider.name +
+                                               "', which throws it out; place it outside"});
+        }
+    if (found > told_pairs)
+        notes.push_back(
+            {"scene", std::to_string(found - told_pairs) + " more bodies begin inside a collider"});
+}
+
+}  // namespace
+
+double kept_per_period(double angular_frequency, double time_step, bool bdf2) {
+    // The factor of a step for y' = i w y.
+    const std::complex<double> x(0, angular_frequency * time_step);
+    const std::complex<double> factor =
+        bdf2 ? (2.0 + std::sqrt(1.0 + 2.0 * x)) / (3.0 - 2.0 * x) : 1.0 / (1.0 - x);
+    const double angle = std::arg(factor);
+    if (!(angle > 0)) return angular_frequency * time_step > 0 ? 0 : 1;
+    return std::pow(std::abs(factor), 2 * std::numbers::pi / angle);
+}
+
+void note_few_phyxels(const body::World& world, Notes& notes) {
+    constexpr double least_share = 0.1;  // of the volume
+    constexpr int enough = 4;            // a third too soft in bending; six are recommended
+    for (const auto& body : world.bodies()) {
+        if (!is_elastic(*body)) continue;
+        const double spacing = body->phyxel_spacing();
+        const body::ThinParts thin = body::thin_parts(body->grid(), (enough - 0.5) * spacing);
+        if (thin.share < least_share) continue;
+        const int across = std::max(1, static_cast<int>(std::lround(thin.thickness / spacing)));
+        const double wanted = thin.thickness / 6;
+        const double count = static_cast<double>(body->phyxels().size()) * std::pow(spacing / wanted, 3);
+        notes.push_back(
+            {body->name(), (thin.share > 0.95 ? std::string("it") : percent(thin.share) + " of its volume") +
+                               " is about " + rounded(thin.thickness) + " m thick and has " +
+                               std::to_string(across) + (across == 1 ? " phyxel" : " phyxels") +
+                               " across: bending is " + softness(across) + "; phyxel_spacing " +
+                               rounded(wanted) + " puts six across (about " +
+                               std::to_string(std::lround(count)) + " phyxels, " +
+                               std::to_string(body->phyxels().size()) + " now)"});
+    }
+}
+
+void note_damping_step(const body::World& world, Notes& notes) {
+    constexpr double seen_below = 12;  // Hz; what swings faster is seen as a blur
+    constexpr double most_lost = 0.5;  // of the swing, in a period
+    constexpr double wanted = 0.9;     // of it, kept
+    const body::WorldSettings& settings = world.settings();
+    if (settings.solver.kind == meshless::SolverKind::explicit_steps) return;
+    for (const auto& body : world.bodies()) {
+        if (!is_elastic(*body)) continue;
+        const double frequency = slowest_frequency(*body), w = 2 * std::numbers::pi * frequency;
+        if (!(frequency > 0) || frequency > seen_below) continue;
+        const meshless::Material& material = body->settings().material;
+        const double own =
+            std::exp(-std::numbers::pi * (material.mass_damping / w + material.stiffness_damping * w));
+        const double kept = kept_per_period(w, settings.time_step, settings.solver.bdf2);
+        if (kept > 1 - most_lost || own < 1 - most_lost) continue;
+        notes.push_back(
+            {body->name(),
+             "its slowest vibration, at about " + rounded(frequency) + " Hz, loses " + percent(1 - kept) +
+                 " of its swing in each period by the time step of " + rounded(settings.time_step) +
+                 " s alone; time_step " + rounded(keeping_step(w, settings.solver.bdf2, wanted)) +
+                 (settings.solver.bdf2
+                      ? ""
+                      : ", or solver.integrator bdf2 and " + rounded(keeping_step(w, true, wanted)) + ",") +
+                 " keeps " + percent(wanted)});
+    }
+}
+
+void note_overlaps(const body::World& world, Notes& notes) {
+    if (world.settings().contact.pieces) note_body_overlaps(world, notes);
+    note_collider_overlaps(world, notes);
+}
+
+}  // namespace splitcubes::scene

@@ -1,0 +1,131 @@
+// What is said of a world before it is stepped: where it is wrong, and not where it is right.
+#include <splitcubes/scene/advice.h>
+#include <splitcubes/scene/build.h>
+#include <splitcubes/scene/parse.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <complex>
+#include <memory>
+#include <numbers>
+
+namespace splitcubes::scene {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+std::vector<std::string> notes(const std::string& text) {
+    BuildReport report;
+    build_world(parse_scene_text(text, "x.json", "/"), std::make_shared<const Parallel>(2), report);
+    std::vector<std::string> out;
+    for (const auto& [name, note] : report.notes) out.push_back(name + ": " + note);
+    return out;
+}
+
+std::string body(const std::string& name, const std::string& size, const std::string& rest) {
+    return R"({"name": ")" + name + R"(", "shape": {"box": {"size": )" + size + "}}, " + rest + "}";
+}
+
+std::string scene(const std::string& bodies, const std::string& rest = "") {
+    return "{\"bodies\": [" + bodies + "]" + rest + "}";
+}
+
+// Steps y' = i w y over many periods.
+double measured_keep(double w, double h, bool bdf2) {
+    const std::complex<double> x(0, w * h);
+    std::complex<double> before(1, 0), now = 1.0 / (1.0 - x);
+    double angle = std::arg(now);
+    const int steps = 400;
+    // The other root of BDF2 has died out after some steps.
+    double start = 0, start_angle = 0;
+    for (int k = 0; k < steps; ++k) {
+        const std::complex<double> next = bdf2 ? (2.0 * now - 0.5 * before) / (1.5 - x) : now / (1.0 - x);
+        angle += std::arg(next / now);
+        before = now;
+        now = next;
+        if (k == 100) {
+            start = std::log(std::abs(now));
+            start_angle = angle;
+        }
+    }
+    return std::exp((std::log(std::abs(now)) - start) / (angle - start_angle) * 2 * std::numbers::pi);
+}
+
+TEST(Advice, the_kept_swing_is_that_of_the_integrators) {
+    for (const bool bdf2 : {false, true})
+        for (const double x : {0.05, 0.2, 0.5, 0.8})
+            EXPECT_NEAR(kept_per_period(x / 0.01, 0.01, bdf2), measured_keep(x / 0.01, 0.01, bdf2), 1e-6)
+                << x << ' ' << bdf2;
+}
+
+TEST(Advice, few_phyxels_across_a_plate_are_told_and_the_spacing_told_puts_six_there) {
+    const auto plate = [](const std::string& spacing) {
+        return scene(
+            body("plate", "[0.5, 0.5, 0.03]", R"("cell_size": 0.005, "phyxel_spacing": )" + spacing));
+    };
+    EXPECT_THAT(notes(plate("0.012")),
+                ElementsAre(testing::AllOf(HasSubstr("plate: it is about 0.0"), HasSubstr("across"),
+                                           HasSubstr("phyxel_spacing 0.00"), HasSubstr("puts six across"))));
+    EXPECT_THAT(notes(plate("0.005")), IsEmpty());
+    EXPECT_THAT(notes(scene(body("cube", "[1, 1, 1]", R"("cells": 20)"))), IsEmpty());
+}
+
+TEST(Advice, a_step_that_damps_what_can_be_seen_is_told) {
+    const std::string hold = R"(, "constraints": [{"body": "bar", "kind": "hold",
+        "region": {"half_space": {"point": [-0.22, 0, 0], "normal": [-1, 0, 0]}}}])";
+    // It swings about three times a second.
+    const std::string bar =
+        body("bar", "[0.5, 0.06, 0.06]",
+             R"("cells": 50, "phyxel_spacing": 0.01, "material": {"youngs_modulus": 5e6})");
+    EXPECT_THAT(notes(scene(bar, hold)), IsEmpty());
+    EXPECT_THAT(notes(scene(bar, hold + R"(, "time_step": 0.1)")),
+                ElementsAre(testing::AllOf(HasSubstr("bar: its slowest vibration, at about "),
+                                           HasSubstr(" by the time step of 0.1 s alone; time_step 0.0"))));
+    EXPECT_THAT(notes(scene(bar, hold + R"(, "time_step": 0.1, "solver": {"kind": "explicit"})")), IsEmpty());
+    EXPECT_THAT(notes(scene(bar, hold + R"(, "solver": {"integrator": "backward_euler"})")),
+                ElementsAre(HasSubstr("solver.integrator bdf2")));
+    // What the material damps itself the step may damp, too; what is faster than the eye as well.
+    const std::string damped = body("bar", "[0.5, 0.06, 0.06]",
+                                    R"("cells": 50, "phyxel_spacing": 0.01,
+                                       "material": {"youngs_modulus": 5e6, "mass_damping": 20})");
+    EXPECT_THAT(notes(scene(damped, hold + R"(, "time_step": 0.1)")), IsEmpty());
+    const std::string stiff =
+        body("bar", "[0.5, 0.06, 0.06]",
+             R"("cells": 50, "phyxel_spacing": 0.01, "material": {"youngs_modulus": 1e8})");
+    EXPECT_THAT(notes(scene(stiff, hold + R"(, "time_step": 0.1)")), IsEmpty());
+}
+
+TEST(Advice, bodies_that_begin_in_each_other_are_told_where_that_matters) {
+    const auto two = [](const std::string& height, const std::string& contact) {
+        return scene(body("low", "[1, 1, 1]", R"("cells": 20)") + "," +
+                         body("high", "[1, 1, 1]",
+                              R"("cells": 20, "placement": {"position": [0.3, 0, )" + height + "]}"),
+                     contact);
+    };
+    const std::string on = R"(, "contact": {"pieces": true})";
+    EXPECT_THAT(notes(two("0.8", on)),
+                ElementsAre(testing::StartsWith("low: overlaps 'high' at the start, over 0.")));
+    EXPECT_THAT(notes(two("1", on)), IsEmpty()) << "they touch";
+    EXPECT_THAT(notes(two("0.8", "")), IsEmpty()) << "they go through each other";
+    // A ball in the hollow of a ring overlaps its box only.
+    EXPECT_THAT(notes(scene(R"({"name": "ring", "shape": {"torus": {"ring_radius": 0.5, "tube_radius": 0.2}},
+                                "cells": 30, "phyxel_count": 2000},
+                               {"name": "ball", "shape": {"sphere": {"radius": 0.2}}, "cells": 20})",
+                            on)),
+                IsEmpty());
+}
+
+TEST(Advice, bodies_that_begin_in_the_ground_are_told) {
+    EXPECT_THAT(notes(scene(body("cube", "[1, 1, 1]", R"("cells": 20)"), R"(, "ground": {"height": -0.3})")),
+                ElementsAre(HasSubstr("cube: begins 0.2 m inside 'ground'")));
+    EXPECT_THAT(notes(scene(body("cube", "[1, 1, 1]", R"("cells": 20)"), R"(, "ground": {"height": -0.5})")),
+                IsEmpty());
+}
+
+}  // namespace
+}  // namespace splitcubes::scene
