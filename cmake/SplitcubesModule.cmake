@@ -81,8 +81,16 @@ function(splitcubes_module name)
   set_property(GLOBAL APPEND PROPERTY SPLITCUBES_MODULES splitcubes_${name})
 endfunction()
 
-# splitcubes_tests(NAME [targets...]): every .cpp in the current folder becomes
-# one GoogleTest program, test_NAME.
+# splitcubes_tests(NAME [targets...]): every .cpp in the current folder becomes one
+# GoogleTest program, test_NAME, whose tests carry the label NAME. Those of a long
+# program are run in as many parts as SPLITCUBES_TEST_PARTS_NAME says, so that no core
+# waits for the last program.
+set(SPLITCUBES_TEST_PARTS_splitting 3)
+set(SPLITCUBES_TEST_PARTS_meshless 3)
+set(SPLITCUBES_TEST_PARTS_body 6)
+set(SPLITCUBES_TEST_PARTS_laws 4)
+set(SPLITCUBES_TEST_PARTS_app 2)
+
 function(splitcubes_tests name)
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   if(NOT sources)
@@ -95,7 +103,6 @@ function(splitcubes_tests name)
     # GoogleTest guards its macros, but not where gcc takes them from a precompiled header.
     target_compile_options(test_${name} PRIVATE -Wno-dangling-else)
   endif()
-  splitcubes_unity(test_${name} 6)
   if(name MATCHES "^(body|scene|laws)$")
     splitcubes_precompile(test_${name} test_world)
   else()
@@ -117,6 +124,19 @@ function(splitcubes_tests name)
       set(left_out "--gtest_filter=-${left_out}")
     endif()
   endif()
-  add_test(NAME ${name} COMMAND test_${name} --gtest_brief=1 ${left_out})
-  set_tests_properties(${name} PROPERTIES TIMEOUT 1500)
+  set(parts 1)
+  if(SPLITCUBES_TEST_PARTS_${name})
+    set(parts ${SPLITCUBES_TEST_PARTS_${name}})
+  endif()
+  foreach(part RANGE 1 ${parts})
+    set(test ${name})
+    if(parts GREATER 1)
+      set(test ${name}_${part})
+    endif()
+    math(EXPR index "${part} - 1")
+    add_test(NAME ${test} COMMAND test_${name} --gtest_brief=1 ${left_out})
+    # The cost starts long programs first.
+    set_tests_properties(${test} PROPERTIES TIMEOUT 1500 LABELS ${name} COST ${parts}
+      ENVIRONMENT "GTEST_TOTAL_SHARDS=${parts};GTEST_SHARD_INDEX=${index}")
+  endforeach()
 endfunction()
