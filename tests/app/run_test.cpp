@@ -178,7 +178,9 @@ TEST_F(Run, AnotherHashForAnotherScene) {
 
 TEST_F(Run, BadScenesAreOneLineWithTheirPlace) {
     write_text(in("syntax.json"), "{\n  \"bodies\": [}\n");
-    write_text(in("unknown.json"), "{\n  \"bodies\": [{\"shape\": {\"box\": {}}}],\n  \"colour\": 3\n}\n");
+    write_text(in("unknown.json"),
+               "{\n  \"bodies\": [{\"name\": \"b\", \"shape\": {\"box\": {\"size\": [1, 1, 1]}}}],\n  "
+               "\"colour\": 3\n}\n");
     write_text(in("absent.json"),
                R"({"bodies": [{"name": "b", "shape": {"mesh": {"file": "nowhere.obj"}}}]})");
     expect_refused({"run", "nothing.json", "-o", "x"}, "nothing.json");
