@@ -43,11 +43,12 @@ echo "built in $SECONDS s"
 
 program=build/release/bin/splitcubes
 mkdir -p demo
+# All of demo/ is this script's own: --force, for what an earlier version left there.
 first=1
 for scene in "${scenes[@]}"; do
   echo "== $scene"
-  "$program" run "scenes/$scene.json" -o "demo/$scene"
-  "$program" render "demo/$scene" -o "demo/$scene.mp4" -o "demo/$scene-pictures"
+  "$program" run "scenes/$scene.json" -o "demo/$scene" --force
+  "$program" render "demo/$scene" -o "demo/$scene.mp4" -o "demo/$scene-pictures" --force
   if ((first)); then
     echo "first pictures after $SECONDS s of $budget"
     first=0

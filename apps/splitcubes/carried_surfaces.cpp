@@ -17,9 +17,10 @@ CarriedSurfaces::CarriedSurfaces(const body::World& world, const std::vector<io:
     }
 }
 
-void CarriedSurfaces::write_images(const std::filesystem::path& folder) {
+void CarriedSurfaces::write_images(const std::filesystem::path& folder,
+                                   const std::function<void(const std::filesystem::path&)>& before) {
     for (std::size_t k = 0; k < bodies_.size(); ++k)
-        io::write_images(folder, "body" + std::to_string(k), bodies_[k].materials);
+        io::write_images(folder, "body" + std::to_string(k), bodies_[k].materials, before);
 }
 
 void CarriedSurfaces::update(Carried& carried, const body::Body& body, const geometry::SurfaceMesh& surface,

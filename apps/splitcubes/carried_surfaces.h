@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -19,8 +20,9 @@ class CarriedSurfaces {
     CarriedSurfaces(const body::World& world, const std::vector<io::Model>& models);
 
     /// Writes pictures that the meshes' files held as files into a folder, for
-    /// formats that hold none.
-    void write_images(const std::filesystem::path& folder);
+    /// formats that hold none. `before` is told of each before it is written.
+    void write_images(const std::filesystem::path& folder,
+                      const std::function<void(const std::filesystem::path&)>& before);
 
     /// As World::surface_mesh. Where no body has attributes, without rest positions.
     geometry::SurfaceMesh now(const body::World& world);

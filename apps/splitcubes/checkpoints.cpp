@@ -1,39 +1,74 @@
 #include "checkpoints.h"
+#include "report.h"
 
 #include <splitcubes/body/checkpoint.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/io/atomic_file.h>
+#include <splitcubes/scene/inputs.h>
+#include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/resolve.h>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
-#include <utility>
 
 namespace splitcubes::app {
 
-Checkpoints::Checkpoints(std::filesystem::path file, const scene::SceneDescription& description,
+namespace fs = std::filesystem;
+
+namespace {
+
+// What the state of a run depends on, for any place and name of its files.
+Json essence(const scene::SceneDescription& description) {
+    Json out = scene::resolved_scene(scene::without_file_names(description));
+    for (const char* key : {"name", "frames", "threads", "output", "camera"}) out.erase(key);
+    return out;
+}
+
+// Where the scene that lies beside a checkpoint is another than this one; empty where it tells nothing.
+std::string difference(const fs::path& checkpoint, const scene::SceneDescription& description) {
+    try {
+        const fs::path beside = checkpoint.parent_path() / "scene.json";
+        const Json then = essence(scene::parse_scene_file(beside)), now = essence(description);
+        const Json changes = Json::diff(then, now);
+        if (changes.empty()) return {};
+        const Json::json_pointer at(changes[0]["path"].get<std::string>());
+        const auto shown = [&](const Json& scene) {
+            return scene.contains(at) ? printable(scene[at].dump(), 80) : std::string("nothing");
+        };
+        return beside.string() + " differs, first in " + at.to_string().substr(1) + " (" + shown(then) +
+               " there, now " + shown(now) + ")";
+    } catch (const std::exception&) {
+        return {};
+    }
+}
+
+}  // namespace
+
+Checkpoints::Checkpoints(OutputFolder& folder, const scene::SceneDescription& description,
                          const body::World& world)
-    : file_(std::move(file)) {
-    auto scene = scene::resolved_scene(description);
-    for (const char* key : {"frames", "threads", "output"}) scene.erase(key);
-    // The state stands for what the text only names: the content of mesh files.
-    identity_ = std::string(SPLITCUBES_VERSION) + scene.dump() + world.state_hash().text();
+    : folder_(folder), description_(description) {
+    identity_ = essence(description).dump() + world.state_hash().text();
 }
 
 void Checkpoints::write(body::World& world, std::string_view metrics) const {
-    io::write_file(file_, body::encode_checkpoint(world, identity_, metrics));
+    io::write_file(folder_.add("checkpoint.bin"), body::encode_checkpoint(world, identity_, metrics));
 }
 
-RunOutput::Past Checkpoints::restore(body::World& world, const std::filesystem::path& from,
-                                     int last_frame) const {
+RunOutput::Past Checkpoints::restore(body::World& world, const fs::path& from, int last_frame) const {
     std::ifstream file(from, std::ios::binary);
     std::ostringstream bytes;
     if (file) bytes << file.rdbuf();
     if (!file || !bytes)
         throw InputError(from.string(), "cannot be read", "give a checkpoint that 'run' wrote");
     RunOutput::Past past;
-    past.metrics = body::restore_checkpoint(world, bytes.str(), identity_, from.string());
+    try {
+        past.metrics = body::restore_checkpoint(world, bytes.str(), identity_, from.string());
+    } catch (const InputError& error) {
+        const std::string differs = difference(from, description_);
+        if (differs.empty()) throw;
+        throw InputError(error.what(), differs);
+    }
     past.frame = static_cast<int>(world.step_count());
     if (past.frame > last_frame)
         throw InputError(from.string(),

@@ -1,6 +1,7 @@
 // Checkpoints of a run: when and as what they are kept.
 #pragma once
 
+#include "output_folder.h"
 #include "run_output.h"
 
 #include <splitcubes/body/world.h>
@@ -14,19 +15,20 @@ namespace splitcubes::app {
 
 class Checkpoints {
   public:
-    /// world: as the scene makes it, before its first step. A checkpoint fits where the
-    /// scene is the same but for frames, threads and output, and makes the same world.
-    Checkpoints(std::filesystem::path file, const scene::SceneDescription& description,
-                const body::World& world);
+    /// folder: where checkpoint.bin is kept. world: as the scene, whose inputs have been found, makes it,
+    /// before its first step. A checkpoint fits where the scene is the same but for its name, frames,
+    /// threads, output, camera and where its files are, and makes the same world.
+    Checkpoints(OutputFolder& folder, const scene::SceneDescription& description, const body::World& world);
 
-    const std::filesystem::path& file() const { return file_; }
+    std::filesystem::path file() const { return folder_.path() / "checkpoint.bin"; }
     /// Replaces the file; there is a whole one at any moment.
     void write(body::World& world, std::string_view metrics) const;
     /// Throws InputError for a checkpoint that does not fit or lies beyond the last frame.
     RunOutput::Past restore(body::World& world, const std::filesystem::path& from, int last_frame) const;
 
   private:
-    std::filesystem::path file_;
+    OutputFolder& folder_;
+    scene::SceneDescription description_;
     std::string identity_;
 };
 

@@ -5,6 +5,7 @@
 #include "idle_notes.h"
 #include "interrupts.h"
 #include "lost_material.h"
+#include "output_folder.h"
 #include "output_targets.h"
 #include "progress.h"
 #include "report.h"
@@ -37,6 +38,7 @@ struct Options {
     double min_volume = 0;  // in the unit
     int largest = 0;
     int threads = 0;
+    bool force = false;
     bool remove() const { return mode == "remove"; }
     splitting::PieceChoice choice() const {
         return {scale.unit().volume_to_metres(min_volume), static_cast<std::size_t>(largest)};
@@ -47,10 +49,7 @@ void check_options(const Options& options) {
     check_mesh_output(options.out);
     check_report_output(options.report);
     check_lost_material_options(options.lost);
-    std::vector<std::string> read{options.mesh};
-    for (const CutterOption& cutter : options.cutters)
-        if (cutter.kind != CutterOption::Kind::plane) read.push_back(cutter.text);
-    check_pieces_folder(options.pieces_folder, read);
+    check_output_folder(options.pieces_folder);
     const std::vector<std::string> written{options.mesh, options.out, options.report,
                                            options.lost.mesh.string(), options.lost.picture.string()};
     check_distinct(written);
@@ -138,6 +137,12 @@ void complete_report(Json& report, const Options& options, const std::vector<Cut
     if (result.kept().mesh.triangles.empty()) report["closed"] = true;  // nothing has no rim
 }
 
+void name_files_for_report(Json& report, const std::string& file) {
+    for (const char* list : {"pieces", "cutters"})
+        for (Json& one : report[list])
+            if (one.contains("file")) one["file"] = name_for_report(one["file"].get<std::string>(), file);
+}
+
 std::string counted(std::size_t count, const char* thing) {
     return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
 }
@@ -169,14 +174,31 @@ void print_summary(const Options& options, const CutResult& result, const Json& 
     std::cout << '\n' << dropped_text(options, result) << pieces_table(result, options.scale);
 }
 
+// Folders of pieces are checked, and other processes kept out, before the work.
+std::optional<OutputFolder> open_pieces_folder(const Options& options) {
+    std::optional<OutputFolder> folder;
+    if (options.pieces_folder.empty()) return folder;
+    std::vector<std::filesystem::path> others{options.mesh, options.out, options.report, options.lost.mesh,
+                                              options.lost.picture};
+    for (const CutterOption& cutter : options.cutters)
+        if (cutter.kind != CutterOption::Kind::plane) others.emplace_back(cutter.text);
+    folder.emplace(options.pieces_folder, pieces_folder, options.force, others);
+    for (const std::filesystem::path& file : others)
+        if (!file.empty() && folder->may_write(file))
+            throw InputError(file.string(), "has the name of a piece in the folder for pieces",
+                             "give another name or folder");
+    return folder;
+}
+
 int cut(const Options& options, Progress& progress) {
     check_options(options);
+    std::optional<OutputFolder> pieces_out = open_pieces_folder(options);
     Parallel parallel(options.threads);
     parallel.watch(&progress);
     parallel.begin("reading");
     Json seconds;
     Stopwatch watch;
-    io::Model model = read_model_noted(options.mesh);
+    io::Model model = read_model_noted(options.mesh, options.out);
     options.scale.apply(model.mesh);
     const geometry::TriangleMesh& mesh = model.mesh;
     std::vector<Cutter> cutters =
@@ -214,13 +236,13 @@ int cut(const Options& options, Progress& progress) {
     Json report = surface_report(grid, surface, pieces, solid, result.kept());
     complete_report(report, options, cutters, result);
     const std::string extension = std::filesystem::path(options.out).extension().string();
-    if (!options.pieces_folder.empty())
-        write_pieces(options.pieces_folder, extension, result, options.scale, report["pieces"]);
+    if (pieces_out) write_pieces(*pieces_out, extension, result, options.scale, report["pieces"]);
     write_lost_material(options.lost, options.scale, solid, result.kept(), mesh.bounds(), rest.cell_size);
     write_scaled(options.out, result.kept(), options.scale);
     seconds["write"] = watch.lap();
     progress.finish();
     report["seconds"] = seconds;
+    name_files_for_report(report, options.report);
     write_json(options.report, report);
     print_summary(options, result, report);
     return 0;
@@ -265,6 +287,7 @@ void add_cut_command(CommandLine& line) {
         .optional_number("1");
     command.add_text("--pieces", "FOLDER", options->pieces_folder, "Folder for one closed mesh a piece")
         .completes(folders());
+    add_force_option(command, options->force, pieces_folder);
     command.add_text("--report", "FILE", options->report, "Writes a JSON report").completes(files());
     add_lost_material_options(command, options->lost);
     command.add_threads(options->threads);

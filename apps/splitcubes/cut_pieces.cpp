@@ -1,7 +1,6 @@
 #include "cut_pieces.h"
 
 #include "interrupts.h"
-#include "output_targets.h"
 
 #include <splitcubes/core/error.h>
 
@@ -21,22 +20,8 @@ std::string piece_name(Fate fate, std::size_t number) {
     return kinds[static_cast<std::size_t>(fate)] + std::string(digits);
 }
 
-// A name that piece_name makes.
-bool is_piece_name(const std::string& name) {
-    const std::size_t dash = name.find('-');
-    if (dash == std::string::npos || name.size() < dash + 5) return false;
-    if (name.substr(0, dash) != "piece" && name.substr(0, dash) != "removed") return false;
-    return name.find_first_not_of("0123456789", dash + 1) == std::string::npos;
-}
-
 Json vector_json(const Vec3& v) {
     return {v[0], v[1], v[2]};
-}
-
-void make_folder(const std::filesystem::path& folder) {
-    std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    if (error) throw InputError(folder.string(), "cannot be made: " + error.message());
 }
 
 std::vector<Fate> fates_of(const std::vector<splitting::PieceMeasure>& measures,
@@ -110,29 +95,14 @@ Json pieces_report(const CutResult& result) {
     return out;
 }
 
-void check_pieces_folder(const std::filesystem::path& folder, const std::vector<std::string>& read) {
-    check_output_folder(folder);
-    std::error_code error;
-    if (folder.empty() || !std::filesystem::is_directory(folder, error)) return;
-    for (const std::string& file : read) {
-        const std::filesystem::path path = std::filesystem::weakly_canonical(file, error);
-        if (!error && is_piece_name(path.stem().string()) &&
-            std::filesystem::equivalent(path.parent_path(), folder, error))
-            throw InputError(file, "is read, and pieces of that name are written to " + folder.string(),
-                             "give another --pieces FOLDER");
-    }
-}
-
-void write_pieces(const std::filesystem::path& folder, const std::string& extension, const CutResult& result,
+void write_pieces(OutputFolder& folder, const std::string& extension, const CutResult& result,
                   const MeshScale& scale, Json& pieces) {
-    make_folder(folder);
-    for (const auto& entry : std::filesystem::directory_iterator(folder))
-        if (entry.path().extension() == extension && is_piece_name(entry.path().stem().string()))
-            std::filesystem::remove(entry.path());
+    folder.clear([](const std::string&) { return false; });
     for (std::size_t k = 0; k < result.pieces.size(); ++k) {
         if (result.pieces[k].fate == Fate::dropped) continue;
         if (interrupted()) throw JobError("interrupted between two pieces; what was written is whole");
-        const std::filesystem::path path = folder / (result.pieces[k].name + extension);
+        if (extension == ".obj") folder.add(result.pieces[k].name + ".mtl");
+        const std::filesystem::path path = folder.add(result.pieces[k].name + extension);
         write_scaled(path, splitting::extract_piece(result.whole, static_cast<std::int32_t>(k)), scale);
         pieces[k]["file"] = path.string();
     }

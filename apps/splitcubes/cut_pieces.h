@@ -2,6 +2,7 @@
 #pragma once
 
 #include "mesh_scale.h"
+#include "output_folder.h"
 #include "report.h"
 
 #include <splitcubes/splitting/chosen_pieces.h>
@@ -46,14 +47,9 @@ CutResult arrange_pieces(geometry::SurfaceMesh whole, const splitting::Pieces& p
 /// Entries of the report's array `pieces`, in order.
 Json pieces_report(const CutResult& result);
 
-/// Throws InputError where pieces cannot be written into `folder`, or where one of the files that are read
-/// would be taken away or replaced there. Does nothing for an empty folder.
-void check_pieces_folder(const std::filesystem::path& folder, const std::vector<std::string>& read);
-
-/// Writes one mesh a piece that was not dropped, NAME + `extension`, into `folder`, which is made; adds
-/// `file` to the pieces of the report. Pieces of an earlier cut with the same
-/// extension are taken away first.
-void write_pieces(const std::filesystem::path& folder, const std::string& extension, const CutResult& result,
+/// Writes one mesh a piece that was not dropped, NAME + `extension`, into a folder of the kind pieces_folder;
+/// adds `file` to the pieces of the report. Pieces of an earlier cut are taken away first.
+void write_pieces(OutputFolder& folder, const std::string& extension, const CutResult& result,
                   const MeshScale& scale, Json& pieces);
 
 /// Name, volume and area of each piece that was not dropped as lines for people; nothing for more than 20.

@@ -1,6 +1,7 @@
 #ifdef SPLITCUBES_WITH_RENDER
 
 #include "pictures.h"
+#include "report.h"
 
 #include <splitcubes/core/error.h>
 #include <splitcubes/io/read_surface.h>
@@ -17,23 +18,36 @@ RunScene read_run_scene(const std::filesystem::path& folder) {
     if (!std::filesystem::exists(file))
         throw InputError(folder.string(), "holds no scene.json",
                          "give the folder that `splitcubes run` wrote");
-    return {scene::parse_scene_file(file)};
+    RunScene out{scene::parse_scene_file(file)};
+    std::erase_if(out.description.colliders, [](const scene::ColliderDescription& collider) {
+        const auto* mesh = collider.shape ? std::get_if<scene::MeshShape>(&*collider.shape) : nullptr;
+        std::error_code error;
+        if (mesh == nullptr || std::filesystem::is_regular_file(mesh->file, error)) return false;
+        print_notes(collider.name, {"is not drawn: there is no file " + mesh->file.string()});
+        return true;
+    });
+    return out;
 }
 
 double frame_time(const RunScene& scene, const std::filesystem::path& file) {
     return std::atof(file.stem().c_str()) * scene.description.time_step;
 }
 
-PictureMaker::PictureMaker(const RunScene& scene, const std::vector<std::filesystem::path>& frames)
-    : scene_(scene) {
+std::vector<geometry::Box> boxes_of(const std::vector<std::filesystem::path>& frames) {
+    std::vector<geometry::Box> out;
+    for (const std::size_t k : {std::size_t{0}, frames.size() / 2, frames.size() - 1})
+        out.push_back(io::read_surface(frames[k]).mesh.bounds());
+    return out;
+}
+
+PictureMaker::PictureMaker(const RunScene& scene, const std::vector<geometry::Box>& boxes) : scene_(scene) {
     std::string why_not;
     context_ = gl::HeadlessContext::create(&why_not);
     if (!context_) throw JobError("OpenGL cannot start: " + why_not);
     const scene::CameraDescription& wish = scene.description.camera;
     geometry::Box seen;
     double lowest = 1e300;
-    for (const std::size_t k : {std::size_t{0}, frames.size() / 2, frames.size() - 1}) {
-        const geometry::Box box = io::read_surface(frames[k]).mesh.bounds();
+    for (const geometry::Box& box : boxes) {
         seen.add(box);
         lowest = std::min(lowest, box.min[2]);
     }

@@ -17,18 +17,22 @@ struct RunScene {
     scene::SceneDescription description;
 };
 
-/// The resolved scene that a run left in its folder. Throws InputError without one.
+/// The resolved scene that a run left in its folder, without the colliders whose meshes are gone. Throws
+/// InputError without one.
 RunScene read_run_scene(const std::filesystem::path& folder);
 
 /// Time of a frame file, s, by its number.
 double frame_time(const RunScene& scene, const std::filesystem::path& file);
 
-/// Draws surfaces with the scene's camera, ground and blades. An automatic camera
-/// takes in the first, middle and last of the given frames.
+/// Boxes of the first, middle and last of a run's frames.
+std::vector<geometry::Box> boxes_of(const std::vector<std::filesystem::path>& frames);
+
+/// Draws surfaces with the scene's camera, ground and blades. An automatic camera takes in all of the given
+/// boxes.
 class PictureMaker {
   public:
     /// Throws JobError where OpenGL cannot start.
-    PictureMaker(const RunScene& scene, const std::vector<std::filesystem::path>& frames);
+    PictureMaker(const RunScene& scene, const std::vector<geometry::Box>& boxes);
     render::Picture draw(const geometry::SurfaceMesh& surface, double time);
     /// Links under a surface that shines through, its cut faces more than its skin. Those
     /// that something obscures are drawn from blue (hardly) to red (entirely), thick, and

@@ -1,5 +1,6 @@
 #include "command_line.h"
 #include "commands.h"
+#include "output_folder.h"
 #include "output_targets.h"
 
 #include <splitcubes/core/error.h>
@@ -36,7 +37,7 @@ struct Options {
     int every = 1;
     int width = 0, height = 0;
     double frames_per_second = 0;
-    bool links = false;
+    bool links = false, force = false;
 };
 
 // FILE.mp4 takes all frames; FOLDER or FOLDER/ gets one PNG a frame; a file
@@ -96,6 +97,13 @@ fs::path links_file(const fs::path& folder, const fs::path& surface) {
     return folder / "links" / surface.filename();
 }
 
+// The film and the still are files of their own.
+void check_others(const Targets& targets, const std::optional<OutputFolder>& folder) {
+    if (folder && targets.still && folder->may_write(*targets.still))
+        throw InputError(targets.still->string(), "has the name of a picture in the folder for pictures",
+                         "give another name or folder");
+}
+
 int render_frames(const Options& options) {
     const Targets targets = targets_of(options.outputs);
     std::vector<fs::path> files = frame_files(options.folder);
@@ -106,13 +114,12 @@ int render_frames(const Options& options) {
     for (std::size_t k = 0; k < files.size(); k += static_cast<std::size_t>(options.every))
         chosen.push_back(files[k]);
     if (!targets.video && !targets.folder) chosen.assign(1, files.back());
-    if (targets.folder) {
-        std::error_code error;
-        fs::create_directories(*targets.folder, error);
-        if (error) throw InputError(targets.folder->string(), "cannot be made: " + error.message());
-    }
+    std::optional<OutputFolder> folder;
+    if (targets.folder) folder.emplace(*targets.folder, pictures_folder, options.force);
+    check_others(targets, folder);
     Progress progress("render", chosen.size());
-    PictureMaker maker(scene, files);
+    PictureMaker maker(scene, boxes_of(files));
+    if (folder) folder->clear([](const std::string&) { return false; });
     std::optional<render::VideoWriter> video;
     if (targets.video) {
         render::VideoOptions video_options;
@@ -135,7 +142,7 @@ int render_frames(const Options& options) {
         last = options.links ? maker.draw(read_links(links_file(options.folder, file)), surface, time)
                              : maker.draw(surface, time);
         if (video) video->add(*last);
-        if (targets.folder) render::write_png(*targets.folder / (file.stem().string() + ".png"), *last);
+        if (folder) render::write_png(folder->add(file.stem().string() + ".png"), *last);
         ++done;
         progress.show(done, std::to_string(done) + (done == 1 ? " picture" : " pictures"));
         if (interrupted()) break;
@@ -180,6 +187,7 @@ void add_render_command(CommandLine& line) {
     command.add_flag(
         "--links", options->links,
         "Draws the links between phyxels by visibility, the surface over them; needs `run --links`");
+    add_force_option(command, options->force, pictures_folder);
     command.add_number("--fps", "N", options->frames_per_second, above(0, 1000),
                        "Frames a second of the video; default: real time");
     command.example("splitcubes render pear -o pear.mp4");

@@ -30,9 +30,13 @@ int replay(const Options& options) {
                          std::to_string(common.frames) + " is more than the " +
                              std::to_string(recording.scene.frames) + " that were recorded",
                          "ask for fewer");
-    const scene::SceneDescription description = scene::parse_scene_text(
-        scene::resolved_scene(recording.scene).dump(), options.recording, ".", common.overrides());
-    return simulate(description, {common.out, 0, {}, {}, !common.set.empty()}, &recording);
+    const scene::SceneDescription description =
+        scene::parse_scene_text(scene::resolved_scene(recording.scene, recording.scene.folder).dump(),
+                                options.recording, recording.scene.folder, common.overrides());
+    return simulate(
+        description,
+        {options.recording, common.out, 0, {}, {}, !common.set.empty(), common.force, common.inputs},
+        &recording);
 }
 
 }  // namespace

@@ -61,6 +61,16 @@ void write_json(const std::filesystem::path& path, const Json& json) {
     io::write_file(path, json_text(json, 2) + '\n');
 }
 
+std::string name_for_report(const std::filesystem::path& file, const std::filesystem::path& report) {
+    std::error_code error;
+    const auto whole = [&](const std::filesystem::path& path) {
+        return std::filesystem::absolute(path, error).lexically_normal();
+    };
+    const std::filesystem::path relative = whole(file).lexically_relative(whole(report).parent_path());
+    const bool is_below = !relative.empty() && *relative.begin() != "..";
+    return (is_below ? relative : file.filename()).generic_string();
+}
+
 void print_notes(const std::string& name, const std::vector<std::string>& notes) {
     if (!notes.empty()) clear_bar();
     for (const std::string& note : notes) std::cerr << name << ": " << note << '\n';
@@ -70,9 +80,26 @@ geometry::TriangleMesh read_noted(const std::string& name) {
     return std::move(read_model_noted(name).mesh);
 }
 
-io::Model read_model_noted(const std::string& name) {
+namespace {
+// An OBJ's material library is written beside it, under its name.
+void check_library(const std::filesystem::path& out, const std::string& name,
+                   const io::ReadMeshReport& read) {
+    if (io::format_of_extension(out) != io::MeshFormat::obj) return;
+    std::error_code error;
+    std::filesystem::path library = out;
+    library.replace_extension(".mtl");
+    for (const std::filesystem::path& file : read.files)
+        if (std::filesystem::equivalent(file, library, error))
+            throw InputError(out.string(),
+                             "its materials would replace " + library.string() + ", which " + name + " uses",
+                             "give another name");
+}
+}  // namespace
+
+io::Model read_model_noted(const std::string& name, const std::filesystem::path& out) {
     io::ReadMeshReport read;
     io::Model model = io::read_model(name, &read);
+    check_library(out, name, read);
     print_notes(name, read.notes);
     return model;
 }

@@ -27,6 +27,10 @@ std::string json_text(const Json& json, int indent = -1);
 /// Writes JSON, whole or not at all; does nothing for an empty path.
 void write_json(const std::filesystem::path& path, const Json& json);
 
+/// The name that a report gives to a file: relative to the report's folder where the file is below that,
+/// otherwise without its folders, which tell of the machine and of nothing else.
+std::string name_for_report(const std::filesystem::path& file, const std::filesystem::path& report);
+
 /// Prints the notes of a report to standard error, each as one line about `name`.
 void print_notes(const std::string& name, const std::vector<std::string>& notes);
 
@@ -34,7 +38,7 @@ void print_notes(const std::string& name, const std::vector<std::string>& notes)
 geometry::TriangleMesh read_noted(const std::string& name);
 
 /// The same with the mesh's texture coordinates, colours and materials.
-io::Model read_model_noted(const std::string& name);
+io::Model read_model_noted(const std::string& name, const std::filesystem::path& out = {});
 
 /// Gives a surface at rest, to be written to `out`, the attributes of the mesh that
 /// it was made of; a mesh without any leaves it without rest positions too, which at

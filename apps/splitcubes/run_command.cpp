@@ -1,6 +1,7 @@
 #include "command_line.h"
 #include "commands.h"
 #include "output_targets.h"
+#include "report.h"
 #include "scene_options.h"
 #include "simulate.h"
 
@@ -21,15 +22,24 @@ struct Options {
     std::string record;        // file for the motions; empty: none
 };
 
+bool is_in(const std::filesystem::path& file, const std::filesystem::path& folder) {
+    const auto around = [](const std::filesystem::path& path) {
+        return std::filesystem::absolute(path).lexically_normal().parent_path();
+    };
+    return !file.empty() && around(file) == around(folder / "");
+}
+
 int run_scene(const Options& options) {
     options.common.check();
-    check_report_output(options.record);
+    // The run's own folder may be yet to be made.
+    if (!is_in(options.record, options.common.out)) check_report_output(options.record);
     std::vector<std::string> overrides = options.common.overrides();
     if (!options.occlusion.empty()) overrides.push_back("occlusion.backend=\"" + options.occlusion + '"');
     if (!options.criterion.empty()) overrides.push_back("occlusion.criterion=\"" + options.criterion + '"');
     const scene::SceneDescription description = scene::parse_scene_file(options.scene, overrides);
-    return simulate(description,
-                    {options.common.out, options.checkpoint_every, options.resume, options.record, false});
+    check_distinct({options.scene, options.record, options.resume});
+    return simulate(description, {options.scene, options.common.out, options.checkpoint_every, options.resume,
+                                  options.record, false, options.common.force, options.common.inputs});
 }
 
 }  // namespace

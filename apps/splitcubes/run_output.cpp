@@ -15,8 +15,8 @@
 #include <splitcubes/render/image.h>
 #endif
 
-#include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <sstream>
 
 namespace splitcubes::app {
@@ -45,47 +45,34 @@ const char* extension(scene::SurfaceFormat format) {
     return ".ply";
 }
 
-// Only files that a run writes: NNNNNN.ext, of frames after `last`.
-void remove_frames_after(int last, const fs::path& folder) {
-    if (!fs::is_directory(folder)) return;
-    for (const auto& entry : fs::directory_iterator(folder)) {
-        const std::string stem = entry.path().stem().string();
-        if (stem.size() == 6 &&
-            std::all_of(stem.begin(), stem.end(), [](char c) { return c >= '0' && c <= '9'; }) &&
-            std::stoi(stem) > last)
-            fs::remove(entry.path());
-    }
-}
-
-void make_folder(const fs::path& folder) {
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error || !fs::is_directory(folder))
-        throw InputError(folder.string(), "cannot be made: " + (error ? error.message() : "it is a file"),
-                         "give a folder that can be written to");
-}
-
 }  // namespace
+
+bool RunOutput::is_stale(const std::string& name, int past) {
+    // Both are replaced whole: there is one to go on from until there is the next.
+    if (name == "scene.json" || name == "checkpoint.bin") return false;
+    if (past < 0 || name == "summary.json") return true;
+    const std::string stem = fs::path(name).stem().string();
+    const bool is_frame =
+        name.find('/') != name.npos && stem.size() >= 6 && stem.find_first_not_of("0123456789") == stem.npos;
+    return is_frame && std::atoi(stem.c_str()) > past;
+}
 
 struct RunOutput::Pictures {
 #ifdef SPLITCUBES_WITH_RENDER
-    explicit Pictures(RunScene scene, const fs::path& first) : maker(scene, {first}) {}
+    Pictures(const RunScene& scene, const geometry::Box& first) : maker(scene, {first}) {}
     PictureMaker maker;
 #endif
 };
 
-RunOutput::RunOutput(const fs::path& folder, const scene::SceneDescription& description,
+RunOutput::RunOutput(OutputFolder& folder, const scene::SceneDescription& description,
                      const body::World& world, const std::vector<io::Model>& models, const Past& past)
     : folder_(folder), description_(description), surfaces_(world, models) {
-    make_folder(folder_ / "surface");
-    remove_frames_after(past.frame, folder_ / "surface");
-    remove_frames_after(past.frame, folder_ / "pictures");
-    remove_frames_after(past.frame, folder_ / "links");
-    if (description_.output.links) make_folder(folder_ / "links");
-    write_json(folder_ / "scene.json", scene::resolved_scene(description_));
+    write_json(folder_.add("scene.json"), scene::resolved_scene(description_, folder_.path()));
     if (description_.output.format == scene::SurfaceFormat::ply ||
         description_.output.format == scene::SurfaceFormat::obj)
-        surfaces_.write_images(folder_ / "surface");
+        surfaces_.write_images(folder_.path() / "surface", [&](const fs::path& file) {
+            folder_.add("surface/" + file.filename().string());
+        });
     if (past.frame >= 0) {
         metrics_ = past.metrics;
         flags_.add_table(past.metrics);
@@ -142,7 +129,7 @@ void RunOutput::add_metrics(const body::StepReport& r, int frame) {
 }
 
 void RunOutput::write_metrics() const {
-    io::write_file(folder_ / "metrics.csv", metrics_);
+    io::write_file(folder_.add("metrics.csv"), metrics_);
 }
 
 void RunOutput::write_frame(const body::World& world, const body::StepReport& report, int frame) {
@@ -150,21 +137,16 @@ void RunOutput::write_frame(const body::World& world, const body::StepReport& re
     if (frame > 0) add_metrics(report, frame);
     if (frame % description_.output.every_nth_frame == 0) {
         const geometry::SurfaceMesh surface = surfaces_.now(world);
-        const fs::path file =
-            folder_ / "surface" / (frame_name(frame) + extension(description_.output.format));
-        io::write_mesh(file, surface);
-        if (description_.output.links)
-            write_links(folder_ / "links" / (frame_name(frame) + ".ply"), links_of(world));
+        const std::string name = frame_name(frame);
+        const std::string file = "surface/" + name + extension(description_.output.format);
+        if (description_.output.format == scene::SurfaceFormat::obj) folder_.add("surface/" + name + ".mtl");
+        io::write_mesh(folder_.add(file), surface);
+        if (description_.output.links) write_links(folder_.add("links/" + name + ".ply"), links_of(world));
 #ifdef SPLITCUBES_WITH_RENDER
         if (description_.output.pictures) {
-            make_folder(folder_ / "pictures");
-            if (!pictures_) {
-                const fs::path first = folder_ / "pictures" / "camera.ply";
-                io::write_mesh(first, surface);
-                pictures_ = std::make_unique<Pictures>(RunScene{description_}, first);
-                fs::remove(first);
-            }
-            render::write_png(folder_ / "pictures" / (frame_name(frame) + ".png"),
+            if (!pictures_)
+                pictures_ = std::make_unique<Pictures>(RunScene{description_}, surface.mesh.bounds());
+            render::write_png(folder_.add("pictures/" + name + ".png"),
                               pictures_->maker.draw(surface, frame * description_.time_step));
         }
 #else
@@ -227,7 +209,7 @@ void RunOutput::finish(const body::World& world, int frames, bool interrupted) {
     Json seconds = {{"setup", seconds_.setup}, {"simulate", seconds_.simulate}, {"write", seconds_.write}};
     for (std::size_t k = 0; k < body::stage_count; ++k) seconds[body::stage_names[k]] = seconds_.stages[k];
     summary["seconds"] = seconds;
-    write_json(folder_ / "summary.json", summary);
+    write_json(folder_.add("summary.json"), summary);
 }
 
 }  // namespace splitcubes::app

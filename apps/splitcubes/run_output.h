@@ -3,6 +3,7 @@
 
 #include "carried_surfaces.h"
 #include "flag_counts.h"
+#include "output_folder.h"
 #include "report.h"
 
 #include <splitcubes/body/world.h>
@@ -29,11 +30,14 @@ class RunOutput {
         std::string metrics;  // table up to it
     };
 
-    /// Makes the folder, takes the frames of an earlier run out of it that come after
-    /// the past, and writes scene.json. models: per body, what build_world reports; their attributes
-    /// go with the surfaces. Throws InputError where the folder cannot be made.
-    RunOutput(const std::filesystem::path& folder, const scene::SceneDescription& description,
-              const body::World& world, const std::vector<io::Model>& models, const Past& past);
+    /// Is it a file of an earlier run that a new one has no use for? past: the last frame that stays, -1 for
+    /// none.
+    static bool is_stale(const std::string& name, int past);
+
+    /// Writes scene.json into the folder, which has been cleared. models: per body, what build_world reports;
+    /// their attributes go with the surfaces.
+    RunOutput(OutputFolder& folder, const scene::SceneDescription& description, const body::World& world,
+              const std::vector<io::Model>& models, const Past& past);
     ~RunOutput();
 
     /// Frame 0 is the state before the first step. Surfaces are written every
@@ -55,7 +59,7 @@ class RunOutput {
     void write_metrics() const;
     Json body_report(const body::Body& body) const;
 
-    std::filesystem::path folder_;
+    OutputFolder& folder_;
     const scene::SceneDescription& description_;
     std::string metrics_;
     Seconds seconds_;

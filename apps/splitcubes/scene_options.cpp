@@ -1,6 +1,7 @@
 #include "scene_options.h"
 
 #include "command_line.h"
+#include "output_folder.h"
 #include "output_targets.h"
 
 #include <splitcubes/core/error.h>
@@ -16,6 +17,13 @@ void SceneOptions::add_to(Command& command, const std::string& frames_text) {
                   "Overrides values of the scene: path.to[0].key=json; a bare word is a text, null takes the "
                   "key out. Words with '=' after it are overrides too")
         .list([](std::string_view word) { return word.find('=') != std::string_view::npos; });
+    command
+        .add({"--inputs", "FOLDER",
+              "Looks there, by what they hold, for meshes and pictures that are not where they were",
+              [this](const std::string& folder) { inputs.push_back(folder); }})
+        .repeatable()
+        .completes(folders());
+    add_force_option(command, force, run_folder);
     command.add_flag("--links", links, "Writes the links between phyxels to DIR/links, for render --links");
     command.add_flag("--pictures", pictures, "Draws each written frame to DIR/pictures");
 }

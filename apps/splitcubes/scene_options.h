@@ -14,6 +14,8 @@ struct SceneOptions {
     int threads = 0;  // 0: not said
     std::vector<std::string> set;
     bool pictures = false, links = false;
+    bool force = false;               // write into a folder that has other files
+    std::vector<std::string> inputs;  // folders to look for the scene's files in
 
     /// Adds all of them to a command; frames_text: what it says of --frames.
     void add_to(Command& command, const std::string& frames_text);

@@ -2,8 +2,10 @@
 
 #include "checkpoints.h"
 #include "idle_notes.h"
+#include "input_copies.h"
 #include "interrupts.h"
 #include "opengl_backend.h"
+#include "output_folder.h"
 #include "output_targets.h"
 #include "progress.h"
 #include "report.h"
@@ -13,6 +15,7 @@
 #include <splitcubes/core/stopwatch.h>
 #include <splitcubes/io/atomic_file.h>
 #include <splitcubes/scene/build.h>
+#include <splitcubes/scene/inputs.h>
 
 #include <algorithm>
 #include <iostream>
@@ -44,16 +47,75 @@ void follow(const scene::Recording& recording, bool changed, body::World& world)
         throw InputError(
             "recording",
             "its scene begins in state " + state + ", it was recorded from " + recording.first_state,
-            "a mesh file or the program (" + recording.program + ") is not what it was then");
+            "what belongs to a mesh (a buffer, say) or the program (" + recording.program +
+                ") is not what it was then");
     body::follow_tracks(world, recording.tracks);
 }
 
-void write_recording(const std::string& file, const scene::SceneDescription& description,
-                     const body::World& world, const std::string& first_state, int frames) {
-    scene::Recording recording{description, SPLITCUBES_VERSION, body::motion_tracks(world, frames),
-                               first_state, world.state_hash().text()};
-    recording.scene.frames = frames;
-    io::write_file(file, scene::recording_text(recording));
+std::vector<fs::path> files_read(const RunOptions& options, scene::SceneDescription& description) {
+    std::vector<fs::path> out{options.source, options.resume};
+    for (const scene::Input& input : scene::inputs_of(description)) out.push_back(*input.file);
+    return out;
+}
+
+// Before any work: a recording must not take the place of another file of the run.
+void check_recording(const fs::path& file, scene::SceneDescription& description, const OutputFolder& folder) {
+    if (file.empty()) return;
+    check_report_output(file);
+    for (const scene::Input& input : scene::inputs_of(description))
+        check_distinct({input.file->string(), file.string()});
+    if (folder.may_write(file))
+        throw InputError(file.string(), "has the name of a file of the run",
+                         "give the recording another name");
+}
+
+fs::path folder_of(const fs::path& file) {
+    return fs::absolute(file).lexically_normal().parent_path();
+}
+
+// A recording names its files relative to its folder, where those of the run are below that, and has copies
+// of its own beside it otherwise: a path that leads up tells of the machine and of nothing else.
+scene::SceneDescription recorded_scene(const fs::path& file, scene::SceneDescription in_run,
+                                       const InputCopies& copies) {
+    if (file.empty()) return in_run;
+    const fs::path base = folder_of(file);
+    const std::vector<scene::Input> inputs = scene::inputs_of(in_run);
+    const bool below = std::all_of(inputs.begin(), inputs.end(), [&](const scene::Input& input) {
+        return *input.file->lexically_relative(base).begin() != "..";
+    });
+    if (below) return in_run;
+    const fs::path own = base / (file.stem().string() + "-inputs");
+    copies.write([&](const std::string& name) {
+        const fs::path folder = (own / name).parent_path();
+        std::error_code error;
+        fs::create_directories(folder, error);
+        if (error) throw JobError(folder.string() + ": cannot be made (" + error.message() + ")");
+        return own / name;
+    });
+    return copies.scene_in(own);
+}
+
+void write_recording(const fs::path& file, scene::SceneDescription description, const body::World& world,
+                     const std::string& first_state, int frames) {
+    description.frames = frames;
+    const scene::Recording recording{std::move(description), SPLITCUBES_VERSION,
+                                     body::motion_tracks(world, frames), first_state,
+                                     world.state_hash().text()};
+    io::write_file(file, scene::recording_text(recording, folder_of(file)));
+}
+
+// Takes out of the folder what an earlier run left, and puts in what the scene needs; returns the scene of
+// these copies.
+scene::SceneDescription begin_folder(OutputFolder& folder, const InputCopies& copies, int past,
+                                     std::vector<io::Model>& models) {
+    const std::string inputs = "inputs/";
+    folder.clear([&](const std::string& name) {
+        if (name.starts_with(inputs)) return copies.has_name(name.substr(inputs.size()));
+        return !RunOutput::is_stale(name, past) || copies.has_source(folder.path() / name);
+    });
+    copies.write([&](const std::string& name) { return folder.add(inputs + name); });
+    copies.move_textures(folder.path() / inputs, models);
+    return copies.scene_in(folder.path() / inputs);
 }
 
 // The recorded last state belongs to the recorded number of frames.
@@ -70,19 +132,25 @@ int compare_states(const scene::Recording& recording, bool changed, const std::s
 
 }  // namespace
 
-int simulate(const scene::SceneDescription& description, const RunOptions& options,
+int simulate(const scene::SceneDescription& wanted, const RunOptions& options,
              const scene::Recording* replayed) {
-    check_report_output(options.record);
     Stopwatch watch;
+    scene::SceneDescription description = wanted;
+    OutputFolder folder(options.out, run_folder, options.force, files_read(options, description));
+    check_recording(options.record, description, folder);
+    scene::find_inputs(description, std::vector<fs::path>(options.inputs.begin(), options.inputs.end()));
     scene::BuildReport built;
     const std::unique_ptr<body::World> world = make_world(description, built);
     const std::string first_state = world->state_hash().text();
     if (replayed != nullptr) follow(*replayed, options.changed, *world);
 
-    const Checkpoints checkpoints(fs::path(options.out) / "checkpoint.bin", description, *world);
+    const Checkpoints checkpoints(folder, description, *world);
     RunOutput::Past past;
     if (!options.resume.empty()) past = checkpoints.restore(*world, options.resume, description.frames);
-    RunOutput output(options.out, description, *world, built.models, past);
+    const InputCopies copies(description, built);
+    description = begin_folder(folder, copies, past.frame, built.models);
+    const scene::SceneDescription recorded = recorded_scene(options.record, description, copies);
+    RunOutput output(folder, description, *world, built.models, past);
     output.seconds().setup = watch.lap();
     const Patience patience;
     if (past.frame < 0) output.write_frame(*world, body::StepReport{}, 0);
@@ -106,7 +174,7 @@ int simulate(const scene::SceneDescription& description, const RunOptions& optio
     if (!interrupted()) output.set_idle_tools(note_idle_tools(idle_tools, *world));
     output.finish(*world, frame, interrupted());
     if (!options.record.empty() && frame > 0)
-        write_recording(options.record, description, *world, first_state, frame);
+        write_recording(options.record, recorded, *world, first_state, frame);
     const std::string state = world->state_hash().text();
     std::cout << options.out << ": " << frame << " frames, state " << state << '\n';
     if (interrupted()) {

@@ -5,15 +5,19 @@
 #include <splitcubes/scene/recording.h>
 
 #include <string>
+#include <vector>
 
 namespace splitcubes::app {
 
 struct RunOptions {
-    std::string out;           // folder
-    int checkpoint_every = 0;  // frames; 0: never
-    std::string resume;        // a checkpoint; empty: from the start
-    std::string record;        // file for the motions; empty: none
-    bool changed = false;      // of a replay: the scene was, so it may come to another state
+    std::string source;               // the scene's or the recording's file
+    std::string out;                  // folder
+    int checkpoint_every = 0;         // frames; 0: never
+    std::string resume;               // a checkpoint; empty: from the start
+    std::string record;               // file for the motions; empty: none
+    bool changed = false;             // of a replay: the scene was, so it may come to another state
+    bool force = false;               // write into a folder that has other files
+    std::vector<std::string> inputs;  // folders to look for the scene's files in
 };
 
 /// Returns the exit code. replayed: drives the tools and constraints by its tracks, and says

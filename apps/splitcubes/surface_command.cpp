@@ -38,7 +38,7 @@ int surface(const Options& options, Progress& progress) {
     Json seconds;
     Stopwatch watch;
     parallel.begin("reading");
-    io::Model model = read_model_noted(options.mesh);
+    io::Model model = read_model_noted(options.mesh, options.out);
     options.scale.apply(model.mesh);
     const geometry::TriangleMesh& mesh = model.mesh;
     seconds["read"] = watch.lap();

@@ -87,8 +87,10 @@ class Cut : public Program {
     }
 
     std::size_t files_in_parts() const {
-        return static_cast<std::size_t>(
-            std::distance(fs::directory_iterator(in("parts")), fs::directory_iterator{}));
+        std::size_t count = 0;
+        for (const auto& entry : fs::directory_iterator(in("parts")))
+            count += entry.path().filename() != "splitcubes-files.txt";
+        return count;
     }
 
     Ended said_;
@@ -293,16 +295,27 @@ TEST_F(Cut, ManyPiecesAreOneLine) {
 }
 
 TEST_F(Cut, PiecesReplaceThoseOfAnEarlierCutAndNothingElse) {
-    fs::create_directory(in("parts"));
-    for (const char* name : {"piece-0007.ply", "removed-0000.ply"}) write_text(in("parts") / name, "old");
-    for (const char* name : {"piece-0007.obj", "piece-7.txt", "pieces.ply", "piece-00x1.ply"})
-        write_text(in("parts") / name, "mine");
     cut({"--with", "plane.obj"});
-    EXPECT_FALSE(fs::exists(in("parts/piece-0007.ply")));
-    EXPECT_FALSE(fs::exists(in("parts/removed-0000.ply")));
-    for (const char* name : {"piece-0007.obj", "piece-7.txt", "pieces.ply", "piece-00x1.ply"})
+    const std::size_t before = files_in_parts();
+    for (const char* name : {"piece-7.txt", "pieces.ply", "piece-00x1.ply"})
+        write_text(in("parts") / name, "mine");
+    // Nothing is cut: one piece is left.
+    TriangleMesh beside = geometry::make_plane_sheet({9, 9, 9}, Vec3(0, 0, 1), 1);
+    write("beside.obj", beside);
+    cut({"--with", "beside.obj"});
+    EXPECT_TRUE(fs::exists(in("parts/piece-0000.ply")));
+    EXPECT_FALSE(fs::exists(in("parts/piece-0001.ply")));
+    for (const char* name : {"piece-7.txt", "pieces.ply", "piece-00x1.ply"})
         EXPECT_EQ(text_of(in("parts") / name), "mine");
-    EXPECT_EQ(files_in_parts(), 6U);
+    EXPECT_EQ(files_in_parts(), before - 1 + 3);
+    // It has the name of a piece, but no cut wrote it.
+    write_text(in("parts/piece-0007.obj"), "mine");
+    expect_refused({"cut", "block.obj", "--with", "plane.obj", "-o", "no.ply", "--pieces", "parts"},
+                   "piece-0007.obj");
+    EXPECT_EQ(text_of(in("parts/piece-0007.obj")), "mine");
+    cut({"--with", "plane.obj", "--force"});
+    EXPECT_FALSE(fs::exists(in("parts/piece-0007.obj")));
+    EXPECT_EQ(text_of(in("parts/piece-7.txt")), "mine");
 }
 
 TEST_F(Cut, AnInterruptLeavesNothing) {

@@ -37,8 +37,10 @@ inline constexpr const char* full_scene = R"json({
     {"name": "d", "shape": {"torus": {"ring_radius": 0.5, "tube_radius": 0.125}}},
     {"name": "e", "shape": {"capsule": {"radius": 0.5, "straight_height": 2}}},
     {"name": "f", "shape": {"pear": {"height": 0.7, "foot": 0.05}}},
-    {"name": "g", "shape": {"mesh": {"file": "schema.json"}},
-     "material": {"tearing": {"strength": 100, "strength_map": [{"paint": {"dark": 0.5, "light": 2}}, {"paint": {"picture": "schema.json"}}]}}},
+    {"name": "g", "shape": {"mesh": {"file": "schema.json",
+     "sha256": "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"}},
+     "material": {"tearing": {"strength": 100, "strength_map": [{"paint": {"dark": 0.5, "light": 2}}, {"paint": {"picture": "schema.json",
+       "picture_sha256": "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"}}]}}},
     {"name": "h", "shape": {"implicit": {"smoothness": 0.02, "cells": 50, "parts": [
         {"ball": {"center": [0, 0, 1], "radii": [1, 2, 3], "colour": [1, 0, 0.5]}},
         {"cone": {"from": [0, 0, 0], "to": [0, 0, 2], "from_radius": 1, "to_radius": 0.5, "colour": [0.2, 0.4, 0.6]}}]}},

@@ -89,13 +89,14 @@ TEST(ParseScene, reads_every_field) {
     EXPECT_EQ(s.bodies[3].shape, Shape(TorusShape{0.5, 0.125}));
     EXPECT_EQ(s.bodies[4].shape, Shape(CapsuleShape{0.5, 2}));
     EXPECT_EQ(s.bodies[5].shape, Shape(PearShape{0.7, 0.05}));
-    EXPECT_EQ(s.bodies[6].shape, Shape(MeshShape{s.folder / "schema.json"}));
+    const std::string content = "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef";
+    EXPECT_EQ(s.bodies[6].shape, Shape(MeshShape{s.folder / "schema.json", content}));
     EXPECT_EQ(s.bodies[6].material.tearing,
-              (TearingDescription{
-                  100,
-                  0.6,
-                  {},
-                  {StrengthPaint{0.5, 2, {}}, StrengthPaint{0.1, 1, SPLITCUBES_SCENES "/schema.json"}}}));
+              (TearingDescription{100,
+                                  0.6,
+                                  {},
+                                  {StrengthPaint{0.5, 2, {}},
+                                   StrengthPaint{0.1, 1, SPLITCUBES_SCENES "/schema.json", content}}}));
     EXPECT_EQ(s.bodies[7].shape,
               Shape(ImplicitShape{0.02,
                                   50,
@@ -227,8 +228,10 @@ TEST(ParseScene, what_belongs_together_must_fit) {
         {"\"size\": [1, 2, 3]", "\"size\": [1, 2]", "size has 2 elements: [1,2]; give an array of 3"},
         {"\"sphere\": {\"radius\": 0.5}", "\"sphere\": {\"radius\": 0.5}, \"pear\": {\"height\": 1}",
          "bodies[1].shape has 2 keys"},
-        {"\"file\": \"schema.json\"", "\"file\": \"none.obj\"",
-         "bodies[6].shape.mesh.file is \"none.obj\", but there is no"},
+        {"\"sha256\": \"0123", "\"sha256\": \"xyz0", "bodies[6].shape.mesh.sha256 is \"xyz0"},
+        {"\"file\": \"schema.json\",\n     \"sha256\": "
+         "\"0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef\"",
+         "\"file\": \"none.obj\"", "bodies[6].shape.mesh.file is \"none.obj\", but there is no"},
         {"\"kind\": \"move\"", "\"kind\": \"hold\"", "keyframes is given, but the kind is \"hold\""},
         {"\"kind\": \"explicit\"", "\"kind\": \"magic\"", "solver.kind is \"magic\", which is unknown"},
         {"\"maximum\": 0.3", "\"maximum\": 0.5", "plasticity.maximum is 0.5; give at most 0.45"},

@@ -236,7 +236,7 @@ TEST(SceneProblems, path_files_and_recordings_too) {
                             HasSubstr("tools[1].blades[0].arc.radius"),
                             HasSubstr("tools[1].blades[0].arc has no length"),
                             StartsWith("x.json:5: tools[1].motion.path.keyframes[1].time")));
-    const std::string recording = R"json({"format": "splitcubes recording 1", "frames": 0,
+    const std::string recording = R"json({"format": "splitcubes recording 2", "frames": 0,
       "scene": )json" + two_bodies +
                                   R"json(,
       "tracks": [{"tool": "a", "times": [0, "x"], "places": [[1], [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]]}]})json";

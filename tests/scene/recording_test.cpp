@@ -36,7 +36,8 @@ Recording example() {
 
 TEST(Recording, ComesBackToTheLastBit) {
     const Recording before = example();
-    const Recording after = parse_recording(recording_text(before), "r.json", before.scene.folder);
+    const Recording after =
+        parse_recording(recording_text(before, before.scene.folder), "r.json", before.scene.folder);
     EXPECT_EQ(after.scene, before.scene);
     EXPECT_EQ(after.program, before.program);
     EXPECT_EQ(after.first_state, before.first_state);
@@ -55,12 +56,12 @@ TEST(Recording, ComesBackToTheLastBit) {
 TEST(Recording, OfNoTracks) {
     Recording before = example();
     before.tracks.clear();
-    EXPECT_TRUE(parse_recording(recording_text(before), "r.json", "/").tracks.empty());
+    EXPECT_TRUE(parse_recording(recording_text(before, "/"), "r.json", "/").tracks.empty());
 }
 
 // What parse_recording says of the example with a part of its text replaced.
 std::string refusal(const std::string& part, const std::string& by) {
-    std::string text = recording_text(example());
+    std::string text = recording_text(example(), "/");
     const std::size_t at = text.find(part);
     EXPECT_NE(at, std::string::npos) << part;
     if (at != std::string::npos) text.replace(at, part.size(), by);
@@ -77,7 +78,8 @@ void expect_refused(const std::string& part, const std::string& by, const std::s
 }
 
 TEST(Recording, WhatIsWrongIsNamedWithItsLine) {
-    expect_refused("splitcubes recording 1", "splitcubes recording 9", "is no recording");
+    expect_refused("splitcubes recording 2", "somebody's recording 2", "is no recording");
+    expect_refused("splitcubes recording 2", "splitcubes recording 1", "which another version wrote");
     expect_refused("\"times\": [0.0,", "\"times\": [0.5,", "tracks[0].times[1]");
     expect_refused("\"times\": [0.0,", "\"times\": [", "has 4 elements, times has 3");
     expect_refused("[1.0,0.0,0.0,0.0,", "[1.5,0.0,0.0,0.0,", "is no rigid motion");
@@ -93,7 +95,7 @@ TEST(Recording, WhatIsWrongIsNamedWithItsLine) {
 }
 
 TEST(Recording, AnyPartOfItsTextIsRefused) {
-    const std::string whole = recording_text(example());
+    const std::string whole = recording_text(example(), "/");
     for (std::size_t length = 0; length + 3 < whole.size(); length += 97)
         EXPECT_THROW(parse_recording(whole.substr(0, length), "r.json", "/"), InputError) << length;
 }

@@ -174,6 +174,12 @@ Bytes GltfDocument::bytes_of_file(const std::string& relative, const std::string
     return files_[path] = keep(read_file_bytes(folder_ / path));
 }
 
+std::vector<fs::path> GltfDocument::files() const {
+    std::vector<fs::path> out;
+    for (const auto& [path, bytes] : files_) out.push_back(path);
+    return out;
+}
+
 std::size_t GltfDocument::element_count(const char* list) const {
     const Json* found = array(root_, list, "the document");
     return found ? found->size() : 0;

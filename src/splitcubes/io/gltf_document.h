@@ -64,6 +64,8 @@ class GltfDocument {
     Bytes view(std::uint64_t index, const std::string& user) const;
     /// The folder of the files that it may refer to; may be empty.
     const std::filesystem::path& folder() const { return folder_; }
+    /// The buffers' files, relative to the folder.
+    std::vector<std::filesystem::path> files() const;
     /// SCALAR of an unsigned type.
     std::vector<std::uint32_t> read_indices(std::uint64_t accessor, const std::string& user) const;
 

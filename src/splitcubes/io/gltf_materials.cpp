@@ -103,7 +103,8 @@ void GltfMaterials::read_image(std::uint64_t index, const std::string& where, Ma
         else
             ++dropped_;
     } else if (!uri.empty()) {
-        material.texture = resolved_texture(percent_decoded(uri), document_.folder(), report_);
+        material.texture =
+            resolved_texture(percent_decoded(uri), document_.folder(), document_.folder(), report_);
     }
 }
 

@@ -63,7 +63,8 @@ std::vector<Rgba> vertex_colours(const geometry::SurfaceMesh& surface) {
 }
 
 void write_images(const std::filesystem::path& folder, const std::string& prefix,
-                  std::vector<Material>& materials) {
+                  std::vector<Material>& materials,
+                  const std::function<void(const std::filesystem::path&)>& before) {
     std::vector<std::pair<std::shared_ptr<const EmbeddedImage>, std::string>> written;
     std::set<std::string> taken;
     for (Material& material : materials) {
@@ -81,6 +82,7 @@ void write_images(const std::filesystem::path& folder, const std::string& prefix
         std::string name = stem + wished.extension().string();
         for (int k = 1; !taken.insert(name).second; ++k)
             name = stem + "-" + std::to_string(k) + wished.extension().string();
+        if (before) before(folder / name);
         AtomicFile file(folder / name);
         const std::vector<std::byte>& bytes = material.image->bytes;
         file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});

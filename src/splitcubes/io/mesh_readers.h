@@ -27,10 +27,10 @@ std::vector<std::byte> read_file_bytes(const std::filesystem::path& path);
 /// A place in a binary file, for messages: `name at byte 84`.
 std::string at_byte(const std::string& name, std::size_t offset);
 
-/// The file of a texture that a mesh file in `folder` names; the name as it stands
-/// where the folder is empty. A note where there is no such file.
+/// The file of a texture that a file in `folder` names, or the one of its name beside the mesh where that is
+/// not there; the name as it stands where the folder is empty. A note where there is neither.
 std::string resolved_texture(const std::string& written, const std::filesystem::path& folder,
-                             ReadMeshReport& report);
+                             const std::filesystem::path& mesh_folder, ReadMeshReport& report);
 
 /// Whether a name that a mesh file gives stays in the file's folder. Only such files
 /// are opened, so that a mesh from elsewhere cannot make the program read whatever it names.
@@ -45,7 +45,8 @@ Model read_obj(Bytes bytes, const std::string& name, const std::filesystem::path
 /// Adds what a material library (.mtl) defines, after what is in `materials`
 /// already or into those of the same name. Statements that make no sense are noted.
 void read_mtl(Bytes bytes, const std::string& name, const std::filesystem::path& folder,
-              std::vector<geometry::Material>& materials, ReadMeshReport& report);
+              const std::filesystem::path& mesh_folder, std::vector<geometry::Material>& materials,
+              ReadMeshReport& report);
 
 geometry::TriangleMesh read_stl(Bytes bytes, const std::string& name, ReadMeshReport& report);
 

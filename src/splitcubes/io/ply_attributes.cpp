@@ -52,7 +52,8 @@ void PlyAttributes::read_comment(const std::string& comment, const std::filesyst
                                       .texture = {},
                                       .image = {}});
         }
-        out_.materials[static_cast<std::size_t>(commented_)].texture = resolved_texture(name, folder, report);
+        out_.materials[static_cast<std::size_t>(commented_)].texture =
+            resolved_texture(name, folder, folder, report);
         by_texture_.push_back(std::exchange(commented_, -1));
     } else if (keyword == "material") {
         std::int32_t number = 0;

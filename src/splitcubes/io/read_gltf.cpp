@@ -53,6 +53,8 @@ class GltfReader {
         note(skinned_nodes_, "skinned meshes were taken in their bind pose");
         note(morphed_, "primitives with morph targets were taken without them");
         note(unreached_, "nodes outside of the scene were passed over");
+        for (const std::filesystem::path& file : document_.files())
+            report_.files.push_back(document_.folder() / file);
         Model model;
         model.mesh = builder_.finish(name_, report_);
         model.attributes = std::move(attributes_);

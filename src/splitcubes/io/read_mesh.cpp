@@ -58,17 +58,23 @@ float channel(double value) {
     return static_cast<float>(std::clamp(value, 0.0, 1.0));
 }
 
-std::string resolved_texture(const std::string& written, const fs::path& folder, ReadMeshReport& report) {
+std::string resolved_texture(const std::string& written, const fs::path& folder, const fs::path& mesh_folder,
+                             ReadMeshReport& report) {
     // What programs on Windows wrote. Names on the web stay names.
     std::string name = written;
     std::replace(name.begin(), name.end(), '\\', '/');
     if (folder.empty() || name.empty() || name.find("://") != name.npos || name.find('\0') != name.npos)
         return name;
-    const fs::path path = (folder / name).lexically_normal();
-    std::error_code ignored;
-    if (!fs::exists(path, ignored))
-        report.notes.push_back("texture '" + printable(name) + "' is not there; its name is kept");
-    return path.generic_string();
+    const fs::path named = (folder / name).lexically_normal();
+    // Meshes that have been sent come with their textures beside them, whatever folder they were in.
+    for (const fs::path& path : {named, mesh_folder / named.filename()}) {
+        std::error_code ignored;
+        if (!fs::is_regular_file(path, ignored)) continue;
+        report.files.push_back(path);
+        return path.generic_string();
+    }
+    report.notes.push_back("texture '" + printable(name) + "' is not there; its name is kept");
+    return named.generic_string();
 }
 
 bool is_beside_or_below(const std::string& relative) {

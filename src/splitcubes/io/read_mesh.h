@@ -15,6 +15,9 @@ namespace splitcubes::io {
 /// What a reader did besides taking what the file says; one line a note.
 struct ReadMeshReport {
     std::vector<std::string> notes;
+    /// Files beside the mesh's own that are there: libraries and buffers that were read, textures that it
+    /// names.
+    std::vector<std::filesystem::path> files;
 };
 
 /// Reads a triangle mesh; the format goes by the extension and, where that is
@@ -49,7 +52,8 @@ struct Model {
 ///   and material of faces; `comment TextureFile`.
 /// - glTF: TEXCOORD_n of the base colour, COLOR_0, baseColorFactor, baseColorTexture; images inside of
 ///   the file are kept as they are.
-/// STL has none. Pictures are not opened. Files that a mesh refers to and that are
+/// STL has none. Pictures are not opened; one that is not where the file says is taken from beside
+/// the mesh. Files that a mesh refers to and that are
 /// not there, cannot be used or lie outside of its folder become notes; numbers out
 /// of range are an InputError as everywhere.
 Model read_model(const std::filesystem::path& path, ReadMeshReport* report = nullptr);

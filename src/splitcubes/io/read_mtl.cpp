@@ -57,9 +57,11 @@ std::string_view texture_name(std::string_view rest) {
 class MtlReader {
   public:
     MtlReader(Bytes bytes, const std::string& name, const std::filesystem::path& folder,
-              std::vector<Material>& materials, ReadMeshReport& report)
+              const std::filesystem::path& mesh_folder, std::vector<Material>& materials,
+              ReadMeshReport& report)
         : cursor_(as_text(without_byte_order_mark(bytes)), name),
           folder_(folder),
+          mesh_folder_(mesh_folder),
           materials_(materials),
           report_(report) {
         for (std::size_t k = 0; k < materials.size(); ++k) number_.emplace(materials[k].name, k);
@@ -92,8 +94,8 @@ class MtlReader {
         } else if (keyword == "Tr") {
             current().colour[3] = 1 - channel(cursor_.number(cursor_.word_on_line(), "Tr"));
         } else if (keyword == "map_Kd") {
-            current().texture =
-                resolved_texture(std::string(texture_name(cursor_.rest_of_line())), folder_, report_);
+            current().texture = resolved_texture(std::string(texture_name(cursor_.rest_of_line())), folder_,
+                                                 mesh_folder_, report_);
         }
     }
 
@@ -115,7 +117,7 @@ class MtlReader {
     Material& current() { return materials_[current_]; }
 
     TextCursor cursor_;
-    const std::filesystem::path& folder_;
+    const std::filesystem::path &folder_, &mesh_folder_;
     std::vector<Material>& materials_;
     ReadMeshReport& report_;
     std::unordered_map<std::string, std::size_t> number_;
@@ -128,8 +130,9 @@ class MtlReader {
 }  // namespace
 
 void read_mtl(Bytes bytes, const std::string& name, const std::filesystem::path& folder,
-              std::vector<Material>& materials, ReadMeshReport& report) {
-    MtlReader(bytes, name, folder, materials, report).read();
+              const std::filesystem::path& mesh_folder, std::vector<Material>& materials,
+              ReadMeshReport& report) {
+    MtlReader(bytes, name, folder, mesh_folder, materials, report).read();
 }
 
 }  // namespace splitcubes::io

@@ -131,7 +131,9 @@ class ObjReader {
         }
         try {
             const std::vector<std::byte> bytes = read_file_bytes(folder_ / path);
-            read_mtl(bytes, (folder_ / path).string(), folder_ / path.parent_path(), materials_, report_);
+            report_.files.push_back(folder_ / path);
+            read_mtl(bytes, (folder_ / path).string(), folder_ / path.parent_path(), folder_, materials_,
+                     report_);
         } catch (const InputError& error) {
             report_.notes.push_back(quoted + " was not read: " + error.what());
         }

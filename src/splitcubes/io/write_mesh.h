@@ -5,6 +5,7 @@
 #include <splitcubes/io/mesh_format.h>
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -34,9 +35,11 @@ namespace splitcubes::io {
 void write_mesh(const std::filesystem::path& path, const geometry::SurfaceMesh& surface);
 
 /// Writes the pictures that materials carry as files `PREFIX-NAME` into a folder,
-/// whole or not at all, and makes the materials refer to them.
+/// whole or not at all, and makes the materials refer to them. `before` is told of each file before it is
+/// written.
 void write_images(const std::filesystem::path& folder, const std::string& prefix,
-                  std::vector<geometry::Material>& materials);
+                  std::vector<geometry::Material>& materials,
+                  const std::function<void(const std::filesystem::path&)>& before = {});
 
 /// The bytes of that file, textures by the names that the materials have; `name` stands in messages for it.
 /// MeshFormat::gltf gives a GLB.

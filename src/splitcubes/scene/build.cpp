@@ -29,6 +29,7 @@ io::Model own_model(const BodyDescription& body, BuildReport& report, const Para
         io::ReadMeshReport read;
         io::Model model = io::read_model(shape->file, &read);
         for (const std::string& note : read.notes) report.notes.push_back({body.name, note});
+        report.files[shape->file] = std::move(read.files);
         return model;
     }
     if (const auto* shape = std::get_if<ImplicitShape>(&body.shape))
@@ -166,10 +167,15 @@ const body::Body& add_body(body::World& world, const BodyDescription& b, const i
 
 }  // namespace
 
-geometry::TriangleMesh shape_mesh(const Shape& shape, const Parallel& parallel) {
+geometry::TriangleMesh shape_mesh(const Shape& shape, const Parallel& parallel, BuildReport* report) {
     return std::visit(
         Overloaded{
-            [](const MeshShape& s) { return io::read_model(s.file).mesh; },
+            [report](const MeshShape& s) {
+                io::ReadMeshReport read;
+                geometry::TriangleMesh mesh = io::read_mesh(s.file, &read);
+                if (report != nullptr) report->files[s.file] = std::move(read.files);
+                return mesh;
+            },
             [&](const ImplicitShape& s) { return implicit_model(s, "collider", parallel).mesh; },
             [](const BoxShape& s) { return geometry::make_box(s.size); },
             [](const SphereShape& s) { return geometry::make_sphere(s.radius, 5); },
@@ -203,14 +209,16 @@ Isometry collider_frame(const ColliderDescription& collider, double time) {
     return keyframe_motion(collider.keyframes, collider.pivot, time) * placed;
 }
 
-geometry::TriangleMesh collider_mesh(const ColliderDescription& collider, const Parallel& parallel) {
+geometry::TriangleMesh collider_mesh(const ColliderDescription& collider, const Parallel& parallel,
+                                     BuildReport* report) {
     if (!collider.shape) return {};
-    geometry::TriangleMesh mesh = shape_mesh(*collider.shape, parallel);
+    geometry::TriangleMesh mesh = shape_mesh(*collider.shape, parallel, report);
     for (Vec3& p : mesh.positions) p *= collider.placement.scale;
     return mesh;
 }
 
-body::Collider make_collider(const ColliderDescription& collider, const Parallel& parallel) {
+body::Collider make_collider(const ColliderDescription& collider, const Parallel& parallel,
+                             BuildReport* report) {
     body::Collider out;
     out.name = collider.name;
     out.friction = collider.friction;
@@ -224,7 +232,7 @@ body::Collider make_collider(const ColliderDescription& collider, const Parallel
         out.solid = geometry::make_box_distance(scale * box->size, scale * collider.rounding);
     } else {
         constexpr int cells = 64;
-        out.solid = geometry::make_mesh_distance(collider_mesh(collider, parallel), cells, parallel);
+        out.solid = geometry::make_mesh_distance(collider_mesh(collider, parallel, report), cells, parallel);
     }
     out.motion = [collider](double time) { return collider_frame(collider, time); };
     return out;
@@ -301,7 +309,7 @@ std::unique_ptr<body::World> build_world(
                    "use fewer colliders");
     for (const ColliderDescription& collider : scene.colliders) {
         world->parallel().begin("collider '" + collider.name + "'");
-        world->add_collider(make_collider(collider, world->parallel()));
+        world->add_collider(make_collider(collider, world->parallel(), &report));
     }
     world->parallel().begin("tools");
     for (const ToolDescription& tool : scene.tools) {

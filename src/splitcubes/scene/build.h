@@ -5,6 +5,8 @@
 #include <splitcubes/io/read_mesh.h>
 #include <splitcubes/scene/description.h>
 
+#include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -19,10 +21,13 @@ struct BuildReport {
     /// Per body the mesh that it was made of, placed, with its attributes; empty for
     /// bodies whose mesh has none. The bodies themselves know nothing of colours.
     std::vector<io::Model> models;
+    /// Of each mesh file what it needs beside it: libraries, buffers, textures that are there.
+    std::map<std::filesystem::path, std::vector<std::filesystem::path>> files;
 };
 
-/// A shape in its own frame; a mesh file is read.
-geometry::TriangleMesh shape_mesh(const Shape& shape, const Parallel& parallel = Parallel(1));
+/// A shape in its own frame; a mesh file is read, and what it needs beside it reported.
+geometry::TriangleMesh shape_mesh(const Shape& shape, const Parallel& parallel = Parallel(1),
+                                  BuildReport* report = nullptr);
 
 /// Displacement and turn about the pivot at a time; none where there are no keyframes.
 Isometry keyframe_motion(const std::vector<MotionKeyframe>& keyframes, const Vec3& pivot, double time);
@@ -31,8 +36,9 @@ Isometry keyframe_motion(const std::vector<MotionKeyframe>& keyframes, const Vec
 Isometry collider_frame(const ColliderDescription& collider, double time);
 /// In its own frame; empty for a half space.
 geometry::TriangleMesh collider_mesh(const ColliderDescription& collider,
-                                     const Parallel& parallel = Parallel(1));
-body::Collider make_collider(const ColliderDescription& collider, const Parallel& parallel);
+                                     const Parallel& parallel = Parallel(1), BuildReport* report = nullptr);
+body::Collider make_collider(const ColliderDescription& collider, const Parallel& parallel,
+                             BuildReport* report = nullptr);
 
 /// The body's mesh where the scene places it, world at time 0, with its attributes. Reads mesh files.
 io::Model placed_model(const BodyDescription& body, BuildReport& report,

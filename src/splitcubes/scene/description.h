@@ -25,6 +25,7 @@ struct Rotation {
 /// A mesh file; its coordinates are taken as metres before `scale`.
 struct MeshShape {
     std::filesystem::path file;  // absolute: what the scene says, joined to the scene's folder
+    std::string sha256{};        // of what the file holds; empty: whatever it holds
     bool operator==(const MeshShape&) const = default;
 };
 struct BoxShape {
@@ -150,6 +151,7 @@ struct StrengthPaint {
     double dark = 0.1;
     double light = 1;
     std::filesystem::path picture;  // absolute; empty: the vertex colours
+    std::string picture_sha256{};   // of what that file holds; empty: whatever it holds
     bool operator==(const StrengthPaint&) const = default;
 };
 using StrengthLayer = std::variant<StrengthPatch, StrengthPaint>;

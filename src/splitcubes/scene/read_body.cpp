@@ -1,3 +1,4 @@
+#include <splitcubes/core/sha256.h>
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/read_scene.h>
 
@@ -8,12 +9,31 @@ namespace splitcubes::scene {
 
 namespace {
 
-std::filesystem::path existing_file(const Value& file, const char* remedy) {
+// What a file must hold, where the scene says so. An option that names another file means that one, whatever
+// it holds.
+std::string content_of(const Object& object, std::string_view file_key, std::string_view content_key) {
+    const auto content = object.find(content_key);
+    if (!content) return {};
+    const std::string text = content->text();
+    if (!content->sound()) return {};
+    if (!is_sha256(text)) {
+        content->fail("is " + content->shown() + ", which is no SHA-256",
+                      "give the 64 digits that sha256sum prints, or take it out");
+        return {};
+    }
+    const Source& source = content->source();
+    const auto file = object.find(file_key);
+    const bool together = file && source.override_of(content->path()) == source.override_of(file->path());
+    return together ? text : std::string();
+}
+
+// A file whose content is said may be elsewhere now: find_inputs looks for it.
+std::filesystem::path named_file(const Value& file, const std::string& content, const char* remedy) {
     const std::string name = file.label();
     if (name.empty()) return {};
     const std::filesystem::path path = (file.source().folder / name).lexically_normal();
     std::error_code ignored;
-    if (!std::filesystem::is_regular_file(path, ignored))
+    if (content.empty() && !std::filesystem::is_regular_file(path, ignored))
         file.fail("is " + file.shown() + ", but there is no file " + path.string(), remedy);
     return path;
 }
@@ -21,8 +41,11 @@ std::filesystem::path existing_file(const Value& file, const char* remedy) {
 // Shapes have no defaults: each size must be given.
 
 Shape read_mesh_shape(const Value& value) {
-    return MeshShape{existing_file(Object(value, "mesh_shape").at("file"),
-                                   "give a mesh file's name relative to the scene's folder")};
+    const Object object(value, "mesh_shape");
+    const std::string content = content_of(object, "file", "sha256");
+    return MeshShape{
+        named_file(object.at("file"), content, "give a mesh file's name relative to the scene's folder"),
+        content};
 }
 
 Shape read_torus(const Value& value) {
@@ -183,8 +206,11 @@ StrengthLayer read_strength_layer(const Value& value) {
     StrengthPaint out;
     paint.read("dark", out.dark, any_factor);
     paint.read("light", out.light, any_factor);
-    if (const auto picture = paint.find("picture"))
-        out.picture = existing_file(*picture, "give a picture's name relative to the scene's folder");
+    if (const auto picture = paint.find("picture")) {
+        out.picture_sha256 = content_of(paint, "picture", "picture_sha256");
+        out.picture =
+            named_file(*picture, out.picture_sha256, "give a picture's name relative to the scene's folder");
+    }
     return out;
 }
 

@@ -15,7 +15,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* format_name = "splitcubes recording 1";
+constexpr const char* format_name = "splitcubes recording 2";
+constexpr std::string_view any_format = "splitcubes recording ";
 constexpr double rigid_tolerance = 1e-6;
 
 // Keys of a track by what it drives, in the order of body::Driven.
@@ -88,13 +89,13 @@ std::string optional_text(const Object& object, std::string_view key) {
 
 }  // namespace
 
-std::string recording_text(const Recording& recording) {
+std::string recording_text(const Recording& recording, const std::filesystem::path& folder) {
     const Json head = {{"format", format_name},
                        {"program", recording.program},
                        {"frames", recording.scene.frames},
                        {"first_state", recording.first_state},
                        {"last_state", recording.last_state},
-                       {"scene", resolved_scene(recording.scene)}};
+                       {"scene", resolved_scene(recording.scene, folder)}};
     std::string out = head.dump(2);
     out.resize(out.rfind('\n'));
     out += ",\n  \"tracks\": [";
@@ -108,8 +109,15 @@ Recording parse_recording(std::string_view text, const std::string& name,
     check_json(text, name, ParseLimits::nesting_depth);
     const Json json = Json::parse(text, nullptr, true, true);
     const Source source{text, name, folder, {}};
-    if (!json.is_object() || !json.contains("format") || json["format"] != format_name)
+    const std::string format =
+        json.is_object() && json.contains("format") && json["format"].is_string() ? json["format"] : "";
+    if (!format.starts_with(any_format))
         throw InputError(name, "is no recording", "give a file that 'run --record' wrote");
+    if (format != format_name)
+        throw InputError(name,
+                         "is a '" + printable(format) + "', which another version wrote; this one reads '" +
+                             format_name + "'",
+                         "record it again, or replay it with the version that wrote it");
     const Object object(Value(source, json, {}), "recording");
     Recording out;
     const Value scene = object.at("scene");

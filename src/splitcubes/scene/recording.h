@@ -26,14 +26,15 @@ struct RecordingLimits {
     static constexpr std::size_t samples = 10'000'000;  // of a track
 };
 
-/// JSON, one line a sample: `format` ("splitcubes recording 1"), `program` (its version),
-/// `scene` (resolved, as in a scene file), `frames`, `first_state`, `last_state`, and `tracks`, each with
-/// `tool`, `constraint`, `handle` or `collider` (its name), `times` (s) and `places` (12 numbers each: the
-/// rows of the 3 x 4 matrix world from own, m).
-std::string recording_text(const Recording& recording);
+/// JSON for a file in `folder`, one line a sample: `format` ("splitcubes recording 2"), `program` (its
+/// version), `scene` (resolved, as in a scene file in that folder), `frames`, `first_state`, `last_state`,
+/// and `tracks`, each with `tool`, `constraint`, `handle` or `collider` (its name), `times` (s) and `places`
+/// (12 numbers each: the rows of the 3 x 4 matrix world from own, m).
+std::string recording_text(const Recording& recording, const std::filesystem::path& folder);
 
 /// Reads it back; numbers are as they were to the last bit. Throws InputError, whose place is
-/// `name` with the line, as scenes do, and for places that are no rigid motions (within 1e-6).
+/// `name` with the line, as scenes do, for recordings of other versions, and for places that are no rigid
+/// motions (within 1e-6).
 Recording parse_recording(std::string_view text, const std::string& name,
                           const std::filesystem::path& folder);
 Recording read_recording(const std::filesystem::path& path);

@@ -1,3 +1,4 @@
+#include <splitcubes/scene/inputs.h>
 #include <splitcubes/scene/overloaded.h>
 #include <splitcubes/scene/read_scene.h>
 #include <splitcubes/scene/resolve.h>
@@ -67,7 +68,9 @@ Json to_json(const Shape& shape) {
     return std::visit(
         Overloaded{
             [](const MeshShape& s) -> Json {
-                return {{"mesh", {{"file", s.file.string()}}}};
+                Json out = {{"file", s.file.string()}};
+                if (!s.sha256.empty()) out["sha256"] = s.sha256;
+                return {{"mesh", out}};
             },
             [](const BoxShape& s) -> Json {
                 return {{"box", {{"size", to_json(s.size)}}}};
@@ -128,6 +131,7 @@ Json to_json(const StrengthLayer& layer) {
     const auto& paint = std::get<StrengthPaint>(layer);
     Json out = {{"dark", paint.dark}, {"light", paint.light}};
     if (!paint.picture.empty()) out["picture"] = paint.picture.string();
+    if (!paint.picture_sha256.empty()) out["picture_sha256"] = paint.picture_sha256;
     return {{"paint", out}};
 }
 
@@ -347,6 +351,12 @@ nlohmann::ordered_json resolved_scene(const SceneDescription& scene) {
                      {"links", scene.output.links}};
     out["camera"] = to_json(scene.camera);
     return out;
+}
+
+nlohmann::ordered_json resolved_scene(SceneDescription scene, const std::filesystem::path& folder) {
+    const std::filesystem::path base = std::filesystem::absolute(folder).lexically_normal();
+    for (const Input& input : inputs_of(scene)) *input.file = input.file->lexically_relative(base);
+    return resolved_scene(scene);
 }
 
 }  // namespace splitcubes::scene

@@ -12,4 +12,7 @@ namespace splitcubes::scene {
 /// (file names are absolute).
 nlohmann::ordered_json resolved_scene(const SceneDescription& scene);
 
+/// The same for a file in `folder`: names of files are relative to that.
+nlohmann::ordered_json resolved_scene(SceneDescription scene, const std::filesystem::path& folder);
+
 }  // namespace splitcubes::scene
