@@ -5,9 +5,13 @@ add_library(splitcubes_flags INTERFACE)
 target_compile_features(splitcubes_flags INTERFACE cxx_std_20)
 # No contraction: fused multiply-add would change results between machines.
 set(_shadow -Wshadow)
-if(SPLITCUBES_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+if(SPLITCUBES_UNITY)
   # Names and types of other files in the same unit are no concern of a file.
-  set(_shadow -Wshadow=local -Wno-subobject-linkage)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    set(_shadow -Wshadow=local -Wno-subobject-linkage)
+  else()
+    set(_shadow "")
+  endif()
 endif()
 target_compile_options(splitcubes_flags INTERFACE
   -Wall -Wextra -Wpedantic ${_shadow} -Wnon-virtual-dtor -Werror -ffp-contract=off)
@@ -17,6 +21,9 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(splitcubes_flags INTERFACE -Wno-maybe-uninitialized -Wno-array-bounds
     -Wno-stringop-overflow -Wno-stringop-overread -Wno-restrict)
 endif()
+# The lowest instruction set is then the scalar one, as gcc 12 has it anyway: clang spends
+# minutes on a file with the emulated one.
+target_compile_definitions(splitcubes_flags INTERFACE HWY_BROKEN_EMU128=1)
 if(SPLITCUBES_PRECOMPILE)
   # So that a compiler cache can tell whether a precompiled header is the same.
   target_compile_options(splitcubes_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>
