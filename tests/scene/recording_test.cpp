@@ -1,4 +1,5 @@
 #include <splitcubes/core/error.h>
+#include <splitcubes/scene/json_location.h>
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/recording.h>
 
@@ -80,18 +81,34 @@ void expect_refused(const std::string& part, const std::string& by, const std::s
 TEST(Recording, WhatIsWrongIsNamedWithItsLine) {
     expect_refused("splitcubes recording 2", "somebody's recording 2", "is no recording");
     expect_refused("splitcubes recording 2", "splitcubes recording 1", "which another version wrote");
-    expect_refused("\"times\": [0.0,", "\"times\": [0.5,", "tracks[0].times[1]");
+    expect_refused("\"times\": [0.0,", "\"times\": [0.04,", "tracks[0].times[1]");
     expect_refused("\"times\": [0.0,", "\"times\": [", "has 4 elements, times has 3");
     expect_refused("[1.0,0.0,0.0,0.0,", "[1.5,0.0,0.0,0.0,", "is no rigid motion");
     expect_refused("[1.0,0.0,0.0,0.0,", "[1.0,0.0,0.0,", "places[0]");
     expect_refused("[1.0,0.0,0.0,0.0,", "[1.0,0.0,0.0,\"x\",", "places[0][3]");
     expect_refused("\"tool\": \"knife\"", "\"tol\": \"knife\"", "tol");
     expect_refused("\"frames\": 3", "\"frames\": 0", "frames");
+    expect_refused("\"frames\": 3", "\"frames\": 2", "tracks[0].times[3] comes after the end");
+    expect_refused("\"tool\": \"knife\"", "\"tool\": \"\"", "tracks[0].tool has 0 bytes");
+    expect_refused("\"tool\": \"knife\"", "\"tool\": \"" + std::string(301, 'x') + "\"", "has 301 bytes");
+    expect_refused("\"handle\": \"block/0\"", "\"constraint\": \"block/0\"",
+                   "drives 'block/0', which one before");
     expect_refused("\"youngs_modulus\"", "\"young\"", "young");
     expect_refused("\"tracks\"", "\"trucks\"", "trucks");
     EXPECT_THROW(parse_recording("", "r.json", "/"), InputError);
     EXPECT_THROW(parse_recording("[]", "r.json", "/"), InputError);
     EXPECT_THROW(read_recording("/nowhere/r.json"), InputError);
+}
+
+// Two characters of an array take fifty bytes and more.
+TEST(Recording, OfMoreValuesThanFitInMemoryIsRefusedBeforeTheyAreMade) {
+    std::string text = "[[]";
+    for (int k = 0; k < 10000; ++k) text += ",[]";
+    text += "]";
+    check_json_within(text, "r.json", 4, 10001 * 64 + 64);
+    EXPECT_THROW(check_json_within(text, "r.json", 4, 10001 * 64), InputError);
+    EXPECT_THROW(check_json_within("[\"" + std::string(1000, 'x') + "\"]", "r.json", 4, 1000), InputError);
+    EXPECT_THROW(check_json_within(R"({"a": {"b": {}}})", "r.json", 4, 280), InputError);
 }
 
 TEST(Recording, AnyPartOfItsTextIsRefused) {

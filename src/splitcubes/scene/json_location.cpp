@@ -34,6 +34,7 @@ class Scanner {
         if (!at_end()) fail("text after the end of the JSON value: " + here(), "remove it");
     }
     int found_line() const { return found_line_; }
+    void set_max_memory(std::size_t bytes) { max_memory_ = bytes; }
 
   private:
     [[noreturn]] void fail(const std::string& problem, const std::string& remedy) const {
@@ -85,6 +86,7 @@ class Scanner {
             fail("nested more than " + std::to_string(max_depth_) + " deep", "a scene needs no such depth");
         }
         const char c = peek();
+        take_memory(value_memory + (c == '{' || c == '[' ? array_memory : 0));
         if (c == '{') {
             object(depth, on_path);
         } else if (c == '[') {
@@ -96,6 +98,13 @@ class Scanner {
         } else {
             literal();
         }
+    }
+
+    void take_memory(std::size_t bytes) {
+        memory_ += bytes;
+        if (memory_ > max_memory_)
+            fail("has more values than fit in " + std::to_string(max_memory_) + " bytes of memory",
+                 "give a file with fewer");
     }
 
     void object(int depth, bool on_path) {
@@ -237,6 +246,7 @@ class Scanner {
             }
         }
         ++at_;
+        take_memory(text_memory + out.size());
         return out;
     }
 
@@ -328,6 +338,9 @@ class Scanner {
     const std::string& name_;
     int max_depth_;
     bool with_line_;
+    // What the parsed values take beside the characters of texts, with what the allocator adds.
+    static constexpr std::size_t value_memory = 16, array_memory = 48, text_memory = 48;
+    std::size_t memory_ = 0, max_memory_ = std::numeric_limits<std::size_t>::max();
     const JsonPath* target_ = nullptr;
     std::size_t at_ = 0;
     int line_ = 1;
@@ -338,6 +351,13 @@ class Scanner {
 
 void check_json(std::string_view text, const std::string& name, int max_depth, bool with_line) {
     Scanner(text, name, max_depth, with_line).scan(nullptr);
+}
+
+void check_json_within(std::string_view text, const std::string& name, int max_depth,
+                       std::size_t max_memory) {
+    Scanner scanner(text, name, max_depth, true);
+    scanner.set_max_memory(max_memory);
+    scanner.scan(nullptr);
 }
 
 int line_of(std::string_view text, const JsonPath& path) {

@@ -17,6 +17,9 @@ inline constexpr std::size_t max_object_keys = 1000;
 /// most max_depth (the recursion is as deep). Throws InputError at `name:line`, or at `name` when the text is
 /// no file's (with_line false).
 void check_json(std::string_view text, const std::string& name, int max_depth, bool with_line = true);
+/// The same of a long text, whose values take at most about max_memory bytes once they are parsed: an array
+/// of two characters takes fifty.
+void check_json_within(std::string_view text, const std::string& name, int max_depth, std::size_t max_memory);
 
 /// The line, from 1, on which the member (its key) or element at `path` starts;
 /// where there is none, that of the innermost enclosing value that is there. The

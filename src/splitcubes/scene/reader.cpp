@@ -251,7 +251,7 @@ Vec3 Value::direction() const {
     return direction_in().value_or(Vec3::UnitZ());
 }
 
-std::vector<Value> Value::elements(std::size_t least, std::size_t most) const {
+std::size_t Value::element_count(std::size_t least, std::size_t most) const {
     const std::string remedy =
         "give an array of " +
         (least == most ? std::to_string(least) : std::to_string(least) + " to " + std::to_string(most)) +
@@ -264,11 +264,18 @@ std::vector<Value> Value::elements(std::size_t least, std::size_t most) const {
         fail("has " + std::to_string(json_->size()) + " elements: " + shown(), remedy);
         if (json_->size() > most || least == most) return {};
     }
+    return json_->size();
+}
+
+Value Value::element(std::size_t index) const {
+    return {*source_, (*json_)[index], extended(path_, {"", static_cast<int>(index)})};
+}
+
+std::vector<Value> Value::elements(std::size_t least, std::size_t most) const {
+    const std::size_t count = element_count(least, most);
     std::vector<Value> out;
-    out.reserve(json_->size());
-    for (std::size_t i = 0; i < json_->size(); ++i) {
-        out.emplace_back(*source_, (*json_)[i], extended(path_, {"", static_cast<int>(i)}));
-    }
+    out.reserve(count);
+    for (std::size_t i = 0; i < count; ++i) out.push_back(element(i));
     return out;
 }
 

@@ -100,6 +100,9 @@ class Value {
     /// The elements of an array, least to most of them; where too few are there, these, but none where
     /// their number is fixed (least = most).
     std::vector<Value> elements(std::size_t least, std::size_t most) const;
+    /// How many there are, for arrays too long to have a Value for each; and one of them.
+    std::size_t element_count(std::size_t least, std::size_t most) const;
+    Value element(std::size_t index) const;
 
   private:
     friend class Object;

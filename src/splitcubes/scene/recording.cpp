@@ -5,9 +5,11 @@
 #include <splitcubes/scene/recording.h>
 #include <splitcubes/scene/resolve.h>
 
+#include <cstdint>
 #include <fstream>
-#include <sstream>
+#include <set>
 #include <system_error>
+#include <utility>
 
 namespace splitcubes::scene {
 
@@ -51,7 +53,8 @@ Isometry read_place(const Value& value) {
     return out;
 }
 
-body::MotionTrack read_track(const Value& value) {
+// end: s, of the recorded run; nothing is sampled after it.
+body::MotionTrack read_track(const Value& value, double end) {
     const Object object(value, "track");
     body::MotionTrack out;
     for (std::size_t k = 1; k < driven_keys.size(); ++k) {
@@ -59,25 +62,49 @@ body::MotionTrack read_track(const Value& value) {
             object.not_both(driven_keys[before], driven_keys[k]);
         if (object.has(driven_keys[k])) out.driven = static_cast<body::Driven>(k);
     }
-    out.name = object.at(driven_keys[static_cast<std::size_t>(out.driven)]).text();
-    const std::vector<Value> times = object.at("times").elements(1, RecordingLimits::samples);
-    const std::vector<Value> places = object.at("places").elements(1, RecordingLimits::samples);
-    if (!object.sound({"times"}) || places.empty()) return out;
-    if (times.size() != places.size()) {
-        object.at("places").fail(
-            "has " + std::to_string(places.size()) + " elements, times has " + std::to_string(times.size()),
-            "give a place for each time");
+    const Value name = object.at(driven_keys[static_cast<std::size_t>(out.driven)]);
+    out.name = name.text();
+    if (name.sound() && (out.name.empty() || out.name.size() > RecordingLimits::name_length))
+        name.fail("has " + std::to_string(out.name.size()) + " bytes",
+                  "give a name of 1 to " + std::to_string(RecordingLimits::name_length) + " bytes");
+    const Value times = object.at("times"), places = object.at("places");
+    const std::size_t count = times.element_count(1, RecordingLimits::samples);
+    const std::size_t place_count = places.element_count(1, RecordingLimits::samples);
+    if (count == 0 || place_count == 0) return out;
+    if (count != place_count) {
+        places.fail("has " + std::to_string(place_count) + " elements, times has " + std::to_string(count),
+                    "give a place for each time");
         return out;
     }
-    for (std::size_t k = 0; k < times.size(); ++k) {
-        const double time = times[k].number(any_time);
-        const Isometry place = read_place(places[k]);
-        if (!times[k].sound()) continue;
-        if (!out.motion.times().empty() && !(time > out.motion.times().back())) {
-            times[k].fail("does not come after the one before it", "order times");
-            continue;
+    // Ends with the first that is wrong: to tell the line of a problem takes reading the whole text.
+    for (std::size_t k = 0; k < count; ++k) {
+        const Value when = times.element(k), where = places.element(k);
+        const double time = when.number(any_time);
+        const Isometry place = read_place(where);
+        if (!when.sound() || !where.sound()) return out;
+        if (k > 0 && !(time > out.motion.times().back())) {
+            when.fail("does not come after the one before it", "order times");
+            return out;
+        }
+        if (time > end) {
+            when.fail("comes after the end of the recorded run", "take it out");
+            return out;
         }
         out.motion.add(time, place);
+    }
+    return out;
+}
+
+// What two tracks drive the same way would follow the last of them.
+std::vector<body::MotionTrack> read_tracks(const Value& value, double end) {
+    std::vector<body::MotionTrack> out;
+    std::set<std::pair<body::Driven, std::string>> seen;
+    for (const Value& track : value.elements(0, RecordingLimits::tracks)) {
+        out.push_back(read_track(track, end));
+        if (!seen.emplace(out.back().driven, out.back().name).second)
+            track.fail("drives '" + printable(out.back().name) + "', which one before it drives",
+                       "take one of the two out");
+        value.source().raise();
     }
     return out;
 }
@@ -106,8 +133,9 @@ std::string recording_text(const Recording& recording, const std::filesystem::pa
 
 Recording parse_recording(std::string_view text, const std::string& name,
                           const std::filesystem::path& folder) {
-    check_json(text, name, ParseLimits::nesting_depth);
-    const Json json = Json::parse(text, nullptr, true, true);
+    check_json_within(text, name, ParseLimits::nesting_depth, RecordingLimits::memory);
+    const Json json = Json::parse(text, nullptr, false, true);
+    if (json.is_discarded()) throw InputError(name, "cannot be read as JSON", "check its syntax");
     const Source source{text, name, folder, {}};
     const std::string format =
         json.is_object() && json.contains("format") && json["format"].is_string() ? json["format"] : "";
@@ -127,8 +155,10 @@ Recording parse_recording(std::string_view text, const std::string& name,
     out.program = optional_text(object, "program");
     out.first_state = optional_text(object, "first_state");
     out.last_state = optional_text(object, "last_state");
-    for (const Value& track : object.at("tracks").elements(0, 100000))
-        out.tracks.push_back(read_track(track));
+    source.raise();
+    // The last step ends there, but for rounding.
+    const double end = out.scene.time_step * (out.scene.frames + 1e-6);
+    out.tracks = read_tracks(object.at("tracks"), end);
     source.raise();
     return out;
 }
@@ -137,14 +167,15 @@ Recording read_recording(const std::filesystem::path& path) {
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error))
         throw InputError(path.string(), "there is no such file", "give a file that 'run --record' wrote");
-    if (std::filesystem::file_size(path, error) > RecordingLimits::bytes)
+    const std::uintmax_t size = std::filesystem::file_size(path, error);
+    if (size > RecordingLimits::bytes)
         throw InputError(path.string(), "is longer than " + std::to_string(RecordingLimits::bytes) + " bytes",
                          "give a file that 'run --record' wrote");
     std::ifstream file(path, std::ios::binary);
-    std::ostringstream text;
-    text << file.rdbuf();
+    std::string text(static_cast<std::size_t>(size), '\0');
+    file.read(text.data(), static_cast<std::streamsize>(text.size()));
     if (!file) throw InputError(path.string(), "cannot be read", "check its permissions");
-    return parse_recording(text.str(), path.string(), std::filesystem::absolute(path).parent_path());
+    return parse_recording(text, path.string(), std::filesystem::absolute(path).parent_path());
 }
 
 }  // namespace splitcubes::scene

@@ -22,8 +22,11 @@ struct Recording {
 
 /// What parse_recording must not be given more of.
 struct RecordingLimits {
-    static constexpr std::size_t bytes = std::size_t{1} << 30;
-    static constexpr std::size_t samples = 10'000'000;  // of a track
+    static constexpr std::size_t bytes = std::size_t{1} << 29;
+    static constexpr std::size_t memory = std::size_t{1} << 31;  // bytes, of the parsed text
+    static constexpr std::size_t samples = 10'000'000;           // of a track
+    static constexpr std::size_t tracks = 100'000;
+    static constexpr std::size_t name_length = 300;  // bytes, of what a track drives
 };
 
 /// JSON for a file in `folder`, one line a sample: `format` ("splitcubes recording 2"), `program` (its
