@@ -53,6 +53,11 @@ Isometry read_place(const Value& value) {
     return out;
 }
 
+// To tell the line of a problem takes reading the text: of a long one only the first problem is told.
+bool is_long(const Source& source) {
+    return source.text.size() > ParseLimits::bytes;
+}
+
 // end: s, of the recorded run; nothing is sampled after it.
 body::MotionTrack read_track(const Value& value, double end) {
     const Object object(value, "track");
@@ -76,21 +81,17 @@ body::MotionTrack read_track(const Value& value, double end) {
                     "give a place for each time");
         return out;
     }
-    // Ends with the first that is wrong: to tell the line of a problem takes reading the whole text.
     for (std::size_t k = 0; k < count; ++k) {
         const Value when = times.element(k), where = places.element(k);
         const double time = when.number(any_time);
         const Isometry place = read_place(where);
-        if (!when.sound() || !where.sound()) return out;
-        if (k > 0 && !(time > out.motion.times().back())) {
+        if (when.sound() && !out.motion.empty() && !(time > out.motion.times().back()))
             when.fail("does not come after the one before it", "order times");
+        if (when.sound() && time > end) when.fail("comes after the end of the recorded run", "take it out");
+        if (when.sound() && where.sound())
+            out.motion.add(time, place);
+        else if (is_long(value.source()))
             return out;
-        }
-        if (time > end) {
-            when.fail("comes after the end of the recorded run", "take it out");
-            return out;
-        }
-        out.motion.add(time, place);
     }
     return out;
 }
@@ -104,7 +105,7 @@ std::vector<body::MotionTrack> read_tracks(const Value& value, double end) {
         if (!seen.emplace(out.back().driven, out.back().name).second)
             track.fail("drives '" + printable(out.back().name) + "', which one before it drives",
                        "take one of the two out");
-        value.source().raise();
+        if (is_long(value.source())) value.source().raise();
     }
     return out;
 }
@@ -155,9 +156,9 @@ Recording parse_recording(std::string_view text, const std::string& name,
     out.program = optional_text(object, "program");
     out.first_state = optional_text(object, "first_state");
     out.last_state = optional_text(object, "last_state");
-    source.raise();
     // The last step ends there, but for rounding.
-    const double end = out.scene.time_step * (out.scene.frames + 1e-6);
+    const double end =
+        object.sound({"frames"}) ? out.scene.time_step * (out.scene.frames + 1e-6) : any_time.high;
     out.tracks = read_tracks(object.at("tracks"), end);
     source.raise();
     return out;
