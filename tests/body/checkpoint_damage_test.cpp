@@ -12,10 +12,8 @@
 #include <memory>
 #include <string>
 
-namespace splitcubes::body {
+namespace splitcubes::body::damage {
 namespace {
-
-using damage::reseal;
 
 const char* const identity = "a scene";
 
@@ -51,7 +49,7 @@ TEST_P(DamagedCheckpoint, IsRefusedInOneLineOrGoesOn) {
     for (int trial = 0; trial < trials; ++trial) {
         Random random(static_cast<std::uint64_t>(trial));
         std::string damaged = good;
-        for (std::uint32_t k = 0; k <= random.below(2); ++k) damage::damage(damaged, random);
+        for (std::uint32_t k = 0; k <= random.below(2); ++k) damage(damaged, random);
         reseal(damaged);
         const std::string said = answer(damaged, GetParam());
         refused += !said.empty();
@@ -66,7 +64,7 @@ TEST_P(DamagedCheckpoint, IsRefusedInOneLineOrGoesOn) {
 
 TEST_P(DamagedCheckpoint, CutOffAnywhereItIsRefused) {
     const std::string good = checkpoint_after(20, GetParam());
-    const std::size_t begin = damage::payload_begin(good);
+    const std::size_t begin = payload_begin(good);
     for (std::size_t part = 0; part < 40; ++part) {
         std::string damaged = good.substr(0, begin + (good.size() - begin) * part / 40);
         reseal(damaged);
@@ -103,4 +101,4 @@ TEST(BusyWorld, HasAllThatACheckpointKeeps) {
 }
 
 }  // namespace
-}  // namespace splitcubes::body
+}  // namespace splitcubes::body::damage

@@ -11,7 +11,7 @@ namespace splitcubes::meshless {
 
 namespace {
 
-constexpr std::size_t grain = 64;
+constexpr std::size_t moments_grain = 64;
 // Of a phyxel's volume, what has to be left of it.
 constexpr double least_volume = 0.3;
 // The sum of what a row's shares may change by.
@@ -20,7 +20,7 @@ constexpr double most_change = 3;
 constexpr double square_scale = 3;
 // Against directions in which a row's phyxels hardly spread; those in which they do have variances
 // of 0.05 and more. What it leaves undone is done again.
-constexpr double damping = 0.005;
+constexpr double moments_damping = 0.005;
 constexpr int refinements = 2;
 
 using Moments = Eigen::Matrix<double, 9, 1>;
@@ -52,7 +52,7 @@ class Row {
         }
         product.triangularView<Eigen::Lower>() -= mean * mean.transpose();
         product.triangularView<Eigen::StrictlyUpper>() = product.transpose();
-        const Eigen::LDLT<Products> damped(product + damping * Products::Identity());
+        const Eigen::LDLT<Products> damped(product + moments_damping * Products::Identity());
         Moments change = Moments::Zero();
         for (int pass = 0; pass <= refinements; ++pass) change -= damped.solve(mean + product * change);
         if (change.allFinite()) apply(mean, change);
@@ -129,7 +129,7 @@ void keep_moments(const NodeBook& nodes, const Phyxels& phyxels, std::span<const
     booking.whole.assign(chosen.size(), 1);
     for (std::size_t b = 0; b < last.node_count(); ++b)
         if (chosen[b] == 0) booking.whole[b] = last.whole[b];
-    parallel.for_each(chosen.size(), grain, [&](std::size_t b) {
+    parallel.for_each(chosen.size(), moments_grain, [&](std::size_t b) {
         const std::uint32_t begin = booking.offsets[b], count = booking.offsets[b + 1] - begin;
         if (chosen[b] == 0 || count < 2) return;
         const auto phyxel = std::span(booking.phyxel).subspan(begin, count);
