@@ -88,7 +88,7 @@ bool is_moved(const splitting::Crossing& crossing) {
     return crossing.parameter != crossing.hit;
 }
 
-using Corners = std::array<Vec3, 3>;
+using FaceCorners = std::array<Vec3, 3>;
 
 // Counts the triangles for which `wanted(crossing, corners)` holds.
 template <class Wanted>
@@ -102,7 +102,7 @@ Opposing count_opposing(const splitting::NodeGrid& grid, const splitting::Surfac
                 const auto at = [&](std::size_t k) -> const splitting::SurfaceVertex& {
                     return surface.vertices()[quad.vertices[k]];
                 };
-                const Corners corners = {at(0).rest, at(second).rest, at(second + 1).rest};
+                const FaceCorners corners = {at(0).rest, at(second).rest, at(second + 1).rest};
                 const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
                 const double area = 0.5 * normal.norm() / face;
                 if (area < 1e-9 || !wanted(grid.crossing(quad.crossing), corners)) continue;
@@ -118,7 +118,7 @@ Opposing count_opposing(const splitting::NodeGrid& grid, const splitting::Surfac
     return out;
 }
 
-bool any_triangle(const splitting::Crossing& /*crossing*/, const Corners& /*corners*/) {
+bool any_triangle(const splitting::Crossing& /*crossing*/, const FaceCorners& /*corners*/) {
     return true;
 }
 
@@ -175,7 +175,7 @@ double crossing_of(const SmoothShape& shape, const Vec3& a, int axis) {
 
 // The grid of the true shape. Triangles of an input mesh would have their own errors,
 // of which that of their normals would be felt first.
-splitting::NodeGrid grid_of(const SmoothShape& shape) {
+splitting::NodeGrid grid_around(const SmoothShape& shape) {
     RestGrid rest;
     const double reach = shape.radius + shape.ring() + 3;
     rest.origin = (shape.pose.offset.array() - reach).floor();
@@ -210,7 +210,7 @@ SmoothRow measure_smooth(bool torus, int across) {
     constexpr int positions = 3;
     for (int k = 0; k < positions; ++k) {
         shape.pose = random_pose(random);
-        const Solid solid(grid_of(shape));
+        const Solid solid(grid_around(shape));
         const splitting::Surface surface(solid.grid);
         for (const splitting::SurfaceVertex& v : surface.vertices()) {
             if (!v.alive()) continue;
@@ -223,8 +223,9 @@ SmoothRow measure_smooth(bool torus, int across) {
         }
         row.volume_error += std::abs(solid.extracted().mesh.volume() / shape.volume() - 1) / positions;
         row.normals.add(solid.opposing());
-        row.unmoved_normals.add(count_opposing(
-            solid.grid, surface, [](const splitting::Crossing& c, const Corners&) { return !is_moved(c); }));
+        row.unmoved_normals.add(
+            count_opposing(solid.grid, surface,
+                           [](const splitting::Crossing& c, const FaceCorners&) { return !is_moved(c); }));
     }
     return row;
 }
@@ -298,7 +299,7 @@ CutRow measure_cuts(const std::string& shape, double radius, int cuts, const Par
             for (const std::uint32_t v : out.mesh.triangles[t])
                 (out.triangle_origin[t] == geometry::Origin::cut ? of_cut : of_skin)[v] = true;
         row.face_normals.add(count_opposing(solid.grid, splitting::Surface(solid.grid),
-                                            [&](const splitting::Crossing& c, const Corners& corners) {
+                                            [&](const splitting::Crossing& c, const FaceCorners& corners) {
                                                 return c.origin == geometry::Origin::cut && !is_moved(c) &&
                                                        std::all_of(corners.begin(), corners.end(), is_deep);
                                             }));

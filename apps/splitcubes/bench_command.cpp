@@ -23,7 +23,7 @@ namespace splitcubes::app {
 
 namespace {
 
-struct Options {
+struct BenchOptions {
     std::string name, json, plot, world;
     std::vector<std::string> meshes;
     int threads = 0;
@@ -60,7 +60,7 @@ void run_once(const std::shared_ptr<const Parallel>& parallel, Sample& sample) {
     }
 }
 
-int bench_paper(const Options& options) {
+int bench_paper(const BenchOptions& options) {
     const auto parallel = std::make_shared<const Parallel>(options.threads);
     Sample sample;
     for (int k = 0; k < options.runs; ++k) run_once(parallel, sample);
@@ -110,7 +110,7 @@ int bench_paper(const Options& options) {
     return 0;
 }
 
-int bench_criteria(const Options& options) {
+int bench_criteria(const BenchOptions& options) {
     const std::vector<CriterionTimes> times = time_criteria(options.runs, options.threads);
     std::printf(
         "| criterion        | median ms | p95 ms | longest ms | pairs a step |\n|---|---|---|---|---|\n");
@@ -135,7 +135,7 @@ int bench_criteria(const Options& options) {
     return 0;
 }
 
-int bench_validation(const Options& options) {
+int bench_validation(const BenchOptions& options) {
     const auto parallel = std::make_shared<const Parallel>(options.threads);
     const std::vector<ValidationPoint> points = validate_mechanics(parallel);
     Json rows = Json::array();
@@ -165,14 +165,14 @@ int bench_validation(const Options& options) {
     return 0;
 }
 
-int bench_surface(const Options& options) {
+int bench_surface(const BenchOptions& options) {
     const Json json = bench_accuracy(options.meshes, Parallel(options.threads));
     std::cout << json_text(json) << '\n';
     write_json(options.json, json);
     return 0;
 }
 
-int bench_mechanics(const Options& options) {
+int bench_mechanics(const BenchOptions& options) {
     MechanicsBenchSettings settings;
     if (options.threads > 0) settings.threads = {options.threads};
     settings.runs = options.runs;
@@ -182,14 +182,14 @@ int bench_mechanics(const Options& options) {
     return 0;
 }
 
-int bench_contact_and_tearing(const Options& options) {
+int bench_contact_and_tearing(const BenchOptions& options) {
     const Json json = bench_contact(options.runs, options.threads, options.world);
     std::cout << json_text(json) << '\n';
     write_json(options.json, json);
     return 0;
 }
 
-int bench(const Options& options) {
+int bench(const BenchOptions& options) {
     check_report_output(options.json);
     check_output_file(options.plot, {".svg"});
     if (options.name == "surface") return bench_surface(options);
@@ -212,7 +212,7 @@ int bench(const Options& options) {
 }  // namespace
 
 void add_bench_command(CommandLine& line) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<BenchOptions>();
     Command& command = line.add("bench", "Runs a benchmark; prints a table, then one line of JSON");
     command
         .add_choice("NAME", "", options->name,

@@ -7,7 +7,7 @@ namespace splitcubes::app {
 
 namespace {
 
-constexpr std::size_t width = 100, text_column = 26;
+constexpr std::size_t line_width = 100, text_column = 26;
 
 // "-o, --output FILE".
 std::string heading(const Argument& argument) {
@@ -41,7 +41,7 @@ std::string wrapped(const std::string& text, std::size_t column, std::size_t ind
         }
         const std::size_t end = std::min(text.find_first_of(" \n", at), text.size());
         const std::string word = text.substr(at, end - at);
-        if (column > indent && column + 1 + word.size() > width) {
+        if (column > indent && column + 1 + word.size() > line_width) {
             out += '\n' + std::string(indent, ' ');
             column = indent;
         }

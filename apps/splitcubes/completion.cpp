@@ -14,7 +14,7 @@ std::string joined(const std::vector<std::string>& list, const std::string& betw
 }
 
 // Text in single quotes for any of the shells.
-std::string quoted(const std::string& text, const std::string& quote) {
+std::string shell_quoted(const std::string& text, const std::string& quote) {
     std::string out = "'";
     for (const char c : text) out += c == '\'' ? quote : std::string(1, c);
     return out + "'";
@@ -45,7 +45,7 @@ std::string bash_value(const Completion& completion) {
         case Completion::Kind::folders:
             return "_splitcubes_folders";
         case Completion::Kind::words:
-            return "_splitcubes_words " + quoted(joined(completion.words), "");
+            return "_splitcubes_words " + shell_quoted(joined(completion.words), "");
     }
     return "return";
 }
@@ -144,7 +144,7 @@ std::string zsh_script(const CommandLine& line) {
     const std::string quote = "'\\''";
     std::string out = "#compdef splitcubes\n_splitcubes() {\n    local -a commands\n    commands=(\n";
     for (const Command& command : line.commands)
-        out += "        " + quoted(command.name + ":" + zsh_text(command.text), quote) + "\n";
+        out += "        " + shell_quoted(command.name + ":" + zsh_text(command.text), quote) + "\n";
     out +=
         "    )\n    if ((CURRENT == 2)); then\n        _describe command commands\n        return\n    fi\n"
         "    local command=$words[2]\n    shift words\n    ((CURRENT--))\n    case $command in\n";
@@ -152,14 +152,14 @@ std::string zsh_script(const CommandLine& line) {
         out += "        " + command.name + ") _arguments";
         for (const Argument& argument : command.arguments) {
             if (argument.positional()) {
-                out +=
-                    " \\\n            " + quoted((argument.is_list ? "*:" : ":") + zsh_text(argument.value) +
-                                                     ":" + zsh_value(argument.completion),
-                                                 quote);
+                out += " \\\n            " +
+                       shell_quoted((argument.is_list ? "*:" : ":") + zsh_text(argument.value) + ":" +
+                                        zsh_value(argument.completion),
+                                    quote);
                 continue;
             }
             for (const std::string& name : argument.names)
-                out += " \\\n            " + quoted(zsh_specification(argument, name), quote);
+                out += " \\\n            " + shell_quoted(zsh_specification(argument, name), quote);
         }
         out += " \\\n            '--help[Prints the options]' '--version[Prints the version]' ;;\n";
     }
@@ -177,7 +177,7 @@ std::string fish_value(const Completion& completion, const std::string& quote) {
         case Completion::Kind::folders:
             return " -x -a '(__fish_complete_directories)'";
         case Completion::Kind::words:
-            return " -x -a " + quoted(joined(completion.words), quote);
+            return " -x -a " + shell_quoted(joined(completion.words), quote);
     }
     return "";
 }
@@ -187,7 +187,7 @@ std::string fish_script(const CommandLine& line) {
     std::string out = "# fish completion for splitcubes\ncomplete -c splitcubes -f\n";
     for (const Command& command : line.commands) {
         out += "complete -c splitcubes -n __fish_use_subcommand -a " + command.name + " -d " +
-               quoted(command.text, quote) + "\n";
+               shell_quoted(command.text, quote) + "\n";
         const std::string seen =
             "complete -c splitcubes -n '__fish_seen_subcommand_from " + command.name + "'";
         for (const Argument& argument : command.arguments) {
@@ -200,7 +200,7 @@ std::string fish_script(const CommandLine& line) {
             for (const std::string& name : argument.names)
                 out += name.rfind("--", 0) == 0 ? " -l " + name.substr(2) : " -s " + name.substr(1);
             if (!argument.flag() && argument.otherwise.empty()) out += fish_value(argument.completion, quote);
-            out += " -d " + quoted(argument.text, quote) + "\n";
+            out += " -d " + shell_quoted(argument.text, quote) + "\n";
         }
     }
     return out +

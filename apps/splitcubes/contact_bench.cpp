@@ -13,8 +13,8 @@ namespace splitcubes::app {
 
 namespace {
 
-constexpr double time_step = 1.0 / 60;
-struct Case {
+constexpr double bench_time_step = 1.0 / 60;
+struct ContactCase {
     const char* name;
     double spacing;  // m, between phyxels
     int across;      // phyxels on the ground
@@ -27,11 +27,12 @@ struct Case {
 
 // A block on the ground whose bottom is pressed together by its weight and whose sides bulge; a blade
 // goes down through its middle, and its halves stand beside each other.
-std::unique_ptr<body::World> make_world(const Case& c, const std::shared_ptr<const Parallel>& parallel,
-                                        bool contact) {
+std::unique_ptr<body::World> make_contact_world(const ContactCase& c,
+                                                const std::shared_ptr<const Parallel>& parallel,
+                                                bool contact) {
     const double side = c.across * c.spacing, height = c.high * c.spacing;
     body::WorldSettings settings;
-    settings.time_step = time_step;
+    settings.time_step = bench_time_step;
     settings.contact.pieces = contact;
     if (contact) settings.ground = meshless::GroundPlane{Vec3::UnitZ(), -0.5 * height, 0.6};
     auto world = std::make_unique<body::World>(settings, parallel);
@@ -47,7 +48,7 @@ std::unique_ptr<body::World> make_world(const Case& c, const std::shared_ptr<con
     block.tearing->strength = c.strength * block.material.density * 9.81 * height;
     world->add_body(geometry::make_box({side, side, height}), block);
     const cutting::BladeShape shape = cutting::make_straight_blade({0, -0.7 * side, 0}, {0, 0.7 * side, 0});
-    const double from = c.warm * time_step, until = c.steps * time_step;
+    const double from = c.warm * bench_time_step, until = c.steps * bench_time_step;
     world->add_tool(cutting::Blade("blade", shape,
                                    {{from, {0.013 * side, 0, 0.55 * height}, Quat::Identity()},
                                     {until, {0.013 * side, 0, -0.55 * height}, Quat::Identity()}}));
@@ -81,11 +82,12 @@ double ms_of(const body::StepReport& report, body::Stage stage) {
 
 // What contacts add to `integrate`: from one state, in two worlds made for it, one with contacts and one
 // without, the second step. In the first, memory is taken that steps then have.
-double added_by_contacts(const Case& c, body::World& world, const std::shared_ptr<const Parallel>& parallel) {
+double added_by_contacts(const ContactCase& c, body::World& world,
+                         const std::shared_ptr<const Parallel>& parallel) {
     const std::string state = body::encode_checkpoint(world, c.name);
     double ms[2];
     for (const bool contact : {false, true}) {
-        const auto twin = make_world(c, parallel, contact);
+        const auto twin = make_contact_world(c, parallel, contact);
         body::restore_checkpoint(*twin, state, c.name, "state");
         twin->step();
         ms[contact] = ms_of(twin->step(), body::Stage::integrate);
@@ -93,8 +95,8 @@ double added_by_contacts(const Case& c, body::World& world, const std::shared_pt
     return std::max(0.0, ms[1] - ms[0]);
 }
 
-void run_once(const Case& c, const std::shared_ptr<const Parallel>& parallel, Times& out) {
-    const std::unique_ptr<body::World> world = make_world(c, parallel, true);
+void run_contact_once(const ContactCase& c, const std::shared_ptr<const Parallel>& parallel, Times& out) {
+    const std::unique_ptr<body::World> world = make_contact_world(c, parallel, true);
     for (int k = 0; k < c.steps; ++k) {
         if (k > c.warm && k % c.compare_every == 0)
             out.added.push_back(added_by_contacts(c, *world, parallel));
@@ -113,9 +115,9 @@ void run_once(const Case& c, const std::shared_ptr<const Parallel>& parallel, Ti
     }
 }
 
-Json time_case(const Case& c, int runs, const std::shared_ptr<const Parallel>& parallel) {
+Json time_contact(const ContactCase& c, int runs, const std::shared_ptr<const Parallel>& parallel) {
     Times times;
-    for (int run = 0; run < runs; ++run) run_once(c, parallel, times);
+    for (int run = 0; run < runs; ++run) run_contact_once(c, parallel, times);
     const auto steps = static_cast<double>(times.whole.size());
     const double whole = median(times.whole), added = median(times.added);
     std::printf("%s: %zu phyxels, %zu -> %zu pieces, %d threads, %.0f steps of which %zu cut\n", c.name,
@@ -172,15 +174,15 @@ Json bench_contact(int runs, int threads, const std::string& world) {
     const auto parallel = std::make_shared<const Parallel>(threads);
     constexpr double small = 0.02, large = 0.05;
     // What is put down sinks into what it stands on for two seconds. What tears does so from the first.
-    const Case cases[] = {{"near its strength", small, 10, 8, 0.12, 180, 120, 5},
-                          {"tearing", small, 10, 8, 0.05, 80, 20, 5},
-                          {"large, near its strength", large, 31, 31, 0.12, 150, 120, 4},
-                          {"large, tearing", large, 31, 31, 0.05, 36, 6, 12}};
+    const ContactCase cases[] = {{"near its strength", small, 10, 8, 0.12, 180, 120, 5},
+                                 {"tearing", small, 10, 8, 0.05, 80, 20, 5},
+                                 {"large, near its strength", large, 31, 31, 0.12, 150, 120, 4},
+                                 {"large, tearing", large, 31, 31, 0.05, 36, 6, 12}};
     Json worlds = Json::array();
-    for (const Case& c : cases) {
+    for (const ContactCase& c : cases) {
         if (!world.empty() && world != c.name) continue;
         // The large ones take steps enough in one run.
-        worlds.push_back(time_case(c, c.across > 20 ? 1 : runs, parallel));
+        worlds.push_back(time_contact(c, c.across > 20 ? 1 : runs, parallel));
     }
     if (worlds.empty())
         throw InputError("--world", "there is no world '" + world + "'",

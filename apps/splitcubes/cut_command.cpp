@@ -27,7 +27,7 @@ namespace splitcubes::app {
 
 namespace {
 
-struct Options {
+struct CutOptions {
     std::string mesh, out, report, pieces_folder;
     LostMaterialOptions lost;
     std::vector<CutterOption> cutters;
@@ -45,7 +45,7 @@ struct Options {
     }
 };
 
-void check_options(const Options& options) {
+void check_options(const CutOptions& options) {
     check_mesh_output(options.out);
     check_report_output(options.report);
     check_lost_material_options(options.lost);
@@ -113,8 +113,8 @@ geometry::Box bounds_of(const Cutter& cutter) {
     return out;
 }
 
-void note_idle_cutters(const Options& options, std::vector<Cutter>& cutters, const splitting::NodeGrid& grid,
-                       const geometry::Box& body, const Parallel& parallel) {
+void note_idle_cutters(const CutOptions& options, std::vector<Cutter>& cutters,
+                       const splitting::NodeGrid& grid, const geometry::Box& body, const Parallel& parallel) {
     for (Cutter& cutter : cutters) {
         if (!is_idle(cutter)) continue;
         const IdleCutter idle{bounds_of(cutter),     body,         edges_crossed(cutter, grid, parallel),
@@ -125,7 +125,7 @@ void note_idle_cutters(const Options& options, std::vector<Cutter>& cutters, con
 }
 
 // Adds to a report of the surface what `cut` alone knows.
-void complete_report(Json& report, const Options& options, const std::vector<Cutter>& cutters,
+void complete_report(Json& report, const CutOptions& options, const std::vector<Cutter>& cutters,
                      const CutResult& result) {
     report["pieces"] = pieces_report(result);
     report["mode"] = options.mode;
@@ -143,12 +143,12 @@ void name_files_for_report(Json& report, const std::string& file) {
             if (one.contains("file")) one["file"] = name_for_report(one["file"].get<std::string>(), file);
 }
 
-std::string counted(std::size_t count, const char* thing) {
+std::string count_text(std::size_t count, const char* thing) {
     return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
 }
 
 // What --min-volume and --largest left out, in words.
-std::string dropped_text(const Options& options, const CutResult& result) {
+std::string dropped_text(const CutOptions& options, const CutResult& result) {
     if (options.choice().all()) return "";
     const std::size_t dropped = result.count(Fate::dropped);
     if (dropped == 0) return "no piece was dropped\n";
@@ -158,13 +158,13 @@ std::string dropped_text(const Options& options, const CutResult& result) {
     if (options.largest > 0)
         why += (why.empty() ? "" : " or ") + std::string("not among the ") + std::to_string(options.largest) +
                " largest";
-    return counted(dropped, "piece") + " dropped, " + why + ": " +
+    return count_text(dropped, "piece") + " dropped, " + why + ": " +
            options.scale.volume_text(result.volume(Fate::dropped)) + " in all\n";
 }
 
-void print_summary(const Options& options, const CutResult& result, const Json& report) {
+void print_summary(const CutOptions& options, const CutResult& result, const Json& report) {
     const std::size_t kept = result.count(Fate::kept);
-    std::cout << options.out << ": " << counted(kept, "piece") << ", ";
+    std::cout << options.out << ": " << count_text(kept, "piece") << ", ";
     if (options.remove()) std::cout << result.count(Fate::removed) << " removed, ";
     std::cout << report["cut_edges"] << " cut edges, volume "
               << options.scale.volume_text(result.volume(Fate::kept));
@@ -175,7 +175,7 @@ void print_summary(const Options& options, const CutResult& result, const Json& 
 }
 
 // Folders of pieces are checked, and other processes kept out, before the work.
-std::optional<OutputFolder> open_pieces_folder(const Options& options) {
+std::optional<OutputFolder> open_pieces_folder(const CutOptions& options) {
     std::optional<OutputFolder> folder;
     if (options.pieces_folder.empty()) return folder;
     std::vector<std::filesystem::path> others{options.mesh, options.out, options.report, options.lost.mesh,
@@ -190,7 +190,7 @@ std::optional<OutputFolder> open_pieces_folder(const Options& options) {
     return folder;
 }
 
-int cut(const Options& options, Progress& progress) {
+int cut(const CutOptions& options, Progress& progress) {
     check_options(options);
     std::optional<OutputFolder> pieces_out = open_pieces_folder(options);
     Parallel parallel(options.threads);
@@ -248,7 +248,7 @@ int cut(const Options& options, Progress& progress) {
     return 0;
 }
 
-int cut(const Options& options) {
+int cut(const CutOptions& options) {
     Progress progress("cut");
     try {
         return cut(options, progress);
@@ -261,7 +261,7 @@ int cut(const Options& options) {
 }  // namespace
 
 void add_cut_command(CommandLine& line) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<CutOptions>();
     Command& command =
         line.add("cut", "Cuts a solid at rest with sheets, closed meshes, planes or blades on paths");
     command.add_text("MESH", "", options->mesh, "Mesh in: .obj .ply .stl .gltf .glb")

@@ -15,7 +15,7 @@ namespace splitcubes::app {
 
 namespace {
 
-struct Options {
+struct FigureOptions {
     std::string name, out, csv;
     bool list = false;
 };
@@ -27,7 +27,7 @@ int list_figures() {
     return 0;
 }
 
-int draw_weights(const Options& options) {
+int draw_weights(const FigureOptions& options) {
     if (std::filesystem::path(options.out).extension() != ".png")
         throw InputError(options.out.empty() ? "figure weights" : options.out, "no output that ends in .png",
                          "give -o FILE.png");
@@ -41,7 +41,7 @@ int draw_weights(const Options& options) {
     return 0;
 }
 
-int draw_figure(const Options& options) {
+int draw_figure(const FigureOptions& options) {
     if (options.list) return list_figures();
     if (options.name == "weights") return draw_weights(options);
     if (!options.csv.empty())
@@ -63,7 +63,7 @@ int draw_figure(const Options& options) {
 }  // namespace
 
 void add_figure_command(CommandLine& line) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<FigureOptions>();
     Command& command = line.add("figure", "Draws a figure of the algorithm as SVG");
     std::vector<std::string> names{"weights"};
     for (const figures::Figure& figure : figures::all_figures()) names.push_back(figure.name);

@@ -39,8 +39,8 @@ void check_lost_material_options(const LostMaterialOptions& options) {
 #ifdef SPLITCUBES_WITH_RENDER
 namespace {
 
-constexpr int width = 1280, height = 800;  // pixels
-constexpr double field_of_view = 30;       // degrees
+constexpr int picture_width = 1280, picture_height = 800;  // pixels
+constexpr double field_of_view = 30;                       // degrees
 
 // Raised along its normals: where lost triangles are part of a face that is kept
 // besides, the surface lies on them.
@@ -88,12 +88,12 @@ render::Picture picture_of(const geometry::SurfaceMesh& surface, const geometry:
     const render::Color signal(0.85, 0.05, 0.75);
     if (!lost.triangles.empty()) render::add_mesh(list, raised(lost, 0.05 * cell_size), signal);
     render::RenderOptions options;
-    options.width = width;
-    options.height = height;
+    options.width = picture_width;
+    options.height = picture_height;
     options.ground = false;
     render::Renderer renderer(*context, options);
     return renderer.draw(list, render::frame_camera(bounds, view_direction(lost, bounds), field_of_view,
-                                                    double{width} / height));
+                                                    double{picture_width} / picture_height));
 }
 
 }  // namespace

@@ -119,13 +119,14 @@ double streaming(const Block& block, int runs, const Parallel& parallel) {
     return static_cast<double>(words * sizeof(std::uint64_t)) / (1e6 * ms.median);
 }
 
-struct Case {
+struct MechanicsCase {
     const char* kind;
     double youngs_modulus;
     bool is_explicit;
 };
 
-Json bench_case(const Vec3i& count, const Case& which, int runs, double bare, const Parallel& parallel) {
+Json bench_case(const Vec3i& count, const MechanicsCase& which, int runs, double bare,
+                const Parallel& parallel) {
     Block block(count, which.youngs_modulus, parallel);
     block.options.kind =
         which.is_explicit ? meshless::SolverKind::explicit_steps : meshless::SolverKind::implicit_steps;
@@ -296,7 +297,7 @@ Json bench_floor(const Block& block, int runs, const Parallel& parallel, double&
 Json bench_mechanics(const MechanicsBenchSettings& settings) {
     const std::vector<int> threads = settings.threads.empty() ? std::vector<int>{1, 2} : settings.threads;
     const std::vector<Vec3i> counts = {{10, 10, 8}, {17, 17, 17}, {31, 31, 31}};
-    const std::vector<Case> cases = {
+    const std::vector<MechanicsCase> cases = {
         {"explicit step", 2.5e5, true}, {"implicit step", 2.5e5, false}, {"implicit step", 1e8, false}};
     Json floor = Json::array(), steps = Json::array(), cuts = Json::array(), worlds = Json::array();
     std::vector<double> bare(threads.size() * counts.size());
@@ -318,7 +319,7 @@ Json bench_mechanics(const MechanicsBenchSettings& settings) {
         "processor ms | rounds | us a round | ns a neighbour and round | of the floor |\n"
         "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
     for (std::size_t c = 0; c < counts.size(); ++c)
-        for (const Case& which : cases)
+        for (const MechanicsCase& which : cases)
             for (std::size_t t = 0; t < threads.size(); ++t)
                 steps.push_back(bench_case(counts[c], which, settings.runs, bare[c * threads.size() + t],
                                            Parallel(threads[t])));

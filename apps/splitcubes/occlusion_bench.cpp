@@ -38,7 +38,7 @@ Triangles waved_sheet(int count) {
 }
 
 // Into cells a fifth of the pairs' distance wide: a cell of the surface where phyxels are 5 cells apart.
-geometry::OccluderGrid grid_of(const Triangles& triangles) {
+geometry::OccluderGrid bench_grid(const Triangles& triangles) {
     constexpr int cells = 24;
     constexpr double size = 0.2;
     const Vec3 origin = Vec3::Constant(-0.5 * cells * size);
@@ -84,7 +84,7 @@ Seconds time_of(int runs, const std::function<void()>& work) {
     return {seconds[static_cast<std::size_t>(runs / 2)], seconds[0]};
 }
 
-struct Case {
+struct OcclusionCase {
     int size;
     std::size_t near;  // triangles near a disk, mean
     std::vector<occlusion::PairQuery> pairs;
@@ -115,15 +115,16 @@ double worst(std::span<const float> a, std::span<const float> b) {
 }
 
 // Fails where the ways to count differ by more than samples at edges.
-void check_equal(const char* how, const Case& c, std::span<const float> a, std::span<const float> b) {
+void check_equal(const char* how, const OcclusionCase& c, std::span<const float> a,
+                 std::span<const float> b) {
     if (const double difference = worst(a, b); difference > 0.06)
         throw JobError(std::string("bench occlusion: ") + how + " differs from cpu by " +
                        std::to_string(difference) + " at size " + std::to_string(c.size));
 }
 
-void time_case(const Case& c, const Triangles& triangles, int runs,
-               const decltype(body::BodySettings::make_visibility_backend)& make_opengl) {
-    const geometry::OccluderGrid grid = grid_of(triangles);
+void time_occlusion(const OcclusionCase& c, const Triangles& triangles, int runs,
+                    const decltype(body::BodySettings::make_visibility_backend)& make_opengl) {
+    const geometry::OccluderGrid grid = bench_grid(triangles);
     const occlusion::VisibilityOptions options{.disk_size = c.size, .full_occlusion_threshold = 0};
     std::vector<float> cpu(c.pairs.size()), other(c.pairs.size());
     const auto backend = occlusion::make_cpu_backend(options);
@@ -172,13 +173,13 @@ Json bench_occlusion(int runs) {
         // So many triangles that 10, 50, 200, 1000 and 10,000 are near a disk.
         for (const int count : {20, 320, 1600, 9600, 98000}) {
             const Triangles triangles = waved_sheet(count);
-            const geometry::OccluderGrid grid = grid_of(triangles);
-            Case c{size, 0, pairs_across(count > 5000 ? 50 : 1000), &rows};
+            const geometry::OccluderGrid grid = bench_grid(triangles);
+            OcclusionCase c{size, 0, pairs_across(count > 5000 ? 50 : 1000), &rows};
             std::size_t near = 0;
             for (const auto& pair : c.pairs)
                 grid.visit(occlusion::double_cone_bounds(pair), [&](const auto&) { ++near; });
             c.near = std::max<std::size_t>(1, near / c.pairs.size());
-            time_case(c, triangles, runs, make_opengl);
+            time_occlusion(c, triangles, runs, make_opengl);
         }
     const Json json = {{"bench", "occlusion"}, {"runs", runs}, {"rows", rows}};
     std::cout << json.dump() << '\n';

@@ -90,7 +90,7 @@ bool is_leftover(const std::string& name) {  // of AtomicFile, see there
     return name.starts_with(".splitcubes-") && name.ends_with(".tmp");
 }
 
-std::string counted(std::size_t files) {
+std::string count_files(std::size_t files) {
     return std::to_string(files) + (files == 1 ? " file" : " files");
 }
 
@@ -290,7 +290,7 @@ void OutputFolder::remove_replaced() {
             !fs::remove(path_ / name, error))
             fail_writing(path_ / name);
     if (!replaced_.empty())
-        std::cerr << path_.string() << ": replaced " << counted(replaced_.size())
+        std::cerr << path_.string() << ": replaced " << count_files(replaced_.size())
                   << " that this program did not write (" << printable(*replaced_.begin())
                   << and_more(replaced_.size()) << "); others stay as they are\n";
     replaced_.clear();

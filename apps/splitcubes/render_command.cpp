@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 constexpr int largest_picture = 16384;  // pixels along a side: what OpenGL draws into everywhere
 
-struct Options {
+struct RenderOptions {
     std::string folder;
     std::vector<std::string> outputs;
     int every = 1;
@@ -104,7 +104,7 @@ void check_others(const Targets& targets, const std::optional<OutputFolder>& fol
                          "give another name or folder");
 }
 
-int render_frames(const Options& options) {
+int render_frames(const RenderOptions& options) {
     const Targets targets = targets_of(options.outputs);
     std::vector<fs::path> files = frame_files(options.folder);
     RunScene scene = read_run_scene(options.folder);
@@ -160,7 +160,7 @@ int render_frames(const Options& options) {
 
 #else
 
-int render_frames(const Options& options) {
+int render_frames(const RenderOptions& options) {
     targets_of(options.outputs);
     throw JobError("this program was built without OpenGL (SPLITCUBES_BUILD_RENDER)");
 }
@@ -170,7 +170,7 @@ int render_frames(const Options& options) {
 }  // namespace
 
 void add_render_command(CommandLine& line) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<RenderOptions>();
     Command& command = line.add("render", "Draws the frames of a run, offscreen");
     command.add_text("RUN", "", options->folder, "Folder that `splitcubes run` wrote")
         .required()

@@ -15,12 +15,12 @@ namespace splitcubes::app {
 
 namespace {
 
-struct Options {
+struct ReplayOptions {
     std::string recording;
     SceneOptions common;
 };
 
-int replay(const Options& options) {
+int replay(const ReplayOptions& options) {
     options.common.check();
     SceneOptions common = options.common;
     const scene::Recording recording = scene::read_recording(options.recording);
@@ -42,7 +42,7 @@ int replay(const Options& options) {
 }  // namespace
 
 void add_replay_command(CommandLine& line) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<ReplayOptions>();
     Command& command =
         line.add("replay", "Repeats a recorded run and says whether it comes to the same state");
     command.add_text("RECORDING", "", options->recording, "File that 'run --record' wrote")

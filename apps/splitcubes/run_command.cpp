@@ -13,7 +13,7 @@ namespace splitcubes::app {
 
 namespace {
 
-struct Options {
+struct RunCommandOptions {
     std::string scene;
     SceneOptions common;
     std::string occlusion, criterion;
@@ -29,7 +29,7 @@ bool is_in(const std::filesystem::path& file, const std::filesystem::path& folde
     return !file.empty() && around(file) == around(folder / "");
 }
 
-int run_scene(const Options& options) {
+int run_scene(const RunCommandOptions& options) {
     options.common.check();
     // The run's own folder may be yet to be made.
     if (!is_in(options.record, options.common.out)) check_report_output(options.record);
@@ -45,7 +45,7 @@ int run_scene(const Options& options) {
 }  // namespace
 
 void add_run_command(CommandLine& line) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<RunCommandOptions>();
     Command& command = line.add("run", "Simulates a scene and writes its frames");
     command.add_text("SCENE", "", options->scene, "Scene: a JSON file, see scenes/schema.json")
         .required()

@@ -69,7 +69,7 @@ void check_recording(const fs::path& file, scene::SceneDescription& description,
                          "give the recording another name");
 }
 
-fs::path folder_of(const fs::path& file) {
+fs::path parent_folder(const fs::path& file) {
     return fs::absolute(file).lexically_normal().parent_path();
 }
 
@@ -78,7 +78,7 @@ fs::path folder_of(const fs::path& file) {
 scene::SceneDescription recorded_scene(const fs::path& file, scene::SceneDescription in_run,
                                        const InputCopies& copies) {
     if (file.empty()) return in_run;
-    const fs::path base = folder_of(file);
+    const fs::path base = parent_folder(file);
     const std::vector<scene::Input> inputs = scene::inputs_of(in_run);
     const bool below = std::all_of(inputs.begin(), inputs.end(), [&](const scene::Input& input) {
         return *input.file->lexically_relative(base).begin() != "..";
@@ -101,7 +101,7 @@ void write_recording(const fs::path& file, scene::SceneDescription description, 
     const scene::Recording recording{std::move(description), SPLITCUBES_VERSION,
                                      body::motion_tracks(world, frames), first_state,
                                      world.state_hash().text()};
-    io::write_file(file, scene::recording_text(recording, folder_of(file)));
+    io::write_file(file, scene::recording_text(recording, parent_folder(file)));
 }
 
 // Takes out of the folder what an earlier run left, and puts in what the scene needs; returns the scene of

@@ -18,7 +18,7 @@ namespace splitcubes::app {
 
 namespace {
 
-struct Options {
+struct SurfaceOptions {
     std::string mesh, out, report;
     LostMaterialOptions lost;
     MeshScale scale;
@@ -27,7 +27,7 @@ struct Options {
     int threads = 0;
 };
 
-int surface(const Options& options, Progress& progress) {
+int surface(const SurfaceOptions& options, Progress& progress) {
     check_mesh_output(options.out);
     check_report_output(options.report);
     check_lost_material_options(options.lost);
@@ -74,7 +74,7 @@ int surface(const Options& options, Progress& progress) {
     return 0;
 }
 
-int surface(const Options& options) {
+int surface(const SurfaceOptions& options) {
     Progress progress("surface");
     try {
         return surface(options, progress);
@@ -87,7 +87,7 @@ int surface(const Options& options) {
 }  // namespace
 
 void add_surface_command(CommandLine& line) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<SurfaceOptions>();
     Command& command = line.add("surface", "Makes the splitting-cubes surface of a mesh");
     command.add_text("MESH", "", options->mesh, "Mesh in: .obj .ply .stl .gltf .glb")
         .required()

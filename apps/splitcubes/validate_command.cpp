@@ -15,7 +15,7 @@ namespace splitcubes::app {
 
 namespace {
 
-struct Options {
+struct ValidateOptions {
     std::vector<std::string> files;
     MeshScale scale;
     bool all_parts = false;
@@ -64,7 +64,7 @@ std::string part_line(const std::string& name, std::size_t triangles, double vol
 }
 
 // The largest; what is left out is counted.
-std::string parts_text(const geometry::MeshCheck& check, const Options& options) {
+std::string parts_text(const geometry::MeshCheck& check, const ValidateOptions& options) {
     if (check.parts.size() < 2) return "";
     const std::size_t listed = options.all_parts ? check.parts.size() : 20;
     std::string out;
@@ -86,7 +86,7 @@ std::string parts_text(const geometry::MeshCheck& check, const Options& options)
     return out;
 }
 
-bool validate_file(const std::string& file, const Options& options) {
+bool validate_file(const std::string& file, const ValidateOptions& options) {
     geometry::TriangleMesh mesh = io::read_mesh(file);
     options.scale.apply(mesh);
     // glTF splits vertices at seams and materials, so only places can say what is joined.
@@ -101,7 +101,7 @@ bool validate_file(const std::string& file, const Options& options) {
 }
 
 // All files are looked at, whatever the others are like.
-int validate(const Options& options) {
+int validate(const ValidateOptions& options) {
     std::size_t invalid = 0, unreadable = 0;
     for (const std::string& file : options.files) {
         try {
@@ -120,7 +120,7 @@ int validate(const Options& options) {
 }  // namespace
 
 void add_validate_command(CommandLine& line) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<ValidateOptions>();
     Command& command = line.add("validate", "Checks meshes: closed, oriented, 2-manifold");
     command.add_list("MESH", "", options->files, "Meshes: .obj .ply .stl .gltf .glb")
         .required()

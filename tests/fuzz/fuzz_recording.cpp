@@ -25,7 +25,7 @@ void require(bool holds, const std::string& detail) {
 }
 
 std::string text_of(const Recording& recording) {
-    return recording_text(recording);
+    return recording_text(recording, "/");
 }
 
 std::string seed() {

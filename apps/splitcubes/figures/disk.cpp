@@ -11,17 +11,17 @@ namespace splitcubes::app::figures {
 
 namespace {
 
-using Corners = std::array<Vec3, 3>;
+using DiskCorners = std::array<Vec3, 3>;
 
 // Waves across the cones, up to a slanted front. Coordinates of the disk: the
 // first phyxel at the origin, the second at depth 2.
-std::vector<Corners> cut_surface() {
+std::vector<DiskCorners> cut_surface() {
     constexpr int n = 12;
     const auto at = [](int i, int j) {
         const double v = -1.15 + 2.3 * j / n, u = -1.15 + (1.3 + 0.35 * v) * i / n;
         return Vec3(u, v, 0.95 + 0.5 * u + 0.13 * std::sin(3.5 * v));
     };
-    std::vector<Corners> out;
+    std::vector<DiskCorners> out;
     for (int j = 0; j < n; ++j)
         for (int i = 0; i < n; ++i) {
             out.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
@@ -30,8 +30,8 @@ std::vector<Corners> cut_surface() {
     return out;
 }
 
-bool obscured(const std::vector<Corners>& surface, double x, double y, int apex) {
-    for (Corners corners : surface) {
+bool obscured(const std::vector<DiskCorners>& surface, double x, double y, int apex) {
+    for (DiskCorners corners : surface) {
         if (apex == 1)
             for (Vec3& p : corners) p[2] = 2 - p[2];
         if (geometry::segment_meets_triangle(occlusion::near_depth * Vec3(x, y, 1),
@@ -55,7 +55,7 @@ std::vector<Vec2> rim() {
     return out;
 }
 
-void draw_cones(Svg& svg, const std::vector<Corners>& surface, const occlusion::DiskRaster& raster) {
+void draw_cones(Svg& svg, const std::vector<DiskCorners>& surface, const occlusion::DiskRaster& raster) {
     const Vec3 apex[] = {{0, 0, 0}, {0, 0, 2}};
     svg.polygon(rim(), {"#eaf1f8", "#08519c", 1.5, 1, ""});
     for (const Vec3& from : apex)
@@ -64,7 +64,7 @@ void draw_cones(Svg& svg, const std::vector<Corners>& surface, const occlusion::
             svg.line(projected(from), projected({std::cos(angle), std::sin(angle), 1}),
                      {"none", "#9db8d2", 0.8, 1, ""});
         }
-    for (const Corners& corners : surface) {
+    for (const DiskCorners& corners : surface) {
         const Vec2 points[] = {projected(corners[0]), projected(corners[1]), projected(corners[2])};
         svg.polygon(points, {"#d6442a", "#b03a2e", 0.3, 0.22, ""});
     }
@@ -85,7 +85,7 @@ void draw_cones(Svg& svg, const std::vector<Corners>& surface, const occlusion::
 
 // Bit k: obscured from phyxel k.
 void draw_mask(Svg& svg, double left, int which, const std::string& title,
-               const std::vector<Corners>& surface, const occlusion::DiskRaster& raster) {
+               const std::vector<DiskCorners>& surface, const occlusion::DiskRaster& raster) {
     constexpr double texel = 9.5, top = 95;
     int dark_count = 0;
     const auto fill_of = [&](int row, int column) {
@@ -118,7 +118,7 @@ void draw_mask(Svg& svg, double left, int which, const std::string& title,
 
 Svg draw_disk() {
     Svg svg(860, 340);
-    const std::vector<Corners> surface = cut_surface();
+    const std::vector<DiskCorners> surface = cut_surface();
     const occlusion::DiskRaster raster(16);
     draw_cones(svg, surface, raster);
     draw_mask(svg, 330, 1, "seen from i", surface, raster);

@@ -17,7 +17,7 @@ using namespace splitting;
 // The face drawn is the lower z face of a single cell.
 constexpr int face = 4;
 
-struct Hit {
+struct FaceHit {
     int ring_edge;
     double parameter;
     Vec2 normal;
@@ -25,7 +25,7 @@ struct Hit {
 
 struct Example {
     const char* words;
-    std::vector<Hit> hits;
+    std::vector<FaceHit> hits;
 };
 
 std::vector<Example> examples() {
@@ -39,13 +39,13 @@ std::vector<Example> examples() {
 
 unsigned mask_of(const Example& example) {
     unsigned mask = 0;
-    for (const Hit& hit : example.hits) mask |= 1U << hit.ring_edge;
+    for (const FaceHit& hit : example.hits) mask |= 1U << hit.ring_edge;
     return mask;
 }
 
-NodeGrid grid_of(const Example& example) {
+NodeGrid grid_around_faces(const Example& example) {
     NodeGrid grid = solid_grid(Vec3i::Constant(2));
-    for (const Hit& hit : example.hits)
+    for (const FaceHit& hit : example.hits)
         grid.cut(cell_edge(Vec3i::Zero(), face_edge(face, hit.ring_edge)), hit.parameter,
                  Vec3(hit.normal[0], hit.normal[1], 0), Origin::cut, 0);
     return grid;
@@ -91,7 +91,7 @@ std::array<geometry::Frame, 4> ring_frames(unsigned mask, Random& random) {
 }
 
 void draw_cut_edges(Svg& svg, const Panel& panel, const Example& example) {
-    for (const Hit& hit : example.hits) {
+    for (const FaceHit& hit : example.hits) {
         const FaceCrossing crossing =
             face_crossing(hit.ring_edge, hit.parameter, hit.normal[0], hit.normal[1]);
         const Vec2 tangent(-crossing.normal[1], crossing.normal[0]);
@@ -104,7 +104,7 @@ void draw_cut_edges(Svg& svg, const Panel& panel, const Example& example) {
 // All patches of the face; frames: of its ring corners.
 void draw_face(Svg& svg, const Panel& panel, const Example& example,
                const std::array<geometry::Frame, 4>& frames, bool at_rest) {
-    const NodeGrid grid = grid_of(example);
+    const NodeGrid grid = grid_around_faces(example);
     const Surface surface(grid);
     const auto frame_of = [&](const Vec3i& node) {
         for (int k = 0; k < 4; ++k)
@@ -140,7 +140,7 @@ void draw_face(Svg& svg, const Panel& panel, const Example& example,
         }
 }
 
-void draw_legend(Svg& svg, double y) {
+void draw_face_legend(Svg& svg, double y) {
     const double x = 40;
     draw_node(svg, {x, y}, colours_of(0).line);
     svg.text({x + 12, y}, "node, coloured by component", Anchor::start);
@@ -173,7 +173,7 @@ Svg draw_faces() {
         draw_face(svg, {{x, 330}, scale}, example, ring_frames(mask, random), false);
         x += pitch;
     }
-    draw_legend(svg, 378);
+    draw_face_legend(svg, 378);
     return svg;
 }
 

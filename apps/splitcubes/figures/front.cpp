@@ -14,7 +14,7 @@ constexpr double wide = 300, high = 220, top = 40;  // of the axes, pixels
 constexpr int steps = 400;
 constexpr const char* colours[] = {"#08519c", "#c0392b", "#229954", "#d68910"};
 
-struct Panel {
+struct FrontPanel {
     double left;
     const char* title;
     const char* words;   // below
@@ -30,7 +30,7 @@ CutScene two_fronts(double gap) {
     return make_cut("gap", {{-far_away, 0.02 - gap / 2}, {0.02 + gap / 2, far_away}});
 }
 
-void draw_axes(Svg& svg, const Panel& panel) {
+void draw_front_axes(Svg& svg, const FrontPanel& panel) {
     const Style grid{"none", "#cccccc", 1, 1, ""};
     for (int k = 0; k <= 4; ++k) {
         const double y = top + high * (1 - 0.25 * k), x = panel.left + wide * 0.25 * k;
@@ -47,7 +47,7 @@ void draw_axes(Svg& svg, const Panel& panel) {
 }
 
 // Returns the largest change between neighbouring positions.
-double draw_curve(Svg& svg, const Panel& panel, std::size_t kind) {
+double draw_curve(Svg& svg, const FrontPanel& panel, std::size_t kind) {
     std::vector<Vec2> line;
     double last = 0, jump = 0;
     for (int k = 0; k <= steps; ++k) {
@@ -68,11 +68,11 @@ double draw_curve(Svg& svg, const Panel& panel, std::size_t kind) {
 
 Svg draw_front() {
     Svg svg(820, 400);
-    const Panel panels[] = {
+    const FrontPanel panels[] = {
         {60, "a front passes between the two", "y of the front, in distances of the two", -1, 1, one_front},
         {470, "two fronts meet between the two", "gap between the fronts", 1, 0, two_fronts}};
     for (std::size_t p = 0; p < 2; ++p) {
-        draw_axes(svg, panels[p]);
+        draw_front_axes(svg, panels[p]);
         for (std::size_t kind = 0; kind < 4; ++kind) {
             const double jump = draw_curve(svg, panels[p], kind);
             const double y = 332 + 18 * static_cast<double>(kind);

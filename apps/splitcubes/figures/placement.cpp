@@ -214,7 +214,7 @@ void draw_lift(Svg& svg, const Panel& panel) {
     draw_centre_vertex(svg, at(centre[1], centre[2]), ink);
 }
 
-void draw_legend(Svg& svg, double y) {
+void draw_placement_legend(Svg& svg, double y) {
     draw_crossing(svg, {44, y});
     svg.text({56, y}, "crossing", Anchor::start);
     svg.line({140, y}, {166, y}, construction);
@@ -246,7 +246,7 @@ Svg draw_placement() {
     draw_pull_back(svg, panel(1, 1));
     draw_slide(svg, panel(2, 1));
     draw_lift(svg, panel(3, 1));
-    draw_legend(svg, 536);
+    draw_placement_legend(svg, 536);
     return svg;
 }
 

@@ -30,7 +30,7 @@ void draw_cuboid(Svg& svg, const CellView& view) {
     view.draw_cube(svg, Vec3::Zero(), Vec3::Constant(0.5), {.stroke = soft, .width = 1});
 }
 
-void draw_marks(Svg& svg, const CellView& view, const std::vector<DrawnQuad>& quads) {
+void draw_quad_marks(Svg& svg, const CellView& view, const std::vector<DrawnQuad>& quads) {
     const std::string& colour = colours_of(0).line;
     for (const DrawnQuad& q : quads) {
         draw_edge_vertex(svg, view.at(q.corners[0]), colour);
@@ -48,7 +48,7 @@ void draw_cell(Svg& svg, const CellView& view, CellMask mask, const std::string&
         if (q.table.corner == node) own.push_back(q);
     draw_quads(svg, view, own, std::vector<std::size_t>(8, 0), 0.75);
     draw_crossings(svg, view, mask);
-    draw_marks(svg, view, own);
+    draw_quad_marks(svg, view, own);
     draw_node(svg, view.at(Vec3::Zero()), colours_of(0).line);
     const Vec2 middle = view.panel.at({0.67, 0});
     svg.text({middle[0], 218}, words);
@@ -56,7 +56,7 @@ void draw_cell(Svg& svg, const CellView& view, CellMask mask, const std::string&
              Anchor::middle, 13, ink, true);
 }
 
-void draw_legend(Svg& svg, double y) {
+void draw_quad_legend(Svg& svg, double y) {
     const std::string& colour = colours_of(0).line;
     draw_node(svg, {46, y}, colour);
     svg.text({58, y}, "the node", Anchor::start);
@@ -85,7 +85,7 @@ Svg draw_quads() {
         draw_cell(svg, {{{x, 180}, 118}}, mask, words);
         x += 208;
     }
-    draw_legend(svg, 268);
+    draw_quad_legend(svg, 268);
     return svg;
 }
 

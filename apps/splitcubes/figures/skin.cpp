@@ -17,17 +17,17 @@ namespace {
 using namespace splitting;
 
 // A tilted bar along z, whole and cut by a slanted plane along z.
-struct Bar {
+struct SkinBar {
     NodeGrid whole, cut;
     int level = 0;  // the layer of grid faces that is drawn
 };
 
-Bar make_bar() {
+SkinBar make_bar() {
     geometry::TriangleMesh mesh = geometry::make_box(Vec3(9.2, 4.6, 2));
     const Mat3 turn = Eigen::AngleAxisd(0.21, Vec3::UnitZ()).toRotationMatrix();
     for (Vec3& p : mesh.positions) p = turn * p;
     SolidifyReport report;
-    Bar bar;
+    SkinBar bar;
     bar.whole = solidify(mesh, geometry::grid_around(mesh.bounds(), 1), report, Parallel(1));
     bar.cut = bar.whole;
     cut_with_sheet(bar.cut, geometry::make_plane_sheet(Vec3(0.62, 0, 0), Vec3(1, 0.42, 0), 12), 0);
@@ -144,7 +144,7 @@ Vec3i upper_meeting(const Layer& layer) {
     return best;
 }
 
-void draw_marks(Svg& svg, const Panel& panel, const Layer& layer) {
+void draw_skin_marks(Svg& svg, const Panel& panel, const Layer& layer) {
     for (const Patch& patch : layer.patches()) {
         for (const Crossing& c : crossings_of(layer.grid(), patch.face)) {
             const Vec3 at = layer.grid().crossing_position(c);
@@ -168,10 +168,10 @@ void draw_zoom(Svg& svg, const Panel& panel, const Layer& old_layer, const Layer
     draw_grid(svg, panel, layer.grid().rest(), low, high);
     draw_surface(svg, panel, old_layer.near(face, 1), old_skin);
     draw_surface(svg, panel, close, surface_line);
-    draw_marks(svg, panel, close);
+    draw_skin_marks(svg, panel, close);
 }
 
-void draw_legend(Svg& svg, double y) {
+void draw_skin_legend(Svg& svg, double y) {
     svg.line({40, y}, {70, y}, old_skin);
     svg.text({80, y}, "skin before the cut", Anchor::start);
     svg.line({240, y}, {270, y}, surface_line);
@@ -187,7 +187,7 @@ void draw_legend(Svg& svg, double y) {
 }  // namespace
 
 Svg draw_skin() {
-    const Bar bar = make_bar();
+    const SkinBar bar = make_bar();
     const std::vector<geometry::Frame> still(2);
     std::vector<geometry::Frame> apart(2);
     for (std::size_t k = 0; k < 2; ++k) {
@@ -222,7 +222,7 @@ Svg draw_skin() {
     svg.text({190, 26}, "at rest", Anchor::middle, 13, ink, true);
     svg.text({494, 26}, "where the cut meets the skin", Anchor::middle, 13, ink, true);
     svg.text({812, 26}, "the pieces apart", Anchor::middle, 13, ink, true);
-    draw_legend(svg, 308);
+    draw_skin_legend(svg, 308);
     return svg;
 }
 

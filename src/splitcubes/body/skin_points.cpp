@@ -83,7 +83,7 @@ struct Face {
 };
 
 // Squared, in cells, from so far along each side of its box.
-float distance_from(const Vec3i& place, int side, float share) {
+float share_distance(const Vec3i& place, int side, float share) {
     float square = 0;
     for (int k = 0; k < 3; ++k) {
         const float off = static_cast<float>(place[k] % side) - share * static_cast<float>(side - 1);
@@ -146,7 +146,7 @@ void Body::choose_pushing_points() {
         if (box == first.size()) first.push_back(Face::none);
         const Vec3f normal = vertex.normal.normalized();
         const float square =
-            distance_from(vertex.place, side, direction % 2 == 0 ? place_along : place_against);
+            share_distance(vertex.place, side, direction % 2 == 0 ? place_along : place_against);
         std::uint32_t* at = &first[box];
         while (*at != Face::none && !(faces[*at].normal.dot(normal) > flat_face)) at = &faces[*at].next;
         const bool is_new = *at == Face::none;
@@ -186,7 +186,7 @@ void Body::choose_among_lips() {
         const std::size_t box = numbers.number_of(key_of(vertex.place, side, main_direction(vertex.normal)),
                                                   skin_points_[k].piece);
         if (box == first.size()) first.push_back(Face::none);
-        const float square = distance_from(vertex.place, side, 0.5F);
+        const float square = share_distance(vertex.place, side, 0.5F);
         std::uint32_t number = first[box];
         while (number != Face::none && !(cosine(lips[number].best, k) > one_lip)) number = lips[number].next;
         if (number == Face::none) {

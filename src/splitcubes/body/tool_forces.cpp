@@ -9,7 +9,7 @@ namespace splitcubes::body {
 namespace {
 
 // Square of the distance of a point from a polyline, m^2.
-double distance_from(const std::vector<Vec3>& line, const Vec3& point) {
+double distance_to_line(const std::vector<Vec3>& line, const Vec3& point) {
     double nearest = 1e300;
     for (std::size_t k = 0; k + 1 < line.size(); ++k) {
         const Vec3 along = line[k + 1] - line[k];
@@ -57,7 +57,7 @@ void World::feel_sides(const Tool& tool, ToolForce& felt) const {
         if (vertex >= body.vertex_positions().size()) continue;
         const Vec3 at = body.vertex_positions()[vertex];
         double nearest = 1e300;
-        for (const std::vector<Vec3>& line : pose) nearest = std::min(nearest, distance_from(line, at));
+        for (const std::vector<Vec3>& line : pose) nearest = std::min(nearest, distance_to_line(line, at));
         if (nearest > tool.sides.reach * tool.sides.reach) continue;
         const Vec3 way = at - before * (now.inverse() * at);
         // Both sides of the blade rub.

@@ -11,7 +11,7 @@ namespace splitcubes::geometry {
 
 namespace {
 
-std::size_t hash_of(std::uint64_t key) {
+std::size_t slot_hash(std::uint64_t key) {
     return (key * 0x9e3779b97f4a7c15ULL) >> 20;
 }
 
@@ -69,7 +69,7 @@ std::uint64_t OccluderGrid::range_mask(const Vec3i& brick, const Vec3i& low, con
 // The key's slot in the table, or the empty one where it would go.
 std::size_t OccluderGrid::slot_of(std::uint64_t key) const {
     const std::size_t mask = table_.size() - 1;
-    std::size_t slot = hash_of(key) & mask;
+    std::size_t slot = slot_hash(key) & mask;
     while (table_[slot] != 0 && bricks_[table_[slot] - 1].key != key) slot = (slot + 1) & mask;
     return slot;
 }

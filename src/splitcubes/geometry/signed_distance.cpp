@@ -128,7 +128,7 @@ class MeshDistance : public SignedDistance {
     std::vector<double> values_;  // m, x fastest
 };
 
-void check_length(const char* what, double value) {
+void check_positive(const char* what, double value) {
     if (!(value > 0) || !std::isfinite(value))
         throw InputError("collider", std::string(what) + " must be positive");
 }
@@ -143,12 +143,12 @@ std::shared_ptr<const SignedDistance> make_plane_distance(const Vec3& normal, do
 }
 
 std::shared_ptr<const SignedDistance> make_sphere_distance(double radius) {
-    check_length("a sphere's radius", radius);
+    check_positive("a sphere's radius", radius);
     return std::make_shared<SphereDistance>(radius);
 }
 
 std::shared_ptr<const SignedDistance> make_box_distance(const Vec3& size, double rounding) {
-    for (int axis = 0; axis < 3; ++axis) check_length("a box's sides", size[axis]);
+    for (int axis = 0; axis < 3; ++axis) check_positive("a box's sides", size[axis]);
     if (!(rounding >= 0) || rounding > 0.5 * size.minCoeff())
         throw InputError("collider", "a box's rounding must be from 0 to half its shortest side");
     return std::make_shared<BoxDistance>(size, rounding);

@@ -102,7 +102,7 @@ double keeping_step(double angular_frequency, bool bdf2, double share) {
     return low;
 }
 
-geometry::Box bounds_of(const body::Body& body) {
+geometry::Box bounds_of_body(const body::Body& body) {
     geometry::Box out;
     for (const Vec3& p : body.vertex_positions()) out.add(p);
     return out;
@@ -135,7 +135,7 @@ constexpr std::size_t told_pairs = 5;
 void note_body_overlaps(const body::World& world, Notes& notes) {
     const auto& bodies = world.bodies();
     std::vector<geometry::Box> bounds;
-    for (const auto& body : bodies) bounds.push_back(bounds_of(*body));
+    for (const auto& body : bodies) bounds.push_back(bounds_of_body(*body));
     std::size_t found = 0;
     for (std::size_t a = 0; a < bodies.size(); ++a)
         for (std::size_t b = a + 1; b < bodies.size(); ++b) {

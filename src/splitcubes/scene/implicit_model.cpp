@@ -71,7 +71,7 @@ class Field {
     const ImplicitShape& shape_;
 };
 
-geometry::Box bounds_of(const ImplicitShape& shape) {
+geometry::Box bounds_of_shape(const ImplicitShape& shape) {
     geometry::Box box;
     for (const ImplicitPart& part : shape.parts) {
         if (const auto* ball = std::get_if<BallPart>(&part.form)) {
@@ -122,7 +122,7 @@ void set_inside(splitting::NodeGrid& grid, const Field& field, const Parallel& p
 }
 
 splitting::NodeGrid grid_of(const ImplicitShape& shape, const Field& field, const Parallel& parallel) {
-    const geometry::Box box = bounds_of(shape);
+    const geometry::Box box = bounds_of_shape(shape);
     const geometry::RestGrid rest = geometry::grid_around(box, geometry::cell_size_for(box, shape.cells));
     const Vec3 n = rest.node_count.cast<double>();
     // As if its surface were that of its box; measured of a solid's.
