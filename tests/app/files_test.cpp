@@ -13,7 +13,7 @@ namespace {
 using Words = std::vector<std::string>;
 using Contents = std::map<std::string, std::string>;
 
-const char* const scene_text = R"({
+const char* const block_scene = R"({
   "frames": 3,
   "bodies": [{"name": "block", "shape": {"box": {"size": [0.2, 0.16, 0.14]}}, "cells": 6, "phyxel_count": 30,
               "material": {"youngs_modulus": 2e5}}],
@@ -28,7 +28,7 @@ const char* const sheet_obj = "v -1 -1 0.45\nv 2 -1 0.46\nv -1 2 0.47\nv 2 2 0.4
 class Files : public Program {
   protected:
     Files() {
-        write_text(in("block.json"), scene_text);
+        write_text(in("block.json"), block_scene);
         write_text(in("block.obj"), block_obj);
         write_text(in("sheet.obj"), sheet_obj);
     }
@@ -174,9 +174,9 @@ TEST_F(Files, ForceReplacesPlainFilesAlone) {
     EXPECT_EQ(text_of(in("far/000001.ply")), "mine");
     // A scene that is called as a run's, in the folder that the run is to go to.
     fs::remove(in("out/surface"));
-    write_text(in("out/scene.json"), scene_text);
+    write_text(in("out/scene.json"), block_scene);
     expect_refused({"run", "out/scene.json", "-o", "out", "--force"}, "reads it");
-    EXPECT_EQ(text_of(in("out/scene.json")), scene_text);
+    EXPECT_EQ(text_of(in("out/scene.json")), block_scene);
     fs::create_directories(in("parts"));
     fs::copy_file(in("block.obj"), in("parts/piece-0000.obj"));
     expect_refused({"cut", "parts/piece-0000.obj", "--plane", "z=0.5", "-o", "no.obj", "--pieces", "parts",
@@ -309,7 +309,7 @@ TEST_F(Files, ARecordingTakesNoOtherFilesPlace) {
     EXPECT_EQ(run_block({"--record", "out/motions.json"}).code, 0);
     EXPECT_EQ(run_block({}).code, 0);
     EXPECT_TRUE(fs::exists(in("out/motions.json")));
-    EXPECT_EQ(text_of(in("block.json")), scene_text);
+    EXPECT_EQ(text_of(in("block.json")), block_scene);
 }
 
 TEST_F(Files, LinksAreWrittenThrough) {

@@ -17,7 +17,7 @@ using Json = nlohmann::json;
 using Words = std::vector<std::string>;
 
 // In the author's folders; nothing but what the author wrote may say "author".
-const char* const scene_text = R"({
+const char* const sent_scene = R"({
   "name": "Sent", "frames": 6,
   "bodies": [{"name": "cube", "shape": {"mesh": {"file": "../models/cube.obj"}}, "cells": 8, "phyxel_count": 40,
               "material": {"youngs_modulus": 2e5, "tearing": {"strength": 1e6,
@@ -55,7 +55,7 @@ class Moved : public Program {
         write_text(in("author/models/strength.pgm"), "P5 2 2 255\nzdnx");
         io::write_mesh(in("author/models/plate.ply"),
                        geometry::SurfaceMesh{geometry::make_box(Vec3(0.3, 0.3, 0.02)), {}, {}, {}});
-        write_text(in("author/scenes/sent.json"), scene_text);
+        write_text(in("author/scenes/sent.json"), sent_scene);
     }
 
     Ended run_sent(const std::string& out, const Words& more) const {

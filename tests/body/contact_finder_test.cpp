@@ -42,7 +42,7 @@ void expect_same(const std::vector<ContactGroup>& found, const std::vector<Conta
 
 // A block on the ground and a smaller one on it, through both of which a blade goes while the
 // lower one tears.
-std::unique_ptr<World> make_world(const std::shared_ptr<const Parallel>& parallel) {
+std::unique_ptr<World> make_searched_world(const std::shared_ptr<const Parallel>& parallel) {
     WorldSettings settings;
     settings.contact.pieces = true;
     settings.validate_each_step = false;
@@ -63,7 +63,7 @@ std::unique_ptr<World> make_world(const std::shared_ptr<const Parallel>& paralle
 
 TEST(ContactFinder, FindsWhatOneFindsThatKnowsNothing) {
     const auto parallel = std::make_shared<const Parallel>(2);
-    const std::unique_ptr<World> made = make_world(parallel);
+    const std::unique_ptr<World> made = make_searched_world(parallel);
     World& world = *made;
     ContactFinder kept;
     std::vector<ContactGroup> found, expected;

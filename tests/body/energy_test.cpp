@@ -30,7 +30,7 @@ void add_blades(body::World& world, int count, double size, double from, double 
     }
 }
 
-double potential_energy(const body::World& world) {
+double gravity_energy(const body::World& world) {
     double sum = 0;
     for (const auto& body : world.bodies()) {
         const meshless::Momenta momenta = meshless::total_momenta(body->phyxels());
@@ -49,7 +49,7 @@ struct Course {
 };
 
 /// quiet: s, from when on nothing that is put in moves.
-Course run(body::World& world, double seconds, double quiet) {
+Course run_course(body::World& world, double seconds, double quiet) {
     Course course;
     const double dt = world.settings().time_step;
     for (const auto& body : world.bodies()) {
@@ -57,10 +57,10 @@ Course run(body::World& world, double seconds, double quiet) {
         course.first += now.linear.squaredNorm() / (2 * now.mass) +
                         0.5 * now.spin.dot(meshless::angular_velocity(now.inertia, now.spin));
     }
-    course.first += potential_energy(world);
+    course.first += gravity_energy(world);
     for (int step = 0; step < static_cast<int>(std::lround(seconds / dt)); ++step) {
         const body::StepReport report = world.step();
-        const double energy = report.kinetic_energy + report.elastic_energy + potential_energy(world);
+        const double energy = report.kinetic_energy + report.elastic_energy + gravity_energy(world);
         EXPECT_TRUE(std::isfinite(energy)) << "step " << step;
         if (world.time() <= quiet) {
             course.first = energy;
@@ -103,7 +103,7 @@ TEST(Energy, AStretchedSphereWithVolumeStiffnessIsCutByExplicitSteps) {
     };
     body.add_constraint(pull);
     add_blades(world, 20, 0.1, 0.5, 1.1, 1);
-    const Course course = run(world, 1.4, 0.4 + 1e-9);
+    const Course course = run_course(world, 1.4, 0.4 + 1e-9);
     // A cut can leave more strain than there was; none of it may move anything.
     EXPECT_LT(course.most_kinetic, course.first);
     // All of its energy as motion of a hundredth of it.
@@ -121,7 +121,7 @@ TEST(Energy, ASpinningPlasticTorusIsShredded) {
     torus.angular_velocity = Vec3(3, -5, 8);
     world.add_body(geometry::make_torus(0.1, 0.04), torus);
     add_blades(world, 50, 0.14, 0.05, 0.9, 2);
-    const Course course = run(world, 1, 0);
+    const Course course = run_course(world, 1, 0);
     EXPECT_LT(course.most, 1.15 * course.first);
 }
 
@@ -135,7 +135,7 @@ TEST(Energy, AFastWedgeThatHardlyCompressesSpinsOn) {
     geometry::TriangleMesh mesh = geometry::make_box(Vec3(0.3, 0.24, 0.16));
     for (Vec3& p : mesh.positions) p.z() *= p.x() > 0 ? 0.2 : 1;
     world.add_body(mesh, wedge);
-    const Course course = run(world, 1.5, 0);
+    const Course course = run_course(world, 1.5, 0);
     EXPECT_LT(course.most, 1.02 * course.first);
 }
 
@@ -153,7 +153,7 @@ TEST(Energy, AHangingBodyOfThinPartsIsCutByExplicitSteps) {
     body::Body& body = world.add_body(mesh, puppet);
     body.add_constraint(hold_beyond({0, 0, 0.1}, Vec3::UnitZ()));
     add_blades(world, 20, 0.1, 0.1, 0.7, 3);
-    const Course course = run(world, 0.8, 0);
+    const Course course = run_course(world, 0.8, 0);
     const double fallen = total_mass(body) * 9.81 * 0.5 * 9.81 * 0.8 * 0.8;  // m g h, J
     EXPECT_LT(course.most, course.first + 0.02 * fallen);
     EXPECT_LT(course.top_speed, 9.81 * 0.8 + 2);

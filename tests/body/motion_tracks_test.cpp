@@ -73,16 +73,16 @@ std::unique_ptr<World> shaken_world(cutting::Blade blade, bool shaken, int threa
     return world;
 }
 
-std::string run(World& world, int count) {
+std::string state_after(World& world, int count) {
     for (int k = 0; k < count; ++k) world.step();
     return world.state_hash().text();
 }
 
 TEST(MotionTracks, FollowedGiveTheSameState) {
     const auto first = shaken_world(curved_blade(), true);
-    run(*first, 15);
+    state_after(*first, 15);
     ASSERT_FALSE(first->pushing_contacts().empty()) << "the ball touches";
-    const std::string state = run(*first, steps - 15);
+    const std::string state = state_after(*first, steps - 15);
     ASSERT_GT(first->bodies()[0]->cut_edge_count(), 20U);
     for (const int thread_count : {1, 2}) {
         // Made with other motions: the tracks alone tell.
@@ -90,13 +90,13 @@ TEST(MotionTracks, FollowedGiveTheSameState) {
                                    {.active_from = 0.05, .active_until = curved_blade().active_until()});
         const auto again = shaken_world(still, false, thread_count);
         follow_tracks(*again, motion_tracks(*first, steps));
-        EXPECT_EQ(run(*again, steps), state);
+        EXPECT_EQ(state_after(*again, steps), state);
     }
 }
 
 TEST(MotionTracks, FollowFromTheSettingsAlone) {
     const auto stepped = shaken_world(curved_blade(), true), fresh = shaken_world(curved_blade(), true);
-    run(*stepped, 5);
+    state_after(*stepped, 5);
     const auto a = motion_tracks(*stepped, steps), b = motion_tracks(*fresh, steps);
     ASSERT_EQ(a.size(), 4U);
     for (std::size_t k = 0; k < a.size(); ++k) {
@@ -135,7 +135,7 @@ TEST(MotionTracks, OfAToolMovedByHand) {
     ASSERT_GT(live->bodies()[0]->cut_edge_count(), 20U);
     const auto again = shaken_world({"knife", curved_blade().shape(), start}, true);
     follow_tracks(*again, motion_tracks(*live, steps));
-    EXPECT_EQ(run(*again, steps), live->state_hash().text());
+    EXPECT_EQ(state_after(*again, steps), live->state_hash().text());
 }
 
 TEST(MotionTracks, OfNothingThatIsThereAreRefused) {

@@ -9,35 +9,35 @@
 namespace splitcubes::body {
 namespace {
 
-constexpr double cell = 0.02;
+constexpr double hull_cell = 0.02;
 
-struct Carrier {
+struct HullCarrier {
     Vec3 from_centre;
     double reach;
     NodeHulls::State now, before;
 };
 
-Vec3 random_vector(Random& random, double half) {
+Vec3 random_in_hull(Random& random, double half) {
     const double x = random.uniform(-half, half), y = random.uniform(-half, half);
     return {x, y, random.uniform(-half, half)};
 }
 
-NodeHulls::State random_state(Random& random, double size) {
-    NodeHulls::State state{random_vector(random, size), Mat3::Zero()};
-    for (int k = 0; k < 3; ++k) state.matrix.col(k) = random_vector(random, 0.5);
+NodeHulls::State random_hull_state(Random& random, double size) {
+    NodeHulls::State state{random_in_hull(random, size), Mat3::Zero()};
+    for (int k = 0; k < 3; ++k) state.matrix.col(k) = random_in_hull(random, 0.5);
     return state;
 }
 
-std::vector<Carrier> random_carriers(Random& random, int count, double size) {
-    std::vector<Carrier> out;
+std::vector<HullCarrier> random_hull_carriers(Random& random, int count, double size) {
+    std::vector<HullCarrier> out;
     for (int k = 0; k < count; ++k)
-        out.push_back({random_vector(random, 5 * cell), random.uniform(2 * cell, 4 * cell),
-                       random_state(random, size), random_state(random, size)});
+        out.push_back({random_in_hull(random, 5 * hull_cell), random.uniform(2 * hull_cell, 4 * hull_cell),
+                       random_hull_state(random, size), random_hull_state(random, size)});
     return out;
 }
 
 Vec3 from_centre(const Vec3i& node) {
-    return cell * (node.cast<double>() - Vec3::Constant(0.5 * NodeHulls::side));
+    return hull_cell * (node.cast<double>() - Vec3::Constant(0.5 * NodeHulls::side));
 }
 
 Vec3i first_of(int block) {
@@ -49,12 +49,12 @@ class NodeHullsOfSize : public testing::TestWithParam<double> {};
 TEST_P(NodeHullsOfSize, HoldWhatReachesANodeAndLittleElse) {
     Random random(5);
     NodeHulls hulls;
-    const double size = GetParam(), largest = size + 1.5 * cell;
+    const double size = GetParam(), largest = size + 1.5 * hull_cell;
     int reached = 0;
     for (int round = 0; round < 20; ++round) {
-        const std::vector<Carrier> carriers = random_carriers(random, 30, size);
-        hulls.start(cell);
-        for (const Carrier& c : carriers) hulls.add(c.from_centre, c.reach, c.now, c.before);
+        const std::vector<HullCarrier> carriers = random_hull_carriers(random, 30, size);
+        hulls.start(hull_cell);
+        for (const HullCarrier& c : carriers) hulls.add(c.from_centre, c.reach, c.now, c.before);
         ASSERT_TRUE(hulls.settle());
         for (int block = 0; block < NodeHulls::block_count; ++block) {
             hulls.choose_block(block);
@@ -63,7 +63,7 @@ TEST_P(NodeHullsOfSize, HoldWhatReachesANodeAndLittleElse) {
                 const Vec3i node = first_of(block) + Vec3i(k % 3, k / 3 % 3, k / 9);
                 const Vec3 at = from_centre(node);
                 geometry::Box exact;
-                for (const Carrier& c : carriers) {
+                for (const HullCarrier& c : carriers) {
                     if ((c.from_centre - at).norm() > c.reach) continue;
                     exact.add(c.now.off + (c.now.matrix - hulls.mean()) * at);
                     exact.add(c.before.off + (c.before.matrix - hulls.mean()) * at);
@@ -87,17 +87,17 @@ INSTANTIATE_TEST_SUITE_P(Sizes, NodeHullsOfSize, testing::Values(0.001, 0.1, 1e4
 
 TEST(NodeHulls, AreEmptyWhereNothingReaches) {
     NodeHulls hulls;
-    hulls.start(cell);
+    hulls.start(hull_cell);
     EXPECT_TRUE(hulls.empty());
-    hulls.add(Vec3::Constant(-2 * cell), cell, {}, {});
+    hulls.add(Vec3::Constant(-2 * hull_cell), hull_cell, {}, {});
     ASSERT_TRUE(hulls.settle());
     hulls.choose_block(0);
     EXPECT_FALSE(hulls.box_of({0, 0, 0}).empty());
     EXPECT_TRUE(hulls.box_of({2, 2, 2}).empty());
     hulls.choose_block(7);
     EXPECT_TRUE(hulls.box_of_block().empty());
-    hulls.start(cell);
-    hulls.add(Vec3::Zero(), cell, {Vec3::Constant(1e31), Mat3::Zero()}, {});
+    hulls.start(hull_cell);
+    hulls.add(Vec3::Zero(), hull_cell, {Vec3::Constant(1e31), Mat3::Zero()}, {});
     EXPECT_FALSE(hulls.settle());
 }
 

@@ -14,7 +14,7 @@ namespace {
 using fixtures::box_at;
 using fixtures::rubber;
 
-World make_world(bool pieces, const Vec3& gravity) {
+World make_crumbled_world(bool pieces, const Vec3& gravity) {
     WorldSettings settings;
     settings.gravity = gravity;
     settings.contact.pieces = pieces;
@@ -50,7 +50,7 @@ double lowest_crumb(const Body& body) {
 
 TEST(RigidContacts, CrumbsLieOnWhatTheyWereCutFrom) {
     for (const bool pieces : {false, true}) {
-        World world = make_world(pieces, Vec3(0, 0, -9.81));
+        World world = make_crumbled_world(pieces, Vec3(0, 0, -9.81));
         Body& body = world.add_body(geometry::make_box(Vec3(0.08, 0.08, 0.08)), rubber(0.02));
         HoldConstraint foot;
         foot.region = [](const Vec3& rest) { return rest.z() < -0.03; };
@@ -119,7 +119,7 @@ TEST(RigidContacts, AHeapOfCrumbsLiesOnTheGround) {
 }
 
 TEST(RigidContacts, ACrumbThatHitsABodyKeepsTheMomenta) {
-    World world = make_world(true, Vec3::Zero());
+    World world = make_crumbled_world(true, Vec3::Zero());
     Body& body = world.add_body(geometry::make_box(Vec3(0.08, 0.08, 0.08)), rubber(0.02));
     cut_crumbs(world, body, 0.0204, 4);
     ASSERT_GT(body.phyxels().rigid.bodies.size(), 8U);
@@ -181,7 +181,7 @@ void cut_core(World& world, Body& body) {
 // No push of a whole piece keeps skin from closing on what it holds from all sides: it must not be thrown by
 // it.
 TEST(RigidContacts, WhatClosesOnACrumbFromAllSidesDoesNotThrowIt) {
-    World world = make_world(true, Vec3::Zero());
+    World world = make_crumbled_world(true, Vec3::Zero());
     Body& body = world.add_body(geometry::make_box(Vec3(0.08, 0.08, 0.08)), rubber(0.02));
     cut_core(world, body);
     ASSERT_EQ(body.phyxels().rigid.bodies.size(), 1U);

@@ -10,7 +10,7 @@
 namespace splitcubes::body {
 namespace {
 
-Vec3 random_in(Random& random, double half) {
+Vec3 random_within(Random& random, double half) {
     return {random.uniform(-half, half), random.uniform(-half, half), random.uniform(-half, half)};
 }
 
@@ -30,20 +30,20 @@ struct Cloud {
     explicit Cloud(std::uint64_t seed) {
         Random random(seed);
         for (int patch = 0; patch < 6; ++patch) {
-            const Vec3 centre = random_in(random, 1), normal = random_in(random, 1).normalized();
+            const Vec3 centre = random_within(random, 1), normal = random_within(random, 1).normalized();
             for (int k = 0; k < 60; ++k) {
-                points.emplace_back(centre + random_in(random, 0.3));
-                normals.emplace_back((normal + random_in(random, 0.3)).normalized());
+                points.emplace_back(centre + random_within(random, 0.3));
+                normals.emplace_back((normal + random_within(random, 0.3)).normalized());
                 owners.push_back(static_cast<std::uint16_t>(patch / 2));
             }
         }
         for (int k = 0; k < 40; ++k) {
-            points.push_back(random_in(random, 2));
-            normals.emplace_back(random_in(random, 1).normalized());
+            points.push_back(random_within(random, 2));
+            normals.emplace_back(random_within(random, 1).normalized());
             owners.push_back(static_cast<std::uint16_t>(k % 3));
         }
         for (std::size_t k = 0; k < points.size(); ++k)
-            ways.push_back({random_in(random, 0.1), random_in(random, 0.1)});
+            ways.push_back({random_within(random, 0.1), random_within(random, 0.1)});
     }
     // One in `of` points has a way that others have to be known farther for: by up to `most`, m.
     void make_fast(Random& random, int of, double most) {
@@ -172,8 +172,8 @@ TEST(SkinGrid, LooksAsFarAsTheTwoWaysAsk) {
             const SkinGrid::Reach reach{least, least * random.uniform(1.2, 3)};
             cloud.make_fast(random, of, random.uniform(0.1, 3) * least);
             // Of a few points that lie far apart the cells are wider.
-            if (seed > 3) cloud.points[seed] = cloud.points[0] + random_in(random, 40 * least);
-            if (seed > 6) cloud.points[2 * seed] = cloud.points[0] + random_in(random, 150 * least);
+            if (seed > 3) cloud.points[seed] = cloud.points[0] + random_within(random, 40 * least);
+            if (seed > 6) cloud.points[2 * seed] = cloud.points[0] + random_within(random, 150 * least);
             grid.build(cloud.points, cloud.normals, cloud.ways, cloud.owners, reach, Parallel(2));
             std::vector<bool> is_known(cloud.points.size());
             for (std::size_t place = 0; place < grid.size(); ++place) {

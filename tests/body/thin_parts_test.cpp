@@ -9,7 +9,7 @@
 namespace splitcubes::body {
 namespace {
 
-splitting::NodeGrid solid(const geometry::TriangleMesh& mesh, double cell) {
+splitting::NodeGrid solid_of(const geometry::TriangleMesh& mesh, double cell) {
     static const Parallel parallel(2);
     splitting::SolidifyReport report;
     return splitting::solidify(mesh, geometry::grid_around(mesh.bounds(), cell), report, parallel);
@@ -23,13 +23,14 @@ geometry::TriangleMesh turned(geometry::TriangleMesh mesh, const Vec3& axis, dou
 
 TEST(ThinParts, EdgesAndCornersOfThickSolidsAreNotThin) {
     for (const double thickness : {0.1, 0.3, 0.6, 0.9}) {
-        EXPECT_EQ(thin_parts(solid(geometry::make_box(Vec3(1, 1.1, 1.3)), 0.02), thickness).share, 0)
+        EXPECT_EQ(thin_parts(solid_of(geometry::make_box(Vec3(1, 1.1, 1.3)), 0.02), thickness).share, 0)
             << thickness;
-        EXPECT_EQ(thin_parts(solid(geometry::make_sphere(0.5, 4), 0.02), thickness).share, 0) << thickness;
-        EXPECT_LT(thin_parts(solid(turned(geometry::make_box(Vec3(1, 1.1, 1.3)), Vec3(1, 2, 3), 0.7), 0.03),
-                             thickness)
-                      .share,
-                  0.001)
+        EXPECT_EQ(thin_parts(solid_of(geometry::make_sphere(0.5, 4), 0.02), thickness).share, 0) << thickness;
+        EXPECT_LT(
+            thin_parts(solid_of(turned(geometry::make_box(Vec3(1, 1.1, 1.3)), Vec3(1, 2, 3), 0.7), 0.03),
+                       thickness)
+                .share,
+            0.001)
             << thickness;
     }
 }
@@ -39,7 +40,7 @@ TEST(ThinParts, APlateAndABarAreThinAllOverWhicheverWayTheyLie) {
     for (const Vec3& size : {plate, bar})
         for (const double angle : {0.0, 0.3, 0.785}) {
             const splitting::NodeGrid grid =
-                solid(turned(geometry::make_box(size), Vec3(1, 2, 0.5), angle), 0.015);
+                solid_of(turned(geometry::make_box(size), Vec3(1, 2, 0.5), angle), 0.015);
             EXPECT_LT(thin_parts(grid, 0.05).share, 0.005) << angle;
             const ThinParts found = thin_parts(grid, 0.16);
             EXPECT_EQ(found.share, 1) << angle;
@@ -54,14 +55,14 @@ TEST(ThinParts, AFinOnAThickBodyIsTheThinPart) {
     mesh.positions.insert(mesh.positions.end(), fin.positions.begin(), fin.positions.end());
     for (const geometry::Triangle& t : fin.triangles)
         mesh.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
-    const ThinParts found = thin_parts(solid(mesh, 0.015), 0.15);
+    const ThinParts found = thin_parts(solid_of(mesh, 0.015), 0.15);
     const double fin_volume = 0.75 * 0.6 * 0.08;
     EXPECT_NEAR(found.share, fin_volume / (fin_volume + 0.216), 0.05);
     EXPECT_NEAR(found.thickness, 0.08, 0.02);
 }
 
 TEST(ThinParts, LargeGridsAreMeasuredOnFewerPoints) {
-    const ThinParts found = thin_parts(solid(geometry::make_box(Vec3(1, 1, 0.1)), 0.003), 0.15);
+    const ThinParts found = thin_parts(solid_of(geometry::make_box(Vec3(1, 1, 0.1)), 0.003), 0.15);
     EXPECT_GT(found.share, 0.99);
     EXPECT_NEAR(found.thickness, 0.1, 0.02);
 }

@@ -16,7 +16,7 @@ Vec3 random_point(Random& random, double largest) {
 }
 
 /// Triangles of all sizes, some of them without area or all in one point.
-TriangleMesh soup(std::uint64_t seed, std::size_t count) {
+TriangleMesh unit_soup(std::uint64_t seed, std::size_t count) {
     Random random(seed);
     TriangleMesh mesh;
     for (std::uint32_t t = 0; t < count; ++t) {
@@ -61,7 +61,7 @@ double least_value(const TriangleMesh& mesh, const NearestPoint::Query& q) {
 
 TEST(NearestPoint, WeightsGiveThePointThatNoOtherOfTheTriangleBeats) {
     Random random(1);
-    const TriangleMesh mesh = soup(2, 300);
+    const TriangleMesh mesh = unit_soup(2, 300);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const auto c = corners(mesh, t);
         const Vec3 p = c[0] + 2 * (c[1] - c[0]).norm() * random_point(random, 1);
@@ -86,7 +86,7 @@ TEST(NearestPoint, WeightsGiveThePointThatNoOtherOfTheTriangleBeats) {
 TEST(NearestPoint, IsTheNearestOfAllTriangles) {
     Random random(3);
     for (const std::size_t count : {1U, 4U, 5U, 400U}) {
-        const TriangleMesh mesh = soup(4 + count, count);
+        const TriangleMesh mesh = unit_soup(4 + count, count);
         const NearestPoint nearest(mesh);
         std::vector<std::int32_t> labels;
         for (std::size_t t = 0; t < count; ++t) labels.push_back(static_cast<std::int32_t>(random.below(3)));

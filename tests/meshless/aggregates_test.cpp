@@ -165,7 +165,7 @@ TEST(Aggregates, DoNotReachAcrossACut) {
         EXPECT_EQ(z[i].isZero(0), !left(system.body.phyxels.rest_position[i])) << i;
 }
 
-void expect_equal(Aggregates& a, Aggregates& b, const System& system, const Parallel& parallel) {
+void expect_equal_products(Aggregates& a, Aggregates& b, const System& system, const Parallel& parallel) {
     ASSERT_EQ(a.count(), b.count());
     ASSERT_EQ(a.level_count(), b.level_count());
     const std::size_t n = system.body.neighbourhoods.slices().stride();
@@ -194,7 +194,7 @@ TEST(Aggregates, UpdatedEqualThoseBuiltFromNothing) {
         Aggregates fresh;
         fresh.update(system.body.phyxels, system.body.neighbourhoods, system.held, three);
         fresh.weigh(system.body.neighbourhoods, 1, system.inertia, system.added, three);
-        expect_equal(system.aggregates, fresh, system, cut % 2 == 0 ? one : three);
+        expect_equal_products(system.aggregates, fresh, system, cut % 2 == 0 ? one : three);
     }
 }
 

@@ -20,7 +20,7 @@ using fixtures::Ground;
 using fixtures::random_vector;
 using fixtures::Specimen;
 
-Material soft(MaterialModel model, double youngs_modulus = 2.5e5) {
+Material soft_material(MaterialModel model, double youngs_modulus = 2.5e5) {
     Material material;
     material.model = model;
     material.youngs_modulus = youngs_modulus;
@@ -36,20 +36,20 @@ Specimen explicit_block(int nx, int ny, int nz, const Material& material, const 
     return body;
 }
 
-Vec3 stay(const Vec3& rest) {
+Vec3 held_place(const Vec3& rest) {
     return rest;
 }
 
-double energy_of(const SolverReport& report) {
+double total_energy_of(const SolverReport& report) {
     return report.kinetic_energy + report.elastic_energy;
 }
 
 TEST(Explicit, RestStaysAtRest) {
     const Parallel parallel(1);
     for (const MaterialModel model : both_models) {
-        Specimen body = explicit_block(6, 5, 4, soft(model), parallel);
+        Specimen body = explicit_block(6, 5, 4, soft_material(model), parallel);
         fixtures::cut_randomly(body, 6, 0.1, 1, parallel);
-        for (int k = 0; k < 5; ++k) EXPECT_EQ(energy_of(body.step(parallel)), 0);
+        for (int k = 0; k < 5; ++k) EXPECT_EQ(total_energy_of(body.step(parallel)), 0);
         EXPECT_EQ(body.phyxels.position, body.phyxels.rest_position);
     }
 }
@@ -60,8 +60,8 @@ TEST(Explicit, RestStaysAtRest) {
 TEST(Explicit, EnergyOfAFreeVibrationDoesNotDrift) {
     const Parallel parallel(1);
     for (const MaterialModel model : both_models) {
-        Specimen body = explicit_block(8, 3, 3, soft(model), parallel);
-        body.move(stay, [](const Vec3& x) -> Vec3 {
+        Specimen body = explicit_block(8, 3, 3, soft_material(model), parallel);
+        body.move(held_place, [](const Vec3& x) -> Vec3 {
             return {std::sin(std::numbers::pi * x.x() / 0.4), 0, 0};
         });
         body.options.restore_momentum = false;
@@ -69,7 +69,7 @@ TEST(Explicit, EnergyOfAFreeVibrationDoesNotDrift) {
         for (int substeps = 0; substeps < 10000;) {
             const SolverReport report = body.step(parallel);
             substeps += report.substeps;
-            energy.push_back(energy_of(report));
+            energy.push_back(total_energy_of(report));
         }
         const auto mean = [&](std::size_t from) {
             double sum = 0;
@@ -88,10 +88,10 @@ TEST(Explicit, MomentaAreKeptWithoutRestoring) {
     const Parallel parallel(1);
     Random random(2);
     for (const MaterialModel model : both_models) {
-        Specimen body = explicit_block(7, 5, 4, soft(model), parallel);
+        Specimen body = explicit_block(7, 5, 4, soft_material(model), parallel);
         fixtures::cut_randomly(body, 10, 0.12, 5, parallel);
         body.options.restore_momentum = false;
-        body.move(stay,
+        body.move(held_place,
                   [](const Vec3& x) -> Vec3 { return Vec3(0.2, -0.1, 0.3) + Vec3(1, 2, 4.5).cross(x); });
         const Momenta before = total_momenta(body.phyxels);
         SolverReport report;
@@ -103,10 +103,10 @@ TEST(Explicit, MomentaAreKeptWithoutRestoring) {
 
 TEST(Explicit, FallsAndIsDampedAtTheRightRate) {
     const Parallel parallel(1);
-    Specimen body = explicit_block(4, 4, 4, soft(MaterialModel::corotated), parallel);
+    Specimen body = explicit_block(4, 4, 4, soft_material(MaterialModel::corotated), parallel);
     body.material.mass_damping = 2;
     body.input.gravity = Vec3(0, 0, -9.81);
-    body.move(stay, [](const Vec3& x) -> Vec3 { return Vec3(1, 0, 0) + Vec3(0, 0, 1).cross(x); });
+    body.move(held_place, [](const Vec3& x) -> Vec3 { return Vec3(1, 0, 0) + Vec3(0, 0, 1).cross(x); });
     const Momenta before = total_momenta(body.phyxels);
     for (int k = 0; k < 60; ++k) body.step(parallel);
     const Momenta after = total_momenta(body.phyxels);
@@ -121,7 +121,7 @@ TEST(Explicit, SubstepsKeepAnyStiffnessStable) {
     for (const MaterialModel model : both_models) {
         int last = 0;
         for (const double stiffness : {1e3, 1e5, 1e7}) {
-            Specimen body = explicit_block(6, 3, 3, soft(model, stiffness), parallel);
+            Specimen body = explicit_block(6, 3, 3, soft_material(model, stiffness), parallel);
             std::vector<std::uint8_t> held;
             for (const Vec3& rest : body.phyxels.rest_position) held.push_back(rest.x() < -0.1);
             const std::vector<Vec3> place = body.phyxels.position;
@@ -145,14 +145,14 @@ TEST(Explicit, SubstepsKeepAnyStiffnessStable) {
 // Twice the length makes St. Venant-Kirchhoff several times as stiff within a step.
 TEST(Explicit, PulledStVenantKirchhoffStaysStable) {
     const Parallel parallel(1);
-    Specimen body = explicit_block(6, 3, 3, soft(MaterialModel::st_venant_kirchhoff), parallel);
+    Specimen body = explicit_block(6, 3, 3, soft_material(MaterialModel::st_venant_kirchhoff), parallel);
     body.move([](const Vec3& x) -> Vec3 { return x.cwiseProduct(Vec3(2, 0.8, 0.8)); },
               [](const Vec3&) { return Vec3(0, 0, 0); });
     double start = 0, top = 0;
     for (int k = 0; k < 60; ++k) {
         const SolverReport report = body.step(parallel);
-        if (k == 0) start = energy_of(report);
-        top = std::max(top, energy_of(report));
+        if (k == 0) start = total_energy_of(report);
+        top = std::max(top, total_energy_of(report));
     }
     EXPECT_LT(top, 1.15 * start);
 }
@@ -160,13 +160,13 @@ TEST(Explicit, PulledStVenantKirchhoffStaysStable) {
 TEST(Explicit, StiffnessDampingDampsAndStaysStable) {
     const Parallel parallel(1);
     for (const double damping : {1e-4, 1e-3, 1e-1}) {
-        Specimen body = explicit_block(6, 3, 3, soft(MaterialModel::corotated), parallel);
+        Specimen body = explicit_block(6, 3, 3, soft_material(MaterialModel::corotated), parallel);
         body.material.stiffness_damping = damping;
         body.move([](const Vec3& x) -> Vec3 { return x.cwiseProduct(Vec3(1.1, 1, 1)); },
                   [](const Vec3&) { return Vec3(0, 0, 0); });
         double last = std::numeric_limits<double>::infinity();
         for (int k = 0; k < 10; ++k) {
-            const double energy = energy_of(body.step(parallel));
+            const double energy = total_energy_of(body.step(parallel));
             EXPECT_LT(energy, last);
             last = energy;
         }
@@ -176,8 +176,8 @@ TEST(Explicit, StiffnessDampingDampsAndStaysStable) {
 TEST(Explicit, AgreesWithImplicitStepsWhereBothAreAccurate) {
     const Parallel parallel(1);
     for (const MaterialModel model : both_models) {
-        Specimen a = explicit_block(6, 3, 3, soft(model, 2e4), parallel);
-        Specimen b = explicit_block(6, 3, 3, soft(model, 2e4), parallel);
+        Specimen a = explicit_block(6, 3, 3, soft_material(model, 2e4), parallel);
+        Specimen b = explicit_block(6, 3, 3, soft_material(model, 2e4), parallel);
         b.options.kind = SolverKind::implicit_steps;
         b.options.tolerance = 1e-6;
         for (Specimen* body : {&a, &b}) {
@@ -201,11 +201,11 @@ TEST(Explicit, AgreesWithImplicitStepsWhereBothAreAccurate) {
 TEST(Explicit, RestsAndSlidesOnTheGround) {
     const Parallel parallel(1);
     for (const double friction : {0.0, 0.1}) {
-        Specimen body = explicit_block(5, 5, 3, soft(MaterialModel::corotated), parallel);
+        Specimen body = explicit_block(5, 5, 3, soft_material(MaterialModel::corotated), parallel);
         body.input.gravity = Vec3(0, 0, -9.81);
         body.ground = Ground{Vec3::UnitZ(), -0.076, friction};
         body.material.stiffness_damping = 0.002;
-        body.move(stay, [](const Vec3&) { return Vec3(1, 0, 0); });
+        body.move(held_place, [](const Vec3&) { return Vec3(1, 0, 0); });
         SolverReport report;
         for (int k = 0; k < 30; ++k) report = body.step(parallel);
         EXPECT_GT(report.contacts, 10U);
@@ -223,7 +223,7 @@ TEST(Explicit, RestsAndSlidesOnTheGround) {
 
 TEST(Explicit, HeldPhyxelsFollowTheirPath) {
     const Parallel parallel(1);
-    Specimen body = explicit_block(5, 3, 3, soft(MaterialModel::st_venant_kirchhoff), parallel);
+    Specimen body = explicit_block(5, 3, 3, soft_material(MaterialModel::st_venant_kirchhoff), parallel);
     std::vector<std::uint8_t> held;
     for (const Vec3& rest : body.phyxels.rest_position) held.push_back(rest.x() < -0.07);
     std::vector<Vec3> place = body.phyxels.position;
@@ -244,7 +244,7 @@ TEST(Explicit, HeldPhyxelsFollowTheirPath) {
 
 TEST(Explicit, NonFinitePhyxelsAreCountedAndContained) {
     const Parallel parallel(1);
-    Specimen body = explicit_block(5, 5, 5, soft(MaterialModel::st_venant_kirchhoff), parallel);
+    Specimen body = explicit_block(5, 5, 5, soft_material(MaterialModel::st_venant_kirchhoff), parallel);
     body.phyxels.velocity[7] = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
     EXPECT_GT(body.step(parallel).non_finite, 0U);
     for (std::size_t i = 0; i < body.phyxels.size(); ++i) {
@@ -255,7 +255,7 @@ TEST(Explicit, NonFinitePhyxelsAreCountedAndContained) {
 
 TEST(Explicit, TooManySubstepsAreRefusedInOneLine) {
     const Parallel parallel(1);
-    Specimen body = explicit_block(3, 3, 3, soft(MaterialModel::corotated, 1e16), parallel);
+    Specimen body = explicit_block(3, 3, 3, soft_material(MaterialModel::corotated, 1e16), parallel);
     try {
         body.step(parallel);
         FAIL();
@@ -270,7 +270,7 @@ TEST(Explicit, EmptyAndSinglePhyxels) {
     none.options.kind = SolverKind::explicit_steps;
     none.neighbourhoods.rebuild(none.phyxels, none.pairs, none.material, parallel);
     EXPECT_EQ(none.step(parallel).substeps, 1);
-    Specimen one = explicit_block(1, 1, 1, soft(MaterialModel::corotated), parallel);
+    Specimen one = explicit_block(1, 1, 1, soft_material(MaterialModel::corotated), parallel);
     one.input.gravity = Vec3(0, 0, -10);
     for (int k = 0; k < 60; ++k) one.step(parallel);
     EXPECT_NEAR(one.phyxels.velocity[0].z(), -10, 1e-9);
@@ -280,7 +280,7 @@ TEST(Explicit, SameBitsForAnyThreadCountAndAnyHistory) {
     std::vector<std::uint64_t> hashes;
     for (const int threads : {1, 2, 3}) {
         const Parallel parallel(threads);
-        Material material = soft(MaterialModel::st_venant_kirchhoff);
+        Material material = soft_material(MaterialModel::st_venant_kirchhoff);
         material.stiffness_damping = 1e-4;
         material.plasticity = Plasticity{};
         Specimen body = explicit_block(6, 6, 5, material, parallel);

@@ -26,7 +26,7 @@ Specimen above_ground(double height, double friction, double youngs_modulus, con
     return body;
 }
 
-double energy_of(const Specimen& body, const SolverReport& report) {
+double energy_above_ground(const Specimen& body, const SolverReport& report) {
     double potential = 0;
     for (std::size_t i = 0; i < body.phyxels.size(); ++i)
         potential -= body.phyxels.mass[i] * body.input.gravity.dot(body.phyxels.position[i]);
@@ -45,7 +45,7 @@ TEST(Ground, DroppedBlockComesToRestWithoutCreep) {
     double energy = 0, height = 1e9;
     for (int k = 0; k < 300; ++k) {
         const SolverReport report = body.step(parallel);
-        const double now = energy_of(body, report);
+        const double now = energy_above_ground(body, report);
         if (k == 0) energy = now;
         EXPECT_LT(now, 1.001 * energy) << "step " << k;
         height = std::min(height, lowest(body));

@@ -124,7 +124,7 @@ TEST(Rigid, FliesAlongItsParabola) {
     }
 }
 
-double energy_of(const RigidPiece& body, const Vec3& gravity) {
+double rigid_energy_of(const RigidPiece& body, const Vec3& gravity) {
     return body.kinetic_energy() - body.mass * gravity.dot(body.centre);
 }
 
@@ -153,11 +153,11 @@ TEST(Rigid, ComesToRestOnTheGroundAndStays) {
             input.gravity = Vec3(0, 0, -9.81);
             const Plane ground(Vec3::UnitZ(), 0.5);
             input.obstacles = {&ground.obstacle, 1};
-            double energy = energy_of(body, input.gravity);
+            double energy = rigid_energy_of(body, input.gravity);
             const double slack = 1e-3 * energy;
             for (double t = 0; t < 3; t += dt) {
                 step_rigid(phyxels, input, 0);
-                const double now = energy_of(body, input.gravity);
+                const double now = rigid_energy_of(body, input.gravity);
                 ASSERT_LT(now, energy + slack) << t << " s";
                 energy = std::min(energy, now);
             }

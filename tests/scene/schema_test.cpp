@@ -80,13 +80,13 @@ void for_each_property(const std::function<void(const Json&, const Property&)>& 
     }
 }
 
-SceneDescription parse(const Json& json) {
+SceneDescription parse_json(const Json& json) {
     return parse_scene_text(json.dump(1), "x.json", SPLITCUBES_SCENES);
 }
 
 std::string schema_error_of(const Json& json) {
     try {
-        parse(json);
+        parse_json(json);
     } catch (const InputError& error) {
         return error.what();
     }
@@ -255,7 +255,7 @@ TEST(Schema, defaults_are_those_of_the_parser) {
         if (!bare.contains(parent)) return;
         if (bare[parent].erase(p.key) > 0) erased.push_back(p);
     });
-    const Json resolved = resolved_scene(parse(bare));
+    const Json resolved = resolved_scene(parse_json(bare));
     EXPECT_GT(erased.size(), 50u);
     for (const Property& p : erased) {
         ASSERT_TRUE(resolved.contains(p.pointer)) << p.pointer;

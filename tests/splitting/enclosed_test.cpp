@@ -20,7 +20,7 @@ namespace {
 using namespace laws;
 using geometry::TriangleMesh;
 
-NodeGrid solid(const TriangleMesh& mesh, int cells) {
+NodeGrid solidified(const TriangleMesh& mesh, int cells) {
     static const Parallel parallel(2);
     SolidifyReport report;
     return solidify(mesh, geometry::grid_around(mesh.bounds(), geometry::cell_size_for(mesh.bounds(), cells)),
@@ -56,7 +56,7 @@ TEST(Enclosed, NoPieceIsEverHalfInWhatCutIt) {
     Random random(5);
     std::size_t inside = 0;
     for (int trial = 0; trial < 14; ++trial) {
-        NodeGrid grid = solid(geometry::make_box(Vec3(1, 0.9, 0.8)), 20);
+        NodeGrid grid = solidified(geometry::make_box(Vec3(1, 0.9, 0.8)), 20);
         std::vector<TriangleMesh> cutters;
         for (int k = 0; k < 4; ++k) {
             // Among open sheets and other cutters, which take edges before and after.
@@ -80,7 +80,7 @@ TEST(Enclosed, NoPieceIsEverHalfInWhatCutIt) {
 TEST(Enclosed, AgreesWithTheSolidAngleAtEveryNode) {
     Random random(6);
     for (int trial = 0; trial < 4; ++trial) {
-        NodeGrid grid = solid(geometry::make_sphere(0.5, 3), 16);
+        NodeGrid grid = solidified(geometry::make_sphere(0.5, 3), 16);
         const TriangleMesh cutter = some_cutter(random, trial % 4);
         cut_with_sheet(grid, cutter, 0);
         const Pieces pieces(grid);
@@ -98,7 +98,7 @@ TEST(Enclosed, AgreesWithTheSolidAngleAtEveryNode) {
 }
 
 TEST(Enclosed, TellsWhereTheCutWasNotMade) {
-    NodeGrid grid = solid(geometry::make_box(Vec3::Ones()), 16);
+    NodeGrid grid = solidified(geometry::make_box(Vec3::Ones()), 16);
     const TriangleMesh core = geometry::make_sphere(0.3, 3);
     EXPECT_EQ(enclosure_of_pieces(grid, Pieces(grid), core)[0], Enclosure::both);
     cut_with_sheet(grid, core, 0);
@@ -111,7 +111,7 @@ TEST(Enclosed, TellsWhereTheCutWasNotMade) {
 }
 
 TEST(Enclosed, MeasuresOfPiecesAreThoseOfTheirMeshes) {
-    NodeGrid grid = solid(geometry::make_box(Vec3(1, 0.8, 0.6)), 20);
+    NodeGrid grid = solidified(geometry::make_box(Vec3(1, 0.8, 0.6)), 20);
     cut_with_sheet(grid, geometry::make_plane_sheet(Vec3(0.13, 0, 0), Vec3::UnitX(), 2), 0);
     const Surface surface(grid);
     const Pieces pieces(grid);

@@ -67,7 +67,7 @@ std::vector<std::int32_t> cut_all(NodeGrid& grid, const std::vector<EdgeCut>& cu
 }
 
 // Empty when the cuts, applied to the block, leave a valid surface.
-std::string trouble(int nodes, const std::vector<EdgeCut>& cuts) {
+std::string trouble_with_cuts(int nodes, const std::vector<EdgeCut>& cuts) {
     NodeGrid grid = solid_block(nodes);
     Surface surface(grid);
     for (const EdgeCut& c : cuts) surface.retessellate(grid, cut_all(grid, {c}));
@@ -82,14 +82,14 @@ std::string shrunk(int nodes, std::vector<EdgeCut> cuts) {
     for (std::size_t i = 0; i < cuts.size();) {
         std::vector<EdgeCut> fewer = cuts;
         fewer.erase(fewer.begin() + static_cast<long>(i));
-        if (trouble(nodes, fewer).empty()) {
+        if (trouble_with_cuts(nodes, fewer).empty()) {
             ++i;
         } else {
             cuts = fewer;
         }
     }
     std::ostringstream out;
-    out << trouble(nodes, cuts) << " with " << cuts.size() << " cuts:";
+    out << trouble_with_cuts(nodes, cuts) << " with " << cuts.size() << " cuts:";
     for (const EdgeCut& c : cuts)
         out << " (" << c.edge.node.transpose() << " axis " << c.edge.axis << " at " << c.parameter << ")";
     return out.str();
@@ -103,7 +103,7 @@ TEST(Surface, AnySetOfCutEdgesGivesAClosedOrientedManifold) {
         std::vector<EdgeCut> cuts;
         for (const GridEdge& edge : inner_edges(solid_block(nodes)))
             if (random.unit() < density) cuts.push_back(random_cut(edge, random));
-        const std::string found = trouble(nodes, cuts);
+        const std::string found = trouble_with_cuts(nodes, cuts);
         ASSERT_TRUE(found.empty()) << shrunk(nodes, cuts);
     }
 }
