@@ -1,6 +1,7 @@
 # Checks that the source files which a unity build compiles as one have no free function
-# of the same name in their anonymous namespaces. Two of one signature do not compile;
-# two of different signatures do, and a call may silently take the other file's.
+# of the same name in their anonymous namespaces, nor one with the name of a function that
+# headers of theirs declare. Two of one signature do not compile; two of different
+# signatures or namespaces do, and a call may silently take the other file's.
 #
 #   cmake -P tools/check_unity.cmake                  this source tree
 #   cmake -DROOT=<folder> -P tools/check_unity.cmake  another one
@@ -24,7 +25,7 @@ endfunction()
 
 if(SELF_TEST)
   set(source ${SELF_TEST}/src/splitcubes)
-  file(REMOVE_RECURSE ${SELF_TEST}/src ${SELF_TEST}/apps)
+  file(REMOVE_RECURSE ${SELF_TEST}/src ${SELF_TEST}/apps ${SELF_TEST}/tests)
   set(begin "namespace splitcubes {\nnamespace {\n\n")
   set(end "\n}  // namespace\n\nint outside(int x) { return x; }\n}  // namespace splitcubes\n")
   file(WRITE ${source}/low/a.cpp "${begin}int first(int x) {\n    return twice(x);\n}${end}")
@@ -38,6 +39,13 @@ if(SELF_TEST)
   file(WRITE ${SELF_TEST}/apps/program/a.cpp "${begin}std::vector<int> some() { return {}; }${end}")
   file(WRITE ${SELF_TEST}/apps/program/figures/b.cpp "${begin}int *some(int x[]) { return x; }${end}")
   expect_check(bad "figures/b.cpp: some() is also in apps/program/a.cpp")
+  file(REMOVE_RECURSE ${SELF_TEST}/apps)
+  file(WRITE ${SELF_TEST}/tests/laws/shapes.h "#pragma once\n\nVec3 threads(int x);\n")
+  file(WRITE ${SELF_TEST}/tests/body/a.cpp "#include \"laws/shapes.h\"\nint x = threads(1);\n")
+  file(WRITE ${SELF_TEST}/tests/body/b.cpp "${begin}Vec3 threads(double x) { return {}; }${end}")
+  expect_check(bad "tests/body/b.cpp: threads() is also in tests/laws/shapes.h")
+  file(REMOVE_RECURSE ${SELF_TEST}/tests)
+  expect_check(good "no file takes another's function")
   message(STATUS "check_unity can fail as it should")
   return()
 endif()
@@ -50,8 +58,8 @@ endif()
 set(problems "")
 set(checked 0)
 
-# The names of the free functions that a file defines in anonymous namespaces: what stands at the
-# beginning of a line there, has a type before it and a parenthesis behind it.
+# The names of the free functions that a file defines in anonymous namespaces, or that a header
+# declares: what stands at the beginning of a line, has a type before it and a parenthesis behind it.
 function(list_functions path names_out)
   file(READ ${path} text)
   # Lists of CMake are split at semicolons and take brackets as their own.
@@ -61,6 +69,9 @@ function(list_functions path names_out)
   string(REPLACE "\n" ";" lines "${text}")
   set(names "")
   set(inside FALSE)
+  if(path MATCHES "\\.h$")
+    set(inside TRUE)
+  endif()
   foreach(line IN LISTS lines)
     if(line MATCHES "^namespace {")
       set(inside TRUE)
@@ -74,6 +85,24 @@ function(list_functions path names_out)
   set(${names_out} "${names}" PARENT_SCOPE)
 endfunction()
 
+# The headers whose names the files of a group see without a module's name before them: those that they
+# include by a path of their own, those of the group, and those of the outermost namespace.
+function(list_headers group headers_out)
+  file(GLOB_RECURSE headers RELATIVE ${ROOT} ${ROOT}/${group}/*.h ${ROOT}/src/splitcubes/core/*.h
+    ${ROOT}/src/splitcubes/math/*.h)
+  foreach(file IN LISTS ARGN)
+    file(STRINGS ${ROOT}/${file} includes REGEX "^#include \"")
+    foreach(include IN LISTS includes)
+      string(REGEX REPLACE "^[^\"]*\"([^\"]+)\".*" "tests/\\1" header "${include}")
+      if(EXISTS ${ROOT}/${header})
+        list(APPEND headers ${header})
+      endif()
+    endforeach()
+  endforeach()
+  list(REMOVE_DUPLICATES headers)
+  set(${headers_out} "${headers}" PARENT_SCOPE)
+endfunction()
+
 file(GLOB groups RELATIVE ${ROOT} ${ROOT}/src/splitcubes/* ${ROOT}/apps/* ${ROOT}/tests/*)
 list(REMOVE_ITEM groups tests/fuzz)  # a program per file
 foreach(group IN LISTS groups)
@@ -83,12 +112,21 @@ foreach(group IN LISTS groups)
     file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/${group}/*.cpp)
   endif()
   list(SORT files)
+  list_headers(${group} headers ${files})
   set(known "")
+  set(declared "")
+  foreach(header IN LISTS headers)
+    list_functions(${ROOT}/${header} names)
+    list(APPEND declared ${names})
+    foreach(name IN LISTS names)
+      set(file_of_${name} ${header})
+    endforeach()
+  endforeach()
   foreach(file IN LISTS files)
     math(EXPR checked "${checked} + 1")
     list_functions(${ROOT}/${file} names)
     foreach(name IN LISTS names)
-      if(name IN_LIST known)
+      if(name IN_LIST known OR name IN_LIST declared)
         string(APPEND problems "${file}: ${name}() is also in ${file_of_${name}}\n")
       else()
         list(APPEND known ${name})

@@ -172,7 +172,7 @@ int bench_surface(const BenchOptions& options) {
     return 0;
 }
 
-int bench_mechanics(const BenchOptions& options) {
+int run_mechanics_bench(const BenchOptions& options) {
     MechanicsBenchSettings settings;
     if (options.threads > 0) settings.threads = {options.threads};
     settings.runs = options.runs;
@@ -203,7 +203,7 @@ int bench(const BenchOptions& options) {
     }
     if (options.name == "criteria") return bench_criteria(options);
     if (options.name == "validation") return bench_validation(options);
-    if (options.name == "mechanics") return bench_mechanics(options);
+    if (options.name == "mechanics") return run_mechanics_bench(options);
     if (options.name == "contact") return bench_contact_and_tearing(options);
     throw InputError("bench", "there is no benchmark '" + options.name + "'",
                      "known: contact, criteria, mechanics, occlusion, paper, surface, validation");

@@ -27,7 +27,7 @@ int list_figures() {
     return 0;
 }
 
-int draw_weights(const FigureOptions& options) {
+int draw_weight_figure(const FigureOptions& options) {
     if (std::filesystem::path(options.out).extension() != ".png")
         throw InputError(options.out.empty() ? "figure weights" : options.out, "no output that ends in .png",
                          "give -o FILE.png");
@@ -43,7 +43,7 @@ int draw_weights(const FigureOptions& options) {
 
 int draw_figure(const FigureOptions& options) {
     if (options.list) return list_figures();
-    if (options.name == "weights") return draw_weights(options);
+    if (options.name == "weights") return draw_weight_figure(options);
     if (!options.csv.empty())
         throw InputError("--csv", "is not for figure '" + options.name + "'", "it goes with: weights");
     if (options.name.empty()) throw InputError("figure", "no name given", "see splitcubes figure --list");

@@ -16,22 +16,22 @@ struct Carrier {
     CarrierTable::State now, before;
 };
 
-Vec3 random_vector(Random& random, double half) {
+Vec3 random_within_half(Random& random, double half) {
     const double x = random.uniform(-half, half), y = random.uniform(-half, half);
     return {x, y, random.uniform(-half, half)};
 }
 
 CarrierTable::State random_state(Random& random) {
-    CarrierTable::State state{random_vector(random, 0.3), Mat3::Zero()};
-    for (int k = 0; k < 3; ++k) state.matrix.col(k) = random_vector(random, 0.5);
+    CarrierTable::State state{random_within_half(random, 0.3), Mat3::Zero()};
+    for (int k = 0; k < 3; ++k) state.matrix.col(k) = random_within_half(random, 0.5);
     return state;
 }
 
 std::vector<Carrier> random_carriers(Random& random, int count) {
     std::vector<Carrier> out;
     for (int k = 0; k < count; ++k)
-        out.push_back(
-            {random_vector(random, 1), random.uniform(0.1, 0.4), random_state(random), random_state(random)});
+        out.push_back({random_within_half(random, 1), random.uniform(0.1, 0.4), random_state(random),
+                       random_state(random)});
     return out;
 }
 
@@ -64,7 +64,7 @@ TEST(CarrierTable, KeepsWhatReachesACube) {
     for (int round = 0; round < 50; ++round) {
         const std::vector<Carrier> carriers = random_carriers(random, static_cast<int>(random.below(90)));
         const CarrierTable all = table_of(carriers);
-        const Vec3 centre = random_vector(random, 0.6);
+        const Vec3 centre = random_within_half(random, 0.6);
         const double half = random.uniform(0.1, 0.3);
         CarrierTable near, own;
         near.assign_from(all, {centre.cast<float>(), static_cast<float>(half)});
@@ -78,7 +78,7 @@ TEST(CarrierTable, KeepsWhatReachesACube) {
         EXPECT_EQ(near.size(), expected);
         EXPECT_EQ(own.size(), expected);
         for (int query = 0; query < 10; ++query) {
-            const Vec3 arm = random_vector(random, half);
+            const Vec3 arm = random_within_half(random, half);
             const Vec3f at = (centre + arm).cast<float>();
             const geometry::Box box = all.box_of({at, 0}), same = near.box_of({at, 0});
             EXPECT_EQ(box.min, same.min);

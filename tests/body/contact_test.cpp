@@ -15,7 +15,7 @@ namespace {
 using fixtures::box_at;
 using fixtures::rubber;
 
-std::shared_ptr<const Parallel> threads(int count) {
+std::shared_ptr<const Parallel> thread_pool(int count) {
     return std::make_shared<const Parallel>(count);
 }
 
@@ -26,7 +26,7 @@ WorldSettings falling() {
     return out;
 }
 
-WorldSettings free_space() {
+WorldSettings unsupported() {
     WorldSettings out = falling();
     out.gravity = Vec3::Zero();
     return out;
@@ -49,7 +49,7 @@ Vec3 centre_of_piece(const Body& body, std::int32_t piece) {
     return sums[static_cast<std::size_t>(piece)].centre;
 }
 
-double potential_energy(const World& world) {
+double height_energy(const World& world) {
     double sum = 0;
     for (const auto& body : world.bodies())
         for (std::size_t i = 0; i < body->phyxels().size(); ++i)
@@ -59,13 +59,13 @@ double potential_energy(const World& world) {
 
 // Drops a cube on a solid and looks that it comes to rest above it.
 void expect_rest_on(std::shared_ptr<const geometry::SignedDistance> solid, const Vec3& from) {
-    World world(falling(), threads(1));
+    World world(falling(), thread_pool(1));
     Body& body = world.add_body(box_at(Vec3::Constant(0.06), from), rubber(0.015));
     world.add_collider({"solid", solid, {}, 0.8});
     double energy = 0, deepest = 0;
     for (int step = 0; step < 150; ++step) {
         const StepReport report = world.step();
-        const double now = report.kinetic_energy + report.elastic_energy + potential_energy(world);
+        const double now = report.kinetic_energy + report.elastic_energy + height_energy(world);
         if (step == 0) energy = now;
         EXPECT_LT(now - energy, 1e-3 * std::abs(energy)) << "step " << step;
         for (const Vec3& p : body.vertex_positions()) deepest = std::min(deepest, solid->at(p).distance);
@@ -102,7 +102,7 @@ std::size_t contacts_below(World& world) {
 }
 
 TEST(Contact, AFlatFacePushesOnceASpacingOnAPlaneAndWithAllItsSamplesElsewhere) {
-    World plane(falling(), threads(2)), box(falling(), threads(2));
+    World plane(falling(), thread_pool(2)), box(falling(), thread_pool(2));
     plane.add_collider({"ground", geometry::make_plane_distance(Vec3::UnitZ(), 0), {}, 0.5});
     box.add_collider({"plate", geometry::make_box_distance(Vec3(1, 1, 0.1), 0),
                       [](double) { return Isometry(Eigen::Translation3d(0, 0, -0.05)); }, 0.5});
@@ -115,7 +115,7 @@ TEST(Contact, AFlatFacePushesOnceASpacingOnAPlaneAndWithAllItsSamplesElsewhere) 
 
 TEST(Contact, ACutThroughWhatStandsLosesNoneOfWhatBearsIt) {
     WorldSettings settings = falling();
-    World world(settings, threads(2));
+    World world(settings, thread_pool(2));
     world.add_collider({"ground", geometry::make_plane_distance(Vec3::UnitZ(), 0), {}, 0.5});
     // The blade goes through all of it within one step.
     const double then = 41 * settings.time_step;
@@ -130,7 +130,7 @@ TEST(Contact, ACutThroughWhatStandsLosesNoneOfWhatBearsIt) {
 }
 
 TEST(Contact, ABallCarriesWhatLiesOnItsTop) {
-    World world(falling(), threads(1));
+    World world(falling(), thread_pool(1));
     Body& body = world.add_body(box_at(Vec3(0.08, 0.08, 0.03), Vec3(0, 0, 0.13)), rubber(0.015));
     const auto ball = geometry::make_sphere_distance(0.1);
     world.add_collider({"ball", ball, {}, 1});
@@ -145,7 +145,7 @@ TEST(Contact, ABallCarriesWhatLiesOnItsTop) {
 
 TEST(Contact, AFastBodyDoesNotGoThroughAThinPlate) {
     for (const double speed : {5.0, 20.0}) {
-        World world(free_space(), threads(1));
+        World world(unsupported(), thread_pool(1));
         BodySettings thrown = rubber(0.015);
         thrown.velocity = Vec3(0, 0, -speed);
         Body& body = world.add_body(box_at(Vec3::Constant(0.05), Vec3(0, 0, 0.15)), thrown);
@@ -158,7 +158,7 @@ TEST(Contact, AFastBodyDoesNotGoThroughAThinPlate) {
 }
 
 TEST(Contact, PassesBesideAPlate) {
-    World world(free_space(), threads(1));
+    World world(unsupported(), thread_pool(1));
     BodySettings thrown = rubber(0.015);
     thrown.velocity = Vec3(0, 0, -5);
     Body& body = world.add_body(box_at(Vec3::Constant(0.05), Vec3(0.04, 0, 0.15)), thrown);
@@ -177,7 +177,7 @@ TEST(Contact, SlopeHoldsBelowItsFrictionAndSlidesAbove) {
         settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, friction};
         // The slope seen from the slope: gravity leans.
         settings.gravity = 9.81 * Vec3(std::sqrt(1 - normal.z() * normal.z()), 0, -normal.z());
-        World world(settings, threads(1));
+        World world(settings, thread_pool(1));
         Body& body = world.add_body(box_at(Vec3(0.09, 0.09, 0.03), Vec3(0, 0, 0.0151)), rubber(spacing, 5e5));
         StepReport report;
         for (int step = 0; step < 30; ++step) report = world.step();
@@ -202,7 +202,7 @@ TEST(Contact, ABodySlidesOnAnotherAsCoulombSays) {
         WorldSettings settings = falling();
         settings.contact.friction = friction;
         settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0};
-        World world(settings, threads(2));
+        World world(settings, thread_pool(2));
         world.add_body(box_at(Vec3(0.45, 0.12, 0.03), Vec3(0, 0, 0.0151)), rubber(0.015, 5e5));
         BodySettings thrown = rubber(spacing, 5e5);
         thrown.velocity = Vec3(1.2, 0, 0);
@@ -226,7 +226,7 @@ TEST(Contact, ABodySlidesOnAnotherAsCoulombSays) {
 }
 
 TEST(Contact, AMovingColliderPushes) {
-    World world(free_space(), threads(1));
+    World world(unsupported(), thread_pool(1));
     Body& body = world.add_body(geometry::make_box(Vec3::Constant(0.05)), rubber(0.0125));
     world.add_collider({"pusher", geometry::make_box_distance(Vec3(0.02, 0.2, 0.2), 0.001),
                         [](double time) {
@@ -245,7 +245,7 @@ TEST(Contact, AMovingColliderPushes) {
 
 // Two pieces of one body, one of which is sent against the other, off centre.
 TEST(Contact, CollidingPiecesKeepTheirMomentaAndGainNoEnergy) {
-    World world(free_space(), threads(2));
+    World world(unsupported(), thread_pool(2));
     Body& body = world.add_body(geometry::make_box(Vec3(0.06, 0.06, 0.12)), rubber(0.015));
     body.cut_with_sheet(level_sheet(0.001, 0.2), 0, world.parallel());
     ASSERT_EQ(body.pieces().count(), 2U);
@@ -275,7 +275,7 @@ TEST(Contact, CollidingPiecesKeepTheirMomentaAndGainNoEnergy) {
 }
 
 TEST(Contact, CollidingBodiesShareTheirMomentum) {
-    World world(free_space(), threads(1));
+    World world(unsupported(), thread_pool(1));
     BodySettings thrown = rubber(0.015), still = rubber(0.0125, 3e5);
     thrown.velocity = Vec3(0, 0, -1);
     world.add_body(box_at(Vec3::Constant(0.06), Vec3(0, 0, 0.08)), thrown);
@@ -295,7 +295,7 @@ TEST(Contact, CollidingBodiesShareTheirMomentum) {
 }
 
 TEST(Contact, AFreshCutPushesNothing) {
-    World world(free_space(), threads(1));
+    World world(unsupported(), thread_pool(1));
     Body& body = world.add_body(geometry::make_box(Vec3(0.08, 0.06, 0.06)), rubber(0.015));
     body.cut_with_sheet(level_sheet(0.004, 0.2), 0, world.parallel());
     StepReport report;
@@ -312,7 +312,7 @@ TEST(Contact, ASlitThatEndsInsideDoesNotCloseThroughItself) {
         WorldSettings settings = falling();
         settings.gravity = Vec3(0, 0, 9.81);
         settings.contact.pieces = pieces;
-        World world(settings, threads(1));
+        World world(settings, thread_pool(1));
         BodySettings bar = rubber(0.0125, 3e4);
         bar.material.mass_damping = 4;
         Body& body = world.add_body(geometry::make_box(Vec3(0.2, 0.05, 0.05)), bar);
@@ -346,7 +346,7 @@ TEST(Contact, ASlitThatEndsInsideDoesNotCloseThroughItself) {
 TEST(Contact, AStackOfThreeSlicesRests) {
     WorldSettings settings = falling();
     settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0.6};
-    World world(settings, threads(2));
+    World world(settings, thread_pool(2));
     Body& body = world.add_body(box_at(Vec3(0.09, 0.09, 0.09), Vec3(0, 0, 0.0451)), rubber(0.018));
     body.cut_with_sheet(level_sheet(0.031, 0.2), 0, world.parallel());
     body.cut_with_sheet(level_sheet(0.061, 0.2), 1, world.parallel());
@@ -357,7 +357,7 @@ TEST(Contact, AStackOfThreeSlicesRests) {
     double kinetic = 0, first = 0, most = -1e300;
     for (int step = 0; step < 600; ++step) {
         const StepReport report = world.step();
-        const double energy = report.kinetic_energy + report.elastic_energy + potential_energy(world);
+        const double energy = report.kinetic_energy + report.elastic_energy + height_energy(world);
         if (step == 0) first = energy;
         most = std::max(most, energy);
         kinetic = std::max(kinetic, report.kinetic_energy);
@@ -373,7 +373,7 @@ TEST(Contact, AStackOfThreeSlicesRests) {
 std::string hash_of_heap(int thread_count) {
     WorldSettings settings = falling();
     settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0.4};
-    World world(settings, threads(thread_count));
+    World world(settings, thread_pool(thread_count));
     BodySettings turning = rubber(0.015);
     turning.angular_velocity = Vec3(1, 2, 0.5);
     Body& body = world.add_body(box_at(Vec3(0.08, 0.07, 0.06), Vec3(0, 0, 0.06)), turning);
@@ -391,7 +391,7 @@ TEST(Contact, ThreadsDoNotMatter) {
 
 TEST(Contact, AHandlePullsUpToItsLimit) {
     for (const double limit : {1e300, 0.1}) {
-        World world(free_space(), threads(1));
+        World world(unsupported(), thread_pool(1));
         Body& body = world.add_body(geometry::make_box(Vec3(0.1, 0.05, 0.05)), rubber(0.0125));
         Handle handle;
         handle.region = [](const Vec3& rest) { return rest.x() > 0.03; };
@@ -420,7 +420,7 @@ TEST(Contact, AHandlePullsUpToItsLimit) {
 
 TEST(Contact, ABladeFeelsItsResistance) {
     for (const double resistance : {0.0, 200.0}) {
-        World world(free_space(), threads(1));
+        World world(unsupported(), thread_pool(1));
         BodySettings block = rubber(0.0125);
         block.material.cutting_resistance = resistance;
         world.add_body(geometry::make_box(Vec3(0.1, 0.06, 0.05)), block);

@@ -17,7 +17,8 @@ using meshless::MaterialModel;
 using meshless::SolverKind;
 
 /// Straight edges that go all through what lies within `size` of the origin.
-void add_blades(body::World& world, int count, double size, double from, double until, std::uint64_t seed) {
+void add_random_blades(body::World& world, int count, double size, double from, double until,
+                       std::uint64_t seed) {
     Random random(seed);
     for (int k = 0; k < count; ++k) {
         const Vec3 along = random_direction(random);
@@ -102,7 +103,7 @@ TEST(Energy, AStretchedSphereWithVolumeStiffnessIsCutByExplicitSteps) {
         return motion;
     };
     body.add_constraint(pull);
-    add_blades(world, 20, 0.1, 0.5, 1.1, 1);
+    add_random_blades(world, 20, 0.1, 0.5, 1.1, 1);
     const Course course = run_course(world, 1.4, 0.4 + 1e-9);
     // A cut can leave more strain than there was; none of it may move anything.
     EXPECT_LT(course.most_kinetic, course.first);
@@ -120,7 +121,7 @@ TEST(Energy, ASpinningPlasticTorusIsShredded) {
     torus.material.plasticity = meshless::Plasticity{.yield = 0.02, .maximum = 0.3};
     torus.angular_velocity = Vec3(3, -5, 8);
     world.add_body(geometry::make_torus(0.1, 0.04), torus);
-    add_blades(world, 50, 0.14, 0.05, 0.9, 2);
+    add_random_blades(world, 50, 0.14, 0.05, 0.9, 2);
     const Course course = run_course(world, 1, 0);
     EXPECT_LT(course.most, 1.15 * course.first);
 }
@@ -152,7 +153,7 @@ TEST(Energy, AHangingBodyOfThinPartsIsCutByExplicitSteps) {
     mesh.append(moved(geometry::make_box(Vec3(0.3, 0.03, 0.03)), {0, 0, -0.02}));
     body::Body& body = world.add_body(mesh, puppet);
     body.add_constraint(hold_beyond({0, 0, 0.1}, Vec3::UnitZ()));
-    add_blades(world, 20, 0.1, 0.1, 0.7, 3);
+    add_random_blades(world, 20, 0.1, 0.1, 0.7, 3);
     const Course course = run_course(world, 0.8, 0);
     const double fallen = total_mass(body) * 9.81 * 0.5 * 9.81 * 0.8 * 0.8;  // m g h, J
     EXPECT_LT(course.most, course.first + 0.02 * fallen);

@@ -15,7 +15,7 @@ splitting::NodeGrid solid_of(const geometry::TriangleMesh& mesh, double cell) {
     return splitting::solidify(mesh, geometry::grid_around(mesh.bounds(), cell), report, parallel);
 }
 
-geometry::TriangleMesh turned(geometry::TriangleMesh mesh, const Vec3& axis, double angle) {
+geometry::TriangleMesh turned_by(geometry::TriangleMesh mesh, const Vec3& axis, double angle) {
     const Mat3 turn = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
     for (Vec3& p : mesh.positions) p = turn * p;
     return mesh;
@@ -27,7 +27,7 @@ TEST(ThinParts, EdgesAndCornersOfThickSolidsAreNotThin) {
             << thickness;
         EXPECT_EQ(thin_parts(solid_of(geometry::make_sphere(0.5, 4), 0.02), thickness).share, 0) << thickness;
         EXPECT_LT(
-            thin_parts(solid_of(turned(geometry::make_box(Vec3(1, 1.1, 1.3)), Vec3(1, 2, 3), 0.7), 0.03),
+            thin_parts(solid_of(turned_by(geometry::make_box(Vec3(1, 1.1, 1.3)), Vec3(1, 2, 3), 0.7), 0.03),
                        thickness)
                 .share,
             0.001)
@@ -40,7 +40,7 @@ TEST(ThinParts, APlateAndABarAreThinAllOverWhicheverWayTheyLie) {
     for (const Vec3& size : {plate, bar})
         for (const double angle : {0.0, 0.3, 0.785}) {
             const splitting::NodeGrid grid =
-                solid_of(turned(geometry::make_box(size), Vec3(1, 2, 0.5), angle), 0.015);
+                solid_of(turned_by(geometry::make_box(size), Vec3(1, 2, 0.5), angle), 0.015);
             EXPECT_LT(thin_parts(grid, 0.05).share, 0.005) << angle;
             const ThinParts found = thin_parts(grid, 0.16);
             EXPECT_EQ(found.share, 1) << angle;

@@ -17,7 +17,7 @@ Vec3 point_near(Random& random, double size) {
     return size * Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
 }
 
-TriangleMesh moved(TriangleMesh mesh, double scale, const Vec3& shift) {
+TriangleMesh scaled_and_shifted(TriangleMesh mesh, double scale, const Vec3& shift) {
     for (Vec3& p : mesh.positions) p = scale * p + shift;
     return mesh;
 }
@@ -150,7 +150,7 @@ TEST(WindingNumber, DoesNotDependOnScaleOrPlace) {
     for (const auto& [scale, offset, allowed] :
          {std::tuple{1e-6, 0.0, 1e-9}, {1e7, 0.0, 1e-9}, {1.0, 1e5, 1e-6}, {1e-3, 1.0, 1e-6}}) {
         const Vec3 shift = offset * Vec3(1, -0.7, 0.3);
-        const WindingNumber other(moved(mesh, scale, shift));
+        const WindingNumber other(scaled_and_shifted(mesh, scale, shift));
         for (int trial = 0; trial < 100; ++trial) {
             const Vec3 p = point_near(random, 0.8), q = scale * p + shift;
             const double exact = winding.exact_at(p);

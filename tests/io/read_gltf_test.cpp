@@ -14,11 +14,11 @@ namespace {
 geometry::TriangleMesh read(const std::string& text, ReadMeshReport* report = nullptr) {
     return read_mesh_from_memory(bytes_of(text), MeshFormat::gltf, "the-file", report);
 }
-std::string complaint(const std::string& text) {
+std::string gltf_complaint(const std::string& text) {
     return io::complaint(text, MeshFormat::gltf);
 }
-std::string complaint(const GltfSample& sample) {
-    return complaint(sample.embedded());
+std::string gltf_complaint(const GltfSample& sample) {
+    return gltf_complaint(sample.embedded());
 }
 
 }  // namespace
@@ -138,9 +138,9 @@ TEST(ReadGltf, NodesThatLoopOrMeetAreRefused) {
     GltfSample sample = box_sample();
     sample.json["nodes"] = {{{"mesh", 0}, {"children", {1}}}, {{"children", {0}}}};
     sample.json["scenes"] = {{{"nodes", {0}}}};
-    EXPECT_THAT(complaint(sample), HasSubstr("nodes[0]: is reached twice"));
+    EXPECT_THAT(gltf_complaint(sample), HasSubstr("nodes[0]: is reached twice"));
     sample.json["nodes"] = {{{"children", {1, 2}}}, {{"children", {3}}}, {{"children", {3}}}, {{"mesh", 0}}};
-    EXPECT_THAT(complaint(sample), HasSubstr("nodes[3]: is reached twice"));
+    EXPECT_THAT(gltf_complaint(sample), HasSubstr("nodes[3]: is reached twice"));
 }
 
 TEST(ReadGltf, DeepNodesAreNoTrouble) {
@@ -151,7 +151,7 @@ TEST(ReadGltf, DeepNodesAreNoTrouble) {
     nodes.push_back({{"mesh", 0}});
     sample.json["nodes"] = nodes;
     EXPECT_DOUBLE_EQ(read(sample.embedded()).volume(), 1);
-    EXPECT_THAT(complaint(std::string(100000, '[')), HasSubstr("JSON is malformed"));
+    EXPECT_THAT(gltf_complaint(std::string(100000, '[')), HasSubstr("JSON is malformed"));
 }
 
 TEST(ReadGltf, SmallFilesDoNotUnfoldWithoutBound) {
@@ -160,7 +160,7 @@ TEST(ReadGltf, SmallFilesDoNotUnfoldWithoutBound) {
     sample.json["meshes"] = {
         {{"primitives", {{{"attributes", {{"POSITION", sample.add_positions(many)}}}}}}}};
     for (int i = 0; i < 3000; ++i) sample.json["nodes"].push_back({{"mesh", 0}});
-    EXPECT_THAT(complaint(sample), HasSubstr("unfold"));
+    EXPECT_THAT(gltf_complaint(sample), HasSubstr("unfold"));
 }
 
 TEST(ReadGltf, SaysWhereAndWhatIsWrong) {
@@ -169,11 +169,11 @@ TEST(ReadGltf, SaysWhereAndWhatIsWrong) {
     const auto changed = [&](const char* pointer, const json& value) {
         GltfSample bad = good;
         bad.json[json::json_pointer(pointer)] = value;
-        return complaint(bad);
+        return gltf_complaint(bad);
     };
-    EXPECT_THAT(complaint("{\"asset\":"), HasSubstr("the-file at byte"));
-    EXPECT_THAT(complaint("[]"), HasSubstr("no object"));
-    EXPECT_THAT(complaint("{}"), HasSubstr("asset.version: is missing"));
+    EXPECT_THAT(gltf_complaint("{\"asset\":"), HasSubstr("the-file at byte"));
+    EXPECT_THAT(gltf_complaint("[]"), HasSubstr("no object"));
+    EXPECT_THAT(gltf_complaint("{}"), HasSubstr("asset.version: is missing"));
     EXPECT_THAT(changed("/asset/version", "1.0"), HasSubstr("asset.version: is '1.0'"));
     EXPECT_THAT(changed("/meshes", json::array()), HasSubstr("no triangles"));
     EXPECT_THAT(changed("/meshes", 5), HasSubstr("meshes: is no array"));
@@ -207,27 +207,27 @@ TEST(ReadGltf, SaysWhereAndWhatIsWrong) {
     std::string no_number;
     put(no_number, std::numeric_limits<float>::quiet_NaN());
     nan.binary.replace(4, 4, no_number);
-    EXPECT_THAT(complaint(nan), HasSubstr("accessors[0]: element 0 is not finite"));
+    EXPECT_THAT(gltf_complaint(nan), HasSubstr("accessors[0]: element 0 is not finite"));
 }
 
 TEST(ReadGltf, DamagedContainersAndBuffers) {
     const GltfSample good = box_sample();
     const std::string glb = good.glb();
-    EXPECT_THAT(complaint(glb.substr(0, glb.size() - 1)), HasSubstr("the header says"));
-    EXPECT_THAT(complaint(glb.substr(0, 8)), HasSubstr("the file ends within the GLB header"));
+    EXPECT_THAT(gltf_complaint(glb.substr(0, glb.size() - 1)), HasSubstr("the header says"));
+    EXPECT_THAT(gltf_complaint(glb.substr(0, 8)), HasSubstr("the file ends within the GLB header"));
     std::string other = glb;
     other[4] = 1;
-    EXPECT_THAT(complaint(other), HasSubstr("GLB version 1"));
+    EXPECT_THAT(gltf_complaint(other), HasSubstr("GLB version 1"));
     other = glb;
     other[15] = 1;  // the JSON chunk's length
-    EXPECT_THAT(complaint(other), HasSubstr("the file ends within a chunk"));
+    EXPECT_THAT(gltf_complaint(other), HasSubstr("the file ends within a chunk"));
     std::string text = good.embedded();
     text[text.find("base64,") + 9] = '!';
-    EXPECT_THAT(complaint(text), HasSubstr("buffers[0].uri: holds malformed base64"));
+    EXPECT_THAT(gltf_complaint(text), HasSubstr("buffers[0].uri: holds malformed base64"));
     GltfSample longer = good;
     longer.json["bufferViews"][0]["byteLength"] = 100000;
-    EXPECT_THAT(complaint(longer), HasSubstr("bufferViews[0]"));
-    EXPECT_THAT(complaint(good.referring("x.bin")), HasSubstr("data from memory cannot"));
+    EXPECT_THAT(gltf_complaint(longer), HasSubstr("bufferViews[0]"));
+    EXPECT_THAT(gltf_complaint(good.referring("x.bin")), HasSubstr("data from memory cannot"));
 }
 
 TEST(ReadGltf, BuffersLieInTheFilesFolderOnly) {

@@ -23,7 +23,7 @@ namespace {
 using namespace laws;
 using geometry::TriangleMesh;
 
-NodeGrid grid_of(const TriangleMesh& mesh, int cells) {
+NodeGrid closed_grid(const TriangleMesh& mesh, int cells) {
     static const Parallel parallel(2);
     SolidifyReport report;
     const double cell_size = geometry::cell_size_for(mesh.bounds(), cells);
@@ -76,7 +76,7 @@ std::vector<ConvexBody> convex_bodies() {
 TEST(SheetCut, APlaneMakesTwoOfAConvexBody) {
     Random random(1);
     for (const ConvexBody& body : convex_bodies()) {
-        const NodeGrid uncut = grid_of(body.mesh, 48);
+        const NodeGrid uncut = closed_grid(body.mesh, 48);
         const Surface skin(uncut);
         const double whole = extract(uncut, skin, Pieces(uncut)).mesh.volume();
         for (int trial = 0; trial < 6; ++trial) {
@@ -138,7 +138,7 @@ TEST(SheetCut, APlaneMakesTwoOfAConvexBody) {
 TEST(SheetCut, TheSameSheetAgainChangesNothing) {
     Random random(2);
     for (const ConvexBody& body : convex_bodies()) {
-        NodeGrid grid = grid_of(body.mesh, 24);
+        NodeGrid grid = closed_grid(body.mesh, 24);
         const TriangleMesh sheet =
             geometry::make_wavy_sheet(Vec3::Zero(), random_direction(random), 1, 40, 0.05, 0.4);
         const auto slots = cut_with_sheet(grid, sheet, 0);
@@ -158,7 +158,7 @@ TEST(SheetCut, OrderOfTwoSheetsDoesNotMatter) {
     for (const ConvexBody& body : convex_bodies()) {
         for (int trial = 0; trial < 5; ++trial) {
             // So far apart that no edge meets both; of an edge that does, the first hit stays.
-            const NodeGrid uncut = grid_of(body.mesh, 24);
+            const NodeGrid uncut = closed_grid(body.mesh, 24);
             const Vec3 normal = random_direction(random);
             const double apart = 2 * uncut.rest().cell_size;
             const TriangleMesh a = geometry::make_plane_sheet(-apart * normal, normal, 2);
@@ -179,7 +179,7 @@ TEST(SheetCut, OrderOfTwoSheetsDoesNotMatter) {
 TEST(SheetCut, OrderOfCrossingSheetsLeavesTheSamePieces) {
     Random random(4);
     for (int trial = 0; trial < 5; ++trial) {
-        const NodeGrid uncut = grid_of(geometry::make_sphere(0.5, 4), 24);
+        const NodeGrid uncut = closed_grid(geometry::make_sphere(0.5, 4), 24);
         const TriangleMesh a = geometry::make_plane_sheet(Vec3::Zero(), random_direction(random), 2);
         const TriangleMesh b = geometry::make_plane_sheet(Vec3::Zero(), random_direction(random), 2);
         const auto cut = [&](const TriangleMesh& first, const TriangleMesh& second) {
@@ -196,7 +196,7 @@ TEST(SheetCut, OrderOfCrossingSheetsLeavesTheSamePieces) {
 }
 
 TEST(SheetCut, AClosedMeshCutsOutItsInside) {
-    NodeGrid grid = grid_of(geometry::make_box(Vec3::Ones()), 32);
+    NodeGrid grid = closed_grid(geometry::make_box(Vec3::Ones()), 32);
     const TriangleMesh core = geometry::make_sphere(0.3, 4);
     EXPECT_FALSE(cut_with_sheet(grid, core, 0).empty());
     const Surface surface(grid);
@@ -211,7 +211,7 @@ TEST(SheetCut, AClosedMeshCutsOutItsInside) {
 }
 
 TEST(SheetCut, ASheetThatEndsInsideLeavesOnePiece) {
-    NodeGrid grid = grid_of(geometry::make_box(Vec3::Ones()), 24);
+    NodeGrid grid = closed_grid(geometry::make_box(Vec3::Ones()), 24);
     const double whole = extract(grid, Surface(grid), Pieces(grid)).mesh.volume();
     EXPECT_FALSE(
         cut_with_sheet(grid, geometry::make_plane_sheet(Vec3::Zero(), Vec3(0.1, 0.2, 1), 0.3), 0).empty());
@@ -225,7 +225,7 @@ TEST(SheetCut, ASheetThatEndsInsideLeavesOnePiece) {
 }
 
 TEST(SheetCut, ASheetOutsideCutsNothing) {
-    NodeGrid grid = grid_of(geometry::make_sphere(0.5, 3), 16);
+    NodeGrid grid = closed_grid(geometry::make_sphere(0.5, 3), 16);
     const std::size_t before = grid.crossings().size();
     EXPECT_TRUE(
         cut_with_sheet(grid, geometry::make_plane_sheet(Vec3(0, 0, 0.6), Vec3::UnitZ(), 2), 0).empty());
@@ -234,7 +234,7 @@ TEST(SheetCut, ASheetOutsideCutsNothing) {
 }
 
 TEST(SheetCut, RefusesASheetThatIsNotFinite) {
-    NodeGrid grid = grid_of(geometry::make_sphere(0.5, 3), 16);
+    NodeGrid grid = closed_grid(geometry::make_sphere(0.5, 3), 16);
     TriangleMesh sheet = geometry::make_plane_sheet(Vec3::Zero(), Vec3::UnitZ(), 2);
     sheet.positions[0][0] = std::numeric_limits<double>::infinity();
     EXPECT_THROW(cut_with_sheet(grid, sheet, 0), InputError);

@@ -16,7 +16,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-TriangleMesh box_between(const Vec3& low, const Vec3& high) {
+TriangleMesh corner_box(const Vec3& low, const Vec3& high) {
     TriangleMesh mesh = geometry::make_box(high - low);
     for (Vec3& p : mesh.positions) p += 0.5 * (low + high);
     return mesh;
@@ -39,14 +39,14 @@ TEST(SolidifyNotes, NoneOfSolidsThatAreWellHeld) {
 }
 
 TEST(SolidifyNotes, AFewGapEdgesAreCountedAndNotTold) {
-    TriangleMesh mesh = box_between(Vec3(0, 0, 0), Vec3(1, 1, 1));
-    const TriangleMesh second = box_between(Vec3(0, 0, 1.004), Vec3(1, 1, 2));
+    TriangleMesh mesh = corner_box(Vec3(0, 0, 0), Vec3(1, 1, 1));
+    const TriangleMesh second = corner_box(Vec3(0, 0, 1.004), Vec3(1, 1, 2));
     mesh.append(second);
     // All of a face is more than a few.
     EXPECT_THAT(notes(mesh, 40), ElementsAre(HasSubstr("gaps narrower than a cell of 0.05 m run along")));
     // A small foot above a large plate is not.
-    TriangleMesh foot = box_between(Vec3(0, 0, 0), Vec3(2, 2, 1));
-    foot.append(box_between(Vec3(0.9, 0.9, 1.004), Vec3(1.1, 1.1, 1.4)));
+    TriangleMesh foot = corner_box(Vec3(0, 0, 0), Vec3(2, 2, 1));
+    foot.append(corner_box(Vec3(0.9, 0.9, 1.004), Vec3(1.1, 1.1, 1.4)));
     static const Parallel parallel(2);
     SolidifyReport report;
     solidify(foot, geometry::grid_around(foot.bounds(), 0.0511), report, parallel);
@@ -56,8 +56,8 @@ TEST(SolidifyNotes, AFewGapEdgesAreCountedAndNotTold) {
 
 TEST(SolidifyNotes, WhatIsLostIsToldWithItsShareAndACellSizeThatKeepsIt) {
     // The plate has 2 % of the block's volume.
-    TriangleMesh mesh = box_between(Vec3(0, 0, 0), Vec3(1, 1, 1));
-    mesh.append(box_between(Vec3(0, 0, 1.41), Vec3(1, 1, 1.43)));
+    TriangleMesh mesh = corner_box(Vec3(0, 0, 0), Vec3(1, 1, 1));
+    mesh.append(corner_box(Vec3(0, 0, 1.41), Vec3(1, 1, 1.43)));
     const std::vector<std::string> said = notes(mesh, 24);
     ASSERT_THAT(said,
                 ElementsAre(testing::AllOf(HasSubstr("is lost, about "), HasSubstr("a cell size of 0.01"))));

@@ -42,7 +42,7 @@ void draw_centre_vertex(Svg& svg, const Vec2& at, const std::string& colour) {
 
 namespace {
 constexpr double turn = 28 * std::numbers::pi / 180, tilt = 24 * std::numbers::pi / 180;
-}
+}  // namespace
 
 Vec2 CellView::at(const Vec3& p) const {
     const double right = std::cos(turn) * p[0] + std::sin(turn) * p[1];

@@ -60,7 +60,7 @@ std::string list(const std::vector<std::string_view>& words) {
 }
 
 // The known word that is nearest, if it is near enough to be meant; else empty.
-std::string_view nearest_word(const std::string& word, const std::vector<std::string_view>& known) {
+std::string_view nearest_key(const std::string& word, const std::vector<std::string_view>& known) {
     // A long unknown key costs no more than a short one.
     const std::string_view start = std::string_view(word).substr(0, 100);
     const auto nearest = std::min_element(known.begin(), known.end(), [&](auto a, auto b) {
@@ -292,7 +292,7 @@ Object::Object(const Value& value, std::string_view kind) : value_(value), keys_
 
 void Object::note_unknown(const std::string& key) {
     const Source& source = value_.source();
-    const std::string_view meant = nearest_word(key, *keys_);
+    const std::string_view meant = nearest_key(key, *keys_);
     const JsonPath path = extended(value_.path(), {key, -1});
     Problem* noted = source.note(
         path, path, to_string(value_.path()) + " has the unknown key '" + printable(key) + "'",
