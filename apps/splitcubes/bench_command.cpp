@@ -189,13 +189,22 @@ int bench_contact_and_tearing(const BenchOptions& options) {
     return 0;
 }
 
-int bench(const BenchOptions& options) {
+void check_for_bench(const BenchOptions& options) {
     check_report_output(options.json);
     check_output_file(options.plot, {".svg"});
+    check_distinct({options.json, options.plot});
+    const std::string problem = "is not for benchmark '" + options.name + "'";
+    if (!options.meshes.empty() && options.name != "surface")
+        throw InputError(options.meshes.front(), problem, "meshes go with: surface");
+    if (!options.world.empty() && options.name != "contact")
+        throw InputError("--world", problem, "it goes with: contact");
+    if (!options.plot.empty() && options.name != "validation" && options.name != "criteria")
+        throw InputError("--plot", problem, "it goes with: validation, criteria");
+}
+
+int bench(const BenchOptions& options) {
+    check_for_bench(options);
     if (options.name == "surface") return bench_surface(options);
-    if (!options.meshes.empty())
-        throw InputError(options.meshes.front(), "is not asked for by benchmark '" + options.name + "'",
-                         "meshes go with: surface");
     if (options.name == "paper") return bench_paper(options);
     if (options.name == "occlusion") {
         write_json(options.json, bench_occlusion(options.runs));

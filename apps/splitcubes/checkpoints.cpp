@@ -3,14 +3,16 @@
 
 #include <splitcubes/body/checkpoint.h>
 #include <splitcubes/core/error.h>
+#include <splitcubes/core/memory.h>
 #include <splitcubes/io/atomic_file.h>
 #include <splitcubes/scene/inputs.h>
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/resolve.h>
 
+#include <cstdint>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
+#include <system_error>
 
 namespace splitcubes::app {
 
@@ -55,15 +57,28 @@ void Checkpoints::write(body::World& world, std::string_view metrics) const {
     io::write_file(folder_.add("checkpoint.bin"), body::encode_checkpoint(world, identity_, metrics));
 }
 
-RunOutput::Past Checkpoints::restore(body::World& world, const fs::path& from, int last_frame) const {
+std::string read_checkpoint(const fs::path& from) {
+    const char* const remedy = "give a checkpoint that 'run' wrote";
+    std::error_code error;
+    // A pipe or a device may never end.
+    if (fs::exists(from, error) && !fs::is_regular_file(from, error))
+        throw InputError(from.string(), "is not a file", remedy);
     std::ifstream file(from, std::ios::binary);
-    std::ostringstream bytes;
-    if (file) bytes << file.rdbuf();
-    if (!file || !bytes)
-        throw InputError(from.string(), "cannot be read", "give a checkpoint that 'run' wrote");
+    const std::uintmax_t size = file ? fs::file_size(from, error) : 0;
+    if (!file || error) throw InputError(from.string(), "cannot be read", remedy);
+    require_memory(from.string(), 2 * static_cast<double>(size), remedy);
+    std::string bytes(size, '\0');
+    if (!file.read(bytes.data(), static_cast<std::streamsize>(size)))
+        throw InputError(from.string(), "cannot be read", remedy);
+    body::check_checkpoint(bytes, from.string());
+    return bytes;
+}
+
+RunOutput::Past Checkpoints::restore(body::World& world, std::string_view bytes, const fs::path& from,
+                                     int last_frame) const {
     RunOutput::Past past;
     try {
-        past.metrics = body::restore_checkpoint(world, bytes.str(), identity_, from.string());
+        past.metrics = body::restore_checkpoint(world, bytes, identity_, from.string());
     } catch (const InputError& error) {
         const std::string differs = difference(from, description_);
         if (differs.empty()) throw;

@@ -13,6 +13,10 @@
 
 namespace splitcubes::app {
 
+/// The bytes of a checkpoint. Throws InputError for a file that is none, is damaged, or does not fit into
+/// memory; to be called before long work.
+std::string read_checkpoint(const std::filesystem::path& from);
+
 class Checkpoints {
   public:
     /// folder: where checkpoint.bin is kept. world: as the scene, whose inputs have been found, makes it,
@@ -23,8 +27,10 @@ class Checkpoints {
     std::filesystem::path file() const { return folder_.path() / "checkpoint.bin"; }
     /// Replaces the file; there is a whole one at any moment.
     void write(body::World& world, std::string_view metrics) const;
-    /// Throws InputError for a checkpoint that does not fit or lies beyond the last frame.
-    RunOutput::Past restore(body::World& world, const std::filesystem::path& from, int last_frame) const;
+    /// bytes: as read_checkpoint gave them. Throws InputError for a checkpoint that does not fit or lies
+    /// beyond the last frame.
+    RunOutput::Past restore(body::World& world, std::string_view bytes, const std::filesystem::path& from,
+                            int last_frame) const;
 
   private:
     OutputFolder& folder_;

@@ -348,6 +348,8 @@ void Command::read(const std::vector<std::string>& words_given) const {
     for (const Given& given : Reader(*this, words_given).read()) {
         try {
             given.argument->take(given.value);
+            if (given.value.empty() && !given.argument->flag())
+                throw InputError(given.argument->name(), "its value is empty");
         } catch (const InputError& error) {
             const std::string text_of = error.what(), where = given.argument->name();
             const bool placed = text_of.rfind(where + ": ", 0) == 0;

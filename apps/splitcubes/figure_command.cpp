@@ -33,6 +33,7 @@ int draw_weight_figure(const FigureOptions& options) {
                          "give -o FILE.png");
     check_output_file(options.out);
     check_output_file(options.csv);
+    check_distinct({options.out, options.csv});
     figures::draw_weights(options.out);
     std::cout << options.out << ": weights around a phyxel beside cuts, by criterion\n";
     if (options.csv.empty()) return 0;

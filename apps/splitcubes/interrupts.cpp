@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <ctime>
@@ -56,12 +57,19 @@ bool comes_again(const sigset_t& set, long milliseconds) {
     return got > 0;
 }
 
+// One request may come as several signals: `timeout` sends one to the process and one to its group.
+void let_signals_pass(const sigset_t& set, long milliseconds) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+    while (comes_again(set, 0)) continue;
+}
+
 void wait_for_signals() {
-    constexpr long grace = 700;  // ms
+    constexpr long settling = 250, grace = 450;  // ms
     const sigset_t set = watched_signals();
     int signal_number = 0;
     while (sigwait(&set, &signal_number) != 0) continue;
     is_interrupted = true;
+    let_signals_pass(set, settling);
     while (!comes_again(set, grace) && patient > 0) continue;
     end_at_once();
 }

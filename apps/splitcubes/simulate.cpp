@@ -138,6 +138,7 @@ int simulate(const scene::SceneDescription& wanted, const RunOptions& options,
     scene::SceneDescription description = wanted;
     OutputFolder folder(options.out, run_folder, options.force, files_read(options, description));
     check_recording(options.record, description, folder);
+    const std::string checkpoint = options.resume.empty() ? std::string() : read_checkpoint(options.resume);
     scene::find_inputs(description, std::vector<fs::path>(options.inputs.begin(), options.inputs.end()));
     scene::BuildReport built;
     const std::unique_ptr<body::World> world = make_world(description, built);
@@ -146,7 +147,8 @@ int simulate(const scene::SceneDescription& wanted, const RunOptions& options,
 
     const Checkpoints checkpoints(folder, description, *world);
     RunOutput::Past past;
-    if (!options.resume.empty()) past = checkpoints.restore(*world, options.resume, description.frames);
+    if (!options.resume.empty())
+        past = checkpoints.restore(*world, checkpoint, options.resume, description.frames);
     const InputCopies copies(description, built);
     description = begin_folder(folder, copies, past.frame, built.models);
     const scene::SceneDescription recorded = recorded_scene(options.record, description, copies);

@@ -204,7 +204,7 @@ TEST_F(CommandLine, BadTargetsAreFoundBeforeAnythingIsRead) {
     }
     expect_line({"surface", "missing.obj", "-o", "x.ply", "--report", "no/r.json"}, {"no/r.json"});
     expect_line({"surface", "missing.obj", "-o", "x.ply", "--picture", "p.jpg"}, {"p.jpg", ".png"});
-    expect_line({"surface", "missing.obj", "-o", ""}, {"--output: names no file"});
+    expect_line({"surface", "missing.obj", "-o", ""}, {"--output: its value is empty"});
     expect_line({"cut", "missing.obj", "--plane", "x=0", "-o", "x.ply", "--pieces", "file"},
                 {"file: is a file"});
     expect_line({"cut", "missing.obj", "--plane", "x=0", "-o", "x.ply", "--pieces", "file/sub"},
@@ -275,6 +275,15 @@ TEST_F(CommandLine, ValidateTellsReasonsOfAllFiles) {
 }
 
 // Lines of words that mean something, in any order, and some that mean nothing.
+TEST_F(CommandLine, EmptyValuesAreRefused) {
+    for (const char* option : {"--resume", "--record"})
+        expect_refused({"run", "scene.json", "-o", "out", option, ""},
+                       std::string(option) + ": its value is empty");
+    expect_refused({"run", "scene.json", "-o", ""}, "--output: its value is empty");
+    expect_refused({"cut", "box.ply", "-o", "x.ply", "--pieces="}, "--pieces: its value is empty");
+    expect_refused({"run", "", "-o", "out"}, "SCENE: is an empty name");
+}
+
 TEST_F(CommandLine, NoLineCrashesOrSpeaksForALibrary) {
     write_text(in("scene.json"), scene);
     write_text(in("bad.json"), "{\"time_step\": 1e999, \"bodies\": [");

@@ -9,8 +9,10 @@
 #include <splitcubes/render/image.h>
 #endif
 
+#include <chrono>
 #include <cmath>
 #include <set>
+#include <thread>
 
 namespace splitcubes::app_test {
 namespace {
@@ -221,9 +223,13 @@ TEST_F(Run, AnInterruptEndsItWithWholeFiles) {
                     seen = count;
                     if (count < 5) return true;
                     kill(child, signal_number);
+                    // As `timeout` does: to the process, then to its group.
+                    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+                    kill(child, signal_number);
                     return false;
                 });
         EXPECT_EQ(ended.code, 1);
+        EXPECT_TRUE(fs::exists(in("out/checkpoint.bin")));
         const std::vector<std::string> said = lines_of(ended.err);
         ASSERT_FALSE(said.empty());
         EXPECT_EQ(said.back().rfind("interrupted after frame ", 0), 0U) << ended.err;
@@ -294,6 +300,12 @@ TEST_F(Run, ACheckpointFitsItsOwnSceneOnly) {
     expect_refused(with({"--set", "time_step=0.01"}), "out/checkpoint.bin");
     expect_refused(with({"--frames", "2"}), "--frames");
     expect_refused({"run", "block.json", "-o", "x", "--resume", "nowhere.bin"}, "nowhere.bin");
+    // Before anything is set up, and not without an end.
+    expect_refused({"run", "block.json", "-o", "x", "--resume", "/dev/zero"}, "/dev/zero: is not a file");
+    expect_refused({"run", "block.json", "-o", "x", "--resume", "."}, ".: is not a file");
+    write_text(in("cut-off.bin"), text_of(in("out/checkpoint.bin")).substr(0, 1000));
+    expect_refused({"run", "block.json", "-o", "x", "--resume", "cut-off.bin"}, "is damaged or cut off");
+    EXPECT_FALSE(fs::exists(in("x")));
     expect_refused({"run", "block.json", "-o", "x", "--resume", "block.json"}, "block.json");
     EXPECT_FALSE(fs::exists(in("x")));
     EXPECT_EQ(run(with({"--set", "output.every_nth_frame=2"})).code, 0);

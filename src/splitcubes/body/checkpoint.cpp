@@ -28,6 +28,21 @@ struct Head {
     std::uint64_t identity = 0, length = 0, checksum = 0;
 };
 
+Head checked_head(std::string_view bytes, const std::string& name) {
+    if (!bytes.starts_with(any_signature))
+        throw InputError(name, "is no checkpoint", "give a file that 'run --checkpoint-every' wrote");
+    if (!bytes.starts_with(signature))
+        throw InputError(name, "is a checkpoint of another version of the program",
+                         "go on with the version that wrote it, or start again");
+    bytes.remove_prefix(signature.size());
+    Head head;
+    if (bytes.size() >= sizeof head) std::memcpy(&head, bytes.data(), sizeof head);
+    if (bytes.size() < sizeof head || bytes.size() - sizeof head != head.length ||
+        checksum(bytes.substr(sizeof head)) != head.checksum)
+        throw InputError(name, "is damaged or cut off", "go back to an earlier checkpoint, or start again");
+    return head;
+}
+
 }  // namespace
 
 std::string encode_checkpoint(World& world, std::string_view identity, std::string_view notes) {
@@ -43,19 +58,14 @@ std::string encode_checkpoint(World& world, std::string_view identity, std::stri
     return out += bytes;
 }
 
+void check_checkpoint(std::string_view bytes, const std::string& name) {
+    checked_head(bytes, name);
+}
+
 std::string restore_checkpoint(World& world, std::string_view bytes, std::string_view identity,
                                const std::string& name) {
-    if (!bytes.starts_with(any_signature))
-        throw InputError(name, "is no checkpoint", "give a file that 'run --checkpoint-every' wrote");
-    if (!bytes.starts_with(signature))
-        throw InputError(name, "is a checkpoint of another version of the program",
-                         "go on with the version that wrote it, or start again");
+    const Head head = checked_head(bytes, name);
     bytes.remove_prefix(signature.size());
-    Head head;
-    if (bytes.size() >= sizeof head) std::memcpy(&head, bytes.data(), sizeof head);
-    if (bytes.size() < sizeof head || bytes.size() - sizeof head != head.length ||
-        checksum(bytes.substr(sizeof head)) != head.checksum)
-        throw InputError(name, "is damaged or cut off", "go back to an earlier checkpoint, or start again");
     if (head.identity != checksum(identity))
         throw InputError(name, "is a checkpoint of another scene",
                          "give the scene it was made from; only frames, threads and output may differ");

@@ -14,6 +14,10 @@ namespace splitcubes::body {
 /// order and this version of the library.
 std::string encode_checkpoint(World& world, std::string_view identity, std::string_view notes = {});
 
+/// Throws InputError, whose place is `name`, for bytes that are no checkpoint of this version of the
+/// library, are cut off or damaged. What they hold is not looked at.
+void check_checkpoint(std::string_view bytes, const std::string& name);
+
 /// Puts the state into a world that was made from the same settings, bodies and tools and that
 /// has not made a step. Every further step then gives, to the last bit, what it would have
 /// given in the first. Returns the notes. Throws InputError, whose place is `name`, for

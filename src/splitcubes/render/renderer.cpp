@@ -85,13 +85,26 @@ struct Renderer::Impl {
         }
     }
 
+    // Drivers have limits that they do not tell.
+    void make_screen(const RenderOptions& wanted) {
+        try {
+            screen.emplace(wanted.width, wanted.height, wanted.samples);
+        } catch (const JobError&) {
+            throw InputError(
+                "picture of " + std::to_string(wanted.width) + " x " + std::to_string(wanted.height),
+                "is larger than this OpenGL draws with " + std::to_string(wanted.samples) +
+                    " samples a pixel",
+                "choose a smaller one");
+        }
+    }
+
     void take(const RenderOptions& wanted) {
         check_options(wanted);
         if (!shadow || wanted.shadow_map_size != options.shadow_map_size)
             shadow.emplace(wanted.shadow_map_size);
         if (!screen || wanted.width != options.width || wanted.height != options.height ||
             wanted.samples != options.samples) {
-            screen.emplace(wanted.width, wanted.height, wanted.samples);
+            make_screen(wanted);
         }
         options = wanted;
     }
