@@ -96,7 +96,7 @@ set(SPLITCUBES_TEST_PARTS_splitting 3)
 set(SPLITCUBES_TEST_PARTS_meshless 3)
 set(SPLITCUBES_TEST_PARTS_body 6)
 set(SPLITCUBES_TEST_PARTS_laws 4)
-set(SPLITCUBES_TEST_PARTS_app 2)
+set(SPLITCUBES_TEST_PARTS_app 4)
 
 function(splitcubes_tests name)
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
