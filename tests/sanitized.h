@@ -1,17 +1,11 @@
 #pragma once
 
-// Whether the tests run with address or thread sanitizer, whose own tables count as
-// memory of the process: limits of memory cannot be set there.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define SPLITCUBES_SANITIZED 1
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define SPLITCUBES_SANITIZED 1
-#endif
-#endif
+#include <splitcubes/core/sanitizers.h>
 
-#ifdef SPLITCUBES_SANITIZED
-constexpr bool memory_can_be_limited = false;
+/// Programs start ten times as slowly then, and the sanitizer's own tables count as memory of the process:
+/// no limit of memory can be set.
+#if defined(SPLITCUBES_ADDRESS_SANITIZER) || defined(SPLITCUBES_THREAD_SANITIZER)
+constexpr bool is_sanitized = true;
 #else
-constexpr bool memory_can_be_limited = true;
+constexpr bool is_sanitized = false;
 #endif

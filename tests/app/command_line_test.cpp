@@ -1,6 +1,7 @@
 // The command line itself: help, versions, values, lists, messages; and that no line whatever
 // makes it crash or speak in the words of a library.
 #include "app/program.h"
+#include "sanitized.h"
 
 #include <splitcubes/core/random.h>
 #include <splitcubes/geometry/shapes.h>
@@ -371,11 +372,7 @@ TEST_F(CommandLine, NoLineCrashesOrSpeaksForALibrary) {
                               ".",
                               "/dev/null",
                               "--record"};
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-    constexpr int lines = 60;  // a start of the program takes ten times as long
-#else
-    constexpr int lines = 250;
-#endif
+    constexpr int lines = is_sanitized ? 60 : 250;
     Random random(20260);
     int done = 0;
     for (int k = 0; k < lines; ++k) {

@@ -1,4 +1,5 @@
 #include <splitcubes/core/parallel.h>
+#include <splitcubes/core/sanitizers.h>
 
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
@@ -8,14 +9,14 @@
 #include <atomic>
 #include <cassert>
 #include <thread>
-#if defined(__SANITIZE_THREAD__)
+#if defined(SPLITCUBES_THREAD_SANITIZER)
 #include <exception>
 #include <mutex>
 #endif
 
 namespace splitcubes {
 
-#if defined(__SANITIZE_THREAD__)
+#if defined(SPLITCUBES_THREAD_SANITIZER)
 namespace {
 // ThreadSanitizer cannot see the synchronisation inside the packaged TBB and would
 // report races that are none. In its builds plain threads take the chunks instead.
@@ -93,7 +94,7 @@ void Parallel::for_chunks(std::size_t count, std::size_t grain,
         for (std::size_t chunk = 0; chunk < chunk_count; ++chunk) run_chunk(chunk);
         return;
     }
-#if defined(__SANITIZE_THREAD__)
+#if defined(SPLITCUBES_THREAD_SANITIZER)
     run_on_threads(pool_->thread_count, chunk_count, run_chunk);
 #else
     pool_->arena.execute(
