@@ -127,5 +127,40 @@ TEST(Advice, bodies_that_begin_in_the_ground_are_told) {
                 IsEmpty());
 }
 
+// What the notes say of an overlap is what the first steps do.
+TEST(Advice, what_is_told_of_an_overlap_is_what_it_comes_to) {
+    const auto fastest = [](const std::string& text) {
+        BuildReport report;
+        const auto world =
+            build_world(parse_scene_text(text, "x.json", "/"), std::make_shared<const Parallel>(2), report);
+        double out = 0;
+        for (int k = 0; k < 3; ++k) out = std::max(out, world->step().top_speed);
+        return out;
+    };
+    const std::string still = R"(, "gravity": [0, 0, 0])";
+    for (const std::string shift : {"0.87", "0.6", "0.5"}) {
+        const std::string two = scene(
+            body("a", "[1, 1, 1]", R"("cells": 16, "phyxel_count": 100)") + "," +
+                body("b", "[1, 1, 1]",
+                     R"("cells": 16, "phyxel_count": 100, "placement": {"position": [)" + shift + ", 0, 0]}"),
+            still + R"(, "contact": {"pieces": true})");
+        const bool seen = shift == "0.87";
+        EXPECT_THAT(notes(two), ElementsAre(testing::AllOf(testing::Not(HasSubstr("throws")),
+                                                           HasSubstr(seen ? "contact keeps that as it is"
+                                                                          : "go through each other"))))
+            << shift;
+        EXPECT_LT(fastest(two), 1e-6) << shift;
+    }
+    const std::string ground = still + R"(, "ground": {"height": -0.3})";
+    const std::string cube = R"("cells": 16, "phyxel_count": 100)";
+    const std::string soft = scene(body("a", "[1, 1, 1]", cube), ground);
+    EXPECT_THAT(notes(soft), ElementsAre(HasSubstr("inside 'ground', which lifts it out slowly")));
+    EXPECT_LT(fastest(soft), 1e-6);
+    const std::string springs =
+        scene(body("a", "[1, 1, 1]", cube + R"(, "deformation": {"mass_spring": {}})"), ground);
+    EXPECT_THAT(notes(springs), ElementsAre(HasSubstr("inside 'ground', which throws it out")));
+    EXPECT_GT(fastest(springs), 1);
+}
+
 }  // namespace
 }  // namespace splitcubes::scene

@@ -132,6 +132,16 @@ geometry::Box common_nodes(const splitting::NodeGrid& a, const splitting::NodeGr
 // More pairs than these are counted only.
 constexpr std::size_t told_pairs = 5;
 
+// Contact takes an overlap for where its springs begin, and believes none that is deeper than a spacing
+// (docs/contact.md).
+std::string fate_of_overlap(const body::Body& a, const body::Body& b, double depth) {
+    const double believed = std::max(a.phyxel_spacing(), b.phyxel_spacing());
+    const std::string stays = "contact keeps that as it is, and undoes little of it";
+    if (depth < believed) return stays;
+    return "where that is deeper than a phyxel spacing (" + rounded(believed) +
+           " m) contact does not see it, and they go through each other";
+}
+
 void note_body_overlaps(const body::World& world, Notes& notes) {
     const auto& bodies = world.bodies();
     std::vector<geometry::Box> bounds;
@@ -153,24 +163,36 @@ void note_body_overlaps(const body::World& world, Notes& notes) {
             notes.push_back({bodies[a]->name(),
                              "overlaps '" + bodies[b]->name() + "' at the start, over " + rounded(size[0]) +
                                  " x " + rounded(size[1]) + " x " + rounded(size[2]) +
-                                 " m: contact throws them apart; place them apart, or take "
-                                 "contact.pieces out"});
+                                 " m: " + fate_of_overlap(*bodies[a], *bodies[b], size.minCoeff() + cell) +
+                                 "; place them apart"});
         }
     if (found > told_pairs)
         notes.push_back({"scene", std::to_string(found - told_pairs) + " more pairs of bodies overlap"});
 }
 
-void note_collider_overlaps(const body::World& world, Notes& notes) {
+// Nodes of masses and springs are put on the ground at once. Contact lifts phyxels out little by little.
+std::string fate_in_collider(const body::Body& body) {
+    if (body.is_carried()) return "which throws it out";
+    return "which lifts it out slowly, and only while something presses on it";
+}
+
+void note_collider_overlaps(const body::World& world, std::span<const std::uint8_t> prescribed,
+                            Notes& notes) {
     std::size_t found = 0;
-    for (const auto& body : world.bodies())
-        for (const body::Collider& collider : world.colliders()) {
-            const Isometry own = collider.at(0).inverse();
+    const auto& colliders = world.colliders();
+    for (std::size_t b = 0; b < world.bodies().size(); ++b)
+        for (std::size_t c = 0; c < colliders.size(); ++c) {
+            const auto& body = world.bodies()[b];
+            const bool is_ground = c == 0 && world.settings().ground.has_value();
+            // Masses and springs meet nothing but the ground.
+            if (prescribed[b] != 0 || (body->is_carried() && !is_ground)) continue;
+            const Isometry own = colliders[c].at(0).inverse();
             double deepest = 0;
             for (const Vec3& p : body->vertex_positions())
-                deepest = std::max(deepest, -collider.solid->at(own * p).distance);
+                deepest = std::max(deepest, -colliders[c].solid->at(own * p).distance);
             if (deepest < body->grid().rest().cell_size || ++found > told_pairs) continue;
-            notes.push_back({body->name(), "begins " + rounded(deepest) + " m inside '" + collider.name +
-                                               "', which throws it out; place it outside"});
+            notes.push_back({body->name(), "begins " + rounded(deepest) + " m inside '" + colliders[c].name +
+                                               "', " + fate_in_collider(*body) + "; place it outside"});
         }
     if (found > told_pairs)
         notes.push_back(
@@ -238,9 +260,9 @@ void note_damping_step(const body::World& world, Notes& notes) {
     }
 }
 
-void note_overlaps(const body::World& world, Notes& notes) {
+void note_overlaps(const body::World& world, std::span<const std::uint8_t> prescribed, Notes& notes) {
     if (world.settings().contact.pieces) note_body_overlaps(world, notes);
-    note_collider_overlaps(world, notes);
+    note_collider_overlaps(world, prescribed, notes);
 }
 
 }  // namespace splitcubes::scene

@@ -3,6 +3,8 @@
 
 #include <splitcubes/body/world.h>
 
+#include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,8 +17,9 @@ using Notes = std::vector<std::pair<std::string, std::string>>;  // what it is a
 void note_few_phyxels(const body::World& world, Notes& notes);
 /// Bodies whose slowest vibration, slow enough to be seen, the time step damps away.
 void note_damping_step(const body::World& world, Notes& notes);
-/// Bodies that begin inside each other, where that pushes them apart, or inside colliders.
-void note_overlaps(const body::World& world, Notes& notes);
+/// Bodies that begin inside each other, where they would push on each other, or inside colliders.
+/// prescribed: per body, whether its keyframes alone move it.
+void note_overlaps(const body::World& world, std::span<const std::uint8_t> prescribed, Notes& notes);
 
 /// The share of the swing of a vibration (rad/s) that an implicit integrator leaves after a period.
 double kept_per_period(double angular_frequency, double time_step, bool bdf2);

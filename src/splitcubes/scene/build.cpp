@@ -321,9 +321,13 @@ std::unique_ptr<body::World> build_world(
                                     "nothing presses on its sides, and their friction is zero: what does is "
                                     "found with contact.pieces"});
     }
+    world->parallel().begin("advice");
+    std::vector<std::uint8_t> prescribed;
+    for (const BodyDescription& b : scene.bodies)
+        prescribed.push_back(b.deformation && std::holds_alternative<FreeFormDescription>(*b.deformation));
     note_few_phyxels(*world, report.notes);
     note_damping_step(*world, report.notes);
-    note_overlaps(*world, report.notes);
+    note_overlaps(*world, prescribed, report.notes);
     return world;
 }
 
