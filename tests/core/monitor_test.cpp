@@ -2,6 +2,8 @@
 #include <splitcubes/core/parallel.h>
 
 #include <atomic>
+#include <map>
+#include <mutex>
 
 using namespace splitcubes;
 
@@ -22,7 +24,54 @@ class Counter : public Monitor {
     std::size_t limit = 1000000;
 };
 
+// How far each stage was, of those with one name.
+class Recorder : public Monitor {
+  public:
+    void begin(const std::string& stage) override {
+        const std::lock_guard lock(mutex_);
+        stage_ = stage;
+    }
+    void advance(std::size_t done, std::size_t total) override {
+        const std::lock_guard lock(mutex_);
+        const double now = static_cast<double>(done) / static_cast<double>(total);
+        backwards += now < part[stage_];
+        part[stage_] = now;
+    }
+    bool cancelled() const override { return false; }
+
+    std::map<std::string, double> part;
+    int backwards = 0;
+
+  private:
+    std::mutex mutex_;
+    std::string stage_;
+};
+
 }  // namespace
+
+TEST(Monitor, NothingGoesBackwardsUnderOneName) {
+    for (const int threads : {1, 4}) {
+        Recorder recorder;
+        Parallel parallel(threads);
+        parallel.watch(&recorder);
+        for (const char* stage : {"a", "b", "a"}) {
+            parallel.begin(stage);
+            for (int loop = 0; loop < 3; ++loop)
+                parallel.for_each(200, 1, [&](std::size_t i) {
+                    if (i % 50 == 0) parallel.for_each(50, 1, [](std::size_t) {});
+                });
+            parallel.for_each(7, 1, [](std::size_t) {});
+        }
+        EXPECT_EQ(recorder.backwards, 0);
+        std::vector<std::string> names;
+        for (const auto& [name, part] : recorder.part) {
+            names.push_back(name);
+            EXPECT_EQ(part, 1) << name;
+        }
+        EXPECT_EQ(names, (std::vector<std::string>{"a", "a, pass 2", "a, pass 3", "a, pass 4", "a, pass 5",
+                                                   "a, pass 6", "b", "b, pass 2", "b, pass 3"}));
+    }
+}
 
 TEST(Monitor, HearsOfStagesAndOfEveryChunk) {
     for (const int threads : {1, 3}) {

@@ -64,7 +64,8 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
     : settings_(settings),
       grid_(splitting::solidify(placed, geometry::grid_around(placed.bounds(), settings.cell_size),
                                 solidify_report_, parallel)),
-      surface_(std::make_unique<splitting::Surface>(grid_)),
+      surface_((parallel.begin("body '" + settings_.name + "': surface"),
+                std::make_unique<splitting::Surface>(grid_))),
       pieces_(std::make_unique<splitting::Pieces>(grid_)),
       occluders_(grid_.rest().origin, grid_.rest().cell_size, grid_.rest().node_count),
       changes_(grid_.rest()),
@@ -90,6 +91,7 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
         tearing_ = std::make_unique<Tearing>(*settings_.tearing, settings_.material, grid_, phyxels_,
                                              neighbourhoods_);
     if (settings_.deformation) make_deformation();
+    parallel.begin("body '" + settings_.name + "': skin");
     track_surface_nodes();
     const StepContext at_rest{0, 0, Vec3::Zero(), {}, {}, {}, parallel};
     StepReport report;

@@ -8,10 +8,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cassert>
+#include <map>
+#include <mutex>
 #include <thread>
 #if defined(SPLITCUBES_THREAD_SANITIZER)
 #include <exception>
-#include <mutex>
 #endif
 
 namespace splitcubes {
@@ -47,12 +48,51 @@ struct Parallel::Pool {
         : control(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)),
           arena(threads),
           thread_count(threads) {}
+    class Tale;
+    std::string label() const {
+        const int pass = passes.at(stage);
+        return pass > 1 ? stage + ", pass " + std::to_string(pass) : stage;
+    }
     // Lets an arena be larger than the machine, so that determinism can be tried
     // with more threads than cores.
     tbb::global_control control;
     tbb::task_arena arena;
     int thread_count;
     Monitor* monitor = nullptr;
+    std::string stage;
+    std::map<std::string, int> passes;  // per stage, of loops that told how far they are
+    std::atomic<bool> is_told{false};   // how far a loop is
+};
+
+// How far a loop is, as the monitor hears it. Each loop of a stage but the first is a pass with a name of
+// its own, so that nothing under one name goes backwards. What runs inside a loop is part of that.
+class Parallel::Pool::Tale {
+  public:
+    Tale(Pool& pool, std::size_t total) : pool_(pool), total_(total) {
+        constexpr std::size_t least = 8;  // chunks; of fewer there is little to tell
+        if (pool.monitor == nullptr || total < least) return;
+        tells_ = !pool.is_told.exchange(true);
+        if (tells_ && pool.passes[pool.stage]++ > 0) pool.monitor->begin(pool.label());
+    }
+    ~Tale() {
+        if (tells_) pool_.is_told = false;
+    }
+    Tale(const Tale&) = delete;
+    Tale& operator=(const Tale&) = delete;
+
+    // Any thread may come, and none tells less than another has told.
+    void add() {
+        if (!tells_) return;
+        const std::lock_guard lock(mutex_);
+        pool_.monitor->advance(++done_, total_);
+    }
+
+  private:
+    Pool& pool_;
+    std::size_t total_;
+    bool tells_ = false;
+    std::mutex mutex_;
+    std::size_t done_ = 0;
 };
 
 Parallel::Parallel(int thread_count)
@@ -69,6 +109,8 @@ int Parallel::thread_count() const {
 
 void Parallel::watch(Monitor* monitor) {
     pool_->monitor = monitor;
+    pool_->passes.clear();
+    pool_->stage.clear();
 }
 
 void Parallel::check() const {
@@ -77,18 +119,21 @@ void Parallel::check() const {
 
 void Parallel::begin(const std::string& stage) const {
     check();
-    if (pool_->monitor) pool_->monitor->begin(stage);
+    if (!pool_->monitor) return;
+    pool_->stage = stage;
+    // One that comes again goes on with its passes.
+    pool_->monitor->begin(pool_->passes[stage] == 0 ? stage : pool_->label());
 }
 
 void Parallel::for_chunks(std::size_t count, std::size_t grain,
                           const std::function<void(std::size_t, std::size_t)>& body) const {
     assert(grain > 0);
     const std::size_t chunk_count = (count + grain - 1) / grain;
-    std::atomic<std::size_t> done{0};
+    Pool::Tale tale(*pool_, chunk_count);
     const auto run_chunk = [&](std::size_t chunk) {
         check();
         body(chunk * grain, std::min(count, (chunk + 1) * grain));
-        if (pool_->monitor) pool_->monitor->advance(++done, chunk_count);
+        tale.add();
     };
     if (chunk_count <= 1 || pool_->thread_count == 1) {
         for (std::size_t chunk = 0; chunk < chunk_count; ++chunk) run_chunk(chunk);
