@@ -17,7 +17,7 @@ cd "$root"
 jobs=${JOBS:-$(nproc)}
 fuzz_seconds=${FUZZ_SECONDS:-30}
 # Seconds. The sum of all is the budget of --all.
-declare -A budget=([release]=540 [debug]=810 [tsan]=600 [fuzz]=420 [format]=30 [tidy]=3600)
+declare -A budget=([release]=540 [debug]=900 [tsan]=420 [fuzz]=400 [format]=30 [tidy]=3600)
 # A precompiled header is the same to the compiler cache when its contents are.
 export CCACHE_SLOPPINESS=${CCACHE_SLOPPINESS:-pch_defines,time_macros}
 
