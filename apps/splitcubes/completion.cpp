@@ -28,6 +28,12 @@ std::vector<std::string> option_names(const Command& command) {
     return out;
 }
 
+const Argument* first_positional(const Command& command) {
+    for (const Argument& argument : command.arguments)
+        if (argument.positional()) return &argument;
+    return nullptr;
+}
+
 const Argument* last_positional(const Command& command) {
     const Argument* out = nullptr;
     for (const Argument& argument : command.arguments)
@@ -98,9 +104,12 @@ _splitcubes() {
         }
     out += "    esac\n    case \"$command\" in\n";
     for (const Command& command : line.commands) {
-        const Argument* plain = last_positional(command);
+        const Argument *first = first_positional(command), *plain = last_positional(command);
         out += "        " + command.name + ")\n            if [[ $cur == -* ]]; then\n" +
                "                _splitcubes_words '" + joined(option_names(command)) + "'\n" +
+               (first != plain ? "            elif ((COMP_CWORD == 2)); then\n                " +
+                                     bash_value(first->completion) + "\n"
+                               : "") +
                "            else\n                " +
                (plain != nullptr ? bash_value(plain->completion) : "return") + "\n            fi ;;\n";
     }
