@@ -117,8 +117,18 @@ void note_idle_cutters(const CutOptions& options, std::vector<Cutter>& cutters,
                        const splitting::NodeGrid& grid, const geometry::Box& body, const Parallel& parallel) {
     for (Cutter& cutter : cutters) {
         if (!is_idle(cutter)) continue;
-        const IdleCutter idle{bounds_of(cutter),     body,         edges_crossed(cutter, grid, parallel),
-                              grid.rest().cell_size, options.mesh, "cell size"};
+        const cutting::Blade* blade = cutter.blade ? &*cutter.blade : nullptr;
+        const IdleCutter idle{
+            .cutter = bounds_of(cutter),
+            .body = body,
+            .crossed = edges_crossed(cutter, grid, parallel),
+            .cell_size = grid.rest().cell_size,
+            .body_name = options.mesh,
+            .cell_option = "cell size",
+            .unit = options.scale.unit(),
+            .sweeps_nothing =
+                blade != nullptr && sweeps_nothing(*blade, blade->active_from(), blade->active_until()),
+            .plane = cutter.plane};
         cutter.idle_reason = idle_reason(idle.crossed);
         print_notes(cutter.what(), {idle_note(idle)});
     }

@@ -47,6 +47,7 @@ Cutter make_plane(const CutterOption& option, const MeshScale& scale, bool close
     Cutter out;
     out.file = "plane " + option.text;
     out.is_plane = true;
+    out.plane = plane;
     out.sheet = closed ? geometry::half_space_within(plane, box) : geometry::plane_sheet(plane, box);
     return out;
 }

@@ -30,6 +30,7 @@ struct Cutter {
     geometry::TriangleMesh sheet;
     std::optional<cutting::Blade> blade;
     bool is_plane = false;
+    std::optional<geometry::CuttingPlane> plane = {};  // m
     std::size_t cut_edges = 0;
     bool encloses = false;         // a piece lies inside
     std::string idle_reason = {};  // of one that cut nothing: why

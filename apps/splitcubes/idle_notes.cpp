@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <sstream>
 
 namespace splitcubes::app {
@@ -22,8 +24,31 @@ std::string text_of(const Vec3& p) {
     return '(' + short_number(p[0]) + ", " + short_number(p[1]) + ", " + short_number(p[2]) + ')';
 }
 
-std::string text_of(const geometry::Box& box) {
-    return text_of(box.min) + " to " + text_of(box.max) + " m";
+std::string text_of(double length, const geometry::LengthUnit& unit) {
+    return short_number(unit.from_metres(length)) + ' ' + std::string(unit.name);
+}
+
+std::string text_of(const geometry::Box& box, const geometry::LengthUnit& unit) {
+    const auto corner = [&](Vec3 p) {
+        for (double& x : p) x = unit.from_metres(x);
+        return text_of(p);
+    };
+    return corner(box.min) + " to " + corner(box.max) + ' ' + std::string(unit.name);
+}
+
+const char* const passes_beside = "it passes beside the body or between the nodes of its grid";
+
+// A plane's own bounds are made up: what it has is a place along its normal.
+std::string where_plane_is(const geometry::CuttingPlane& plane, const IdleCutter& idle) {
+    const double length = plane.normal.stableNorm();
+    const Vec3 normal = plane.normal / length;
+    const double middle = normal.dot(idle.body.center());
+    const double half = 0.5 * normal.cwiseAbs().dot(idle.body.size());
+    const double at = plane.offset / length;
+    return "along its normal " + text_of(normal) + " it is at " + text_of(at, idle.unit) + ", '" +
+           idle.body_name + "' from " + text_of(middle - half, idle.unit) + " to " +
+           text_of(middle + half, idle.unit) +
+           (std::abs(at - middle) > half ? "" : std::string(": ") + passes_beside);
 }
 
 std::string edges(std::size_t count) {
@@ -49,8 +74,14 @@ ToolNote tool_note(const body::IdleTool& idle, const body::World& world) {
                                  "run longer"};
     splitting::CrossedEdges crossed = idle.before;
     crossed.add(idle.last);
-    return {idle_reason(crossed), idle_note({idle.sweep, idle.bounds, crossed, body.grid().rest().cell_size,
-                                             body.name(), "cell_size"})};
+    const bool still = sweeps_nothing(blade, 0, world.time());
+    return {idle_reason(crossed), idle_note({.cutter = idle.sweep,
+                                             .body = idle.bounds,
+                                             .crossed = crossed,
+                                             .cell_size = body.grid().rest().cell_size,
+                                             .body_name = body.name(),
+                                             .cell_option = "cell_size",
+                                             .sweeps_nothing = still})};
 }
 
 }  // namespace
@@ -66,15 +97,31 @@ std::string idle_note(const IdleCutter& idle) {
         return "nothing was cut: all " + edges(crossed.cut) + " inside '" + idle.body_name +
                "' that it crosses were cut before; move it elsewhere, or leave it out";
     if (crossed.skin > 0 || crossed.uncut > 0)
-        return "nothing was cut: it stayed closer than a cell (" + short_number(idle.cell_size) +
-               " m) to the surface of '" + idle.body_name + "', where it crosses " +
+        return "nothing was cut: it stayed closer than a cell (" + text_of(idle.cell_size, idle.unit) +
+               ") to the surface of '" + idle.body_name + "', where it crosses " +
                edges(crossed.skin + crossed.uncut) + " of the grid; move it further in, or take a smaller " +
                idle.cell_option;
+    const std::string missed = "nothing was cut: it missed '" + idle.body_name + "'; ";
+    if (idle.plane) return missed + where_plane_is(*idle.plane, idle);
     const bool apart = !idle.cutter.meets(idle.body);
-    return "nothing was cut: it missed '" + idle.body_name + "'; its bounding box is " +
-           text_of(idle.cutter) + ", that of '" + idle.body_name + "' " + text_of(idle.body) +
-           (apart ? ""
-                  : ", and where these overlap it passes beside the body or between the nodes of its grid");
+    if (!apart && idle.sweeps_nothing)
+        return "nothing was cut: its edge stands still or moves along itself, and sweeps no area; move it "
+               "across its edge";
+    return missed + "its bounding box is " + text_of(idle.cutter, idle.unit) + ", that of '" +
+           idle.body_name + "' " + text_of(idle.body, idle.unit) +
+           (apart ? "" : std::string(", and where these overlap ") + passes_beside);
+}
+
+bool sweeps_nothing(const cutting::Blade& blade, double t0, double t1) {
+    constexpr double rounding = 1e-6;  // of the area that a motion across the edge would sweep
+    double area = 0, most = 0;
+    for (const cutting::SweptBlade& part : cutting::sweep(blade, t0, t1))
+        for (const geometry::MovingSegment& s : part.segments) {
+            const double length = std::max((s.b0 - s.a0).norm(), (s.b1 - s.a1).norm());
+            area += 0.5 * (s.b1 - s.a0).cross(s.a1 - s.b0).norm();
+            most += length * std::max((s.a1 - s.a0).norm(), (s.b1 - s.b0).norm());
+        }
+    return area <= rounding * most;
 }
 
 nlohmann::ordered_json note_idle_tools(const body::IdleTools& tools, const body::World& world) {

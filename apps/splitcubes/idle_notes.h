@@ -3,9 +3,12 @@
 
 #include <splitcubes/body/idle_tools.h>
 #include <splitcubes/geometry/box.h>
+#include <splitcubes/geometry/length_unit.h>
+#include <splitcubes/geometry/plane.h>
 #include <splitcubes/splitting/crossed_edges.h>
 #include <nlohmann/json_fwd.hpp>
 
+#include <optional>
 #include <string>
 
 namespace splitcubes::app {
@@ -17,7 +20,13 @@ struct IdleCutter {
     double cell_size = 0;  // m
     std::string body_name = "the mesh";
     std::string cell_option = "--cell-size";  // that makes cells smaller
+    geometry::LengthUnit unit = {};           // of the lengths in the note
+    bool sweeps_nothing = false;              // a blade: see sweeps_nothing
+    std::optional<geometry::CuttingPlane> plane = {};
 };
+
+/// Whether the blade, from t0 to t1 (s), moves only along its own edges, or not at all.
+bool sweeps_nothing(const cutting::Blade& blade, double t0, double t1);
 
 /// One word for reports: "missed", "already_cut" or "near_surface".
 const char* idle_reason(const splitting::CrossedEdges& crossed);

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -15,6 +16,9 @@ namespace {
 using namespace std::chrono_literals;
 constexpr auto quiet_time = 1s;  // work that is over by then shows nothing
 constexpr auto line_pause = 1s;  // between two lines
+// After so long a line tells that the work goes on, however little there is to tell: in work of minutes
+// every five seconds, in work of hours every minute.
+constexpr auto least_silence = 5s, most_silence = 60s;
 
 std::atomic<bool> bar_is_open{false};
 
@@ -100,18 +104,38 @@ void Progress::draw_bar() {
     std::fflush(stderr);
 }
 
-// At each stage and each tenth of it, but no more than one a second.
+namespace {
+
+// Of a share of less than a tenth, which may last, with two decimals.
+std::string percent_of(double part, bool finely) {
+    char text[16];
+    std::snprintf(text, sizeof text, "%.*f %%", finely && part < 0.1 ? 2 : 0, std::floor(part * 1e4) / 100);
+    return text;
+}
+
+}  // namespace
+
+// At each stage and each tenth of it, but no more than one a second; and where that is long ago.
 void Progress::write_line() {
     const Clock::time_point now = Clock::now();
-    if (!told_.empty() && now - line_time_ < line_pause) return;
+    const auto since = now - line_time_;
+    if (!told_.empty() && since < line_pause) return;
     const double part = share();
     std::string told = stage_;
-    if (part >= 0)
-        told += (told.empty() ? "" : ", ") + std::to_string(static_cast<int>(part * 10) * 10) + " %";
-    if (told == told_) return;
+    if (part >= 0) told += (told.empty() ? "" : ", ") + percent_of(std::floor(part * 10) / 10, false);
+    const bool is_silent =
+        since >= std::clamp<Clock::duration>((now - start_) / 20, least_silence, most_silence);
+    if (told == told_ && !is_silent) return;
+    std::string line = told;
+    if (told == told_) {
+        line = stage_;
+        if (part >= 0) line += (line.empty() ? "" : ", ") + percent_of(part, true);
+        line += (line.empty() ? "" : ", ") +
+                std::to_string(std::chrono::duration_cast<std::chrono::seconds>(now - start_).count()) + " s";
+    }
     told_ = told;
     line_time_ = now;
-    std::fprintf(stderr, "%s: %s%s\n", what_.c_str(), told.c_str(),
+    std::fprintf(stderr, "%s: %s%s\n", what_.c_str(), line.c_str(),
                  detail_.empty() ? "" : (", " + detail_).c_str());
 }
 

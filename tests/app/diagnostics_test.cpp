@@ -133,6 +133,22 @@ TEST_F(Diagnostics, SheetsThatCutNothingSayWhy) {
     EXPECT_EQ(cutters[3]["idle"], "near_surface");
 }
 
+TEST_F(Diagnostics, ABladeThatMovesAlongItselfAndAPlaneThatMissesAreTold) {
+    io::write_mesh(in("block.obj"), geometry::SurfaceMesh{geometry::make_box(Vec3(20, 16, 14)), {}, {}, {}});
+    write_text(in("along.json"), R"({"tools": [{
+        "name": "along", "blades": [{"straight": {"from": [-50, 1, 1], "to": [50, 1, 1]}}],
+        "motion": {"path": {"keyframes": [{"time": 0, "position": [-30, 0, 0]}, {"time": 1, "position": [30, 0, 0]}]}}}]})");
+    const Ended ended = run({"cut", "block.obj", "-o", "out.ply", "--unit", "mm", "--cells", "14", "--path",
+                             "along.json", "--plane", "0,0,2,200"});
+    ASSERT_EQ(ended.code, 0) << ended.err;
+    const std::vector<std::string> lines = lines_of(ended.err);
+    ASSERT_EQ(lines.size(), 2U) << ended.err;
+    EXPECT_NE(lines[0].find("its edge stands still or moves along itself"), std::string::npos) << lines[0];
+    EXPECT_NE(lines[1].find("along its normal (0, 0, 1) it is at 100 mm, 'block.obj' from -7 mm to 7 mm"),
+              std::string::npos)
+        << lines[1];
+}
+
 TEST_F(Diagnostics, AllThatIsWrongWithASceneIsToldAtOnce) {
     Json wrong = scene({{0.01, 0}});
     wrong["time_step"] = -1;
