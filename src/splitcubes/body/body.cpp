@@ -58,6 +58,9 @@ std::unique_ptr<occlusion::Criterion> criterion_of(const BodySettings& settings)
                                          : occlusion::make_cpu_backend(settings.visibility));
 }
 
+// Of long work outside loops, whether somebody wants it to end is asked every so many times.
+constexpr std::size_t between_checks = 4096;
+
 }  // namespace
 
 Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, const Parallel& parallel)
@@ -80,9 +83,11 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
         check_tearing(*settings_.tearing, "body '" + settings_.name + "' tearing");
     }
     solid_crossings_ = grid_.crossings().size();
-    parallel.begin("body '" + settings_.name + "': phyxels");
+    parallel.begin("body '" + settings_.name + "': occluders");
     build_occluders(parallel);
+    parallel.begin("body '" + settings_.name + "': nodes");
     list_inside_nodes(parallel);
+    parallel.begin("body '" + settings_.name + "': phyxels");
     // Phyxels that only go along need not be many.
     if (settings_.deformation) settings_.phyxel_count = std::min(settings_.phyxel_count, 64);
     sample(parallel);
@@ -140,12 +145,14 @@ void Body::set_occluders(std::span<const std::uint32_t> cells, const Parallel& p
     std::vector<geometry::OccluderTriangle> triangles;
     std::vector<std::size_t> end;
     for (const std::uint32_t c : cells) {
+        if (end.size() % between_checks == 0) parallel.check();
         add_occluders(c, triangles);
         end.push_back(triangles.size());
     }
     occluder_box_.resize(surface_->cells().size());
     std::vector<geometry::OccluderGrid::CellTriangles> changed;
     for (std::size_t k = 0; k < cells.size(); ++k) {
+        if (k % between_checks == 0) parallel.check();
         const std::size_t begin = k == 0 ? 0 : end[k - 1];
         const auto own =
             std::span<const geometry::OccluderTriangle>(triangles).subspan(begin, end[k] - begin);
@@ -159,11 +166,13 @@ void Body::set_occluders(std::span<const std::uint32_t> cells, const Parallel& p
 }
 
 void Body::list_inside_nodes(const Parallel& parallel) {
-    for (std::size_t brick = 0; brick < grid_.bricks().total(); ++brick)
+    for (std::size_t brick = 0; brick < grid_.bricks().total(); ++brick) {
+        if (brick % between_checks == 0) parallel.check();
         for (std::uint64_t word = grid_.inside_word(brick); word; word &= word - 1) {
             const auto local = static_cast<unsigned>(std::countr_zero(word));
             inside_nodes_.push_back(grid_.bricks().base(brick) + splitting::BrickLayout::local_place(local));
         }
+    }
     const double cell_volume = std::pow(grid_.rest().cell_size, 3);
     inside_rest_.resize(inside_nodes_.size());
     inside_piece_.resize(inside_nodes_.size());
