@@ -128,6 +128,7 @@ void book_all(std::size_t nodes, const Add& add, Booking& booking, const Paralle
     booking.phyxel.reserve(entries);
     booking.share.reserve(entries);
     for (const Rows& rows : chunks) {
+        parallel.check();
         for (const std::uint32_t count : rows.count)
             booking.offsets.push_back(booking.offsets.back() + count);
         booking.phyxel.insert(booking.phyxel.end(), rows.phyxel.begin(), rows.phyxel.end());
