@@ -48,7 +48,7 @@ struct Parallel::Pool {
         : control(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)),
           arena(threads),
           thread_count(threads) {}
-    class Tale;
+    class LoopProgress;
     std::string label() const {
         const int pass = passes.at(stage);
         return pass > 1 ? stage + ", pass " + std::to_string(pass) : stage;
@@ -60,29 +60,29 @@ struct Parallel::Pool {
     int thread_count;
     Monitor* monitor = nullptr;
     std::string stage;
-    std::map<std::string, int> passes;  // per stage, of loops that told how far they are
-    std::atomic<bool> is_told{false};   // how far a loop is
+    std::map<std::string, int> passes;     // per stage, of loops that reported progress
+    std::atomic<bool> is_reported{false};  // by a loop that runs
 };
 
-// How far a loop is, as the monitor hears it. Each loop of a stage but the first is a pass with a name of
-// its own, so that nothing under one name goes backwards. What runs inside a loop is part of that.
-class Parallel::Pool::Tale {
+// Reports the progress of one loop to the monitor. Each loop of a stage but the first is a pass with a name
+// of its own, so that progress under one name never decreases. Loops inside a loop report nothing.
+class Parallel::Pool::LoopProgress {
   public:
-    Tale(Pool& pool, std::size_t total) : pool_(pool), total_(total) {
-        constexpr std::size_t least = 8;  // chunks; of fewer there is little to tell
+    LoopProgress(Pool& pool, std::size_t total) : pool_(pool), total_(total) {
+        constexpr std::size_t least = 8;  // chunks; fewer say little
         if (pool.monitor == nullptr || total < least) return;
-        tells_ = !pool.is_told.exchange(true);
-        if (tells_ && pool.passes[pool.stage]++ > 0) pool.monitor->begin(pool.label());
+        reports_ = !pool.is_reported.exchange(true);
+        if (reports_ && pool.passes[pool.stage]++ > 0) pool.monitor->begin(pool.label());
     }
-    ~Tale() {
-        if (tells_) pool_.is_told = false;
+    ~LoopProgress() {
+        if (reports_) pool_.is_reported = false;
     }
-    Tale(const Tale&) = delete;
-    Tale& operator=(const Tale&) = delete;
+    LoopProgress(const LoopProgress&) = delete;
+    LoopProgress& operator=(const LoopProgress&) = delete;
 
-    // Any thread may come, and none tells less than another has told.
+    // From any thread; what is reported never decreases.
     void add() {
-        if (!tells_) return;
+        if (!reports_) return;
         const std::lock_guard lock(mutex_);
         pool_.monitor->advance(++done_, total_);
     }
@@ -90,7 +90,7 @@ class Parallel::Pool::Tale {
   private:
     Pool& pool_;
     std::size_t total_;
-    bool tells_ = false;
+    bool reports_ = false;
     std::mutex mutex_;
     std::size_t done_ = 0;
 };
@@ -129,11 +129,11 @@ void Parallel::for_chunks(std::size_t count, std::size_t grain,
                           const std::function<void(std::size_t, std::size_t)>& body) const {
     assert(grain > 0);
     const std::size_t chunk_count = (count + grain - 1) / grain;
-    Pool::Tale tale(*pool_, chunk_count);
+    Pool::LoopProgress progress(*pool_, chunk_count);
     const auto run_chunk = [&](std::size_t chunk) {
         check();
         body(chunk * grain, std::min(count, (chunk + 1) * grain));
-        tale.add();
+        progress.add();
     };
     if (chunk_count <= 1 || pool_->thread_count == 1) {
         for (std::size_t chunk = 0; chunk < chunk_count; ++chunk) run_chunk(chunk);
