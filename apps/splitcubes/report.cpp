@@ -1,5 +1,6 @@
 #include "report.h"
 
+#include "option_values.h"
 #include "progress.h"
 
 #include <splitcubes/core/error.h>
@@ -11,6 +12,7 @@
 #include <splitcubes/io/write_mesh.h>
 #include <splitcubes/splitting/extract.h>
 
+#include <cmath>
 #include <iostream>
 
 namespace splitcubes::app {
@@ -118,12 +120,17 @@ void carry_attributes(const io::Model& from, double cell_size, const std::filesy
         io::write_images(out.parent_path(), out.stem().string(), surface.attributes.materials);
 }
 
-double chosen_cell_size(const geometry::Box& box, int cells, double cell_size) {
-    if (cell_size != 0) {
-        if (!(cell_size > 0)) throw InputError("--cell-size", "must be a positive number of metres");
-        return cell_size;
-    }
-    return geometry::cell_size_for(box, cells == 0 ? 48 : cells);
+double chosen_cell_size(const geometry::Box& box, int cells, double cell_size,
+                        const geometry::LengthUnit& unit) {
+    if (cell_size == 0) return geometry::cell_size_for(box, cells == 0 ? 48 : cells);
+    const double metres = unit.to_metres(cell_size), along = box.size().maxCoeff() / metres;
+    if (along > geometry::max_cells_per_axis)
+        throw InputError("--cell-size",
+                         plain_number(cell_size) + ' ' + std::string(unit.name) + " makes " +
+                             plain_number(std::ceil(along)) + " cells along an axis, more than " +
+                             plain_number(geometry::max_cells_per_axis),
+                         "give a larger one, or --cells");
+    return metres;
 }
 
 splitting::NodeGrid solid_of(const std::string& name, const geometry::TriangleMesh& mesh,

@@ -47,8 +47,10 @@ io::Model read_model_noted(const std::string& name, const std::filesystem::path&
 void carry_attributes(const io::Model& from, double cell_size, const std::filesystem::path& out,
                       const Parallel& parallel, geometry::SurfaceMesh& surface);
 
-/// Cell size from the options --cells and --cell-size (0: not given; both 0: 48 cells).
-double chosen_cell_size(const geometry::Box& box, int cells, double cell_size);
+/// Cell size in metres from the options --cells and --cell-size, which is in the unit (0: not given; both 0:
+/// 48 cells). Throws InputError for more cells along an axis than a grid can have.
+double chosen_cell_size(const geometry::Box& box, int cells, double cell_size,
+                        const geometry::LengthUnit& unit);
 
 /// splitting::solidify with the notes printed, its errors saying the file's name.
 splitting::NodeGrid solid_of(const std::string& name, const geometry::TriangleMesh& mesh,

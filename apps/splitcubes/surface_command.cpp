@@ -44,9 +44,10 @@ int surface(const SurfaceOptions& options, Progress& progress) {
     seconds["read"] = watch.lap();
     const geometry::RestGrid rest = geometry::grid_around(
         mesh.bounds(),
-        chosen_cell_size(mesh.bounds(), options.cells, options.scale.unit().to_metres(options.cell_size)));
+        chosen_cell_size(mesh.bounds(), options.cells, options.cell_size, options.scale.unit()));
     parallel.begin("solid");
     splitting::SolidifyReport solid;
+    solid.unit = options.scale.unit();
     const splitting::NodeGrid grid = solid_of(options.mesh, mesh, rest, solid, parallel);
     seconds["solidify"] = watch.lap();
     parallel.begin("surface");

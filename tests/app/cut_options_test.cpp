@@ -37,6 +37,17 @@ class CutOptions : public Program {
     Ended said_;
 };
 
+TEST_F(CutOptions, LengthsInMessagesAreInTheUnit) {
+    write("thin.stl", geometry::make_box(Vec3(20, 20, 0.05)));
+    const Ended refused = run({"surface", "thin.stl", "-o", "x.ply", "--unit", "mm", "--cell-size", "0.003"});
+    EXPECT_EQ(refused.code, 2);
+    EXPECT_NE(refused.err.find("--cell-size: 0.003 mm makes 6667 cells along an axis"), std::string::npos)
+        << refused.err;
+    const Ended lost = run({"surface", "thin.stl", "-o", "x.ply", "--unit", "mm", "--cell-size", "1"});
+    EXPECT_EQ(lost.err.find(" m "), std::string::npos) << lost.err;
+    EXPECT_NE(lost.err.find("a cell of 1 mm"), std::string::npos) << lost.err;
+}
+
 // The place of the plane is not on the grid: volumes are those of the plane itself.
 TEST_F(CutOptions, APlaneCutsWhereItSays) {
     for (const std::string plane : {"x=11", "1,0,0,11", "-2,0,0,-22", "1e0,0.0,+0,1.1e1"}) {

@@ -278,6 +278,23 @@ TEST(Attributes, PicturesInsideOfAFileGoBackInOrIntoFilesOfTheirOwn) {
     EXPECT_EQ(folder.file_count(), 6U);  // a.glb, b.obj, b.mtl, b-skin.png, c.ply, c-skin.png
 }
 
+TEST(Attributes, ALibraryOfSomebodyElseIsNotReplaced) {
+    const TemporaryFolder folder;
+    SurfaceMesh surface = model_surface(5);
+    for (const char* content : {"newmtl mine\n", "# splitcubes", ""}) {
+        folder.write("a.mtl", content);
+        EXPECT_THROW(write_mesh(folder.path() / "a.obj", surface), InputError);
+        EXPECT_EQ(folder.content("a.mtl"), content);
+        EXPECT_EQ(folder.file_count(), 1U);
+    }
+    std::filesystem::remove(folder.path() / "a.mtl");
+    write_mesh(folder.path() / "a.obj", surface);
+    const std::string first = folder.content("a.mtl");
+    surface.attributes.materials[0].colour[0] = 0.125F;
+    write_mesh(folder.path() / "a.obj", surface);
+    EXPECT_NE(folder.content("a.mtl"), first);
+}
+
 TEST(Attributes, TexturesAreFoundFromAnotherFolder) {
     const TemporaryFolder folder;
     std::filesystem::create_directories(folder.path() / "in");

@@ -4,8 +4,11 @@
 #include <splitcubes/io/write_mesh.h>
 
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <optional>
+#include <string>
+#include <system_error>
 #include <utility>
 
 namespace splitcubes::io {
@@ -104,6 +107,18 @@ std::string texture_from(const fs::path& folder, const std::string& texture) {
     return why || relative.empty() ? texture : relative.generic_string();
 }
 
+/// Nobody names the library of materials: it must not take the place of somebody else's.
+void check_library(const fs::path& library) {
+    std::error_code error;
+    if (!fs::exists(library, error)) return;
+    const std::string own = encode_mtl({});
+    std::string begin(own.size(), '\0');
+    std::ifstream file(library, std::ios::binary);
+    if (file.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin == own) return;
+    throw InputError(library.string(), "is there already, and this program did not write it",
+                     "move it away, or give the mesh another name");
+}
+
 }  // namespace
 
 const char* name_of(Origin origin) {
@@ -164,11 +179,12 @@ void write_mesh(const fs::path& path, const SurfaceMesh& surface) {
     std::vector<geometry::Material> materials = surface.attributes.materials;
     const bool to_files = *format == MeshFormat::obj || *format == MeshFormat::ply;
     if (to_files) check_surface(surface, path.string());
+    const fs::path library = path.stem().string() + ".mtl";
+    const bool with_library = *format == MeshFormat::obj && !materials.empty();
+    if (with_library) check_library(folder / library);
     if (to_files) write_images(folder, path.stem().string(), materials);
     for (geometry::Material& material : materials)
         if (!material.image) material.texture = texture_from(folder, material.texture);
-    const fs::path library = path.stem().string() + ".mtl";
-    const bool with_library = *format == MeshFormat::obj && !materials.empty();
     const std::string library_text = with_library ? encode_mtl(materials) : std::string();
     const std::string text =
         encode({surface, std::move(materials), path.string()}, *format, library.string());

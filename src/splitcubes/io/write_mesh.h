@@ -28,7 +28,8 @@ namespace splitcubes::io {
 /// Textures are referred to relative to the file; pictures that came inside of a
 /// file are put into a GLB again, and into files of their own beside the others (see write_images).
 ///
-/// Throws InputError for another extension, for a folder that does not exist,
+/// Throws InputError for another extension, for a folder that does not exist, for a .mtl file that would be
+/// replaced and is not of this program,
 /// for a surface that no reader could take (index out of range, an attribute
 /// array of the wrong length, a number that is not finite) or that the format
 /// cannot hold; JobError where the file cannot be written.

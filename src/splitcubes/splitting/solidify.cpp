@@ -41,10 +41,10 @@ std::string joined(const std::vector<std::string>& parts) {
     return out;
 }
 
-std::string metres(double value) {
+std::string text_in(const geometry::LengthUnit& unit, double length) {
     std::ostringstream out;
     out.precision(3);
-    out << value << " m";
+    out << unit.from_metres(length) << ' ' << unit.name;
     return out.str();
 }
 
@@ -81,7 +81,7 @@ double smallest_cell(const TriangleMesh& mesh) {
 // "a cell size of X keeps", or that none does.
 std::string keeping_size(const TriangleMesh& mesh, const SolidifyReport& report) {
     if (report.keeping_cell_size < smallest_cell(mesh)) return "no grid that can be made keeps";
-    return "a cell size of " + metres(report.keeping_cell_size) + " keeps";
+    return "a cell size of " + text_in(report.unit, report.keeping_cell_size) + " keeps";
 }
 
 // Two walls less than a cell apart are told of where they make up some of the skin: a few such edges
@@ -90,7 +90,7 @@ void note_gaps(const NodeGrid& grid, SolidifyReport& report) {
     constexpr double told_share = 0.02;
     const double share = static_cast<double>(report.gap_edges) / static_cast<double>(grid.crossings().size());
     if (share > told_share)
-        report.notes.push_back("gaps narrower than a cell of " + metres(grid.rest().cell_size) +
+        report.notes.push_back("gaps narrower than a cell of " + text_in(report.unit, grid.rest().cell_size) +
                                " run along " + percent(share) +
                                " of its surface: the walls there stay apart, and meet in the gap's "
                                "middle");
@@ -109,9 +109,10 @@ bool note_lost(const TriangleMesh& mesh, const NodeGrid& grid, SolidifyReport& r
     // A surface meets 1.5 edges of the grid for each face of a cell, on the average of all directions.
     const double share =
         lost / 1.5 * (report.lost_thickness / cell) / static_cast<double>(report.nodes_inside);
-    report.notes.push_back("material thinner than a cell of " + metres(cell) + " is lost, about " +
-                           percent(share) + " of the volume (half of it is thinner than " +
-                           metres(report.lost_thickness) + "); " + keeping_size(mesh, report) +
+    report.notes.push_back("material thinner than a cell of " + text_in(report.unit, cell) +
+                           " is lost, about " + percent(share) +
+                           " of the volume (half of it is thinner than " +
+                           text_in(report.unit, report.lost_thickness) + "); " + keeping_size(mesh, report) +
                            " nine tenths of it");
     return true;
 }
@@ -133,7 +134,7 @@ void note_crumbs(const TriangleMesh& mesh, const NodeGrid& grid, bool lost_told,
     const double half = 0.5 * grid.rest().cell_size;
     // What keeps lost material is told with it, and is smaller.
     if (!lost_told && half >= smallest_cell(mesh))
-        note += "; a cell size of " + metres(half) + " keeps more of it";
+        note += "; a cell size of " + text_in(report.unit, half) + " keeps more of it";
     report.notes.push_back(note);
 }
 
@@ -154,7 +155,8 @@ void note_findings(const TriangleMesh& welded, const NodeGrid& grid, SolidifyRep
 // Why nothing is inside, and what to do.
 [[noreturn]] void refuse_empty(const TriangleMesh& mesh, const RestGrid& rest, const SolidifyReport& report) {
     if (report.lost_thin_edges > 0)
-        throw InputError("mesh", "all of it is thinner than a cell of " + metres(rest.cell_size),
+        throw InputError("mesh",
+                         "all of it is thinner than a cell of " + text_in(report.unit, rest.cell_size),
                          keeping_size(mesh, report) + " it");
     throw InputError("mesh", "encloses no volume that a grid node falls into",
                      "give a mesh that bounds a solid, or a smaller cell size");
@@ -220,7 +222,9 @@ NodeGrid solidify(const TriangleMesh& mesh, const RestGrid& rest, SolidifyReport
                   const Parallel& parallel) {
     check_input(mesh);
     require_memory("mesh", solid_memory(mesh, rest), "use fewer cells or a larger cell size");
+    const geometry::LengthUnit unit = report.unit;
     report = {};
+    report.unit = unit;
     const TriangleMesh welded = mended(mesh, report);
     NodeGrid grid = report.exact ? solidify_exact(welded, rest, report, parallel)
                                  : solidify_by_winding(welded, rest, report, parallel);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <splitcubes/core/parallel.h>
+#include <splitcubes/geometry/length_unit.h>
 #include <splitcubes/geometry/triangle_mesh.h>
 #include <splitcubes/splitting/node_grid.h>
 
@@ -13,9 +14,10 @@
 namespace splitcubes::splitting {
 
 struct SolidifyReport {
-    bool exact = false;    // closed: integer winding, no tolerance
-    bool overlap = false;  // the mesh winds more than once somewhere; exact only
-    bool opposed = false;  // it winds one way here and the other way there; exact only
+    geometry::LengthUnit unit = {};  // of the lengths in notes and errors; to be set before
+    bool exact = false;              // closed: integer winding, no tolerance
+    bool overlap = false;            // the mesh winds more than once somewhere; exact only
+    bool opposed = false;            // it winds one way here and the other way there; exact only
     std::size_t nodes_inside = 0;
     std::size_t gap_edges = 0;       // both ends inside, void in between: cut, so that the gap separates
     std::size_t bisected_edges = 0;  // cross a hole of the mesh: found by bisection of the winding number
