@@ -209,7 +209,7 @@ int cut(const CutOptions& options, Progress& progress) {
     Json seconds;
     Stopwatch watch;
     io::Model model = read_model_noted(options.mesh, options.out);
-    options.scale.apply(model.mesh);
+    options.scale.apply(model.mesh, options.mesh);
     const geometry::TriangleMesh& mesh = model.mesh;
     std::vector<Cutter> cutters =
         read_cutters(options.cutters, options.scale, options.remove(), mesh.bounds());
@@ -308,11 +308,13 @@ void add_cut_command(CommandLine& line) {
     command.details =
         "Cutters cut in the order in which they are given; where two cross a grid edge, the first holds. "
         "MESH may stand anywhere; where nothing else is MESH, it is the last file after --with or --path.";
-    command.example("splitcubes cut pear.obj --with sheet.obj -o cut.ply --pieces pieces");
-    command.example("splitcubes cut block.obj --with drill.obj mould.stl --mode remove -o drilled.ply",
-                    "Takes away what lies inside either of two closed meshes");
-    command.example("splitcubes cut part.stl --plane z=10 --unit mm --largest -o half.stl",
-                    "Cuts at a height of 10 mm and keeps the larger half");
+    command.example(
+        "splitcubes cut scenes/meshes/pear.obj --with scenes/meshes/sheet.obj -o cut.ply --pieces pieces");
+    command.example(
+        "splitcubes cut scenes/meshes/pear.obj --with scenes/meshes/drill.obj --mode remove -o drilled.ply",
+        "Takes away what lies inside a closed mesh");
+    command.example("splitcubes cut whole.stl --plane z=10 --unit mm --largest -o half.stl",
+                    "Cuts what 'surface' wrote at a height of 10 mm, keeps the larger part");
     command.run = [options] { return cut(*options); };
 }
 

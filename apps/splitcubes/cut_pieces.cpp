@@ -118,8 +118,9 @@ std::string pieces_table(const CutResult& result, const MeshScale& scale) {
     for (const CutPiece& piece : result.pieces) {
         if (piece.fate == Fate::dropped) continue;
         const splitting::PieceMeasure& m = piece.measure;
-        std::snprintf(line, sizeof line, "%-14s %14.6g %14.6g\n", piece.name.c_str(),
-                      unit.volume_from_metres(m.volume), unit.area_from_metres(m.boundary_area + m.cut_area));
+        std::snprintf(line, sizeof line, "%-14s %14s %14s\n", piece.name.c_str(),
+                      plain_number(unit.volume_from_metres(m.volume), 6).c_str(),
+                      plain_number(unit.area_from_metres(m.boundary_area + m.cut_area), 6).c_str());
         out += line;
     }
     return out;

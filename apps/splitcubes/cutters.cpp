@@ -26,7 +26,7 @@ Cutter read_sheet(const std::string& file, const MeshScale& scale, bool closed) 
     Cutter out;
     out.file = file;
     out.sheet = read_noted(file);
-    scale.apply(out.sheet);
+    scale.apply(out.sheet, file);
     if (!closed) return out;
     out.sheet = geometry::weld_equal_vertices(out.sheet);
     check_closed(out);

@@ -2,22 +2,19 @@
 
 #include "report.h"
 
+#include <splitcubes/core/plain_number.h>
+
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 namespace splitcubes::app {
 
 namespace {
 
 std::string short_number(double value) {
-    std::ostringstream out;
-    out.imbue(std::locale::classic());
-    out.precision(4);
-    out << value + 0.0;  // no minus before zero
-    return out.str();
+    return plain_number(value, 4);
 }
 
 std::string text_of(const Vec3& p) {

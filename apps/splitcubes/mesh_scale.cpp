@@ -2,21 +2,14 @@
 
 #include "command_line.h"
 
+#include <splitcubes/core/plain_number.h>
+#include <splitcubes/geometry/coordinate_limit.h>
 #include <splitcubes/io/write_mesh.h>
-
-#include <sstream>
 
 namespace splitcubes::app {
 
 namespace {
-
-std::string number_text(double value) {
-    std::ostringstream text;
-    text.imbue(std::locale::classic());
-    text << value;
-    return text.str();
-}
-
+constexpr int told_digits = 6;
 }  // namespace
 
 void add_unit_option(Command& command, std::string& unit_name, const std::string& help) {
@@ -33,17 +26,19 @@ void MeshScale::add_to(Command& command) {
                        "Makes all that is read so many times as large (1)");
 }
 
-void MeshScale::apply(geometry::TriangleMesh& mesh) const {
+void MeshScale::apply(geometry::TriangleMesh& mesh, const std::string& name) const {
     geometry::scale(mesh, scale);
+    // In the unit, so that what is written can be read again.
+    if (scale > 1) geometry::require_coordinates(mesh, name, " with --scale " + plain_number(scale));
     geometry::to_metres(mesh, unit());
 }
 
 std::string MeshScale::volume_text(double volume) const {
-    return number_text(unit().volume_from_metres(volume)) + " " + unit_name + "^3";
+    return plain_number(unit().volume_from_metres(volume), told_digits) + " " + unit_name + "^3";
 }
 
 std::string MeshScale::area_text(double area) const {
-    return number_text(unit().area_from_metres(area)) + " " + unit_name + "^2";
+    return plain_number(unit().area_from_metres(area), told_digits) + " " + unit_name + "^2";
 }
 
 void write_scaled(const std::filesystem::path& path, const geometry::SurfaceMesh& surface,

@@ -23,8 +23,9 @@ struct MeshScale {
     const geometry::LengthUnit& unit() const { return geometry::length_unit(unit_name); }
     /// Metres of the result to one of the numbers that are read.
     double factor() const { return unit().to_metres(scale); }
-    /// A mesh that was read, to metres of the result.
-    void apply(geometry::TriangleMesh& mesh) const;
+    /// A mesh that was read from the file `name`, to metres of the result.
+    /// Throws InputError where that is too large (geometry::require_coordinates).
+    void apply(geometry::TriangleMesh& mesh, const std::string& name) const;
     /// "1.5 mm^3" of a volume in m^3.
     std::string volume_text(double volume) const;
     std::string area_text(double area) const;

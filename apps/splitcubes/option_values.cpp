@@ -44,22 +44,6 @@ Parsed parse(std::string_view text, T& value) {
 
 }  // namespace
 
-std::string plain_number(double value) {
-    char text[40];
-    const double size = std::abs(value);
-    const bool fixed = size == 0 || (size >= 1e-4 && size < 1e10);
-    const auto written = std::to_chars(text, text + sizeof text, value,
-                                       fixed ? std::chars_format::fixed : std::chars_format::scientific);
-    std::string out(text, written.ptr);
-    // 1e-09 and 1e+12 as 1e-9 and 1e12.
-    if (const std::size_t e = out.find('e'); e != std::string::npos) {
-        std::size_t digit = e + 2;
-        while (out[digit] == '0' && digit + 1 < out.size()) out.erase(digit, 1);
-        if (out[e + 1] == '+') out.erase(e + 1, 1);
-    }
-    return out;
-}
-
 std::string range_text(const Range& range) {
     return (range.above ? "above " : "from ") + plain_number(range.min) + " to " + plain_number(range.max);
 }

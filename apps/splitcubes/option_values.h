@@ -1,6 +1,8 @@
 // Values of options: numbers and their ranges, read from text and told in plain words.
 #pragma once
 
+#include <splitcubes/core/plain_number.h>
+
 #include <string>
 #include <string_view>
 
@@ -15,8 +17,6 @@ inline Range above(double min, double max) {
     return {min, max, true};
 }
 
-/// As people write it: 100000000, 0.05, 1e-12.
-std::string plain_number(double value);
 /// "from 2 to 1024", "above 0 to 1000".
 std::string range_text(const Range& range);
 

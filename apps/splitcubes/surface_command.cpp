@@ -39,7 +39,7 @@ int surface(const SurfaceOptions& options, Progress& progress) {
     Stopwatch watch;
     parallel.begin("reading");
     io::Model model = read_model_noted(options.mesh, options.out);
-    options.scale.apply(model.mesh);
+    options.scale.apply(model.mesh, options.mesh);
     const geometry::TriangleMesh& mesh = model.mesh;
     seconds["read"] = watch.lap();
     const geometry::RestGrid rest = geometry::grid_around(
@@ -104,9 +104,10 @@ void add_surface_command(CommandLine& line) {
     command.add_text("--report", "FILE", options->report, "Writes a JSON report").completes(files());
     add_lost_material_options(command, options->lost);
     command.add_threads(options->threads);
-    command.example("splitcubes surface pear.obj -o pear.ply --cells 64");
-    command.example("splitcubes surface part.stl --unit mm --cell-size 0.5 -o whole.stl",
-                    "Mends a mesh in millimetres, with cells of half a millimetre");
+    command.example("splitcubes surface scenes/meshes/pear.obj -o pear.ply --cells 64");
+    command.example(
+        "splitcubes surface scenes/meshes/liver.obj --scale 1000 --unit mm --cell-size 4 -o whole.stl",
+        "Metres to millimetres, with cells of four millimetres");
     command.run = [options] { return surface(*options); };
 }
 

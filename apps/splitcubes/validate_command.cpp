@@ -88,7 +88,7 @@ std::string parts_text(const geometry::MeshCheck& check, const ValidateOptions& 
 
 bool validate_file(const std::string& file, const ValidateOptions& options) {
     geometry::TriangleMesh mesh = io::read_mesh(file);
-    options.scale.apply(mesh);
+    options.scale.apply(mesh, file);
     // glTF splits vertices at seams and materials, so only places can say what is joined.
     if (io::format_of_extension(file) == io::MeshFormat::gltf) mesh = geometry::weld_equal_vertices(mesh);
     const geometry::MeshCheck check = geometry::check_mesh(mesh);

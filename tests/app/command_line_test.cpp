@@ -99,7 +99,8 @@ TEST_F(CommandLine, NumbersAreToldPlainly) {
         {"--cells: 2000 is out of range; give a whole number from 2 to 1024; see splitcubes surface"});
     expect_line(with("--cell-size", "nan"), {"--cell-size: 'nan' is no number"});
     expect_line(with("--cell-size", "-inf"), {"--cell-size: '-inf' is no number"});
-    expect_line(with("--cell-size", "1e999"), {"--cell-size: 1e999 is out of range", "from 1e-12 to 1e12"});
+    expect_line(with("--cell-size", "1e999"),
+                {"--cell-size: 1e999 is out of range", "from 1e-12 to 1000000000000"});
     expect_line(with("--cell-size", "1,5"), {"--cell-size: '1,5' is no number"});
     expect_line({"run", "x.json", "-o", "x", "--frames", "100000000000"}, {"from 1 to 1000000;"});
     for (const char* fps : {"0", "-1", "1001"})

@@ -1,6 +1,9 @@
 #include <splitcubes/core/nearest_word.h>
+#include <splitcubes/core/random.h>
 
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 namespace splitcubes {
 namespace {
@@ -28,6 +31,37 @@ TEST(NearestWord, IsNearOrNone) {
     EXPECT_EQ(nearest_word("", known), "");
     EXPECT_EQ(nearest_word("run", {}), "");
     EXPECT_EQ(nearest_word(std::string(100000, 'r'), known), "");
+}
+
+// At most a third of the letters of the shorter of the two, rounded.
+TEST(NearestWord, TheChangesAreFewForTheLength) {
+    const std::vector<std::string> known{"to",     "eye",       "name",          "cells",
+                                         "bodies", "time_step", "youngs_modulus"};
+    Random random(3);
+    int near_count = 0;
+    for (int trial = 0; trial < 20000; ++trial) {
+        std::string word;
+        for (std::uint64_t n = 3 + random.below(10); n > 0; --n)
+            word += static_cast<char>('a' + static_cast<char>(random.below(26)));
+        const std::string near = nearest_word(word, known);
+        if (near.empty()) continue;
+        ++near_count;
+        const std::size_t shorter = std::min(word.size(), near.size());
+        EXPECT_TRUE(near.starts_with(word) || typing_distance(word, near) <= (shorter + 1) / 3)
+            << word << ' ' << near;
+    }
+    EXPECT_LT(near_count, 200) << "random words are near none";
+    // One change in every word of three letters or more is forgiven.
+    for (const std::string& word : known)
+        for (std::size_t at = 0; at < word.size(); ++at) {
+            std::string changed = word;
+            changed[at] = 'q';
+            EXPECT_EQ(nearest_word(changed, known), word);
+            if (word.size() > 3) EXPECT_EQ(nearest_word(changed.erase(at, 1), known), word);
+        }
+    EXPECT_EQ(nearest_word("bodys", known), "bodies");
+    for (const char* other : {"title", "version", "comment", "author", "size", "speed", "units", "foo"})
+        EXPECT_EQ(nearest_word(other, known), "") << other;
 }
 
 }  // namespace

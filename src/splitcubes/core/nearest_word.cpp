@@ -25,11 +25,12 @@ std::string nearest_word(std::string_view word, const std::vector<std::string>& 
     constexpr std::size_t longest = 100;  // letters; nobody mistypes more
     if (word.empty() || word.size() > longest) return "";
     std::string best;
-    std::size_t least = std::max<std::size_t>(1, word.size() / 3) + 1;
+    std::size_t least = std::string::npos;
     for (const std::string& candidate : known) {
         const bool begun = word.size() > 2 && candidate.rfind(word, 0) == 0;
         const std::size_t distance = begun ? 1 : typing_distance(word, candidate);
-        if (distance >= least) continue;
+        const std::size_t most = (std::min(word.size(), candidate.size()) + 1) / 3;
+        if (distance >= least || distance > most) continue;
         least = distance;
         best = candidate;
     }

@@ -1,11 +1,11 @@
 #include <splitcubes/core/error.h>
+#include <splitcubes/core/plain_number.h>
 #include <splitcubes/cutting/blade.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <sstream>
 #include <utility>
 
 namespace splitcubes::cutting {
@@ -13,9 +13,7 @@ namespace splitcubes::cutting {
 namespace {
 
 std::string text(double value) {
-    std::ostringstream out;
-    out << value;
-    return out.str();
+    return plain_number(value, 6);
 }
 
 void require_finite(const std::string& where, double value) {

@@ -1,4 +1,5 @@
 #include <splitcubes/core/error.h>
+#include <splitcubes/core/plain_number.h>
 #include <splitcubes/geometry/plane.h>
 #include <splitcubes/geometry/rest_grid.h>
 
@@ -32,7 +33,8 @@ Square square_on(const CuttingPlane& plane, const Box& box) {
     out.normal = plane.normal / length;
     out.offset = plane.offset / length;
     if (!(std::abs(out.offset) <= largest_coordinate))
-        throw InputError("plane", "lies too far away", "give an offset below 1e75 m");
+        throw InputError("plane", "lies too far away",
+                         "give an offset of up to " + plain_number(largest_coordinate) + " m");
     const double to_center = out.normal.dot(box.center()) - out.offset;
     const double half_side = 2 * box.size().norm();
     const Vec3 center = box.center() - to_center * out.normal;

@@ -1,18 +1,15 @@
 #include <splitcubes/core/error.h>
+#include <splitcubes/core/plain_number.h>
 #include <splitcubes/geometry/rest_grid.h>
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 namespace splitcubes::geometry {
 
 namespace {
-template <class Value>
-std::string text_of(const Value& value) {
-    std::ostringstream out;
-    out << value;
-    return out.str();
+std::string text_of(double value) {
+    return plain_number(value, 6);
 }
 }  // namespace
 
@@ -20,8 +17,9 @@ RestGrid grid_around(const Box& box, double cell_size) {
     if (box.empty()) throw InputError("grid", "there is nothing to cover", "give a mesh with triangles");
     if (!(cell_size > 0) || !std::isfinite(cell_size))
         throw InputError("cell size", "must be a positive number of metres, got " + text_of(cell_size));
-    if (!(std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff()) < largest_coordinate))
-        throw InputError("mesh", "reaches beyond 1e75 m", "give smaller coordinates");
+    if (!(std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff()) <= largest_coordinate))
+        throw InputError("mesh", "reaches beyond " + text_of(largest_coordinate) + " m",
+                         "give smaller coordinates");
     RestGrid grid;
     grid.cell_size = cell_size;
     for (int axis = 0; axis < 3; ++axis) {

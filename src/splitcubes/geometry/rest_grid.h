@@ -2,6 +2,7 @@
 #pragma once
 
 #include <splitcubes/geometry/box.h>
+#include <splitcubes/geometry/coordinate_limit.h>
 #include <splitcubes/math/types.h>
 
 namespace splitcubes::geometry {
@@ -24,9 +25,6 @@ struct RestGrid {
         archive(origin, cell_size, node_count);
     }
 };
-
-/// m; beyond this a volume would not fit a double.
-inline constexpr double largest_coordinate = 1e75;
 
 /// The largest number of cells along an axis of a grid.
 inline constexpr int max_cells_per_axis = 1024;

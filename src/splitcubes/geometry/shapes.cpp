@@ -1,11 +1,11 @@
 #include <splitcubes/core/error.h>
+#include <splitcubes/core/plain_number.h>
 #include <splitcubes/geometry/shapes.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <sstream>
 #include <string>
 #include <utility>
 
@@ -16,9 +16,7 @@ namespace {
 constexpr double pi = std::numbers::pi;
 
 std::string text(double value) {
-    std::ostringstream out;
-    out << value;
-    return out.str();
+    return plain_number(value, 6);
 }
 
 void check_length(const std::string& where, double value) {

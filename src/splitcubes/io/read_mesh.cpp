@@ -1,5 +1,6 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/memory.h>
+#include <splitcubes/geometry/coordinate_limit.h>
 #include <splitcubes/io/mesh_readers.h>
 #include <splitcubes/io/read_mesh.h>
 #include <splitcubes/io/read_surface.h>
@@ -21,8 +22,8 @@ namespace {
 // that claims terabytes from being asked for.
 constexpr std::uintmax_t max_file_bytes = std::uintmax_t{16} << 30;
 
-Model read_bytes(Bytes bytes, MeshFormat format, const std::string& name, const fs::path& folder,
-                 ReadMeshReport* report) {
+Model read_format(Bytes bytes, MeshFormat format, const std::string& name, const fs::path& folder,
+                  ReadMeshReport* report) {
     if (bytes.empty()) throw InputError(name, "is empty", "give a file with a triangle mesh");
     if (is_utf16(bytes)) throw InputError(name, "is text in UTF-16", "save it as UTF-8 or plain ASCII");
     bytes = without_byte_order_mark(bytes);
@@ -41,6 +42,13 @@ Model read_bytes(Bytes bytes, MeshFormat format, const std::string& name, const 
             return read_gltf(bytes, name, folder, notes);
     }
     throw InputError(name, "unknown mesh format " + std::to_string(static_cast<int>(format)), "");
+}
+
+Model read_bytes(Bytes bytes, MeshFormat format, const std::string& name, const fs::path& folder,
+                 ReadMeshReport* report) {
+    Model model = read_format(bytes, format, name, folder, report);
+    geometry::require_coordinates(model.mesh, name);
+    return model;
 }
 
 fs::path folder_of(const fs::path& path) {

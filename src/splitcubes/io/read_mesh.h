@@ -31,9 +31,9 @@ struct ReadMeshReport {
 ///
 /// Throws InputError, with the line or the byte and the offending value, for
 /// anything malformed: a file that is empty, cut off or has no triangles,
-/// coordinates that are not finite, indices out of range, counts that do not
-/// fit the content, a glTF feature that would change the geometry and is not known here.
-/// Memory is bounded by the size of the files, whatever their headers claim.
+/// coordinates that are not finite or beyond geometry::largest_coordinate, indices out of range, counts that
+/// do not fit the content, a glTF feature that would change the geometry and is not known here. Memory is
+/// bounded by the size of the files, whatever their headers claim.
 geometry::TriangleMesh read_mesh(const std::filesystem::path& path, ReadMeshReport* report = nullptr);
 
 /// The same from bytes; `name` stands in messages for the file. glTF cannot

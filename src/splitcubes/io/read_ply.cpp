@@ -1,4 +1,5 @@
 #include <splitcubes/core/error.h>
+#include <splitcubes/core/plain_number.h>
 #include <splitcubes/io/byte_reader.h>
 #include <splitcubes/io/mesh_builder.h>
 #include <splitcubes/io/mesh_readers.h>
@@ -289,7 +290,8 @@ class PlyReader {
     }
     std::int32_t material_number(double value) const {
         if (!(value >= -1 && value <= std::numeric_limits<std::int32_t>::max()) || std::floor(value) != value)
-            body_.fail("a face's material is " + number_text(value), "it must be a whole number, -1 or more");
+            body_.fail("a face's material is " + plain_number(value),
+                       "it must be a whole number, -1 or more");
         return static_cast<std::int32_t>(value);
     }
 
@@ -301,7 +303,7 @@ class PlyReader {
         for (std::uint64_t i = 0; i < count; ++i) {
             const double index = body_.scalar(property.type, "a face");
             if (!(index >= 0) || index >= static_cast<double>(vertex_count_) || std::floor(index) != index)
-                body_.fail("face corner " + number_text(index) + " is out of range: there are " +
+                body_.fail("face corner " + plain_number(index) + " is out of range: there are " +
                                std::to_string(vertex_count_) + " vertices",
                            "indices count from 0");
             corners_.push_back(static_cast<std::uint32_t>(index));
@@ -311,7 +313,7 @@ class PlyReader {
     std::uint64_t list_count(const PlyProperty& property) {
         const double count = body_.scalar(property.count_type, "a list's length");
         if (count < 0 || count > static_cast<double>(body_.bytes_left()))
-            body_.fail("a list has length " + number_text(count) + " and " +
+            body_.fail("a list has length " + plain_number(count) + " and " +
                            std::to_string(body_.bytes_left()) + " bytes are left",
                        "the file was cut off or is damaged");
         return static_cast<std::uint64_t>(count);
@@ -331,27 +333,21 @@ class PlyReader {
 
     double finite(double value, const std::string& property) const {
         if (!std::isfinite(value))
-            body_.fail("vertex property " + in_quotes(property) + " is " + number_text(value),
+            body_.fail("vertex property " + in_quotes(property) + " is " + plain_number(value),
                        "it must be finite");
         return value;
     }
     std::int32_t piece_number(double value) const {
         using Limits = std::numeric_limits<std::int32_t>;
         if (value < Limits::min() || value > Limits::max() || std::floor(value) != value)
-            body_.fail("a vertex's piece is " + number_text(value), "it must be a whole number of 32 bits");
+            body_.fail("a vertex's piece is " + plain_number(value), "it must be a whole number of 32 bits");
         return static_cast<std::int32_t>(value);
     }
     Origin origin_of(double value) const {
         if (value != 0 && value != 1)
-            body_.fail("a face's origin is " + number_text(value), "it must be 0 (boundary) or 1 (cut)");
+            body_.fail("a face's origin is " + plain_number(value), "it must be 0 (boundary) or 1 (cut)");
         return value == 0 ? Origin::boundary : Origin::cut;
     }
-    static std::string number_text(double value) {
-        return std::floor(value) == value && std::abs(value) < 1e15
-                   ? std::to_string(static_cast<std::int64_t>(value))
-                   : std::to_string(value);
-    }
-
     // Where a vertex's values lie; x y z come first.
     static constexpr int slot_normal = 3, slot_piece = 6, slot_rest = 7, slot_colour = 10, slot_uv = 14,
                          slot_count = 16;

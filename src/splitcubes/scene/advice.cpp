@@ -1,4 +1,5 @@
 #include <splitcubes/body/thin_parts.h>
+#include <splitcubes/core/plain_number.h>
 #include <splitcubes/scene/advice.h>
 
 #include <Eigen/Eigenvalues>
@@ -8,18 +9,13 @@
 #include <limits>
 #include <numbers>
 #include <optional>
-#include <sstream>
 
 namespace splitcubes::scene {
 
 namespace {
 
 std::string rounded(double value, int digits = 2) {
-    std::ostringstream out;
-    out.imbue(std::locale::classic());
-    out.precision(digits);
-    out << value;
-    return out.str();
+    return plain_number(value, digits);
 }
 
 std::string percent(double share) {

@@ -1,5 +1,6 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/memory.h>
+#include <splitcubes/core/plain_number.h>
 #include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/geometry/repair.h>
 #include <splitcubes/splitting/pieces.h>
@@ -29,8 +30,10 @@ void check_input(const TriangleMesh& mesh) {
                                              std::to_string(mesh.positions.size()));
             // maxCoeff may pass over what is not a number.
             if (!mesh.positions[v].allFinite() ||
-                mesh.positions[v].cwiseAbs().maxCoeff() >= geometry::largest_coordinate)
-                throw InputError("mesh", "vertex " + std::to_string(v) + " is not finite or beyond 1e75 m",
+                mesh.positions[v].cwiseAbs().maxCoeff() > geometry::largest_coordinate)
+                throw InputError("mesh",
+                                 "vertex " + std::to_string(v) + " is not finite or beyond " +
+                                     plain_number(geometry::largest_coordinate) + " m",
                                  "give coordinates that volumes can be computed from");
         }
 }
@@ -42,10 +45,7 @@ std::string joined(const std::vector<std::string>& parts) {
 }
 
 std::string text_in(const geometry::LengthUnit& unit, double length) {
-    std::ostringstream out;
-    out.precision(3);
-    out << unit.from_metres(length) << ' ' << unit.name;
-    return out.str();
+    return plain_number(unit.from_metres(length), 3) + ' ' + std::string(unit.name);
 }
 
 // "edges" is what takes the s of the plural.
