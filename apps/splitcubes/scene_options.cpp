@@ -14,8 +14,9 @@ void SceneOptions::add_to(Command& command, const std::string& frames_text) {
     command.add_threads(threads, "Threads; default: the scene's, or all");
     command
         .add_list("--set", "KEY=VALUE", set,
-                  "Overrides values of the scene: path.to[0].key=json; a bare word is a text, null takes the "
-                  "key out. Words with '=' after it are overrides too")
+                  "Overrides values of the scene: path.to[0].key=json; what is no JSON is a text (name=2nd), "
+                  "unless it "
+                  "begins with [, { or \"; null takes the key out. Words with '=' after it are overrides too")
         .list([](std::string_view word) { return word.find('=') != std::string_view::npos; });
     command
         .add({"--inputs", "FOLDER",

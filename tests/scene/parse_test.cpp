@@ -183,13 +183,14 @@ TEST(ParseScene, messages_say_where_what_and_how_to_mend_it) {
               "0 to 0.49");
     EXPECT_EQ(
         small("\"density\": 0"),
-        "x.json:7: bodies[0].material.density is 0, which is out of range; give a number above 0 to 1e+06");
+        "x.json:7: bodies[0].material.density is 0, which is out of range; give a number above 0 to 1000000");
     EXPECT_EQ(small("\"density\": \"heavy\""),
-              "x.json:7: bodies[0].material.density is \"heavy\", a text; give a number above 0 to 1e+06");
-    EXPECT_EQ(small("\"density\": 1, \"density\": 2"),
-              "x.json:7: key 'density' stands twice in one object, first on line 7; remove one of the two");
+              "x.json:7: bodies[0].material.density is \"heavy\", a text; give a number above 0 to 1000000");
+    EXPECT_EQ(
+        small("\"density\": 1, \"density\": 2"),
+        "x.json:7:22: key 'density' stands twice in one object, first on line 7; remove one of the two");
     EXPECT_EQ(small("\"density\": 1 \"x\""),
-              "x.json:7: ',' or '}' is missing before '\"'; what it would end was opened on line 6");
+              "x.json:7:21: ',' or '}' is missing before '\"'; what it would end was opened on line 6");
     EXPECT_THAT(error_of("{\n\"frames\": 3}"), HasSubstr("x.json:1: the scene has no 'bodies'; add it"));
     EXPECT_THAT(error_of("[]"), HasSubstr("the scene is [], an array"));
 }
@@ -284,12 +285,33 @@ TEST(Overrides, replace_what_says_the_same_in_another_way) {
                 HasSubstr("is given beside"));
 }
 
+// Whatever is no JSON is a text, unless it begins like JSON.
+TEST(Overrides, take_what_is_no_json_as_a_text) {
+    for (const std::string word :
+         {"2nd", "2nd try", "a,b", "1,5", "12x", "1e999", "-", "+3", ".5", "05", "nan", "truely",
+          "it's \"quoted\"", "x: {y}", "caf\xC3\xA9", "../a b.obj", "/x", "'single'", "C:\\files"}) {
+        EXPECT_EQ(parse(small_scene, {"name=" + word}).name, word);
+        EXPECT_THAT(error_of(small_scene, {"time_step=" + word}),
+                    AllOf(HasSubstr("time_step is "), HasSubstr(", a text; give a number above 0 to 1")))
+            << word;
+    }
+    for (const std::string json : {"[1,2", "{\"a\" 1}", "\"open", " [", "[1e999]", "", " "}) {
+        const std::string error = error_of(small_scene, {"name=" + json});
+        EXPECT_THAT(error, HasSubstr("--set name=" + json + ": ")) << json;
+        EXPECT_THAT(error, Not(HasSubstr("a text;"))) << json;
+    }
+    EXPECT_THAT(error_of(small_scene, {"name=\xff\xfe"}), HasSubstr("is not UTF-8"));
+    // JSON stays what it is.
+    EXPECT_THAT(error_of(small_scene, {"name=5"}), HasSubstr("name is 5, a number"));
+    EXPECT_THAT(error_of(small_scene, {"name=true"}), HasSubstr("true or false"));
+}
+
 TEST(Overrides, errors_name_the_option) {
     const std::vector<std::pair<std::string, std::string>> cases = {
         {"frames", "--set frames: has no '='"},
         {"=3", "--set =3: the path is empty"},
         {"frames=-1", "--set frames=-1: frames is -1, which is out of range"},
-        {"frames=1x", "--set frames=1x: '1x' is no number"},
+        {"frames=1x", "--set frames=1x: frames is \"1x\", a text; give a whole number from 1"},
         {"frames=", "--set frames=: there is no JSON value"},
         {"frames=duck", "--set frames=duck: frames is \"duck\", a text"},
         {"bodies[9].cells=3", "--set bodies[9].cells=3: there is no element [9], the scene has 9"},
@@ -345,7 +367,7 @@ TEST(ParseScene, a_file_gives_name_folder_and_place_of_errors) {
         parse_scene_file(folder / "bad.json");
         ADD_FAILURE() << "no error";
     } catch (const InputError& error) {
-        EXPECT_THAT(error.what(), HasSubstr((folder / "bad.json").string() + ":3: "));
+        EXPECT_THAT(error.what(), HasSubstr((folder / "bad.json").string() + ":3:1: "));
     }
     std::filesystem::remove_all(folder);
 }

@@ -10,6 +10,7 @@
 
 #include <scene/full_scene.h>
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -100,7 +101,7 @@ std::vector<std::string> plant(Json& scene, int k, Random& random) {
         } else if (!spots[at].path.empty() && scene[spots[at].path.parent_pointer()].is_object() &&
                    random.unit() < 0.3) {
             // After all else, as it changes the way to what is inside.
-            renames.emplace_back(spots[at].path, spots[at].path.back() + "q" + name);
+            renames.emplace_back(spots[at].path, spots[at].path.back() + name);
             marks.push_back("\"" + renames.back().second + "\"");
         } else if (spots[at].leaf) {
             marks.push_back(plant_value(value, number, random));
@@ -178,8 +179,9 @@ std::string with_line(const std::string& old_text, const std::string& new_text) 
 TEST(SceneProblems, what_follows_from_a_fault_is_not_told) {
     EXPECT_THAT(problems(two_bodies), IsEmpty());
     // A key by another name is unknown and missing; the name of a body is asked for elsewhere.
-    EXPECT_THAT(problems(with_line("\"radius\": 1", "\"size\": 1")),
-                ElementsAre(HasSubstr("unknown key 'size'; did you mean 'radius', which is needed?")));
+    EXPECT_THAT(
+        problems(with_line("\"radius\": 1", "\"size\": 1")),
+        ElementsAre(HasSubstr("unknown key 'size'; 'radius' is needed and missing; known here: radius")));
     EXPECT_THAT(problems(with_line("\"name\": \"b\"", "\"name\": 3")), SizeIs(1));
     EXPECT_THAT(problems(with_line("\"name\": \"b\"", "\"nmae\": \"b\"")),
                 ElementsAre(HasSubstr("did you mean 'name'?")));
@@ -216,12 +218,92 @@ TEST(SceneProblems, at_most_twenty_are_told_and_the_others_counted) {
     for (int k = 0; k < 998; ++k) scene["bodies"].push_back({{"name", k}});
     const std::vector<std::string> found = problems(scene.dump(1));
     ASSERT_THAT(found, SizeIs(21));
-    EXPECT_EQ(found.back(), "x.json: and 80 more, at least");
+    EXPECT_EQ(found.back(), "x.json: and 980 more, at least");
     scene["bodies"].erase(scene["bodies"].begin() + 17, scene["bodies"].end());
     EXPECT_EQ(problems(scene.dump(1)).back(), "x.json: and 10 more");
     // Too many bodies are one problem, and none of them is read.
     for (int k = 0; k < 1000; ++k) scene["bodies"].push_back({{"name", k}});
     EXPECT_THAT(problems(scene.dump(1)), SizeIs(1));
+}
+
+TEST(SceneProblems, many_of_one_kind_do_not_hide_the_others) {
+    Json scene = Json::parse(two_bodies);
+    for (int k = 0; k < 300; ++k)
+        scene["bodies"].push_back(
+            {{"name", "n" + std::to_string(k)}, {"shape", {{"sphere", {{"radius", -1 - k}}}}}, {"kind", k}});
+    scene["constraints"][0]["kind"] = "holt";
+    scene["camera"] = {{"width", 3}};
+    const std::vector<std::string> found = problems(scene.dump(1), {"time_step=7"});
+    ASSERT_THAT(found, SizeIs(21)) << testing::PrintToString(found);
+    EXPECT_THAT(found, testing::Contains(HasSubstr("constraints[0].kind")));
+    EXPECT_THAT(found, testing::Contains(HasSubstr("camera.width")));
+    EXPECT_THAT(found, testing::Contains(HasSubstr("--set time_step=7")));
+    EXPECT_THAT(found, testing::Contains(HasSubstr("out of range (and 291 more like it); give a number")));
+    EXPECT_THAT(found, testing::Contains(HasSubstr("unknown key 'kind' (and 292 more like it); known here")));
+    EXPECT_EQ(found.back(), "x.json: and 583 more");
+}
+
+TEST(SceneProblems, numbers_that_no_double_holds_are_problems_of_their_keys) {
+    EXPECT_THAT(
+        problems(with_line("\"radius\": 1", "\"radius\": 1e999, \"colour\": 2")),
+        ElementsAre(StartsWith("x.json:3: bodies[0].shape.sphere.radius is 1e999, which is out of range"),
+                    HasSubstr("unknown key 'colour'")));
+    EXPECT_THAT(problems(with_line("[0, 0, 0]", "[0, -2e400, 1e-999]")),
+                ElementsAre(HasSubstr("x.json:6: constraints[0].region.sphere.center[1] is -2e400"),
+                            HasSubstr("center[2] is 1e-999, which is out of range")));
+    // An option takes its place.
+    EXPECT_THAT(
+        problems(with_line("\"radius\": 1", "\"radius\": 1e999"), {"bodies[0].shape.sphere.radius=2"}),
+        IsEmpty());
+    EXPECT_THAT(problems("1e999"), SizeIs(1));
+    // Of very many the first are told.
+    std::string many = "[1e999";
+    for (int k = 0; k < 5000; ++k) many += ",\n1e999";
+    const std::vector<std::string> found = problems(with_line("[0, 0, 0]", many + "]"));
+    ASSERT_THAT(found, SizeIs(21));
+    EXPECT_THAT(found[0], StartsWith("x.json:6: constraints[0].region.sphere.center[0] is 1e999"));
+    EXPECT_THAT(found[19], HasSubstr("center[19] is 1e999, which is out of range (and 980 more like it)"));
+    EXPECT_THAT(problems_of([&] { parse_path_text(R"({"tools": [], "name": 1e999})", "x.json"); }),
+                SizeIs(2));
+}
+
+TEST(SceneProblems, syntax_has_line_and_column) {
+    EXPECT_THAT(problems("{\n  \"bodies\": [1 2]}"),
+                ElementsAre(StartsWith("x.json:2:16: ',' or ']' is missing")));
+    EXPECT_THAT(problems("{\"n\u00e9\": 01}"), ElementsAre(StartsWith("x.json:1:8: '01' is no number")));
+}
+
+// Plain: without an exponent where the user wrote none.
+TEST(SceneProblems, numbers_are_told_as_people_write_them) {
+    const auto has_exponent = [](const std::string& text) {
+        for (std::size_t k = 1; k + 1 < text.size(); ++k)
+            if ((text[k] == 'e' || text[k] == 'E') && std::isdigit(static_cast<unsigned char>(text[k - 1])) &&
+                (std::isdigit(static_cast<unsigned char>(text[k + 1])) || text[k + 1] == '+' ||
+                 text[k + 1] == '-'))
+                return true;
+        return false;
+    };
+    const Json scene = Json::parse(full_scene);
+    std::vector<Spot> spots;
+    list_spots(scene, Json::json_pointer(), spots);
+    std::size_t told = 0;
+    for (const Spot& spot : spots) {
+        if (!spot.leaf || !scene[spot.path].is_number()) continue;
+        // All but a choice or two are out of the range of each number of a scene, others of some.
+        for (const double value : {-123456789012345.5, 20000000.0, 0.00002, -0.00001, 98765432.1}) {
+            Json faulty = scene;
+            faulty[spot.path] = value;
+            for (const std::string& line : problems(faulty.dump(1))) {
+                ++told;
+                EXPECT_FALSE(has_exponent(line)) << line;
+            }
+        }
+    }
+    EXPECT_GT(told, 500U);
+    EXPECT_THAT(problems(with_line("\"radius\": 1", "\"radius\": 20000000")),
+                ElementsAre(HasSubstr(
+                    "radius is 20000000, which is out of range; give a number above 0 to 10000000")));
+    EXPECT_THAT(problems(with_line("[0, 0, 0]", "[0.00001, 0]")), ElementsAre(HasSubstr("[0.00001,0]")));
 }
 
 TEST(SceneProblems, path_files_and_recordings_too) {

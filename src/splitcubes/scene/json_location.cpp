@@ -20,8 +20,8 @@ bool is_digit(char c) {
 /// value on that path.
 class Scanner {
   public:
-    Scanner(std::string_view text, const std::string& name, int max_depth, bool with_line)
-        : text_(text), name_(name), max_depth_(max_depth), with_line_(with_line) {}
+    Scanner(std::string_view text, const std::string& name, int max_depth, bool with_place)
+        : text_(text), name_(name), max_depth_(max_depth), with_place_(with_place) {}
 
     void scan(const JsonPath* target) {
         target_ = target;
@@ -35,10 +35,21 @@ class Scanner {
     }
     int found_line() const { return found_line_; }
     void set_max_memory(std::size_t bytes) { max_memory_ = bytes; }
+    void collect_unheld(std::vector<UnheldNumber>* unheld) { unheld_ = unheld; }
 
   private:
     [[noreturn]] void fail(const std::string& problem, const std::string& remedy) const {
-        throw InputError(with_line_ ? name_ + ":" + std::to_string(line_) : name_, problem, remedy);
+        throw InputError(
+            with_place_ ? name_ + ":" + std::to_string(line_) + ":" + std::to_string(column()) : name_,
+            problem, remedy);
+    }
+    // Characters of UTF-8: bytes but for those that go on.
+    std::size_t column() const {
+        const std::string_view before = text_.substr(0, at_);
+        const std::size_t end_of_last = before.rfind('\n');
+        const std::string_view line = before.substr(end_of_last == before.npos ? 0 : end_of_last + 1);
+        const auto is_first = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; };
+        return 1 + static_cast<std::size_t>(std::count_if(line.begin(), line.end(), is_first));
     }
     bool at_end() const { return at_ >= text_.size(); }
     char peek() const { return at_end() ? '\0' : text_[at_]; }
@@ -122,9 +133,11 @@ class Scanner {
                      peek() == '}' ? "remove the comma before it" : "write \"key\": value");
             }
             const int key_line = line_;
+            const std::size_t key_at = at_;
             const std::string key = string();
             const auto [old, fresh] = key_lines.emplace(key, key_line);
             if (!fresh) {
+                at_ = key_at;
                 fail("key '" + printable(key) + "' stands twice in one object, first on line " +
                          std::to_string(old->second),
                      "remove one of the two");
@@ -140,7 +153,9 @@ class Scanner {
                 fail("a ':' is missing after key '" + printable(key) + "'", "write \"key\": value");
             ++at_;
             skip_space();
+            if (unheld_) path_.push_back({key, -1});
             value(depth + 1, match);
+            if (unheld_) path_.pop_back();
             if (!next_element('}', open_line)) return;
         }
     }
@@ -156,7 +171,9 @@ class Scanner {
         for (int index = 0;; ++index) {
             const bool match = step_matches(depth, on_path, {"", index});
             if (match) found_line_ = line_;
+            if (unheld_) path_.push_back({"", index});
             value(depth + 1, match);
+            if (unheld_) path_.pop_back();
             if (!next_element(']', open_line)) return;
         }
     }
@@ -222,12 +239,20 @@ class Scanner {
         }
         const std::string_view token = text_.substr(start, at_ - start);
         const std::string shown = printable(std::string(token), 30);
-        if (!good) fail("'" + shown + "' is no number", "write numbers like 0.5, -2 or 1e-3");
+        if (!good) {
+            at_ = start;
+            fail("'" + shown + "' is no number", "write numbers like 0.5, -2 or 1e-3");
+        }
         double result = 0;
         const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), result);
-        if (error == std::errc::result_out_of_range) {
-            fail("number " + shown + " is out of range", "sizes from 1e-307 to 1.7e308 can be held");
+        if (error != std::errc::result_out_of_range || target_ != nullptr) return;
+        if (unheld_ != nullptr) {
+            const bool few = unheld_->size() < most_unheld_paths;
+            unheld_->push_back({start, token.size(), few ? path_ : JsonPath()});
+            return;
         }
+        at_ = start;
+        fail("number " + shown + " is out of range", "sizes from 1e-307 to 1.7e308 can be held");
     }
 
     std::string string() {
@@ -337,7 +362,9 @@ class Scanner {
     std::string_view text_;
     const std::string& name_;
     int max_depth_;
-    bool with_line_;
+    bool with_place_;
+    std::vector<UnheldNumber>* unheld_ = nullptr;
+    JsonPath path_;  // followed where numbers are collected
     // What the parsed values take beside the characters of texts, with what the allocator adds.
     static constexpr std::size_t value_memory = 16, array_memory = 48, text_memory = 48;
     std::size_t memory_ = 0, max_memory_ = std::numeric_limits<std::size_t>::max();
@@ -349,8 +376,11 @@ class Scanner {
 
 }  // namespace
 
-void check_json(std::string_view text, const std::string& name, int max_depth, bool with_line) {
-    Scanner(text, name, max_depth, with_line).scan(nullptr);
+void check_json(std::string_view text, const std::string& name, int max_depth, bool with_place,
+                std::vector<UnheldNumber>* unheld) {
+    Scanner scanner(text, name, max_depth, with_place);
+    scanner.collect_unheld(unheld);
+    scanner.scan(nullptr);
 }
 
 void check_json_within(std::string_view text, const std::string& name, int max_depth,

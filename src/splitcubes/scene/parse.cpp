@@ -25,18 +25,30 @@ Json parse_checked(std::string_view text, const std::string& where) {
     }
 }
 
-bool is_bare_word(std::string_view text) {
-    const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
-    if (text.empty() || !letter(text[0])) return false;
-    for (const char c : text) {
-        if (!is_path_word(c) && c != '.' && c != '/') return false;
+bool is_utf8(std::string_view text) {
+    try {
+        return !Json(std::string(text)).dump().empty();
+    } catch (const Json::exception&) {
+        return false;
     }
-    return text != "true" && text != "false" && text != "null";
 }
 
+// What begins so is meant as JSON, and an error in it is told.
+bool tries_to_be_json(std::string_view text) {
+    const std::size_t first = text.find_first_not_of(" \t\r\n");
+    return first == std::string_view::npos ||
+           std::string_view("[{\"").find(text[first]) != std::string_view::npos;
+}
+
+// Text that is no JSON is meant as a text: whoever reads it says where a number is wanted.
 Json parse_override_value(std::string_view text, const std::string& option) {
-    if (is_bare_word(text)) return std::string(text);
-    check_json(text, option, ParseLimits::nesting_depth, false);
+    try {
+        check_json(text, option, ParseLimits::nesting_depth, false);
+    } catch (const InputError&) {
+        if (tries_to_be_json(text)) throw;
+        if (!is_utf8(text)) throw InputError(option, "is not UTF-8", "write it as UTF-8");
+        return std::string(text);
+    }
     return parse_checked(text, option);
 }
 
@@ -142,14 +154,43 @@ std::string read_text(const std::filesystem::path& path, const char* kind) {
     return text;
 }
 
-// Text that is not too long and good JSON.
-Json parse_json(std::string_view text, const std::string& name) {
+// Text that is not too long and good JSON. Numbers that no double holds are null in it.
+struct Parsed {
+    Json json;
+    std::vector<UnheldNumber> unheld;
+};
+
+Parsed parse_json(std::string_view text, const std::string& name) {
     if (text.size() > ParseLimits::bytes) {
         throw InputError(name, "is longer than " + std::to_string(ParseLimits::bytes) + " bytes",
                          "a scene is a short text, meshes stand in files of their own");
     }
-    check_json(text, name, ParseLimits::nesting_depth);
-    return parse_checked(text, name);
+    Parsed out;
+    check_json(text, name, ParseLimits::nesting_depth, true, &out.unheld);
+    if (out.unheld.empty()) {
+        out.json = parse_checked(text, name);
+        return out;
+    }
+    std::string without;
+    std::size_t at = 0;
+    for (const UnheldNumber& number : out.unheld) {
+        without.append(text.substr(at, number.begin - at)).append("null");
+        at = number.begin + number.size;
+    }
+    without.append(text.substr(at));
+    out.json = parse_checked(without, name);
+    return out;
+}
+
+// Before anything is read, as nobody is to complain of the null; but after options, which may replace it.
+void note_unheld(const std::vector<UnheldNumber>& unheld, const Source& source) {
+    for (const UnheldNumber& number : unheld)
+        if (!number.path.empty() && source.override_of(number.path) == nullptr)
+            source.note(number.path, number.path,
+                        to_string(number.path) + " is " +
+                            printable(std::string(source.text.substr(number.begin, number.size)), 30) +
+                            ", which is out of range",
+                        "numbers have sizes from 1e-307 to 1.7e308");
 }
 
 }  // namespace
@@ -157,11 +198,12 @@ Json parse_json(std::string_view text, const std::string& name) {
 SceneDescription parse_scene_text(std::string_view text, const std::string& name,
                                   const std::filesystem::path& folder,
                                   std::span<const std::string> overrides) {
-    Json json = parse_json(text, name);
+    Parsed parsed = parse_json(text, name);
     Source source{
         text, name, std::filesystem::absolute(folder.empty() ? "." : folder).lexically_normal(), {}};
-    apply_overrides(overrides, json, source);
-    SceneDescription out = read_scene(Value(source, json, {}));
+    apply_overrides(overrides, parsed.json, source);
+    note_unheld(parsed.unheld, source);
+    SceneDescription out = read_scene(Value(source, parsed.json, {}));
     source.raise();
     return out;
 }
@@ -175,9 +217,10 @@ SceneDescription parse_scene_file(const std::filesystem::path& path, std::span<c
 }
 
 std::vector<ToolDescription> parse_path_text(std::string_view text, const std::string& name) {
-    const Json json = parse_json(text, name);
+    const Parsed parsed = parse_json(text, name);
     const Source source{text, name, {}, {}};
-    std::vector<ToolDescription> out = read_path(Value(source, json, {}));
+    note_unheld(parsed.unheld, source);
+    std::vector<ToolDescription> out = read_path(Value(source, parsed.json, {}));
     source.raise();
     return out;
 }

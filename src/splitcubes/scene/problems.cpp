@@ -22,22 +22,68 @@ bool Problems::within(const JsonPath& path) const {
     });
 }
 
+namespace {
+
+// How many of each kind are told: one after the other gets one more.
+std::map<std::string, std::size_t> shares_of(const std::vector<const Problem*>& sorted, std::size_t most) {
+    std::map<std::string, std::size_t> counts, out;
+    std::vector<std::string> order;
+    for (const Problem* p : sorted)
+        if (counts[p->kind]++ == 0) order.push_back(p->kind);
+    for (bool more = true; more && most > 0;) {
+        more = false;
+        for (const std::string& kind : order) {
+            if (most == 0 || out[kind] == counts[kind]) continue;
+            ++out[kind];
+            --most;
+            more = true;
+        }
+    }
+    return out;
+}
+
+}  // namespace
+
+bool Problems::wants_place(const std::string& kind) const {
+    const auto found = kind_counts_.find(kind);
+    return found == kind_counts_.end() || found->second < told_most;
+}
+
+Problem* Problems::add(Problem problem) {
+    ++kind_counts_[problem.kind];
+    placed_count_ += !problem.unplaced;
+    held_.push_back(std::move(problem));
+    return &held_.back();
+}
+
 void Problems::raise(const std::string& name) const {
     if (empty()) return;
     std::vector<const Problem*> sorted;
-    for (const Problem& problem : held_) sorted.push_back(&problem);
+    for (const Problem& problem : held_)
+        if (!problem.unplaced) sorted.push_back(&problem);
     // Those of options, which stand on no line, come last.
     std::stable_sort(sorted.begin(), sorted.end(), [](const Problem* a, const Problem* b) {
         return a->line != b->line && a->line != 0 && (b->line == 0 || a->line < b->line);
     });
+    const std::size_t options_told = std::min(options_.size(), told_most / 2);
+    const std::map<std::string, std::size_t> shares = shares_of(sorted, told_most - options_told);
+    std::map<std::string, std::size_t> told;
     std::vector<InputError> lines;
-    for (const Problem* p : sorted) lines.emplace_back(p->place, p->problem, p->remedy);
-    lines.insert(lines.end(), options_.begin(), options_.end());
-    if (lines.size() > told_most) {
-        const std::size_t rest = lines.size() - told_most;
-        lines.erase(lines.begin() + static_cast<std::ptrdiff_t>(told_most), lines.end());
-        lines.emplace_back(name, "and " + std::to_string(rest) + (full() ? " more, at least" : " more"));
+    for (const Problem* p : sorted) {
+        const auto share = shares.find(p->kind);
+        if (share == shares.end() || told[p->kind] == share->second) continue;
+        const std::size_t rest = kind_counts_.at(p->kind) - share->second;
+        const bool is_last = ++told[p->kind] == share->second;
+        const std::string more =
+            is_last && rest > 0 ? " (and " + std::to_string(rest) + " more like it)" : "";
+        lines.emplace_back(p->place, p->problem + more, p->remedy);
     }
+    for (std::size_t k = 0; k < options_.size() && lines.size() < told_most; ++k)
+        lines.push_back(options_[k]);
+    const std::size_t all = held_.size() + options_.size();
+    if (all > lines.size())
+        lines.emplace_back(
+            name, "and " + std::to_string(all - lines.size()) + (full() ? " more, at least" : " more"));
     throw InputErrors(lines);
 }
 

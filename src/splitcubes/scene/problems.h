@@ -5,6 +5,7 @@
 #include <splitcubes/scene/json_path.h>
 
 #include <cstddef>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,18 +21,23 @@ struct Problem {
     /// Of an unknown key near no known one: the missing one that it may have been meant for.
     JsonPath meant_for = {};
     bool unexplained = false;  // an unknown key that is near no known one and meant for none so far
+    std::string kind = {};     // those of one kind are told a few of and counted
+    bool unplaced = false;     // one of many: counted alone
 };
 
 class Problems {
   public:
-    /// Reading ends with the problem after so many, so that a hostile text costs no more than a faulty one.
-    static constexpr std::size_t held_most = 100;
+    /// Reading ends with the problem after so many, or after so many whose line was looked for, so that a
+    /// hostile text costs no more than a faulty one.
+    static constexpr std::size_t held_most = 1000, placed_most = 100;
     /// At most so many are told, in the order of their lines, those of options last; then how many there are
-    /// besides.
+    /// besides. Kinds take turns, so that many of one do not hide the others.
     static constexpr std::size_t told_most = 20;
 
-    bool full() const { return held_.size() >= held_most; }
-    void add(Problem problem) { held_.push_back(std::move(problem)); }
+    bool full() const { return held_.size() >= held_most || placed_count_ >= placed_most; }
+    /// Whether the line of one more of the kind is needed.
+    bool wants_place(const std::string& kind) const;
+    Problem* add(Problem problem);
     /// An option that could not be applied.
     void add_option(const InputError& error);
     bool empty() const { return held_.empty() && options_.empty(); }
@@ -46,6 +52,8 @@ class Problems {
 
   private:
     std::vector<Problem> held_;
+    std::map<std::string, std::size_t> kind_counts_;
+    std::size_t placed_count_ = 0;
     std::vector<InputError> options_;
 };
 

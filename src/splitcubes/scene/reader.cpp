@@ -1,4 +1,6 @@
 #include <splitcubes/core/error.h>
+#include <splitcubes/core/nearest_word.h>
+#include <splitcubes/core/plain_number.h>
 #include <splitcubes/scene/json_location.h>
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/reader.h>
@@ -6,22 +8,14 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstdio>
-#include <numeric>
 
 namespace splitcubes::scene {
 
 namespace {
 
-std::string format_number(double value) {
-    char buffer[32];
-    std::snprintf(buffer, sizeof buffer, "%.6g", value);
-    return buffer;
-}
-
 std::string format_range(const Range& range) {
-    return (range.low_open ? "above " : "from ") + format_number(range.low) +
-           (range.high_open ? " to below " : " to ") + format_number(range.high);
+    return (range.low_open ? "above " : "from ") + plain_number(range.low) +
+           (range.high_open ? " to below " : " to ") + plain_number(range.high);
 }
 
 bool inside(const Range& range, double value) {
@@ -34,22 +28,6 @@ double harmless(const Range& range) {
     return inside(range, 1) ? 1 : 0.5 * (range.low + range.high);
 }
 
-// Levenshtein's distance: letters put in, taken out or exchanged.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        std::size_t diagonal = row[0];
-        row[0] = i + 1;
-        for (std::size_t j = 0; j < b.size(); ++j) {
-            const std::size_t exchanged = diagonal + (a[i] == b[j] ? 0 : 1);
-            diagonal = row[j + 1];
-            row[j + 1] = std::min({exchanged, row[j] + 1, row[j + 1] + 1});
-        }
-    }
-    return row[b.size()];
-}
-
 std::string list(const std::vector<std::string_view>& words) {
     std::string out;
     for (const std::string_view word : words) {
@@ -59,16 +37,26 @@ std::string list(const std::vector<std::string_view>& words) {
     return out;
 }
 
-// The known word that is nearest, if it is near enough to be meant; else empty.
-std::string_view nearest_key(const std::string& word, const std::vector<std::string_view>& known) {
-    // A long unknown key costs no more than a short one.
-    const std::string_view start = std::string_view(word).substr(0, 100);
-    const auto nearest = std::min_element(known.begin(), known.end(), [&](auto a, auto b) {
-        return edit_distance(start, a) < edit_distance(start, b);
-    });
-    const std::size_t far_off = std::max<std::size_t>(2, start.size() / 3);
-    return nearest != known.end() && edit_distance(start, *nearest) <= far_off ? *nearest
-                                                                               : std::string_view();
+// The text of a value with its numbers as people write them; more than a message shows of it is not made.
+void write_plainly(const nlohmann::ordered_json& json, std::string& out) {
+    constexpr std::size_t enough = 100;
+    if (json.is_number_float()) {
+        out += plain_number(json.get<double>());
+    } else if (!json.is_structured()) {
+        out += json.dump();
+    } else {
+        const bool object = json.is_object();
+        out += object ? '{' : '[';
+        bool first = true;
+        for (const auto& item : json.items()) {
+            if (out.size() > enough) break;
+            if (!first) out += ',';
+            if (object) out += nlohmann::ordered_json(item.key()).dump() + ':';
+            write_plainly(item.value(), out);
+            first = false;
+        }
+        out += object ? '}' : ']';
+    }
 }
 
 const char* type_name(const nlohmann::ordered_json& json) {
@@ -93,6 +81,13 @@ const std::vector<std::string_view>& keys_of(std::string_view kind) {
     return scene_keys().front().keys;
 }
 
+// Elements of one array are alike.
+std::string kind_of(JsonPath path) {
+    for (PathStep& step : path)
+        if (step.index >= 0) step.index = 0;
+    return to_string(path);
+}
+
 }  // namespace
 
 const Override* Source::override_of(const JsonPath& path) const {
@@ -102,12 +97,15 @@ const Override* Source::override_of(const JsonPath& path) const {
 }
 
 Problem* Source::note(const JsonPath& about, const JsonPath& where, const std::string& problem,
-                      const std::string& remedy) const {
+                      const std::string& remedy, const JsonPath& like) const {
     if (problems.at(about) != nullptr) return nullptr;
     if (problems.full()) raise();
     Problem out{"", 0, problem, remedy, about};
+    out.kind = kind_of(like.empty() ? about : like) + '\n' + remedy;
     if (const Override* origin = override_of(where)) {
         out.place = origin->option;
+    } else if (!problems.wants_place(out.kind)) {
+        out.unplaced = true;
     } else {
         out.line = line_of(text, where);
         out.place = name + ":" + std::to_string(out.line);
@@ -117,8 +115,7 @@ Problem* Source::note(const JsonPath& about, const JsonPath& where, const std::s
         });
         if (part != overrides.end()) out.place += " with " + part->option;
     }
-    problems.add(std::move(out));
-    return problems.at(about);
+    return problems.add(std::move(out));
 }
 
 Value Value::make_void(const Source& source, JsonPath path) {
@@ -133,7 +130,9 @@ void Value::fail(const std::string& problem, const std::string& remedy) const {
 }
 
 std::string Value::shown() const {
-    return printable(json_->dump());
+    std::string out;
+    write_plainly(*json_, out);
+    return printable(out);
 }
 
 std::string Value::shown_with_type() const {
@@ -292,16 +291,18 @@ Object::Object(const Value& value, std::string_view kind) : value_(value), keys_
 
 void Object::note_unknown(const std::string& key) {
     const Source& source = value_.source();
-    const std::string_view meant = nearest_key(key, *keys_);
+    const std::string near = nearest_word(key, {keys_->begin(), keys_->end()});
+    const auto meant = std::find(keys_->begin(), keys_->end(), near);
     const JsonPath path = extended(value_.path(), {key, -1});
-    Problem* noted = source.note(
-        path, path, to_string(value_.path()) + " has the unknown key '" + printable(key) + "'",
-        meant.empty() ? "known here: " + list(*keys_) : "did you mean '" + std::string(meant) + "'?");
-    if (meant.empty()) {
+    Problem* noted =
+        source.note(path, path, to_string(value_.path()) + " has the unknown key '" + printable(key) + "'",
+                    near.empty() ? "known here: " + list(*keys_) : "did you mean '" + near + "'?",
+                    near.empty() ? extended(value_.path(), {"", -1}) : path);
+    if (near.empty()) {
         if (noted != nullptr) noted->unexplained = true;
         strange_.push_back(key);
-    } else if (!has(meant)) {
-        renamed_.emplace_back(meant, key);
+    } else if (!has(near)) {
+        renamed_.emplace_back(*meant, key);
     }
 }
 
@@ -327,11 +328,12 @@ Value Object::at(std::string_view key) const {
     if (key.empty() || value_.is_void()) return nothing;
     const Source& source = value_.source();
     if (source.problems.at(nothing.path()) != nullptr) return nothing;
-    // An unknown key may have been meant for the missing one: that is one problem.
+    // An unknown key may have been meant for the missing one: that is one problem, though none may guess
+    // which.
     for (const std::string& strange : strange_) {
         Problem* known = source.problems.at(extended(value_.path(), {strange, -1}));
         if (known == nullptr || !known->unexplained) continue;
-        known->remedy = "did you mean '" + std::string(key) + "', which is needed?";
+        known->remedy = "'" + std::string(key) + "' is needed and missing; " + known->remedy;
         known->meant_for = nothing.path();
         known->unexplained = false;
         return nothing;

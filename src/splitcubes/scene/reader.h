@@ -37,10 +37,11 @@ struct Source {
 
     const Override* override_of(const JsonPath& path) const;
     /// Notes a problem at the line of the value `where`, or at the option that set it; one for each
-    /// value `about`. problem: with the name of what has it. Null where one is noted already. Throws all
-    /// when there are too many.
+    /// value `about`. problem: with the name of what has it; like: problems of one kind have it in common,
+    /// but for indices, and the remedy; empty: as about. Null where one is noted already. Throws all when
+    /// there are too many.
     Problem* note(const JsonPath& about, const JsonPath& where, const std::string& problem,
-                  const std::string& remedy) const;
+                  const std::string& remedy, const JsonPath& like = {}) const;
     /// Throws what was noted, if anything was.
     void raise() const { problems.raise(name); }
 };
