@@ -295,6 +295,38 @@ TEST(Attributes, ALibraryOfSomebodyElseIsNotReplaced) {
     EXPECT_NE(folder.content("a.mtl"), first);
 }
 
+TEST(Attributes, APictureTakesNoOtherFilesPlace) {
+    const TemporaryFolder folder;
+    geometry::Material skin{.name = "skin", .texture = "skin.png", .image = nullptr};
+    const auto bytes = bytes_of(picture);
+    skin.image = std::make_shared<const geometry::EmbeddedImage>(
+        geometry::EmbeddedImage{"image/png", {bytes.begin(), bytes.end()}});
+    for (const char* name : {"a.obj", "a.ply"}) {
+        SurfaceMesh surface = model_surface(5);
+        surface.attributes.materials[0] = skin;
+        folder.write("a-skin.png", "somebody's");
+        std::filesystem::remove(folder.path() / "a-skin-2.png");
+        std::filesystem::create_directories(folder.path() / "a-skin-1.png");
+        for (int again = 0; again < 2; ++again) {
+            write_mesh(folder.path() / name, surface);
+            EXPECT_EQ(folder.content("a-skin.png"), "somebody's");
+            EXPECT_EQ(folder.content("a-skin-2.png"), picture);
+            EXPECT_FALSE(std::filesystem::exists(folder.path() / "a-skin-3.png"))
+                << "that of before is the same";
+            EXPECT_EQ(read_model(folder.path() / name).attributes.materials[0].texture,
+                      (folder.path() / "a-skin-2.png").generic_string());
+        }
+        // Another picture is another file.
+        auto other = std::make_shared<geometry::EmbeddedImage>(*skin.image);
+        other->bytes.back() = std::byte{7};
+        surface.attributes.materials[0].image = other;
+        write_mesh(folder.path() / name, surface);
+        EXPECT_EQ(folder.content("a-skin-2.png"), picture);
+        EXPECT_NE(folder.content("a-skin-3.png"), picture);
+        std::filesystem::remove(folder.path() / "a-skin-3.png");
+    }
+}
+
 TEST(Attributes, TexturesAreFoundFromAnotherFolder) {
     const TemporaryFolder folder;
     std::filesystem::create_directories(folder.path() / "in");

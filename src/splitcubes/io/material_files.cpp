@@ -4,7 +4,10 @@
 #include <splitcubes/io/write_mesh.h>
 
 #include <algorithm>
+#include <cstring>
+#include <fstream>
 #include <set>
+#include <system_error>
 #include <utility>
 
 namespace splitcubes::io {
@@ -62,6 +65,27 @@ std::vector<Rgba> vertex_colours(const geometry::SurfaceMesh& surface) {
     return out;
 }
 
+namespace {
+
+bool holds(const std::filesystem::path& path, const std::vector<std::byte>& bytes) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error)) return false;
+    if (std::filesystem::file_size(path, error) != bytes.size() || error) return false;
+    std::ifstream file(path, std::ios::binary);
+    std::vector<char> there(bytes.size());
+    file.read(there.data(), static_cast<std::streamsize>(there.size()));
+    return file && std::memcmp(there.data(), bytes.data(), bytes.size()) == 0;
+}
+
+/// Nobody names these pictures, so none takes the place of a file that is there.
+bool is_free_for(const std::filesystem::path& path, const std::vector<std::byte>& bytes) {
+    std::error_code error;
+    const std::filesystem::file_status status = std::filesystem::symlink_status(path, error);
+    return status.type() == std::filesystem::file_type::not_found || holds(path, bytes);
+}
+
+}  // namespace
+
 void write_images(const std::filesystem::path& folder, const std::string& prefix,
                   std::vector<Material>& materials,
                   const std::function<void(const std::filesystem::path&)>& before) {
@@ -80,11 +104,11 @@ void write_images(const std::filesystem::path& folder, const std::string& prefix
         const std::filesystem::path wished(material.texture);
         const std::string stem = prefix + "-" + wished.stem().string();
         std::string name = stem + wished.extension().string();
-        for (int k = 1; !taken.insert(name).second; ++k)
+        const std::vector<std::byte>& bytes = material.image->bytes;
+        for (int k = 1; !taken.insert(name).second || !is_free_for(folder / name, bytes); ++k)
             name = stem + "-" + std::to_string(k) + wished.extension().string();
         if (before) before(folder / name);
         AtomicFile file(folder / name);
-        const std::vector<std::byte>& bytes = material.image->bytes;
         file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
         file.commit();
         material.texture = (folder / name).generic_string();

@@ -36,8 +36,9 @@ namespace splitcubes::io {
 void write_mesh(const std::filesystem::path& path, const geometry::SurfaceMesh& surface);
 
 /// Writes the pictures that materials carry as files `PREFIX-NAME` into a folder,
-/// whole or not at all, and makes the materials refer to them. `before` is told of each file before it is
-/// written.
+/// whole or not at all, and makes the materials refer to them. Where a file of that name holds something
+/// else, it stays, and the picture is called `PREFIX-NAME-1` (2, ...), its ending behind that. `before` is
+/// told of each file before it is written.
 void write_images(const std::filesystem::path& folder, const std::string& prefix,
                   std::vector<geometry::Material>& materials,
                   const std::function<void(const std::filesystem::path&)>& before = {});
