@@ -4,15 +4,19 @@
 #include <splitcubes/body/checkpoint.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/memory.h>
+#include <splitcubes/core/sha256.h>
 #include <splitcubes/io/atomic_file.h>
 #include <splitcubes/scene/inputs.h>
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/resolve.h>
 
+#include <algorithm>
+#include <charconv>
 #include <cstdint>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <system_error>
+#include <utility>
 
 namespace splitcubes::app {
 
@@ -45,19 +49,61 @@ std::string difference(const fs::path& checkpoint, const scene::SceneDescription
     }
 }
 
+// In front of the state, so that what belongs to another scene is known before a world is made.
+constexpr std::string_view head_begin = "Splitcubes run 1, scene ", head_middle = ", frame ";
+constexpr std::size_t hash_digits = 64, frame_digits = 10;
+constexpr std::size_t head_size = head_begin.size() + hash_digits + head_middle.size() + frame_digits + 1;
+
+std::string checkpoint_head(const std::string& scene_hash, std::uint64_t frame) {
+    std::string digits = std::to_string(frame);
+    digits.insert(0, frame_digits - std::min(frame_digits, digits.size()), '0');
+    return std::string(head_begin) + scene_hash + std::string(head_middle) + digits + '\n';
+}
+
+std::string sha256_of(const std::string& text) {
+    Sha256 hash;
+    hash.add(text);
+    return hash.text();
+}
+
+// Takes the head off. Throws InputError where there is none.
+SavedRun without_head(std::string bytes, const std::string& name) {
+    const std::string_view text = bytes;
+    SavedRun out;
+    const std::string_view middle = text.substr(std::min(text.size(), head_begin.size() + hash_digits));
+    if (!text.starts_with(head_begin) || !middle.starts_with(head_middle)) {
+        body::check_checkpoint(bytes, name);
+        throw InputError(name, "is a checkpoint of another version of the program",
+                         "go on with the version that wrote it, or start again");
+    }
+    out.scene_hash = text.substr(head_begin.size(), hash_digits);
+    const char* const digits = middle.data() + head_middle.size();
+    const char* const end = std::min(digits + frame_digits, text.data() + text.size());
+    const auto [stop, error] = std::from_chars(digits, end, out.frame);
+    if (error != std::errc() || stop != digits + frame_digits || text.size() < head_size ||
+        text[head_size - 1] != '\n')
+        throw InputError(name, "is damaged or cut off", "go back to an earlier checkpoint, or start again");
+    bytes.erase(0, head_size);
+    out.state = std::move(bytes);
+    return out;
+}
+
 }  // namespace
 
-Checkpoints::Checkpoints(OutputFolder& folder, const scene::SceneDescription& description,
-                         const body::World& world)
-    : folder_(folder), description_(description) {
-    identity_ = essence(description).dump() + world.state_hash().text();
+Checkpoints::Checkpoints(OutputFolder& folder, const scene::SceneDescription& description)
+    : folder_(folder), description_(description), essence_(essence(description).dump()) {}
+
+void Checkpoints::begin(const body::World& world) {
+    identity_ = essence_ + world.state_hash().text();
 }
 
 void Checkpoints::write(body::World& world, std::string_view metrics) const {
-    io::write_file(folder_.add("checkpoint.bin"), body::encode_checkpoint(world, identity_, metrics));
+    const auto frame = static_cast<std::uint64_t>(world.step_count());
+    io::write_file(folder_.add("checkpoint.bin"), checkpoint_head(sha256_of(essence_), frame) +
+                                                      body::encode_checkpoint(world, identity_, metrics));
 }
 
-std::string read_checkpoint(const fs::path& from) {
+SavedRun read_checkpoint(const fs::path& from) {
     const char* const remedy = "give a checkpoint that 'run' wrote";
     std::error_code error;
     // A pipe or a device may never end.
@@ -70,26 +116,33 @@ std::string read_checkpoint(const fs::path& from) {
     std::string bytes(size, '\0');
     if (!file.read(bytes.data(), static_cast<std::streamsize>(size)))
         throw InputError(from.string(), "cannot be read", remedy);
-    body::check_checkpoint(bytes, from.string());
-    return bytes;
+    SavedRun out = without_head(std::move(bytes), from.string());
+    body::check_checkpoint(out.state, from.string());
+    return out;
 }
 
-RunOutput::Past Checkpoints::restore(body::World& world, std::string_view bytes, const fs::path& from,
-                                     int last_frame) const {
-    RunOutput::Past past;
-    try {
-        past.metrics = body::restore_checkpoint(world, bytes, identity_, from.string());
-    } catch (const InputError& error) {
+void Checkpoints::check(const SavedRun& saved, const fs::path& from) const {
+    if (saved.scene_hash != sha256_of(essence_)) {
         const std::string differs = difference(from, description_);
-        if (differs.empty()) throw;
-        throw InputError(error.what(), differs);
+        throw InputError(from.string(), "is a checkpoint of another scene",
+                         "give the scene it was made from; only frames, threads and output may differ" +
+                             (differs.empty() ? "" : "; " + differs));
     }
-    past.frame = static_cast<int>(world.step_count());
-    if (past.frame > last_frame)
+    if (saved.frame > static_cast<std::uint64_t>(description_.frames))
         throw InputError(from.string(),
-                         "was made after frame " + std::to_string(past.frame) + ", the run ends at " +
-                             std::to_string(last_frame),
+                         "was made after frame " + std::to_string(saved.frame) + ", the run ends at " +
+                             std::to_string(description_.frames),
                          "ask for more --frames");
+}
+
+RunOutput::Past Checkpoints::restore(body::World& world, const SavedRun& saved, const fs::path& from) const {
+    RunOutput::Past past;
+    past.metrics = body::restore_checkpoint(world, saved.state, identity_, from.string());
+    past.frame = static_cast<int>(world.step_count());
+    // The head has no checksum.
+    if (static_cast<std::uint64_t>(past.frame) != saved.frame)
+        throw InputError(from.string(), "is damaged or cut off",
+                         "go back to an earlier checkpoint, or start again");
     return past;
 }
 

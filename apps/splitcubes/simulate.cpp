@@ -138,17 +138,18 @@ int simulate(const scene::SceneDescription& wanted, const RunOptions& options,
     scene::SceneDescription description = wanted;
     OutputFolder folder(options.out, run_folder, options.force, files_read(options, description));
     check_recording(options.record, description, folder);
-    const std::string checkpoint = options.resume.empty() ? std::string() : read_checkpoint(options.resume);
+    const SavedRun saved = options.resume.empty() ? SavedRun() : read_checkpoint(options.resume);
     scene::find_inputs(description, std::vector<fs::path>(options.inputs.begin(), options.inputs.end()));
+    Checkpoints checkpoints(folder, description);
+    if (!options.resume.empty()) checkpoints.check(saved, options.resume);
     scene::BuildReport built;
     const std::unique_ptr<body::World> world = make_world(description, built);
     const std::string first_state = world->state_hash().text();
     if (replayed != nullptr) follow(*replayed, options.changed, *world);
 
-    const Checkpoints checkpoints(folder, description, *world);
+    checkpoints.begin(*world);
     RunOutput::Past past;
-    if (!options.resume.empty())
-        past = checkpoints.restore(*world, checkpoint, options.resume, description.frames);
+    if (!options.resume.empty()) past = checkpoints.restore(*world, saved, options.resume);
     const InputCopies copies(description, built);
     description = begin_folder(folder, copies, past.frame, built.models);
     const scene::SceneDescription recorded = recorded_scene(options.record, description, copies);

@@ -303,6 +303,18 @@ TEST_F(Run, ACheckpointFitsItsOwnSceneOnly) {
     // Before anything is set up, and not without an end.
     expect_refused({"run", "block.json", "-o", "x", "--resume", "/dev/zero"}, "/dev/zero: is not a file");
     expect_refused({"run", "block.json", "-o", "x", "--resume", "."}, ".: is not a file");
+    // Damage to what stands in front of the state.
+    const std::string whole = text_of(in("out/checkpoint.bin"));
+    for (std::size_t at = 0; at < 110; at += 3) {
+        std::string damaged = whole;
+        damaged[at] = static_cast<char>(damaged[at] ^ 1);
+        write_text(in("damaged.bin"), damaged);
+        const Ended ended = run({"run", "block.json", "-o", "x", "--resume", "damaged.bin"});
+        EXPECT_EQ(ended.code, 2) << at;
+        EXPECT_EQ(lines_of(ended.err).back().rfind("splitcubes: damaged.bin: ", 0), 0U) << ended.err;
+        write_text(in("damaged.bin"), whole.substr(0, at));
+        expect_refused({"run", "block.json", "-o", "x", "--resume", "damaged.bin"}, "damaged.bin: is ");
+    }
     write_text(in("cut-off.bin"), text_of(in("out/checkpoint.bin")).substr(0, 1000));
     expect_refused({"run", "block.json", "-o", "x", "--resume", "cut-off.bin"}, "is damaged or cut off");
     EXPECT_FALSE(fs::exists(in("x")));
