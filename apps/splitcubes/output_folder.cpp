@@ -1,6 +1,7 @@
 #include "output_folder.h"
 
 #include "command_line.h"
+#include "report.h"
 
 #include <splitcubes/core/atomic_file.h>
 #include <splitcubes/core/error.h>
@@ -176,13 +177,18 @@ void OutputFolder::lock() {
         if (!is_open && errno != ENOENT)
             throw InputError(path_.string(), "cannot be opened: " + std::generic_category().message(errno),
                              "give a folder that can be read and written");
-        if (is_open && ::flock(folder.value, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        const int refusal = is_open && ::flock(folder.value, LOCK_EX | LOCK_NB) != 0 ? errno : 0;
+        if (refusal == EWOULDBLOCK)
             throw InputError(path_.string(), "another process is writing into it",
                              "wait until that has ended, or give another folder");
         // Whoever had it locked may have taken it away.
         if (is_open && ::stat(path_.c_str(), &named) == 0 && named.st_ino == opened.st_ino &&
             named.st_dev == opened.st_dev) {
             std::swap(lock_.value, folder.value);
+            if (refusal != 0)
+                print_notes(path_.string(),
+                            {"cannot be locked here (" + std::generic_category().message(refusal) +
+                             "): a second command that writes into it is not noticed"});
             return;
         }
         make();

@@ -67,9 +67,10 @@ void add_run_command(CommandLine& line) {
         .add_text("--record", "FILE", options->record,
                   "Writes the motions of tools, handles, colliders and held regions to a file, for replay")
         .completes(files());
-    command.example("splitcubes run scenes/pear_halves.json -o pear");
-    command.example("splitcubes run scene.json -o out --frames 20 --set bodies[0].cells=24 gravity=[0,0,0]",
-                    "Runs 20 steps of a coarser, weightless variant");
+    command.example("splitcubes run scenes/pear_halves.json -o pear --record motions.json");
+    command.example(
+        "splitcubes run scenes/pear_halves.json -o out --frames 20 --set bodies[0].cells=24 gravity=[0,0,0]",
+        "Runs 20 steps of a coarser, weightless variant");
     command.run = [options] { return run_scene(*options); };
 }
 

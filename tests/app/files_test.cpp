@@ -1,9 +1,12 @@
 // Other people's files: what a command may take away, and what not.
 #include "app/program.h"
+#include "sanitized.h"
 
 #include <splitcubes/core/random.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdlib>
 #include <map>
 #include <set>
 
@@ -233,6 +236,25 @@ TEST_F(Files, TwoRunsDoNotShareAFolder) {
         EXPECT_EQ(next.code, 0) << next.err;
         fs::remove_all(in("out"));
     }
+}
+
+// As on some network file systems. The program is given a flock() that fails.
+TEST_F(Files, AFolderThatCannotBeLockedIsToldOf) {
+    if (is_sanitized) GTEST_SKIP() << "the sanitizer's library has to be the first";
+    for (const std::string& error :
+         {std::to_string(ENOLCK), std::to_string(EOPNOTSUPP), std::to_string(EBADF)}) {
+        setenv("LD_PRELOAD", SPLITCUBES_NO_LOCKS, 1);
+        setenv("NO_LOCKS_ERROR", error.c_str(), 1);
+        const Ended ended = run_block({"--frames", "1"});
+        unsetenv("LD_PRELOAD");
+        unsetenv("NO_LOCKS_ERROR");
+        EXPECT_EQ(ended.code, 0);
+        std::size_t told = 0;
+        for (const std::string& line : lines_of(ended.err))
+            told += line.rfind("out: cannot be locked here (", 0) == 0;
+        EXPECT_EQ(told, 1U) << ended.err;
+    }
+    EXPECT_EQ(run_block({"--frames", "1"}).err.find("locked"), std::string::npos);
 }
 
 // A list may come from anybody.
