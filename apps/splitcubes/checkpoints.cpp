@@ -8,6 +8,7 @@
 #include <splitcubes/io/atomic_file.h>
 #include <splitcubes/scene/inputs.h>
 #include <splitcubes/scene/parse.h>
+#include <splitcubes/scene/plain_json.h>
 #include <splitcubes/scene/resolve.h>
 
 #include <algorithm>
@@ -40,7 +41,7 @@ std::string difference(const fs::path& checkpoint, const scene::SceneDescription
         if (changes.empty()) return {};
         const Json::json_pointer at(changes[0]["path"].get<std::string>());
         const auto shown = [&](const Json& scene) {
-            return scene.contains(at) ? printable(scene[at].dump(), 80) : std::string("nothing");
+            return scene.contains(at) ? printable(scene::plain_json(scene[at]), 80) : std::string("nothing");
         };
         return beside.string() + " differs, first in " + at.to_string().substr(1) + " (" + shown(then) +
                " there, now " + shown(now) + ")";

@@ -49,7 +49,12 @@ TEST_F(CommandLine, HelpOfEveryCommandInThreeWays) {
         EXPECT_EQ(ended.out.rfind("Usage: splitcubes " + command, 0), 0U) << ended.out;
         EXPECT_EQ(run({command, "-h"}).out, ended.out);
         EXPECT_EQ(run({"help", command}).out, ended.out);
-        for (const std::string& line : lines_of(ended.out)) EXPECT_LE(line.size(), 110U) << line;
+        for (const std::string& line : lines_of(ended.out)) {
+            EXPECT_LE(line.size(), 110U) << line;
+            for (const char* exponent :
+                 {"1e0", "1e1", "1e+", "1e2", "1e3", "1e4", "1e5", "1e6", "1e7", "1e8", "1e9"})
+                EXPECT_EQ(line.find(exponent), std::string::npos) << "large numbers are plain: " << line;
+        }
         EXPECT_TRUE(command == "info" || ended.out.find("Examples:\n") != std::string::npos) << command;
         // Whatever else is wrong with the line.
         EXPECT_EQ(run({command, "--nonsense", "x", "--help"}).out, ended.out);

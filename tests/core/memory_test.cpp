@@ -41,5 +41,5 @@ TEST(Memory, BytesAreTold) {
     EXPECT_EQ(bytes_text(999.7), "1 kB");
     EXPECT_EQ(bytes_text(1.25e6), "1.2 MB");
     EXPECT_EQ(bytes_text(3.4e9), "3.4 GB");
-    EXPECT_EQ(bytes_text(2e30), "2e+15 PB");
+    EXPECT_EQ(bytes_text(2e30), "2e15 PB");
 }

@@ -1,5 +1,6 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/memory.h>
+#include <splitcubes/core/plain_number.h>
 
 #include <algorithm>
 #include <array>
@@ -7,7 +8,6 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <sstream>
 
 #if defined(__unix__)
 #include <sys/resource.h>
@@ -103,10 +103,7 @@ std::string bytes_text(double bytes) {
     constexpr std::array<const char*, 6> units{"B", "kB", "MB", "GB", "TB", "PB"};
     std::size_t unit = 0;
     for (; bytes >= 999.5 && unit + 1 < units.size(); ++unit) bytes /= 1000;
-    std::ostringstream out;
-    out.precision(bytes >= 100 ? 3 : 2);
-    out << bytes << ' ' << units[unit];
-    return out.str();
+    return plain_number(bytes, bytes >= 100 ? 3 : 2) + ' ' + units[unit];
 }
 
 }  // namespace splitcubes

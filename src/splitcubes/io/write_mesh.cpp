@@ -1,4 +1,5 @@
 #include <splitcubes/core/error.h>
+#include <splitcubes/core/plain_number.h>
 #include <splitcubes/io/atomic_file.h>
 #include <splitcubes/io/mesh_writers.h>
 #include <splitcubes/io/write_mesh.h>
@@ -131,7 +132,7 @@ Origin origin_of(const SurfaceMesh& surface, std::size_t triangle) {
 
 float to_float(double value, const std::string& name) {
     if (std::abs(value) > static_cast<double>(std::numeric_limits<float>::max()))
-        throw InputError(name, "a number is too large for single precision (" + std::to_string(value) + ")",
+        throw InputError(name, "a number is too large for single precision (" + plain_number(value) + ")",
                          "scale it down, or write positions as PLY or OBJ");
     return static_cast<float>(value);
 }

@@ -3,6 +3,7 @@
 #include <splitcubes/core/plain_number.h>
 #include <splitcubes/scene/json_location.h>
 #include <splitcubes/scene/parse.h>
+#include <splitcubes/scene/plain_json.h>
 #include <splitcubes/scene/reader.h>
 
 #include <algorithm>
@@ -35,28 +36,6 @@ std::string list(const std::vector<std::string_view>& words) {
         out += word;
     }
     return out;
-}
-
-// The text of a value with its numbers as people write them; more than a message shows of it is not made.
-void write_plainly(const nlohmann::ordered_json& json, std::string& out) {
-    constexpr std::size_t enough = 100;
-    if (json.is_number_float()) {
-        out += plain_number(json.get<double>());
-    } else if (!json.is_structured()) {
-        out += json.dump();
-    } else {
-        const bool object = json.is_object();
-        out += object ? '{' : '[';
-        bool first = true;
-        for (const auto& item : json.items()) {
-            if (out.size() > enough) break;
-            if (!first) out += ',';
-            if (object) out += nlohmann::ordered_json(item.key()).dump() + ':';
-            write_plainly(item.value(), out);
-            first = false;
-        }
-        out += object ? '}' : ']';
-    }
 }
 
 const char* type_name(const nlohmann::ordered_json& json) {
@@ -130,9 +109,7 @@ void Value::fail(const std::string& problem, const std::string& remedy) const {
 }
 
 std::string Value::shown() const {
-    std::string out;
-    write_plainly(*json_, out);
-    return printable(out);
+    return printable(plain_json(*json_));
 }
 
 std::string Value::shown_with_type() const {

@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <functional>
 #include <numeric>
-#include <sstream>
 
 namespace splitcubes::splitting {
 
@@ -68,10 +67,7 @@ void note_open_mesh(const TriangleMesh& welded, SolidifyReport& report) {
 
 // Of small shares one digit counts.
 std::string percent(double share) {
-    std::ostringstream out;
-    out.precision(share < 0.1 ? 1 : 2);
-    out << 100 * share << " %";
-    return out.str();
+    return plain_number(100 * share, share < 0.1 ? 1 : 2) + " %";
 }
 
 double smallest_cell(const TriangleMesh& mesh) {
