@@ -8,6 +8,7 @@
 #include <splitcubes/io/write_mesh.h>
 
 #include <algorithm>
+#include <regex>
 
 namespace splitcubes::app_test {
 namespace {
@@ -51,9 +52,9 @@ TEST_F(CommandLine, HelpOfEveryCommandInThreeWays) {
         EXPECT_EQ(run({"help", command}).out, ended.out);
         for (const std::string& line : lines_of(ended.out)) {
             EXPECT_LE(line.size(), 110U) << line;
-            for (const char* exponent :
-                 {"1e0", "1e1", "1e+", "1e2", "1e3", "1e4", "1e5", "1e6", "1e7", "1e8", "1e9"})
-                EXPECT_EQ(line.find(exponent), std::string::npos) << "large numbers are plain: " << line;
+            // Below 10^15 numbers are plain.
+            EXPECT_FALSE(std::regex_search(line, std::regex("[0-9]e([+]|[0-9]([^0-9]|$)|1[0-4]([^0-9]|$))")))
+                << line;
         }
         EXPECT_TRUE(command == "info" || ended.out.find("Examples:\n") != std::string::npos) << command;
         // Whatever else is wrong with the line.
