@@ -160,6 +160,9 @@ TEST(JsonLocation, nesting_is_bounded) {
     std::string keys = "{\"x\":0";
     for (int i = 0; i < 2000; ++i) keys += ",\"" + std::to_string(i) + "\":0";
     EXPECT_THAT(json_error_of(keys + "}"), testing::HasSubstr("more than 1000 keys"));
+    const auto long_key = [](std::size_t length) { return "{\n\"" + std::string(length, 'k') + "\": 1}"; };
+    EXPECT_EQ(json_error_of(long_key(1000)), "");
+    EXPECT_THAT(json_error_of(long_key(1001)), testing::HasSubstr("file:2:1: a key has 1001 bytes"));
 }
 
 TEST(JsonPath, reads_what_it_writes) {

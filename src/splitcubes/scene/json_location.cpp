@@ -135,6 +135,10 @@ class Scanner {
             const int key_line = line_;
             const std::size_t key_at = at_;
             const std::string key = string();
+            if (key.size() > max_key_length) {
+                at_ = key_at;
+                fail("a key has " + std::to_string(key.size()) + " bytes", "no key of a scene is so long");
+            }
             const auto [old, fresh] = key_lines.emplace(key, key_line);
             if (!fresh) {
                 at_ = key_at;

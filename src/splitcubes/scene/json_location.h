@@ -13,6 +13,8 @@ namespace splitcubes::scene {
 
 /// Objects may have this many keys; finding one takes time proportional to them.
 inline constexpr std::size_t max_object_keys = 1000;
+/// And keys so many bytes: problems keep the paths of what they are about.
+inline constexpr std::size_t max_key_length = 1000;
 
 /// A number that no double holds.
 struct UnheldNumber {
@@ -23,7 +25,8 @@ struct UnheldNumber {
 inline constexpr std::size_t most_unheld_paths = 1000;
 
 /// Checks that the text is one JSON value, with comments allowed: syntax, UTF-8,
-/// numbers within what a double holds, at most max_object_keys keys in an object and none twice, nesting at
+/// numbers within what a double holds, at most max_object_keys keys in an object and none twice
+/// or longer than max_key_length, nesting at
 /// most max_depth (the recursion is as deep). Throws InputError at `name:line:column` (characters, from 1),
 /// or at `name` when the text is no file's (with_place false). unheld: gets the numbers that no double holds,
 /// in place of an error.
