@@ -3,6 +3,7 @@
 #include "interrupts.h"
 
 #include <splitcubes/core/error.h>
+#include <splitcubes/core/plain_number.h>
 
 #include <algorithm>
 #include <array>
