@@ -3,11 +3,13 @@
 #include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/geometry/winding_number.h>
 #include <splitcubes/splitting/skin.h>
+#include <splitcubes/splitting/soup_edges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 namespace splitcubes::splitting {
 
@@ -89,7 +91,10 @@ class WindingSolid {
           parallel_(parallel),
           winding_(mesh),
           sweep_(geometry::sweep_grid(rest, mesh, parallel)),
-          grid_(rest) {}
+          grid_(rest) {
+        if (SoupEdges::pays(winding_, mesh, rest))
+            soup_.emplace(mesh, grid_.rest(), sweep_, winding_, parallel);
+    }
 
     NodeGrid solidify(SolidifyReport& report) {
         set_inside();
@@ -97,10 +102,11 @@ class WindingSolid {
             sweep_, parallel_,
             [&](SkinPart& part, std::span<const EdgeCrossing> crossings, int&) { process(part, crossings); });
         cut_skin(grid_, skin.cuts);
+        if (soup_) cut_skin(grid_, soup_->holes());
         const SkinPart holes = close_holes();
         cut_skin(grid_, holes.cuts);
         report.gap_edges = skin.gap_edges;
-        report.bisected_edges = holes.cuts.size();
+        report.bisected_edges = holes.cuts.size() + (soup_ ? soup_->holes().size() : 0);
         report_thin(mesh_, grid_.rest(), skin.lost, report);
         return std::move(grid_);
     }
@@ -111,10 +117,11 @@ class WindingSolid {
                parameter * grid_.rest().cell_size * Vec3::Unit(edge.axis);
     }
     bool inside_at(const GridEdge& edge, double parameter) const {
-        return winding_.exceeds(point(edge, parameter), 0.5);
+        return soup_ ? soup_->inside_at(edge, parameter) : winding_.exceeds(point(edge, parameter), 0.5);
     }
 
     void set_inside() {
+        if (soup_) return set_rows(soup_->inside());
         const Vec3i n = grid_.rest().node_count;
         const GradientBound bound(mesh_, grid_.rest(), parallel_);
         const auto row_count = static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]);
@@ -133,7 +140,14 @@ class WindingSolid {
             follow_row(start, {sweep_.crossings.data() + first[row], first[row + 1] - first[row]}, bound,
                        inside.data() + row * length);
         });
-        for (std::size_t row = 0; row < row_count; ++row)
+        set_rows(inside);
+    }
+
+    // By node, x first, then y.
+    void set_rows(const std::vector<std::uint8_t>& inside) {
+        const Vec3i n = grid_.rest().node_count;
+        const auto length = static_cast<std::size_t>(n[0]);
+        for (std::size_t row = 0; row < inside.size() / length; ++row)
             for (int x = 0; x < n[0]; ++x) {
                 int end = x;
                 while (end < n[0] && inside[row * length + static_cast<std::size_t>(end)]) ++end;
@@ -199,6 +213,10 @@ class WindingSolid {
         Stretches(const WindingSolid& solid, const GridEdge& edge, std::span<const EdgeCrossing> crossings,
                   bool lower, bool upper)
             : solid_(solid), edge_(edge), crossings_(crossings), state_(crossings.size() + 1, unknown) {
+            if (solid.soup_) {
+                const auto first = crossings.data() - solid.sweep_.crossings.data();
+                std::copy_n(solid.soup_->after().begin() + first, crossings.size(), state_.begin() + 1);
+            }
             state_.front() = lower;
             state_.back() = upper;
         }
@@ -210,7 +228,7 @@ class WindingSolid {
         }
 
       private:
-        static constexpr std::uint8_t unknown = 2;
+        static constexpr std::uint8_t unknown = SoupEdges::unknown;
         const WindingSolid& solid_;
         const GridEdge& edge_;
         std::span<const EdgeCrossing> crossings_;
@@ -275,6 +293,7 @@ class WindingSolid {
     const geometry::WindingNumber winding_;
     const GridCrossings sweep_;
     NodeGrid grid_;
+    std::optional<SoupEdges> soup_;
 };
 
 }  // namespace
