@@ -3,7 +3,7 @@
 #include <splitcubes/body/world.h>
 #include <splitcubes/core/stopwatch.h>
 #include <splitcubes/geometry/shapes.h>
-#include <splitcubes/meshless/any_solver.h>
+#include <splitcubes/meshless/time_integrator.h>
 
 #include <algorithm>
 #include <cmath>
@@ -28,7 +28,7 @@ struct Block {
     meshless::Pairs pairs;
     meshless::Neighbourhoods neighbourhoods;
     meshless::Material material;
-    meshless::AnySolver solver;
+    meshless::TimeIntegrator solver;
     meshless::StepInput input;
     meshless::SolverOptions options;
     std::vector<std::uint8_t> held;

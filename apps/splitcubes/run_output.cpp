@@ -115,8 +115,9 @@ void RunOutput::add_metrics(const body::StepReport& r, int frame) {
     for (const Vec3& v : {r.momentum, r.angular_momentum})
         for (int k = 0; k < 3; ++k) row << ',' << v[k];
     row << ',' << r.kinetic_energy << ',' << r.elastic_energy << ',' << r.contact_energy << ',' << r.top_speed
-        << ',' << r.solver_iterations << ',' << r.substeps << ',' << r.contacts << ',' << r.overdrawn_pieces
-        << ',' << r.retries << ',' << r.energy_taken << ',' << body::flag_text(r.flags);
+        << ',' << r.solver_iterations << ',' << r.substeps << ',' << r.contacts << ','
+        << r.energy_excess_pieces << ',' << r.retries << ',' << r.energy_taken << ','
+        << body::flag_text(r.flags);
     const auto add = [&](const Vec3& v) { row << ',' << v[0] << ',' << v[1] << ',' << v[2]; };
     for (const body::ToolForce& tool : r.tools) {
         add(tool.force);

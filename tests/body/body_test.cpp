@@ -152,8 +152,8 @@ TEST(Body, StartsWithTheMotionItIsGiven) {
                     two_threads());
     const meshless::Momenta momenta = meshless::total_momenta(body.phyxels());
     EXPECT_LT((momenta.linear - momenta.mass * settings.velocity).norm(), 1e-12 * momenta.linear.norm());
-    const Vec3 turning = meshless::angular_velocity(momenta.inertia, momenta.spin);
-    EXPECT_LT((turning - settings.angular_velocity).norm(), 1e-9);
+    const Vec3 rotation_rate = meshless::angular_velocity(momenta.inertia, momenta.angular_momentum);
+    EXPECT_LT((rotation_rate - settings.angular_velocity).norm(), 1e-9);
 }
 
 TEST(Body, RefusesSettingsThatAreNotPhysical) {

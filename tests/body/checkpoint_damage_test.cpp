@@ -93,7 +93,7 @@ TEST(BusyWorld, HasAllThatACheckpointKeeps) {
     EXPECT_GT(torn, 0U);
     EXPECT_GT(contacts, 0U);
     EXPECT_GT(world->pushing_contacts().size(), 0U);
-    EXPECT_TRUE(world->bodies()[3]->is_carried());
+    EXPECT_TRUE(world->bodies()[3]->is_lattice_driven());
     EXPECT_GT(world->bodies()[3]->cut_edge_count(), 0U);
     double strain = 0;
     for (const Mat3& plastic : world->bodies()[1]->phyxels().plastic_strain) strain += plastic.norm();

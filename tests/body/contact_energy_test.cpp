@@ -204,14 +204,15 @@ TEST(ContactEnergy, BodiesThatCollideOffCentreKeepTheirMomenta) {
     world.add_body(at(geometry::make_sphere(0.035, 3), Vec3(0.005, 0.012, 0.07)), thrown);
     world.add_body(geometry::make_box(Vec3::Constant(0.05)), still);
     StepReport report = world.step();
-    const Vec3 momentum = report.momentum, spin = report.angular_momentum;
+    const Vec3 momentum = report.momentum, angular_momentum = report.angular_momentum;
     double energy = report.kinetic_energy + report.elastic_energy;
     std::size_t contacts = 0;
     for (int step = 0; step < 60; ++step) {
         report = world.step();
         contacts = std::max(contacts, report.contacts);
         ASSERT_LT((report.momentum - momentum).norm(), 1e-9 * momentum.norm()) << "step " << step;
-        ASSERT_LT((report.angular_momentum - spin).norm(), 1e-5 * spin.norm()) << "step " << step;
+        ASSERT_LT((report.angular_momentum - angular_momentum).norm(), 1e-5 * angular_momentum.norm())
+            << "step " << step;
         const double now = report.kinetic_energy + report.elastic_energy;
         ASSERT_LT(now, (1 + 2e-3) * energy) << "step " << step;
         energy = std::min(energy, now);

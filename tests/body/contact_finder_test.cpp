@@ -23,7 +23,7 @@ bool same_side(const meshless::ContactSide& a, const meshless::ContactSide& b) {
     return a.part == b.part && a.count == b.count && a.phyxel == b.phyxel && a.weight == b.weight;
 }
 
-void expect_same(const std::vector<ContactGroup>& found, const std::vector<ContactGroup>& expected) {
+void expect_same(const std::vector<ContactIsland>& found, const std::vector<ContactIsland>& expected) {
     ASSERT_EQ(found.size(), expected.size());
     for (std::size_t g = 0; g < found.size(); ++g) {
         ASSERT_EQ(found[g].bodies, expected[g].bodies);
@@ -35,7 +35,7 @@ void expect_same(const std::vector<ContactGroup>& found, const std::vector<Conta
             ASSERT_TRUE(same_side(a.upper, b.upper) && same_side(a.lower, b.lower));
             ASSERT_EQ(a.normal, b.normal);
             ASSERT_EQ(a.gap, b.gap);
-            ASSERT_EQ(a.drive, b.drive);
+            ASSERT_EQ(a.surface_displacement, b.surface_displacement);
         }
     }
 }
@@ -66,7 +66,7 @@ TEST(ContactFinder, FindsWhatOneFindsThatKnowsNothing) {
     const std::unique_ptr<World> made = make_searched_world(parallel);
     World& world = *made;
     ContactFinder kept;
-    std::vector<ContactGroup> found, expected;
+    std::vector<ContactIsland> found, expected;
     std::size_t contacts = 0, torn = 0, cut = 0;
     for (int step = 0; step < 50; ++step) {
         const StepReport report = world.step();
@@ -77,7 +77,7 @@ TEST(ContactFinder, FindsWhatOneFindsThatKnowsNothing) {
         fresh.find(task_of(world), Parallel(1), expected);
         expect_same(found, expected);
         if (HasFatalFailure()) return;
-        for (const ContactGroup& group : found) contacts += group.contacts.size();
+        for (const ContactIsland& group : found) contacts += group.contacts.size();
     }
     EXPECT_GT(contacts, 5000U);
     EXPECT_GT(cut, torn + 100);

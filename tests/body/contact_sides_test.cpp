@@ -73,7 +73,7 @@ TEST(ContactSides, AreCarriedAsAxisByAxis) {
         ContactSide side = random_side(random, 1 + static_cast<std::uint32_t>(random.below(8)));
         ContactSide slow = side;
         const Vec3 carried = place + random_in(random, 0.5 * spacing);
-        carry_exactly(rest, carried, spacing, side);
+        reproduce_affine_motion(rest, carried, spacing, side);
         carry_by_axes(rest, carried, slow);
         for (std::uint32_t k = 0; k < side.count; ++k) EXPECT_NEAR(side.weight[k], slow.weight[k], 1e-8);
     }
@@ -85,7 +85,7 @@ TEST(ContactSides, GoWhereAnAffineMotionTakesTheirPoint) {
         const Vec3 place = random_in(random, 1);
         const std::vector<Vec3> rest = around(random, place, 1);
         ContactSide side = random_side(random, 8);
-        carry_exactly(rest, place, spacing, side);
+        reproduce_affine_motion(rest, place, spacing, side);
         EXPECT_NEAR(std::accumulate(side.weight.begin(), side.weight.end(), 0.0), 1, 1e-12);
         // What is kept small along an axis takes a little off, the less the wider the phyxels are spread.
         EXPECT_LT((mean(side, rest) - place).norm(), 0.1 * spacing);

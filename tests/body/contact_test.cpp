@@ -281,12 +281,12 @@ TEST(Contact, CollidingBodiesShareTheirMomentum) {
     world.add_body(box_at(Vec3::Constant(0.06), Vec3(0, 0, 0.08)), thrown);
     Body& target = world.add_body(geometry::make_box(Vec3::Constant(0.06)), still);
     StepReport report = world.step();
-    const Vec3 momentum = report.momentum, spin = report.angular_momentum;
+    const Vec3 momentum = report.momentum, angular_momentum = report.angular_momentum;
     double energy = report.kinetic_energy;
     for (int step = 0; step < 40; ++step) {
         report = world.step();
         EXPECT_LT((report.momentum - momentum).norm(), 1e-9 * momentum.norm());
-        EXPECT_LT((report.angular_momentum - spin).norm(), 1e-5 * 0.06 * momentum.norm());
+        EXPECT_LT((report.angular_momentum - angular_momentum).norm(), 1e-5 * 0.06 * momentum.norm());
         const double now = report.kinetic_energy + report.elastic_energy;
         EXPECT_LT(now, (1 + 1e-3) * energy);
         energy = std::min(energy, now);

@@ -55,8 +55,9 @@ Course run_course(body::World& world, double seconds, double quiet) {
     const double dt = world.settings().time_step;
     for (const auto& body : world.bodies()) {
         const meshless::Momenta now = meshless::total_momenta(body->phyxels());
-        course.first += now.linear.squaredNorm() / (2 * now.mass) +
-                        0.5 * now.spin.dot(meshless::angular_velocity(now.inertia, now.spin));
+        course.first +=
+            now.linear.squaredNorm() / (2 * now.mass) +
+            0.5 * now.angular_momentum.dot(meshless::angular_velocity(now.inertia, now.angular_momentum));
     }
     course.first += gravity_energy(world);
     for (int step = 0; step < static_cast<int>(std::lround(seconds / dt)); ++step) {

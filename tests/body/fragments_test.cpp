@@ -21,7 +21,7 @@ BodySettings spinning_block(const Vec3& omega) {
 
 TEST(Fragments, CornersOfASpinningBodyGoOnAsTheyWent) {
     Random random(31);
-    int crumbs = 0;
+    int fragments = 0;
     for (int trial = 0; trial < 12; ++trial) {
         World world(free_space(), threads(2));
         const Vec3 omega = 5 * random_direction(random);
@@ -35,23 +35,25 @@ TEST(Fragments, CornersOfASpinningBodyGoOnAsTheyWent) {
         ASSERT_EQ(body.pieces().count(), 2U);
         const meshless::Momenta after = meshless::total_momenta(body.phyxels());
         EXPECT_LT((after.linear - before.linear).norm(), 1e-13 * before.linear.norm());
-        EXPECT_LT((after.spin - before.spin).norm(), 1e-12 * before.spin.norm());
+        EXPECT_LT((after.angular_momentum - before.angular_momentum).norm(),
+                  1e-12 * before.angular_momentum.norm());
         EXPECT_LT((after.centre - before.centre).norm(), 1e-13);
         ASSERT_EQ(body.phyxels().rigid.bodies.size(), 1U);
-        ++crumbs;
-        const meshless::RigidPiece& crumb = body.phyxels().rigid.bodies[0];
-        EXPECT_LT((crumb.angular_velocity() - omega).norm(), 0.05 * omega.norm());
-        const Vec3 expected = Vec3(0.3, -0.5, 0.2) + omega.cross(crumb.centre - before.centre);
-        EXPECT_LT((crumb.velocity() - expected).norm(), 0.05 * expected.norm());
-        const Vec3 spin = crumb.spin, velocity = crumb.velocity(), centre = crumb.centre;
+        ++fragments;
+        const meshless::RigidPiece& fragment = body.phyxels().rigid.bodies[0];
+        EXPECT_LT((fragment.angular_velocity() - omega).norm(), 0.05 * omega.norm());
+        const Vec3 expected = Vec3(0.3, -0.5, 0.2) + omega.cross(fragment.centre - before.centre);
+        EXPECT_LT((fragment.velocity() - expected).norm(), 0.05 * expected.norm());
+        const Vec3 angular_momentum = fragment.angular_momentum, velocity = fragment.velocity(),
+                   centre = fragment.centre;
         for (int step = 1; step <= 60; ++step) {
             world.step();
-            ASSERT_EQ(body.phyxels().rigid.bodies[0].spin, spin) << "step " << step;
+            ASSERT_EQ(body.phyxels().rigid.bodies[0].angular_momentum, angular_momentum) << "step " << step;
             ASSERT_LT((body.phyxels().rigid.bodies[0].centre - centre - world.time() * velocity).norm(),
                       1e-12);
         }
     }
-    EXPECT_EQ(crumbs, 12);
+    EXPECT_EQ(fragments, 12);
 }
 
 TEST(Fragments, ARigidPieceThatIsCutPartsIntoWhatItWas) {
@@ -68,19 +70,20 @@ TEST(Fragments, ARigidPieceThatIsCutPartsIntoWhatItWas) {
     const auto& parts = body.phyxels().rigid.bodies;
     ASSERT_GE(parts.size(), 2U);
     double mass = 0, energy = 0;
-    Vec3 linear = Vec3::Zero(), spin = Vec3::Zero();
+    Vec3 linear = Vec3::Zero(), angular_momentum = Vec3::Zero();
     for (const meshless::RigidPiece& part : parts) {
         mass += part.mass;
         linear += part.momentum;
-        spin +=
-            part.spin + (part.centre - before.centre).cross(part.momentum - part.mass * before.velocity());
+        angular_momentum +=
+            part.angular_momentum +
+            (part.centre - before.centre).cross(part.momentum - part.mass * before.velocity());
         energy += part.kinetic_energy();
         EXPECT_LT((part.angular_velocity() - before.angular_velocity()).norm(), 1e-10);
         EXPECT_LT((part.rotation - before.rotation).norm(), 1e-14);
     }
     EXPECT_NEAR(mass, before.mass, 1e-13 * before.mass);
     EXPECT_LT((linear - before.momentum).norm(), 1e-12 * before.momentum.norm());
-    EXPECT_LT((spin - before.spin).norm(), 1e-11 * before.spin.norm());
+    EXPECT_LT((angular_momentum - before.angular_momentum).norm(), 1e-11 * before.angular_momentum.norm());
     EXPECT_NEAR(energy, before.kinetic_energy(), 1e-11 * before.kinetic_energy());
     EXPECT_EQ(body.validate(), std::vector<std::string>{});
 }

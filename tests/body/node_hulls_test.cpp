@@ -11,7 +11,7 @@ namespace {
 
 constexpr double hull_cell = 0.02;
 
-struct HullCarrier {
+struct HullInfluence {
     Vec3 from_centre;
     double reach;
     NodeHulls::State now, before;
@@ -28,8 +28,8 @@ NodeHulls::State random_hull_state(Random& random, double size) {
     return state;
 }
 
-std::vector<HullCarrier> random_hull_carriers(Random& random, int count, double size) {
-    std::vector<HullCarrier> out;
+std::vector<HullInfluence> random_hull_influences(Random& random, int count, double size) {
+    std::vector<HullInfluence> out;
     for (int k = 0; k < count; ++k)
         out.push_back({random_in_hull(random, 5 * hull_cell), random.uniform(2 * hull_cell, 4 * hull_cell),
                        random_hull_state(random, size), random_hull_state(random, size)});
@@ -52,9 +52,9 @@ TEST_P(NodeHullsOfSize, HoldWhatReachesANodeAndLittleElse) {
     const double size = GetParam(), largest = size + 1.5 * hull_cell;
     int reached = 0;
     for (int round = 0; round < 20; ++round) {
-        const std::vector<HullCarrier> carriers = random_hull_carriers(random, 30, size);
+        const std::vector<HullInfluence> influences = random_hull_influences(random, 30, size);
         hulls.start(hull_cell);
-        for (const HullCarrier& c : carriers) hulls.add(c.from_centre, c.reach, c.now, c.before);
+        for (const HullInfluence& c : influences) hulls.add(c.from_centre, c.reach, c.now, c.before);
         ASSERT_TRUE(hulls.settle());
         for (int block = 0; block < NodeHulls::block_count; ++block) {
             hulls.choose_block(block);
@@ -63,7 +63,7 @@ TEST_P(NodeHullsOfSize, HoldWhatReachesANodeAndLittleElse) {
                 const Vec3i node = first_of(block) + Vec3i(k % 3, k / 3 % 3, k / 9);
                 const Vec3 at = from_centre(node);
                 geometry::Box exact;
-                for (const HullCarrier& c : carriers) {
+                for (const HullInfluence& c : influences) {
                     if ((c.from_centre - at).norm() > c.reach) continue;
                     exact.add(c.now.off + (c.now.matrix - hulls.mean()) * at);
                     exact.add(c.before.off + (c.before.matrix - hulls.mean()) * at);

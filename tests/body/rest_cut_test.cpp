@@ -170,11 +170,11 @@ TEST(RestCut, ABladeThroughTheNodesThemselvesMakesTwoPieces) {
         NodeGrid grid = whole;
         cut_with_blade(grid, straight(node - along - across, node + along - across, 2 * across), 0, two);
         const splitting::Pieces pieces(grid);
-        std::size_t crumbs = 0;
+        std::size_t fragments = 0;
         for (int k = 0; k < static_cast<int>(pieces.count()); ++k)
-            crumbs += pieces.node_counts()[static_cast<std::size_t>(k)] < 100;
-        EXPECT_EQ(pieces.count() - crumbs, 2U) << normal.transpose();
-        EXPECT_EQ(crumbs, 0U) << normal.transpose();
+            fragments += pieces.node_counts()[static_cast<std::size_t>(k)] < 100;
+        EXPECT_EQ(pieces.count() - fragments, 2U) << normal.transpose();
+        EXPECT_EQ(fragments, 0U) << normal.transpose();
     }
 }
 

@@ -24,7 +24,7 @@ World make_crumbled_world(bool pieces, const Vec3& gravity) {
 }
 
 // Cuts the block's top off in columns: pieces of two cells a side, which are rigid.
-void cut_crumbs(World& world, Body& body, double top, int count) {
+void cut_fragments(World& world, Body& body, double top, int count) {
     geometry::TriangleMesh level = geometry::make_plane_sheet({0, 0, top}, Vec3::UnitZ(), 0.3);
     std::int32_t number = 0;
     for (int k = 0; k < count; ++k)
@@ -41,7 +41,7 @@ void cut_crumbs(World& world, Body& body, double top, int count) {
     body.cut_with_sheet(level, number, world.parallel());
 }
 
-double lowest_crumb(const Body& body) {
+double lowest_fragment(const Body& body) {
     double out = 1e300;
     for (const meshless::RigidPiece& piece : body.phyxels().rigid.bodies)
         out = std::min(out, piece.centre.z());
@@ -56,9 +56,9 @@ TEST(RigidContacts, CrumbsLieOnWhatTheyWereCutFrom) {
         foot.region = [](const Vec3& rest) { return rest.z() < -0.03; };
         foot.motion = [](double) { return Isometry::Identity(); };
         body.add_constraint(foot);
-        cut_crumbs(world, body, 0.0204, 4);
+        cut_fragments(world, body, 0.0204, 4);
         ASSERT_GT(body.phyxels().rigid.bodies.size(), 8U);
-        const double before = lowest_crumb(body);
+        const double before = lowest_fragment(body);
         // Those at the rim may slide off.
         std::vector<std::int32_t> inner;
         for (const meshless::RigidPiece& piece : body.phyxels().rigid.bodies)
@@ -74,7 +74,7 @@ TEST(RigidContacts, CrumbsLieOnWhatTheyWereCutFrom) {
                 EXPECT_LT(piece.velocity().norm(), 0.02) << "m/s";
             }
         } else {
-            EXPECT_LT(lowest_crumb(body), before - 0.5) << "they fall through";
+            EXPECT_LT(lowest_fragment(body), before - 0.5) << "they fall through";
         }
     }
 }
@@ -121,14 +121,14 @@ TEST(RigidContacts, AHeapOfCrumbsLiesOnTheGround) {
 TEST(RigidContacts, ACrumbThatHitsABodyKeepsTheMomenta) {
     World world = make_crumbled_world(true, Vec3::Zero());
     Body& body = world.add_body(geometry::make_box(Vec3(0.08, 0.08, 0.08)), rubber(0.02));
-    cut_crumbs(world, body, 0.0204, 4);
+    cut_fragments(world, body, 0.0204, 4);
     ASSERT_GT(body.phyxels().rigid.bodies.size(), 8U);
     // All are thrown back at it, each on a way of its own.
     double speed = 0.8;
     for (meshless::RigidPiece& piece : body.phyxels().rigid.bodies) {
         piece.centre.z() += 0.03;
         piece.momentum = piece.mass * Vec3(0.1, speed - 0.9, -speed);
-        piece.spin = piece.rotation * piece.inertia * Vec3(1, 5, 2);
+        piece.angular_momentum = piece.rotation * piece.inertia * Vec3(1, 5, 2);
         speed += 0.03;
     }
     meshless::write_phyxels(body.phyxels());
@@ -138,7 +138,7 @@ TEST(RigidContacts, ACrumbThatHitsABodyKeepsTheMomenta) {
         meshless::Momenta all;
         for (const meshless::Momenta& one : pieces) {
             all.linear += one.linear;
-            all.spin += one.angular();
+            all.angular_momentum += one.angular();
         }
         return all;
     };
@@ -156,7 +156,8 @@ TEST(RigidContacts, ACrumbThatHitsABodyKeepsTheMomenta) {
     const meshless::Momenta after = sums();
     EXPECT_LT((after.linear - before.linear).norm(), 1e-9 * before.linear.norm());
     // What rigid pieces do to each other keeps it nearly.
-    EXPECT_LT((after.spin - before.spin).norm(), 0.02 * before.spin.norm());
+    EXPECT_LT((after.angular_momentum - before.angular_momentum).norm(),
+              0.02 * before.angular_momentum.norm());
 }
 
 // A piece of two cells a side in the middle, cut out all around.
@@ -167,11 +168,11 @@ void cut_core(World& world, Body& body) {
         for (const double at : {low, high}) {
             geometry::TriangleMesh wall;
             for (const Vec2& p : {Vec2(low, low), Vec2(high, low), Vec2(high, high), Vec2(low, high)}) {
-                Vec3 place;
-                place[axis] = at;
-                place[(axis + 1) % 3] = p.x() + (p.x() > 0 ? 0.001 : -0.001);
-                place[(axis + 2) % 3] = p.y() + (p.y() > 0 ? 0.001 : -0.001);
-                wall.positions.push_back(place);
+                Vec3 point;
+                point[axis] = at;
+                point[(axis + 1) % 3] = p.x() + (p.x() > 0 ? 0.001 : -0.001);
+                point[(axis + 2) % 3] = p.y() + (p.y() > 0 ? 0.001 : -0.001);
+                wall.positions.push_back(point);
             }
             wall.triangles = {{0, 1, 2}, {0, 2, 3}};
             body.cut_with_sheet(wall, number++, world.parallel());
@@ -214,7 +215,7 @@ TEST(RigidContacts, ThreadsDoNotMatter) {
         settings.validate_each_step = false;
         World world(settings, std::make_shared<const Parallel>(threads));
         Body& body = world.add_body(box_at(Vec3(0.08, 0.08, 0.08), Vec3(0, 0, 0.06)), rubber(0.02));
-        cut_crumbs(world, body, 0.0804, 4);
+        cut_fragments(world, body, 0.0804, 4);
         for (int step = 0; step < 30; ++step) world.step();
         const std::string hash = world.state_hash().text();
         if (first.empty()) first = hash;

@@ -14,7 +14,7 @@
 namespace splitcubes::body {
 namespace {
 
-constexpr double least_volume = 0.05, limit = 4e3, slack = 1e-6;
+constexpr double min_volume = 0.05, limit = 4e3, slack = 1e-6;
 
 struct Phyxels {
     std::vector<Mat3> deformation, rotation;
@@ -54,7 +54,7 @@ Stresses stresses_of(const Phyxels& phyxels, const meshless::Material& material,
     Stresses out{std::vector<Mat3>(count, Mat3::Constant(7)), phyxels.given,
                  std::vector<std::uint8_t>(count, 9)};
     find_corotated_stresses({phyxels.deformation.data(), phyxels.rotation.data(), begin, end,
-                             material.lame_mu(), material.lame_lambda(), least_volume, limit, slack,
+                             material.lame_mu(), material.lame_lambda(), min_volume, limit, slack,
                              out.stress.data(), out.size.data(), out.is_above.data()});
     return out;
 }
@@ -66,7 +66,7 @@ bool expect_that_of_one(const Phyxels& phyxels, const meshless::Material& materi
     const double volume = F.determinant();
     const Mat3 cauchy =
         meshless::piola_stress(material, F, phyxels.rotation[i], Mat3::Zero()) * F.transpose() / volume;
-    if (phyxels.given[i] < 0 || !(volume > least_volume) || !cauchy.allFinite()) {
+    if (phyxels.given[i] < 0 || !(volume > min_volume) || !cauchy.allFinite()) {
         EXPECT_EQ(found.stress[i], Mat3::Zero()) << i;
         EXPECT_EQ(found.size[i], phyxels.given[i] < 0 ? phyxels.given[i] : -1) << i;
         EXPECT_EQ(found.is_above[i], 0) << i;

@@ -18,10 +18,10 @@ using namespace laws;
 
 const Vec3 bar_size(0.24, 0.06, 0.06);
 
-TearSettings of_strength(double strength, double toughness = 0.6, double crack_speed = 0) {
+TearSettings of_strength(double strength, double propagation_ratio = 0.6, double crack_speed = 0) {
     TearSettings out;
     out.strength = strength;
-    out.toughness = toughness;
+    out.propagation_ratio = propagation_ratio;
     out.crack_speed = crack_speed;
     return out;
 }
@@ -209,7 +209,7 @@ struct Burst {
 TEST(Tearing, MomentaAreKeptInFreeFlight) {
     Burst burst(4, 1e4);
     const meshless::Momenta before = meshless::total_momenta(burst.body->phyxels());
-    const double scale = before.spin.norm() + before.mass * 0.05 * 4;
+    const double scale = before.angular_momentum.norm() + before.mass * 0.05 * 4;
     std::size_t torn = 0, torn_whole = 0;
     for (int k = 0; k < 60; ++k) {
         torn += burst.world->step().torn_edges;

@@ -43,19 +43,19 @@ struct Sufferings {
     std::size_t rigid = 0;   // of them
     std::size_t new_phyxels = 0;
     std::size_t cut_edges = 0;
-    double energy_put_in = 0;     // J, first energy and all work, that which could have been
-    double most_gain = -1e300;    // J, energy above what was put in
-    double most_motion = -1e300;  // J, the same without the elastic energy
-    double top_speed = 0;         // m/s
-    double top_piece_speed = 0;   // m/s, of a centre of mass
-    double worst_flight = 0;      // m, of a free centre of mass from its parabola, in a step
-    double worst_speed = 0;       // m/s, the same of its velocity
-    double worst_momentum = 0;    // kg m/s, spinning: change of the total in a step
-    double worst_spin = 0;        // kg m^2/s, spinning: change of the total in a step
-    double first_spin = 0;        // kg m^2/s
-    double mass = 0;              // kg
-    double lowest = 0;            // m, of a rigid piece's centre below the ground
-    double seconds = 0;           // wall clock
+    double energy_put_in = 0;           // J, first energy and all work, that which could have been
+    double most_gain = -1e300;          // J, energy above what was put in
+    double most_motion = -1e300;        // J, the same without the elastic energy
+    double top_speed = 0;               // m/s
+    double top_piece_speed = 0;         // m/s, of a centre of mass
+    double worst_flight = 0;            // m, of a free centre of mass from its parabola, in a step
+    double worst_speed = 0;             // m/s, the same of its velocity
+    double worst_momentum = 0;          // kg m/s, spinning: change of the total in a step
+    double worst_angular_momentum = 0;  // kg m^2/s, spinning: change of the total in a step
+    double first_spin = 0;              // kg m^2/s
+    double mass = 0;                    // kg
+    double lowest = 0;                  // m, of a rigid piece's centre below the ground
+    double seconds = 0;                 // wall clock
 };
 
 namespace torture {
@@ -157,10 +157,11 @@ inline Sufferings run(const Torture& torture) {
     meshless::piece_momenta(body.phyxels(), 1, before);
     meshless::Momenta total = meshless::total_momenta(body.phyxels());
     out.mass = total.mass;
-    out.first_spin = total.spin.norm();
+    out.first_spin = total.angular_momentum.norm();
     const Stopwatch watch;
-    double put_in = before[0].linear.squaredNorm() / (2 * total.mass) + potential_energy(before, gravity) +
-                    0.5 * total.spin.dot(meshless::angular_velocity(total.inertia, total.spin));
+    double put_in =
+        before[0].linear.squaredNorm() / (2 * total.mass) + potential_energy(before, gravity) +
+        0.5 * total.angular_momentum.dot(meshless::angular_velocity(total.inertia, total.angular_momentum));
     const double floor = torture.torment == Torment::spinning ? 0 : -total.mass * 9.81 * 0.07;
     const auto fail = [&](const std::string& what) {
         if (out.broken.empty()) out.broken = what + " at " + std::to_string(world->time()) + " s";
@@ -184,8 +185,9 @@ inline Sufferings run(const Torture& torture) {
         if (torture.torment == Torment::spinning) {
             const meshless::Momenta after = meshless::total_momenta(body.phyxels());
             out.worst_momentum = std::max(out.worst_momentum, (after.linear - total.linear).norm());
-            out.worst_spin = std::max(out.worst_spin, (after.spin - total.spin).norm());
-            total.spin = after.spin;
+            out.worst_angular_momentum = std::max(out.worst_angular_momentum,
+                                                  (after.angular_momentum - total.angular_momentum).norm());
+            total.angular_momentum = after.angular_momentum;
         }
         total.linear = report.momentum;
         const double energy = report.kinetic_energy + report.elastic_energy + potential_energy(now, gravity);

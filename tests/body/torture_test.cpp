@@ -28,7 +28,7 @@ void expect_sound(const Torture& torture, const std::string& name) {
     EXPECT_LT(seen.worst_speed, 1e-12) << name << ": off its parabola, m/s";
     if (torture.torment == Torment::spinning) {
         EXPECT_LT(seen.worst_momentum, 1e-12 * seen.mass) << name;
-        EXPECT_LT(seen.worst_spin, 1e-12 * seen.first_spin) << name;
+        EXPECT_LT(seen.worst_angular_momentum, 1e-12 * seen.first_spin) << name;
     }
     // What fell all the time, what the hold threw upwards or the corners' speed.
     const double thrown = torture.torment == Torment::shaken     ? 1.5

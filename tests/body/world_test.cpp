@@ -37,7 +37,7 @@ meshless::Momenta momenta_of(const World& world) {
         sum.linear += one.linear;
         angular += one.angular();
     }
-    sum.spin = angular;  // about the origin here
+    sum.angular_momentum = angular;  // about the origin here
     return sum;
 }
 
@@ -87,7 +87,7 @@ TEST(World, AFreeHalfFallsWhileTheOtherIsHeld) {
         EXPECT_LT((after[1 - lower].centre - before[1 - lower].centre).norm(), 0.01) << "the held half sags";
         // It falls without turning or stretching.
         EXPECT_LT(std::abs(after[lower].centre[0] - before[lower].centre[0]), 1e-9);
-        EXPECT_LT(after[lower].spin.norm(), 1e-9);
+        EXPECT_LT(after[lower].angular_momentum.norm(), 1e-9);
     }
 }
 
@@ -104,7 +104,8 @@ TEST(World, ASpinningBodyKeepsItsMomenta) {
     for (int step = 0; step < 600; ++step) {
         const StepReport report = world.step();
         ASSERT_LT((report.momentum - before.linear).norm(), 1e-5 * before.linear.norm()) << "step " << step;
-        ASSERT_LT((report.angular_momentum - before.spin).norm(), 1e-5 * before.spin.norm())
+        ASSERT_LT((report.angular_momentum - before.angular_momentum).norm(),
+                  1e-5 * before.angular_momentum.norm())
             << "step " << step;
         if (step % 100 == 99) {
             const double energy = report.kinetic_energy + report.elastic_energy;
@@ -274,15 +275,15 @@ TEST(World, MomentumStaysWhenPiecesPartInFreeFlight) {
     world.add_tool(moving_blade(Vec3(0, -0.3, 0), Vec3(0, 0.3, 0.05), Vec3(0.03, 0, 0.3), Vec3(0.06, 0, -0.3),
                                 0.05, 0.4, 3));
     const meshless::Momenta before = momenta_of(world);
-    const Vec3 spin_before = meshless::total_momenta(body.phyxels()).spin;
+    const Vec3 spin_before = meshless::total_momenta(body.phyxels()).angular_momentum;
     std::size_t most = 1;
     for (int step = 0; step < 60; ++step) {
         const StepReport report = world.step();
         most = std::max(most, report.pieces);
         ASSERT_LT((report.momentum - before.linear).norm(), 1e-6 * before.linear.norm()) << "step " << step;
         // About the centre of mass: that itself moves a little when mass is booked anew.
-        const Vec3 spin = meshless::total_momenta(body.phyxels()).spin;
-        ASSERT_LT((spin - spin_before).norm(), 1e-5 * spin_before.norm()) << "step " << step;
+        const Vec3 angular_momentum = meshless::total_momenta(body.phyxels()).angular_momentum;
+        ASSERT_LT((angular_momentum - spin_before).norm(), 1e-5 * spin_before.norm()) << "step " << step;
     }
     EXPECT_GE(most, 2U);
     // They drift apart: what turned together now flies on along its tangents.

@@ -106,7 +106,7 @@ TEST(MassSpring, KeepsItsMomentaAndItsEnergyInFreeFlight) {
     const Parallel parallel(2);
     NodeSet nodes = box_of({6, 4, 4});
     nodes.velocity = Vec3(1, -2, 0.5);
-    nodes.spin = Vec3(3, 1, -4);
+    nodes.angular_velocity = Vec3(3, 1, -4);
     MassSpring body(nodes, {});
     for (std::size_t n = 0; n < nodes.place.size(); ++n)
         body.velocities()[n] +=

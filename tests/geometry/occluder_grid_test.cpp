@@ -1,7 +1,7 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/random.h>
 #include <splitcubes/geometry/occluder_grid.h>
-#include <splitcubes/geometry/sights.h>
+#include <splitcubes/geometry/segment_fan.h>
 
 #include <gtest/gtest.h>
 
@@ -311,7 +311,7 @@ TEST(OccluderGrid, NothingIsBlockedWhereItIsClear) {
     EXPECT_GT(occupied, 200);
 }
 
-TEST(Sights, EqualSegmentBlocked) {
+TEST(SegmentFan, EqualSegmentBlocked) {
     Random random(13);
     int blocked = 0, seen = 0;
     for (int round = 0; round < 20; ++round) {
@@ -319,7 +319,7 @@ TEST(Sights, EqualSegmentBlocked) {
         const OccluderGrid grid = random_grid(random, round < 10 ? 40 : 400, round % 3 ? 0.4 : 4, content);
         for (int from = 0; from < 20; ++from) {
             const Vec3 a = vector_within(random, 2.2);
-            Sights sights(grid, a, 1.1);
+            SegmentFan sights(grid, a, 1.1);
             for (int to = 0; to < 20; ++to) {
                 Vec3 b = a + vector_within(random, 1.1);
                 if (to % 4 == 0) b[to / 4 % 3] = a[to / 4 % 3];

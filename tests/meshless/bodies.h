@@ -2,7 +2,7 @@
 #pragma once
 
 #include <splitcubes/core/random.h>
-#include <splitcubes/meshless/any_solver.h>
+#include <splitcubes/meshless/time_integrator.h>
 
 #include <cmath>
 #include <cstddef>
@@ -26,7 +26,7 @@ struct Specimen {
     Pairs pairs;
     Neighbourhoods neighbourhoods;
     Material material;
-    AnySolver solver;
+    TimeIntegrator solver;
     StepInput input;
     SolverOptions options;
 
@@ -40,7 +40,7 @@ struct Specimen {
     }
     std::optional<Ground> ground;
     std::vector<Contact> contacts;
-    std::vector<ContactMemory> memory;
+    std::vector<CachedContact> cached;
 
     /// Each phyxel against the ground, where it may reach it in a step.
     void find_contacts() {
@@ -55,12 +55,12 @@ struct Specimen {
             contact.gap =
                 ground->normal.dot(phyxels.position[i]) - ground->offset - phyxels.contact_radius[i];
             contact.friction = ground->friction;
-            contact.lift = 0.04 * phyxels.contact_radius[i];
+            contact.max_depenetration = 0.04 * phyxels.contact_radius[i];
             const double reach = phyxels.velocity[i].norm() + input.gravity.norm() * input.dt;
             if (contact.gap < reach * input.dt + 0.2 * phyxels.contact_radius[i]) contacts.push_back(contact);
         }
         input.contacts.contacts = contacts;
-        input.contacts.memory = &memory;
+        input.contacts.cached = &cached;
     }
     SolverReport step(const Parallel& parallel) {
         if (ground) find_contacts();

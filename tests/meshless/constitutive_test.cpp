@@ -181,12 +181,12 @@ TEST(Constitutive, TangentIsSymmetricAndPositiveEverywhere) {
             EXPECT_GE(aKa, 0);
             EXPECT_NEAR(b.cwiseProduct(Ka).sum(), a.cwiseProduct(Kb).sum(), 1e-12 * std::sqrt(aKa * bKb));
             if (material.model != MaterialModel::corotated || material.volume_stiffness > 0) continue;
-            if (t.turning > 0 && !material.plasticity) continue;
+            if (t.majorizer > 0 && !material.plasticity) continue;
             const Vec3 omega = random_vector(random, 1);
-            Mat3 spin;
+            Mat3 angular_momentum;
             const Mat3 turned = material.plasticity ? Mat3(t.frame * t.axes.transpose()) : t.frame;
-            for (int k = 0; k < 3; ++k) spin.col(k) = omega.cross(turned.col(k));
-            EXPECT_LT(stress_change(material, t, spin).norm(), 1e-9 * material.youngs_modulus);
+            for (int k = 0; k < 3; ++k) angular_momentum.col(k) = omega.cross(turned.col(k));
+            EXPECT_LT(stress_change(material, t, angular_momentum).norm(), 1e-9 * material.youngs_modulus);
         }
 }
 

@@ -11,15 +11,15 @@
 namespace splitcubes::meshless {
 namespace {
 
-std::vector<ContactMemory> remember(std::span<const std::uint64_t> keys) {
-    std::vector<ContactMemory> memory;
-    for (const std::uint64_t key : keys) memory.emplace_back().key = key;
-    return memory;
+std::vector<CachedContact> remember(std::span<const std::uint64_t> keys) {
+    std::vector<CachedContact> cached;
+    for (const std::uint64_t key : keys) cached.emplace_back().key = key;
+    return cached;
 }
 
-TEST(MemoryFinder, FindsWhatIsThereAndNothingElse) {
+TEST(CachedContactFinder, FindsWhatIsThereAndNothingElse) {
     const std::vector<std::uint64_t> keys = {0, 3, 4, 9, 1ULL << 48, ~0ULL};
-    const std::vector<ContactMemory> memory = remember(keys);
+    const std::vector<CachedContact> cached = remember(keys);
     std::vector<std::uint64_t> asked = keys;
     for (const std::uint64_t key : {1ULL, 5ULL, 8ULL, 10ULL, (1ULL << 48) + 1, ~0ULL - 1})
         asked.push_back(key);
@@ -28,9 +28,9 @@ TEST(MemoryFinder, FindsWhatIsThereAndNothingElse) {
     for (int round = 0; round < 20; ++round) {
         // In order, each some times over, and shuffled.
         if (round == 0) std::sort(asked.begin(), asked.end());
-        MemoryFinder finder(&memory);
+        CachedContactFinder finder(&cached);
         for (const std::uint64_t key : asked) {
-            const ContactMemory* const found = finder.find(key);
+            const CachedContact* const found = finder.find(key);
             const bool is_there = std::find(keys.begin(), keys.end(), key) != keys.end();
             ASSERT_EQ(found != nullptr, is_there) << key;
             if (found) {
@@ -39,7 +39,7 @@ TEST(MemoryFinder, FindsWhatIsThereAndNothingElse) {
         }
         std::shuffle(asked.begin(), asked.end(), random);
     }
-    MemoryFinder nothing(nullptr);
+    CachedContactFinder nothing(nullptr);
     EXPECT_EQ(nothing.find(3), nullptr);
 }
 
@@ -52,15 +52,15 @@ TEST(FindImpacts, AreWhatClosesItsGapAndIsNotRemembered) {
         contacts[c].upper.phyxel[0] = c;
         contacts[c].upper.weight[0] = 1;
         contacts[c].gap = 0.01;
-        contacts[c].lift = 1e-3;
+        contacts[c].max_depenetration = 1e-3;
     }
     contacts[2].gap = 0.03;
     const std::vector<Vec3> velocity = {{0, 0, -1}, {0, 0, -1}, {0, 0, -1}, {0, 0, 1}};
     const std::vector<std::uint64_t> keys = {1};
-    std::vector<ContactMemory> memory = remember(keys);
+    std::vector<CachedContact> cached = remember(keys);
     ContactInput input;
     input.contacts = contacts;
-    input.memory = &memory;
+    input.cached = &cached;
     const std::vector<std::span<const Vec3>> field = {velocity};
     std::vector<std::uint8_t> known, impact;
     for (const int threads : {1, 3}) {
@@ -73,7 +73,7 @@ TEST(FindImpacts, AreWhatClosesItsGapAndIsNotRemembered) {
 // Two phyxels that a contact holds, and what it remembers.
 struct Pressed {
     std::vector<Contact> contacts{1};
-    std::vector<ContactMemory> memory;
+    std::vector<CachedContact> cached;
     std::vector<Vec3> place = {{0, 0, 0.01}, {0, 0, 0}}, velocity = {Vec3::Zero(), Vec3::Zero()};
     ContactForces forces;
     double energy = 0;  // J, after a step
@@ -86,7 +86,7 @@ struct Pressed {
         contact.upper.weight[0] = contact.lower.weight[0] = 1;
         contact.gap = 1e-4;
         contact.friction = 0.5;
-        contact.lift = 1e-12;  // nothing of an overlap is undone
+        contact.max_depenetration = 1e-12;  // nothing of an overlap is undone
     }
     // A step that moves the upper phyxel so; returns the force on it where the solve begins.
     Vec3 step(double mobility, const Vec3& way) {
@@ -96,7 +96,7 @@ struct Pressed {
         velocity[0] = way / 0.02;
         ContactInput input;
         input.contacts = contacts;
-        input.memory = &memory;
+        input.cached = &cached;
         const std::vector<ContactForces::Part> parts = {{place, velocity, 0.02, mobilities, {}}};
         const std::vector<std::span<const Vec3>> before = {place}, moved = {after};
         const std::vector<std::span<Vec3>> out = {force};
@@ -120,8 +120,8 @@ TEST(ContactForces, ASpringThatChangesItsStiffnessUnderLoadMakesNoEnergy) {
     for (const double factor : {0.01, 0.1, 0.5, 1.0, 2.0, 10.0, 100.0}) {
         Pressed pressed;
         pressed.step(1e-3, Vec3(1e-4, 0, -6e-4));
-        ASSERT_EQ(pressed.memory.size(), 1U);
-        const Vec3 held = pressed.memory[0].force;
+        ASSERT_EQ(pressed.cached.size(), 1U);
+        const Vec3 held = pressed.cached[0].force;
         const double energy = pressed.energy;
         ASSERT_GT(held.z(), 0);
         const Vec3 now = pressed.step(1e-3 * factor, Vec3::Zero());

@@ -33,7 +33,7 @@ struct Springs {
             products.add(contact, along, across);
             add_truth(contact, along, across);
         }
-        Pull pull;
+        HandleSpring pull;
         pull.phyxel = 5;
         products.add(pull, 80);
         for (int k = 0; k < 3; ++k) matrix(at(5, k), at(5, k)) += 80;
@@ -122,7 +122,7 @@ TEST(ContactProducts, AChangeOfStiffnessIsAsIfListedAnew) {
         changed.set(k, along, across);
         fresh.add(contact, along, across);
     }
-    Pull pull;
+    HandleSpring pull;
     changed.add(pull, 2);
     changed.set(20, 9, 9);
     fresh.add(pull, 9);

@@ -107,7 +107,8 @@ TEST(Plasticity, FlowLeavesMomentumAndTakesEnergy) {
         EXPECT_GT(largest_plastic_strain_of(body), 0.05) << "it has flowed";
         // To the single precision of the forces.
         EXPECT_LT((report.momentum - before.linear).norm(), 1e-6 * before.linear.norm());
-        EXPECT_LT((total_momenta(body.phyxels).spin - before.spin).norm(), 1e-5 * before.spin.norm());
+        EXPECT_LT((total_momenta(body.phyxels).angular_momentum - before.angular_momentum).norm(),
+                  1e-5 * before.angular_momentum.norm());
         EXPECT_LT(report.kinetic_energy + report.elastic_energy, 0.97 * start);
     }
 }

@@ -54,11 +54,11 @@ Found sliced(const Specimen& body, const Motion& motion, const Parallel& paralle
     Found out{std::vector<Mat3>(n), std::vector<Mat3>(n), std::vector<Vec3>(n), std::vector<Vec3>(n)};
     const std::vector<Mat3> last(n, Mat3::Identity());
     SlicedElasticity elastic;
-    const SlicedElasticity::Place place{body.phyxels.rest_position, motion.position, last,
-                                        body.phyxels.plastic_strain};
-    EXPECT_EQ(elastic.take_state(body.neighbourhoods, body.material, place, parallel), 0U);
+    const SlicedElasticity::Configuration configuration{body.phyxels.rest_position, motion.position, last,
+                                                        body.phyxels.plastic_strain};
+    EXPECT_EQ(elastic.take_state(body.neighbourhoods, body.material, configuration, parallel), 0U);
     elastic.read_deformation(out.F, out.R, parallel);
-    out.energy = elastic.energy(place, parallel);
+    out.energy = elastic.energy(configuration, parallel);
     elastic.forces(out.force, parallel);
     out.square = elastic.apply_stiffness(1.5, motion.diagonal, motion.direction, out.product, parallel);
     return out;
@@ -162,23 +162,23 @@ TEST(Sliced, EnergyTakenWithTheStateIsThatTakenAfterwards) {
         fixtures::cut_randomly(body, 8, 0.15, 9, one);
         const Motion motion = shaken(body, fixtures::random_rotation(random), 0.02, random);
         const std::vector<Mat3> last(body.phyxels.size(), Mat3::Identity());
-        const SlicedElasticity::Place place{body.phyxels.rest_position, motion.position, last,
-                                            body.phyxels.plastic_strain};
+        const SlicedElasticity::Configuration configuration{body.phyxels.rest_position, motion.position, last,
+                                                            body.phyxels.plastic_strain};
         SlicedElasticity together, apart;
         std::vector<double> rows(body.phyxels.size()), wanted(body.phyxels.size());
-        EXPECT_EQ(together.take_state_and_energy(body.neighbourhoods, body.material, place, two),
-                  apart.take_state(body.neighbourhoods, body.material, place, one));
+        EXPECT_EQ(together.take_state_and_energy(body.neighbourhoods, body.material, configuration, two),
+                  apart.take_state(body.neighbourhoods, body.material, configuration, one));
         std::vector<Vec3> product(body.phyxels.size());
-        const double energy = apart.energy(place, one, wanted);
-        EXPECT_EQ(together.energy(place, two, rows), energy);
+        const double energy = apart.energy(configuration, one, wanted);
+        EXPECT_EQ(together.energy(configuration, two, rows), energy);
         EXPECT_EQ(rows, wanted);
         if (model == MaterialModel::corotated)
             together.apply_stiffness(1, motion.diagonal, motion.direction, product, two);
-        EXPECT_EQ(together.energy(place, two), energy);
+        EXPECT_EQ(together.energy(configuration, two), energy);
         // Another place is not taken for the one before.
         const Motion moved = shaken(body, Mat3::Identity(), 0.01, random);
-        const SlicedElasticity::Place next{body.phyxels.rest_position, moved.position, last,
-                                           body.phyxels.plastic_strain};
+        const SlicedElasticity::Configuration next{body.phyxels.rest_position, moved.position, last,
+                                                   body.phyxels.plastic_strain};
         together.take_state(body.neighbourhoods, body.material, next, two);
         apart.take_state(body.neighbourhoods, body.material, next, one);
         EXPECT_EQ(together.energy(next, two), apart.energy(next, one));

@@ -210,9 +210,9 @@ std::string parts_trouble(const CutCase& c) {
     std::set<std::int32_t> with_surface;
     for (std::uint32_t v = 0; v < vertices.size(); ++v) {
         if (!vertices[v].alive()) continue;
-        const Carriers carriers = surface.carriers(grid.rest(), vertices[v]);
-        for (std::size_t k = 0; k < carriers.count; ++k) {
-            const std::int32_t piece = pieces.piece_of(grid, surface.nodes()[carriers.nodes[k]]);
+        const Influences influences = surface.influences(grid.rest(), vertices[v]);
+        for (std::size_t k = 0; k < influences.count; ++k) {
+            const std::int32_t piece = pieces.piece_of(grid, surface.nodes()[influences.nodes[k]]);
             if (piece < 0) return "a vertex is carried by a node outside";
             if (piece_of_part.emplace(parts.find(v), piece).first->second != piece)
                 return "a part of the surface is carried by two pieces";

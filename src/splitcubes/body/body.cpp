@@ -187,12 +187,12 @@ void Body::list_inside_nodes(const Parallel& parallel) {
     // Scaled so that each piece's nodes own exactly what its surface encloses.
     const auto measures = splitting::measure_pieces(
         splitting::extract(grid_, *surface_, *pieces_, {}, {}, parallel), pieces_->count());
-    std::vector<double> booked(pieces_->count(), 0);
+    std::vector<double> lumped(pieces_->count(), 0);
     for (std::size_t i = 0; i < inside_nodes_.size(); ++i)
-        booked[static_cast<std::size_t>(inside_piece_[i])] += inside_volume_[i];
+        lumped[static_cast<std::size_t>(inside_piece_[i])] += inside_volume_[i];
     for (std::size_t i = 0; i < inside_nodes_.size(); ++i) {
         const auto piece = static_cast<std::size_t>(inside_piece_[i]);
-        if (measures[piece].volume > 0) inside_volume_[i] *= measures[piece].volume / booked[piece];
+        if (measures[piece].volume > 0) inside_volume_[i] *= measures[piece].volume / lumped[piece];
     }
 }
 
@@ -272,9 +272,9 @@ void Body::sample(const Parallel& parallel) {
     parallel.begin("body '" + settings_.name + "': links");
     rebuild_samples(parallel);
     parallel.begin("body '" + settings_.name + "': volumes");
-    const meshless::NodeBook book{inside_rest_, inside_volume_, inside_piece_};
-    booking_ = meshless::book(book, phyxels_, locator_, parallel);
-    meshless::apply(booking_, inside_volume_, settings_.material.density, phyxels_);
+    const meshless::MaterialNodes lump{inside_rest_, inside_volume_, inside_piece_};
+    lumping_ = meshless::lump(lump, phyxels_, locator_, parallel);
+    meshless::apply(lumping_, inside_volume_, settings_.material.density, phyxels_);
     parallel.begin("body '" + settings_.name + "': gradients");
     neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
 
@@ -347,7 +347,7 @@ void Body::add_to_hash(StateHash& hash) const {
             for (int k = 0; k < 9; ++k) hash.add(strain(k / 3, k % 3));
     for (const meshless::RigidPiece& body : phyxels_.rigid.bodies) {
         hash.add(body.piece);
-        for (const Vec3& v : {body.centre, body.momentum, body.spin})
+        for (const Vec3& v : {body.centre, body.momentum, body.angular_momentum})
             for (int k = 0; k < 3; ++k) hash.add(v[k]);
         for (int k = 0; k < 9; ++k) hash.add(body.rotation(k / 3, k % 3));
     }
@@ -382,12 +382,12 @@ std::vector<std::string> Body::validate() const {
         }
     for (const meshless::RigidPiece& body : phyxels_.rigid.bodies)
         if (!body.centre.allFinite() || !body.rotation.allFinite() || !body.momentum.allFinite() ||
-            !body.spin.allFinite())
+            !body.angular_momentum.allFinite())
             lines.push_back("a rigid piece that is not finite");
-    double booked = 0, owned = 0;
-    for (const double v : phyxels_.volume) booked += v;
+    double lumped = 0, owned = 0;
+    for (const double v : phyxels_.volume) lumped += v;
     for (const double v : inside_volume_) owned += v;
-    if (std::abs(booked - owned) > 1e-9 * owned) lines.push_back("volume of phyxels and nodes differ");
+    if (std::abs(lumped - owned) > 1e-9 * owned) lines.push_back("volume of phyxels and nodes differ");
     return lines;
 }
 

@@ -15,10 +15,10 @@
 #include <splitcubes/deformation/deformation.h>
 #include <splitcubes/geometry/occluder_grid.h>
 #include <splitcubes/geometry/triangle_mesh.h>
-#include <splitcubes/meshless/any_solver.h>
-#include <splitcubes/meshless/booking.h>
+#include <splitcubes/meshless/mass_lumping.h>
 #include <splitcubes/meshless/material.h>
 #include <splitcubes/meshless/neighbourhoods.h>
+#include <splitcubes/meshless/time_integrator.h>
 #include <splitcubes/occlusion/criterion.h>
 #include <splitcubes/splitting/extract.h>
 #include <splitcubes/splitting/pieces.h>
@@ -78,13 +78,13 @@ struct StepContext {
 };
 
 /// A place on the skin where contact is looked for.
-struct SkinPoint {
+struct ContactSample {
     std::uint32_t vertex;  // of the surface
     std::int32_t piece;
     std::uint32_t by;  // vertex that pushes for it on flat faces; its own where it does so itself
     // Where the lips of a cut push on each other: vertex that does so for it; and one of the other lip, in
     // the same cell, that does so for both while they lie on each other. Its own: none.
-    std::uint32_t lip_by, twin;
+    std::uint32_t face_delegate, opposite;
 
     bool pushes() const { return by == vertex; }
 };
@@ -103,8 +103,8 @@ class Body {
         handles_[number].motion = std::move(motion);
     }
     /// Appends the pulls of the handles at the end of the step, and one limit a handle.
-    void add_pulls(const StepContext& context, std::uint32_t part, std::vector<meshless::Pull>& pulls,
-                   std::vector<double>& limits);
+    void add_handle_springs(const StepContext& context, std::uint32_t part,
+                            std::vector<meshless::HandleSpring>& handle_springs, std::vector<double>& limits);
     const std::vector<HoldConstraint>& constraints() const { return constraints_; }
     void set_constraint_motion(std::size_t number, std::function<Isometry(double time)> motion) {
         constraints_[number].motion = std::move(motion);
@@ -117,7 +117,7 @@ class Body {
     /// the tool's frame at the ends of the interval; what its edge feels is added to `felt`.
     void cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t cut_number, Vec3& last_normal,
                    const StepContext& context, StepReport& report, const Isometry& tool_before,
-                   const Isometry& tool_now, ToolForce& felt);
+                   const Isometry& tool_now, ToolForce& tool_force);
     /// Cuts the grid edges that cannot bear the stress of the last step.
     void tear(const StepContext& context, StepReport& report);
     void retessellate(const Parallel& parallel, StepReport& report);
@@ -145,10 +145,10 @@ class Body {
     const splitting::Pieces& pieces() const { return *pieces_; }
     const meshless::Phyxels& phyxels() const { return phyxels_; }
     meshless::Phyxels& phyxels() { return phyxels_; }
-    meshless::AnySolver& solver() { return solver_; }
+    meshless::TimeIntegrator& solver() { return solver_; }
     /// Whether something else than its phyxels moves it: it has no part in contacts, and steps by
     /// advance_deformation.
-    bool is_carried() const { return deformation_ != nullptr; }
+    bool is_lattice_driven() const { return deformation_ != nullptr; }
     void advance_deformation(const StepContext& context, StepReport& report);
     /// Per phyxel, as of the last begin_step: 1 where a constraint prescribes its place.
     std::span<const std::uint8_t> held() const { return held_; }
@@ -176,14 +176,14 @@ class Body {
 
     /// Samples of the skin, about two a phyxel spacing, as of the last update_surface
     /// that was told of contacts.
-    const std::vector<SkinPoint>& skin_points() const { return skin_points_; }
+    const std::vector<ContactSample>& contact_samples() const { return contact_samples_; }
     /// Another number for another list of them.
-    std::uint64_t skin_revision() const { return skin_revision_; }
+    std::uint64_t sample_revision() const { return sample_revision_; }
     /// The tracked node that carries most of a surface vertex.
-    std::uint32_t carrying_node(std::uint32_t vertex) const;
-    /// The phyxels that carry most of a surface vertex of a piece; never none. node: its carrying_node.
-    meshless::ContactSide carriers_of(std::uint32_t vertex, std::uint32_t node, std::int32_t piece,
-                                      std::uint32_t part) const;
+    std::uint32_t dominant_node(std::uint32_t vertex) const;
+    /// The phyxels that carry most of a surface vertex of a piece; never none. node: its dominant_node.
+    meshless::ContactSide influences_of(std::uint32_t vertex, std::uint32_t node, std::int32_t piece,
+                                        std::uint32_t part) const;
     /// Where what the occluders are made of may have changed.
     const SurfaceChanges& surface_changes() const { return changes_; }
 
@@ -221,7 +221,7 @@ class Body {
     void make_deformation();
     void carry_phyxels(double dt);
     deformation::NodeEdge between_nodes(const splitting::GridEdge& edge) const;
-    void tell_deformation();
+    void notify_cut_edges();
     void restore_deformation(std::span<const double> state);
     void move_surface(const Parallel& parallel);
     void save_cuts(StateWriter& writer) const;
@@ -230,8 +230,8 @@ class Body {
     void load_phyxels(StateReader& reader);
     void load_new_phyxels(StateReader& reader, std::size_t count);
     void check_supports() const;
-    void save_booking(StateWriter& writer) const;
-    void load_booking(StateReader& reader);
+    void save_lumping(StateWriter& writer) const;
+    void load_lumping(StateReader& reader);
     void save_rigid(StateWriter& writer) const;
     void load_rigid(StateReader& reader);
     void save_pairs(StateWriter& writer) const;
@@ -245,10 +245,10 @@ class Body {
     void evaluate_some_before(const TrackerContext& context, std::span<const std::uint32_t> nodes);
     std::vector<std::uint32_t> bricks_of_nodes_in(const geometry::Box& box) const;
     void update_owners(std::span<const geometry::Box> boxes, const Parallel& parallel);
-    std::vector<std::uint32_t> changed_sights(std::span<const std::int32_t> piece_before,
-                                              const Parallel& parallel) const;
-    std::size_t bridge(std::uint32_t phyxel, std::span<const std::uint32_t> strand);
-    void bridge_strands(std::span<const std::uint32_t> asked);
+    std::vector<std::uint32_t> pairs_to_reevaluate(std::span<const std::int32_t> piece_before,
+                                                   const Parallel& parallel) const;
+    std::size_t bridge(std::uint32_t phyxel, std::span<const std::uint32_t> ligament);
+    void bridge_ligaments(std::span<const std::uint32_t> asked);
     void track_surface_nodes();
     /// What becomes of a piece in a step that parts some.
     enum class Kind : std::uint8_t { untouched, rigid, small, large };
@@ -273,8 +273,8 @@ class Body {
                      std::span<const Kind> kinds);
     std::vector<std::size_t> phyxel_counts() const;
     std::vector<Kind> kinds_of(std::span<const std::vector<std::uint32_t>> nodes) const;
-    void undeform_small(std::span<const Kind> kinds, std::size_t known, const Parallel& parallel);
-    void undeform(std::span<const std::size_t> members);
+    void reset_small_strains(std::span<const Kind> kinds, std::size_t known, const Parallel& parallel);
+    void reset_strain(std::span<const std::size_t> members);
     bool is_string(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
     void weigh_nodes(std::span<const std::uint32_t> nodes, meshless::RigidPiece& body) const;
     meshless::RigidPiece rigid_start(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
@@ -282,13 +282,13 @@ class Body {
                                      std::span<const std::uint32_t> nodes) const;
     void make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
     std::vector<meshless::RigidHold> rigid_holds(const StepContext& context) const;
-    void list_skin_points(const Parallel& parallel);
+    void list_contact_samples(const Parallel& parallel);
     void choose_pushing_points();
-    void choose_among_lips();
+    void choose_among_cut_faces();
     std::vector<std::uint32_t> opposite_points() const;
     int spacing_in_cells() const;
-    void feel_cut(std::int32_t slot, double dt, const Isometry& tool_before, const Isometry& tool_now,
-                  ToolForce& felt) const;
+    void accumulate_cut_force(std::int32_t slot, double dt, const Isometry& tool_before,
+                              const Isometry& tool_now, ToolForce& tool_force) const;
     void settle_topology(const Parallel& parallel, StepReport& report);
     TrackerContext tracker_context(const Parallel& parallel) const {
         return {grid_, *pieces_, occluders_, phyxels_, locator_, parallel};
@@ -314,8 +314,8 @@ class Body {
     meshless::PhyxelLocator locator_;
     meshless::Pairs pairs_;
     meshless::Neighbourhoods neighbourhoods_;
-    meshless::Booking booking_;
-    meshless::AnySolver solver_;
+    meshless::MassLumping lumping_;
+    meshless::TimeIntegrator solver_;
     std::vector<Vec3i> owner_;                // per phyxel: the inside node that decides its piece
     std::vector<Mat3> previous_deformation_;  // per phyxel, one step ago
     double spacing_ = 0;                      // m, between phyxels
@@ -335,7 +335,7 @@ class Body {
     // What the mesh alone gave, and then each round of cuts, by what there was at its end: a checkpoint keeps
     // what came after, and the surface and pieces come of the same rounds again.
     std::size_t solid_crossings_ = 0, solid_phyxels_ = 0;
-    std::vector<std::uint32_t> cut_rounds_;  // crossings
+    std::vector<std::uint32_t> cut_stage_ends_;  // crossings
 
     // Where something other than the phyxels moves the nodes.
     std::unique_ptr<deformation::Deformation> deformation_;
@@ -354,8 +354,8 @@ class Body {
 
     std::vector<Handle> handles_;
     std::vector<std::vector<std::uint32_t>> grabbed_;  // per handle: its phyxels
-    std::vector<SkinPoint> skin_points_;
-    std::uint64_t skin_revision_ = ~std::uint64_t{0};  // of the surface
+    std::vector<ContactSample> contact_samples_;
+    std::uint64_t sample_revision_ = ~std::uint64_t{0};  // of the surface
 
     // Passed from stage to stage within a step.
     std::vector<std::int32_t> new_slots_;

@@ -6,13 +6,13 @@
 
 namespace splitcubes::body {
 
-std::uint32_t Body::carrying_node(std::uint32_t vertex) const {
+std::uint32_t Body::dominant_node(std::uint32_t vertex) const {
     const splitting::SurfaceVertex& v = surface_->vertices()[vertex];
-    const splitting::Carriers carriers = surface_->carriers(grid_.rest(), v);
+    const splitting::Influences influences = surface_->influences(grid_.rest(), v);
     std::size_t heaviest = 0;
-    for (std::size_t k = 1; k < carriers.count; ++k)
-        if (carriers.weights[k] > carriers.weights[heaviest]) heaviest = k;
-    return surface_to_tracked_[carriers.nodes[heaviest]];
+    for (std::size_t k = 1; k < influences.count; ++k)
+        if (influences.weights[k] > influences.weights[heaviest]) heaviest = k;
+    return surface_to_tracked_[influences.nodes[heaviest]];
 }
 
 // Of equally near ones the first; the count of all where the piece has none.
@@ -39,8 +39,8 @@ std::uint32_t Body::nearest_of_piece(const Vec3& rest, std::int32_t piece) const
 
 // The heaviest node that carries the vertex stands for all: a contact needs who is near, the
 // exact place is that of the surface.
-meshless::ContactSide Body::carriers_of(std::uint32_t vertex, std::uint32_t node, std::int32_t piece,
-                                        std::uint32_t part) const {
+meshless::ContactSide Body::influences_of(std::uint32_t vertex, std::uint32_t node, std::int32_t piece,
+                                          std::uint32_t part) const {
     const splitting::SurfaceVertex& v = surface_->vertices()[vertex];
     meshless::ContactSide side;
     side.part = part;
@@ -72,7 +72,7 @@ meshless::ContactSide Body::carriers_of(std::uint32_t vertex, std::uint32_t node
     double total = 0;
     for (std::uint32_t k = 0; k < side.count; ++k) total += side.weight[k];
     for (std::uint32_t k = 0; k < side.count; ++k) side.weight[k] /= total;
-    carry_exactly(phyxels_.rest_position, v.rest, spacing_, side);
+    reproduce_affine_motion(phyxels_.rest_position, v.rest, spacing_, side);
     return side;
 }
 
@@ -81,8 +81,9 @@ void Body::add_handle(Handle handle) {
     grabbed_.clear();
 }
 
-void Body::add_pulls(const StepContext& context, std::uint32_t part, std::vector<meshless::Pull>& pulls,
-                     std::vector<double>& limits) {
+void Body::add_handle_springs(const StepContext& context, std::uint32_t part,
+                              std::vector<meshless::HandleSpring>& handle_springs,
+                              std::vector<double>& limits) {
     if (grabbed_.size() != handles_.size()) {
         grabbed_.assign(handles_.size(), {});
         for (std::size_t h = 0; h < handles_.size(); ++h)
@@ -101,7 +102,7 @@ void Body::add_pulls(const StepContext& context, std::uint32_t part, std::vector
         for (const std::uint32_t i : grabbed_[h]) {
             const double stiffness = handle.stiffness * phyxels_.mass[i] / mass;
             if (stiffness > 0)
-                pulls.push_back({part, i, number, motion * phyxels_.rest_position[i], stiffness});
+                handle_springs.push_back({part, i, number, motion * phyxels_.rest_position[i], stiffness});
         }
     }
 }

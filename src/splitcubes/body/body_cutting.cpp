@@ -98,7 +98,7 @@ std::vector<cutting::CandidateEdge> Body::candidate_edges(std::span<const GridEd
 
 void Body::cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t cut_number, Vec3& last_normal,
                      const StepContext& context, StepReport& report, const Isometry& tool_before,
-                     const Isometry& tool_now, ToolForce& felt) {
+                     const Isometry& tool_now, ToolForce& tool_force) {
     const std::vector<GridEdge> edges = edges_near(blades, context.parallel);
     if (edges.empty()) return;
     const std::vector<cutting::CandidateEdge> candidates = candidate_edges(edges, context);
@@ -110,7 +110,7 @@ void Body::cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t c
                                             splitting::Origin::cut, cut_number);
         if (slot < 0) continue;
         new_slots_.push_back(slot);
-        feel_cut(slot, context.dt, tool_before, tool_now, felt);
+        accumulate_cut_force(slot, context.dt, tool_before, tool_now, tool_force);
     }
     report.new_cut_edges += cuts.size();
 }

@@ -12,7 +12,7 @@ void Body::make_deformation() {
     nodes.rest = grid_.rest();
     nodes.place = inside_nodes_;
     nodes.velocity = settings_.velocity;
-    nodes.spin = settings_.angular_velocity;
+    nodes.angular_velocity = settings_.angular_velocity;
     for (const double mass : phyxels_.mass) nodes.mass += mass;
     node_number_ = splitting::SlotMap<1>(grid_.bricks());
     for (std::size_t n = 0; n < inside_nodes_.size(); ++n)
@@ -80,7 +80,7 @@ deformation::NodeEdge Body::between_nodes(const GridEdge& edge) const {
             static_cast<std::uint32_t>(node_number_.get(edge.upper(), 0)), edge.axis};
 }
 
-void Body::tell_deformation() {
+void Body::notify_cut_edges() {
     std::vector<deformation::NodeEdge> edges;
     for (const std::int32_t slot : new_slots_) edges.push_back(between_nodes(grid_.crossing(slot).edge));
     if (!edges.empty()) deformation_->edges_cut(edges);

@@ -65,10 +65,10 @@ void Body::end_step(const StepContext& context, const meshless::SolverReport& so
     report.solver_iterations += solved.iterations;
     report.substeps = std::max(report.substeps, solved.substeps);
     report.contacts += solved.contacts;
-    report.overdrawn_pieces += solved.overdrawn;
+    report.energy_excess_pieces += solved.has_energy_excess;
     report.retries += solved.retries;
     report.energy_taken += solved.energy_taken;
-    if (solved.overdrawn > 0) report.flags |= flag_overdrawn;
+    if (solved.has_energy_excess > 0) report.flags |= flag_energy_excess;
     report.kinetic_energy += solved.kinetic_energy;
     report.elastic_energy += solved.elastic_energy;
     report.contact_energy += solved.contact_energy;
@@ -99,7 +99,7 @@ void Body::move_surface(const Parallel& parallel) {
 
 void Body::update_surface(const StepContext& context, StepReport& report) {
     move_surface(context.parallel);
-    if (context.contacts && skin_revision_ != surface_->revision()) list_skin_points(context.parallel);
+    if (context.contacts && sample_revision_ != surface_->revision()) list_contact_samples(context.parallel);
     report.phyxels += phyxels_.size();
     report.pieces += pieces_->count();
     report.cut_edges += cut_edge_count_;

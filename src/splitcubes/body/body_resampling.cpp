@@ -1,7 +1,7 @@
 // What becomes of pieces that came off: phyxels enough to span space, or rigid motion.
 #include <splitcubes/body/body.h>
 #include <splitcubes/math/decompose.h>
-#include <splitcubes/meshless/parting.h>
+#include <splitcubes/meshless/split_momentum.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t enough_phyxels = 8;
 // Rounds of further phyxels where neighbourhoods do not span space, and how many each
 // such phyxel gets in one.
-constexpr int rank_rounds = 3;
+constexpr int rank_iterations = 3;
 constexpr int phyxels_per_round = 3;
 // A piece whose length is below so many phyxel spacings, about one support radius, is
 // rigid: all of its phyxels would see all of it, and its deformation would not be seen.
@@ -64,9 +64,9 @@ Vec3 Body::extents_of(std::span<const std::uint32_t> nodes) const {
 // before the phyxels that hold its volume.
 Body::NodeMotion Body::motion_of(std::uint32_t node, std::int32_t side) const {
     const Vec3& rest = inside_rest_[node];
-    std::span<const std::uint32_t> seen, held{booking_.phyxel};
-    std::span<const double> seen_weight, held_weight{booking_.share};
-    const std::uint32_t begin = booking_.offsets[node], count = booking_.offsets[node + 1] - begin;
+    std::span<const std::uint32_t> seen, held{lumping_.phyxel};
+    std::span<const double> seen_weight, held_weight{lumping_.share};
+    const std::uint32_t begin = lumping_.offsets[node], count = lumping_.offsets[node + 1] - begin;
     held = held.subspan(begin, count);
     held_weight = held_weight.subspan(begin, count);
     const std::int32_t tracked = tracker_.find(inside_nodes_[node]);
@@ -200,15 +200,16 @@ meshless::RigidPiece Body::rigid_start(std::int32_t piece, std::span<const std::
     const double edge = grid_.rest().cell_size;
     meshless::RigidPiece body;
     body.piece = piece;
-    const std::int32_t parent = phyxels_.rigid.index(booking_.piece[nodes.front()]);
+    const std::int32_t parent = phyxels_.rigid.index(lumping_.piece[nodes.front()]);
     if (parent >= 0) {
         const meshless::RigidPiece& whole = phyxels_.rigid.bodies[static_cast<std::size_t>(parent)];
         body.shape = whole.shape;
         body.rotation = whole.rotation;
         weigh_nodes(nodes, body);
-        body.centre = whole.place_of_rest(body.rest_centre);
+        body.centre = whole.world_point_of_rest(body.rest_centre);
         body.momentum = body.mass * whole.velocity_at(body.centre);
-        body.spin = body.rotation * body.inertia * body.rotation.transpose() * whole.angular_velocity();
+        body.angular_momentum =
+            body.rotation * body.inertia * body.rotation.transpose() * whole.angular_velocity();
         return body;
     }
     std::vector<NodeMotion> motions;
@@ -236,20 +237,20 @@ meshless::RigidPiece Body::rigid_start(std::int32_t piece, std::span<const std::
 
     std::vector<meshless::Momenta> held;
     for (std::size_t k = 0; k < nodes.size(); ++k)
-        for (std::uint32_t e = booking_.offsets[nodes[k]]; e < booking_.offsets[nodes[k] + 1]; ++e) {
+        for (std::uint32_t e = lumping_.offsets[nodes[k]]; e < lumping_.offsets[nodes[k] + 1]; ++e) {
             meshless::Momenta one;
             // Who holds more is asked more, however it adds up: shares below zero fit nothing.
-            one.mass = mass[k] * std::abs(booking_.share[e]);
-            one.centre = phyxels_.position[booking_.phyxel[e]];
-            one.linear = one.mass * phyxels_.velocity[booking_.phyxel[e]];
+            one.mass = mass[k] * std::abs(lumping_.share[e]);
+            one.centre = phyxels_.position[lumping_.phyxel[e]];
+            one.linear = one.mass * phyxels_.velocity[lumping_.phyxel[e]];
             held.push_back(one);
         }
     const meshless::Momenta sum = meshless::together(held);
     // About axes along which they hardly spread they tell no turning.
     const double least = 0.01 * sum.mass * edge * edge;
-    const Vec3 turning = meshless::angular_velocity(sum.inertia, sum.spin, least);
-    body.momentum = body.mass * (sum.linear / sum.mass + turning.cross(body.centre - sum.centre));
-    body.spin = body.rotation * body.inertia * body.rotation.transpose() * turning;
+    const Vec3 rotation_rate = meshless::angular_velocity(sum.inertia, sum.angular_momentum, least);
+    body.momentum = body.mass * (sum.linear / sum.mass + rotation_rate.cross(body.centre - sum.centre));
+    body.angular_momentum = body.rotation * body.inertia * body.rotation.transpose() * rotation_rate;
     return body;
 }
 
@@ -319,7 +320,7 @@ void Body::fill_pieces(const StepContext& context, std::span<const std::vector<s
             add_samples(static_cast<std::int32_t>(k), nodes[k], nodes[k].size(), spacing_);
     }
     refresh_links(context, known);
-    for (int round = 0; round < rank_rounds; ++round) {
+    for (int iteration = 0; iteration < rank_iterations; ++iteration) {
         known = phyxels_.size();
         for (std::uint32_t i = 0; i < known; ++i) {
             const auto piece = static_cast<std::size_t>(phyxels_.piece[i]);
@@ -359,7 +360,7 @@ std::vector<Body::Kind> Body::kinds_of(std::span<const std::vector<std::uint32_t
     for (std::size_t k = 0; k < nodes.size(); ++k) {
         if (nodes[k].empty()) continue;
         const double length = extents_of(nodes[k])[0] / spacing_;
-        const bool was_rigid = phyxels_.rigid.index(booking_.piece[nodes[k].front()]) >= 0;
+        const bool was_rigid = phyxels_.rigid.index(lumping_.piece[nodes[k].front()]) >= 0;
         if (was_rigid || length < rigid_length)
             kinds[k] = Kind::rigid;
         else
@@ -393,7 +394,7 @@ void Body::make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::sp
 
 // Small pieces that got phyxels, or whose strain has come to hold more energy by other
 // neighbours: they would release it, and it is none that they had.
-void Body::undeform_small(std::span<const Kind> kinds, std::size_t known, const Parallel& parallel) {
+void Body::reset_small_strains(std::span<const Kind> kinds, std::size_t known, const Parallel& parallel) {
     std::vector<Mat3> deformation(phyxels_.size()), rotation(phyxels_.size());
     meshless::compute_deformation(neighbourhoods_, phyxels_.rest_position, phyxels_.position,
                                   phyxels_.rotation, deformation, rotation, parallel);
@@ -414,12 +415,12 @@ void Body::undeform_small(std::span<const Kind> kinds, std::size_t known, const 
         after[piece] += energy(deformation[i], rotation[i]);
     }
     for (std::size_t k = 0; k < kinds.size(); ++k)
-        if (grown[k] != 0 || after[k] > 1.01 * before[k] + noise[k]) undeform(members[k]);
+        if (grown[k] != 0 || after[k] > 1.01 * before[k] + noise[k]) reset_strain(members[k]);
 }
 
 // Puts phyxels as they would lie without strain; centre, momenta, mean rotation and mean
 // plastic strain stay.
-void Body::undeform(std::span<const std::size_t> members) {
+void Body::reset_strain(std::span<const std::size_t> members) {
     std::vector<meshless::Momenta> parts;
     Vec3 rest = Vec3::Zero();
     Mat3 mean = Mat3::Zero(), plastic_strain = Mat3::Zero();
@@ -450,11 +451,12 @@ void Body::undeform(std::span<const std::size_t> members) {
         const Vec3 arm = rotation * stretch * (phyxels_.rest_position[i] - rest);
         inertia += phyxels_.mass[i] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
     }
-    const Vec3 turning = meshless::angular_velocity(inertia, sum.spin);
+    const Vec3 rotation_rate = meshless::angular_velocity(inertia, sum.angular_momentum);
     for (const std::size_t i : members) {
         const Vec3 arm = rotation * stretch * (phyxels_.rest_position[i] - rest);
         phyxels_.position[i] = phyxels_.previous_position[i] = sum.centre + arm;
-        phyxels_.velocity[i] = phyxels_.previous_velocity[i] = sum.linear / sum.mass + turning.cross(arm);
+        phyxels_.velocity[i] = phyxels_.previous_velocity[i] =
+            sum.linear / sum.mass + rotation_rate.cross(arm);
         phyxels_.deformation[i] = previous_deformation_[i] = rotation * stretch;
         phyxels_.rotation[i] = rotation;
         phyxels_.plastic_strain[i] = plastic_strain;
@@ -477,18 +479,18 @@ void Body::resample(const StepContext& context, StepReport& report) {
     std::vector<Kind> kinds = kinds_of(nodes);
     std::vector<std::int32_t> elastic_family = family;  // a rigid one's parts make it up exactly
     for (std::size_t k = 0; k < nodes.size(); ++k)
-        if (!nodes[k].empty() && phyxels_.rigid.index(booking_.piece[nodes[k].front()]) >= 0)
+        if (!nodes[k].empty() && phyxels_.rigid.index(lumping_.piece[nodes[k].front()]) >= 0)
             elastic_family[k] = -1;
-    const meshless::Parting parting(phyxels_, elastic_family, held_);
+    const meshless::SplitMomentum parting(phyxels_, elastic_family, held_);
     fill_pieces(context, nodes, kinds);
     for (std::size_t k = 0; k < nodes.size(); ++k)
         if ((kinds[k] == Kind::small || kinds[k] == Kind::large) &&
             is_string(static_cast<std::int32_t>(k), nodes[k]))
             kinds[k] = Kind::rigid;
     make_rigid(nodes, kinds);
-    meshless::rebook(booking_, {inside_rest_, inside_volume_, inside_piece_}, settings_.material.density,
-                     locator_, phyxels_, context.parallel);
-    undeform_small(kinds, before, context.parallel);
+    meshless::relump_after_split(lumping_, {inside_rest_, inside_volume_, inside_piece_},
+                                 settings_.material.density, locator_, phyxels_, context.parallel);
+    reset_small_strains(kinds, before, context.parallel);
     parting.settle(phyxels_);
     meshless::write_phyxels(phyxels_);
     for (std::size_t i = 0; i < phyxels_.size(); ++i) {

@@ -32,7 +32,7 @@ bool is_direction_along(const Vec3& normal, int axis) {
 void Body::save(StateWriter& writer) const {
     save_cuts(writer);
     save_phyxels(writer);
-    save_booking(writer);
+    save_lumping(writer);
     save_rigid(writer);
     save_pairs(writer);
     tracker_.save(writer, phyxels_);
@@ -43,7 +43,7 @@ void Body::load(StateReader& reader, const Parallel& parallel) {
     try {
         load_cuts(reader);
         load_phyxels(reader);
-        load_booking(reader);
+        load_lumping(reader);
         load_rigid(reader);
         load_pairs(reader);
         tracker_.load(reader, tracker_context(parallel));
@@ -61,8 +61,8 @@ void Body::save_cuts(StateWriter& writer) const {
     for (const splitting::Crossing& c : all) writer.add(c.hit);
     for (const splitting::Crossing& c : all) write_numbers(writer, c.normal);
     for (const splitting::Crossing& c : all) writer.add(c.cut);
-    writer.add(std::uint64_t{cut_rounds_.size()});
-    writer.add(std::span<const std::uint32_t>(cut_rounds_));
+    writer.add(std::uint64_t{cut_stage_ends_.size()});
+    writer.add(std::span<const std::uint32_t>(cut_stage_ends_));
 }
 
 // Cuts in the same rounds again, which gives the surface and pieces that the same cuts gave.
@@ -76,13 +76,13 @@ void Body::load_cuts(StateReader& reader) {
         count, 0, std::numeric_limits<std::int32_t>::max(), "a cut without a number");
     const std::vector<std::uint32_t> rounds = reader.numbers<std::uint32_t>(reader.count(4));
     require_state(rounds.empty() ? count == 0 : rounds.back() == count, "cuts of no step");
-    require_state(rounds.size() >= cut_rounds_.size() &&
-                      std::equal(cut_rounds_.begin(), cut_rounds_.end(), rounds.begin()),
+    require_state(rounds.size() >= cut_stage_ends_.size() &&
+                      std::equal(cut_stage_ends_.begin(), cut_stage_ends_.end(), rounds.begin()),
                   "other cuts than those it was made with");
     for (std::size_t k = 0; k < cut_edge_count_; ++k)
         require_state(splitting::edge_id(grid_.crossings()[solid_crossings_ + k].edge) == edges[k],
                       "other cuts than those it was made with");
-    for (std::size_t r = cut_rounds_.size(); r < rounds.size(); ++r) {
+    for (std::size_t r = cut_stage_ends_.size(); r < rounds.size(); ++r) {
         require_state(rounds[r] > cut_edge_count_ && rounds[r] <= count, "cuts of no step");
         std::vector<std::int32_t> slots;
         for (std::size_t k = cut_edge_count_; k < rounds[r]; ++k) {
@@ -100,7 +100,7 @@ void Body::load_cuts(StateReader& reader) {
         pieces_->update(grid_, slots);
         cut_edge_count_ = rounds[r];
     }
-    cut_rounds_ = rounds;
+    cut_stage_ends_ = rounds;
     for (std::size_t n = 0; n < inside_nodes_.size(); ++n)
         inside_piece_[n] = pieces_->piece_of(grid_, inside_nodes_[n]);
 }
@@ -224,41 +224,41 @@ void Body::load_phyxels(StateReader& reader) {
                   "a piece without phyxels");
 }
 
-void Body::save_booking(StateWriter& writer) const {
-    writer.add(std::span(booking_.offsets).subspan(1));
-    writer.add(std::span<const std::uint32_t>(booking_.phyxel));
-    writer.add(std::span<const double>(booking_.share));
-    writer.add(std::span<const std::uint8_t>(booking_.whole));
+void Body::save_lumping(StateWriter& writer) const {
+    writer.add(std::span(lumping_.offsets).subspan(1));
+    writer.add(std::span<const std::uint32_t>(lumping_.phyxel));
+    writer.add(std::span<const double>(lumping_.share));
+    writer.add(std::span<const std::uint8_t>(lumping_.whole));
 }
 
 // Nodes are booked with phyxels of their own piece, in ascending order; shares sum to one.
-void Body::load_booking(StateReader& reader) {
+void Body::load_lumping(StateReader& reader) {
     const std::size_t nodes = inside_nodes_.size();
-    meshless::Booking booking;
-    booking.offsets = {0};
+    meshless::MassLumping lumping;
+    lumping.offsets = {0};
     const std::vector<std::uint32_t> ends = reader.numbers<std::uint32_t>(nodes);
-    booking.offsets.insert(booking.offsets.end(), ends.begin(), ends.end());
-    require_state(std::is_sorted(booking.offsets.begin(), booking.offsets.end()), "a booking out of order");
-    const std::size_t entries = booking.offsets.back();
-    booking.phyxel = reader.numbers<std::uint32_t>(
+    lumping.offsets.insert(lumping.offsets.end(), ends.begin(), ends.end());
+    require_state(std::is_sorted(lumping.offsets.begin(), lumping.offsets.end()), "a booking out of order");
+    const std::size_t entries = lumping.offsets.back();
+    lumping.phyxel = reader.numbers<std::uint32_t>(
         entries, 0, static_cast<std::uint32_t>(phyxels_.size() - 1), "a booking of no phyxel");
-    read_numbers(reader, entries, booking.share, "a booking whose share is no number");
-    booking.whole = reader.numbers<std::uint8_t>(nodes, 0, 1, "a booking with a mark that there is not");
-    booking.piece = inside_piece_;
+    read_numbers(reader, entries, lumping.share, "a booking whose share is no number");
+    lumping.whole = reader.numbers<std::uint8_t>(nodes, 0, 1, "a booking with a mark that there is not");
+    lumping.piece = inside_piece_;
     for (std::size_t n = 0; n < nodes; ++n) {
-        const std::uint32_t begin = booking.offsets[n], end = booking.offsets[n + 1];
-        booking.unbooked += begin == end;
+        const std::uint32_t begin = lumping.offsets[n], end = lumping.offsets[n + 1];
+        lumping.unlumped += begin == end;
         double sum = 0;
         for (std::uint32_t e = begin; e < end; ++e) {
-            require_state(e == begin || booking.phyxel[e - 1] < booking.phyxel[e], "a booking out of order");
-            require_state(phyxels_.piece[booking.phyxel[e]] == inside_piece_[n],
+            require_state(e == begin || lumping.phyxel[e - 1] < lumping.phyxel[e], "a booking out of order");
+            require_state(phyxels_.piece[lumping.phyxel[e]] == inside_piece_[n],
                           "a booking with another piece's phyxel");
-            sum += booking.share[e];
+            sum += lumping.share[e];
         }
         require_state(begin == end || std::abs(sum - 1) <= 1e-6, "a booking whose shares are no whole");
     }
-    booking_ = std::move(booking);
-    meshless::apply(booking_, inside_volume_, settings_.material.density, phyxels_);
+    lumping_ = std::move(lumping);
+    meshless::apply(lumping_, inside_volume_, settings_.material.density, phyxels_);
     for (const double volume : phyxels_.volume)
         require_state(volume >= 0, "a phyxel whose volume is below zero");
 }
@@ -269,7 +269,8 @@ void Body::save_rigid(StateWriter& writer) const {
     for (const meshless::RigidPiece& body : rigid.bodies) {
         writer.add(body.piece);
         for (const Mat3* matrix : {&body.shape, &body.rotation}) write_numbers(writer, *matrix);
-        for (const Vec3* vector : {&body.centre, &body.momentum, &body.spin}) write_numbers(writer, *vector);
+        for (const Vec3* vector : {&body.centre, &body.momentum, &body.angular_momentum})
+            write_numbers(writer, *vector);
         writer.add(body.touching);
         writer.add(body.point_count);
         for (const Vec3& point : rigid.points_of(body)) write_numbers(writer, point);
@@ -293,7 +294,7 @@ void Body::load_rigid(StateReader& reader) {
         require_state(phyxels_.rigid.index(body.piece) < 0, "a piece that is rigid twice");
         read_numbers(reader, body.shape, "a rigid piece without a shape");
         read_numbers(reader, body.rotation, "a rigid piece whose rotation is none");
-        for (Vec3* vector : {&body.centre, &body.momentum, &body.spin})
+        for (Vec3* vector : {&body.centre, &body.momentum, &body.angular_momentum})
             read_numbers(reader, *vector, "a rigid piece that is nowhere");
         body.touching = reader.number<std::uint8_t>(0, 1, "a rigid piece with a mark that there is not");
         const Vec3 stretch = eigen_symmetric(body.shape).values;  // descending
@@ -398,7 +399,7 @@ void Body::derive(const Parallel& parallel) {
     }
     if (deformation_) deformation_->node_frames(node_frames_, parallel);
     move_surface(parallel);
-    list_skin_points(parallel);
+    list_contact_samples(parallel);
 }
 
 }  // namespace splitcubes::body

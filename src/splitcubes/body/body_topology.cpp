@@ -47,7 +47,7 @@ void Body::retessellate(const Parallel& parallel, StepReport& report) {
     // In the order in which they were cut, all of them: a checkpoint counts on it.
     assert(solid_crossings_ + cut_edge_count_ == grid_.crossings().size());
     assert(std::is_sorted(new_slots_.begin(), new_slots_.end()));
-    if (!new_slots_.empty()) cut_rounds_.push_back(static_cast<std::uint32_t>(cut_edge_count_));
+    if (!new_slots_.empty()) cut_stage_ends_.push_back(static_cast<std::uint32_t>(cut_edge_count_));
     report.changed_cells += changed.size();
     track_surface_nodes();
 }
@@ -105,8 +105,8 @@ void Body::evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& 
 }
 
 // The pairs, ascending, whose phyxels changed piece or whose factor a change can reach.
-std::vector<std::uint32_t> Body::changed_sights(std::span<const std::int32_t> piece_before,
-                                                const Parallel& parallel) const {
+std::vector<std::uint32_t> Body::pairs_to_reevaluate(std::span<const std::int32_t> piece_before,
+                                                     const Parallel& parallel) const {
     constexpr std::size_t chunk = 1024;
     geometry::Box all;
     for (const geometry::Box& box : changed_boxes_) all.add(box);
@@ -151,7 +151,7 @@ void Body::update_visibility(const StepContext& context, StepReport& report) {
     });
     if (phyxels_.piece != piece_before) tracker_.mark_pieces_changed();
 
-    const std::vector<std::uint32_t> asked = changed_sights(piece_before, context.parallel);
+    const std::vector<std::uint32_t> asked = pairs_to_reevaluate(piece_before, context.parallel);
     std::vector<float> before;
     for (const std::uint32_t k : asked) before.push_back(pairs_.visibility[k]);
     // What is dark stays so, and what comes off whole keeps its sights.
@@ -169,7 +169,7 @@ void Body::update_visibility(const StepContext& context, StepReport& report) {
     // Cuts only add up: what moves within a cell that is cut again gives no sight back.
     for (std::size_t q = 0; q < asked.size(); ++q)
         pairs_.visibility[asked[q]] = std::min(pairs_.visibility[asked[q]], before[q]);
-    bridge_strands(asked);
+    bridge_ligaments(asked);
     for (std::size_t q = 0; q < asked.size(); ++q)
         if (pairs_.visibility[asked[q]] != before[q]) changed_pairs_.push_back(asked[q]);
     report.disks += looking.size();
@@ -180,7 +180,7 @@ void Body::update_visibility(const StepContext& context, StepReport& report) {
 }
 
 void Body::rebuild_neighbourhoods(const StepContext& context) {
-    if (deformation_) tell_deformation();
+    if (deformation_) notify_cut_edges();
     if (!changed_pairs_.empty())
         neighbourhoods_.update(phyxels_, pairs_, changed_pairs_, settings_.material, context.parallel);
     if (volumes_changed_) neighbourhoods_.refresh_volumes(phyxels_, settings_.material, context.parallel);

@@ -17,7 +17,7 @@ using meshless::ContactSide;
 
 // In phyxel spacings: how far a contact is looked for beyond what speed asks for, and how much of an
 // overlap is undone in a step.
-constexpr double margin_share = 0.05, lift_share = 0.02;
+constexpr double margin_share = 0.05, depenetration_share = 0.02;
 constexpr double off_share = 0.5;  // of the drawn vertex off the point that its carriers move
 constexpr double most_weight = 4;  // sum of the weights' sizes
 // Of fresh samples, in place of the number of one before.
@@ -31,10 +31,10 @@ bool ContactFinder::is_listed(const Task& task) {
     for (std::size_t b = 0; b < now_.size(); ++b) {
         const Body& body = *task.bodies[b];
         now_[b].surface = body.surface().revision();
-        now_[b].skin = body.skin_revision();
+        now_[b].skin = body.sample_revision();
         now_[b].pieces = body.pieces().count();
         now_[b].rigid = body.phyxels().rigid.bodies.size();
-        now_[b].anew = body.surface_changes().all_anew();
+        now_[b].anew = body.surface_changes().last_full_change();
         same = same && now_[b].same_as(listed_[b]);
     }
     return same;
@@ -46,16 +46,17 @@ void ContactFinder::list_samples(const Task& task, const Parallel& parallel) {
 
 void ContactFinder::relist(const Task& task, const Parallel& parallel) {
     std::size_t count = 0;
-    for (const auto& body : task.bodies) count += body->is_carried() ? 0 : body->skin_points().size();
+    for (const auto& body : task.bodies)
+        count += body->is_lattice_driven() ? 0 : body->contact_samples().size();
     fresh_.resize(count);
-    fresh_twin_.resize(count);
+    fresh_opposite_.resize(count);
     old_.assign(count, no_sample);
     stays_.assign(samples_.size(), 0);
     std::size_t first = 0;
     for (std::uint32_t b = 0; b < task.bodies.size(); ++b) {
         now_[b].first = first;
-        if (task.bodies[b]->is_carried()) continue;
-        const std::size_t points = task.bodies[b]->skin_points().size();
+        if (task.bodies[b]->is_lattice_driven()) continue;
+        const std::size_t points = task.bodies[b]->contact_samples().size();
         const auto list = [&](std::size_t begin, std::size_t end) {
             list_points(*task.bodies[b], b, first, begin, end);
         };
@@ -65,7 +66,7 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
     if (std::find(old_.begin(), old_.end(), no_sample) != old_.end()) squeeze_out();
     keep_slots();
     samples_.swap(fresh_);
-    twin_.swap(fresh_twin_);
+    opposite_.swap(fresh_opposite_);
     listed_.swap(now_);
 }
 
@@ -77,21 +78,21 @@ bool ContactFinder::pushes_for(const Body& body, std::uint32_t vertex, std::uint
     const splitting::SurfaceVertex &own = surface.vertices()[vertex], &by = surface.vertices()[pushing];
     if (!by.alive() || same_pieces) return by.alive();
     const splitting::Pieces& pieces = body.pieces();
-    return pieces.piece_of(body.grid(), surface.carrier(own)) ==
-           pieces.piece_of(body.grid(), surface.carrier(by));
+    return pieces.piece_of(body.grid(), surface.influence(own)) ==
+           pieces.piece_of(body.grid(), surface.influence(by));
 }
 
 // The vertex of the other lip that pushes for this one, if it is there after what this step has cut; else its
 // own.
-std::uint32_t ContactFinder::twin_of(const Body& body, const SkinPoint& point) {
-    if (point.twin == point.vertex) return point.vertex;
+std::uint32_t ContactFinder::opposite_of(const Body& body, const ContactSample& point) {
+    if (point.opposite == point.vertex) return point.vertex;
     const splitting::Surface& surface = body.surface();
     const splitting::SurfaceVertex &own = surface.vertices()[point.vertex],
-                                   &twin = surface.vertices()[point.twin];
+                                   &opposite = surface.vertices()[point.opposite];
     const bool is_there =
-        twin.alive() && twin.kind == splitting::VertexKind::centre && twin.place == own.place &&
-        body.phyxels().rigid.index(body.pieces().piece_of(body.grid(), surface.carrier(twin))) < 0;
-    return is_there ? point.twin : point.vertex;
+        opposite.alive() && opposite.kind == splitting::VertexKind::centre && opposite.place == own.place &&
+        body.phyxels().rigid.index(body.pieces().piece_of(body.grid(), surface.influence(opposite))) < 0;
+    return is_there ? point.opposite : point.vertex;
 }
 
 // Samples of a body's points begin .. end - 1, and which of them were samples before: both lists are in
@@ -103,11 +104,11 @@ void ContactFinder::list_points(const Body& body, std::uint32_t number, std::siz
     auto old = samples_.begin() + static_cast<std::ptrdiff_t>(is_known ? listed_[number].first : last_old);
     const auto old_end = samples_.begin() + static_cast<std::ptrdiff_t>(last_old);
     const auto is_before = [](const Sample& sample, std::uint32_t vertex) { return sample.vertex < vertex; };
-    if (begin < end) old = std::lower_bound(old, old_end, body.skin_points()[begin].vertex, is_before);
+    if (begin < end) old = std::lower_bound(old, old_end, body.contact_samples()[begin].vertex, is_before);
     const bool same_nodes = is_known && now_[number].same_nodes(listed_[number]);
     const bool same_numbers = is_known && now_[number].anew == listed_[number].anew;
     for (std::size_t k = begin; k < end; ++k) {
-        const SkinPoint& point = body.skin_points()[k];
+        const ContactSample& point = body.contact_samples()[k];
         // The list is of the last step: this one may have cut there.
         const splitting::SurfaceVertex& vertex = body.surface().vertices()[point.vertex];
         if (!vertex.alive()) continue;
@@ -126,16 +127,16 @@ void ContactFinder::list_points(const Body& body, std::uint32_t number, std::siz
         if (same_place && same_nodes) {
             sample.piece = old->piece;
         } else {
-            sample.piece = body.pieces().piece_of(body.grid(), body.surface().carrier(vertex));
+            sample.piece = body.pieces().piece_of(body.grid(), body.surface().influence(vertex));
             if (body.phyxels().rigid.index(sample.piece) >= 0) continue;
         }
-        sample.node = same_place ? old->node : body.carrying_node(point.vertex);
+        sample.node = same_place ? old->node : body.dominant_node(point.vertex);
         const auto pushes = [&](std::uint32_t by) {
             return by == point.vertex || !pushes_for(body, point.vertex, by, same_nodes);
         };
         sample.pushes = pushes(point.by);
-        sample.asks_own = sample.pushes && pushes(point.lip_by);
-        fresh_twin_[first + k] = twin_of(body, point);
+        sample.searches_own_body = sample.pushes && pushes(point.face_delegate);
+        fresh_opposite_[first + k] = opposite_of(body, point);
         old_[first + k] = new_sample;
         if (!was_one || old->node != sample.node || old->piece != sample.piece) continue;
         const auto before = static_cast<std::size_t>(old - samples_.begin());
@@ -156,12 +157,12 @@ void ContactFinder::squeeze_out() {
         for (; k < end; ++k) {
             if (old_[k] == no_sample) continue;
             fresh_[kept] = fresh_[k];
-            fresh_twin_[kept] = fresh_twin_[k];
+            fresh_opposite_[kept] = fresh_opposite_[k];
             old_[kept++] = old_[k];
         }
     }
     fresh_.resize(kept);
-    fresh_twin_.resize(kept);
+    fresh_opposite_.resize(kept);
     old_.resize(kept);
 }
 
@@ -194,25 +195,25 @@ void ContactFinder::keep_slots() {
 
 std::uint32_t ContactFinder::take_slot() {
     if (free_slots_.empty()) {
-        carrying_.emplace_back();
-        parted_.push_back(nullptr);
-        return static_cast<std::uint32_t>(carrying_.size() - 1);
+        influences_.emplace_back();
+        separations_.push_back(nullptr);
+        return static_cast<std::uint32_t>(influences_.size() - 1);
     }
     const std::uint32_t slot = free_slots_.back();
     free_slots_.pop_back();
-    carrying_[slot] = {};
+    influences_[slot] = {};
     return slot;
 }
 
 void ContactFinder::drop_known(std::uint32_t slot) {
-    if (parted_[slot]) free_known_.push_back(parted_[slot]);
-    parted_[slot] = nullptr;
+    if (separations_[slot]) free_known_.push_back(separations_[slot]);
+    separations_[slot] = nullptr;
 }
 
-ContactFinder::KnownParted& ContactFinder::take_known() {
+ContactFinder::KnownSeparations& ContactFinder::take_known() {
     const std::scoped_lock lock(mutex_);
     if (free_known_.empty()) return known_.emplace_back();
-    KnownParted& known = *free_known_.back();
+    KnownSeparations& known = *free_known_.back();
     free_known_.pop_back();
     known = {};
     return known;
@@ -329,30 +330,30 @@ void ContactFinder::place_sample(const Task& task, std::size_t k) {
 // Whether the phyxel that carries a sample without a row is the nearest of its piece. Pieces come apart, and
 // never together: who was the nearest is so as long as it is of the same piece.
 bool ContactFinder::is_still_nearest(const meshless::Phyxels& phyxels, const Sample& sample,
-                                     const Carrying& carrying) {
-    return carrying.among == phyxels.size() && phyxels.piece[carrying.side.phyxel[0]] == sample.piece;
+                                     const Influence& influence) {
+    return influence.among == phyxels.size() && phyxels.piece[influence.side.phyxel[0]] == sample.piece;
 }
 
 // Who carries a sample, and where they take it: the point whose way the solve knows, so that what
 // pushes it does the work that its way says. The drawn vertex is a little off, by how much the strain
 // changes between the two; a gap to it would make energy where a body rolls.
-void ContactFinder::find_carriers(const Task& task, std::size_t k) {
+void ContactFinder::find_influences(const Task& task, std::size_t k) {
     if (placed_[k]) return;
     const Sample& sample = samples_[k];
-    Carrying& carrying = carrying_[sample.slot];
+    Influence& influence = influences_[sample.slot];
     const Body& body = *task.bodies[sample.body];
     const meshless::Phyxels& phyxels = body.phyxels();
     const std::uint64_t row = body.nodes().row_revision(sample.node);
-    ContactSide& side = carrying.side;
+    ContactSide& side = influence.side;
     const bool has_row = body.nodes().has_row(sample.node);
-    if (side.count == 0 || (has_row ? carrying.row != row : !is_still_nearest(phyxels, sample, carrying))) {
-        side = body.carriers_of(sample.vertex, sample.node, sample.piece, sample.body);
-        carrying.row = row;
-        carrying.among = has_row ? 0 : phyxels.size();
+    if (side.count == 0 || (has_row ? influence.row != row : !is_still_nearest(phyxels, sample, influence))) {
+        side = body.influences_of(sample.vertex, sample.node, sample.piece, sample.body);
+        influence.row = row;
+        influence.among = has_row ? 0 : phyxels.size();
         Vec3 rest = Vec3::Zero();
         for (std::uint32_t c = 0; c < side.count; ++c)
             rest += side.weight[c] * phyxels.rest_position[side.phyxel[c]];
-        carrying.offset = sample.rest - rest;
+        influence.offset = sample.rest - rest;
     }
     if (side.count == 0) return;
     placed_[k] = 1;
@@ -360,7 +361,7 @@ void ContactFinder::find_carriers(const Task& task, std::size_t k) {
     for (std::uint32_t c = 0; c < side.count; ++c)
         position += side.weight[c] * phyxels.position[side.phyxel[c]];
     // Not zero only where few phyxels lie in one plane.
-    position_[k] = position + phyxels.deformation[side.phyxel[0]] * carrying.offset;
+    position_[k] = position + phyxels.deformation[side.phyxel[0]] * influence.offset;
 }
 
 // Whether the solid is further from all of these samples than they go.
@@ -384,10 +385,10 @@ void ContactFinder::meet_collider(const Task& task, std::size_t number, const Co
     const double moved = (to_after * position - to_before * position).norm();
     const double far = moved + way_[s.body] + off_share * spacing_of(s);
     if (collider.solid->at(to_before * position).distance > far) return;
-    find_carriers(task, k);
+    find_influences(task, k);
     const Vec3 from = to_before * position;
     const std::array<std::span<const Vec3>, 1> velocity = {body.phyxels().velocity};
-    ContactSide own = carrying_of(k).side;
+    ContactSide own = influence_of(k).side;
     own.part = 0;
     const Vec3 v = meshless::side_value(own, velocity);
     const Vec3 to = to_after * (position + task.dt * (v + task.dt * task.gravity));
@@ -400,12 +401,12 @@ void ContactFinder::meet_collider(const Task& task, std::size_t number, const Co
     const Vec3 touched = place - at.distance * at.normal;
     Contact contact;
     contact.key = key_of(s.body, number + 1, s.vertex);
-    contact.upper = carrying_of(k).side;
+    contact.upper = influence_of(k).side;
     contact.normal = after.linear() * at.normal;
     contact.gap = contact.normal.dot(position - before * touched);
-    contact.drive = after * touched - before * touched;
+    contact.surface_displacement = after * touched - before * touched;
     contact.friction = collider.friction;
-    contact.lift = lift_share * spacing_of(s);
+    contact.max_depenetration = depenetration_share * spacing_of(s);
     if (!contact.normal.allFinite() || !std::isfinite(contact.gap)) return;
     chunk.found.push_back(contact);
     chunk.keys.push_back(contact.key);
@@ -463,7 +464,7 @@ void ContactFinder::give_back(Chunk& chunk) {
     free_chunks_.push_back(&chunk);
 }
 
-void ContactFinder::find(const Task& task, const Parallel& parallel, std::vector<ContactGroup>& groups) {
+void ContactFinder::find(const Task& task, const Parallel& parallel, std::vector<ContactIsland>& groups) {
     warm_chunks(static_cast<std::size_t>(parallel.thread_count()));
     if (task.options.pieces || !task.colliders.empty()) {
         list_samples(task, parallel);
@@ -501,7 +502,7 @@ void ContactFinder::sort_found() {
 }
 
 // Bodies that push on each other together; which is whose number is in group_of_ and part_of_.
-void ContactFinder::form_groups(std::size_t bodies, std::vector<ContactGroup>& groups) {
+void ContactFinder::form_groups(std::size_t bodies, std::vector<ContactIsland>& groups) {
     first_.resize(bodies);
     std::iota(first_.begin(), first_.end(), 0U);
     const auto root = [&](std::uint32_t b) {
@@ -515,7 +516,7 @@ void ContactFinder::form_groups(std::size_t bodies, std::vector<ContactGroup>& g
             const std::uint32_t a = root(c.upper.part), b = root(c.lower.part);
             first_[std::max(a, b)] = std::min(a, b);
         }
-    for (ContactGroup& group : groups) group.bodies.clear();
+    for (ContactIsland& group : groups) group.bodies.clear();
     std::size_t count = 0;
     group_of_.resize(bodies);
     part_of_.resize(bodies);
@@ -523,14 +524,14 @@ void ContactFinder::form_groups(std::size_t bodies, std::vector<ContactGroup>& g
         if (root(b) == b) group_of_[b] = count++;
         group_of_[b] = group_of_[root(b)];
         if (groups.size() < count) groups.emplace_back();
-        ContactGroup& group = groups[group_of_[b]];
+        ContactIsland& group = groups[group_of_[b]];
         part_of_[b] = static_cast<std::uint32_t>(group.bodies.size());
         group.bodies.push_back(b);
     }
     groups.resize(count);
 }
 
-void ContactFinder::group(const Task& task, const Parallel& parallel, std::vector<ContactGroup>& groups) {
+void ContactFinder::group(const Task& task, const Parallel& parallel, std::vector<ContactIsland>& groups) {
     form_groups(task.bodies.size(), groups);
     const auto group_of = [this](const Found& found) { return group_of_[body_of(found.key)]; };
     group_size_.assign(groups.size(), 0);

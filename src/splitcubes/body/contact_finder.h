@@ -4,7 +4,7 @@
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/collider.h>
 #include <splitcubes/body/contact_sides.h>
-#include <splitcubes/body/skin_grid.h>
+#include <splitcubes/body/sample_grid.h>
 #include <splitcubes/geometry/box.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@
 namespace splitcubes::body {
 
 /// Bodies that step on their own, or together since they may push on each other.
-struct ContactGroup {
+struct ContactIsland {
     std::vector<std::size_t> bodies;          // ascending; part k of the contacts is bodies[k]
     std::vector<meshless::Contact> contacts;  // sorted by key
 };
@@ -55,19 +55,19 @@ class ContactFinder {
     /// One group for every body that has a part in none else; in order of their first bodies. The
     /// groups are replaced; their memory is used again. The bodies must be the same from call to call, but
     /// for what happened to them.
-    void find(const Task& task, const Parallel& parallel, std::vector<ContactGroup>& groups);
+    void find(const Task& task, const Parallel& parallel, std::vector<ContactIsland>& groups);
 
     /// The samples of elastic skin, as the last find has left them.
-    struct SkinSample {
+    struct SurfaceSample {
         std::uint32_t body, vertex;
         std::int32_t piece;
     };
-    SkinSample skin_sample(std::size_t k) const {
+    SurfaceSample surface_sample(std::size_t k) const {
         return {samples_[k].body, samples_[k].vertex, samples_[k].piece};
     }
     /// Of each, m, world; and unit, outward.
-    std::span<const Vec3> skin_positions() const { return position_; }
-    std::span<const Vec3> skin_normals() const { return normal_; }
+    std::span<const Vec3> sample_positions() const { return position_; }
+    std::span<const Vec3> sample_normals() const { return normal_; }
 
   private:
     /// One line of memory: those around a sample are read in no order of theirs.
@@ -80,18 +80,18 @@ class ContactFinder {
         std::uint32_t cell = 0;  // of the surface; that and which corners tell who carries it
         std::uint16_t body = 0;
         std::uint8_t corners = 0;
-        // As of SkinPoint: whether it pushes on what is not its body's, and on its body.
+        // As of ContactSample: whether it pushes on what is not its body's, and on its body.
         bool pushes : 1 = true;
-        bool asks_own : 1 = true;
+        bool searches_own_body : 1 = true;
         std::uint32_t serial = 0;  // as long as nothing above changes, and no other's
         std::uint32_t slot = 0;    // of what is kept about it, as long as it is carried by the same
     };
     /// Of one sample: which others, by serial numbers, a cut parts from it at rest.
-    struct KnownParted {
+    struct KnownSeparations {
         static constexpr std::size_t size = 32;  // some seven are asked for in a step
 
         struct Answer {
-            std::uint32_t is_parted : 1 = 0;
+            std::uint32_t is_separated : 1 = 0;
             std::uint32_t when : 31 = 0;  // the last change of the surface that it knows of
             // Which occluder parts them; where none does, what the occluders had counted then.
             std::uint32_t witness = 0;
@@ -103,7 +103,7 @@ class ContactFinder {
         geometry::Box along;
         std::uint32_t from = 0, until = 0;
     };
-    struct Carrying {
+    struct Influence {
         meshless::ContactSide side;  // no phyxels: not known yet
         Vec3 offset =
             Vec3::Zero();  // m, rest space, from the carriers' mean; not zero only where few lie in a plane
@@ -114,7 +114,7 @@ class ContactFinder {
     struct Listed {
         std::uint64_t surface = 0, skin = 0;
         std::size_t pieces = 0, rigid = 0;
-        std::uint32_t anew = 0;  // SurfaceChanges::all_anew
+        std::uint32_t anew = 0;  // SurfaceChanges::last_full_change
         std::size_t first = 0;   // of its samples
 
         /// Whether nodes are of the same pieces, and tracked by the same numbers.
@@ -137,8 +137,8 @@ class ContactFinder {
         std::vector<meshless::Contact> found;
         std::vector<std::uint64_t> keys;  // of what is found
         std::vector<std::uint32_t> near;
-        std::vector<SkinGrid::Faced> faced;  // of one sample: all that face it
-        std::vector<May> may;                // of each, whether it can meet
+        std::vector<SampleGrid::Faced> faced;  // of one sample: all that face it
+        std::vector<May> may;                  // of each, whether it can meet
         std::vector<std::uint64_t> order;
         std::vector<Facing> face;  // of one sample: the face that it lies before, in order of the samples
         SideBetween between;
@@ -199,9 +199,9 @@ class ContactFinder {
     static std::size_t body_of(std::uint64_t key) { return key >> 48; }
     void warm_chunks(std::size_t threads);
     Chunk& take_chunk();
-    KnownParted& take_known();
-    Carrying& carrying_of(std::size_t k) { return carrying_[samples_[k].slot]; }
-    const Carrying& carrying_of(std::size_t k) const { return carrying_[samples_[k].slot]; }
+    KnownSeparations& take_known();
+    Influence& influence_of(std::size_t k) { return influences_[samples_[k].slot]; }
+    const Influence& influence_of(std::size_t k) const { return influences_[samples_[k].slot]; }
     double spacing_of(const Sample& sample) const { return spacing_[sample.body]; }
     void give_back(Chunk& chunk);
     /// Calls work(chunk, begin, end) for parts of [0, count).
@@ -221,7 +221,7 @@ class ContactFinder {
     void list_points(const Body& body, std::uint32_t number, std::size_t first, std::size_t begin,
                      std::size_t end);
     static bool pushes_for(const Body& body, std::uint32_t vertex, std::uint32_t by, bool same_pieces);
-    static std::uint32_t twin_of(const Body& body, const SkinPoint& point);
+    static std::uint32_t opposite_of(const Body& body, const ContactSample& point);
     void squeeze_out();
     void renumber();
     void keep_slots();
@@ -234,48 +234,48 @@ class ContactFinder {
     void place_sample(const Task& task, std::size_t k);
     void place_samples(const Task& task, const Parallel& parallel);
     static bool is_still_nearest(const meshless::Phyxels& phyxels, const Sample& sample,
-                                 const Carrying& carrying);
-    void find_carriers(const Task& task, std::size_t k);
+                                 const Influence& influence);
+    void find_influences(const Task& task, std::size_t k);
     void meet_colliders(const Task& task, const Parallel& parallel);
     void meet_collider(const Task& task, std::size_t number, const ColliderPlaces& places, std::size_t k,
                        Chunk& chunk);
     bool is_far(const Collider& collider, const ColliderPlaces& places, const Patch& patch) const;
-    void place_carried(const Task& task, std::span<const std::uint32_t> kept, const Parallel& parallel);
+    void place_exactly(const Task& task, std::span<const std::uint32_t> kept, const Parallel& parallel);
     void meet_pieces(const Task& task, const Parallel& parallel);
-    bool are_parted(const Body& body, std::size_t a, std::size_t b);
+    bool are_separated(const Body& body, std::size_t a, std::size_t b);
     static void look(const Body& body, const Vec3& from, const Vec3& to, bool is_known,
-                     KnownParted::Answer& answer);
-    static void bring_up_to(const SurfaceChanges& changes, std::uint32_t now, KnownParted& known);
+                     KnownSeparations::Answer& answer);
+    static void bring_up_to(const SurfaceChanges& changes, std::uint32_t now, KnownSeparations& known);
     bool may_meet(const Task& task, std::size_t a, std::size_t b);
     bool may_meet(const Task& task, std::size_t k, std::size_t n, Chunk& chunk);
-    const SkinGrid::Faced* partner_of(const Task& task, std::size_t k, Chunk& chunk);
+    const SampleGrid::Faced* partner_of(const Task& task, std::size_t k, Chunk& chunk);
     double soon(std::size_t k, const Reach& reach) const;
     bool find_facing(std::size_t place, double radius, const Reach& reach, Chunk& chunk) const;
-    double width_of(std::size_t k, const SkinGrid::Faced& partner, const Reach& reach) const;
-    const SkinGrid::Faced* find_partner(const Task& task, std::size_t place, const Reach& reach,
-                                        Chunk& chunk);
-    const SkinGrid::Faced* widen(std::size_t place, const SkinGrid::Faced& partner, double near,
-                                 const Reach& reach, Chunk& chunk) const;
-    void find_face(const Task& task, std::size_t k, const SkinGrid::Faced& chosen, const Reach& reach,
+    double width_of(std::size_t k, const SampleGrid::Faced& partner, const Reach& reach) const;
+    const SampleGrid::Faced* find_partner(const Task& task, std::size_t place, const Reach& reach,
+                                          Chunk& chunk);
+    const SampleGrid::Faced* widen(std::size_t place, const SampleGrid::Faced& partner, double near,
+                                   const Reach& reach, Chunk& chunk) const;
+    void find_face(const Task& task, std::size_t k, const SampleGrid::Faced& chosen, const Reach& reach,
                    Chunk& chunk);
     bool meet(const Task& task, std::size_t place, const Reach& reach, Chunk& chunk, meshless::Contact& out);
     bool push_on(const Task& task, const Vec3& foot, double total, std::size_t partner, Chunk& chunk,
                  meshless::Contact& out) const;
-    bool is_answered_by_twin(const Task& task, std::size_t k) const;
+    bool is_answered_by_opposite(const Task& task, std::size_t k) const;
     bool asks(const Task& task, std::size_t place) const;
     Reach reach_of(const Task& task) const;
     void sort_found();
-    void form_groups(std::size_t bodies, std::vector<ContactGroup>& groups);
-    void group(const Task& task, const Parallel& parallel, std::vector<ContactGroup>& groups);
+    void form_groups(std::size_t bodies, std::vector<ContactIsland>& groups);
+    void group(const Task& task, const Parallel& parallel, std::vector<ContactIsland>& groups);
 
     std::vector<Sample> samples_, fresh_;
-    std::vector<std::uint32_t> twin_, fresh_twin_;  // per sample: vertex, as of SkinPoint
+    std::vector<std::uint32_t> opposite_, fresh_opposite_;  // per sample: vertex, as of ContactSample
     // Per slot, which stays the same as samples come and go.
-    std::vector<Carrying> carrying_;
-    std::vector<KnownParted*> parted_;  // nullptr: nothing is known
+    std::vector<Influence> influences_;
+    std::vector<KnownSeparations*> separations_;  // nullptr: nothing is known
     std::vector<std::uint32_t> free_slots_;
-    std::deque<KnownParted> known_;  // grows only, and stays where it is
-    std::vector<KnownParted*> free_known_;
+    std::deque<KnownSeparations> known_;  // grows only, and stays where it is
+    std::vector<KnownSeparations*> free_known_;
     std::uint32_t serials_ = 0;  // given so far
     // Per fresh sample: its number before, or -1; -2: no sample.
     std::vector<std::int32_t> old_;
@@ -293,8 +293,8 @@ class ContactFinder {
     std::vector<std::vector<double>> piece_way_;  // m, see measure_pieces
     std::vector<std::span<const Vec3>> velocity_;
     std::vector<std::vector<Vec3>> drift_;  // per body and phyxel: m, see drift_of
-    std::vector<SkinGrid::Way> way_of_;     // per sample that the grid keeps
-    SkinGrid grid_;
+    std::vector<SampleGrid::Way> way_of_;   // per sample that the grid keeps
+    SampleGrid grid_;
     std::mutex mutex_;                            // of chunks_ and known_
     std::vector<std::unique_ptr<Chunk>> chunks_;  // contacts' part: number of the body
     std::vector<Chunk*> free_chunks_;

@@ -19,7 +19,8 @@ constexpr std::size_t least_slots = 256;  // a power of two
 
 }  // namespace
 
-void carry_exactly(std::span<const Vec3> rest, const Vec3& place, double spacing, ContactSide& side) {
+void reproduce_affine_motion(std::span<const Vec3> rest, const Vec3& place, double spacing,
+                             ContactSide& side) {
     std::array<Vec3, ContactSide::most> arm;
     Vec3 centre = Vec3::Zero();
     for (std::uint32_t k = 0; k < side.count; ++k) {
@@ -101,7 +102,7 @@ ContactSide SideBetween::take(std::span<const Vec3> rest, const Vec3& place, dou
     for (std::uint32_t k = 0; k < out.count; ++k) kept += out.weight[k];
     for (std::uint32_t k = 0; k < out.count; ++k)
         out.weight[k] = kept > 0 ? out.weight[k] / kept : 1.0 / out.count;
-    carry_exactly(rest, place, spacing, out);
+    reproduce_affine_motion(rest, place, spacing, out);
     return out;
 }
 

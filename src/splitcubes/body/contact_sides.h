@@ -15,8 +15,8 @@ namespace splitcubes::body {
 /// mean of the phyxels lies up to a spacing off the skin: a push there would have another arm than
 /// the skin's own motion, and make energy where a body rolls. rest: m, of the body's phyxels; place: m,
 /// rest space; spacing: m.
-void carry_exactly(std::span<const Vec3> rest, const Vec3& place, double spacing,
-                   meshless::ContactSide& side);
+void reproduce_affine_motion(std::span<const Vec3> rest, const Vec3& place, double spacing,
+                             meshless::ContactSide& side);
 
 /// A side between several sides, with the memory that finding it takes.
 class SideBetween {
@@ -29,7 +29,7 @@ class SideBetween {
     /// A side of the body and how much it counts, > 0. All that is added until take is of one body.
     void add(const meshless::ContactSide& side, double weight);
     /// Of the phyxels that the added sides share, the heaviest, so that they carry `place` exactly; no
-    /// phyxels where none was added. Forgets what was added. Arguments as of carry_exactly.
+    /// phyxels where none was added. Forgets what was added. Arguments as of reproduce_affine_motion.
     meshless::ContactSide take(std::span<const Vec3> rest, const Vec3& place, double spacing);
 
   private:

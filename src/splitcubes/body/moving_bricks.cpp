@@ -164,7 +164,7 @@ double MovingBricks::place_error(const State& state) const {
 }
 
 // Of the phyxels that can reach the chosen bricks.
-void MovingBricks::list_carriers(const State& state, const Parallel& parallel) {
+void MovingBricks::list_influences(const State& state, const Parallel& parallel) {
     const splitting::BrickLayout& layout = state.grid.bricks();
     listed_.assign(layout.total(), 0);
     std::vector<std::uint32_t> bricks;
@@ -178,7 +178,7 @@ void MovingBricks::list_carriers(const State& state, const Parallel& parallel) {
                     listed_[near] = 1;
                 }
     }
-    carriers_.resize(phyxels_.size());
+    influences_.resize(phyxels_.size());
     const double error = place_error(state);
     parallel.for_each(bricks.size(), 16, [&](std::size_t b) {
         for (std::uint32_t k = begin_[bricks[b]]; k < begin_[bricks[b] + 1]; ++k) {
@@ -186,16 +186,16 @@ void MovingBricks::list_carriers(const State& state, const Parallel& parallel) {
             const Vec3& rest = state.phyxels.rest_position[i];
             const Vec3 mapped = mean_.jacobian * rest + mean_.shift;
             const auto made = [&](const Vec3& position, const Mat3& deformation) {
-                return CarrierTable::State{position - mapped, deformation - mean_.jacobian};
+                return InfluenceTable::State{position - mapped, deformation - mean_.jacobian};
             };
-            const CarrierTable::State now = made(state.phyxels.position[i], state.phyxels.deformation[i]);
-            const CarrierTable::State before =
+            const InfluenceTable::State now = made(state.phyxels.position[i], state.phyxels.deformation[i]);
+            const InfluenceTable::State before =
                 made(state.phyxels.previous_position[i], state.previous_deformation[i]);
             const double numbers = now.off.sum() + now.matrix.sum() + before.off.sum() + before.matrix.sum();
             // A little more, so that rounding leaves none out.
             const double reach = (1 + 1e-5) * reach_of(state, i) + 2 * error;
-            carriers_.set(k, rest - state.grid.rest().origin, std::isfinite(numbers) ? reach * reach : -1,
-                          now, before);
+            influences_.set(k, rest - state.grid.rest().origin, std::isfinite(numbers) ? reach * reach : -1,
+                            now, before);
         }
     });
 }
@@ -207,7 +207,7 @@ void MovingBricks::start_hulls(const State& state, std::uint32_t brick, NodeHull
     hulls.start(state.grid.rest().cell_size, place_error(state));
     for (int z = low.z(); z <= high.z(); ++z)
         for (int y = low.y(); y <= high.y(); ++y)
-            hulls.add_from(carriers_, begin_[layout.brick_of(brick_side * Vec3i(low.x(), y, z))],
+            hulls.add_from(influences_, begin_[layout.brick_of(brick_side * Vec3i(low.x(), y, z))],
                            begin_[layout.brick_of(brick_side * Vec3i(high.x(), y, z)) + 1], centre);
 }
 
@@ -278,7 +278,7 @@ std::vector<GridEdge> MovingBricks::edges_near(const State& state, const SweptBo
     reach_ = 0;
     for (const double radius : state.phyxels.support_radius) reach_ = std::max(reach_, radius + state.margin);
     choose_bricks(state, swept, parallel);
-    list_carriers(state, parallel);
+    list_influences(state, parallel);
     edges_.resize((chosen_.size() + brick_grain - 1) / brick_grain);
     scratch_.resize(std::max(scratch_.size(), edges_.size()));
     parallel.for_chunks(chosen_.size(), brick_grain, [&](std::size_t begin, std::size_t end) {

@@ -69,7 +69,7 @@ class MovingBricks {
     void take_boxes(const State& state, const Parallel& parallel);
     void spread_boxes(const splitting::BrickLayout& layout, int around, int axis, const Parallel& parallel);
     void choose_bricks(const State& state, const SweptBoxes& swept, const Parallel& parallel);
-    void list_carriers(const State& state, const Parallel& parallel);
+    void list_influences(const State& state, const Parallel& parallel);
     void start_hulls(const State& state, std::uint32_t brick, NodeHulls& hulls) const;
     double place_error(const State& state) const;
     void add_edges(const State& state, std::uint32_t brick, const SweptBoxes& swept, Scratch& scratch,
@@ -86,9 +86,9 @@ class MovingBricks {
     std::vector<geometry::Box> wider_;       // scratch
     std::vector<std::uint8_t> meets_;        // scratch, per brick
     std::vector<std::uint32_t> chosen_;      // bricks to look at closely, ascending
-    CarrierTable carriers_;                  // as phyxels_, of the bricks whose phyxels reach these; places
+    InfluenceTable influences_;              // as phyxels_, of the bricks whose phyxels reach these; places
                                              // from the grid's origin, by mean_
-    std::vector<std::uint8_t> listed_;       // per brick: whether its phyxels are in carriers_
+    std::vector<std::uint8_t> listed_;       // per brick: whether its phyxels are in influences_
     std::vector<std::vector<splitting::GridEdge>> edges_;  // scratch, per chunk of these
     std::vector<Scratch> scratch_;                         // the same
     std::size_t sorted_ = 0;                               // phyxels that are in phyxels_

@@ -5,27 +5,29 @@
 namespace splitcubes::body {
 
 void NodeHulls::start(double cell, double place_error) {
-    carriers_.resize(0);
+    influences_.resize(0);
     known_.fill(false);
     cell_ = static_cast<float>(cell);
     place_error_ = place_error;
 }
 
 void NodeHulls::add(const Vec3& from_centre, double reach, const State& now, const State& before) {
-    const std::size_t i = carriers_.size();
-    carriers_.resize(i + 1);
+    const std::size_t i = influences_.size();
+    influences_.resize(i + 1);
     // A little more, so that rounding leaves none out.
-    carriers_.set(i, from_centre, reach * reach * (1 + 1e-5) + 1e-6 * from_centre.squaredNorm(), now, before);
+    influences_.set(i, from_centre, reach * reach * (1 + 1e-5) + 1e-6 * from_centre.squaredNorm(), now,
+                    before);
 }
 
-void NodeHulls::add_from(const CarrierTable& table, std::size_t begin, std::size_t end, const Vec3f& centre) {
-    carriers_.append_from(table, begin, end, {centre, 0.5F * side * cell_});
+void NodeHulls::add_from(const InfluenceTable& table, std::size_t begin, std::size_t end,
+                         const Vec3f& centre) {
+    influences_.append_from(table, begin, end, {centre, 0.5F * side * cell_});
 }
 
 bool NodeHulls::settle() {
-    mean_ = carriers_.take_out_mean();
+    mean_ = influences_.take_out_mean();
     const float half = 0.5F * side * cell_;
-    whole_ = carriers_.box_of({Vec3f::Zero(), half});
+    whole_ = influences_.box_of({Vec3f::Zero(), half});
     const double largest = std::max(whole_.max.cwiseAbs().maxCoeff(), whole_.min.cwiseAbs().maxCoeff());
     // Seven roundings of terms that together are no larger than the largest, of which no row of a matrix
     // makes more over the cube than that.
@@ -43,7 +45,7 @@ void NodeHulls::choose_block(int block) {
 }
 
 geometry::Box NodeHulls::box_of_block() const {
-    return widened(carriers_.box_of(block_));
+    return widened(influences_.box_of(block_));
 }
 
 const geometry::Box& NodeHulls::box_of(const Vec3i& node) {
@@ -51,7 +53,7 @@ const geometry::Box& NodeHulls::box_of(const Vec3i& node) {
         static_cast<std::size_t>(node.x() + nodes_a_side * (node.y() + nodes_a_side * node.z()));
     if (known_[index]) return box_[index];
     known_[index] = true;
-    if (!is_near_known_) near_.assign_from(carriers_, block_);
+    if (!is_near_known_) near_.assign_from(influences_, block_);
     is_near_known_ = true;
     box_[index] = widened(near_.box_of({(node.cast<float>() - Vec3f::Constant(0.5F * side)) * cell_, 0}));
     return box_[index];

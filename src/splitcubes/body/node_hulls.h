@@ -1,7 +1,7 @@
 // Bounds of single grid nodes, as the phyxels move.
 #pragma once
 
-#include <splitcubes/body/carrier_table.h>
+#include <splitcubes/body/influence_table.h>
 
 #include <array>
 #include <cstdint>
@@ -20,7 +20,7 @@ class NodeHulls {
     static constexpr int block_count = 8;
 
     /// What a phyxel makes of the cube beyond the map; off: at the cube's centre.
-    using State = CarrierTable::State;
+    using State = InfluenceTable::State;
 
     /// cell: m; place_error: m, by how much the places of what is added may be wrong.
     void start(double cell, double place_error = 0);
@@ -28,8 +28,8 @@ class NodeHulls {
     /// carries nodes.
     void add(const Vec3& from_centre, double reach, const State& now, const State& before);
     /// Those of a table between two entries that reach the cube. centre: m, of the cube, as the table counts.
-    void add_from(const CarrierTable& table, std::size_t begin, std::size_t end, const Vec3f& centre);
-    bool empty() const { return carriers_.size() == 0; }
+    void add_from(const InfluenceTable& table, std::size_t begin, std::size_t end, const Vec3f& centre);
+    bool empty() const { return influences_.size() == 0; }
     /// When all are in. False where something is too large for single precision: only box_of_cube may
     /// be asked then.
     bool settle();
@@ -49,13 +49,13 @@ class NodeHulls {
     static constexpr int nodes_a_side = side + 1;
     geometry::Box widened(const geometry::Box& box) const { return box.empty() ? box : box.grown(slack_); }
 
-    CarrierTable carriers_, near_;        // all; that reach the chosen block
+    InfluenceTable influences_, near_;    // all; that reach the chosen block
     float cell_ = 0;                      // m
     double place_error_ = 0, slack_ = 0;  // m
     Mat3 mean_ = Mat3::Zero();
     geometry::Box whole_;
     bool is_near_known_ = false;
-    CarrierTable::Cube block_;  // the chosen one
+    InfluenceTable::Cube block_;  // the chosen one
     std::array<geometry::Box, static_cast<std::size_t>(nodes_a_side* nodes_a_side* nodes_a_side)> box_;
     std::array<bool, static_cast<std::size_t>(nodes_a_side* nodes_a_side* nodes_a_side)> known_{};
 };

@@ -1,5 +1,5 @@
 #include <splitcubes/body/node_tracker.h>
-#include <splitcubes/geometry/sights.h>
+#include <splitcubes/geometry/segment_fan.h>
 #include <splitcubes/meshless/kernel.h>
 
 #include <algorithm>
@@ -159,7 +159,7 @@ void NodeTracker::build_links(const TrackerContext& context, std::size_t node,
     links_[node].clear();
     context.locator.near(rest_[node], reach_, near);
     links_[node].reserve(near.size());
-    geometry::Sights sights(context.occluders, rest_[node], reach_);
+    geometry::SegmentFan sights(context.occluders, rest_[node], reach_);
     for (const std::uint32_t i : near) {
         const Vec3& phyxel = context.phyxels.rest_position[i];
         const double weight =
@@ -193,14 +193,14 @@ void NodeTracker::look_again(const TrackerContext& context, std::size_t node,
 // Most rows that are looked at again stay as they are: who keeps something by the revision keeps it then.
 void NodeTracker::write_row(const TrackerContext& context, std::size_t node) {
     meshless::NodeKernels::Row& row = kernels_.rows[node];
-    const auto is_carrier = [&](const Link& link) { return carries(context.phyxels, node, link); };
+    const auto is_influence = [&](const Link& link) { return carries(context.phyxels, node, link); };
     double total = 0;
     for (const Link& link : links_[node])
-        if (is_carrier(link)) total += link.weight;
+        if (is_influence(link)) total += link.weight;
     std::uint32_t count = 0;
     bool is_new = false;
     for (const Link& link : links_[node]) {
-        if (!is_carrier(link)) continue;
+        if (!is_influence(link)) continue;
         std::uint32_t& phyxel = kernels_.phyxel[row.begin + count];
         double& weight = kernels_.weight[row.begin + count];
         const double share = link.weight / total;

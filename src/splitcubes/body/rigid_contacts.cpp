@@ -15,47 +15,47 @@ using meshless::RigidPiece;
 
 // In phyxel spacings, as of ContactFinder: how far skin is looked for, how deep an overlap is
 // believed, how far off a sample a point may lie along the face.
-constexpr double crumb_reach_share = 1.25, crumb_deepest_share = 1, crumb_beside_share = 0.9,
-                 crumb_margin_share = 0.05;
+constexpr double fragment_reach_share = 1.25, fragment_deepest_share = 1, fragment_beside_share = 0.9,
+                 fragment_margin_share = 0.05;
 // Of an overlap that was there before, what is undone in a step: in spacings, and in its depths.
-constexpr double crumb_lift_share = 0.005, crumb_depth_share = 0.1;
+constexpr double fragment_depenetration_share = 0.005, fragment_depth_share = 0.1;
 // In spacings: how far skin or a rigid piece is believed to go in a step.
 constexpr double most_way = 2;
-constexpr double crumb_one_face = 0.8;
+constexpr double fragment_one_face = 0.8;
 // In spacings: how much farther than the nearest sample a face is followed.
-constexpr double crumb_face_share = 0.75;
+constexpr double fragment_face_share = 0.75;
 constexpr double absurdly_far = 1e90;  // m
 
 }  // namespace
 
-RigidPiece& RigidContacts::piece_of(const Crumb& crumb) const {
-    return phyxels_[crumb.body]->rigid.bodies[crumb.index];
+RigidPiece& RigidContacts::piece_of(const Fragment& fragment) const {
+    return phyxels_[fragment.body]->rigid.bodies[fragment.index];
 }
 
-void RigidContacts::list_crumbs(const Task& task) {
-    crumbs_.clear();
+void RigidContacts::list_fragments(const Task& task) {
+    fragments_.clear();
     phyxels_.clear();
     spacing_ = 0;
     const double fall = task.dt * task.dt * task.gravity.norm();
     for (std::uint32_t b = 0; b < task.bodies.size(); ++b) {
         Body& body = *task.bodies[b];
         phyxels_.push_back(&body.phyxels());
-        if (body.is_carried()) continue;
+        if (body.is_lattice_driven()) continue;
         spacing_ = std::max(spacing_, body.phyxel_spacing());
         const meshless::RigidPieces& rigid = body.phyxels().rigid;
         for (std::uint32_t k = 0; k < rigid.bodies.size(); ++k) {
             const RigidPiece& piece = rigid.bodies[k];
-            Crumb crumb;
-            crumb.body = b;
-            crumb.index = k;
+            Fragment fragment;
+            fragment.body = b;
+            fragment.index = k;
             for (const Vec3& point : rigid.points_of(piece)) {
-                crumb.radius = std::max(crumb.radius, point.norm());
-                crumb.low = crumb.low.cwiseMin(point);
-                crumb.high = crumb.high.cwiseMax(point);
+                fragment.radius = std::max(fragment.radius, point.norm());
+                fragment.low = fragment.low.cwiseMin(point);
+                fragment.high = fragment.high.cwiseMax(point);
             }
-            const double speed = piece.velocity().norm() + piece.angular_velocity().norm() * crumb.radius;
-            crumb.way = std::min(task.dt * speed + fall, most_way * body.phyxel_spacing());
-            if (piece.centre.allFinite() && std::isfinite(speed)) crumbs_.push_back(std::move(crumb));
+            const double speed = piece.velocity().norm() + piece.angular_velocity().norm() * fragment.radius;
+            fragment.way = std::min(task.dt * speed + fall, most_way * body.phyxel_spacing());
+            if (piece.centre.allFinite() && std::isfinite(speed)) fragments_.push_back(std::move(fragment));
         }
     }
 }
@@ -68,7 +68,7 @@ void RigidContacts::measure_skin(const Task& task) {
     for (std::uint32_t b = 0; b < task.bodies.size(); ++b) {
         const Body& body = *task.bodies[b];
         skin_way_[b].assign(body.pieces().count(), 0);
-        if (body.is_carried()) continue;
+        if (body.is_lattice_driven()) continue;
         const meshless::Phyxels& phyxels = body.phyxels();
         for (std::size_t i = 0; i < phyxels.size(); ++i) {
             const auto piece = static_cast<std::size_t>(phyxels.piece[i]);
@@ -90,13 +90,13 @@ double RigidContacts::way_of(std::uint32_t body, std::int32_t piece) const {
 }
 
 // By the cells that their centres are in, as wide as the farthest that two can meet.
-void RigidContacts::sort_crumbs() {
+void RigidContacts::sort_fragments() {
     double widest = 0;
-    for (const Crumb& crumb : crumbs_) widest = std::max(widest, crumb.radius + crumb.way);
-    cell_ = 2 * widest + crumb_margin_share * spacing_;
+    for (const Fragment& fragment : fragments_) widest = std::max(widest, fragment.radius + fragment.way);
+    cell_ = 2 * widest + fragment_margin_share * spacing_;
     sorted_.clear();
-    for (std::uint32_t k = 0; k < crumbs_.size(); ++k) {
-        const Vec3& centre = piece_of(crumbs_[k]).centre;
+    for (std::uint32_t k = 0; k < fragments_.size(); ++k) {
+        const Vec3& centre = piece_of(fragments_[k]).centre;
         const Eigen::Array3d at = (centre / cell_).array().floor().max(-1e9).min(1e9);
         sorted_.push_back({{static_cast<int>(at[0]), static_cast<int>(at[1]), static_cast<int>(at[2])}, k});
     }
@@ -104,8 +104,8 @@ void RigidContacts::sort_crumbs() {
 }
 
 template <class Visit>
-void RigidContacts::visit_near(const Vec3& place, const Visit& visit) const {
-    const Eigen::Array3d at = (place / cell_).array().floor().max(-1e9).min(1e9);
+void RigidContacts::visit_near(const Vec3& point, const Visit& visit) const {
+    const Eigen::Array3d at = (point / cell_).array().floor().max(-1e9).min(1e9);
     for (int x = -1; x <= 1; ++x)
         for (int y = -1; y <= 1; ++y) {
             const std::array<int, 3> first = {static_cast<int>(at[0]) + x, static_cast<int>(at[1]) + y,
@@ -123,21 +123,21 @@ void RigidContacts::visit_near(const Vec3& place, const Visit& visit) const {
 // Samples of elastic skin that rigid pieces may meet.
 void RigidContacts::list_samples(const ContactFinder& skin, const Parallel& parallel) {
     constexpr std::size_t grain = 512;
-    const std::span<const Vec3> positions = skin.skin_positions();
-    const auto farthest = [&](const Crumb& crumb) {
-        return crumb.radius + crumb.way + crumb_reach_share * spacing_ + most_skin_way_;
+    const std::span<const Vec3> positions = skin.sample_positions();
+    const auto farthest = [&](const Fragment& fragment) {
+        return fragment.radius + fragment.way + fragment_reach_share * spacing_ + most_skin_way_;
     };
     balls_.clear();
-    for (const Crumb& crumb : crumbs_)
+    for (const Fragment& fragment : fragments_)
         balls_.push_back(
-            {piece_of(crumb).centre.cwiseMax(-absurdly_far).cwiseMin(absurdly_far), farthest(crumb)});
+            {piece_of(fragment).centre.cwiseMax(-absurdly_far).cwiseMin(absurdly_far), farthest(fragment)});
     grid_.build(balls_);
     near_.resize(std::max(near_.size(), (positions.size() + grain - 1) / grain));
     for (std::vector<Near>& near : near_) near.clear();
     const auto list = [&](std::size_t begin, std::size_t end) {
         for (std::size_t k = begin; k < end; ++k)
             for (const std::uint32_t number : grid_.near(positions[k])) {
-                const ContactFinder::SkinSample sample = skin.skin_sample(k);
+                const ContactFinder::SurfaceSample sample = skin.surface_sample(k);
                 const double far = balls_[number].radius - most_skin_way_ + way_of(sample.body, sample.piece);
                 if ((positions[k] - balls_[number].centre).squaredNorm() <= far * far)
                     near_[begin / grain].push_back({static_cast<std::uint32_t>(k), number});
@@ -145,63 +145,64 @@ void RigidContacts::list_samples(const ContactFinder& skin, const Parallel& para
     };
     parallel.for_chunks(positions.size(), grain, std::cref(list));
     for (const std::vector<Near>& part : near_)
-        for (const Near& near : part) crumbs_[near.crumb].near.push_back(near.sample);
+        for (const Near& near : part) fragments_[near.fragment].near.push_back(near.sample);
 }
 
 void RigidContacts::find(const Task& task, const ContactFinder& skin, const Parallel& parallel) {
     rows_.clear();
-    wholes_.clear();
-    list_crumbs(task);
-    if (crumbs_.empty()) return;
+    proxies_.clear();
+    list_fragments(task);
+    if (fragments_.empty()) return;
     measure_skin(task);
-    sort_crumbs();
+    sort_fragments();
     list_samples(skin, parallel);
-    parallel.for_each(crumbs_.size(), 1,
+    parallel.for_each(fragments_.size(), 1,
                       [&](std::size_t k) { meet_skin(task, skin, static_cast<std::uint32_t>(k)); });
-    for (std::uint32_t k = 0; k < crumbs_.size(); ++k) {
-        for (Row& row : crumbs_[k].rows) {
-            row.whole = whole_of(row.side.part, row.whole);
+    for (std::uint32_t k = 0; k < fragments_.size(); ++k) {
+        for (Row& row : fragments_[k].rows) {
+            row.whole = proxy_of(row.side.part, row.whole);
             rows_.push_back(row);
         }
         std::vector<std::uint32_t> others;
-        visit_near(piece_of(crumbs_[k]).centre, [&](std::uint32_t other) {
+        visit_near(piece_of(fragments_[k]).centre, [&](std::uint32_t other) {
             if (other > k) others.push_back(other);
         });
         std::sort(others.begin(), others.end());
-        for (const std::uint32_t other : others) meet_crumb(task, k, other);
+        for (const std::uint32_t other : others) meet_fragment(task, k, other);
     }
 }
 
 // Its points against the planes through samples.
 void RigidContacts::meet_skin(const Task& task, const ContactFinder& skin, std::uint32_t number) {
-    Crumb& crumb = crumbs_[number];
-    if (crumb.near.empty()) return;
+    Fragment& fragment = fragments_[number];
+    if (fragment.near.empty()) return;
     Planes planes;
-    planes.all.reserve(crumb.near.size());
-    for (const std::uint32_t k : crumb.near) {
-        const ContactFinder::SkinSample sample = skin.skin_sample(k);
-        planes.all.push_back({skin.skin_positions()[k], skin.skin_normals()[k], sample.body, sample.piece});
+    planes.all.reserve(fragment.near.size());
+    for (const std::uint32_t k : fragment.near) {
+        const ContactFinder::SurfaceSample sample = skin.surface_sample(k);
+        planes.all.push_back(
+            {skin.sample_positions()[k], skin.sample_normals()[k], sample.body, sample.piece});
     }
     planes.square.resize(planes.all.size());
-    const meshless::RigidPieces& rigid = phyxels_[crumb.body]->rigid;
-    for (const Vec3& own : rigid.points_of(rigid.bodies[crumb.index])) {
-        const Vec3 place = piece_of(crumb).place_of(own);
-        const std::size_t partner = partner_of(place, piece_of(crumb).rotation * own, planes);
+    const meshless::RigidPieces& rigid = phyxels_[fragment.body]->rigid;
+    for (const Vec3& own : rigid.points_of(rigid.bodies[fragment.index])) {
+        const Vec3 point = piece_of(fragment).world_point(own);
+        const std::size_t partner = partner_of(point, piece_of(fragment).rotation * own, planes);
         if (partner == planes.all.size()) continue;
         Row row;
         row.upper = number;
         row.own = own;
-        if (lies_before(task, place, partner, planes, row))
-            stand_on(*task.bodies[planes.all[partner].body], skin.skin_sample(crumb.near[partner]), place,
-                     row);
-        if (row.side.count > 0) crumb.rows.push_back(row);
+        if (lies_before(task, point, partner, planes, row))
+            stand_on(*task.bodies[planes.all[partner].body], skin.surface_sample(fragment.near[partner]),
+                     point, row);
+        if (row.side.count > 0) fragment.rows.push_back(row);
     }
 }
 
 // The nearest sample that faces the point, or as many as there are; sets the distances' squares.
-std::size_t RigidContacts::partner_of(const Vec3& place, const Vec3& outwards, Planes& planes) {
+std::size_t RigidContacts::partner_of(const Vec3& point, const Vec3& outwards, Planes& planes) {
     for (std::size_t n = 0; n < planes.all.size(); ++n)
-        planes.square[n] = (planes.all[n].position - place).squaredNorm();
+        planes.square[n] = (planes.all[n].position - point).squaredNorm();
     std::size_t partner = planes.all.size();
     double nearest = std::numeric_limits<double>::infinity();
     for (std::size_t n = 0; n < planes.all.size(); ++n) {
@@ -214,60 +215,61 @@ std::size_t RigidContacts::partner_of(const Vec3& place, const Vec3& outwards, P
 
 // Sets how a point lies before the mean of the planes through the samples around its partner; false where it
 // will not come near.
-bool RigidContacts::lies_before(const Task& task, const Vec3& place, std::size_t partner,
+bool RigidContacts::lies_before(const Task& task, const Vec3& point, std::size_t partner,
                                 const Planes& planes, Row& row) const {
     const Plane& face = planes.all[partner];
     const double spacing = task.bodies[face.body]->phyxel_spacing();
-    const double width = std::sqrt(planes.square[partner]) + crumb_face_share * spacing;
+    const double width = std::sqrt(planes.square[partner]) + fragment_face_share * spacing;
     double distance = 0, total = 0;
     Vec3 normal = Vec3::Zero();
     for (std::size_t n = 0; n < planes.all.size(); ++n) {
         if (!(planes.square[n] < width * width)) continue;
         const Plane& plane = planes.all[n];
         if (plane.body != face.body || plane.piece != face.piece) continue;
-        if (!(plane.normal.dot(face.normal) > crumb_one_face)) continue;
+        if (!(plane.normal.dot(face.normal) > fragment_one_face)) continue;
         const double share = 1 - planes.square[n] / (width * width);
-        distance += share * share * plane.normal.dot(place - plane.position);
+        distance += share * share * plane.normal.dot(point - plane.position);
         normal += share * share * plane.normal;
         total += share * share;
     }
     if (!(total > 0) || !(normal.norm() > 0)) return false;
     distance /= total;
     normal.normalize();
-    const Vec3 off = place - face.position;
-    if (distance < -crumb_deepest_share * spacing ||
-        (off - normal.dot(off) * normal).norm() > crumb_beside_share * spacing)
+    const Vec3 off = point - face.position;
+    if (distance < -fragment_deepest_share * spacing ||
+        (off - normal.dot(off) * normal).norm() > fragment_beside_share * spacing)
         return false;
     row.normal = normal;
     row.gap = distance;
-    row.lift = crumb_lift_share * spacing + crumb_depth_share * std::max(-distance, 0.0);
+    row.max_depenetration =
+        fragment_depenetration_share * spacing + fragment_depth_share * std::max(-distance, 0.0);
     row.friction = task.friction;
-    return normal.allFinite() &&
-           distance <= crumb_margin_share * spacing + crumbs_[row.upper].way + way_of(face.body, face.piece);
+    return normal.allFinite() && distance <= fragment_margin_share * spacing + fragments_[row.upper].way +
+                                                 way_of(face.body, face.piece);
 }
 
 // The row's lower side is what carries the sample of skin; none where that is not told in numbers.
-void RigidContacts::stand_on(const Body& body, const ContactFinder::SkinSample& partner, const Vec3& place,
+void RigidContacts::stand_on(const Body& body, const ContactFinder::SurfaceSample& partner, const Vec3& point,
                              Row& row) {
     row.side =
-        body.carriers_of(partner.vertex, body.carrying_node(partner.vertex), partner.piece, partner.body);
+        body.influences_of(partner.vertex, body.dominant_node(partner.vertex), partner.piece, partner.body);
     row.whole = partner.piece;
     Vec3 lower = Vec3::Zero();
     for (std::uint32_t k = 0; k < row.side.count; ++k)
         lower += row.side.weight[k] * body.phyxels().position[row.side.phyxel[k]];
-    row.lower_own = place - lower;
+    row.lower_own = point - lower;
     if (!row.lower_own.allFinite()) row.side.count = 0;
 }
 
 // The face of the lower's box that the upper's points are farthest out of, or least within.
-RigidContacts::Face RigidContacts::face_between(const Crumb& upper, const Crumb& lower) const {
+RigidContacts::Face RigidContacts::face_between(const Fragment& upper, const Fragment& lower) const {
     const RigidPiece& moving = piece_of(upper);
     const RigidPiece& box = piece_of(lower);
     Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
     for (const Vec3& own : phyxels_[upper.body]->rigid.points_of(moving)) {
-        const Vec3 place = box.rotation.transpose() * (moving.place_of(own) - box.centre);
-        low = low.cwiseMin(place);
-        high = high.cwiseMax(place);
+        const Vec3 point = box.rotation.transpose() * (moving.world_point(own) - box.centre);
+        low = low.cwiseMin(point);
+        high = high.cwiseMax(point);
     }
     Face best;
     for (int axis = 0; axis < 3; ++axis)
@@ -279,33 +281,33 @@ RigidContacts::Face RigidContacts::face_between(const Crumb& upper, const Crumb&
 }
 
 // Points of one against a face of the other's box, of that which tells them apart best.
-void RigidContacts::meet_crumb(const Task& task, std::uint32_t first, std::uint32_t second) {
-    const Crumb& a = crumbs_[first];
-    const Crumb& b = crumbs_[second];
+void RigidContacts::meet_fragment(const Task& task, std::uint32_t first, std::uint32_t second) {
+    const Fragment& a = fragments_[first];
+    const Fragment& b = fragments_[second];
     const double ways = a.way + b.way, far = a.radius + b.radius + ways;
     if ((piece_of(a).centre - piece_of(b).centre).squaredNorm() > far * far) return;
     const double spacing =
         std::min(task.bodies[a.body]->phyxel_spacing(), task.bodies[b.body]->phyxel_spacing());
-    const double near = crumb_margin_share * spacing + ways;
+    const double near = fragment_margin_share * spacing + ways;
     const Face of_second = face_between(a, b), of_first = face_between(b, a);
     const bool takes_second = of_second.gap >= of_first.gap;
     const Face face = takes_second ? of_second : of_first;
     if (face.gap > near) return;
     const std::uint32_t upper = takes_second ? first : second, lower = takes_second ? second : first;
-    const RigidPiece& moving = piece_of(crumbs_[upper]);
-    const RigidPiece& box = piece_of(crumbs_[lower]);
+    const RigidPiece& moving = piece_of(fragments_[upper]);
+    const RigidPiece& box = piece_of(fragments_[lower]);
     const Vec3 normal = face.sign * Vec3::Unit(face.axis);
-    const Vec3 low = crumbs_[lower].low - Vec3::Constant(crumb_margin_share * spacing);
-    const Vec3 high = crumbs_[lower].high + Vec3::Constant(crumb_margin_share * spacing);
+    const Vec3 low = fragments_[lower].low - Vec3::Constant(fragment_margin_share * spacing);
+    const Vec3 high = fragments_[lower].high + Vec3::Constant(fragment_margin_share * spacing);
     const std::size_t before = rows_.size();
     // Where no point lies before the face itself, all do: edges cross.
     for (const bool strict : {true, false}) {
         if (rows_.size() > before) break;
-        for (const Vec3& own : phyxels_[crumbs_[upper].body]->rigid.points_of(moving)) {
-            const Vec3 place = moving.place_of(own);
-            const Vec3 in_box = box.rotation.transpose() * (place - box.centre);
+        for (const Vec3& own : phyxels_[fragments_[upper].body]->rigid.points_of(moving)) {
+            const Vec3 point = moving.world_point(own);
+            const Vec3 in_box = box.rotation.transpose() * (point - box.centre);
             const double extent =
-                face.sign > 0 ? crumbs_[lower].high[face.axis] : -crumbs_[lower].low[face.axis];
+                face.sign > 0 ? fragments_[lower].high[face.axis] : -fragments_[lower].low[face.axis];
             const double distance = normal.dot(in_box) - extent;
             bool beside = false;
             for (int axis = 0; axis < 3; ++axis)
@@ -319,21 +321,22 @@ void RigidContacts::meet_crumb(const Task& task, std::uint32_t first, std::uint3
             row.lower_own = in_box - distance * normal;
             row.normal = box.rotation * normal;
             row.gap = distance;
-            row.lift = crumb_lift_share * spacing + crumb_depth_share * std::max(-distance, 0.0);
+            row.max_depenetration =
+                fragment_depenetration_share * spacing + fragment_depth_share * std::max(-distance, 0.0);
             row.friction = task.friction;
-            row.start = place - box.place_of(row.lower_own);
+            row.start = point - box.world_point(row.lower_own);
             if (row.start.allFinite()) rows_.push_back(row);
         }
     }
 }
 
-std::int32_t RigidContacts::whole_of(std::uint32_t body, std::int32_t piece) {
-    for (std::size_t k = 0; k < wholes_.size(); ++k)
-        if (wholes_[k].body == body && wholes_[k].piece == piece) return static_cast<std::int32_t>(k);
-    wholes_.emplace_back();
-    wholes_.back().body = body;
-    wholes_.back().piece = piece;
-    return static_cast<std::int32_t>(wholes_.size() - 1);
+std::int32_t RigidContacts::proxy_of(std::uint32_t body, std::int32_t piece) {
+    for (std::size_t k = 0; k < proxies_.size(); ++k)
+        if (proxies_[k].body == body && proxies_[k].piece == piece) return static_cast<std::int32_t>(k);
+    proxies_.emplace_back();
+    proxies_.back().body = body;
+    proxies_.back().piece = piece;
+    return static_cast<std::int32_t>(proxies_.size() - 1);
 }
 
 }  // namespace splitcubes::body

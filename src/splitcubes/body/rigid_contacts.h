@@ -4,7 +4,7 @@
 
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/contact_finder.h>
-#include <splitcubes/body/crumb_grid.h>
+#include <splitcubes/body/sphere_grid.h>
 
 #include <array>
 #include <cstdint>
@@ -47,7 +47,7 @@ class RigidContacts {
   private:
     /// A sample of skin that lies near a crumb.
     struct Near {
-        std::uint32_t sample, crumb;
+        std::uint32_t sample, fragment;
     };
     /// Of the samples near a crumb: planes, and of what they are; m^2, distances' squares from a point.
     struct Planes {
@@ -61,23 +61,23 @@ class RigidContacts {
     };
     using Plane = Planes::Plane;
     struct Row {
-        std::uint32_t upper = 0;        // crumb
-        std::int32_t lower = -1;        // crumb, -1: skin or an obstacle
-        std::int32_t whole = -1;        // among the elastic pieces: that which has the skin
-        meshless::ContactSide side;     // skin; its part is the body's number
-        Vec3 own = Vec3::Zero();        // m, upper's point in its own frame
-        Vec3 lower_own = Vec3::Zero();  // m, of a lower crumb in its frame; off the skin's sample
-        Vec3 carried = Vec3::Zero();    // m, where lower_own has gone in the step
-        Vec3 normal = Vec3::UnitZ();    // from lower to upper
-        Vec3 start = Vec3::Zero();      // m, upper less lower at the start of the step
-        double gap = 0;                 // m, at the start of the step
-        double lift = 0;                // m
-        double friction = 0;            // Coulomb coefficient
-        Vec3 drive = Vec3::Zero();      // m/s, of an obstacle
-        double allowed = 0;             // m/s, normal velocity that it may have at least
-        Vec3 place = Vec3::Zero();      // m, world, where both sides are pushed
+        std::uint32_t upper = 0;               // crumb
+        std::int32_t lower = -1;               // crumb, -1: skin or an obstacle
+        std::int32_t whole = -1;               // among the elastic pieces: that which has the skin
+        meshless::ContactSide side;            // skin; its part is the body's number
+        Vec3 own = Vec3::Zero();               // m, upper's point in its own frame
+        Vec3 lower_own = Vec3::Zero();         // m, of a lower crumb in its frame; off the skin's sample
+        Vec3 carried = Vec3::Zero();           // m, where lower_own has gone in the step
+        Vec3 normal = Vec3::UnitZ();           // from lower to upper
+        Vec3 start = Vec3::Zero();             // m, upper less lower at the start of the step
+        double gap = 0;                        // m, at the start of the step
+        double max_depenetration = 0;          // m
+        double friction = 0;                   // Coulomb coefficient
+        Vec3 surface_velocity = Vec3::Zero();  // m/s, of an obstacle
+        double min_normal_velocity = 0;        // m/s, normal velocity that it may have at least
+        Vec3 point = Vec3::Zero();             // m, world, where both sides are pushed
     };
-    struct Crumb {
+    struct Fragment {
         std::uint32_t body = 0, index = 0;  // index into RigidPieces::bodies
         double radius = 0;                  // m, of its points about the centre
         double way = 0;                     // m, that a point of it goes in the step at most
@@ -97,47 +97,47 @@ class RigidContacts {
         // Of a push of 1 along the normal: m, its torque on each; 1/(kg m), the turning that comes of it.
         Vec3 torque = Vec3::Zero(), lower_torque = Vec3::Zero();
         Vec3 turn = Vec3::Zero(), lower_turn = Vec3::Zero();
-        Vec3 skin_velocity = Vec3::Zero();  // m/s, before the pushes
-        Vec3 drive = Vec3::Zero();          // m/s, of an obstacle
-        double allowed = 0;                 // m/s, normal velocity that it may have at least
-        double friction = 0;                // Coulomb coefficient
-        double normal_mass = 0;             // kg
-        double slide_mass = 0;              // kg
-        double pressure = 0;                // N s
-        Vec3 rubbing = Vec3::Zero();        // N s
+        Vec3 skin_velocity = Vec3::Zero();     // m/s, before the pushes
+        Vec3 surface_velocity = Vec3::Zero();  // m/s, of an obstacle
+        double min_normal_velocity = 0;        // m/s, normal velocity that it may have at least
+        double friction = 0;                   // Coulomb coefficient
+        double effective_normal_mass = 0;      // kg
+        double tangential_mass = 0;            // kg
+        double normal_impulse = 0;             // N s
+        Vec3 friction_impulse = Vec3::Zero();  // N s
 
-        Vec3 impulse() const { return pressure * normal + rubbing; }  // on the upper
+        Vec3 impulse() const { return normal_impulse * normal + friction_impulse; }  // on the upper
     };
     /// An elastic piece, as the pushes move it.
-    struct Whole {
+    struct PieceProxy {
         std::uint32_t body = 0;
         std::int32_t piece = -1;
         bool held = false;
-        double mass = 0;                       // kg
-        Vec3 centre = Vec3::Zero();            // m
-        Vec3 momentum = Vec3::Zero();          // kg m/s, before the pushes
-        Vec3 spin = Vec3::Zero();              // kg m^2/s, about the centre, before the pushes
-        Mat3 inertia = Mat3::Zero();           // kg m^2, about the centre
-        Mat3 turning = Mat3::Zero();           // 1/(kg m^2), its inverse
-        Vec3 turns = Vec3::Zero();             // rad/s, after the step
-        Vec3 shift = Vec3::Zero();             // m, of places
-        Vec3 owed = Vec3::Zero();              // kg m^2/s, spin that putting apart has changed
-        Vec3 velocity = Vec3::Zero();          // m/s, change of it
-        Vec3 angular_velocity = Vec3::Zero();  // rad/s, change of it
+        double mass = 0;                            // kg
+        Vec3 centre = Vec3::Zero();                 // m
+        Vec3 momentum = Vec3::Zero();               // kg m/s, before the pushes
+        Vec3 angular_momentum = Vec3::Zero();       // kg m^2/s, about the centre, before the pushes
+        Mat3 inertia = Mat3::Zero();                // kg m^2, about the centre
+        Mat3 inverse_inertia = Mat3::Zero();        // 1/(kg m^2), its inverse
+        Vec3 end_angular_velocity = Vec3::Zero();   // rad/s, after the step
+        Vec3 shift = Vec3::Zero();                  // m, of places
+        Vec3 angular_momentum_debt = Vec3::Zero();  // kg m^2/s, spin that putting apart has changed
+        Vec3 velocity = Vec3::Zero();               // m/s, change of it
+        Vec3 angular_velocity = Vec3::Zero();       // rad/s, change of it
     };
 
     /// What takes pushes: crumbs, then elastic pieces, of whose velocities it is what the pushes change; last
     /// what takes none.
     struct Mover {
         double mobility = 0;                   // 1/kg; 0: held
-        Mat3 turning = Mat3::Zero();           // 1/(kg m^2), world
+        Mat3 inverse_inertia = Mat3::Zero();   // 1/(kg m^2), world
         Vec3 velocity = Vec3::Zero();          // m/s, of the centre
         Vec3 angular_velocity = Vec3::Zero();  // rad/s
 
         Vec3 velocity_at(const Vec3& arm) const { return velocity + angular_velocity.cross(arm); }
         void push(const Vec3& arm, const Vec3& impulse) {
             velocity += mobility * impulse;
-            angular_velocity += turning * arm.cross(impulse);
+            angular_velocity += inverse_inertia * arm.cross(impulse);
         }
     };
 
@@ -147,48 +147,49 @@ class RigidContacts {
         double gap = -std::numeric_limits<double>::infinity();  // m
     };
 
-    void list_crumbs(const Task& task);
+    void list_fragments(const Task& task);
     void measure_skin(const Task& task);
     double way_of(std::uint32_t body, std::int32_t piece) const;
     void list_samples(const ContactFinder& skin, const Parallel& parallel);
-    void sort_crumbs();
+    void sort_fragments();
     template <class Visit>
-    void visit_near(const Vec3& place, const Visit& visit) const;
-    void meet_skin(const Task& task, const ContactFinder& skin, std::uint32_t crumb);
-    static std::size_t partner_of(const Vec3& place, const Vec3& outwards, Planes& planes);
-    bool lies_before(const Task& task, const Vec3& place, std::size_t partner, const Planes& planes,
+    void visit_near(const Vec3& point, const Visit& visit) const;
+    void meet_skin(const Task& task, const ContactFinder& skin, std::uint32_t fragment);
+    static std::size_t partner_of(const Vec3& point, const Vec3& outwards, Planes& planes);
+    bool lies_before(const Task& task, const Vec3& point, std::size_t partner, const Planes& planes,
                      Row& row) const;
-    static void stand_on(const Body& body, const ContactFinder::SkinSample& partner, const Vec3& place,
+    static void stand_on(const Body& body, const ContactFinder::SurfaceSample& partner, const Vec3& point,
                          Row& row);
-    Face face_between(const Crumb& upper, const Crumb& lower) const;
-    void meet_crumb(const Task& task, std::uint32_t first, std::uint32_t second);
-    void meet_obstacles(const Task& task, std::uint32_t crumb);
-    meshless::RigidPiece& piece_of(const Crumb& crumb) const;
+    Face face_between(const Fragment& upper, const Fragment& lower) const;
+    void meet_fragment(const Task& task, std::uint32_t first, std::uint32_t second);
+    void meet_obstacles(const Task& task, std::uint32_t fragment);
+    meshless::RigidPiece& piece_of(const Fragment& fragment) const;
     double linear_mobility(const Row& row) const;
     void carry_rows();
     Vec3 lower_place(const Row& row) const;
-    std::int32_t whole_of(std::uint32_t body, std::int32_t piece);
-    void weigh_wholes(const Task& task);
-    void move_wholes();
-    void put_apart(const Task& task);
-    geometry::SignedDistance::Sample deepest(const meshless::Obstacle& obstacle, const Crumb& crumb) const;
-    void note_depth(const Task& task, Crumb& crumb) const;
-    bool lift_out(const Task& task, Crumb& crumb);
+    std::int32_t proxy_of(std::uint32_t body, std::int32_t piece);
+    void weigh_proxies(const Task& task);
+    void move_proxies();
+    void correct_positions(const Task& task);
+    geometry::SignedDistance::Sample deepest(const meshless::Obstacle& obstacle,
+                                             const Fragment& fragment) const;
+    void note_depth(const Task& task, Fragment& fragment) const;
+    bool push_out_of_obstacles(const Task& task, Fragment& fragment);
     double room(const Row& row) const;
-    bool put_back(const Task& task, const Row& row);
+    bool correct_position(const Task& task, const Row& row);
     void list_movers();
     void weigh(Row& row);
     Vec3 velocity_of(const Push& push) const;
-    void rub(Push& push, double& largest);
+    void apply_friction(Push& push, double& largest);
     double solve(Push& push);
     void solve_all(double fastest);
-    void push_crumbs();
+    void push_fragments();
     double kinetic_energy() const;
 
-    std::vector<Crumb> crumbs_;
+    std::vector<Fragment> fragments_;
     std::vector<std::vector<Near>> near_;  // per part of the samples
-    std::vector<CrumbGrid::Ball> balls_;   // per crumb: where skin may be that it meets
-    CrumbGrid grid_;
+    std::vector<SphereGrid::Ball> balls_;  // per crumb: where skin may be that it meets
+    SphereGrid grid_;
     std::vector<std::pair<std::array<int, 3>, std::uint32_t>> sorted_;  // crumbs by cell of the centre
     double cell_ = 0;                                                   // m
     // Per body and piece: m, that skin goes in the step at most; and the most of all.
@@ -196,7 +197,7 @@ class RigidContacts {
     double most_skin_way_ = 0;
     double spacing_ = 0;  // m, the largest
     std::vector<Row> rows_;
-    std::vector<Whole> wholes_;
+    std::vector<PieceProxy> proxies_;
     std::vector<Mover> movers_;
     std::vector<Push> pushes_;                                   // per row
     double dt_ = 0;                                              // s

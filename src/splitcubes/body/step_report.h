@@ -48,7 +48,7 @@ enum Flag : std::uint32_t {
     flag_non_finite = 4,       // phyxels went on without elastic force for this step
     flag_frame_fallback = 8,   // nodes that see no phyxel took a neighbour's frame
     flag_rank_deficient = 16,  // neighbourhoods that no longer span space
-    flag_overdrawn = 32,       // energy that nothing put in was taken (meshless::EnergyGuard)
+    flag_energy_excess = 32,   // energy that nothing put in was taken (meshless::EnergyGuard)
 };
 /// Names of the flags that are set, separated by '|'; "-" for none.
 std::string flag_text(std::uint32_t flags);
@@ -93,13 +93,13 @@ struct StepReport {
     std::size_t disks = 0;  // pairs whose visibility was evaluated
     std::size_t new_phyxels = 0;
     int solver_iterations = 0;
-    int substeps = 0;                  // of the explicit solver, the most of any body; 1 of the implicit one
-    std::size_t contacts = 0;          // that push
-    std::vector<ToolForce> tools;      // per tool
-    std::vector<Vec3> handle_forces;   // N, on the bodies, per handle, body by body
-    std::size_t overdrawn_pieces = 0;  // that had more energy than was put in
-    int retries = 0;                   // times a body's step was taken again in finer parts, all bodies
-    double energy_taken = 0;           // J, from overdrawn pieces
+    int substeps = 0;                 // of the explicit solver, the most of any body; 1 of the implicit one
+    std::size_t contacts = 0;         // that push
+    std::vector<ToolForce> tools;     // per tool
+    std::vector<Vec3> handle_forces;  // N, on the bodies, per handle, body by body
+    std::size_t energy_excess_pieces = 0;  // that had more energy than was put in
+    int retries = 0;                       // times a body's step was taken again in finer parts, all bodies
+    double energy_taken = 0;               // J, from overdrawn pieces
     std::uint32_t flags = 0;
 
     double& stage_seconds(Stage stage) { return seconds[static_cast<std::size_t>(stage)]; }

@@ -109,7 +109,7 @@ void find_lanes(const StressTask& task, Lists& lists, std::size_t lane) {
     const V volume = determinant_of(F);
     const Matrix cauchy = cauchy_of(F, piola_of(F, R, task), volume), stress = symmetric(cauchy);
     const V given = hn::Load(d, lists.size + lane);
-    auto has_say = hn::And(hn::Ge(given, zero), hn::Gt(volume, hn::Set(d, task.least_volume)));
+    auto has_say = hn::And(hn::Ge(given, zero), hn::Gt(volume, hn::Set(d, task.min_volume)));
     // Less than infinite: neither that nor not a number.
     const V infinity = hn::Set(d, std::numeric_limits<double>::infinity());
     for (const V& entry : cauchy.entry) has_say = hn::And(has_say, hn::Lt(hn::Abs(entry), infinity));

@@ -13,7 +13,7 @@ struct StressTask {
     const Mat3 *deformation, *rotation;  // d world / d rest, and its rotation
     std::size_t begin, end;
     double lame_mu, lame_lambda;  // Pa
-    double least_volume;          // share of the volume at rest: below it the stress says nothing
+    double min_volume;            // share of the volume at rest: below it the stress says nothing
     double limit, slack;          // Pa; share of a stress's norm
     Mat3* stress;                 // out: Pa, Cauchy; zero where size is negative
     /// In: negative where the phyxel has no say. Out: Pa, the Frobenius norm of its stress, or -1 where that

@@ -50,7 +50,7 @@ void SurfaceChanges::mark_all() {
     begin();
     recent_[now_ % recent_.size()] = {Vec3i::Zero(), count_};
     std::fill(last_.begin(), last_.end(), now_);
-    all_anew_ = now_;
+    last_full_change_ = now_;
 }
 
 // By the changes after `when` as wholes.

@@ -31,7 +31,7 @@ class SurfaceChanges {
     /// What was seen before now may be different everywhere.
     void mark_all();
     /// The number of the last mark_all, 0 where there was none.
-    std::uint32_t all_anew() const { return all_anew_; }
+    std::uint32_t last_full_change() const { return last_full_change_; }
 
     /// Whether something within the box (m, rest space) may have changed after the change `when`.
     bool since(const geometry::Box& box, std::uint32_t when) const;
@@ -60,7 +60,7 @@ class SurfaceChanges {
     // Of the last changes, by their numbers, the cubes from the lowest to the highest: most changes are where
     // a blade is.
     std::array<Range, 8> recent_;
-    std::uint32_t now_ = 0, all_anew_ = 0;
+    std::uint32_t now_ = 0, last_full_change_ = 0;
 };
 
 }  // namespace splitcubes::body

@@ -14,7 +14,7 @@ struct TearSettings {
     /// Pa, the largest principal Cauchy stress that uncracked material bears, > 0.
     double strength = std::numeric_limits<double>::infinity();
     /// Share of the strength that the material bears at a crack's tip, (0, 1].
-    double toughness = 0.6;
+    double propagation_ratio = 0.6;
     /// m/s at rest, > 0; 0: two fifths of the speed of shear waves, as fast as cracks
     /// are seen to run in brittle material. Slower is tougher to watch: a tear.
     double crack_speed = 0;

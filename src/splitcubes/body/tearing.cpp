@@ -84,7 +84,7 @@ bool is_near(const GridEdge& edge, const std::array<int, 3>& cell) {
 // The lips of a crack a cell behind its tip gape by 8 K / E' sqrt(r / (2 pi)), and the stress at a
 // distance d ahead is K / sqrt(2 pi d) (Westergaard's field; Anderson, Fracture Mechanics, section 2.6; plane
 // strain): here at half a support, about where the phyxels around a tip take theirs.
-double modulus_of_gape(const meshless::Material& material, double cell_size, double reach) {
+double opening_modulus(const meshless::Material& material, double cell_size, double reach) {
     if (material.plasticity) return 0;
     const double nu = material.poisson_ratio;
     return material.youngs_modulus / (1 - nu * nu) / (8 * std::sqrt(cell_size * 0.5 * reach));
@@ -106,7 +106,7 @@ Tearing::Tearing(const TearSettings& settings, const meshless::Material& materia
     cube_ = reach_;
     crack_number_ = splitting::SlotMap<1>(grid.bricks());
     open_number_ = splitting::SlotMap<3>(grid.bricks());
-    gape_modulus_ = modulus_of_gape(material, cell_size_, reach_);
+    opening_modulus_ = opening_modulus(material, cell_size_, reach_);
     // A sheet of one layer of phyxels has rank 2 from the start, and stress in its plane.
     for (const std::uint8_t rank : neighbourhoods.rank())
         own_rank_.push_back(std::max<std::uint8_t>(rank, 2));
@@ -158,7 +158,7 @@ bool Tearing::shadowed(const NodeGrid& grid, const GridEdge& edge, const Vec3& n
             if (slot < 0) continue;
             const splitting::Crossing& c = grid.crossing(slot);
             if (c.origin == splitting::Origin::boundary) break;
-            if (std::abs(c.normal.dot(normal)) > least_opening_cosine) return true;
+            if (std::abs(c.normal.dot(normal)) > min_opening_cosine) return true;
         }
     return false;
 }
@@ -172,7 +172,7 @@ bool Tearing::beside_crack(const Vec3& rest, const Vec3& rest_normal, double loa
         if (found == crack_points_.end()) continue;
         for (const CrackPoint& point : found->second)
             if ((point.rest - rest).squaredNorm() < distance * distance &&
-                std::abs(point.normal.dot(rest_normal)) > least_opening_cosine)
+                std::abs(point.normal.dot(rest_normal)) > min_opening_cosine)
                 return true;
     }
     return false;
@@ -180,7 +180,7 @@ bool Tearing::beside_crack(const Vec3& rest, const Vec3& rest_normal, double loa
 
 std::int32_t Tearing::cut(NodeGrid& grid, const Proposal& proposal, std::vector<std::int32_t>& slots) {
     const GridEdge edge = splitting::edge_from_id(proposal.id);
-    if (!(proposal.gape > slab_gape) && shadowed(grid, edge, proposal.normal)) return -1;
+    if (!(proposal.crack_opening > slab_opening) && shadowed(grid, edge, proposal.normal)) return -1;
     const std::int32_t slot =
         grid.cut(edge, proposal.parameter, proposal.normal, splitting::Origin::cut, tear_cut_number);
     if (slot < 0) return -1;
@@ -281,7 +281,7 @@ void Tearing::list_starts(const NodeGrid& grid, const TearContext& context, std:
         StartNode& node = start_nodes_[k];
         node.sum = stress_at(context, grid, node.place, node.index);
         // Phyxels beside each other ask for the same.
-        if (is_carried(context, node.index))
+        if (is_lattice_driven(context, node.index))
             node_stress_[static_cast<std::size_t>(node.index)] = {step_, node.sum};
     });
     context.parallel.for_each(starts_.size(), start_grain, [&](std::size_t k) {
@@ -323,8 +323,9 @@ void Tearing::consider(const NodeGrid& grid, std::uint32_t phyxel, const StartEd
     const Vec3 way = stress.world_from_rest * along;
     if (std::abs(stress.direction.dot(way)) < least_edge_cosine * way.norm()) return;
     Vec3 normal = (stress.world_from_rest.transpose() * stress.direction).normalized();
-    const std::optional<Plane> seam = seam_at(start.rest);
-    if (seam && std::abs(seam->normal.dot(normal)) > least_opening_cosine) normal = seam->normal;
+    const std::optional<Plane> weak_plane = weak_plane_at(start.rest);
+    if (weak_plane && std::abs(weak_plane->normal.dot(normal)) > min_opening_cosine)
+        normal = weak_plane->normal;
     if (!normal.allFinite() || beside_crack(start.rest, normal, load) || shadowed(grid, start.edge, normal))
         return;
     best = {splitting::edge_id(start.edge), load, 0.5, normal};
@@ -353,12 +354,13 @@ std::vector<std::int32_t> Tearing::tear(NodeGrid& grid, const TearContext& conte
     top_load_ = 0;
     if (context.neighbourhoods.size() != context.phyxels.size()) return slots;
     note_crossings(grid);
-    break_strands(grid, context, slots);
+    break_ligaments(grid, context, slots);
     find_weakest(grid, context);
-    if (measure_phyxels(context, least_stress()) < settings_.toughness * settings_.strength * weakest_all_)
+    if (measure_phyxels(context, min_stress()) <
+        settings_.propagation_ratio * settings_.strength * weakest_all_)
         return slots;
     find_loads(context);
-    if (top_load_ < least_load * settings_.toughness) return slots;
+    if (top_load_ < min_load * settings_.propagation_ratio) return slots;
     ++step_;
     node_stress_.resize(context.nodes.kernels().size());
     phyxels_of_.assign(context.pieces.count(), 0);

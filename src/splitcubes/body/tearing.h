@@ -95,19 +95,19 @@ class Tearing {
         double load = 0;  // stress over strength
         double parameter = 0;
         Vec3 normal = Vec3::Zero();
-        double gape = 0;  // what the lips' gape stands for, over the strength
+        double crack_opening = 0;  // what the lips' gape stands for, over the strength
     };
     static constexpr std::uint64_t no_edge = ~std::uint64_t{0};
     /// Of a phyxel, in shares of the toughness, from which on cracks are looked for around it.
-    static constexpr double least_load = 0.8;
+    static constexpr double min_load = 0.8;
     /// Of two planes that are of one crack, and of a crack's normal and the principal direction where it goes
     /// on: 60 degrees.
-    static constexpr double least_opening_cosine = 0.5;
+    static constexpr double min_opening_cosine = 0.5;
     /// How far beyond its ends an edge still counts as met, in edges: two planes of one crack differ by about
     /// so much, and an edge that both miss would stay as a strand.
     static constexpr double edge_slack = 0.1;
     /// Stress that a crack's gape stands for, over the strength, from which on it may come off with a slab.
-    static constexpr double slab_gape = 4;
+    static constexpr double slab_opening = 4;
     /// Kernel sums over the phyxels that have a say.
     struct StressSum {
         Mat3 stress = Mat3::Zero();  // Pa
@@ -152,7 +152,7 @@ class Tearing {
     /// A crack in a cell, and where it may go on.
     struct Tip {
         Vec3 centre = Vec3::Zero(), normal = Vec3::Zero();  // of what is cut; m, unit; rest space
-        std::optional<Plane> seam;
+        std::optional<Plane> weak_plane;
         std::uint32_t edges = 0;  // bit e: uncut, and the plane nearly meets it
         // Of each edge the crossings on its line that keep it from being cut, whichever plane this tip
         // proposes unless its lips gape wide.
@@ -160,7 +160,7 @@ class Tearing {
         std::array<std::int32_t, splitting::edge_count> open{};  // of `edges`: which open edge it is
     };
     /// Of an edge that a crack has cut.
-    struct Lips {
+    struct CrackFaces {
         std::int32_t lower = -1, upper = -1;  // what the tracker calls its nodes, once it knows them
         std::int32_t edge = 0;                // of the cell
         double parameter = 0;                 // along it
@@ -171,10 +171,10 @@ class Tearing {
         Key place{};
         bool is_stale = true;       // an edge of it has been cut since the tip was found
         std::uint64_t touched = 0;  // round of close_gaps
-        double gape_stress = 0;     // Pa, what lips that gape so far mean ahead of the tip; of this round
+        double opening_stress = 0;  // Pa, what lips that gape so far mean ahead of the tip; of this round
         Tip tip;
-        std::uint32_t lip_count = 0;
-        std::array<Lips, splitting::edge_count> lips{};
+        std::uint32_t crack_face_count = 0;
+        std::array<CrackFaces, splitting::edge_count> crack_faces{};
     };
     struct KeyHash {
         std::size_t operator()(const Key& key) const {
@@ -194,20 +194,20 @@ class Tearing {
     void measure_one(const TearContext& context, std::size_t i, double least);
     double measure_phyxels(const TearContext& context, double least);
     /// Pa, from which on a phyxel's stress matters to anyone.
-    double least_stress() const {
-        return least_load * settings_.toughness * settings_.strength * weakest_all_;
+    double min_stress() const {
+        return min_load * settings_.propagation_ratio * settings_.strength * weakest_all_;
     }
     void find_loads(const TearContext& context);
     void bound_principal_stress(const TearContext& context, double least);
     double load_of(const TearContext& context, std::size_t i) const;
     template <class Use>
-    double for_carriers(const TearContext& context, const splitting::NodeGrid& grid, const Vec3i& node,
-                        std::int32_t index, const Use& use) const;
+    double for_influences(const TearContext& context, const splitting::NodeGrid& grid, const Vec3i& node,
+                          std::int32_t index, const Use& use) const;
     StressSum sum_stress(const TearContext& context, const splitting::NodeGrid& grid, const Vec3i& node,
                          std::int32_t index) const;
     StressSum stress_at(const TearContext& context, const splitting::NodeGrid& grid, const Vec3i& node,
                         std::int32_t index) const;
-    static bool is_carried(const TearContext& context, std::int32_t index);
+    static bool is_lattice_driven(const TearContext& context, std::int32_t index);
     void want_stress(const TearContext& context, std::int32_t index);
     void find_wanted(const TearContext& context, const splitting::NodeGrid& grid);
     Stress find_stress(const TearContext& context, const splitting::NodeGrid& grid,
@@ -219,9 +219,9 @@ class Tearing {
     static bool is_whole(const splitting::NodeGrid& grid, const splitting::GridEdge& edge);
     bool shadowed(const splitting::NodeGrid& grid, const splitting::GridEdge& edge, const Vec3& normal) const;
     bool beside_crack(const Vec3& rest, const Vec3& rest_normal, double load) const;
-    std::optional<Plane> seam_at(const Vec3& rest) const;
-    void break_strands(splitting::NodeGrid& grid, const TearContext& context,
-                       std::vector<std::int32_t>& slots);
+    std::optional<Plane> weak_plane_at(const Vec3& rest) const;
+    void break_ligaments(splitting::NodeGrid& grid, const TearContext& context,
+                         std::vector<std::int32_t>& slots);
     bool is_first_around(const splitting::NodeGrid& grid, const splitting::GridEdge& edge,
                          const Key& key) const;
     std::uint32_t gaps_in(const splitting::NodeGrid& grid, const TearContext& context, const Key& key) const;
@@ -229,7 +229,7 @@ class Tearing {
     Tip tip_of(const splitting::NodeGrid& grid, CrackCell& cell) const;
     static const geometry::Frame* frame_of(const TearContext& context, const Vec3i& node,
                                            std::int32_t& index);
-    double gape_stress(const TearContext& context, CrackCell& cell) const;
+    double opening_stress(const TearContext& context, CrackCell& cell) const;
     bool list_near_phyxels(const splitting::NodeGrid& grid, const TearContext& context);
     /// As PhyxelLocator::visit, of the phyxels near a cell.
     template <class Use>
@@ -272,12 +272,12 @@ class Tearing {
     std::int32_t cut(splitting::NodeGrid& grid, const Proposal& proposal, std::vector<std::int32_t>& slots);
 
     TearSettings settings_;
-    double wave_speed_ = 0;     // m/s, of pressure waves
-    double crack_speed_ = 0;    // m/s
-    double weakest_all_ = 1;    // of strength_factor over the nodes
-    double cell_size_ = 0;      // m
-    double gape_modulus_ = 0;   // Pa/m, of the stress ahead of a tip over the gape behind it; 0: not linear
-    double break_stretch_ = 2;  // of an edge beside a crack
+    double wave_speed_ = 0;       // m/s, of pressure waves
+    double crack_speed_ = 0;      // m/s
+    double weakest_all_ = 1;      // of strength_factor over the nodes
+    double cell_size_ = 0;        // m
+    double opening_modulus_ = 0;  // Pa/m, of the stress ahead of a tip over the gape behind it; 0: not linear
+    double break_stretch_ = 2;    // of an edge beside a crack
     double top_load_ = 0;
 
     std::vector<std::uint8_t> own_rank_;  // per phyxel, of its neighbourhood before any cut
@@ -288,7 +288,7 @@ class Tearing {
         principal_;  // per phyxel, Pa, no less than its principal stresses; without a say: none
     std::vector<std::uint8_t> is_strained_;  // per phyxel, whether it or one beside it is near the strength
     std::vector<double> chunk_largest_;      // Pa, of size_
-    std::vector<double> load_;  // per phyxel, smoothed stress over the weakest strength; 0: below least_load
+    std::vector<double> load_;  // per phyxel, smoothed stress over the weakest strength; 0: below min_load
     std::vector<std::size_t> phyxels_of_;  // per piece
     double reach_ = 0;                     // m, the largest support
     // Per tracked node: of this step where someone wanted it.

@@ -96,21 +96,22 @@ void Tearing::forget_cut_edges() {
 Tearing::Tip Tearing::tip_of(const NodeGrid& grid, CrackCell& crack) const {
     const Vec3i cell(crack.place[0], crack.place[1], crack.place[2]);
     Tip tip;
-    crack.lip_count = 0;
+    crack.crack_face_count = 0;
     for (int e = 0; e < splitting::edge_count; ++e) {
         const std::int32_t slot = grid.slot(splitting::cell_edge(cell, e));
         if (slot < 0 || grid.crossing(slot).origin == splitting::Origin::boundary) continue;
         const splitting::Crossing& c = grid.crossing(slot);
         tip.centre += grid.crossing_position(c);
         tip.normal += (c.normal.dot(tip.normal) < 0 ? -1 : 1) * c.normal;
-        crack.lips[crack.lip_count++] = {-1, -1, e, c.parameter};
+        crack.crack_faces[crack.crack_face_count++] = {-1, -1, e, c.parameter};
     }
-    const double count = crack.lip_count;
+    const double count = crack.crack_face_count;
     if (count == 0 || !(tip.normal.norm() > 0.5)) return tip;
     tip.centre /= count;
     tip.normal.normalize();
-    tip.seam = seam_at(tip.centre);
-    if (tip.seam && std::abs(tip.seam->normal.dot(tip.normal)) < least_opening_cosine) tip.seam.reset();
+    tip.weak_plane = weak_plane_at(tip.centre);
+    if (tip.weak_plane && std::abs(tip.weak_plane->normal.dot(tip.normal)) < min_opening_cosine)
+        tip.weak_plane.reset();
     for (int e = 0; e < splitting::edge_count; ++e) {
         const GridEdge edge = splitting::cell_edge(cell, e);
         if (!is_whole(grid, edge)) continue;
@@ -118,7 +119,7 @@ Tearing::Tip Tearing::tip_of(const NodeGrid& grid, CrackCell& crack) const {
         // Out of reach of any plane that is turned by so little.
         const double from = tip.normal.dot(a - tip.centre), to = tip.normal.dot(b - tip.centre);
         if (from * to > 0 && std::min(std::abs(from), std::abs(to)) > 0.4 * cell_size_) continue;
-        if (!tip.seam && !may_meet(tip, a, b)) continue;
+        if (!tip.weak_plane && !may_meet(tip, a, b)) continue;
         tip.edges |= std::uint32_t{1} << e;
         tip.shadows[static_cast<std::size_t>(e)] = sure_shadows(grid, tip, edge);
         tip.open[static_cast<std::size_t>(e)] = open_number_.get(edge.node, edge.axis);
@@ -128,7 +129,7 @@ Tearing::Tip Tearing::tip_of(const NodeGrid& grid, CrackCell& crack) const {
 
 // Bit k: the crossing at along_line[k] edges from this one.
 std::uint8_t Tearing::sure_shadows(const NodeGrid& grid, const Tip& tip, const GridEdge& edge) const {
-    if (tip.seam) return 0;
+    if (tip.weak_plane) return 0;
     unsigned out = 0;
     bool is_open = true;
     for (std::size_t k = 0; k < along_line.size(); ++k) {
@@ -159,24 +160,26 @@ bool Tearing::may_meet(const Tip& tip, const Vec3& a, const Vec3& b) {
 
 // The stress ahead of a crack by how far the lips in its last cell gape, beyond what the strain on
 // either side makes. 0: closed, not known, or below any strength.
-double Tearing::gape_stress(const TearContext& context, CrackCell& cell) const {
-    if (gape_modulus_ == 0) return 0;
+double Tearing::opening_stress(const TearContext& context, CrackCell& cell) const {
+    if (opening_modulus_ == 0) return 0;
     double sum = 0, widest = 0;
     int count = 0;
     std::array<Gap, splitting::edge_count> gaps;
-    for (std::uint32_t k = 0; k < cell.lip_count; ++k) {
-        Lips& lips = cell.lips[k];
-        const GridEdge edge = splitting::cell_edge({cell.place[0], cell.place[1], cell.place[2]}, lips.edge);
-        const geometry::Frame* a = frame_of(context, edge.node, lips.lower);
-        const geometry::Frame* b = frame_of(context, edge.upper(), lips.upper);
+    for (std::uint32_t k = 0; k < cell.crack_face_count; ++k) {
+        CrackFaces& crack_faces = cell.crack_faces[k];
+        const GridEdge edge =
+            splitting::cell_edge({cell.place[0], cell.place[1], cell.place[2]}, crack_faces.edge);
+        const geometry::Frame* a = frame_of(context, edge.node, crack_faces.lower);
+        const geometry::Frame* b = frame_of(context, edge.upper(), crack_faces.upper);
         if (!a || !b) continue;
-        const Vec3 lower = a->position + lips.parameter * cell_size_ * a->jacobian.col(edge.axis);
-        const Vec3 upper = b->position - (1 - lips.parameter) * cell_size_ * b->jacobian.col(edge.axis);
+        const Vec3 lower = a->position + crack_faces.parameter * cell_size_ * a->jacobian.col(edge.axis);
+        const Vec3 upper =
+            b->position - (1 - crack_faces.parameter) * cell_size_ * b->jacobian.col(edge.axis);
         gaps[static_cast<std::size_t>(count++)] = {upper - lower, a, b, edge.axis};
         widest = std::max(widest, (upper - lower).squaredNorm());
     }
     // Mostly the lips are nowhere as far apart as makes a difference.
-    if (!(gape_modulus_ * std::sqrt(widest) > settings_.strength * weakest_all_)) return 0;
+    if (!(opening_modulus_ * std::sqrt(widest) > settings_.strength * weakest_all_)) return 0;
     const auto end = gaps.begin() + count;
     count = 0;
     for (auto gap = gaps.begin(); gap != end; ++gap) {
@@ -187,8 +190,8 @@ double Tearing::gape_stress(const TearContext& context, CrackCell& cell) const {
         sum += gap->way.dot(across.normalized());
         ++count;
     }
-    const double gape = count > 0 ? sum / count : 0;
-    return gape > 0 ? gape_modulus_ * gape : 0;
+    const double crack_opening = count > 0 ? sum / count : 0;
+    return crack_opening > 0 ? opening_modulus_ * crack_opening : 0;
 }
 
 // Lists the phyxels near cracks; neither cells nor phyxels ever move. False where phyxels are new, as they
@@ -218,7 +221,9 @@ void Tearing::find_loaded_front(const NodeGrid& grid, const TearContext& context
         const CrackCell& cell = crack_cells_[k];
         is_loaded_[k] = 0;
         if (!cell.is_stale && cell.tip.edges == 0) return;
-        const auto is_idle = [&](std::uint32_t i) { return !(load_[i] >= least_load * settings_.toughness); };
+        const auto is_idle = [&](std::uint32_t i) {
+            return !(load_[i] >= min_load * settings_.propagation_ratio);
+        };
         is_loaded_[k] = !(is_listed ? std::all_of(near_.begin() + first_near_[k],
                                                   near_.begin() + first_near_[k + 1], is_idle)
                                     : visit_near(grid, context, cell.place, is_idle));
@@ -234,13 +239,13 @@ void Tearing::ask_edges(const NodeGrid& grid, const TearContext& context) {
         CrackCell& cell = crack_cells_[front_[k]];
         if (cell.is_stale) cell.tip = tip_of(grid, cell);
         cell.is_stale = false;
-        cell.gape_stress = cell.tip.edges != 0 ? gape_stress(context, cell) : 0;
+        cell.opening_stress = cell.tip.edges != 0 ? opening_stress(context, cell) : 0;
     });
     ++round_;
     asked_.clear();
     for (const std::uint32_t number : front_) {
         const CrackCell& cell = crack_cells_[number];
-        const bool comes_off = cell.gape_stress > slab_gape * settings_.strength * weakest_all_;
+        const bool comes_off = cell.opening_stress > slab_opening * settings_.strength * weakest_all_;
         for (std::uint32_t edges = cell.tip.edges; edges != 0; edges &= edges - 1) {
             const auto e = static_cast<std::size_t>(std::countr_zero(edges));
             const auto k = static_cast<std::uint32_t>(cell.tip.open[e]);

@@ -24,23 +24,24 @@ bool Tearing::propose(const NodeGrid& grid, const CrackCell& cell, const Stress&
     const Vec3 a = grid.rest().node_position(edge.node), b = grid.rest().node_position(edge.upper());
     Vec3 wanted = (stress.world_from_rest.transpose() * stress.direction).normalized();
     if (wanted.dot(tip.normal) < 0) wanted = -wanted;
-    const double gape = cell.gape_stress / strength;
+    const double crack_opening = cell.opening_stress / strength;
     double load = stress.largest / strength;
     Vec3 turned = tip.normal;
-    if (load > settings_.toughness && wanted.dot(tip.normal) > least_opening_cosine)
+    if (load > settings_.propagation_ratio && wanted.dot(tip.normal) > min_opening_cosine)
         turned = ((1 - turning_share) * tip.normal + turning_share * wanted).normalized();
-    else if (load = gape; !(load > 1))
+    else if (load = crack_opening; !(load > 1))
         return false;
     Vec3 through = tip.centre;
-    if (tip.seam) {
-        through -= 0.5 * (tip.centre - tip.seam->point).dot(tip.seam->normal) * tip.seam->normal;
-        turned = (tip.normal.dot(tip.seam->normal) < 0 ? -1 : 1) * tip.seam->normal;
+    if (tip.weak_plane) {
+        through -=
+            0.5 * (tip.centre - tip.weak_plane->point).dot(tip.weak_plane->normal) * tip.weak_plane->normal;
+        turned = (tip.normal.dot(tip.weak_plane->normal) < 0 ? -1 : 1) * tip.weak_plane->normal;
     }
     const double along = turned.dot(b - a);
     if (std::abs(along) < 0.1 * grid.rest().cell_size) return false;
     const double parameter = turned.dot(through - a) / along;
     if (parameter < -edge_slack || parameter > 1 + edge_slack) return false;
-    out = {splitting::edge_id(edge), load, std::clamp(parameter, 0.0, 1.0), turned, gape};
+    out = {splitting::edge_id(edge), load, std::clamp(parameter, 0.0, 1.0), turned, crack_opening};
     return true;
 }
 
@@ -54,10 +55,10 @@ Tearing::Proposal Tearing::propose(const NodeGrid& grid, const TearContext& cont
     const Stress stress =
         find_stress(context, grid, open.edge, {open.lower, open.upper},
                     stress_at(context, grid, low, open.lower) + stress_at(context, grid, high, open.upper),
-                    settings_.toughness * strength);
+                    settings_.propagation_ratio * strength);
     const bool is_stressed = stress.largest > 0;
-    const auto gapes = [&](std::uint32_t number) { return crack_cells_[number].gape_stress > strength; };
-    if (!is_stressed && std::none_of(open.tips.begin(), open.tips.begin() + open.tip_count, gapes))
+    const auto opens = [&](std::uint32_t number) { return crack_cells_[number].opening_stress > strength; };
+    if (!is_stressed && std::none_of(open.tips.begin(), open.tips.begin() + open.tip_count, opens))
         return mean;
     if (!is_large(context, context.pieces.piece_of(grid, low))) return mean;
     int count = 0;
@@ -69,7 +70,7 @@ Tearing::Proposal Tearing::propose(const NodeGrid& grid, const TearContext& cont
             continue;
         }
         mean.load = std::max(mean.load, one.load);
-        mean.gape = std::max(mean.gape, one.gape);
+        mean.crack_opening = std::max(mean.crack_opening, one.crack_opening);
         mean.parameter += one.parameter;
         mean.normal += (one.normal.dot(mean.normal) < 0 ? -1 : 1) * one.normal;
     }
@@ -117,7 +118,7 @@ void Tearing::grow(NodeGrid& grid, const TearContext& context, std::vector<std::
 
 // Edges beside cracks that are stretched beyond all measure; of those that share a
 // node the most stretched one.
-void Tearing::break_strands(NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots) {
+void Tearing::break_ligaments(NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots) {
     context.parallel.for_each(open_.size(), 4 * face_grain, [&](std::size_t k) {
         OpenEdge& open = open_[k];
         if (open.stretch < 0) return;
@@ -144,10 +145,10 @@ void Tearing::break_strands(NodeGrid& grid, const TearContext& context, std::vec
         const GridEdge edge = splitting::edge_from_id(proposal.id);
         const Vec3i low = edge.node, high = edge.upper();
         const Key a{low[0], low[1], low[2]}, b{high[0], high[1], high[2]};
-        const auto has_parted = [&](const Key& node) {
+        const auto has_separated = [&](const Key& node) {
             return std::find(parted_.begin(), parted_.end(), node) != parted_.end();
         };
-        if (has_parted(a) || has_parted(b)) continue;
+        if (has_separated(a) || has_separated(b)) continue;
         parted_.push_back(a);
         parted_.push_back(b);
         const std::int32_t slot =

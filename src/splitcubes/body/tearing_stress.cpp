@@ -1,7 +1,7 @@
 // What the material around phyxels and edges bears, and what it has to.
 #include <splitcubes/body/stress_kernels.h>
 #include <splitcubes/body/tearing.h>
-#include <splitcubes/geometry/sights.h>
+#include <splitcubes/geometry/segment_fan.h>
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/meshless/constitutive.h>
 #include <splitcubes/meshless/kernel.h>
@@ -24,7 +24,7 @@ constexpr double held_phyxel = -2;
 // Of a bound, for the rounding of what it bounds: relative, far above both.
 constexpr double bound_slack = 1e-6;
 // Of what is pressed to less than that share of its volume, or is inverted, the stress says nothing.
-constexpr double least_volume = 0.05;
+constexpr double min_volume = 0.05;
 // Of phyxels, in Tearing::is_strained_.
 constexpr std::uint8_t strained = 1, beside_strained = 2;
 
@@ -61,7 +61,7 @@ void Tearing::measure_one(const TearContext& context, std::size_t i, double leas
     size_[i] = -1;
     const Mat3& F = p.deformation[i];
     const double volume = F.determinant();
-    if (!(volume > least_volume)) return;
+    if (!(volume > min_volume)) return;
     const Mat3 cauchy = meshless::piola_stress(context.material, F, p.rotation[i], p.plastic_strain[i]) *
                         F.transpose() / volume;
     if (!cauchy.allFinite()) return;
@@ -89,7 +89,7 @@ double Tearing::measure_phyxels(const TearContext& context, double least) {
             size_[i] = some_held && context.held[i] ? held_phyxel : rank[i] < own_rank_[i] ? -1 : 0;
         if (is_plain)
             find_corotated_stresses({p.deformation.data(), p.rotation.data(), begin, end, material.lame_mu(),
-                                     material.lame_lambda(), least_volume, least, bound_slack, stress_.data(),
+                                     material.lame_lambda(), min_volume, least, bound_slack, stress_.data(),
                                      size_.data(), is_strained_.data()});
         else
             for (std::size_t i = begin; i < end; ++i) measure_one(context, i, least);
@@ -120,7 +120,7 @@ void Tearing::bound_principal_stress(const TearContext& context, double least) {
 
 void Tearing::find_loads(const TearContext& context) {
     load_.assign(context.phyxels.size(), 0);
-    bound_principal_stress(context, least_stress());
+    bound_principal_stress(context, min_stress());
     context.parallel.for_each(load_.size(), stress_grain, [&](std::size_t i) {
         if (is_strained_[i] != 0) load_[i] = load_of(context, i);
     });
@@ -133,7 +133,7 @@ double Tearing::load_of(const TearContext& context, std::size_t i) const {
     const meshless::Neighbourhoods& n = context.neighbourhoods;
     const std::size_t begin = n.offsets()[i], end = n.offsets()[i + 1];
     const double own = meshless::kernel(0, context.phyxels.support_radius[i]);
-    const double least = least_load * settings_.toughness * weakest_[i];
+    const double least = min_load * settings_.propagation_ratio * weakest_[i];
     // No principal stress of a mean is above the mean of the principal stresses.
     double largest = size_[i], total = 0, top = 0;
     const auto bound = [&](std::size_t j, double weight) {
@@ -144,7 +144,7 @@ double Tearing::load_of(const TearContext& context, std::size_t i) const {
     };
     bound(i, own);
     for (std::size_t k = begin; k < end; ++k) bound(n.neighbour()[k], n.weight()[k]);
-    if (!(largest >= settings_.toughness * weakest_[i]) ||
+    if (!(largest >= settings_.propagation_ratio * weakest_[i]) ||
         top < (least - bound_slack * std::abs(least)) * total)
         return 0;
     total = 0;
@@ -163,7 +163,7 @@ double Tearing::load_of(const TearContext& context, std::size_t i) const {
 }
 
 // Whether the tracker knows who carries a node.
-bool Tearing::is_carried(const TearContext& context, std::int32_t index) {
+bool Tearing::is_lattice_driven(const TearContext& context, std::int32_t index) {
     return index >= 0 && static_cast<std::size_t>(index) < context.nodes.kernels().size() &&
            context.nodes.is_awake(static_cast<std::uint32_t>(index));
 }
@@ -171,10 +171,10 @@ bool Tearing::is_carried(const TearContext& context, std::int32_t index) {
 // Calls use(phyxel, weight) for those that carry a node, of which `index` is what the tracker calls it, if it
 // does; returns the sum of the weights. What is not tracked looks around for itself.
 template <class Use>
-double Tearing::for_carriers(const TearContext& context, const NodeGrid& grid, const Vec3i& node,
-                             std::int32_t index, const Use& use) const {
+double Tearing::for_influences(const TearContext& context, const NodeGrid& grid, const Vec3i& node,
+                               std::int32_t index, const Use& use) const {
     const meshless::NodeKernels& kernels = context.nodes.kernels();
-    if (is_carried(context, index)) {
+    if (is_lattice_driven(context, index)) {
         const meshless::NodeKernels::Row& row = kernels.rows[static_cast<std::size_t>(index)];
         for (std::uint32_t k = row.begin; k < row.begin + row.count; ++k)
             use(kernels.phyxel[k], kernels.weight[k]);
@@ -183,7 +183,7 @@ double Tearing::for_carriers(const TearContext& context, const NodeGrid& grid, c
     const meshless::Phyxels& p = context.phyxels;
     const Vec3 rest = grid.rest().node_position(node);
     const std::int32_t piece = context.pieces.piece_of(grid, node);
-    geometry::Sights sights(context.occluders, rest, reach_);
+    geometry::SegmentFan sights(context.occluders, rest, reach_);
     double total = 0;
     context.locator.visit(rest, reach_, [&](std::uint32_t i) {
         const Vec3& place = p.rest_position[i];
@@ -199,7 +199,7 @@ double Tearing::for_carriers(const TearContext& context, const NodeGrid& grid, c
 Tearing::StressSum Tearing::sum_stress(const TearContext& context, const NodeGrid& grid, const Vec3i& node,
                                        std::int32_t index) const {
     StressSum out;
-    const double all = for_carriers(context, grid, node, index, [&](std::uint32_t i, double weight) {
+    const double all = for_influences(context, grid, node, index, [&](std::uint32_t i, double weight) {
         if (size_[i] == held_phyxel) out.held += weight;
         if (size_[i] < 0) return;
         out.stress += weight * stress_[i];
@@ -211,14 +211,14 @@ Tearing::StressSum Tearing::sum_stress(const TearContext& context, const NodeGri
 // What was wanted is known.
 Tearing::StressSum Tearing::stress_at(const TearContext& context, const NodeGrid& grid, const Vec3i& node,
                                       std::int32_t index) const {
-    if (!is_carried(context, index)) return sum_stress(context, grid, node, index);
+    if (!is_lattice_driven(context, index)) return sum_stress(context, grid, node, index);
     const NodeStress& known = node_stress_[static_cast<std::size_t>(index)];
     return known.step == step_ ? known.sum : sum_stress(context, grid, node, index);
 }
 
 // Of a tracked node, once a step.
 void Tearing::want_stress(const TearContext& context, std::int32_t index) {
-    if (!is_carried(context, index)) return;
+    if (!is_lattice_driven(context, index)) return;
     NodeStress& node = node_stress_[static_cast<std::size_t>(index)];
     if (node.step == step_) return;
     node.step = step_;
@@ -259,8 +259,8 @@ Mat3 Tearing::gradient_at(const TearContext& context, const NodeGrid& grid, cons
             sum += weight * context.phyxels.deformation[i];
             part += weight;
         };
-        const double all = for_carriers(context, grid, end == 0 ? edge.node : edge.upper(),
-                                        nodes[static_cast<std::size_t>(end)], add);
+        const double all = for_influences(context, grid, end == 0 ? edge.node : edge.upper(),
+                                          nodes[static_cast<std::size_t>(end)], add);
         if (!(all > 0)) continue;
         gradient += sum / all;
         total += part / all;

@@ -20,37 +20,37 @@ double distance_to_line(const std::vector<Vec3>& line, const Vec3& point) {
     return nearest;
 }
 
-void add_force(ToolForce& felt, const Isometry& tool, const Vec3& at, const Vec3& force) {
-    felt.force += force;
-    felt.torque += (at - tool.translation()).cross(force);
+void add_force(ToolForce& tool_force, const Isometry& tool, const Vec3& at, const Vec3& force) {
+    tool_force.force += force;
+    tool_force.torque += (at - tool.translation()).cross(force);
 }
 
 }  // namespace
 
 // One grid edge that the blade's edge has cut in the last interval of dt seconds.
-void Body::feel_cut(std::int32_t slot, double dt, const Isometry& tool_before, const Isometry& tool_now,
-                    ToolForce& felt) const {
+void Body::accumulate_cut_force(std::int32_t slot, double dt, const Isometry& tool_before,
+                                const Isometry& tool_now, ToolForce& tool_force) const {
     const splitting::Crossing& crossing = grid_.crossing(slot);
     const double cell = grid_.rest().cell_size;
     const double area = cell * cell * std::abs(crossing.normal[crossing.edge.axis]);
     const double work = settings_.material.cutting_resistance * area;
-    felt.area += area;
-    felt.work += work;
+    tool_force.area += area;
+    tool_force.work += work;
     const std::int32_t a = tracker_.find(crossing.edge.node), b = tracker_.find(crossing.edge.upper());
     if (!(work > 0) || a < 0 || b < 0) return;
     const Vec3 at = (1 - crossing.parameter) * frames_[static_cast<std::size_t>(a)].position +
                     crossing.parameter * frames_[static_cast<std::size_t>(b)].position;
     const Vec3 way = at - tool_before * (tool_now.inverse() * at);
     // Slower than a micrometre a second there is no direction to resist in.
-    if (way.norm() > 1e-6 * dt) add_force(felt, tool_now, at, -work / way.squaredNorm() * way);
+    if (way.norm() > 1e-6 * dt) add_force(tool_force, tool_now, at, -work / way.squaredNorm() * way);
 }
 
-void World::feel_sides(const Tool& tool, ToolForce& felt) const {
+void World::accumulate_side_friction(const Tool& tool, ToolForce& tool_force) const {
     const double end = time();
     if (!(tool.sides.reach > 0) || !(tool.sides.friction > 0) || !tool.blade.active(end)) return;
     const Isometry now = tool.blade.frame(end), before = tool.blade.frame(end - settings_.time_step);
     const std::vector<std::vector<Vec3>> pose = tool.blade.pose(end);
-    for (const meshless::ContactMemory& contact : contact_memory_) {
+    for (const meshless::CachedContact& contact : contact_memory_) {
         if ((contact.key >> 32 & 0xffffU) != 0) continue;
         const Body& body = *bodies_[contact.key >> 48];
         const auto vertex = static_cast<std::size_t>(contact.key & 0xffffffffU);
@@ -62,7 +62,8 @@ void World::feel_sides(const Tool& tool, ToolForce& felt) const {
         const Vec3 way = at - before * (now.inverse() * at);
         // Both sides of the blade rub.
         if (way.norm() > 1e-6 * settings_.time_step)
-            add_force(felt, now, at, -2 * tool.sides.friction * contact.pressure * way.normalized());
+            add_force(tool_force, now, at,
+                      -2 * tool.sides.friction * contact.normal_force * way.normalized());
     }
 }
 

@@ -105,7 +105,7 @@ StepReport World::step() {
     for (auto& body : bodies_) body->update_surface(context, report);
     done(Stage::update_surface);
 
-    for (std::size_t k = 0; k < tools_.size(); ++k) feel_sides(tools_[k], report.tools[k]);
+    for (std::size_t k = 0; k < tools_.size(); ++k) accumulate_side_friction(tools_[k], report.tools[k]);
 
     ++step_count_;
     report.time = time();
@@ -132,10 +132,11 @@ geometry::SurfaceMesh World::surface_mesh() const {
 void World::save(StateWriter& writer) const {
     writer.add(step_count_);
     writer.add(std::uint64_t{contact_memory_.size()});
-    for (const meshless::ContactMemory& memory : contact_memory_) {
-        writer.add(memory.key);
-        for (const Vec3* vector : {&memory.slip, &memory.force}) write_numbers(writer, *vector);
-        for (const double number : {memory.pressure, memory.stiffness, memory.allowed, memory.energy})
+    for (const meshless::CachedContact& cached : contact_memory_) {
+        writer.add(cached.key);
+        for (const Vec3* vector : {&cached.tangential_displacement, &cached.force})
+            write_numbers(writer, *vector);
+        for (const double number : {cached.normal_force, cached.stiffness, cached.rest_gap, cached.energy})
             writer.add(number);
     }
     for (const Tool& tool : tools_) {
@@ -148,18 +149,18 @@ void World::save(StateWriter& writer) const {
 void World::load(StateReader& reader) {
     step_count_ =
         reader.number<std::int64_t>(0, std::numeric_limits<std::int32_t>::max(), "a step that there is not");
-    contact_memory_.assign(reader.count(sizeof(meshless::ContactMemory)), {});
-    for (meshless::ContactMemory& memory : contact_memory_) {
-        memory.key = reader.number<std::uint64_t>();
-        for (Vec3* vector : {&memory.slip, &memory.force})
+    contact_memory_.assign(reader.count(sizeof(meshless::CachedContact)), {});
+    for (meshless::CachedContact& cached : contact_memory_) {
+        cached.key = reader.number<std::uint64_t>();
+        for (Vec3* vector : {&cached.tangential_displacement, &cached.force})
             read_numbers(reader, *vector, "a contact whose force is no number");
-        for (double* number : {&memory.pressure, &memory.stiffness, &memory.allowed, &memory.energy})
+        for (double* number : {&cached.normal_force, &cached.stiffness, &cached.rest_gap, &cached.energy})
             *number = reader.number<double>(-largest_state_number, largest_state_number,
                                             "a contact whose force is no number");
-        require_state(memory.pressure >= 0 && memory.stiffness >= 0 && memory.allowed <= 0,
+        require_state(cached.normal_force >= 0 && cached.stiffness >= 0 && cached.rest_gap <= 0,
                       "a contact that pulls");
     }
-    const auto by_key = [](const meshless::ContactMemory& a, const meshless::ContactMemory& b) {
+    const auto by_key = [](const meshless::CachedContact& a, const meshless::CachedContact& b) {
         return a.key >= b.key;
     };
     require_state(
@@ -178,14 +179,14 @@ void World::load(StateReader& reader) {
 StateHash World::state_hash() const {
     StateHash hash;
     hash.add(step_count_);
-    for (const meshless::ContactMemory& memory : contact_memory_) {
-        hash.add(memory.key);
-        hash.add(std::span<const double>(memory.slip.data(), 3));
-        hash.add(memory.pressure);
-        hash.add(memory.stiffness);
-        hash.add(memory.allowed);
-        hash.add(memory.energy);
-        hash.add(std::span<const double>(memory.force.data(), 3));
+    for (const meshless::CachedContact& cached : contact_memory_) {
+        hash.add(cached.key);
+        hash.add(std::span<const double>(cached.tangential_displacement.data(), 3));
+        hash.add(cached.normal_force);
+        hash.add(cached.stiffness);
+        hash.add(cached.rest_gap);
+        hash.add(cached.energy);
+        hash.add(std::span<const double>(cached.force.data(), 3));
     }
     for (const auto& body : bodies_) body->add_to_hash(hash);
     return hash;

@@ -71,7 +71,7 @@ class World {
         colliders_[number].motion = std::move(motion);
     }
     /// The contacts that pushed in the last step, sorted by key.
-    const std::vector<meshless::ContactMemory>& pushing_contacts() const { return contact_memory_; }
+    const std::vector<meshless::CachedContact>& pushing_contacts() const { return contact_memory_; }
 
     /// All surfaces in one mesh; pieces are numbered through the bodies.
     geometry::SurfaceMesh surface_mesh() const;
@@ -83,16 +83,16 @@ class World {
 
   private:
     std::vector<meshless::Obstacle> obstacles_now() const;
-    void feel_sides(const Tool& tool, ToolForce& force) const;
+    void accumulate_side_friction(const Tool& tool, ToolForce& force) const;
     void integrate(const StepContext& context, StepReport& report);
-    void integrate_group(const ContactGroup& group, const StepContext& context, StepReport& report);
-    void step_together(const ContactGroup& group, const meshless::ContactInput& contacts,
+    void integrate_group(const ContactIsland& group, const StepContext& context, StepReport& report);
+    void step_together(const ContactIsland& group, const meshless::ContactInput& contacts,
                        const StepContext& context, StepReport& report);
-    void step_apart(const ContactGroup& group, const meshless::ContactInput& contacts,
+    void step_apart(const ContactIsland& group, const meshless::ContactInput& contacts,
                     const StepContext& context, StepReport& report);
-    void push_between(const ContactGroup& group, std::vector<meshless::Contact>& between,
+    void push_between(const ContactIsland& group, std::vector<meshless::Contact>& between,
                       std::span<const meshless::StepInput> inputs, const StepContext& context,
-                      std::vector<meshless::ContactMemory>& next);
+                      std::vector<meshless::CachedContact>& next);
 
     WorldSettings settings_;
     std::shared_ptr<const Parallel> parallel_;
@@ -100,20 +100,20 @@ class World {
     std::vector<Tool> tools_;
     std::vector<Collider> colliders_;
     ContactFinder contact_finder_;
-    std::vector<ContactGroup> contact_groups_;
+    std::vector<ContactIsland> contact_groups_;
     RigidContacts rigid_contacts_;
-    std::vector<meshless::ContactMemory> contact_memory_;  // sorted by key
+    std::vector<meshless::CachedContact> contact_memory_;  // sorted by key
     /// Of the group that steps, kept for its memory.
     struct GroupStep {
-        std::vector<meshless::ContactMemory> memory;
-        std::vector<meshless::Pull> pulls;
+        std::vector<meshless::CachedContact> cached;
+        std::vector<meshless::HandleSpring> handle_springs;
         std::vector<double> limits;
-        std::vector<Vec3> pull_forces;
+        std::vector<Vec3> handle_forces;
         std::vector<meshless::StepInput> inputs;
         std::vector<meshless::ImplicitSolver::Member> members;
     };
     GroupStep group_step_;
-    std::vector<meshless::ContactMemory> next_memory_;
+    std::vector<meshless::CachedContact> next_memory_;
     std::int64_t step_count_ = 0;
 };
 

@@ -8,16 +8,16 @@ namespace splitcubes::body {
 
 namespace {
 
+using meshless::CachedContact;
 using meshless::ContactInput;
-using meshless::ContactMemory;
 
 // What is remembered of these contacts; both sorted by key.
-void find_memory_of(std::span<const meshless::Contact> contacts, const std::vector<ContactMemory>& all,
-                    std::vector<ContactMemory>& out) {
-    meshless::MemoryFinder finder(&all);
+void find_memory_of(std::span<const meshless::Contact> contacts, const std::vector<CachedContact>& all,
+                    std::vector<CachedContact>& out) {
+    meshless::CachedContactFinder finder(&all);
     out.clear();
     for (const meshless::Contact& c : contacts)
-        if (const ContactMemory* memory = finder.find(c.key)) out.push_back(*memory);
+        if (const CachedContact* cached = finder.find(c.key)) out.push_back(*cached);
 }
 
 }  // namespace
@@ -27,27 +27,28 @@ void World::integrate(const StepContext& context, StepReport& report) {
     std::size_t handles = 0;
     for (const auto& body : bodies_) handles += body->handles().size();
     report.handle_forces.assign(handles, Vec3::Zero());
-    for (const ContactGroup& group : contact_groups_) integrate_group(group, context, report);
+    for (const ContactIsland& group : contact_groups_) integrate_group(group, context, report);
     std::sort(next_memory_.begin(), next_memory_.end(),
-              [](const ContactMemory& a, const ContactMemory& b) { return a.key < b.key; });
+              [](const CachedContact& a, const CachedContact& b) { return a.key < b.key; });
     contact_memory_.swap(next_memory_);
 }
 
-void World::integrate_group(const ContactGroup& group, const StepContext& context, StepReport& report) {
-    if (bodies_[group.bodies[0]]->is_carried())
+void World::integrate_group(const ContactIsland& group, const StepContext& context, StepReport& report) {
+    if (bodies_[group.bodies[0]]->is_lattice_driven())
         return bodies_[group.bodies[0]]->advance_deformation(context, report);
     GroupStep& step = group_step_;
-    find_memory_of(group.contacts, contact_memory_, step.memory);
-    step.pulls.clear();
+    find_memory_of(group.contacts, contact_memory_, step.cached);
+    step.handle_springs.clear();
     step.limits.clear();
     step.inputs.clear();
-    step.pull_forces.clear();
+    step.handle_forces.clear();
     for (std::uint32_t k = 0; k < group.bodies.size(); ++k) {
         Body& body = *bodies_[group.bodies[k]];
-        body.add_pulls(context, k, step.pulls, step.limits);
+        body.add_handle_springs(context, k, step.handle_springs, step.limits);
         step.inputs.push_back(body.begin_step(context));
     }
-    const ContactInput contacts{group.contacts, step.pulls, step.limits, &step.memory, &step.pull_forces};
+    const ContactInput contacts{group.contacts, step.handle_springs, step.limits, &step.cached,
+                                &step.handle_forces};
     if (group.bodies.size() == 1) {
         Body& body = *bodies_[group.bodies[0]];
         step.inputs[0].contacts = contacts;
@@ -60,19 +61,20 @@ void World::integrate_group(const ContactGroup& group, const StepContext& contex
     } else {
         step_apart(group, contacts, context, report);
     }
-    next_memory_.insert(next_memory_.end(), step.memory.begin(), step.memory.end());
+    next_memory_.insert(next_memory_.end(), step.cached.begin(), step.cached.end());
     std::size_t number = 0;
     for (const std::size_t b : group.bodies) {
         std::size_t first = 0;
         for (std::size_t before = 0; before < b; ++before) first += bodies_[before]->handles().size();
         for (std::size_t h = 0; h < bodies_[b]->handles().size(); ++h, ++number)
-            if (number < step.pull_forces.size()) report.handle_forces[first + h] = step.pull_forces[number];
+            if (number < step.handle_forces.size())
+                report.handle_forces[first + h] = step.handle_forces[number];
     }
 }
 
 // Implicit steps: one solve for all.
-void World::step_together(const ContactGroup& group, const ContactInput& contacts, const StepContext& context,
-                          StepReport& report) {
+void World::step_together(const ContactIsland& group, const ContactInput& contacts,
+                          const StepContext& context, StepReport& report) {
     GroupStep& step = group_step_;
     step.members.clear();
     for (std::size_t k = 0; k < group.bodies.size(); ++k) {
@@ -86,8 +88,8 @@ void World::step_together(const ContactGroup& group, const ContactInput& contact
     meshless::ImplicitSolver::step_together(step.members, contacts, context.solver, context.parallel);
     for (std::uint32_t k = 0; k < group.bodies.size(); ++k) {
         Body& body = *bodies_[group.bodies[k]];
-        body.solver().mend(body.phyxels(), body.neighbourhoods(), body.settings().material, step.inputs[k],
-                           contacts, k, context.solver, step.members[k].report, context.parallel);
+        body.solver().correct(body.phyxels(), body.neighbourhoods(), body.settings().material, step.inputs[k],
+                              contacts, k, context.solver, step.members[k].report, context.parallel);
         body.solver().end(body.phyxels(), step.members[k].report);
         body.end_step(context, step.members[k].report, report);
     }
@@ -95,10 +97,10 @@ void World::step_together(const ContactGroup& group, const ContactInput& contact
 
 // Explicit steps: each body with what touches it alone, then once, by impulses, the contacts
 // between bodies.
-void World::step_apart(const ContactGroup& group, const ContactInput& contacts, const StepContext& context,
+void World::step_apart(const ContactIsland& group, const ContactInput& contacts, const StepContext& context,
                        StepReport& report) {
     std::vector<meshless::Contact> between;
-    std::vector<ContactMemory> next;
+    std::vector<CachedContact> next;
     std::vector<Vec3> forces;
     std::vector<meshless::SolverReport> solved;
     std::vector<meshless::StepInput> inputs;
@@ -111,29 +113,29 @@ void World::step_apart(const ContactGroup& group, const ContactInput& contacts, 
             c.upper.part = c.lower.part = 0;
             if (mine) own.push_back(c);
         }
-        std::vector<meshless::Pull> pulls;
+        std::vector<meshless::HandleSpring> handle_springs;
         std::vector<double> limits;
-        body.add_pulls(context, 0, pulls, limits);
-        std::vector<ContactMemory> memory;
-        find_memory_of(own, *contacts.memory, memory);
+        body.add_handle_springs(context, 0, handle_springs, limits);
+        std::vector<CachedContact> cached;
+        find_memory_of(own, *contacts.cached, cached);
         std::vector<Vec3> pulled;
         inputs.push_back(body.begin_step(context));
-        inputs[k].contacts = {own, pulls, limits, &memory, &pulled};
+        inputs[k].contacts = {own, handle_springs, limits, &cached, &pulled};
         solved.push_back(body.solver().step(body.phyxels(), body.neighbourhoods(), body.settings().material,
                                             inputs[k], context.solver, context.parallel));
-        next.insert(next.end(), memory.begin(), memory.end());
+        next.insert(next.end(), cached.begin(), cached.end());
         forces.insert(forces.end(), pulled.begin(), pulled.end());
     }
-    *contacts.pull_forces = forces;
+    *contacts.handle_forces = forces;
     push_between(group, between, inputs, context, next);
-    *contacts.memory = next;
+    *contacts.cached = next;
     for (std::size_t k = 0; k < group.bodies.size(); ++k)
         bodies_[group.bodies[k]]->end_step(context, solved[k], report);
 }
 
-void World::push_between(const ContactGroup& group, std::vector<meshless::Contact>& between,
+void World::push_between(const ContactIsland& group, std::vector<meshless::Contact>& between,
                          std::span<const meshless::StepInput> inputs, const StepContext& context,
-                         std::vector<ContactMemory>& next) {
+                         std::vector<CachedContact>& next) {
     if (between.empty()) return;
     std::sort(between.begin(), between.end(),
               [](const meshless::Contact& a, const meshless::Contact& b) { return a.key < b.key; });
@@ -148,15 +150,15 @@ void World::push_between(const ContactGroup& group, std::vector<meshless::Contac
         touching.emplace_back(phyxels.touching);
     }
     meshless::ContactImpulses impulses;
-    std::vector<ContactMemory> memory;
+    std::vector<CachedContact> cached;
     ContactInput input;
     input.contacts = between;
-    input.memory = &memory;
+    input.cached = &cached;
     impulses.begin(input, parts, context.dt);
-    impulses.put_apart(position, 1);
+    impulses.separate_points(position, 1);
     impulses.stop(velocity);
     impulses.finish(touching);
-    next.insert(next.end(), memory.begin(), memory.end());
+    next.insert(next.end(), cached.begin(), cached.end());
 }
 
 }  // namespace splitcubes::body

@@ -82,7 +82,8 @@ MassSpring::MassSpring(NodeSet nodes, const MassSpringSettings& settings)
         position_.push_back(nodes_.rest_position(n));
         centre += position_.back() / static_cast<double>(count);
     }
-    for (const Vec3& p : position_) velocity_.emplace_back(nodes_.velocity + nodes_.spin.cross(p - centre));
+    for (const Vec3& p : position_)
+        velocity_.emplace_back(nodes_.velocity + nodes_.angular_velocity.cross(p - centre));
     next_ = force_ = std::vector<Vec3>(count, Vec3::Zero());
     rotation_.assign(count, Mat3::Identity());
 }

@@ -105,7 +105,7 @@ Mat3 piola_stress(const Material& material, const Mat3& F, const Mat3& R, const 
 Tangent tangent(const Material& material, const Mat3& F, const Mat3& R, const Mat3& plastic_strain) {
     Tangent out;
     out.frame = R;
-    if (material.model == MaterialModel::corotated) out.turning = turning_resistance(F, R);
+    if (material.model == MaterialModel::corotated) out.majorizer = majorizer_share(F, R);
     if (material.volume_stiffness > 0) out.cofactor = cofactor_of(F);
     if (material.model == MaterialModel::corotated && !material.plasticity) return out;
     const SymmetricEigen stretch = eigen_symmetric(symmetric(R.transpose() * F));
@@ -136,7 +136,7 @@ Mat3 stress_change(const Material& material, const Tangent& t, const Mat3& dF) {
         stress.diagonal().array() += material.lame_lambda() * dS.trace();
         change = t.frame * t.weights.cwiseProduct(stress) * t.axes.transpose();
     } else {
-        change = stress_change(material, t.frame, t.turning, dF) + dF * t.prestress;
+        change = stress_change(material, t.frame, t.majorizer, dF) + dF * t.prestress;
     }
     if (material.volume_stiffness > 0)
         change += material.volume_stiffness * t.cofactor.cwiseProduct(dF).sum() * t.cofactor;

@@ -48,7 +48,7 @@ Mat3 piola_stress(const Material& material, const Mat3& F, const Mat3& R,
 /// and vanishes with F, and a step would be thrown far beyond rest.
 /// k: c is the cofactor matrix; the change of the cofactor, indefinite, is left out.
 struct Tangent {
-    double turning = 0;               // 1: the majorizer
+    double majorizer = 0;             // 1: the majorizer
     Mat3 frame = Mat3::Identity();    // f
     Mat3 prestress = Mat3::Zero();    // p, Pa, of St. Venant-Kirchhoff
     Mat3 cofactor = Mat3::Zero();     // c, where k > 0
@@ -59,20 +59,20 @@ Tangent tangent(const Material& material, const Mat3& F, const Mat3& R,
                 const Mat3& plastic_strain = Mat3::Zero());
 
 /// Whether a material's tangents are their frame and turning alone.
-inline bool frame_is_all(const Material& material) {
+inline bool is_frame_sufficient(const Material& material) {
     return material.model == MaterialModel::corotated && !material.plasticity &&
            !(material.volume_stiffness > 0);
 }
 
 /// Tangent::turning of the corotated material.
-inline double turning_resistance(const Mat3& F, const Mat3& R) {
+inline double majorizer_share(const Mat3& F, const Mat3& R) {
     return (F - R).squaredNorm() > 0.5 ? 1 : 0;
 }
 
 /// dP of dF by frame and turning alone.
-inline Mat3 stress_change(const Material& material, const Mat3& frame, double turning, const Mat3& dF) {
+inline Mat3 stress_change(const Material& material, const Mat3& frame, double majorizer, const Mat3& dF) {
     const Mat3 S = frame.transpose() * dF;
-    Mat3 stress = material.lame_mu() * ((1 + turning) * S + (1 - turning) * S.transpose());
+    Mat3 stress = material.lame_mu() * ((1 + majorizer) * S + (1 - majorizer) * S.transpose());
     stress.diagonal().array() += material.lame_lambda() * S.trace();
     return frame * stress;
 }

@@ -29,35 +29,36 @@ struct Contact {
     ContactSide upper, lower;     // the lower one may be a collider
     Vec3 normal = Vec3::UnitZ();  // unit, world, from the lower to the upper side
     double gap = 0;               // m, along the normal at the start of the step; negative: overlap
-    Vec3 drive = Vec3::Zero();    // m, way of the collider's point in the step
-    double friction = 0;          // Coulomb coefficient, >= 0
-    double lift = 0;              // m, how much of an overlap that it began with is undone in a step, > 0
+    Vec3 surface_displacement = Vec3::Zero();  // m, way of the collider's point in the step
+    double friction = 0;                       // Coulomb coefficient, >= 0
+    double max_depenetration = 0;  // m, how much of an overlap that it began with is undone in a step, > 0
 };
 
 /// A phyxel that is pulled to a place by a spring; the pulls of one handle together
 /// by no more than its limit.
-struct Pull {
+struct HandleSpring {
     std::uint32_t part = 0;
     std::uint32_t phyxel = 0;
     std::uint32_t handle = 0;
-    Vec3 place = Vec3::Zero();  // m, world, at the end of the step
-    double stiffness = 0;       // N/m, > 0
+    Vec3 target = Vec3::Zero();  // m, world, at the end of the step
+    double stiffness = 0;        // N/m, > 0
 };
 
 /// What a contact remembers of the step before.
-struct ContactMemory {
+struct CachedContact {
     std::uint64_t key = 0;
-    Vec3 slip = Vec3::Zero();   // m, world: how far the two points are from where they would not rub
-    double pressure = 0;        // N, > 0
+    Vec3 tangential_displacement =
+        Vec3::Zero();           // m, world: how far the two points are from where they would not rub
+    double normal_force = 0;    // N, > 0
     Vec3 force = Vec3::Zero();  // N, world, on the upper side
     double stiffness = 0;       // N/m, of its spring; 0 where it has none
-    double allowed = 0;         // m, the gap above which nothing pushes, <= 0
+    double rest_gap = 0;        // m, the gap above which nothing pushes, <= 0
     double energy = 0;  // J, that its spring held when the step began, less the work that it did in it
 
     /// For checkpoints.
     template <class Archive>
     void serialize(Archive& archive) {
-        archive(key, slip, pressure, force, stiffness, allowed, energy);
+        archive(key, tangential_displacement, normal_force, force, stiffness, rest_gap, energy);
     }
 };
 
@@ -65,12 +66,12 @@ struct ContactMemory {
 /// key; the solver replaces it.
 struct ContactInput {
     std::span<const Contact> contacts;
-    std::span<const Pull> pulls;
-    std::span<const double> pull_limits;  // N, per handle
-    std::vector<ContactMemory>* memory = nullptr;
-    std::vector<Vec3>* pull_forces = nullptr;  // N, world, per handle, of the solved step; written
+    std::span<const HandleSpring> handle_springs;
+    std::span<const double> handle_force_limits;  // N, per handle
+    std::vector<CachedContact>* cached = nullptr;
+    std::vector<Vec3>* handle_forces = nullptr;  // N, world, per handle, of the solved step; written
 
-    bool empty() const { return contacts.empty() && pulls.empty(); }
+    bool empty() const { return contacts.empty() && handle_springs.empty(); }
 };
 
 /// Ground: the half space normal . x >= offset is free.
@@ -89,17 +90,17 @@ Vec3 side_value(const ContactSide& side, const Field& field) {
 }
 
 /// Finds what is remembered of contacts. Quick where they are asked for in ascending order of their keys.
-class MemoryFinder {
+class CachedContactFinder {
   public:
     /// memory: sorted by key, for as long as this lives; nullptr: nothing is remembered.
-    explicit MemoryFinder(const std::vector<ContactMemory>* memory) {
-        if (memory) all_ = *memory;
+    explicit CachedContactFinder(const std::vector<CachedContact>* cached) {
+        if (cached) all_ = *cached;
     }
     /// nullptr where the contact is new.
-    const ContactMemory* find(std::uint64_t key);
+    const CachedContact* find(std::uint64_t key);
 
   private:
-    std::span<const ContactMemory> all_;
+    std::span<const CachedContact> all_;
     std::size_t at_ = 0;      // the first that is not below the last key
     std::uint64_t last_ = 0;  // key
     bool is_placed_ = false;

@@ -25,7 +25,7 @@ constexpr double deep_share = 0.02, deep_share_of_skins = 1;
 constexpr double kept_share = 0.5;
 // Shares of the lift: by how much a contact may be found deeper than it was left, and how much of an
 // overlap that no spring holds is undone in a step at most.
-constexpr double jump_share = 0.05, undone_share = 0.25;
+constexpr double jump_share = 0.05, depenetration_share = 0.25;
 // A guess that stretches a slider to so many times what friction bears slides surely.
 constexpr double surely_sliding = 2;
 // What a slider's friction changes with its length, over the secant. Zero by the law; without any,
@@ -39,14 +39,15 @@ Vec3 along_plane(const Vec3& normal, const Vec3& v) {
 }
 
 // Friction of a slider about a length: the limit, as a given force, and a little of a spring.
-void slide(const Vec3& slip, double limit, double& tangent, Vec3& rub) {
-    tangent = slide_share * limit / slip.norm();
-    rub = tangent * slip - limit / slip.norm() * slip;
+void slide(const Vec3& tangential_displacement, double limit, double& tangent, Vec3& friction_force) {
+    tangent = slide_share * limit / tangential_displacement.norm();
+    friction_force =
+        tangent * tangential_displacement - limit / tangential_displacement.norm() * tangential_displacement;
 }
 
 // m, what a contact may go deeper by in a step.
 double slack_of(const Contact& contact) {
-    return (contact.lower.is_collider() ? deep_share : deep_share_of_skins) * contact.lift;
+    return (contact.lower.is_collider() ? deep_share : deep_share_of_skins) * contact.max_depenetration;
 }
 
 // out[side] += sign * weight * force.
@@ -57,11 +58,11 @@ void add_to_side(const ContactSide& side, double sign, const Vec3& force, Field 
 
 }  // namespace
 
-const ContactMemory* MemoryFinder::find(std::uint64_t key) {
+const CachedContact* CachedContactFinder::find(std::uint64_t key) {
     if (is_placed_ && key >= last_) {
         while (at_ < all_.size() && all_[at_].key < key) ++at_;
     } else {
-        const auto below = [](const ContactMemory& m, std::uint64_t wanted) { return m.key < wanted; };
+        const auto below = [](const CachedContact& m, std::uint64_t wanted) { return m.key < wanted; };
         at_ = static_cast<std::size_t>(std::lower_bound(all_.begin(), all_.end(), key, below) - all_.begin());
     }
     is_placed_ = true;
@@ -74,16 +75,16 @@ void find_impacts(const ContactInput& input, ConstField velocity, double dt, con
     known.assign(input.contacts.size(), 0);
     impact.assign(input.contacts.size(), 0);
     const auto find = [&](std::size_t begin, std::size_t end) {
-        MemoryFinder finder(input.memory);
+        CachedContactFinder finder(input.cached);
         for (std::size_t c = begin; c < end; ++c) {
             const Contact& contact = input.contacts[c];
             known[c] = finder.find(contact.key) != nullptr;
             if (known[c] != 0) continue;
             const Vec3 way =
                 dt * (side_value(contact.upper, velocity) - side_value(contact.lower, velocity)) -
-                contact.drive;
+                contact.surface_displacement;
             const double closing = -contact.normal.dot(way);
-            impact[c] = closing > impact_share * contact.lift && contact.gap - closing < 0;
+            impact[c] = closing > impact_share * contact.max_depenetration && contact.gap - closing < 0;
         }
     };
     parallel.for_chunks(input.contacts.size(), spring_grain, std::cref(find));
@@ -104,7 +105,7 @@ double ContactForces::load_of(const ContactSide& side) const {
 
 // Way of the upper side against the lower one in the step, by their velocities.
 Vec3 ContactForces::coasting(const Contact& contact, std::span<const Part> parts) {
-    Vec3 way = -contact.drive;
+    Vec3 way = -contact.surface_displacement;
     double sign = 1;
     for (const ContactSide* side : {&contact.upper, &contact.lower}) {
         for (std::uint32_t k = 0; k < side->count; ++k)
@@ -116,7 +117,7 @@ Vec3 ContactForces::coasting(const Contact& contact, std::span<const Part> parts
 }
 
 // A spring of no stiffness where nothing that it holds moves.
-ContactForces::Row ContactForces::make_row(std::uint32_t number, const ContactMemory* memory,
+ContactForces::Row ContactForces::make_row(std::uint32_t number, const CachedContact* cached,
                                            ConstField guess, OverlapSums& sums) const {
     const Contact& contact = input_.contacts[number];
     const double mobility = load_of(contact.upper) + load_of(contact.lower);
@@ -129,78 +130,80 @@ ContactForces::Row ContactForces::make_row(std::uint32_t number, const ContactMe
     row.normal = hardness / mobility;
     // What overlaps when it is first seen (faces of a fresh cut, things put into each other) is no compressed
     // spring.
-    row.allowed = std::min(0.0, contact.gap);
+    row.rest_gap = std::min(0.0, contact.gap);
     for (std::uint32_t k = 0; k < contact.upper.count; ++k)
         row.start += contact.upper.weight[k] * parts_[contact.upper.part].start[contact.upper.phyxel[k]];
     for (std::uint32_t k = 0; k < contact.lower.count; ++k)
         row.start -= contact.lower.weight[k] * parts_[contact.lower.part].start[contact.lower.phyxel[k]];
-    if (memory) {
-        row.slip = along_plane(contact.normal, memory->slip);
-        row.pressure = memory->pressure;
-        row.last_force = memory->force;
-        row.allowed = memory->allowed;
-        if (!contact.lower.is_collider() && memory->stiffness > 0) {
+    if (cached) {
+        row.tangential_displacement = along_plane(contact.normal, cached->tangential_displacement);
+        row.normal_force = cached->normal_force;
+        row.last_force = cached->force;
+        row.rest_gap = cached->rest_gap;
+        if (!contact.lower.is_collider() && cached->stiffness > 0) {
             // Found deeper than it was left, since other skin is nearest now: no compressed spring either.
-            const double left = memory->allowed - memory->pressure / memory->stiffness;
-            row.allowed += std::min(0.0, contact.gap - left + jump_share * contact.lift);
+            const double left = cached->rest_gap - cached->normal_force / cached->stiffness;
+            row.rest_gap += std::min(0.0, contact.gap - left + jump_share * contact.max_depenetration);
         }
         // A spring that grew stiffer under load would make energy. Where it has to, it pushes as it did, and
         // is shorter.
-        if (memory->stiffness > row.normal / most_stiffness_change &&
-            memory->stiffness < row.normal * most_stiffness_change) {
-            row.normal = memory->stiffness;
-        } else if (memory->stiffness < row.normal) {
-            const double share = memory->stiffness / row.normal;
-            row.allowed = std::min(row.allowed, contact.gap + share * (row.allowed - contact.gap));
-            row.slip *= share;
+        if (cached->stiffness > row.normal / most_stiffness_change &&
+            cached->stiffness < row.normal * most_stiffness_change) {
+            row.normal = cached->stiffness;
+        } else if (cached->stiffness < row.normal) {
+            const double share = cached->stiffness / row.normal;
+            row.rest_gap = std::min(row.rest_gap, contact.gap + share * (row.rest_gap - contact.gap));
+            row.tangential_displacement *= share;
         }
     }
     const Vec3 way = relative(row, guess);
     // What pushed goes on pushing, and what comes nearer by its own velocity begins to; a guess with gravity
     // in it would press the whole underside of a thing that stands on a few points.
-    const double met = row.allowed - contact.gap - contact.normal.dot(coasting(contact, parts_));
-    row.active = row.pressure > 0 || met > 0;
+    const double met = row.rest_gap - contact.gap - contact.normal.dot(coasting(contact, parts_));
+    row.active = row.normal_force > 0 || met > 0;
     row.tangent = contact.friction > 0 ? row.normal : 0;
-    const Vec3 slip = row.slip + along_plane(contact.normal, way);
-    const double stretch = row.tangent * slip.norm();
-    if (row.pressure > 0) {
-        const double limit = contact.friction * row.pressure;
-        if (stretch > surely_sliding * limit) slide(slip, limit, row.tangent, row.rub);
+    const Vec3 tangential_displacement = row.tangential_displacement + along_plane(contact.normal, way);
+    const double stretch = row.tangent * tangential_displacement.norm();
+    if (row.normal_force > 0) {
+        const double limit = contact.friction * row.normal_force;
+        if (stretch > surely_sliding * limit)
+            slide(tangential_displacement, limit, row.tangent, row.friction_force);
     } else if (row.active) {
-        const double deep = std::max(met, row.allowed - contact.gap - contact.normal.dot(way));
+        const double deep = std::max(met, row.rest_gap - contact.gap - contact.normal.dot(way));
         const double limit = contact.friction * row.normal * deep;
         if (stretch > limit) row.tangent *= limit / stretch;
     }
-    if (row.pressure > 0) row.undone = std::min(undone_share * contact.lift, -row.allowed);
-    sums.undone += row.undone;
-    if (memory && !contact.lower.is_collider()) {
-        const double held = held_by(row, contact.gap, row.slip);
-        sums.left += memory->energy;
+    if (row.normal_force > 0)
+        row.depenetration = std::min(depenetration_share * contact.max_depenetration, -row.rest_gap);
+    sums.depenetration += row.depenetration;
+    if (cached && !contact.lower.is_collider()) {
+        const double held = held_by(row, contact.gap, row.tangential_displacement);
+        sums.left += cached->energy;
         sums.held += held;
-        sums.wanted += held_by(row, contact.gap - row.undone, row.slip) - held;
+        sums.wanted += held_by(row, contact.gap - row.depenetration, row.tangential_displacement) - held;
     }
     return row;
 }
 
 // J, of a spring at a gap.
-double ContactForces::held_by(const Row& row, double gap, const Vec3& slip) {
-    const double overlap = std::max(0.0, row.allowed - gap);
-    return 0.5 * row.normal * (overlap * overlap + slip.squaredNorm());
+double ContactForces::held_by(const Row& row, double gap, const Vec3& tangential_displacement) {
+    const double overlap = std::max(0.0, row.rest_gap - gap);
+    return 0.5 * row.normal * (overlap * overlap + tangential_displacement.squaredNorm());
 }
 
 // A collider undoes an overlap at its own cost. Between skins that bear something it is work, and jammed
 // splinters of a stiff plate were pressed by it until they flew. It is paid for by what the springs lost in
 // the last step, to friction, to damping and to pushing hits back: where nothing moves nothing is undone.
-void ContactForces::undo_overlaps(const OverlapSums& sums, const Parallel& parallel) {
-    if (sums.undone == 0) return;
+void ContactForces::limit_depenetration(const OverlapSums& sums, const Parallel& parallel) {
+    if (sums.depenetration == 0) return;
     const double room = std::max(0.0, sums.left - sums.held);
     // Nothing where it is not known what it takes.
     const double share = sums.wanted <= room ? 1 : sums.wanted > 0 ? room / sums.wanted : 0;
     const auto undo = [&](std::size_t begin, std::size_t end) {
         for (std::size_t r = begin; r < end; ++r)
-            if (rows_[r].undone != 0)
-                rows_[r].allowed +=
-                    (input_.contacts[rows_[r].contact].lower.is_collider() ? 1 : share) * rows_[r].undone;
+            if (rows_[r].depenetration != 0)
+                rows_[r].rest_gap += (input_.contacts[rows_[r].contact].lower.is_collider() ? 1 : share) *
+                                     rows_[r].depenetration;
     };
     parallel.for_chunks(rows_.size(), spring_grain, std::cref(undo));
 }
@@ -228,34 +231,36 @@ void ContactForces::begin(const ContactInput& input, std::span<const Part> parts
             for (std::uint32_t k = 0; k < side->count; ++k)
                 touch(side->part, side->phyxel[k], side->weight[k]);
     // Too little to count as a load.
-    for (const Pull& pull : input.pulls) touch(pull.part, pull.phyxel, std::numeric_limits<double>::min());
+    for (const HandleSpring& pull : input.handle_springs)
+        touch(pull.part, pull.phyxel, std::numeric_limits<double>::min());
 }
 
 void ContactForces::make_springs(ConstField guess, const Parallel& parallel) {
-    pulls_.clear();
+    handle_springs_.clear();
     pushing_ = 0;
     listed_ = same_rows_ = false;
     rows_.resize(input_.contacts.size());
     const auto make = [&](std::size_t begin, std::size_t end) {
-        MemoryFinder finder(input_.memory);
+        CachedContactFinder finder(input_.cached);
         OverlapSums sums;
         for (std::size_t c = begin; c < end; ++c) {
             const Contact& contact = input_.contacts[c];
             rows_[c] = make_row(static_cast<std::uint32_t>(c), finder.find(contact.key), guess, sums);
-            sums.lift = std::min(sums.lift, contact.lift);
+            sums.max_depenetration = std::min(sums.max_depenetration, contact.max_depenetration);
         }
         return sums;
     };
     const OverlapSums sums = begin_sum_(parallel, rows_.size(), spring_grain, make);
-    least_lift_ = sums.lift;
+    min_depenetration_ = sums.max_depenetration;
     if (sums.none > 0) std::erase_if(rows_, [](const Row& row) { return row.normal == 0; });
-    undo_overlaps(sums, parallel);
+    limit_depenetration(sums, parallel);
     list_active();
-    for (const Pull& pull : input_.pulls) {
+    for (const HandleSpring& pull : input_.handle_springs) {
         const Part& part = parts_[pull.part];
-        if (part.fixed.empty() || part.fixed[pull.phyxel] == 0) pulls_.push_back({pull, pull.stiffness});
+        if (part.fixed.empty() || part.fixed[pull.phyxel] == 0)
+            handle_springs_.push_back({pull, pull.stiffness});
     }
-    if (!pulls_.empty()) revise_pulls(guess);
+    if (!handle_springs_.empty()) revise_handle_springs(guess);
 }
 
 void ContactForces::list_active() {
@@ -268,29 +273,30 @@ void ContactForces::list_active() {
 Vec3 ContactForces::relative(const Row& row, ConstField position) const {
     const Contact& contact = input_.contacts[row.contact];
     return side_value(contact.upper, position) - side_value(contact.lower, position) - row.start -
-           contact.drive;
+           contact.surface_displacement;
 }
 
 Vec3 ContactForces::spring_force(const Row& row, const Vec3& way) const {
     const Contact& contact = input_.contacts[row.contact];
     const double gap = contact.gap + contact.normal.dot(way);
-    return contact.normal * (row.normal * (row.allowed + row.push - gap)) -
-           row.tangent * (row.slip + along_plane(contact.normal, way)) + row.rub;
+    return contact.normal * (row.normal * (row.rest_gap + row.push - gap)) -
+           row.tangent * (row.tangential_displacement + along_plane(contact.normal, way)) +
+           row.friction_force;
 }
 
 // By the law of contact; `tangent` is the stiffness that gives its friction.
-Vec3 ContactForces::allowed_force(const Row& row, const Vec3& way, double& tangent) const {
+Vec3 ContactForces::admissible_force(const Row& row, const Vec3& way, double& tangent) const {
     const Contact& contact = input_.contacts[row.contact];
     const double gap = contact.gap + contact.normal.dot(way);
-    const double pressure = row.normal * (row.allowed + row.push - gap);
+    const double normal_force = row.normal * (row.rest_gap + row.push - gap);
     tangent = 0;
-    if (!(pressure > 0)) return Vec3::Zero();
-    const Vec3 slip = row.slip + along_plane(contact.normal, way);
-    const double length = slip.norm();
-    const double limit = contact.friction * pressure;
+    if (!(normal_force > 0)) return Vec3::Zero();
+    const Vec3 tangential_displacement = row.tangential_displacement + along_plane(contact.normal, way);
+    const double length = tangential_displacement.norm();
+    const double limit = contact.friction * normal_force;
     tangent = contact.friction > 0 ? row.normal : 0;
     if (tangent * length > limit) tangent = limit / length;
-    return contact.normal * pressure - tangent * slip;
+    return contact.normal * normal_force - tangent * tangential_displacement;
 }
 
 void ContactForces::add_diagonal(std::uint32_t part, std::span<double> diagonal) const {
@@ -305,7 +311,7 @@ void ContactForces::add_diagonal(std::uint32_t part, std::span<double> diagonal)
                 diagonal[side->phyxel[k]] += sum * std::abs(side->weight[k]) * row.normal;
         }
     }
-    for (const Spring& spring : pulls_)
+    for (const Spring& spring : handle_springs_)
         if (spring.pull.part == part) diagonal[spring.pull.phyxel] += spring.stiffness;
 }
 
@@ -324,9 +330,9 @@ void ContactForces::add_forces(ConstField position, Field force, const Parallel&
         add_to_side(contact.upper, 1, force_[k], force);
         add_to_side(contact.lower, -1, force_[k], force);
     }
-    for (const Spring& s : pulls_)
+    for (const Spring& s : handle_springs_)
         force[s.pull.part][s.pull.phyxel] +=
-            s.stiffness * (s.pull.place - position[s.pull.part][s.pull.phyxel]);
+            s.stiffness * (s.pull.target - position[s.pull.part][s.pull.phyxel]);
 }
 
 double ContactForces::apply(ConstField in, Field out) const {
@@ -341,7 +347,7 @@ double ContactForces::apply(ConstField in, Field out) const {
         add_to_side(contact.upper, 1, force, out);
         add_to_side(contact.lower, -1, force, out);
     }
-    for (const Spring& s : pulls_) {
+    for (const Spring& s : handle_springs_) {
         const Vec3& way = in[s.pull.part][s.pull.phyxel];
         out[s.pull.part][s.pull.phyxel] += s.stiffness * way;
         product += s.stiffness * way.squaredNorm();
@@ -355,7 +361,7 @@ bool ContactForces::list_springs() {
     if (same_rows_) {
         std::size_t k = 0;
         for (const std::uint32_t r : active_) products_.set(k++, rows_[r].normal, rows_[r].tangent);
-        for (const Spring& s : pulls_) products_.set(k++, s.stiffness, s.stiffness);
+        for (const Spring& s : handle_springs_) products_.set(k++, s.stiffness, s.stiffness);
         return true;
     }
     same_rows_ = true;
@@ -364,22 +370,22 @@ bool ContactForces::list_springs() {
     products_.clear(phyxel_count_);
     for (const std::uint32_t r : active_)
         products_.add(input_.contacts[rows_[r].contact], rows_[r].normal, rows_[r].tangent);
-    for (const Spring& s : pulls_) products_.add(s.pull, s.stiffness);
+    for (const Spring& s : handle_springs_) products_.add(s.pull, s.stiffness);
     products_.finish();
     return true;
 }
 
 // Scales the springs of each handle so that they pull by no more than its limit.
-bool ContactForces::revise_pulls(ConstField position) {
-    pulled_.assign(input_.pull_limits.size(), Vec3::Zero());
+bool ContactForces::revise_handle_springs(ConstField position) {
+    handle_forces_.assign(input_.handle_force_limits.size(), Vec3::Zero());
     const auto stretch = [&](const Spring& s) {
-        return Vec3(s.pull.place - position[s.pull.part][s.pull.phyxel]);
+        return Vec3(s.pull.target - position[s.pull.part][s.pull.phyxel]);
     };
-    for (const Spring& s : pulls_) pulled_[s.pull.handle] += s.pull.stiffness * stretch(s);
+    for (const Spring& s : handle_springs_) handle_forces_[s.pull.handle] += s.pull.stiffness * stretch(s);
     bool changed = false;
-    for (Spring& s : pulls_) {
-        const double limit = input_.pull_limits[s.pull.handle];
-        const double force = pulled_[s.pull.handle].norm();
+    for (Spring& s : handle_springs_) {
+        const double limit = input_.handle_force_limits[s.pull.handle];
+        const double force = handle_forces_[s.pull.handle].norm();
         const double wanted = s.pull.stiffness * (force > limit ? limit / force : 1);
         changed = changed || std::abs(wanted - s.stiffness) > force_slack * wanted;
         s.stiffness = wanted;
@@ -404,7 +410,7 @@ ContactForces::ForceSums ContactForces::revise_row(std::size_t r, ConstField pos
     const bool off = deeper > slack || (row.push > 0 && deeper < 0);
     now.push = row.active && off ? std::max(0.0, row.push + deeper - kept_share * slack) : row.push;
     std::swap(row.push, now.push);
-    const Vec3 right = allowed_force(row, way, now.tangent);
+    const Vec3 right = admissible_force(row, way, now.tangent);
     std::swap(row.push, now.push);
     now.active = right.squaredNorm() > 0 || (row.active && only_add);
     if (row.active && only_add && !(right.squaredNorm() > 0)) now.tangent = 0;
@@ -412,8 +418,9 @@ ContactForces::ForceSums ContactForces::revise_row(std::size_t r, ConstField pos
     // pressure stretches neither holds what slides, as a full one would in each step again, nor pushes
     // by itself, as a given force would.
     if (row.active && now.active && now.tangent > 0 && now.tangent < row.normal) {
-        const Vec3 slip = row.slip + along_plane(contact.normal, way);
-        slide(slip, now.tangent * slip.norm(), now.tangent, now.rub);
+        const Vec3 tangential_displacement = row.tangential_displacement + along_plane(contact.normal, way);
+        slide(tangential_displacement, now.tangent * tangential_displacement.norm(), now.tangent,
+              now.friction_force);
     }
     if (!way.allFinite()) {
         now.active = false;
@@ -430,10 +437,10 @@ bool ContactForces::revise(ConstField position, bool only_add, Field change, con
             for (std::size_t r = begin; r < end; ++r) sum += revise_row(r, position, only_add);
             return sum;
         });
-    pull_before_.clear();
-    for (const Spring& s : pulls_) pull_before_.push_back(s.stiffness);
-    const bool pulls = !pulls_.empty() && revise_pulls(position);
-    if (!(sums.wrong > force_slack * sums.all) && !pulls) return false;
+    handle_stiffness_before_.clear();
+    for (const Spring& s : handle_springs_) handle_stiffness_before_.push_back(s.stiffness);
+    const bool handle_springs = !handle_springs_.empty() && revise_handle_springs(position);
+    if (!(sums.wrong > force_slack * sums.all) && !handle_springs) return false;
     listed_ = false;
     take_revisions(position, change, parallel);
     return true;
@@ -447,7 +454,7 @@ void ContactForces::take_revision(std::size_t r) {
     if (!row.active && !now.active) return;
     row.active = now.active;
     row.tangent = now.tangent;
-    row.rub = now.rub;
+    row.friction_force = now.friction_force;
     Vec3 force = row.active ? spring_force(row, now.way) : Vec3(Vec3::Zero());
     if (!force.allFinite()) force.setZero();
     now.more = force - now.used;
@@ -471,10 +478,10 @@ void ContactForces::take_revisions(ConstField position, Field change, const Para
         list_active();
         same_rows_ = false;
     }
-    for (std::size_t k = 0; k < pulls_.size(); ++k) {
-        const Pull& pull = pulls_[k].pull;
-        change[pull.part][pull.phyxel] +=
-            (pulls_[k].stiffness - pull_before_[k]) * (pull.place - position[pull.part][pull.phyxel]);
+    for (std::size_t k = 0; k < handle_springs_.size(); ++k) {
+        const HandleSpring& pull = handle_springs_[k].pull;
+        change[pull.part][pull.phyxel] += (handle_springs_[k].stiffness - handle_stiffness_before_[k]) *
+                                          (pull.target - position[pull.part][pull.phyxel]);
     }
 }
 
@@ -482,16 +489,16 @@ ContactForces::Ended ContactForces::end_row(Row& row, ConstField position) const
     const Contact& contact = input_.contacts[row.contact];
     const Vec3 way = relative(row, position);
     double tangent = 0;
-    row.force = allowed_force(row, way, tangent);
+    row.force = admissible_force(row, way, tangent);
     if (!row.force.allFinite()) row.force.setZero();
     if (!(row.force.squaredNorm() > 0)) return {};
     // What slid stays behind: the spring keeps the length that friction bears.
-    const Vec3 slip = row.slip + along_plane(contact.normal, way);
+    const Vec3 tangential_displacement = row.tangential_displacement + along_plane(contact.normal, way);
     const double kept = contact.friction > 0 ? tangent / row.normal : 0;
-    const double left = held_by(row, contact.gap, row.slip) - row.force.dot(way);
-    return {
-        {contact.key, kept * slip, contact.normal.dot(row.force), row.force, row.normal, row.allowed, left},
-        held_by(row, contact.gap + contact.normal.dot(way), kept * slip)};
+    const double left = held_by(row, contact.gap, row.tangential_displacement) - row.force.dot(way);
+    return {{contact.key, kept * tangential_displacement, contact.normal.dot(row.force), row.force,
+             row.normal, row.rest_gap, left},
+            held_by(row, contact.gap + contact.normal.dot(way), kept * tangential_displacement)};
 }
 
 void ContactForces::finish(ConstField position, std::span<const std::span<std::uint8_t>> touching,
@@ -505,9 +512,9 @@ void ContactForces::finish(ConstField position, std::span<const std::span<std::u
     energy_ = 0;
     pushes_.assign(input_.contacts.size(), 0);
     for (std::size_t k = 0; k < active_.size(); ++k) {
-        if (!(ended_[k].memory.force.squaredNorm() > 0)) continue;
+        if (!(ended_[k].cached.force.squaredNorm() > 0)) continue;
         energy_ += ended_[k].energy;
-        next_.push_back(ended_[k].memory);
+        next_.push_back(ended_[k].cached);
         const std::uint32_t number = rows_[active_[k]].contact;
         pushes_[number] = 1;
         const Contact& contact = input_.contacts[number];
@@ -515,18 +522,18 @@ void ContactForces::finish(ConstField position, std::span<const std::span<std::u
             for (std::uint32_t p = 0; p < side->count; ++p) touching[side->part][side->phyxel[p]] = 1;
     }
     pushing_ = next_.size();
-    if (input_.memory) input_.memory->swap(next_);
-    if (!input_.pull_forces) return;
-    input_.pull_forces->assign(input_.pull_limits.size(), Vec3::Zero());
-    for (const Spring& s : pulls_)
-        (*input_.pull_forces)[s.pull.handle] +=
-            s.stiffness * (s.pull.place - position[s.pull.part][s.pull.phyxel]);
+    if (input_.cached) input_.cached->swap(next_);
+    if (!input_.handle_forces) return;
+    input_.handle_forces->assign(input_.handle_force_limits.size(), Vec3::Zero());
+    for (const Spring& s : handle_springs_)
+        (*input_.handle_forces)[s.pull.handle] +=
+            s.stiffness * (s.pull.target - position[s.pull.part][s.pull.phyxel]);
 }
 
 void ContactForces::add_changes(std::uint32_t part, std::span<const std::int32_t> piece,
                                 std::span<Vec3> change) const {
     for (const Row& row : rows_) {
-        if (!row.active && !(row.pressure > 0)) continue;
+        if (!row.active && !(row.normal_force > 0)) continue;
         const Contact& contact = input_.contacts[row.contact];
         const Vec3 more = row.force - row.last_force;
         const auto add = [&](const ContactSide& side, double sign) {

@@ -46,7 +46,7 @@ class ContactForces {
     /// Makes the springs. Guess: where the touched phyxels will be about; it decides what
     /// begins as sliding.
     void make_springs(ConstField guess, const Parallel& parallel);
-    bool empty() const { return rows_.empty() && pulls_.empty(); }
+    bool empty() const { return rows_.empty() && handle_springs_.empty(); }
     /// Of a part: the phyxels that anything here depends on or changes, each once.
     std::span<const std::uint32_t> touched(std::uint32_t part) const { return touched_[part]; }
 
@@ -71,7 +71,7 @@ class ContactForces {
     /// After finish: whether the contact of that number pushes.
     bool pushes(std::size_t contact) const { return pushes_[contact] != 0; }
     /// m, of the contacts' lifts; infinite where there are none.
-    double least_lift() const { return least_lift_; }
+    double min_depenetration() const { return min_depenetration_; }
     /// After finish: adds to each piece of a part by how much more it is pushed than a step ago, N.
     void add_changes(std::uint32_t part, std::span<const std::int32_t> piece, std::span<Vec3> change) const;
     /// Contacts that push, after finish.
@@ -85,17 +85,17 @@ class ContactForces {
         bool active = false;
         double normal = 0;                                     // N/m
         double tangent = 0;                                    // N/m, now; of a slider a share of its secant
-        double allowed = 0;                                    // m, the gap above which nothing pushes, <= 0
-        double undone = 0;                                     // m, of an overlap, at most
+        double rest_gap = 0;                                   // m, the gap above which nothing pushes, <= 0
+        double depenetration = 0;                              // m, of an overlap, at most
         double push = 0;                                       // m, added to that for this step by a hit
-        Vec3 slip = Vec3::Zero();                              // m, before the step
-        Vec3 rub = Vec3::Zero();                               // N, friction as a given force
+        Vec3 tangential_displacement = Vec3::Zero();           // m, before the step
+        Vec3 friction_force = Vec3::Zero();                    // N, friction as a given force
         Vec3 start = Vec3::Zero();                             // m, upper less lower before the step
-        double pressure = 0;                                   // N, last known
+        double normal_force = 0;                               // N, last known
         Vec3 last_force = Vec3::Zero(), force = Vec3::Zero();  // N, of the last step and of this
     };
     struct Spring {
-        Pull pull;
+        HandleSpring pull;
         double stiffness = 0;  // N/m, now
     };
     /// Of the making of rows.
@@ -103,15 +103,15 @@ class ContactForces {
         // J, of skins: what the last step left, what the springs hold as they are found, and what undoing
         // would add to that.
         double left = 0, held = 0, wanted = 0;
-        double undone = 0;                                      // m, of all
-        double lift = std::numeric_limits<double>::infinity();  // m, the least
-        std::size_t none = 0;                                   // rows of nothing that moves
+        double depenetration = 0;                                            // m, of all
+        double max_depenetration = std::numeric_limits<double>::infinity();  // m, the least
+        std::size_t none = 0;                                                // rows of nothing that moves
         OverlapSums& operator+=(const OverlapSums& other) {
             left += other.left;
             held += other.held;
             wanted += other.wanted;
-            undone += other.undone;
-            lift = std::min(lift, other.lift);
+            depenetration += other.depenetration;
+            max_depenetration = std::min(max_depenetration, other.max_depenetration);
             none += other.none;
             return *this;
         }
@@ -119,30 +119,30 @@ class ContactForces {
     static Vec3 coasting(const Contact& contact, std::span<const Part> parts);
     Vec3 relative(const Row& row, ConstField position) const;
     Vec3 spring_force(const Row& row, const Vec3& way) const;
-    Vec3 allowed_force(const Row& row, const Vec3& way, double& tangent) const;
+    Vec3 admissible_force(const Row& row, const Vec3& way, double& tangent) const;
     void touch(std::uint32_t part, std::uint32_t phyxel, double weight);
-    Row make_row(std::uint32_t number, const ContactMemory* memory, ConstField guess,
+    Row make_row(std::uint32_t number, const CachedContact* cached, ConstField guess,
                  OverlapSums& sums) const;
     double load_of(const ContactSide& side) const;
-    static double held_by(const Row& row, double gap, const Vec3& slip);
-    void undo_overlaps(const OverlapSums& sums, const Parallel& parallel);
+    static double held_by(const Row& row, double gap, const Vec3& tangential_displacement);
+    void limit_depenetration(const OverlapSums& sums, const Parallel& parallel);
     void list_active();
-    bool revise_pulls(ConstField position);
+    bool revise_handle_springs(ConstField position);
 
     ContactInput input_;
     std::vector<Part> parts_;
     std::vector<Row> rows_;
     std::vector<std::uint32_t> active_;  // rows
     std::vector<Vec3> force_;            // N, per active row, of add_forces
-    std::vector<Spring> pulls_;
+    std::vector<Spring> handle_springs_;
     std::vector<std::vector<double>> load_;            // per part, per phyxel: sum of weights of its contacts
     std::vector<std::vector<std::uint32_t>> touched_;  // per part
-    double least_lift_ = 0;                            // m
+    double min_depenetration_ = 0;                     // m
     ChunkSumOf<OverlapSums> begin_sum_;
-    std::vector<ContactMemory> next_;
+    std::vector<CachedContact> next_;
     /// Of finish, per active row.
     struct Ended {
-        ContactMemory memory;  // its pressure is zero where it does not push
+        CachedContact cached;  // its pressure is zero where it does not push
         double energy = 0;     // J
     };
     Ended end_row(Row& row, ConstField position) const;
@@ -151,13 +151,13 @@ class ContactForces {
     /// Of revise, per row.
     struct Revision {
         bool active = false;
-        double tangent = 0;        // N/m
-        double push = 0;           // m
-        Vec3 rub = Vec3::Zero();   // N
-        Vec3 way = Vec3::Zero();   // m
-        Vec3 used = Vec3::Zero();  // N, before
-        Vec3 more = Vec3::Zero();  // N, what that changes by
-        bool is_same = true;       // nothing changes
+        double tangent = 0;                  // N/m
+        double push = 0;                     // m
+        Vec3 friction_force = Vec3::Zero();  // N
+        Vec3 way = Vec3::Zero();             // m
+        Vec3 used = Vec3::Zero();            // N, before
+        Vec3 more = Vec3::Zero();            // N, what that changes by
+        bool is_same = true;                 // nothing changes
     };
     /// Forces, N.
     struct ForceSums {
@@ -172,12 +172,12 @@ class ContactForces {
     void take_revision(std::size_t r);
     void take_revisions(ConstField position, Field change, const Parallel& parallel);
     std::vector<Revision> revisions_;
-    std::vector<Vec3> pulled_;  // N, per handle
-    bool listed_ = false;       // products_ are those of the rows
-    bool same_rows_ = false;    // but for their stiffness
+    std::vector<Vec3> handle_forces_;  // N, per handle
+    bool listed_ = false;              // products_ are those of the rows
+    bool same_rows_ = false;           // but for their stiffness
     ContactProducts products_;
-    std::vector<std::size_t> phyxel_count_;  // per part
-    std::vector<double> pull_before_;        // N/m, per pull
+    std::vector<std::size_t> phyxel_count_;        // per part
+    std::vector<double> handle_stiffness_before_;  // N/m, per pull
     ChunkSumOf<ForceSums> revise_sum_;
     std::size_t pushing_ = 0;
     double energy_ = 0;  // J

@@ -10,25 +10,26 @@ void ContactImpulses::begin(const ContactInput& input, std::span<const Part> par
     dt_ = dt;
     parts_.assign(parts.begin(), parts.end());
     rows_.clear();
-    MemoryFinder finder(input.memory);
+    CachedContactFinder finder(input.cached);
     for (std::uint32_t c = 0; c < input.contacts.size(); ++c) {
         const Contact& contact = input.contacts[c];
         Row row;
         row.contact = c;
-        row.lift = finder.find(contact.key) ? contact.lift : 0;
+        row.max_depenetration = finder.find(contact.key) ? contact.max_depenetration : 0;
         double sign = 1;
         for (const ContactSide* side : {&contact.upper, &contact.lower}) {
             for (std::uint32_t k = 0; k < side->count; ++k) {
                 const Part& part = parts_[side->part];
                 const std::uint32_t i = side->phyxel[k];
                 row.start += sign * side->weight[k] * part.start[i];
-                if (part.fixed[i] == 0) row.mobility += side->weight[k] * side->weight[k] / part.inertia[i];
+                if (part.fixed[i] == 0)
+                    row.mobility += side->weight[k] * side->weight[k] / part.effective_mass[i];
             }
             sign = -1;
         }
         if (row.mobility > 0) rows_.push_back(row);
     }
-    if (input_.pull_forces) input_.pull_forces->assign(input_.pull_limits.size(), Vec3::Zero());
+    if (input_.handle_forces) input_.handle_forces->assign(input_.handle_force_limits.size(), Vec3::Zero());
 }
 
 // field += impulse times inverse mass, on both sides.
@@ -40,24 +41,24 @@ void ContactImpulses::push(const Row& row, const Vec3& impulse, Field field) con
         for (std::uint32_t k = 0; k < side->count; ++k) {
             const std::uint32_t i = side->phyxel[k];
             if (part.fixed[i] == 0)
-                field[side->part][i] += sign * side->weight[k] / part.inertia[i] * impulse;
+                field[side->part][i] += sign * side->weight[k] / part.effective_mass[i] * impulse;
         }
         sign = -1;
     }
 }
 
-void ContactImpulses::put_apart(Field position, double done) {
+void ContactImpulses::separate_points(Field position, double done) {
     for (Row& row : rows_) {
         const Contact& contact = input_.contacts[row.contact];
         const Vec3 way = side_value(contact.upper, position) - side_value(contact.lower, position) -
-                         row.start - done * contact.drive;
+                         row.start - done * contact.surface_displacement;
         // One that was already too deep is lifted gently: a jump would make energy.
-        const double allowed = std::min(contact.gap + done * row.lift, 0.0);
+        const double rest_gap = std::min(contact.gap + done * row.max_depenetration, 0.0);
         const double gap = contact.gap + contact.normal.dot(way);
-        row.touches = gap < allowed;
+        row.touches = gap < rest_gap;
         if (!row.touches || !std::isfinite(gap)) continue;
         row.touched = true;
-        push(row, (allowed - gap) / row.mobility * contact.normal, position);
+        push(row, (rest_gap - gap) / row.mobility * contact.normal, position);
     }
 }
 
@@ -65,8 +66,8 @@ void ContactImpulses::stop(Field velocity) {
     for (Row& row : rows_) {
         if (!row.touches) continue;
         const Contact& contact = input_.contacts[row.contact];
-        const Vec3 way =
-            side_value(contact.upper, velocity) - side_value(contact.lower, velocity) - contact.drive / dt_;
+        const Vec3 way = side_value(contact.upper, velocity) - side_value(contact.lower, velocity) -
+                         contact.surface_displacement / dt_;
         const double approach = -contact.normal.dot(way);
         if (!(approach > 0)) continue;
         const Vec3 sliding = way + approach * contact.normal;
@@ -89,21 +90,23 @@ void ContactImpulses::finish(std::span<const std::span<std::uint8_t>> touching) 
         for (const ContactSide* side : {&contact.upper, &contact.lower})
             for (std::uint32_t k = 0; k < side->count; ++k) touching[side->part][side->phyxel[k]] = 1;
     }
-    if (input_.memory) input_.memory->swap(next_);
+    if (input_.cached) input_.cached->swap(next_);
 }
 
-void ContactImpulses::add_pulls(ConstField position, Field force) {
-    std::vector<Vec3> total(input_.pull_limits.size(), Vec3::Zero());
-    const auto of = [&](const Pull& p) { return Vec3(p.stiffness * (p.place - position[p.part][p.phyxel])); };
-    for (const Pull& p : input_.pulls) total[p.handle] += of(p);
-    for (const Pull& p : input_.pulls) {
-        const double all = total[p.handle].norm(), limit = input_.pull_limits[p.handle];
+void ContactImpulses::add_handle_springs(ConstField position, Field force) {
+    std::vector<Vec3> total(input_.handle_force_limits.size(), Vec3::Zero());
+    const auto of = [&](const HandleSpring& p) {
+        return Vec3(p.stiffness * (p.target - position[p.part][p.phyxel]));
+    };
+    for (const HandleSpring& p : input_.handle_springs) total[p.handle] += of(p);
+    for (const HandleSpring& p : input_.handle_springs) {
+        const double all = total[p.handle].norm(), limit = input_.handle_force_limits[p.handle];
         force[p.part][p.phyxel] += (all > limit ? limit / all : 1) * of(p);
     }
-    if (!input_.pull_forces) return;
+    if (!input_.handle_forces) return;
     for (std::size_t h = 0; h < total.size(); ++h) {
-        const double all = total[h].norm(), limit = input_.pull_limits[h];
-        (*input_.pull_forces)[h] = (all > limit ? limit / all : 1) * total[h];
+        const double all = total[h].norm(), limit = input_.handle_force_limits[h];
+        (*input_.handle_forces)[h] = (all > limit ? limit / all : 1) * total[h];
     }
 }
 

@@ -70,7 +70,7 @@ void ContactProducts::add(const Contact& contact, double along, double across) {
     }
 }
 
-void ContactProducts::add(const Pull& pull, double stiffness) {
+void ContactProducts::add(const HandleSpring& pull, double stiffness) {
     Spring spring;
     spring.across = static_cast<float>(stiffness);
     spring.first = static_cast<std::uint32_t>(ends_.size());

@@ -39,7 +39,7 @@ class ContactProducts {
     void clear(std::span<const std::size_t> phyxels);
     /// along: N/m, in the direction of the contact's normal; across: N/m, in its plane.
     void add(const Contact& contact, double along, double across);
-    void add(const Pull& pull, double stiffness);
+    void add(const HandleSpring& pull, double stiffness);
     /// Changes the stiffness of a spring, by its number in order of adding.
     void set(std::size_t spring, double along, double across);
     /// Ends a list.

@@ -12,9 +12,9 @@ namespace splitcubes::meshless {
 namespace {
 
 // A change of contact force that moves a piece by so many lifts in a step is a jolt.
-constexpr double jolt_lifts = 2;
+constexpr double force_jump_depenetrations = 2;
 // Times the tolerance, while contacts still change: as of bodies without.
-constexpr double early_looseness = 100;
+constexpr double early_tolerance_factor = 100;
 
 }  // namespace
 
@@ -99,21 +99,21 @@ bool ImplicitSolver::Group::revise(bool only_add) {
 void ImplicitSolver::Group::solve_with_contacts() {
     clear_contacts();
     refresh_contacts();
-    looseness = forces->empty() ? 1 : early_looseness;
+    tolerance_factor = forces->empty() ? 1 : early_tolerance_factor;
     solve(true);
     for (int pass = 0; pass < max_contact_passes; ++pass) {
         const bool changed = revise(pass >= letting_go_passes);
-        if (!changed && looseness == 1) break;
-        if (!changed || pass + 1 >= letting_go_passes) looseness = 1;
+        if (!changed && tolerance_factor == 1) break;
+        if (!changed || pass + 1 >= letting_go_passes) tolerance_factor = 1;
         solve(false);
     }
-    looseness = 1;
+    tolerance_factor = 1;
 }
 
 // A piece that begins or ends to be pushed somewhere has no history to go on from: extrapolated past the
 // change, BDF2 makes energy where something rolls from contact to contact.
 void ImplicitSolver::Group::break_switched(const ContactInput& contacts) {
-    for (std::size_t c = 0; contacts.memory && c < pushed_before.size(); ++c) {
+    for (std::size_t c = 0; contacts.cached && c < pushed_before.size(); ++c) {
         if (forces->pushes(c) == (pushed_before[c] != 0)) continue;
         const Contact& contact = contacts.contacts[c];
         for (const ContactSide* side : {&contact.upper, &contact.lower})
@@ -174,7 +174,7 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
     group.forces->finish(group.place, group.touching, parallel);
     group.break_switched(contacts);
     group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
-        s.find_jolts(job, *group.forces, contacts, k);
+        s.find_force_jumps(job, *group.forces, contacts, k);
         s.take_step(job);
         s.bind_pieces(job, contacts, k);
     });
@@ -201,17 +201,19 @@ void ImplicitSolver::find_hits(const Job& job, const ContactInput& contacts,
 
 // Pieces whose contacts push very differently than a step ago: no history to go on from, as
 // of those that are hit.
-void ImplicitSolver::find_jolts(const Job& job, const ContactForces& forces, const ContactInput& contacts,
-                                std::uint32_t part) {
+void ImplicitSolver::find_force_jumps(const Job& job, const ContactForces& forces,
+                                      const ContactInput& contacts, std::uint32_t part) {
     if (contacts.contacts.empty()) return;
     change_.assign(hit_.size() - 1, Vec3::Zero());
     forces.add_changes(part, job.phyxels.piece, change_);
     piece_mass_.assign(change_.size(), 0);
     for (std::size_t i = 0; i < job.phyxels.size(); ++i)
         if (piece_of(job, i) < piece_mass_.size()) piece_mass_[piece_of(job, i)] += job.phyxels.mass[i];
-    const double lift = forces.least_lift();
+    const double max_depenetration = forces.min_depenetration();
     for (std::size_t k = 0; k < change_.size(); ++k)
-        if (change_[k].norm() * job.input.dt * job.input.dt > jolt_lifts * lift * piece_mass_[k]) hit_[k] = 1;
+        if (change_[k].norm() * job.input.dt * job.input.dt >
+            force_jump_depenetrations * max_depenetration * piece_mass_[k])
+            hit_[k] = 1;
 }
 
 void ImplicitSolver::prepare(const Job& job) {
@@ -238,7 +240,7 @@ void ImplicitSolver::bind_pieces(const Job& job, const ContactInput& contacts, s
     const Phyxels& phyxels = job.phyxels;
     for (std::size_t i = 0; i < phyxels.size(); ++i)
         if (held_[i] != 0 || failed_[i] != 0) momenta_.bind(phyxels.piece[i]);
-    for (const Pull& pull : contacts.pulls)
+    for (const HandleSpring& pull : contacts.handle_springs)
         if (pull.part == part) momenta_.bind(phyxels.piece[pull.phyxel]);
     momenta_.join_touching(phyxels, contacts, part);
 }
@@ -259,7 +261,7 @@ void ImplicitSolver::restore_shared(Group& group, const ContactInput& contacts) 
     const auto slot_of = [&](std::uint32_t part, std::uint32_t phyxel) {
         return first[part] + group.solvers[part]->piece_of(group.jobs[part], phyxel);
     };
-    MemoryFinder finder(contacts.memory);
+    CachedContactFinder finder(contacts.cached);
     for (const Contact& c : contacts.contacts) {
         if (!finder.find(c.key)) continue;
         const std::size_t upper = slot_of(c.upper.part, c.upper.phyxel[0]);
@@ -272,7 +274,7 @@ void ImplicitSolver::restore_shared(Group& group, const ContactInput& contacts) 
         const std::size_t a = root(upper), b = root(lower);
         joined[std::max(a, b)] = std::min(a, b);
     }
-    for (const Pull& pull : contacts.pulls) bound[slot_of(pull.part, pull.phyxel)] = 1;
+    for (const HandleSpring& pull : contacts.handle_springs) bound[slot_of(pull.part, pull.phyxel)] = 1;
     group.each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
         bound[first[k + 1] - 1] = 1;
         for (std::uint32_t i = 0; i < s.held_.size(); ++i)
@@ -316,7 +318,7 @@ void ImplicitSolver::Group::restore(std::size_t set, const SetOf& set_of) {
         const Vec3 mean = sum.linear / sum.mass;
         every([&](double m, const Vec3& x, const Vec3& v) {
             const Vec3 arm = x - sum.centre;
-            sum.spin += m * arm.cross(v - mean);
+            sum.angular_momentum += m * arm.cross(v - mean);
             sum.inertia += m * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
         });
         return sum;
@@ -326,11 +328,12 @@ void ImplicitSolver::Group::restore(std::size_t set, const SetOf& set_of) {
     for (const bool moving : {true, false}) {
         const Momenta now = sum_up(false);
         const Vec3 shift = (wanted.linear - now.linear) / now.mass;
-        const Vec3 turning = angular_velocity(now.inertia, wanted.spin - now.spin);
+        const Vec3 rotation_rate =
+            angular_velocity(now.inertia, wanted.angular_momentum - now.angular_momentum);
         each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
             for (std::uint32_t i = 0; i < job.phyxels.size(); ++i) {
                 if (set_of(k, i) != set) continue;
-                const Vec3 change = shift + turning.cross(job.phyxels.position[i] - now.centre);
+                const Vec3 change = shift + rotation_rate.cross(job.phyxels.position[i] - now.centre);
                 job.phyxels.velocity[i] += change;
                 if (moving) job.phyxels.position[i] += s.b_[i] * change;
             }

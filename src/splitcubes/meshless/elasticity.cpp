@@ -77,8 +77,8 @@ void update_deformation(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, 
                         phyxels.deformation, phyxels.rotation, parallel);
 }
 
-Mat3 told_plastic_strain(const Neighbourhoods& neighbourhoods, const Material& material, std::size_t i,
-                         std::span<const Mat3> plastic_strain) {
+Mat3 resolved_plastic_strain(const Neighbourhoods& neighbourhoods, const Material& material, std::size_t i,
+                             std::span<const Mat3> plastic_strain) {
     if (!material.plasticity) return Mat3::Zero();
     if (neighbourhoods.rank()[i] == 3) return plastic_strain[i];
     const Mat3 projection = neighbourhoods.kept_directions(i);
@@ -104,9 +104,9 @@ double ElasticForces::energy(const Neighbourhoods& neighbourhoods, const Materia
             // One without neighbours is as it was left: nothing works against it.
             if (neighbourhoods.rank()[i] > 0)
                 energy += neighbourhoods.volume()[i] *
-                              energy_density(
-                                  material, state.deformation[i], state.rotation[i],
-                                  told_plastic_strain(neighbourhoods, material, i, state.plastic_strain)) +
+                              energy_density(material, state.deformation[i], state.rotation[i],
+                                             resolved_plastic_strain(neighbourhoods, material, i,
+                                                                     state.plastic_strain)) +
                           penalty_energy(neighbourhoods, i, state.deformation[i], state.position);
         return energy;
     });
@@ -141,9 +141,10 @@ void ElasticForces::forces(const Neighbourhoods& neighbourhoods, const Material&
     const std::size_t n = neighbourhoods.size();
     tension_.resize(n);
     for_phyxels(parallel, n, [&](std::size_t i) {
-        tension_[i] = neighbourhoods.volume()[i] *
-                      piola_stress(material, state.deformation[i], state.rotation[i],
-                                   told_plastic_strain(neighbourhoods, material, i, state.plastic_strain));
+        tension_[i] =
+            neighbourhoods.volume()[i] *
+            piola_stress(material, state.deformation[i], state.rotation[i],
+                         resolved_plastic_strain(neighbourhoods, material, i, state.plastic_strain));
     });
     for_phyxels(parallel, n, [&](std::size_t i) {
         force[i] = gather_force(neighbourhoods, i, state.deformation, state.position);
@@ -154,18 +155,18 @@ void ElasticForces::linearise(const Neighbourhoods& neighbourhoods, const Materi
                               const ElasticState& state, const Parallel& parallel) {
     const std::size_t n = neighbourhoods.size();
     frame_.clear();
-    turning_.clear();
+    majorizer_.clear();
     tangent_.clear();
-    if (frame_is_all(material)) {
+    if (is_frame_sufficient(material)) {
         frame_.assign(state.rotation.begin(), state.rotation.end());
-        turning_.resize(n);
-        for (std::size_t i = 0; i < n; ++i) turning_[i] = turning_resistance(state.deformation[i], frame_[i]);
+        majorizer_.resize(n);
+        for (std::size_t i = 0; i < n; ++i) majorizer_[i] = majorizer_share(state.deformation[i], frame_[i]);
         return;
     }
     tangent_.resize(n);
     for_phyxels(parallel, n, [&](std::size_t i) {
         tangent_[i] = tangent(material, state.deformation[i], state.rotation[i],
-                              told_plastic_strain(neighbourhoods, material, i, state.plastic_strain));
+                              resolved_plastic_strain(neighbourhoods, material, i, state.plastic_strain));
     });
 }
 
@@ -186,7 +187,7 @@ double ElasticForces::apply_stiffness(const Neighbourhoods& neighbourhoods, cons
         gradient_[i] = dF;
         tension_[i] = neighbourhoods.volume()[i] *
                       (frame_.empty() ? stress_change(material, tangent_[i], dF)
-                                      : stress_change(material, frame_[i], turning_[i], dF));
+                                      : stress_change(material, frame_[i], majorizer_[i], dF));
     });
     return sum_(parallel, n, [&](std::size_t begin, std::size_t end) {
         double product = 0;

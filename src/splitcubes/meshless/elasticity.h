@@ -41,8 +41,8 @@ bool complete_deformation(const Neighbourhoods& neighbourhoods, std::size_t i, c
 
 /// The part of a plastic strain in the directions that phyxel i's neighbours tell: across
 /// them the material has no strain, and stress there would make a torque.
-Mat3 told_plastic_strain(const Neighbourhoods& neighbourhoods, const Material& material, std::size_t i,
-                         std::span<const Mat3> plastic_strain);
+Mat3 resolved_plastic_strain(const Neighbourhoods& neighbourhoods, const Material& material, std::size_t i,
+                             std::span<const Mat3> plastic_strain);
 
 /// Writes phyxels.deformation and rotation from its positions: after a rebuild,
 /// where something is to read them before the next step.
@@ -89,11 +89,11 @@ class ElasticForces {
     Vec3 gather_force(const Neighbourhoods& neighbourhoods, std::size_t i, std::span<const Mat3> gradient,
                       std::span<const Vec3> displacement) const;
 
-    std::vector<Mat3> gradient_;    // per phyxel, sum_j (dx_j - dx_i) g_ij^T
-    std::vector<Mat3> tension_;     // per phyxel, V P, N m
-    std::vector<Mat3> frame_;       // per phyxel, where frame_is_all
-    std::vector<double> turning_;   // per phyxel, where frame_is_all
-    std::vector<Tangent> tangent_;  // per phyxel, else
+    std::vector<Mat3> gradient_;     // per phyxel, sum_j (dx_j - dx_i) g_ij^T
+    std::vector<Mat3> tension_;      // per phyxel, V P, N m
+    std::vector<Mat3> frame_;        // per phyxel, where is_frame_sufficient
+    std::vector<double> majorizer_;  // per phyxel, where is_frame_sufficient
+    std::vector<Tangent> tangent_;   // per phyxel, else
     ChunkSum sum_;
 };
 

@@ -140,8 +140,8 @@ void EnergyGuard::begin(const Phyxels& phyxels, const Neighbourhoods& neighbourh
     if (phyxels.history_step > 0) return;
     // Before the first step: however it was placed is what it has.
     rows_.resize(phyxels.size());
-    elastic_.take_state(neighbourhoods, material, place_of(phyxels), parallel);
-    elastic_.energy(place_of(phyxels), parallel, rows_);
+    elastic_.take_state(neighbourhoods, material, configuration_of(phyxels), parallel);
+    elastic_.energy(configuration_of(phyxels), parallel, rows_);
     const std::vector<double>& elastic = elastic_by_piece(phyxels, rows_);
     for (std::size_t k = 0; k < start_.size(); ++k) start_[k].elastic = elastic[k];
 }
@@ -162,9 +162,9 @@ void EnergyGuard::count_contacts(const Phyxels& phyxels, const ContactInput& con
         const double work = force.dot(way);
         pushed_[slot(phyxels, side.phyxel[0])] += work + work_slack * std::abs(work);
     };
-    MemoryFinder finder(contacts.memory);
+    CachedContactFinder finder(contacts.cached);
     for (const Contact& contact : contacts.contacts) {
-        const ContactMemory* const pushed = finder.find(contact.key);
+        const CachedContact* const pushed = finder.find(contact.key);
         if (pushed == nullptr) continue;
         add(contact.upper, pushed->force);
         add(contact.lower, -pushed->force);
@@ -172,7 +172,7 @@ void EnergyGuard::count_contacts(const Phyxels& phyxels, const ContactInput& con
     // What stops a piece in the last substep took less than that force along the whole way.
     if (!of_whole_step)
         for (double& work : pushed_) work = std::max(0.0, work);
-    for (const Pull& pull : contacts.pulls)
+    for (const HandleSpring& pull : contacts.handle_springs)
         if (pull.part == part && is_counted(phyxels, pull.phyxel))
             pushed_[slot(phyxels, pull.phyxel)] = std::numeric_limits<double>::infinity();
 }
@@ -199,7 +199,7 @@ double EnergyGuard::work_along(const Material& material, const StepInput& input,
 void EnergyGuard::add_hold_work(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
                                 const Material& material, const StepInput& input, const Parallel& parallel) {
     force_.resize(phyxels.size());
-    const auto work_at = [&](const SlicedElasticity::Place& place, std::vector<double>& work) {
+    const auto work_at = [&](const SlicedElasticity::Configuration& place, std::vector<double>& work) {
         elastic_.take_state(neighbourhoods, material, place, parallel);
         elastic_.forces(force_, parallel);
         work.assign(start_.size(), 0);
@@ -210,7 +210,7 @@ void EnergyGuard::add_hold_work(const Phyxels& phyxels, const Neighbourhoods& ne
     work_at({phyxels.rest_position, position_, rotation_,
              material.plasticity ? std::span<const Mat3>(plastic_strain_) : std::span<const Mat3>()},
             hold_work_);
-    work_at(place_of(phyxels), most_);
+    work_at(configuration_of(phyxels), most_);
     for (std::size_t k = 0; k < hold_work_.size(); ++k) hold_work_[k] = std::max(hold_work_[k], most_[k]);
 }
 
@@ -294,7 +294,7 @@ bool EnergyGuard::find_strained(const Phyxels& phyxels, const Neighbourhoods& ne
     rows_.resize(phyxels.size());
     const std::span<const Mat3> plastic =
         material.plasticity ? std::span<const Mat3>(plastic_strain_) : std::span<const Mat3>();
-    const SlicedElasticity::Place start{phyxels.rest_position, position_, rotation_, plastic};
+    const SlicedElasticity::Configuration start{phyxels.rest_position, position_, rotation_, plastic};
     elastic_.take_state(neighbourhoods, material, start, parallel);
     elastic_.energy(start, parallel, rows_);
     const std::vector<double>& elastic = elastic_by_piece(phyxels, rows_);
@@ -317,8 +317,9 @@ void EnergyGuard::find_rigid_motions(const Phyxels& phyxels, const Parallel& par
 double EnergyGuard::rigid_energy(std::size_t k) const {
     if (start_[k].held_mass > 0) return 0;
     const Momenta& now = after_[k];
-    const double spin = 0.5 * now.spin.dot(angular_velocity(now.inertia, now.spin));
-    return verdict_[k].free ? spin : spin + now.linear.squaredNorm() / (2 * now.mass);
+    const double angular_momentum =
+        0.5 * now.angular_momentum.dot(angular_velocity(now.inertia, now.angular_momentum));
+    return verdict_[k].free ? angular_momentum : angular_momentum + now.linear.squaredNorm() / (2 * now.mass);
 }
 
 void EnergyGuard::go_back(Phyxels& phyxels) const {
@@ -343,8 +344,8 @@ void EnergyGuard::place_between(Phyxels& phyxels, const StepInput& input, double
         const std::size_t k = slot(phyxels, i);
         Vec3 stiff = position_[i];
         if (start_[k].held_mass <= 0) {
-            const Vec3 turning = angular_velocity(before_[k].inertia, before_[k].spin);
-            stiff = after_[k].centre + turn_by(input.dt * turning) * (position_[i] - before_[k].centre);
+            const Vec3 rotation_rate = angular_velocity(before_[k].inertia, before_[k].angular_momentum);
+            stiff = after_[k].centre + turn_by(input.dt * rotation_rate) * (position_[i] - before_[k].centre);
         } else if (start_[k].one_way) {
             stiff += start_[k].held_way;
         }
@@ -353,8 +354,9 @@ void EnergyGuard::place_between(Phyxels& phyxels, const StepInput& input, double
 }
 
 // Takes the deformation of the step back by halves, of pieces that cannot pay for it.
-void EnergyGuard::unstrain(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-                           const StepInput& input, const Parallel& parallel) {
+void EnergyGuard::relax_excess_strain(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                      const Material& material, const StepInput& input,
+                                      const Parallel& parallel) {
     held_back_.assign(start_.size(), 0);
     for (std::size_t k = 0; k < start_.size(); ++k) held_back_[k] = verdict_[k].strained;
     bool any = true;
@@ -371,8 +373,8 @@ void EnergyGuard::unstrain(Phyxels& phyxels, const Neighbourhoods& neighbourhood
     for (int k = 0; k <= halvings && any; ++k) {
         share = k < halvings ? 0.5 * share : 0;
         place_between(phyxels, input, share);
-        elastic_.take_state(neighbourhoods, material, place_of(phyxels), parallel);
-        elastic_.energy(place_of(phyxels), parallel, phyxels.elastic_energy);
+        elastic_.take_state(neighbourhoods, material, configuration_of(phyxels), parallel);
+        elastic_.energy(configuration_of(phyxels), parallel, phyxels.elastic_energy);
         const std::vector<double>& elastic = elastic_by_piece(phyxels, phyxels.elastic_energy);
         any = false;
         for (std::size_t p = 0; p < start_.size(); ++p) {
@@ -406,13 +408,14 @@ void EnergyGuard::scale_velocities(Phyxels& phyxels, const StepInput& input) {
             continue;
         }
         before_[k].linear = after_[k].linear / after_[k].mass;
-        before_[k].spin = angular_velocity(after_[k].inertia, after_[k].spin);
+        before_[k].angular_momentum = angular_velocity(after_[k].inertia, after_[k].angular_momentum);
     }
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
         if (!is_counted(phyxels, i) || is_held(input, i)) continue;
         const std::size_t k = slot(phyxels, i);
         if (!verdict_[k].over) continue;
-        const Vec3 stiff = before_[k].linear + before_[k].spin.cross(phyxels.position[i] - after_[k].centre);
+        const Vec3 stiff =
+            before_[k].linear + before_[k].angular_momentum.cross(phyxels.position[i] - after_[k].centre);
         const Vec3 inner = phyxels.velocity[i] - stiff;
         phyxels.velocity[i] = most_[k] > 0 ? Vec3(stiff + most_[k] * inner) : stiff;
         phyxels.history_broken[i] = 1;
@@ -425,21 +428,21 @@ void EnergyGuard::settle(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
         const double before = report.kinetic_energy + report.elastic_energy;
         bool strained = false;
         for (const Verdict& verdict : verdict_) {
-            report.overdrawn += verdict.over;
+            report.has_energy_excess += verdict.over;
             strained = strained || verdict.strained;
         }
         if (strained) {
-            unstrain(phyxels, neighbourhoods, material, input, parallel);
+            relax_excess_strain(phyxels, neighbourhoods, material, input, parallel);
             // Momenta stay, and are those about the new places' centres.
             const std::vector<Momenta> kept = after_;
             find_rigid_motions(phyxels, parallel);
             for (std::size_t k = 0; k < kept.size(); ++k) {
                 after_[k].linear = kept[k].linear;
-                after_[k].spin = kept[k].spin;
+                after_[k].angular_momentum = kept[k].angular_momentum;
             }
         }
         scale_velocities(phyxels, input);
-        elastic_.take_state(neighbourhoods, material, place_of(phyxels), parallel);
+        elastic_.take_state(neighbourhoods, material, configuration_of(phyxels), parallel);
         report.inverted = report.rank_deficient = 0;
         report.kinetic_energy = 0;
         describe_(phyxels, neighbourhoods, elastic_, report, parallel);

@@ -29,7 +29,7 @@ namespace splitcubes::meshless {
 /// Mending, the first that does:
 /// 1. The velocities less the piece's rigid motion are scaled. Linear and angular momentum
 ///    stay. This is all where the elastic energy alone can be paid for, or nearly.
-/// 2. Else the step is taken again, in finer parts (AnySolver).
+/// 2. Else the step is taken again, in finer parts (TimeIntegrator).
 /// 3. Else the piece's rigid motion stays, what deformed is halved until the elastic energy is no more
 ///    than that before the step or what can be paid, and motion other than rigid ends.
 /// Where a cut raised the elastic energy of phyxels that did not move, the account is
@@ -120,8 +120,8 @@ class EnergyGuard {
                        const Parallel& parallel);
     void find_rigid_motions(const Phyxels& phyxels, const Parallel& parallel);
     double rigid_energy(std::size_t k) const;
-    void unstrain(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-                  const StepInput& input, const Parallel& parallel);
+    void relax_excess_strain(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+                             const StepInput& input, const Parallel& parallel);
     void place_between(Phyxels& phyxels, const StepInput& input, double share) const;
     void scale_velocities(Phyxels& phyxels, const StepInput& input);
     void write_reserves(Phyxels& phyxels, const Parallel& parallel);

@@ -20,8 +20,8 @@ struct Margin {
 };
 constexpr Margin steady_margin{0.6, 0.45, 0.7}, growing_margin{0.5, 0.35, 0.65};
 // Rounds of power iteration from nothing, and again within a step.
-constexpr int first_rounds = 16;
-constexpr int further_rounds = 4;
+constexpr int first_iterations = 16;
+constexpr int further_iterations = 4;
 // After so many substeps, or when the largest |F|^2 has grown by this factor, a
 // stiffness that depends on the stretch is looked at again.
 constexpr int substeps_between = 8;
@@ -39,7 +39,7 @@ SolverReport ExplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighb
     const Job job{phyxels, neighbourhoods, material, input, parallel, std::max(options.refinement, 1)};
     SolverReport report;
     begin(job);
-    const std::array<ContactImpulses::Part, 1> parts = {{{start_position_, inertia_, held_}}};
+    const std::array<ContactImpulses::Part, 1> parts = {{{start_position_, effective_mass_, held_}}};
     contacts_.begin(input.contacts, parts, input.dt);
     report.substeps = take_substeps(job);
     const std::array<std::span<std::uint8_t>, 1> touching = {phyxels.touching};
@@ -52,7 +52,7 @@ SolverReport ExplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighb
         phyxels.history_broken[i] = held_[i] != 0 || failed_[i] != 0;
         report.non_finite += failed_[i];
     }
-    if (input.contacts.memory) report.contacts = input.contacts.memory->size();
+    if (input.contacts.cached) report.contacts = input.contacts.cached->size();
     phyxels.history_step = input.dt;
     describe_(phyxels, neighbourhoods, elastic_, report, parallel);
     return report;
@@ -65,11 +65,11 @@ void ExplicitSolver::begin(const Job& job) {
     double total = 0;
     for (const double m : phyxels.mass) total += m;
     const double least = total > 0 ? least_mass_share * total / static_cast<double>(n) : 1;
-    inertia_.resize(n);
+    effective_mass_.resize(n);
     inverse_inertia_.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
-        inertia_[i] = std::max(phyxels.mass[i], least);
-        inverse_inertia_[i] = 1 / inertia_[i];
+        effective_mass_[i] = std::max(phyxels.mass[i], least);
+        inverse_inertia_[i] = 1 / effective_mass_[i];
     }
     none_.assign(n, 0);
     for (auto* array : {&force_, &damping_, &mode_, &image_}) array->assign(n, Vec3::Zero());
@@ -106,20 +106,20 @@ void ExplicitSolver::draw_mode(const Job& job) {
 }
 
 // w, rad/s, from below, going on from mode_, which goes over to that of w.
-double ExplicitSolver::highest_frequency(const Job& job, int rounds) {
+double ExplicitSolver::highest_frequency(const Job& job, int iterations) {
     const std::size_t n = job.phyxels.size();
     double frequency = 0;
-    for (int round = 0; round < rounds; ++round) {
+    for (int iteration = 0; iteration < iterations; ++iteration) {
         elastic_.apply_stiffness(1, none_, mode_, image_, job.parallel);
         const auto norm = [&](const std::vector<Vec3>& of) {
             return std::sqrt(sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
                 double sum = 0;
-                for (std::size_t i = begin; i < end; ++i) sum += inertia_[i] * of[i].squaredNorm();
+                for (std::size_t i = begin; i < end; ++i) sum += effective_mass_[i] * of[i].squaredNorm();
                 return sum;
             }));
         };
         const double before = norm(mode_);
-        for_phyxels(job.parallel, n, [&](std::size_t i) { image_[i] /= inertia_[i]; });
+        for_phyxels(job.parallel, n, [&](std::size_t i) { image_[i] /= effective_mass_[i]; });
         const double after = norm(image_);
         if (!(after > 0) || !(before > 0) || !std::isfinite(after)) return frequency;
         frequency = std::sqrt(after / before);
@@ -132,23 +132,24 @@ double ExplicitSolver::highest_frequency(const Job& job, int rounds) {
 double ExplicitSolver::frequency_at_rest(const Job& job) {
     const double mu = job.material.lame_mu(), lambda = job.material.lame_lambda();
     if (known_.revision == job.neighbourhoods.revision() && known_.mu == mu && known_.lambda == lambda &&
-        known_.inertia == inertia_)
+        known_.effective_mass == effective_mass_)
         return known_.frequency;
     elastic_.take_state(job.neighbourhoods, job.material,
                         {job.phyxels.rest_position, job.phyxels.rest_position, job.phyxels.rotation, {}},
                         job.parallel);
     draw_mode(job);
-    known_ = {job.neighbourhoods.revision(), mu, lambda, inertia_, highest_frequency(job, first_rounds)};
+    known_ = {job.neighbourhoods.revision(), mu, lambda, effective_mass_,
+              highest_frequency(job, first_iterations)};
     return known_.frequency;
 }
 
-double ExplicitSolver::longest_step(const Job& job, int rounds) {
+double ExplicitSolver::longest_step(const Job& job, int iterations) {
     double frequency = 0;
-    if (frame_is_all(job.material)) {
+    if (is_frame_sufficient(job.material)) {
         frequency = frequency_at_rest(job);
     } else {
-        elastic_.take_state(job.neighbourhoods, job.material, place_of(job.phyxels), job.parallel);
-        frequency = highest_frequency(job, rounds);
+        elastic_.take_state(job.neighbourhoods, job.material, configuration_of(job.phyxels), job.parallel);
+        frequency = highest_frequency(job, iterations);
     }
     if (!(frequency > 0)) return std::numeric_limits<double>::infinity();
     const double z = 0.5 * job.material.stiffness_damping * frequency;
@@ -156,10 +157,10 @@ double ExplicitSolver::longest_step(const Job& job, int rounds) {
 }
 
 // Substeps in a whole step of dt: as many as `before` where that will do.
-int ExplicitSolver::substeps_for(const Job& job, int before, int rounds) {
+int ExplicitSolver::substeps_for(const Job& job, int before, int iterations) {
     const double least =
-        job.refinement * job.input.dt / longest_step(job, rounds);  // at the limit of stability
-    const Margin& margin = frame_is_all(job.material) ? steady_margin : growing_margin;
+        job.refinement * job.input.dt / longest_step(job, iterations);  // at the limit of stability
+    const Margin& margin = is_frame_sufficient(job.material) ? steady_margin : growing_margin;
     if (before > 0 && before >= least / margin.most && before <= least / margin.least) return before;
     const double wanted = std::ceil(least / margin.taken);
     if (!(wanted <= most_substeps))
@@ -174,9 +175,9 @@ int ExplicitSolver::take_substeps(const Job& job) {
     const bool changes =
         job.material.model == MaterialModel::st_venant_kirchhoff || job.material.volume_stiffness > 0;
     const bool known = job.phyxels.history_step == dt;
-    if (!frame_is_all(job.material)) draw_mode(job);
-    int per_step = substeps_for(job, known ? job.phyxels.substeps : 0, first_rounds);
-    elastic_.take_state(job.neighbourhoods, job.material, place_of(job.phyxels), job.parallel);
+    if (!is_frame_sufficient(job.material)) draw_mode(job);
+    int per_step = substeps_for(job, known ? job.phyxels.substeps : 0, first_iterations);
+    elastic_.take_state(job.neighbourhoods, job.material, configuration_of(job.phyxels), job.parallel);
     elastic_.read_deformation(job.phyxels.deformation, job.phyxels.rotation, job.parallel);
     find_forces(job);
     double done = 0;  // share of the step
@@ -193,7 +194,7 @@ int ExplicitSolver::take_substeps(const Job& job) {
         taken += k;
         done = k == count ? 1 : done + k * share;
         // Within a step they can only become shorter.
-        if (done < 1) per_step = std::max(per_step, substeps_for(job, per_step, further_rounds));
+        if (done < 1) per_step = std::max(per_step, substeps_for(job, per_step, further_iterations));
     }
     elastic_.read_deformation(job.phyxels.deformation, job.phyxels.rotation, job.parallel);
     job.phyxels.substeps = per_step;
@@ -220,20 +221,20 @@ void ExplicitSolver::substep(const Job& job, double h, double done) {
 }
 
 void ExplicitSolver::deform(const Job& job, double h) {
-    if (!frame_is_all(job.material))
+    if (!is_frame_sufficient(job.material))
         deform_and_flow(job.phyxels, job.neighbourhoods, job.material, h, elastic_, job.parallel);
     // Where it has flowed the stress is another.
-    if (frame_is_all(job.material) || job.material.plasticity)
-        elastic_.take_state(job.neighbourhoods, job.material, place_of(job.phyxels), job.parallel);
+    if (is_frame_sufficient(job.material) || job.material.plasticity)
+        elastic_.take_state(job.neighbourhoods, job.material, configuration_of(job.phyxels), job.parallel);
 }
 
 // Elastic force here, and stiffness damping at the velocity half a substep ago.
 void ExplicitSolver::find_forces(const Job& job) {
     elastic_.forces(force_, job.parallel);
-    if (!job.input.contacts.pulls.empty()) {
+    if (!job.input.contacts.handle_springs.empty()) {
         const std::array<std::span<const Vec3>, 1> position = {job.phyxels.position};
         const std::array<std::span<Vec3>, 1> force = {force_};
-        contacts_.add_pulls(position, force);
+        contacts_.add_handle_springs(position, force);
     }
     if (!(job.material.stiffness_damping > 0)) return;
     elastic_.apply_stiffness(job.material.stiffness_damping, none_, job.phyxels.velocity, damping_,
@@ -274,13 +275,14 @@ void ExplicitSolver::drift(const Job& job, double h, double done) {
         }
     });
     const std::array<std::span<Vec3>, 1> position = {phyxels.position};
-    contacts_.put_apart(position, done);
+    contacts_.separate_points(position, done);
 }
 
 void ExplicitSolver::restore_momenta(const Job& job) {
     for (std::size_t i = 0; i < job.phyxels.size(); ++i)
         if (held_[i] != 0 || failed_[i] != 0) momenta_.bind(job.phyxels.piece[i]);
-    for (const Pull& pull : job.input.contacts.pulls) momenta_.bind(job.phyxels.piece[pull.phyxel]);
+    for (const HandleSpring& pull : job.input.contacts.handle_springs)
+        momenta_.bind(job.phyxels.piece[pull.phyxel]);
     momenta_.join_touching(job.phyxels, job.input.contacts, 0);
     const double kept = std::exp(-job.material.mass_damping * job.input.dt);
     if (kept > 0)

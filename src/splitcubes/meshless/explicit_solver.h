@@ -49,11 +49,11 @@ class ExplicitSolver {
     };
     void begin(const Job& job);
     void draw_mode(const Job& job);
-    double highest_frequency(const Job& job, int rounds);
+    double highest_frequency(const Job& job, int iterations);
     double frequency_at_rest(const Job& job);
     void deform(const Job& job, double h);
-    double longest_step(const Job& job, int rounds);
-    int substeps_for(const Job& job, int before, int rounds);
+    double longest_step(const Job& job, int iterations);
+    int substeps_for(const Job& job, int before, int iterations);
     int take_substeps(const Job& job);
     double largest_stretch(const Job& job) const;
     void substep(const Job& job, double h, double done);
@@ -68,7 +68,7 @@ class ExplicitSolver {
     ChunkSum sum_;
     MomentumKeeper momenta_;
     ContactImpulses contacts_;
-    std::vector<double> inertia_;                        // kg, per phyxel
+    std::vector<double> effective_mass_;                 // kg, per phyxel
     std::vector<double> inverse_inertia_;                // 1/kg, per phyxel
     std::vector<double> none_;                           // zeros
     std::vector<Vec3> force_, damping_;                  // N
@@ -80,7 +80,7 @@ class ExplicitSolver {
     struct Known {
         std::uint64_t revision = 0;
         double mu = 0, lambda = 0;  // Pa
-        std::vector<double> inertia;
+        std::vector<double> effective_mass;
         double frequency = 0;  // rad/s
     };
     Known known_;

@@ -30,13 +30,13 @@ constexpr double reach_share = 1e-11;
 
 double ImplicitSolver::Group::tolerance() const {
     const double share = forces->empty() ? 1 : contact_tolerance_share;
-    return looseness * share * jobs[0].options.tolerance;
+    return tolerance_factor * share * jobs[0].options.tolerance;
 }
 
 // Square of the residual that is enough after the one that was begun from; closest: by the tolerance. Of
 // what touches something no more than the plain tolerance's.
 double ImplicitSolver::Group::loosest(double closest) const {
-    const double times = forces->empty() ? most_loose : 1 / (looseness * contact_tolerance_share);
+    const double times = forces->empty() ? most_loose : 1 / (tolerance_factor * contact_tolerance_share);
     return std::min(times * times * closest, fall_share * fall_share * furthest);
 }
 
@@ -59,11 +59,11 @@ double ImplicitSolver::Group::residual(bool exact, double& noise) {
         each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { square += s.residual_at_base(job); });
         return square;
     }
-    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { s.image_of_solution(job, exact); });
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { s.stiffness_times_solution(job, exact); });
     if (!forces->empty()) forces->apply(solution, image);
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
         double part = 0;
-        square += s.residual_of_image(job, exact, part);
+        square += s.residual_from_product(job, exact, part);
         noise += part;
     });
     return square;
@@ -99,7 +99,7 @@ void ImplicitSolver::Group::solve(bool anew) {
     each([](ImplicitSolver& s, const Job&, std::uint32_t) { ++s.report_.solves; });
     int left = jobs[0].options.max_iterations;
     double square = anew ? first_residual(closest) : carried_residual();
-    const double early = looseness > 1 ? (anew ? first_early_share : early_share) : 0;
+    const double early = tolerance_factor > 1 ? (anew ? first_early_share : early_share) : 0;
     const double wanted = std::max({closest, loosest(closest), early * early * square});
     if (!anew && wanted < reach_share * furthest) square = first_residual(wanted);
     if (anew) weighed = -1;

@@ -121,7 +121,7 @@ void Neighbourhoods::compute_row(const Pairs& pairs, std::size_t i) {
 
 // Of rank 1, F turns about its line as it likes: unless all neighbours are on the
 // line, a rigid rotation would make a force.
-bool Neighbourhoods::tells_neighbours(std::size_t i) const {
+bool Neighbourhoods::has_resolved_gradient(std::size_t i) const {
     if (rank_[i] != 1) return rank_[i] > 0;
     const Vec3 line = basis_[i].col(0);
     for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
@@ -132,7 +132,7 @@ bool Neighbourhoods::tells_neighbours(std::size_t i) const {
 }
 
 void Neighbourhoods::set_penalty(const Material& material, std::size_t i) {
-    const bool told = base_trace_[i] > 0 && tells_neighbours(i);
+    const bool told = base_trace_[i] > 0 && has_resolved_gradient(i);
     penalty_[i] =
         told ? penalty_factor * material.zero_energy * material.lame_mu() * volume_[i] / base_trace_[i] : 0;
     const double trace = moment_[i].trace();

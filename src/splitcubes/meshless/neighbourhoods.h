@@ -138,7 +138,7 @@ class Neighbourhoods {
 
     void build_structure(const Phyxels& phyxels, const Pairs& pairs, const Parallel& parallel);
     void compute_row(const Pairs& pairs, std::size_t i);
-    bool tells_neighbours(std::size_t i) const;
+    bool has_resolved_gradient(std::size_t i) const;
     void set_penalty(const Material& material, std::size_t i);
     void link_row(std::size_t i);
     void link_back(std::size_t i);

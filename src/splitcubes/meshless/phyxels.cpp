@@ -21,7 +21,7 @@ void add_angular(const Phyxels& phyxels, std::size_t i, Momenta& sum) {
     const double m = phyxels.mass[i];
     const Vec3 arm = phyxels.position[i] - sum.centre;
     const Vec3 relative = phyxels.velocity[i] - sum.linear / sum.mass;
-    sum.spin += m * arm.cross(relative);
+    sum.angular_momentum += m * arm.cross(relative);
     sum.inertia += m * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
 }
 
@@ -83,7 +83,8 @@ Momenta together(std::span<const Momenta> parts) {
     sum.centre /= sum.mass;
     for (const Momenta& part : parts) {
         const Vec3 arm = part.centre - sum.centre;
-        sum.spin += part.spin + arm.cross(part.linear - part.mass / sum.mass * sum.linear);
+        sum.angular_momentum +=
+            part.angular_momentum + arm.cross(part.linear - part.mass / sum.mass * sum.linear);
         sum.inertia +=
             part.inertia + part.mass * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
     }
@@ -122,7 +123,7 @@ void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>
     for (std::size_t k = 0; k < partial.size(); ++k) partial[k] = out[k % pieces];
     each(add_angular);
     for (std::size_t k = 0; k < partial.size(); ++k) {
-        out[k % pieces].spin += partial[k].spin;
+        out[k % pieces].angular_momentum += partial[k].angular_momentum;
         out[k % pieces].inertia += partial[k].inertia;
     }
 }
@@ -142,12 +143,12 @@ Momenta total_momenta(const Phyxels& phyxels) {
     return together(parts);
 }
 
-Vec3 angular_velocity(const Mat3& inertia, const Vec3& spin, double least_inertia) {
+Vec3 angular_velocity(const Mat3& inertia, const Vec3& angular_momentum, double min_inertia) {
     const SymmetricEigen eigen = eigen_symmetric(inertia);
     Vec3 omega = Vec3::Zero();
     for (int k = 0; k < 3; ++k)
-        if (eigen.values[k] > std::max(1e-9 * eigen.values[0], least_inertia))
-            omega += eigen.vectors.col(k) * (eigen.vectors.col(k).dot(spin) / eigen.values[k]);
+        if (eigen.values[k] > std::max(1e-9 * eigen.values[0], min_inertia))
+            omega += eigen.vectors.col(k) * (eigen.vectors.col(k).dot(angular_momentum) / eigen.values[k]);
     return omega;
 }
 

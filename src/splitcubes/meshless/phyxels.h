@@ -68,13 +68,13 @@ struct Phyxels {
 
 /// Sums over a set of phyxels.
 struct Momenta {
-    double mass = 0;              // kg
-    Vec3 centre = Vec3::Zero();   // m, world, centre of mass
-    Vec3 linear = Vec3::Zero();   // kg m/s
-    Vec3 spin = Vec3::Zero();     // kg m^2/s, angular momentum about `centre`
-    Mat3 inertia = Mat3::Zero();  // kg m^2, about `centre`
+    double mass = 0;                       // kg
+    Vec3 centre = Vec3::Zero();            // m, world, centre of mass
+    Vec3 linear = Vec3::Zero();            // kg m/s
+    Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, angular momentum about `centre`
+    Mat3 inertia = Mat3::Zero();           // kg m^2, about `centre`
     /// About the world's origin, kg m^2/s.
-    Vec3 angular() const { return spin + centre.cross(linear); }
+    Vec3 angular() const { return angular_momentum + centre.cross(linear); }
 };
 
 /// Per piece, in the order of phyxels; of rigid pieces their own. Phyxels with a piece
@@ -91,8 +91,8 @@ Momenta together(std::span<const Momenta> parts);
 Momenta total_momenta(const Phyxels& phyxels);
 
 /// Angular velocity that gives a body of this inertia this angular momentum;
-/// axes without inertia (a point, a line) or with less than `least_inertia`
+/// axes without inertia (a point, a line) or with less than `min_inertia`
 /// (kg m^2) get none.
-Vec3 angular_velocity(const Mat3& inertia, const Vec3& spin, double least_inertia = 0);
+Vec3 angular_velocity(const Mat3& inertia, const Vec3& angular_momentum, double min_inertia = 0);
 
 }  // namespace splitcubes::meshless

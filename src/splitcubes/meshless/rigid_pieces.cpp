@@ -14,7 +14,7 @@ namespace {
 
 // Angle that a substep turns by at most, rad.
 constexpr double most_turn = 0.2;
-constexpr int most_rounds = 60;
+constexpr int max_iterations = 60;
 
 Mat3 cross_matrix(const Vec3& v) {
     Mat3 m;
@@ -35,9 +35,9 @@ Mat3 inertia_of(const Mat3& second_moment) {
 // Turns about the axis of its spin at the rate that it turns about it now. The body sees spin where it
 // was, so both spin and energy stay whatever the angle.
 void precess(RigidPiece& body, double dt) {
-    const double spin = body.spin.norm();
-    if (!(spin > 0) || !std::isfinite(spin)) return;
-    const Vec3 axis = body.spin / spin;
+    const double angular_momentum = body.angular_momentum.norm();
+    if (!(angular_momentum > 0) || !std::isfinite(angular_momentum)) return;
+    const Vec3 axis = body.angular_momentum / angular_momentum;
     const double angle = std::remainder(body.angular_velocity().dot(axis) * dt, 2 * std::numbers::pi);
     if (!std::isfinite(angle)) return;
     body.rotation = Quat(Mat3(Eigen::AngleAxisd(angle, axis).toRotationMatrix() * body.rotation))
@@ -52,7 +52,7 @@ Mat3 RigidPiece::inverse_inertia() const {
 }
 
 double RigidPiece::kinetic_energy() const {
-    return 0.5 * (momentum.squaredNorm() / mass + spin.dot(angular_velocity()));
+    return 0.5 * (momentum.squaredNorm() / mass + angular_momentum.dot(angular_velocity()));
 }
 
 void RigidPieces::put(RigidPiece body, std::span<const Vec3> own_points) {
@@ -89,7 +89,8 @@ void weigh(const RigidCubes& cubes, RigidPiece& body) {
 
 void turn_freely(RigidPiece& body, double dt, int most_substeps) {
     const Mat3 inverse = body.inertia.inverse();
-    const double fastest = body.spin.norm() * inverse.norm();  // rad/s, no less than it ever turns
+    const double fastest =
+        body.angular_momentum.norm() * inverse.norm();  // rad/s, no less than it ever turns
     const double wanted = std::ceil(fastest * dt / most_turn);
     if (!(wanted <= std::max(1, most_substeps))) {
         precess(body, dt);
@@ -98,9 +99,9 @@ void turn_freely(RigidPiece& body, double dt, int most_substeps) {
     const int substeps = std::max(1, static_cast<int>(wanted));
     const double h = dt / substeps;
     for (int k = 0; k < substeps; ++k) {
-        const Vec3 before = body.rotation.transpose() * body.spin;
+        const Vec3 before = body.rotation.transpose() * body.angular_momentum;
         Vec3 way = h * (inverse * before);  // rad, own frame
-        for (int round = 0; round < most_rounds; ++round) {
+        for (int iteration = 0; iteration < max_iterations; ++iteration) {
             const Vec3 after = cayley(-way) * before;
             const Vec3 next = h * (inverse * (0.5 * (before + after)));
             const double change = (next - way).norm();
@@ -117,7 +118,7 @@ Momenta momenta_of(const RigidPiece& body) {
     sum.mass = body.mass;
     sum.centre = body.centre;
     sum.linear = body.momentum;
-    sum.spin = body.spin;
+    sum.angular_momentum = body.angular_momentum;
     sum.inertia = body.rotation * body.inertia * body.rotation.transpose();
     return sum;
 }
@@ -129,7 +130,7 @@ void write_phyxels(Phyxels& phyxels) {
         const std::int32_t index = rigid.index(phyxels.piece[i]);
         if (index < 0) continue;
         const RigidPiece& body = rigid.bodies[static_cast<std::size_t>(index)];
-        phyxels.position[i] = body.place_of_rest(phyxels.rest_position[i]);
+        phyxels.position[i] = body.world_point_of_rest(phyxels.rest_position[i]);
         phyxels.velocity[i] = body.velocity_at(phyxels.position[i]);
         phyxels.deformation[i] = body.rotation * body.shape;
         phyxels.rotation[i] = body.rotation;

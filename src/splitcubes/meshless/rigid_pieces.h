@@ -16,42 +16,43 @@ struct Phyxels;
 /// One rigid body. Its own frame has its origin in the centre of mass; a rest point X is
 /// at centre + rotation * shape * (X - rest_centre).
 struct RigidPiece {
-    std::int32_t piece = -1;           // number of the piece
-    double mass = 0;                   // kg, > 0
-    Vec3 rest_centre = Vec3::Zero();   // m, rest space
-    Mat3 shape = Mat3::Identity();     // own frame from rest, symmetric: the stretch that it has kept
-    Mat3 inertia = Mat3::Identity();   // kg m^2, about the centre, own frame, positive definite
-    Vec3 centre = Vec3::Zero();        // m, world, of mass
-    Mat3 rotation = Mat3::Identity();  // world from own frame, det = +1
-    Vec3 momentum = Vec3::Zero();      // kg m/s, world
-    Vec3 spin = Vec3::Zero();          // kg m^2/s, world, angular momentum about the centre
-    std::uint8_t touching = 0;         // 1: on the ground at the end of the last step
-    std::uint32_t first_point = 0;     // its contact points: a run of RigidPieces::points
+    std::int32_t piece = -1;               // number of the piece
+    double mass = 0;                       // kg, > 0
+    Vec3 rest_centre = Vec3::Zero();       // m, rest space
+    Mat3 shape = Mat3::Identity();         // own frame from rest, symmetric: the stretch that it has kept
+    Mat3 inertia = Mat3::Identity();       // kg m^2, about the centre, own frame, positive definite
+    Vec3 centre = Vec3::Zero();            // m, world, of mass
+    Mat3 rotation = Mat3::Identity();      // world from own frame, det = +1
+    Vec3 momentum = Vec3::Zero();          // kg m/s, world
+    Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, world, angular momentum about the centre
+    std::uint8_t touching = 0;             // 1: on the ground at the end of the last step
+    std::uint32_t first_point = 0;         // its contact points: a run of RigidPieces::points
     std::uint32_t point_count = 0;
 
     Vec3 velocity() const { return momentum / mass; }
     /// rad/s, world.
-    Vec3 angular_velocity() const { return inverse_inertia() * spin; }
+    Vec3 angular_velocity() const { return inverse_inertia() * angular_momentum; }
     /// 1/(kg m^2), world.
     Mat3 inverse_inertia() const;
     /// World from its own frame, m.
-    Vec3 place_of(const Vec3& own) const { return centre + rotation * own; }
+    Vec3 world_point(const Vec3& own) const { return centre + rotation * own; }
     /// World from rest, m.
-    Vec3 place_of_rest(const Vec3& rest) const { return place_of(shape * (rest - rest_centre)); }
+    Vec3 world_point_of_rest(const Vec3& rest) const { return world_point(shape * (rest - rest_centre)); }
     /// m/s, of its material at a place (m, world).
-    Vec3 velocity_at(const Vec3& place) const {
-        return velocity() + angular_velocity().cross(place - centre);
+    Vec3 velocity_at(const Vec3& point) const {
+        return velocity() + angular_velocity().cross(point - centre);
     }
     /// Changes the momenta by an impulse (N s, world) at a place (m, world).
-    void push(const Vec3& place, const Vec3& impulse) {
+    void push(const Vec3& point, const Vec3& impulse) {
         momentum += impulse;
-        spin += (place - centre).cross(impulse);
+        angular_momentum += (point - centre).cross(impulse);
     }
     double kinetic_energy() const;  // J
     /// For checkpoints.
     template <class Archive>
     void serialize(Archive& archive) {
-        archive(piece, mass, rest_centre, shape, inertia, centre, rotation, momentum, spin, touching);
+        archive(piece, mass, rest_centre, shape, inertia, centre, rotation, momentum, angular_momentum,
+                touching);
         archive(first_point, point_count);
     }
 };

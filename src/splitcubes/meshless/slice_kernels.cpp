@@ -250,13 +250,13 @@ HWY_INLINE Nine corotated_stress(const Nine& H, const Nine& Y, const Lame& lame,
 }
 
 // R (mu ((1 + t) S + (1 - t) S^T) + lambda tr(S) I), S = R^T dH.
-HWY_INLINE Nine corotated_change(const Nine& dH, const Nine& Y, V turning, const Lame& lame) {
+HWY_INLINE Nine corotated_change(const Nine& dH, const Nine& Y, V majorizer, const Lame& lame) {
     Nine R = Y;
     const V one = hn::Set(d, 1.0F);
     for (const int k : {0, 4, 8}) R.m[k] = hn::Add(R.m[k], one);
     const Nine S = product<true>(R, dH);
     const V mu = hn::Set(d, lame.mu);
-    const V straight = hn::Mul(mu, hn::Add(one, turning)), crossed = hn::Mul(mu, hn::Sub(one, turning));
+    const V straight = hn::Mul(mu, hn::Add(one, majorizer)), crossed = hn::Mul(mu, hn::Sub(one, majorizer));
     const V pressure = hn::Mul(hn::Set(d, lame.lambda), hn::Add(hn::Add(S.m[0], S.m[4]), S.m[8]));
     Nine inner;
     for (int r = 0; r < 3; ++r)
@@ -307,9 +307,9 @@ void state_slices(const LinkSlices& slices, const SliceRange& range, const Slice
             const Nine stress = corotated_stress(sum.gradient, Y, lame, distortion);
             const M finite = store_tension(slices, row, stress, sum.gradient, state.tension);
             store9(Y, state.turn + row, n);
-            const V turning =
+            const V majorizer =
                 hn::IfThenElse(hn::Gt(distortion, hn::Set(d, 0.5F)), hn::Set(d, 1.0F), hn::Zero(d));
-            hn::StoreU(turning, d, state.turning + row);
+            hn::StoreU(majorizer, d, state.majorizer + row);
             odd |= bits_of(hn::Not(hn::And(rotated, finite))) << lane;
         }
         state.odd[slice] = static_cast<std::uint16_t>(odd);
@@ -329,8 +329,8 @@ void direction_slices(const LinkSlices& slices, const SliceRange& range, const f
                 continue;
             }
             const Nine Y = load9(state.turn + row, n);
-            const V turning = hn::LoadU(d, state.turning + row);
-            store_tension(slices, row, corotated_change(sum.gradient, Y, turning, lame), sum.gradient,
+            const V majorizer = hn::LoadU(d, state.majorizer + row);
+            store_tension(slices, row, corotated_change(sum.gradient, Y, majorizer, lame), sum.gradient,
                           state.tension);
         }
 }
@@ -372,8 +372,8 @@ void weighted_direction_slices(const LinkSlices& slices, const SliceRange& range
             const Gathered sum = gather_weighted(slices, slice, lane, p);
             store3(sum.penalty, state.penalty + row, n);
             const Nine Y = load9(state.turn + row, n);
-            const V turning = hn::LoadU(d, state.turning + row);
-            Nine T = corotated_change(sum.gradient, Y, turning, lame);
+            const V majorizer = hn::LoadU(d, state.majorizer + row);
+            Nine T = corotated_change(sum.gradient, Y, majorizer, lame);
             const V volume = hn::LoadU(d, slices.volume() + row), held = hn::LoadU(d, slices.penalty() + row);
             for (V& entry : T.m) entry = hn::Mul(volume, entry);
             T = product<false>(T, symmetric_at(slices.inverse_moment() + row, n));

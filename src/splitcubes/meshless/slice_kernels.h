@@ -19,7 +19,7 @@ struct SliceState {
     // What the state pass finds.
     float* gradient = nullptr;     // 9, H = sum_j (u_j - u_i) g_ij^T
     float* turn = nullptr;         // 9, R - I, of corotated material
-    float* turning = nullptr;      // 1, Tangent::turning
+    float* majorizer = nullptr;    // 1, Tangent::turning
     float* tension = nullptr;      // 9, N m
     float* penalty = nullptr;      // 3, sum_j m_ij (u_j - u_i), N
     std::uint16_t* odd = nullptr;  // per slice, a bit a row: not done, rank or rotation

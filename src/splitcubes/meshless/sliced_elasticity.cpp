@@ -21,7 +21,7 @@ SliceState SlicedElasticity::arrays() {
     state.low = low_.data();
     state.gradient = gradient_.data();
     state.turn = turn_.data();
-    state.turning = turning_.data();
+    state.majorizer = majorizer_.data();
     state.tension = tension_.data();
     state.penalty = penalty_.data();
     state.odd = odd_.data();
@@ -32,7 +32,7 @@ void SlicedElasticity::size_buffers(const Neighbourhoods& neighbourhoods, const 
     neighbourhoods_ = &neighbourhoods;
     slices_ = &neighbourhoods.slices();
     material_ = material;
-    corotated_ = frame_is_all(material);
+    corotated_ = is_frame_sufficient(material);
     const std::size_t n = stride();
     // Rows past the last phyxel must stay zero.
     const auto size = [](FloatArray& array, std::size_t length) {
@@ -40,7 +40,7 @@ void SlicedElasticity::size_buffers(const Neighbourhoods& neighbourhoods, const 
     };
     for (FloatArray* array : {&high_, &low_, &penalty_, &direction_, &force_}) size(*array, 3 * n);
     for (FloatArray* array : {&gradient_, &turn_, &tension_}) size(*array, 9 * n);
-    for (FloatArray* array : {&turning_, &diagonal_, &energy_}) size(*array, n);
+    for (FloatArray* array : {&majorizer_, &diagonal_, &energy_}) size(*array, n);
     odd_.resize(slice_count());
     row_energy_.resize(n);
     deformation_.resize(neighbourhoods.size());
@@ -63,14 +63,15 @@ void SlicedElasticity::set_matrix(FloatArray& array, std::size_t i, const Mat3& 
 }
 
 // In two parts, relative to the first phyxel's: what is left is exact to some 48 bits.
-void SlicedElasticity::take_displacement(const Place& place, const Parallel& parallel) {
+void SlicedElasticity::take_displacement(const Configuration& configuration, const Parallel& parallel) {
     const std::size_t rows = slices_->row_count(), n = stride();
     if (rows == 0) return;
-    const Vec3 first = place.position[0] - place.rest_position[0];
+    const Vec3 first = configuration.position[0] - configuration.rest_position[0];
     for_phyxels(parallel, rows, [&](std::size_t i) {
         for (int k = 0; k < 3; ++k) {
             const double u =
-                std::clamp(place.position[i][k] - place.rest_position[i][k] - first[k], -farthest, farthest);
+                std::clamp(configuration.position[i][k] - configuration.rest_position[i][k] - first[k],
+                           -farthest, farthest);
             const auto high = static_cast<float>(u);
             const std::size_t at = static_cast<std::size_t>(k) * n + i;
             high_[at] = high;
@@ -80,11 +81,12 @@ void SlicedElasticity::take_displacement(const Place& place, const Parallel& par
 }
 
 // One phyxel in double precision: its F, R and tension. False where it is not finite.
-bool SlicedElasticity::take_row(const Place& place, std::size_t i) {
+bool SlicedElasticity::take_row(const Configuration& configuration, std::size_t i) {
     const Mat3 H = matrix_at(gradient_, i);
-    bool finite =
-        complete_deformation(*neighbourhoods_, i, H, place.last_rotation[i], deformation_[i], rotation_[i]);
-    const Mat3 plastic = told_plastic_strain(*neighbourhoods_, material_, i, place.plastic_strain);
+    bool finite = complete_deformation(*neighbourhoods_, i, H, configuration.last_rotation[i],
+                                       deformation_[i], rotation_[i]);
+    const Mat3 plastic =
+        resolved_plastic_strain(*neighbourhoods_, material_, i, configuration.plastic_strain);
     Mat3 tension =
         neighbourhoods_->volume()[i] * piola_stress(material_, deformation_[i], rotation_[i], plastic) -
         neighbourhoods_->penalty()[i] * H * neighbourhoods_->moment()[i];
@@ -95,53 +97,55 @@ bool SlicedElasticity::take_row(const Place& place, std::size_t i) {
     set_matrix(tension_, i, tension);
     if (corotated_) {
         set_matrix(turn_, i, rotation_[i] - Mat3::Identity());
-        turning_[i] = static_cast<float>(turning_resistance(deformation_[i], rotation_[i]));
+        majorizer_[i] = static_cast<float>(majorizer_share(deformation_[i], rotation_[i]));
     } else {
         tangent_[i] = tangent(material_, deformation_[i], rotation_[i], plastic);
-        turning_[i] = static_cast<float>(turning_resistance(deformation_[i], rotation_[i]));
+        majorizer_[i] = static_cast<float>(majorizer_share(deformation_[i], rotation_[i]));
     }
     return finite;
 }
 
-void SlicedElasticity::take_rows(const Place& place, const SliceRange& range, std::size_t& bad) {
+void SlicedElasticity::take_rows(const Configuration& configuration, const SliceRange& range,
+                                 std::size_t& bad) {
     const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
     state_pass(*slices_, range, arrays(), corotated_, lame);
     for (std::size_t slice = range.begin; slice < range.end; ++slice)
         for (unsigned odd = odd_[slice]; odd != 0; odd &= odd - 1) {
             const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(odd));
-            if (i < slices_->row_count()) bad += !take_row(place, i);
+            if (i < slices_->row_count()) bad += !take_row(configuration, i);
         }
 }
 
-void SlicedElasticity::take_place(const Neighbourhoods& neighbourhoods, const Material& material,
-                                  const Place& place, const Parallel& parallel) {
+void SlicedElasticity::take_configuration(const Neighbourhoods& neighbourhoods, const Material& material,
+                                          const Configuration& configuration, const Parallel& parallel) {
     size_buffers(neighbourhoods, material);
-    assert(place.position.size() == neighbourhoods.size());
-    take_displacement(place, parallel);
+    assert(configuration.position.size() == neighbourhoods.size());
+    take_displacement(configuration, parallel);
     energy_is_taken_ = false;
 }
 
 std::size_t SlicedElasticity::take_state(const Neighbourhoods& neighbourhoods, const Material& material,
-                                         const Place& place, const Parallel& parallel) {
-    take_place(neighbourhoods, material, place, parallel);
+                                         const Configuration& configuration, const Parallel& parallel) {
+    take_configuration(neighbourhoods, material, configuration, parallel);
     return count_(parallel, slice_count(), slice_grain(slice_count()),
                   [&](std::size_t begin, std::size_t end) {
                       std::size_t bad = 0;
-                      take_rows(place, {begin, end}, bad);
+                      take_rows(configuration, {begin, end}, bad);
                       return bad;
                   });
 }
 
 std::size_t SlicedElasticity::take_state_and_energy(const Neighbourhoods& neighbourhoods,
-                                                    const Material& material, const Place& place,
+                                                    const Material& material,
+                                                    const Configuration& configuration,
                                                     const Parallel& parallel) {
-    take_place(neighbourhoods, material, place, parallel);
+    take_configuration(neighbourhoods, material, configuration, parallel);
     const std::size_t grain = slice_grain(slice_count());
     range_energy_.resize((slice_count() + grain - 1) / grain);
     const std::size_t bad = count_(parallel, slice_count(), grain, [&](std::size_t begin, std::size_t end) {
         std::size_t bad_rows = 0;
-        take_rows(place, {begin, end}, bad_rows);
-        range_energy_[begin / grain] = range_energy(place, {begin, end});
+        take_rows(configuration, {begin, end}, bad_rows);
+        range_energy_[begin / grain] = range_energy(configuration, {begin, end});
         return bad_rows;
     });
     energy_is_taken_ = true;
@@ -161,16 +165,17 @@ void SlicedElasticity::read_deformation(std::span<Mat3> deformation, std::span<M
     });
 }
 
-double SlicedElasticity::row_energy(const Place& place, std::size_t i) const {
+double SlicedElasticity::row_energy(const Configuration& configuration, std::size_t i) const {
     // One without neighbours is as it was left: nothing works against it.
     if (neighbourhoods_->rank()[i] == 0) return 0;
     return neighbourhoods_->volume()[i] *
-               energy_density(material_, deformation_[i], rotation_[i],
-                              told_plastic_strain(*neighbourhoods_, material_, i, place.plastic_strain)) +
-           penalty_energy(*neighbourhoods_, i, deformation_[i], place.position);
+               energy_density(
+                   material_, deformation_[i], rotation_[i],
+                   resolved_plastic_strain(*neighbourhoods_, material_, i, configuration.plastic_strain)) +
+           penalty_energy(*neighbourhoods_, i, deformation_[i], configuration.position);
 }
 
-double SlicedElasticity::range_energy(const Place& place, const SliceRange& range) {
+double SlicedElasticity::range_energy(const Configuration& configuration, const SliceRange& range) {
     const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
     double energy = corotated_ ? energy_pass(*slices_, range, arrays(), lame, energy_.data()) : 0;
     for (std::size_t i = range.begin * lanes; i < range.end * lanes; ++i)
@@ -179,17 +184,18 @@ double SlicedElasticity::range_energy(const Place& place, const SliceRange& rang
         for (unsigned odd = odd_[slice]; odd != 0; odd &= odd - 1) {
             const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(odd));
             if (i >= slices_->row_count()) continue;
-            row_energy_[i] = row_energy(place, i);
+            row_energy_[i] = row_energy(configuration, i);
             energy += row_energy_[i];
         }
     return energy;
 }
 
-double SlicedElasticity::energy(const Place& place, const Parallel& parallel, std::span<double> rows) {
+double SlicedElasticity::energy(const Configuration& configuration, const Parallel& parallel,
+                                std::span<double> rows) {
     const std::size_t grain = slice_grain(slice_count());
     return sum_(parallel, slice_count(), grain, [&](std::size_t begin, std::size_t end) {
         const double part =
-            energy_is_taken_ ? range_energy_[begin / grain] : range_energy(place, {begin, end});
+            energy_is_taken_ ? range_energy_[begin / grain] : range_energy(configuration, {begin, end});
         const std::size_t last = std::min(end * lanes, rows.size());
         for (std::size_t i = begin * lanes; i < last; ++i) rows[i] = row_energy_[i];
         return part;

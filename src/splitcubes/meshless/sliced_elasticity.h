@@ -25,7 +25,7 @@ namespace splitcubes::meshless {
 /// there are more phyxels or links than before.
 class SlicedElasticity {
   public:
-    struct Place {
+    struct Configuration {
         std::span<const Vec3> rest_position;   // m
         std::span<const Vec3> position;        // m, world
         std::span<const Mat3> last_rotation;   // for phyxels whose neighbours do not tell it
@@ -33,12 +33,12 @@ class SlicedElasticity {
     };
     /// Takes deformation, rotation, stress and tangents where the body is. Returns the number of phyxels
     /// that were not finite; they keep their last rotation.
-    std::size_t take_state(const Neighbourhoods& neighbourhoods, const Material& material, const Place& place,
-                           const Parallel& parallel);
+    std::size_t take_state(const Neighbourhoods& neighbourhoods, const Material& material,
+                           const Configuration& configuration, const Parallel& parallel);
 
     /// The same, and `energy` of that place is known when it is asked for, without reading the links again.
     std::size_t take_state_and_energy(const Neighbourhoods& neighbourhoods, const Material& material,
-                                      const Place& place, const Parallel& parallel);
+                                      const Configuration& configuration, const Parallel& parallel);
 
     // Of the state taken last.
 
@@ -46,10 +46,10 @@ class SlicedElasticity {
     void read_deformation(std::span<Mat3> deformation, std::span<Mat3> rotation,
                           const Parallel& parallel) const;
     /// Tangent::turning of phyxel i.
-    bool is_distorted(std::size_t i) const { return turning_[i] > 0; }
+    bool is_distorted(std::size_t i) const { return majorizer_[i] > 0; }
     /// E of elasticity.h, J; `place` is what the state was taken of. Each phyxel's own part
     /// goes to `rows` where that is not empty.
-    double energy(const Place& place, const Parallel& parallel, std::span<double> rows = {});
+    double energy(const Configuration& configuration, const Parallel& parallel, std::span<double> rows = {});
     /// -dE/dx, N, into `force`.
     void forces(std::span<Vec3> force, const Parallel& parallel);
     /// The same; component k of phyxel i is at k * stride() + i. Valid until the next call.
@@ -68,13 +68,13 @@ class SlicedElasticity {
   private:
     SliceState arrays();
     void size_buffers(const Neighbourhoods& neighbourhoods, const Material& material);
-    void take_displacement(const Place& place, const Parallel& parallel);
-    void take_rows(const Place& place, const SliceRange& range, std::size_t& bad);
-    bool take_row(const Place& place, std::size_t i);
-    double row_energy(const Place& place, std::size_t i) const;
-    double range_energy(const Place& place, const SliceRange& range);
-    void take_place(const Neighbourhoods& neighbourhoods, const Material& material, const Place& place,
-                    const Parallel& parallel);
+    void take_displacement(const Configuration& configuration, const Parallel& parallel);
+    void take_rows(const Configuration& configuration, const SliceRange& range, std::size_t& bad);
+    bool take_row(const Configuration& configuration, std::size_t i);
+    double row_energy(const Configuration& configuration, std::size_t i) const;
+    double range_energy(const Configuration& configuration, const SliceRange& range);
+    void take_configuration(const Neighbourhoods& neighbourhoods, const Material& material,
+                            const Configuration& configuration, const Parallel& parallel);
     void change_stress(const SliceRange& range);
     Mat3 matrix_at(const FloatArray& array, std::size_t i) const;
     void set_matrix(FloatArray& array, std::size_t i, const Mat3& matrix) const;
@@ -83,17 +83,17 @@ class SlicedElasticity {
     const Neighbourhoods* neighbourhoods_ = nullptr;
     const LinkSlices* slices_ = nullptr;
     Material material_;
-    bool corotated_ = false;                                    // frame_is_all
-    FloatArray high_, low_;                                     // 3, m
-    FloatArray gradient_, turn_, turning_, tension_, penalty_;  // as in SliceState
-    FloatArray direction_, force_, diagonal_;                   // 3, 3, 1
-    FloatArray energy_;                                         // 1, J
-    std::vector<double> row_energy_;                            // J, per row
-    std::vector<double> range_energy_;                          // J, per chunk
-    bool energy_is_taken_ = false;                              // the two before it, of the state taken last
-    std::vector<std::uint16_t> odd_;                            // per slice
-    std::vector<Mat3> deformation_, rotation_;                  // per phyxel, of odd rows
-    std::vector<Tangent> tangent_;                              // per phyxel, where not corotated_
+    bool corotated_ = false;                                      // is_frame_sufficient
+    FloatArray high_, low_;                                       // 3, m
+    FloatArray gradient_, turn_, majorizer_, tension_, penalty_;  // as in SliceState
+    FloatArray direction_, force_, diagonal_;                     // 3, 3, 1
+    FloatArray energy_;                                           // 1, J
+    std::vector<double> row_energy_;                              // J, per row
+    std::vector<double> range_energy_;                            // J, per chunk
+    bool energy_is_taken_ = false;              // the two before it, of the state taken last
+    std::vector<std::uint16_t> odd_;            // per slice
+    std::vector<Mat3> deformation_, rotation_;  // per phyxel, of odd rows
+    std::vector<Tangent> tangent_;              // per phyxel, where not corotated_
     ChunkSumOf<double> sum_;
     ChunkSumOf<std::size_t> count_;
 };

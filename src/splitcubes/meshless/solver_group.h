@@ -1,7 +1,7 @@
 // Bodies that take an implicit step together. Private to ImplicitSolver.
 #pragma once
 
-#include <splitcubes/meshless/solver.h>
+#include <splitcubes/meshless/implicit_solver.h>
 
 #include <functional>
 
@@ -47,7 +47,7 @@ struct ImplicitSolver::Group {
         direction.emplace_back(solver.p_);
         touching.emplace_back(job.phyxels.touching);
     }
-    double looseness = 1;  // times the tolerance, of the solves to come
+    double tolerance_factor = 1;  // times the tolerance, of the solves to come
     template <class Do>
     void each(const Do& act) {
         for (std::size_t k = 0; k < size(); ++k) act(*solvers[k], jobs[k], static_cast<std::uint32_t>(k));

@@ -66,7 +66,7 @@ struct SolverReport {
     std::size_t rank_deficient = 0;        // phyxels with fewer than 3 directions
     std::size_t non_finite = 0;            // phyxels that went on without elastic force
     std::size_t contacts = 0;              // points that something pushes
-    std::size_t overdrawn = 0;             // pieces that had more energy than was put in (EnergyGuard)
+    std::size_t has_energy_excess = 0;     // pieces that had more energy than was put in (EnergyGuard)
     int retries = 0;                       // times the step was taken again, in finer parts
     double energy_taken = 0;               // J, by EnergyGuard
     double kinetic_energy = 0;             // J

@@ -48,7 +48,7 @@ void MomentumKeeper::join(std::int32_t a, std::int32_t b) {
 }
 
 void MomentumKeeper::join_touching(const Phyxels& phyxels, const ContactInput& contacts, std::uint32_t part) {
-    MemoryFinder finder(contacts.memory);
+    CachedContactFinder finder(contacts.cached);
     for (const Contact& contact : contacts.contacts) {
         if (!finder.find(contact.key)) continue;
         const std::array<const ContactSide*, 2> sides = {&contact.upper, &contact.lower};
@@ -82,7 +82,8 @@ void MomentumKeeper::sum_groups(std::vector<Momenta>& momenta) {
         const double m = momenta[k].mass;
         if (!(m > 0)) continue;
         const Vec3 arm = momenta[k].centre - sum.centre;
-        sum.spin += momenta[k].spin + arm.cross(momenta[k].linear - m / sum.mass * sum.linear);
+        sum.angular_momentum +=
+            momenta[k].angular_momentum + arm.cross(momenta[k].linear - m / sum.mass * sum.linear);
         sum.inertia +=
             momenta[k].inertia + m * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
     }
@@ -112,18 +113,20 @@ void MomentumKeeper::correct(Phyxels& phyxels, double kept, const Vec3& velocity
         if (!(after_[k].mass > 0)) bound_[k] = 1;
         if (bound_[k] != 0) continue;
         const Vec3 linear = kept * (group_[k].linear + group_[k].mass * velocity);
-        const Vec3 spin = kept * group_[k].spin;
+        const Vec3 angular_momentum = kept * group_[k].angular_momentum;
         if (dt > 0)
             way_[k] =
                 group_[k].centre - after_[k].centre + 0.5 * dt / group_[k].mass * (group_[k].linear + linear);
         // The correction replaces the momenta it was made from.
         after_[k].linear = (linear - after_[k].linear) / after_[k].mass;
-        after_[k].spin = angular_velocity(after_[k].inertia, spin - after_[k].spin);
+        after_[k].angular_momentum =
+            angular_velocity(after_[k].inertia, angular_momentum - after_[k].angular_momentum);
     }
     for_phyxels(parallel, phyxels.size(), [&](std::size_t i) {
         const std::size_t k = slot(phyxels.piece[i]);
         if (bound_[k] != 0) return;
-        const Vec3 change = after_[k].linear + after_[k].spin.cross(phyxels.position[i] - after_[k].centre);
+        const Vec3 change =
+            after_[k].linear + after_[k].angular_momentum.cross(phyxels.position[i] - after_[k].centre);
         phyxels.velocity[i] += change;
         if (!shift.empty()) phyxels.position[i] += shift[i] * change;
         phyxels.position[i] += way_[k];
@@ -134,10 +137,10 @@ std::size_t deform_and_flow(Phyxels& phyxels, const Neighbourhoods& neighbourhoo
                             double dt, SlicedElasticity& elastic, const Parallel& parallel, bool taken) {
     std::size_t bad = 0;
     // What flows afterwards has another energy.
-    if (!taken && frame_is_all(material))
-        bad = elastic.take_state_and_energy(neighbourhoods, material, place_of(phyxels), parallel);
+    if (!taken && is_frame_sufficient(material))
+        bad = elastic.take_state_and_energy(neighbourhoods, material, configuration_of(phyxels), parallel);
     else if (!taken)
-        bad = elastic.take_state(neighbourhoods, material, place_of(phyxels), parallel);
+        bad = elastic.take_state(neighbourhoods, material, configuration_of(phyxels), parallel);
     elastic.read_deformation(phyxels.deformation, phyxels.rotation, parallel);
     if (!material.plasticity) return bad;
     for_phyxels(parallel, phyxels.size(), [&](std::size_t i) {
@@ -193,7 +196,7 @@ void StateDescriber::operator()(Phyxels& phyxels, const Neighbourhoods& neighbou
     report.inverted += sums.inverted;
     report.rank_deficient += sums.rank_deficient;
     report.kinetic_energy += sums.kinetic_energy;
-    report.elastic_energy = elastic.energy(place_of(phyxels), parallel, phyxels.elastic_energy);
+    report.elastic_energy = elastic.energy(configuration_of(phyxels), parallel, phyxels.elastic_energy);
     report.top_speed = std::sqrt(sums.top_speed);
     report.momentum = sums.linear;
     report.angular_momentum = sums.angular;

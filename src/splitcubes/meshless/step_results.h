@@ -81,7 +81,7 @@ class StateDescriber {
 };
 
 /// The phyxels' own arrays.
-inline SlicedElasticity::Place place_of(const Phyxels& phyxels) {
+inline SlicedElasticity::Configuration configuration_of(const Phyxels& phyxels) {
     return {phyxels.rest_position, phyxels.position, phyxels.rotation, phyxels.plastic_strain};
 }
 

@@ -28,7 +28,7 @@ const char* softness(int across) {
 }
 
 bool is_elastic(const body::Body& body) {
-    return !body.is_carried();
+    return !body.is_lattice_driven();
 }
 
 // Extents of the phyxels along their principal axes, m, the longest first; of the box that has
@@ -145,7 +145,9 @@ void note_body_overlaps(const body::World& world, Notes& notes) {
     std::size_t found = 0;
     for (std::size_t a = 0; a < bodies.size(); ++a)
         for (std::size_t b = a + 1; b < bodies.size(); ++b) {
-            if (bodies[a]->is_carried() || bodies[b]->is_carried() || !bounds[a].meets(bounds[b])) continue;
+            if (bodies[a]->is_lattice_driven() || bodies[b]->is_lattice_driven() ||
+                !bounds[a].meets(bounds[b]))
+                continue;
             const geometry::Box both{bounds[a].min.cwiseMax(bounds[b].min),
                                      bounds[a].max.cwiseMin(bounds[b].max)};
             const double cell =
@@ -168,7 +170,7 @@ void note_body_overlaps(const body::World& world, Notes& notes) {
 
 // Nodes of masses and springs are put on the ground at once. Contact lifts phyxels out little by little.
 std::string fate_in_collider(const body::Body& body) {
-    if (body.is_carried()) return "which throws it out";
+    if (body.is_lattice_driven()) return "which throws it out";
     return "which lifts it out slowly, and only while something presses on it";
 }
 
@@ -181,7 +183,7 @@ void note_collider_overlaps(const body::World& world, std::span<const std::uint8
             const auto& body = world.bodies()[b];
             const bool is_ground = c == 0 && world.settings().ground.has_value();
             // Masses and springs meet nothing but the ground.
-            if (prescribed[b] != 0 || (body->is_carried() && !is_ground)) continue;
+            if (prescribed[b] != 0 || (body->is_lattice_driven() && !is_ground)) continue;
             const Isometry own = colliders[c].at(0).inverse();
             double deepest = 0;
             for (const Vec3& p : body->vertex_positions())

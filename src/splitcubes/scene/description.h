@@ -159,7 +159,7 @@ using StrengthLayer = std::variant<StrengthPatch, StrengthPaint>;
 /// Stress above which the material parts.
 struct TearingDescription {
     double strength = 1e5;                    // Pa, of the largest principal stress
-    double toughness = 0.6;                   // share of it that is borne at the tip of a crack
+    double propagation_ratio = 0.6;           // share of it that is borne at the tip of a crack
     std::optional<double> crack_speed;        // m/s; none: as fast as in brittle material
     std::vector<StrengthLayer> strength_map;  // factors of the strength, multiplied where they overlap
     bool operator==(const TearingDescription&) const = default;

@@ -95,7 +95,7 @@ std::function<bool(const Vec3&)> region_test(const Region& region) {
 body::TearSettings tear_settings(const TearingDescription& tearing, const io::Model& model) {
     body::TearSettings out;
     out.strength = tearing.strength;
-    out.toughness = tearing.toughness;
+    out.propagation_ratio = tearing.propagation_ratio;
     out.crack_speed = tearing.crack_speed.value_or(0);
     if (tearing.strength_map.empty()) return out;
     std::vector<Factor> factors;

@@ -175,9 +175,9 @@ void Surface::carry(SurfaceVertex& vertex, std::uint32_t cell, unsigned corners)
     }
 }
 
-Carriers Surface::carriers(const RestGrid& rest, const SurfaceVertex& vertex) const {
-    Carriers out;
-    const double total = visit_carriers(rest, vertex, [&](std::uint32_t node, double weight) {
+Influences Surface::influences(const RestGrid& rest, const SurfaceVertex& vertex) const {
+    Influences out;
+    const double total = visit_influences(rest, vertex, [&](std::uint32_t node, double weight) {
         out.nodes[out.count] = node;
         out.weights[out.count++] = weight;
     });
@@ -185,7 +185,7 @@ Carriers Surface::carriers(const RestGrid& rest, const SurfaceVertex& vertex) co
     return out;
 }
 
-const Vec3i& Surface::carrier(const SurfaceVertex& vertex) const {
+const Vec3i& Surface::influence(const SurfaceVertex& vertex) const {
     const auto corner = static_cast<std::size_t>(std::countr_zero(vertex.corners));
     return nodes_[static_cast<std::size_t>(cells_[vertex.cell].node[corner])];
 }

@@ -35,7 +35,7 @@ struct SurfaceVertex {
 };
 
 /// The nodes that carry a vertex, with their trilinear weights, which sum to one.
-struct Carriers {
+struct Influences {
     std::array<std::uint32_t, 8> nodes;  // indices into Surface::nodes()
     std::array<double, 8> weights;
     std::size_t count = 0;  // 1..8
@@ -82,13 +82,13 @@ class Surface {
     }
     /// Inside nodes that carry a vertex, in order of first use.
     const std::vector<Vec3i>& nodes() const { return nodes_; }
-    Carriers carriers(const RestGrid& rest, const SurfaceVertex& vertex) const;
+    Influences influences(const RestGrid& rest, const SurfaceVertex& vertex) const;
     /// Calls use(node, weight) for each node that carries a vertex, in the order of `carriers`, with
     /// weights that sum to what it returns.
     template <class Use>
-    double visit_carriers(const RestGrid& rest, const SurfaceVertex& vertex, const Use& use) const;
+    double visit_influences(const RestGrid& rest, const SurfaceVertex& vertex, const Use& use) const;
     /// One of the nodes that carry a vertex.
-    const Vec3i& carrier(const SurfaceVertex& vertex) const;
+    const Vec3i& influence(const SurfaceVertex& vertex) const;
     std::size_t quad_count() const { return quad_count_; }
     std::size_t triangle_count() const { return 2 * quad_count_; }
     std::size_t vertex_count() const { return alive_count_; }
@@ -143,7 +143,7 @@ class Surface {
 };
 
 template <class Use>
-double Surface::visit_carriers(const RestGrid& rest, const SurfaceVertex& vertex, const Use& use) const {
+double Surface::visit_influences(const RestGrid& rest, const SurfaceVertex& vertex, const Use& use) const {
     // Weights are taken a little inside the cell, so that a vertex at or beyond a corner still
     // has a weight for each node it depends on.
     constexpr double inset = 0.01;

@@ -34,7 +34,7 @@ class VertexBlock {
             rows_[i].begin = next;
             double total = 1;
             if (vertex.alive())
-                total = surface.visit_carriers(rest, vertex, [&](std::uint32_t node, double weight) {
+                total = surface.visit_influences(rest, vertex, [&](std::uint32_t node, double weight) {
                     prefetch(motion[node].entries());
                     prefetch(motion[node].entries() + AffineDisplacement::entry_count - 1);
                     node_[next] = node;

@@ -114,11 +114,11 @@ std::vector<std::string> validate(const NodeGrid& grid, const Surface& surface, 
         ++alive;
         double total = 0;
         bool one_piece = true;
-        const std::int32_t piece = pieces.piece_of(grid, surface.carrier(v));
-        const Carriers carriers = surface.carriers(grid.rest(), v);
-        for (std::size_t k = 0; k < carriers.count; ++k) {
-            total += carriers.weights[k];
-            one_piece = one_piece && pieces.piece_of(grid, surface.nodes()[carriers.nodes[k]]) == piece;
+        const std::int32_t piece = pieces.piece_of(grid, surface.influence(v));
+        const Influences influences = surface.influences(grid.rest(), v);
+        for (std::size_t k = 0; k < influences.count; ++k) {
+            total += influences.weights[k];
+            one_piece = one_piece && pieces.piece_of(grid, surface.nodes()[influences.nodes[k]]) == piece;
         }
         if (piece < 0 || !one_piece) findings.add("a vertex carried by nodes of different pieces");
         if (!(std::abs(total - 1) < 1e-5)) findings.add("a vertex whose weights sum to ", total);

@@ -47,7 +47,7 @@ TEST(Contact, IsSearchedWithoutAllocatingOnceItIsWarm) {
     for (const int threads : {1, 2}) {
         Slices slices(threads);
         ContactFinder finder;
-        std::vector<ContactGroup> groups;
+        std::vector<ContactIsland> groups;
         const auto find = [&] {
             finder.find(
                 {slices.world.bodies(), slices.world.colliders(), slices.world.settings().contact,
@@ -73,7 +73,7 @@ struct NearItsStrength {
           locator(body.phyxels().rest_position, 1.6 * body.phyxel_spacing()),
           parallel(*slices.parallel) {
         TearSettings settings;
-        settings.toughness = 1;
+        settings.propagation_ratio = 1;
         double load = 0;
         for (settings.strength = 4000; load < 0.9 && settings.strength > 1; settings.strength *= 0.97) {
             tearing.emplace(settings, body.settings().material, grid, body.phyxels(), body.neighbourhoods());

@@ -1,5 +1,5 @@
 // Lists of carriers, cut down to what reaches a cube.
-#include <splitcubes/body/carrier_table.h>
+#include <splitcubes/body/influence_table.h>
 #include <splitcubes/core/random.h>
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace {
 struct Carrier {
     Vec3 place;
     double reach;
-    CarrierTable::State now, before;
+    InfluenceTable::State now, before;
 };
 
 Vec3 random_within_half(Random& random, double half) {
@@ -21,13 +21,13 @@ Vec3 random_within_half(Random& random, double half) {
     return {x, y, random.uniform(-half, half)};
 }
 
-CarrierTable::State random_state(Random& random) {
-    CarrierTable::State state{random_within_half(random, 0.3), Mat3::Zero()};
+InfluenceTable::State random_state(Random& random) {
+    InfluenceTable::State state{random_within_half(random, 0.3), Mat3::Zero()};
     for (int k = 0; k < 3; ++k) state.matrix.col(k) = random_within_half(random, 0.5);
     return state;
 }
 
-std::vector<Carrier> random_carriers(Random& random, int count) {
+std::vector<Carrier> random_influences(Random& random, int count) {
     std::vector<Carrier> out;
     for (int k = 0; k < count; ++k)
         out.push_back({random_within_half(random, 1), random.uniform(0.1, 0.4), random_state(random),
@@ -35,12 +35,12 @@ std::vector<Carrier> random_carriers(Random& random, int count) {
     return out;
 }
 
-CarrierTable table_of(const std::vector<Carrier>& carriers) {
-    CarrierTable table;
-    table.resize(carriers.size());
-    for (std::size_t i = 0; i < carriers.size(); ++i)
-        table.set(i, carriers[i].place, carriers[i].reach * carriers[i].reach, carriers[i].now,
-                  carriers[i].before);
+InfluenceTable table_of(const std::vector<Carrier>& influences) {
+    InfluenceTable table;
+    table.resize(influences.size());
+    for (std::size_t i = 0; i < influences.size(); ++i)
+        table.set(i, influences[i].place, influences[i].reach * influences[i].reach, influences[i].now,
+                  influences[i].before);
     return table;
 }
 
@@ -48,8 +48,8 @@ bool reaches(const Carrier& c, const Vec3& centre, double half) {
     return ((c.place - centre).cwiseAbs() - Vec3::Constant(half)).cwiseMax(0).norm() <= c.reach;
 }
 
-TEST(CarrierTable, NewEntriesReachNothing) {
-    CarrierTable table;
+TEST(InfluenceTable, NewEntriesReachNothing) {
+    InfluenceTable table;
     table.resize(40);
     EXPECT_EQ(table.size(), 40U);
     EXPECT_TRUE(table.box_of({Vec3f::Zero(), 10}).empty());
@@ -59,22 +59,22 @@ TEST(CarrierTable, NewEntriesReachNothing) {
 }
 
 // Wherever a table is cut down to a larger cube first, a smaller one within it gets the same box.
-TEST(CarrierTable, KeepsWhatReachesACube) {
+TEST(InfluenceTable, KeepsWhatReachesACube) {
     Random random(1);
     for (int round = 0; round < 50; ++round) {
-        const std::vector<Carrier> carriers = random_carriers(random, static_cast<int>(random.below(90)));
-        const CarrierTable all = table_of(carriers);
+        const std::vector<Carrier> influences = random_influences(random, static_cast<int>(random.below(90)));
+        const InfluenceTable all = table_of(influences);
         const Vec3 centre = random_within_half(random, 0.6);
         const double half = random.uniform(0.1, 0.3);
-        CarrierTable near, own;
+        InfluenceTable near, own;
         near.assign_from(all, {centre.cast<float>(), static_cast<float>(half)});
         // In two parts, as rows of bricks come.
-        const std::size_t middle = random.below(static_cast<std::uint32_t>(carriers.size() + 1));
+        const std::size_t middle = random.below(static_cast<std::uint32_t>(influences.size() + 1));
         for (const auto& [begin, end] :
-             {std::pair(std::size_t{0}, middle), std::pair(middle, carriers.size())})
+             {std::pair(std::size_t{0}, middle), std::pair(middle, influences.size())})
             own.append_from(all, begin, end, {centre.cast<float>(), static_cast<float>(half)});
         std::size_t expected = 0;
-        for (const Carrier& c : carriers) expected += reaches(c, centre, half) ? 1 : 0;
+        for (const Carrier& c : influences) expected += reaches(c, centre, half) ? 1 : 0;
         EXPECT_EQ(near.size(), expected);
         EXPECT_EQ(own.size(), expected);
         for (int query = 0; query < 10; ++query) {
@@ -84,7 +84,7 @@ TEST(CarrierTable, KeepsWhatReachesACube) {
             EXPECT_EQ(box.min, same.min);
             EXPECT_EQ(box.max, same.max);
             geometry::Box exact;
-            for (const Carrier& c : carriers)
+            for (const Carrier& c : influences)
                 if (reaches(c, centre + arm, 0)) {
                     // In the table cut down last, points count from the centre, and so do the carriers.
                     exact.add(c.now.off + c.now.matrix * (arm - (c.place - centre)));
@@ -99,9 +99,9 @@ TEST(CarrierTable, KeepsWhatReachesACube) {
     }
 }
 
-TEST(CarrierTable, EveryInstructionSetGivesTheSameBits) {
+TEST(InfluenceTable, EveryInstructionSetGivesTheSameBits) {
     Random random(2);
-    const CarrierTable all = table_of(random_carriers(random, 300));
+    const InfluenceTable all = table_of(random_influences(random, 300));
     struct Found {
         std::size_t size;
         Mat3 mean;
@@ -109,7 +109,7 @@ TEST(CarrierTable, EveryInstructionSetGivesTheSameBits) {
         bool operator==(const Found&) const = default;
     };
     const auto run = [&] {
-        CarrierTable own;
+        InfluenceTable own;
         own.append_from(all, 7, 291, {Vec3f(0.1F, 0, 0), 0.5F});
         const Mat3 mean = own.take_out_mean();
         const geometry::Box cube = own.box_of({Vec3f::Zero(), 0.5F}), node = own.box_of({Vec3f::Zero(), 0});

@@ -1,4 +1,4 @@
-#include <splitcubes/meshless/booking_moments.h>
+#include <splitcubes/meshless/lumping_moments.h>
 
 #include <Eigen/Cholesky>
 
@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t moments_grain = 64;
 // Of a phyxel's volume, what has to be left of it.
-constexpr double least_volume = 0.3;
+constexpr double min_volume = 0.3;
 // The sum of what a row's shares may change by.
 constexpr double most_change = 3;
 // Squares are small where coordinates are below one: so much larger, both weigh alike.
@@ -83,7 +83,7 @@ class Row {
 };
 
 // Whether the shares of a row were found before; then they are written.
-bool take_known(const Booking& last, std::size_t node, std::span<const std::uint32_t> phyxel,
+bool take_known(const MassLumping& last, std::size_t node, std::span<const std::uint32_t> phyxel,
                 std::span<double> share) {
     if (node >= last.node_count() || last.whole[node] == 0) return false;
     const std::uint32_t begin = last.offsets[node], count = last.offsets[node + 1] - begin;
@@ -95,49 +95,49 @@ bool take_known(const Booking& last, std::size_t node, std::span<const std::uint
 }
 
 // Takes back as much of each piece's changes as leaves its phyxels enough volume.
-void keep_volumes(const NodeBook& nodes, const Phyxels& phyxels, std::span<const std::uint8_t> chosen,
-                  std::span<const double> plain, Booking& booking) {
+void keep_volumes(const MaterialNodes& nodes, const Phyxels& phyxels, std::span<const std::uint8_t> chosen,
+                  std::span<const double> plain, MassLumping& lumping) {
     std::vector<double> volume(phyxels.size(), 0), before(phyxels.size(), 0);
     for (std::size_t b = 0; b < chosen.size(); ++b)
-        for (std::uint32_t e = booking.offsets[b]; chosen[b] != 0 && e < booking.offsets[b + 1]; ++e) {
-            volume[booking.phyxel[e]] += booking.share[e] * nodes.volume[b];
-            before[booking.phyxel[e]] += plain[e] * nodes.volume[b];
+        for (std::uint32_t e = lumping.offsets[b]; chosen[b] != 0 && e < lumping.offsets[b + 1]; ++e) {
+            volume[lumping.phyxel[e]] += lumping.share[e] * nodes.volume[b];
+            before[lumping.phyxel[e]] += plain[e] * nodes.volume[b];
         }
     std::vector<double> part;  // per piece
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
         if (phyxels.piece[i] < 0) continue;
         const auto piece = static_cast<std::size_t>(phyxels.piece[i]);
         if (piece >= part.size()) part.resize(piece + 1, 1);
-        if (volume[i] < least_volume * before[i])
-            part[piece] = std::min(part[piece], (1 - least_volume) * before[i] / (before[i] - volume[i]));
+        if (volume[i] < min_volume * before[i])
+            part[piece] = std::min(part[piece], (1 - min_volume) * before[i] / (before[i] - volume[i]));
     }
     for (std::size_t b = 0; b < chosen.size(); ++b) {
-        if (chosen[b] == 0 || booking.offsets[b] == booking.offsets[b + 1]) continue;
+        if (chosen[b] == 0 || lumping.offsets[b] == lumping.offsets[b + 1]) continue;
         const double kept = part[static_cast<std::size_t>(nodes.piece[b])];
-        booking.whole[b] = kept == 1;
-        for (std::uint32_t e = booking.offsets[b]; kept < 1 && e < booking.offsets[b + 1]; ++e)
-            booking.share[e] = plain[e] + kept * (booking.share[e] - plain[e]);
+        lumping.whole[b] = kept == 1;
+        for (std::uint32_t e = lumping.offsets[b]; kept < 1 && e < lumping.offsets[b + 1]; ++e)
+            lumping.share[e] = plain[e] + kept * (lumping.share[e] - plain[e]);
     }
 }
 
 }  // namespace
 
-void keep_moments(const NodeBook& nodes, const Phyxels& phyxels, std::span<const std::uint8_t> chosen,
-                  const Booking& last, Booking& booking, const Parallel& parallel) {
-    assert(chosen.size() == booking.node_count());
-    const std::vector<double> plain = booking.share;
-    booking.whole.assign(chosen.size(), 1);
+void keep_moments(const MaterialNodes& nodes, const Phyxels& phyxels, std::span<const std::uint8_t> chosen,
+                  const MassLumping& last, MassLumping& lumping, const Parallel& parallel) {
+    assert(chosen.size() == lumping.node_count());
+    const std::vector<double> plain = lumping.share;
+    lumping.whole.assign(chosen.size(), 1);
     for (std::size_t b = 0; b < last.node_count(); ++b)
-        if (chosen[b] == 0) booking.whole[b] = last.whole[b];
+        if (chosen[b] == 0) lumping.whole[b] = last.whole[b];
     parallel.for_each(chosen.size(), moments_grain, [&](std::size_t b) {
-        const std::uint32_t begin = booking.offsets[b], count = booking.offsets[b + 1] - begin;
+        const std::uint32_t begin = lumping.offsets[b], count = lumping.offsets[b + 1] - begin;
         if (chosen[b] == 0 || count < 2) return;
-        const auto phyxel = std::span(booking.phyxel).subspan(begin, count);
-        const auto share = std::span(booking.share).subspan(begin, count);
+        const auto phyxel = std::span(lumping.phyxel).subspan(begin, count);
+        const auto share = std::span(lumping.share).subspan(begin, count);
         if (!take_known(last, b, phyxel, share))
             Row(nodes.rest_position[b], phyxels, phyxel, share).keep_moments();
     });
-    keep_volumes(nodes, phyxels, chosen, plain, booking);
+    keep_volumes(nodes, phyxels, chosen, plain, lumping);
 }
 
 }  // namespace splitcubes::meshless

@@ -1,12 +1,12 @@
 // Compiled once for each instruction set by Highway's foreach_target.h. Multiply
 // and add stay apart (no fused operations), so the bits agree.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "splitcubes/body/carrier_kernels.cpp"
+#define HWY_TARGET_INCLUDE "splitcubes/body/influence_kernels.cpp"
 #include <hwy/foreach_target.h>
 // Must come after it.
 #include <hwy/highway.h>
 
-#include <splitcubes/body/carrier_kernels.h>
+#include <splitcubes/body/influence_kernels.h>
 
 #include <limits>
 
@@ -22,7 +22,7 @@ using V = hn::Vec<decltype(d)>;
 using M = hn::Mask<decltype(d)>;
 constexpr std::size_t lanes = hn::MaxLanes(d);
 
-// The lists of a table, see CarrierTable.
+// The lists of a table, see InfluenceTable.
 constexpr std::size_t square_list = 3, first_state = 4, state_size = 12, matrix_list = 3;
 constexpr std::size_t list_count = first_state + 2 * state_size;
 
@@ -30,14 +30,14 @@ struct Point {
     V x, y, z;
 };
 
-HWY_INLINE Point offset_of(const CarrierLists& from, std::size_t k, const Vec3f& centre) {
+HWY_INLINE Point offset_of(const InfluenceLists& from, std::size_t k, const Vec3f& centre) {
     const auto along = [&](std::size_t axis, float c) HWY_ATTR {
         return hn::Sub(hn::LoadU(d, from.numbers + axis * from.stride + k), hn::Set(d, c));
     };
     return {along(0, centre[0]), along(1, centre[1]), along(2, centre[2])};
 }
 
-HWY_INLINE M reaching(const CarrierLists& from, std::size_t k, const Point& offset, float half) {
+HWY_INLINE M reaching(const InfluenceLists& from, std::size_t k, const Point& offset, float half) {
     const V zero = hn::Zero(d), side = hn::Set(d, half);
     const auto outside = [&](V v) HWY_ATTR { return hn::Max(hn::Sub(hn::Abs(v), side), zero); };
     const V x = outside(offset.x), y = outside(offset.y), z = outside(offset.z);
@@ -46,7 +46,7 @@ HWY_INLINE M reaching(const CarrierLists& from, std::size_t k, const Point& offs
     return hn::And(within, hn::FirstN(d, from.end - k));
 }
 
-std::size_t choose(const CarrierLists& from, const CarrierTable::Cube& cube, bool recentre, float* to,
+std::size_t choose(const InfluenceLists& from, const InfluenceTable::Cube& cube, bool recentre, float* to,
                    std::size_t to_stride) {
     std::size_t count = 0;
     for (std::size_t k = from.begin; k < from.end; k += lanes) {
@@ -95,7 +95,7 @@ void sum(const float* first, std::size_t stride, std::size_t count, std::span<fl
 }
 
 template <bool is_point>
-void bound(const CarrierLists& from, const CarrierTable::Cube& cube, std::span<float, 3> low,
+void bound(const InfluenceLists& from, const InfluenceTable::Cube& cube, std::span<float, 3> low,
            std::span<float, 3> high) {
     constexpr float infinity = std::numeric_limits<float>::infinity();
     const V most = hn::Set(d, infinity), least = hn::Set(d, -infinity);
@@ -134,7 +134,7 @@ void bound(const CarrierLists& from, const CarrierTable::Cube& cube, std::span<f
     }
 }
 
-void bound_any(const CarrierLists& from, const CarrierTable::Cube& cube, std::span<float, 3> low,
+void bound_any(const InfluenceLists& from, const InfluenceTable::Cube& cube, std::span<float, 3> low,
                std::span<float, 3> high) {
     if (cube.half == 0) {
         bound<true>(from, cube, low, high);
@@ -154,8 +154,8 @@ HWY_EXPORT(choose);
 HWY_EXPORT(sum);
 HWY_EXPORT(bound_any);
 
-std::size_t choose_carriers(const CarrierLists& from, const CarrierTable::Cube& cube, bool recentre,
-                            float* to, std::size_t to_stride) {
+std::size_t choose_influences(const InfluenceLists& from, const InfluenceTable::Cube& cube, bool recentre,
+                              float* to, std::size_t to_stride) {
     return HWY_DYNAMIC_DISPATCH(choose)(from, cube, recentre, to, to_stride);
 }
 
@@ -163,8 +163,8 @@ void sum_lists(const float* first, std::size_t stride, std::size_t count, std::s
     HWY_DYNAMIC_DISPATCH(sum)(first, stride, count, sums);
 }
 
-void bound_carriers(const CarrierLists& from, const CarrierTable::Cube& cube, std::span<float, 3> low,
-                    std::span<float, 3> high) {
+void bound_influences(const InfluenceLists& from, const InfluenceTable::Cube& cube, std::span<float, 3> low,
+                      std::span<float, 3> high) {
     HWY_DYNAMIC_DISPATCH(bound_any)(from, cube, low, high);
 }
 

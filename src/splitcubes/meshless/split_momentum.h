@@ -14,14 +14,14 @@ namespace splitcubes::meshless {
 /// spin of its nodes, its phyxels before it that of samples an h wide. The difference
 /// goes to the family as a whole, as one rigid velocity, so that none of it is spun up;
 /// its centre, which moves when mass does, is put back by moving all of it.
-class Parting {
+class SplitMomentum {
   public:
     /// Notes the momenta. `family`: per piece, its family's number, or -1 where it stays
     /// as it is; phyxels.piece are the new pieces, masses and velocities those of before.
     /// `held`: per phyxel, 1 where it is held (or shorter: the rest is not); such families
     /// are not moved, nor are those that are at rest.
-    Parting(const Phyxels& phyxels, std::vector<std::int32_t> family,
-            std::span<const std::uint8_t> held = {});
+    SplitMomentum(const Phyxels& phyxels, std::vector<std::int32_t> family,
+                  std::span<const std::uint8_t> held = {});
 
     /// Gives every family back its centre of mass, its linear momentum and its angular
     /// momentum about that centre, to rounding.

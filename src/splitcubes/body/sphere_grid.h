@@ -14,7 +14,7 @@ namespace splitcubes::body {
 /// Tells of a point in next to no time which of some balls it may lie in: most points lie in none. The cells
 /// are about as wide as the widest ball's radius, or wider where the balls are scattered. Memory is kept from
 /// build to build; queries may run on several threads at once.
-class CrumbGrid {
+class SphereGrid {
   public:
     struct Ball {
         Vec3 centre;

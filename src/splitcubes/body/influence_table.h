@@ -11,7 +11,7 @@ namespace splitcubes::body {
 
 /// Carriers: each has a place, reaches so far from it, and makes something of what it reaches, now
 /// and a step ago. Single precision.
-class CarrierTable {
+class InfluenceTable {
   public:
     /// A point p goes to off + matrix p, beyond a map that whoever fills the table leaves out.
     struct State {
@@ -32,9 +32,9 @@ class CarrierTable {
 
     /// Appends those of `from` between two entries that reach a cube; places, and the points of which they
     /// make something, count from the cube's centre in this table.
-    void append_from(const CarrierTable& from, std::size_t begin, std::size_t end, const Cube& cube);
+    void append_from(const InfluenceTable& from, std::size_t begin, std::size_t end, const Cube& cube);
     /// Becomes those of `from` that reach a cube.
-    void assign_from(const CarrierTable& from, const Cube& cube);
+    void assign_from(const InfluenceTable& from, const Cube& cube);
 
     /// Takes the mean of the present states' matrices out of all of both states, and returns it. The
     /// same for every instruction set.

@@ -1,4 +1,4 @@
-#include <splitcubes/meshless/any_solver.h>
+#include <splitcubes/meshless/time_integrator.h>
 
 #include <algorithm>
 #include <array>
@@ -17,9 +17,9 @@ constexpr int further_solves = 2;
 
 }  // namespace
 
-SolverReport AnySolver::step_elastic(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
-                                     const Material& material, const StepInput& input,
-                                     const SolverOptions& options, const Parallel& parallel) {
+SolverReport TimeIntegrator::step_elastic(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                          const Material& material, const StepInput& input,
+                                          const SolverOptions& options, const Parallel& parallel) {
     check_step_input(phyxels, input);
     if (!options.guard_energy) return step_once(phyxels, neighbourhoods, material, input, options, parallel);
     const bool leaps = options.kind == SolverKind::explicit_steps;
@@ -27,9 +27,9 @@ SolverReport AnySolver::step_elastic(Phyxels& phyxels, const Neighbourhoods& nei
     const double tolerance = leaps ? explicit_tolerance : implicit_tolerance;
     // Contacts are those of the whole step: it is not divided.
     const std::size_t most = leaps || input.contacts.empty() ? divisions.size() : 1;
-    if (input.contacts.memory) {
-        memory_.reserve(input.contacts.contacts.size());
-        memory_ = *input.contacts.memory;
+    if (input.contacts.cached) {
+        contact_cache_.reserve(input.contacts.contacts.size());
+        contact_cache_ = *input.contacts.cached;
     }
     guard_.begin(phyxels, neighbourhoods, material, input, parallel);
     SolverReport report = step_once(phyxels, neighbourhoods, material, input, options, parallel);
@@ -39,7 +39,7 @@ SolverReport AnySolver::step_elastic(Phyxels& phyxels, const Neighbourhoods& nei
             guard_.weigh(phyxels, neighbourhoods, material, input, tolerance, hold_work_, parallel);
         if (!strained || k == most) break;
         guard_.go_back(phyxels);
-        if (input.contacts.memory) *input.contacts.memory = memory_;
+        if (input.contacts.cached) *input.contacts.cached = contact_cache_;
         const std::size_t non_finite = report.non_finite;
         report = step_finely(phyxels, neighbourhoods, material, input, options, divisions[k], parallel);
         report.non_finite = std::max(report.non_finite, non_finite);
@@ -49,23 +49,24 @@ SolverReport AnySolver::step_elastic(Phyxels& phyxels, const Neighbourhoods& nei
     return report;
 }
 
-void AnySolver::watch(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-                      const StepInput& input, const SolverOptions& options, const Parallel& parallel) {
+void TimeIntegrator::watch(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                           const Material& material, const StepInput& input, const SolverOptions& options,
+                           const Parallel& parallel) {
     if (options.guard_energy) guard_.begin(phyxels, neighbourhoods, material, input, parallel);
 }
 
-void AnySolver::mend(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-                     const StepInput& input, const ContactInput& contacts, std::uint32_t part,
-                     const SolverOptions& options, SolverReport& report, const Parallel& parallel) {
+void TimeIntegrator::correct(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+                             const StepInput& input, const ContactInput& contacts, std::uint32_t part,
+                             const SolverOptions& options, SolverReport& report, const Parallel& parallel) {
     if (!options.guard_energy) return;
     guard_.count_contacts(phyxels, contacts, part, options.kind != SolverKind::explicit_steps);
     guard_.weigh(phyxels, neighbourhoods, material, input, implicit_tolerance, {}, parallel);
     guard_.settle(phyxels, neighbourhoods, material, input, report, parallel);
 }
 
-SolverReport AnySolver::step_once(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
-                                  const Material& material, const StepInput& input,
-                                  const SolverOptions& options, const Parallel& parallel) {
+SolverReport TimeIntegrator::step_once(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                       const Material& material, const StepInput& input,
+                                       const SolverOptions& options, const Parallel& parallel) {
     if (options.kind != SolverKind::explicit_steps) {
         hold_work_ = {};
         return implicit_.step(phyxels, neighbourhoods, material, input, options, parallel);
@@ -76,9 +77,9 @@ SolverReport AnySolver::step_once(Phyxels& phyxels, const Neighbourhoods& neighb
 }
 
 // The explicit solver with more substeps, the implicit one by backward Euler in equal parts.
-SolverReport AnySolver::step_finely(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
-                                    const Material& material, const StepInput& input, SolverOptions options,
-                                    int division, const Parallel& parallel) {
+SolverReport TimeIntegrator::step_finely(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                         const Material& material, const StepInput& input,
+                                         SolverOptions options, int division, const Parallel& parallel) {
     if (options.kind == SolverKind::explicit_steps) {
         options.refinement *= division;
         phyxels.substeps = 0;
@@ -111,7 +112,7 @@ SolverReport AnySolver::step_finely(Phyxels& phyxels, const Neighbourhoods& neig
 }
 
 // Where held phyxels are when `left` of what is left of their way is left, into way_.
-void AnySolver::part_way(const Phyxels& phyxels, const StepInput& input, double left) {
+void TimeIntegrator::part_way(const Phyxels& phyxels, const StepInput& input, double left) {
     way_.resize(phyxels.size());
     for (std::size_t i = 0; i < way_.size(); ++i) {
         way_[i] = input.held_position[i];

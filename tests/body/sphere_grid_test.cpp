@@ -1,5 +1,5 @@
 // What a grid of balls tells, against looking at all of them.
-#include <splitcubes/body/crumb_grid.h>
+#include <splitcubes/body/sphere_grid.h>
 #include <splitcubes/core/random.h>
 
 #include <gtest/gtest.h>
@@ -14,20 +14,20 @@ Vec3 random_offset(Random& random, double half) {
     return {random.uniform(-half, half), random.uniform(-half, half), random.uniform(-half, half)};
 }
 
-std::vector<CrumbGrid::Ball> random_balls(Random& random, int count, double half, double widest) {
-    std::vector<CrumbGrid::Ball> out;
+std::vector<SphereGrid::Ball> random_balls(Random& random, int count, double half, double widest) {
+    std::vector<SphereGrid::Ball> out;
     for (int k = 0; k < count; ++k)
         out.push_back({random_offset(random, half), widest * random.uniform(0, 1)});
     return out;
 }
 
-TEST(CrumbGrid, NamesAllBallsThatAPointIsIn) {
-    CrumbGrid grid;
+TEST(SphereGrid, NamesAllBallsThatAPointIsIn) {
+    SphereGrid grid;
     Random random(3);
     std::size_t inside = 0, named = 0, none = 0;
     for (const int count : {1, 4, 40, 400})
         for (const double widest : {0.0, 0.02, 0.2, 3.0}) {
-            const std::vector<CrumbGrid::Ball> balls = random_balls(random, count, 1, widest);
+            const std::vector<SphereGrid::Ball> balls = random_balls(random, count, 1, widest);
             grid.build(balls);
             for (int n = 0; n < 500; ++n) {
                 const Vec3 point = random_offset(random, 1.5);
@@ -48,11 +48,11 @@ TEST(CrumbGrid, NamesAllBallsThatAPointIsIn) {
     EXPECT_LT(named, 20 * inside) << "it names few others";
 }
 
-TEST(CrumbGrid, BearsNoBallsAndBallsFarApart) {
-    CrumbGrid grid;
+TEST(SphereGrid, BearsNoBallsAndBallsFarApart) {
+    SphereGrid grid;
     grid.build({});
     EXPECT_TRUE(grid.near(Vec3::Zero()).empty());
-    const std::vector<CrumbGrid::Ball> balls = {{Vec3(0, 0, 0), 1}, {Vec3(1e90, -1e90, 3), 2}};
+    const std::vector<SphereGrid::Ball> balls = {{Vec3(0, 0, 0), 1}, {Vec3(1e90, -1e90, 3), 2}};
     grid.build(balls);
     const auto is_named = [&](const Vec3& point, std::uint32_t ball) {
         const std::span<const std::uint32_t> near = grid.near(point);

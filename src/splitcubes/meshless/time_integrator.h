@@ -3,14 +3,14 @@
 
 #include <splitcubes/meshless/energy_guard.h>
 #include <splitcubes/meshless/explicit_solver.h>
+#include <splitcubes/meshless/implicit_solver.h>
 #include <splitcubes/meshless/rigid_step.h>
-#include <splitcubes/meshless/solver.h>
 
 namespace splitcubes::meshless {
 
 /// Steps by one of the solvers; they can take turns, since all state is in Phyxels. What a
 /// step leaves is weighed and mended by EnergyGuard.
-class AnySolver {
+class TimeIntegrator {
   public:
     /// Rigid pieces move first; for the elastic solver their phyxels are held.
     /// Throws as the solvers do.
@@ -39,9 +39,9 @@ class AnySolver {
     /// notes what there is, and mends what they come to. Nothing is taken again.
     void watch(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                const StepInput& input, const SolverOptions& options, const Parallel& parallel);
-    void mend(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-              const StepInput& input, const ContactInput& contacts, std::uint32_t part,
-              const SolverOptions& options, SolverReport& report, const Parallel& parallel);
+    void correct(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+                 const StepInput& input, const ContactInput& contacts, std::uint32_t part,
+                 const SolverOptions& options, SolverReport& report, const Parallel& parallel);
 
   private:
     SolverReport step_elastic(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
@@ -60,7 +60,7 @@ class AnySolver {
             const std::int32_t index = phyxels.rigid.index(phyxels.piece[i]);
             if (index >= 0) {
                 held_[i] = 1;
-                held_position_[i] = phyxels.rigid.bodies[static_cast<std::size_t>(index)].place_of_rest(
+                held_position_[i] = phyxels.rigid.bodies[static_cast<std::size_t>(index)].world_point_of_rest(
                     phyxels.rest_position[i]);
             } else if (!input.held.empty()) {
                 held_[i] = input.held[i];
@@ -76,11 +76,11 @@ class AnySolver {
     ImplicitSolver implicit_;
     ExplicitSolver explicit_;
     EnergyGuard guard_;
-    std::span<const double> hold_work_;  // J, per piece, of the last explicit step
-    std::vector<Vec3> way_;              // m, world, where held phyxels are after a part of a step
-    std::vector<ContactMemory> memory_;  // before the step
-    std::vector<std::uint8_t> held_;     // per phyxel, held or rigid
-    std::vector<Vec3> held_position_;    // per phyxel, m, world
+    std::span<const double> hold_work_;         // J, per piece, of the last explicit step
+    std::vector<Vec3> way_;                     // m, world, where held phyxels are after a part of a step
+    std::vector<CachedContact> contact_cache_;  // before the step
+    std::vector<std::uint8_t> held_;            // per phyxel, held or rigid
+    std::vector<Vec3> held_position_;           // per phyxel, m, world
 };
 
 }  // namespace splitcubes::meshless

@@ -1,12 +1,12 @@
-#include <splitcubes/body/carrier_kernels.h>
-#include <splitcubes/body/carrier_table.h>
+#include <splitcubes/body/influence_kernels.h>
+#include <splitcubes/body/influence_table.h>
 
 #include <algorithm>
 #include <array>
 
 namespace splitcubes::body {
 
-void CarrierTable::make_room(std::size_t count) {
+void InfluenceTable::make_room(std::size_t count) {
     const std::size_t needed = count + 2 * width;
     if (needed <= stride_) return;
     const std::size_t stride = std::max(needed, 2 * stride_);
@@ -17,14 +17,14 @@ void CarrierTable::make_room(std::size_t count) {
     stride_ = stride;
 }
 
-void CarrierTable::resize(std::size_t count) {
+void InfluenceTable::resize(std::size_t count) {
     make_room(count);
     if (count > size_) std::fill(field(square) + size_, field(square) + count, -1.0F);
     size_ = count;
 }
 
-void CarrierTable::set(std::size_t i, const Vec3& at, double square_of_reach, const State& now,
-                       const State& before) {
+void InfluenceTable::set(std::size_t i, const Vec3& at, double square_of_reach, const State& now,
+                         const State& before) {
     float* entry = numbers_.data() + i;
     const auto put = [&](double number) {
         *entry = static_cast<float>(number);
@@ -40,20 +40,20 @@ void CarrierTable::set(std::size_t i, const Vec3& at, double square_of_reach, co
     }
 }
 
-void CarrierTable::append_from(const CarrierTable& from, std::size_t begin, std::size_t end,
-                               const Cube& cube) {
+void InfluenceTable::append_from(const InfluenceTable& from, std::size_t begin, std::size_t end,
+                                 const Cube& cube) {
     make_room(size_ + (end - begin));
-    size_ += choose_carriers({from.numbers_.data(), from.stride_, begin, end}, cube, true,
-                             numbers_.data() + size_, stride_);
+    size_ += choose_influences({from.numbers_.data(), from.stride_, begin, end}, cube, true,
+                               numbers_.data() + size_, stride_);
 }
 
-void CarrierTable::assign_from(const CarrierTable& from, const Cube& cube) {
+void InfluenceTable::assign_from(const InfluenceTable& from, const Cube& cube) {
     make_room(from.size());
-    size_ = choose_carriers({from.numbers_.data(), from.stride_, 0, from.size()}, cube, false,
-                            numbers_.data(), stride_);
+    size_ = choose_influences({from.numbers_.data(), from.stride_, 0, from.size()}, cube, false,
+                              numbers_.data(), stride_);
 }
 
-Mat3 CarrierTable::take_out_mean() {
+Mat3 InfluenceTable::take_out_mean() {
     if (size_ == 0) return Mat3::Zero();
     constexpr std::size_t matrix = first_state + 3;
     std::array<float, 9> mean;
@@ -66,9 +66,9 @@ Mat3 CarrierTable::take_out_mean() {
     return Eigen::Map<const Eigen::Matrix3f>(mean.data()).cast<double>();
 }
 
-geometry::Box CarrierTable::box_of(const Cube& cube) const {
+geometry::Box InfluenceTable::box_of(const Cube& cube) const {
     std::array<float, 3> low, high;
-    bound_carriers({numbers_.data(), stride_, 0, size_}, cube, low, high);
+    bound_influences({numbers_.data(), stride_, 0, size_}, cube, low, high);
     if (low[0] > high[0]) return {};
     return {Eigen::Map<const Vec3f>(low.data()).cast<double>(),
             Eigen::Map<const Vec3f>(high.data()).cast<double>()};

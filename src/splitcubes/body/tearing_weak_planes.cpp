@@ -8,7 +8,7 @@ namespace splitcubes::body {
 
 // The plane along which the material around a place is weak, if it is so along a
 // plane: by the moments of the weakness over the nodes around.
-std::optional<Tearing::Plane> Tearing::seam_at(const Vec3& rest) const {
+std::optional<Tearing::Plane> Tearing::weak_plane_at(const Vec3& rest) const {
     if (!settings_.strength_factor) return std::nullopt;
     constexpr int around = 3;  // cells
     std::vector<std::pair<Vec3, double>> samples;

@@ -1,22 +1,23 @@
-#include <splitcubes/meshless/parting.h>
+#include <splitcubes/meshless/split_momentum.h>
 
 #include <algorithm>
 
 namespace splitcubes::meshless {
 
-Parting::Parting(const Phyxels& phyxels, std::vector<std::int32_t> family, std::span<const std::uint8_t> held)
+SplitMomentum::SplitMomentum(const Phyxels& phyxels, std::vector<std::int32_t> family,
+                             std::span<const std::uint8_t> held)
     : family_(std::move(family)) {
     before_ = of_families(phyxels);
     moves_.resize(before_.size());
     for (std::size_t k = 0; k < before_.size(); ++k)
-        moves_[k] = !before_[k].linear.isZero(0) || !before_[k].spin.isZero(0);
+        moves_[k] = !before_[k].linear.isZero(0) || !before_[k].angular_momentum.isZero(0);
     for (std::size_t i = 0; i < held.size(); ++i) {
         const std::int32_t of = family_[static_cast<std::size_t>(phyxels.piece[i])];
         if (held[i] != 0 && of >= 0) moves_[static_cast<std::size_t>(of)] = 0;
     }
 }
 
-std::vector<Momenta> Parting::of_families(const Phyxels& phyxels) const {
+std::vector<Momenta> SplitMomentum::of_families(const Phyxels& phyxels) const {
     std::vector<Momenta> pieces;
     piece_momenta(phyxels, static_cast<int>(family_.size()), pieces);
     std::int32_t count = 0;
@@ -30,9 +31,9 @@ std::vector<Momenta> Parting::of_families(const Phyxels& phyxels) const {
     return out;
 }
 
-void Parting::settle(Phyxels& phyxels) const {
+void SplitMomentum::settle(Phyxels& phyxels) const {
     struct Change {
-        Vec3 centre, way, velocity, turning;  // m, m, m/s, rad/s
+        Vec3 centre, way, velocity, angular_velocity;  // m, m, m/s, rad/s
     };
     const std::vector<Momenta> after = of_families(phyxels);
     std::vector<Change> changes;
@@ -42,7 +43,8 @@ void Parting::settle(Phyxels& phyxels) const {
             // Of that mass: what is booked in sum may differ by rounding.
             if (moves_[k] != 0) change.way = before_[k].centre - after[k].centre;
             change.velocity = before_[k].linear / before_[k].mass - after[k].linear / after[k].mass;
-            change.turning = angular_velocity(after[k].inertia, before_[k].spin - after[k].spin);
+            change.angular_velocity =
+                angular_velocity(after[k].inertia, before_[k].angular_momentum - after[k].angular_momentum);
         }
         changes.push_back(change);
     }
@@ -54,16 +56,19 @@ void Parting::settle(Phyxels& phyxels) const {
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
         const Change* change = change_of(phyxels.piece[i]);
         if (change == nullptr || phyxels.rigid.index(phyxels.piece[i]) >= 0) continue;
-        phyxels.velocity[i] += change->velocity + change->turning.cross(phyxels.position[i] - change->centre);
+        phyxels.velocity[i] +=
+            change->velocity + change->angular_velocity.cross(phyxels.position[i] - change->centre);
         phyxels.position[i] += change->way;
         phyxels.previous_position[i] += change->way;
     }
     for (RigidPiece& body : phyxels.rigid.bodies) {
         const Change* change = change_of(body.piece);
         if (change == nullptr) continue;
-        body.momentum += body.mass * (change->velocity + change->turning.cross(body.centre - change->centre));
+        body.momentum +=
+            body.mass * (change->velocity + change->angular_velocity.cross(body.centre - change->centre));
         body.centre += change->way;
-        body.spin += body.rotation * body.inertia * body.rotation.transpose() * change->turning;
+        body.angular_momentum +=
+            body.rotation * body.inertia * body.rotation.transpose() * change->angular_velocity;
     }
 }
 

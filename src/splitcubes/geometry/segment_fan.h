@@ -10,10 +10,10 @@ namespace splitcubes::geometry {
 /// Segments from one point to others within reach: the same answers as
 /// OccluderGrid::segment_blocked, at next to no cost where an octant around the point lists nothing.
 /// Holds until the next set_cell.
-class Sights {
+class SegmentFan {
   public:
     /// reach: m, the farthest that is asked for along any axis.
-    Sights(const OccluderGrid& occluders, const Vec3& from, double reach)
+    SegmentFan(const OccluderGrid& occluders, const Vec3& from, double reach)
         : occluders_(occluders), from_(from), reach_(reach) {}
 
     bool blocked(const Vec3& to) {

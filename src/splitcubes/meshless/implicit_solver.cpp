@@ -1,4 +1,4 @@
-#include <splitcubes/meshless/solver.h>
+#include <splitcubes/meshless/implicit_solver.h>
 
 #include <algorithm>
 #include <array>
@@ -60,7 +60,7 @@ void ImplicitSolver::size_buffers(std::size_t count) {
                         &right_, &pushed_, &d_, &r_, &p_, &q_})
         array->resize(count);
     failed_.assign(count, 0);
-    for (auto* array : {&inverted_, &held_, &violent_}) array->resize(count);
+    for (auto* array : {&inverted_, &held_, &high_acceleration_}) array->resize(count);
     to_smooth_.reserve(count);
 }
 
@@ -176,7 +176,7 @@ void ImplicitSolver::guess_acceleration(const Job& job, std::size_t i) {
     const bool known = phyxels.history_step == job.input.dt;
     const bool supported = supported_[piece_of(job, i)] != 0;
     p_[i].setZero();
-    violent_[i] = 0;
+    high_acceleration_[i] = 0;
     if (!job.options.warm_start || !(known || supported)) return;
     Vec3 acceleration = (phyxels.velocity[i] - phyxels.previous_velocity[i]) / job.input.dt;
     // A hit's jump of velocity is no acceleration that goes on.
@@ -185,7 +185,7 @@ void ImplicitSolver::guess_acceleration(const Job& job, std::size_t i) {
     const Vec3 beyond = acceleration - job.input.gravity;
     if (!beyond.allFinite()) return;
     p_[i] = beyond;
-    violent_[i] = supported && is_violent(job, beyond);
+    high_acceleration_[i] = supported && has_high_acceleration(job, beyond);
 }
 
 // The correction that would keep the last step's acceleration: where a body
@@ -193,7 +193,7 @@ void ImplicitSolver::guess_acceleration(const Job& job, std::size_t i) {
 // linearised there: the prediction lets it fall past what holds it, b^2 g, which shears what lies beside by
 // so much that a solve linearised there ends elsewhere, and elsewhere for each b.
 void ImplicitSolver::start_guess(const Job& job) {
-    smooth_violent(job);
+    smooth_high_accelerations(job);
     for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) {
         d_[i].setZero();
         if (held_[i] != 0) return;
@@ -204,7 +204,7 @@ void ImplicitSolver::start_guess(const Job& job) {
     });
 }
 
-bool ImplicitSolver::is_violent(const Job& job, const Vec3& beyond_gravity) {
+bool ImplicitSolver::has_high_acceleration(const Job& job, const Vec3& beyond_gravity) {
     const double calm = calm_share * job.input.gravity.norm();
     return beyond_gravity.squaredNorm() > calm * calm;
 }
@@ -213,11 +213,11 @@ bool ImplicitSolver::is_violent(const Job& job, const Vec3& beyond_gravity) {
 // as the mean over what lies around. What a cut sets free springs back by hundreds of m/s^2 in one step and
 // by as much the other way in the next; linearised where that would go on, it would be torn from its
 // neighbours.
-void ImplicitSolver::smooth_violent(const Job& job) {
+void ImplicitSolver::smooth_high_accelerations(const Job& job) {
     const Neighbourhoods& links = job.neighbourhoods;
     to_smooth_.clear();
-    for (std::uint32_t i = 0; i < violent_.size(); ++i)
-        if (violent_[i] != 0) to_smooth_.push_back(i);
+    for (std::uint32_t i = 0; i < high_acceleration_.size(); ++i)
+        if (high_acceleration_[i] != 0) to_smooth_.push_back(i);
     const auto mean_around = [&](std::size_t i) {
         Vec3 sum = Vec3::Zero();
         double weight = 0;
@@ -230,7 +230,7 @@ void ImplicitSolver::smooth_violent(const Job& job) {
     for (int round = 0; round < 2; ++round) {
         for_phyxels(job.parallel, to_smooth_.size(), [&](std::size_t k) {
             const std::size_t i = to_smooth_[k];
-            q_[k] = is_violent(job, p_[i]) ? mean_around(i) : p_[i];
+            q_[k] = has_high_acceleration(job, p_[i]) ? mean_around(i) : p_[i];
         });
         for_phyxels(job.parallel, to_smooth_.size(), [&](std::size_t k) { p_[to_smooth_[k]] = q_[k]; });
     }
@@ -284,7 +284,7 @@ bool ImplicitSolver::is_at_base(const Job& job) {
 }
 
 // q_ = A d_, less the contacts' part.
-void ImplicitSolver::image_of_solution(const Job& job, bool exact) {
+void ImplicitSolver::stiffness_times_solution(const Job& job, bool exact) {
     const std::size_t n = job.phyxels.size();
     const double factor = 1 + damping_ratio(job);
     if (exact && !exact_is_taken_) {
@@ -324,7 +324,7 @@ double ImplicitSolver::residual_at_base(const Job& job) {
 }
 
 // From q_ = A d_.
-double ImplicitSolver::residual_of_image(const Job& job, bool exact, double& noise) {
+double ImplicitSolver::residual_from_product(const Job& job, bool exact, double& noise) {
     noise = exact ? 0 : rounding_share * rounding_share * square_of(job, q_);
     for_phyxels(job.parallel, q_.size(),
                 [&](std::size_t i) { r_[i] = filtered(i, right_[i] + pushed_[i] - q_[i]); });

@@ -15,7 +15,8 @@ using meshless::Contact;
 // In phyxel spacings: how far a contact is looked for beyond what speed asks for, the deepest
 // overlap that is believed, how far along the face a sample may be from another piece's
 // samples, and how much of an overlap is undone in a step.
-constexpr double skin_margin_share = 0.05, deepest_share = 1, beside_share = 0.9, skin_lift_share = 0.02;
+constexpr double skin_margin_share = 0.05, deepest_share = 1, beside_share = 0.9,
+                 surface_depenetration_share = 0.02;
 constexpr double reach_share = 1.25, most_reach_share = 3;
 // In spacings: what begins to fall within a step may come to overlap by so much before it is found.
 constexpr double fallen_share = 0.15;
@@ -24,7 +25,7 @@ constexpr double near_share = 0.95, face_share = 0.75;
 // In spacings, behind the plane of a face's sample than behind that of the partner.
 constexpr double behind_share = 0.1;
 // In spacings: how far from each other a cut's samples in one cell may have come to tell the same.
-constexpr double twin_share = 0.5;
+constexpr double opposite_share = 0.5;
 // Skins that lie opposite; normals of one face.
 constexpr double opposite_skins = -0.8, one_face = 0.8;
 // Points just below the skin, in cells; and the distance at rest, in spacings, beyond which two
@@ -35,7 +36,7 @@ constexpr double anywhere = std::numeric_limits<double>::infinity();
 }  // namespace
 
 // Answers since known.from hold after this.
-void ContactFinder::bring_up_to(const SurfaceChanges& changes, std::uint32_t now, KnownParted& known) {
+void ContactFinder::bring_up_to(const SurfaceChanges& changes, std::uint32_t now, KnownSeparations& known) {
     if (known.until == now) return;
     if (known.along.empty() || changes.since(known.along, known.until)) known.from = now;
     known.until = now;
@@ -43,29 +44,31 @@ void ContactFinder::bring_up_to(const SurfaceChanges& changes, std::uint32_t now
 
 // Whether a surface stands between points just below two samples of a body. Only one thread asks for
 // sample a at a time.
-bool ContactFinder::are_parted(const Body& body, std::size_t a, std::size_t b) {
-    KnownParted*& kept = parted_[samples_[a].slot];
+bool ContactFinder::are_separated(const Body& body, std::size_t a, std::size_t b) {
+    KnownSeparations*& kept = separations_[samples_[a].slot];
     if (!kept) kept = &take_known();
-    KnownParted& known = *kept;
+    KnownSeparations& known = *kept;
     const std::uint32_t serial = samples_[b].serial;
     // To the end, since vectors do it so.
-    std::size_t place = KnownParted::size;
-    for (std::size_t n = 0; n < KnownParted::size; ++n) place = known.other[n] == serial ? n : place;
-    const bool is_known = place < KnownParted::size;
+    std::size_t place = KnownSeparations::size;
+    for (std::size_t n = 0; n < KnownSeparations::size; ++n) place = known.other[n] == serial ? n : place;
+    const bool is_known = place < KnownSeparations::size;
     if (!is_known) {
         // What is longest unasked gives way.
-        const auto oldest = std::min_element(
-            known.answer.begin(), known.answer.end(),
-            [](const KnownParted::Answer& x, const KnownParted::Answer& y) { return x.when < y.when; });
+        const auto oldest =
+            std::min_element(known.answer.begin(), known.answer.end(),
+                             [](const KnownSeparations::Answer& x, const KnownSeparations::Answer& y) {
+                                 return x.when < y.when;
+                             });
         place = static_cast<std::size_t>(oldest - known.answer.begin());
         known.other[place] = serial;
     }
-    KnownParted::Answer& answer = known.answer[place];
+    KnownSeparations::Answer& answer = known.answer[place];
     const std::uint32_t now = body.surface_changes().now() & ~(1U << 31);
     bring_up_to(body.surface_changes(), now, known);
     if (is_known && answer.when >= known.from) {
         answer.when = now;
-        return answer.is_parted != 0;
+        return answer.is_separated != 0;
     }
     const double below = below_skin * body.grid().rest().cell_size;
     const Vec3 from = samples_[a].rest - below * samples_[a].rest_normal.cast<double>();
@@ -73,25 +76,26 @@ bool ContactFinder::are_parted(const Body& body, std::size_t a, std::size_t b) {
     look(body, from, to, is_known, answer);
     known.along.add(from);
     known.along.add(to);
-    return answer.is_parted != 0;
+    return answer.is_separated != 0;
 }
 
 // Brings an answer up to date. What is known tells where to look first: at what parted the two, or, where
 // nothing did, at what has come since.
 void ContactFinder::look(const Body& body, const Vec3& from, const Vec3& to, bool is_known,
-                         KnownParted::Answer& answer) {
+                         KnownSeparations::Answer& answer) {
     const SurfaceChanges& changes = body.surface_changes();
     const geometry::OccluderGrid& occluders = body.occluders();
     const std::uint32_t now = changes.now() & ~(1U << 31);
     const bool is_stale = is_known && changes.since({from.cwiseMin(to), from.cwiseMax(to)}, answer.when);
     const std::uint32_t when = answer.when;
     answer.when = now;
-    if (is_known && (!is_stale || (answer.is_parted && occluders.blocks(answer.witness, from, to)))) return;
+    if (is_known && (!is_stale || (answer.is_separated && occluders.blocks(answer.witness, from, to))))
+        return;
     // After all changed at once the occluders count anew.
-    const bool was_open = is_known && !answer.is_parted && when >= changes.all_anew();
+    const bool was_open = is_known && !answer.is_separated && when >= changes.last_full_change();
     const std::uint32_t by = occluders.blocker(from, to, was_open ? answer.witness : 0);
-    answer.is_parted = by != geometry::OccluderGrid::no_triangle;
-    answer.witness = answer.is_parted ? by : occluders.changes();
+    answer.is_separated = by != geometry::OccluderGrid::no_triangle;
+    answer.witness = answer.is_separated ? by : occluders.changes();
 }
 
 // Whether two samples that face each other can be of skins that meet.
@@ -101,7 +105,7 @@ bool ContactFinder::may_meet(const Task& task, std::size_t a, std::size_t b) {
     // The two lips of a cut through a cell.
     if (one.cell == other.cell && (one.corners & other.corners) == 0) return true;
     if ((one.rest - other.rest).norm() > far_at_rest * spacing_of(one)) return true;
-    return are_parted(*task.bodies[one.body], a, b);
+    return are_separated(*task.bodies[one.body], a, b);
 }
 
 // The same of one that faces sample k, looked up once.
@@ -113,9 +117,9 @@ bool ContactFinder::may_meet(const Task& task, std::size_t k, std::size_t n, Chu
 
 // The nearest sample whose skin lies opposite, of equally near ones the first; only where there is none, an
 // edge's or a corner's.
-const SkinGrid::Faced* ContactFinder::partner_of(const Task& task, std::size_t k, Chunk& chunk) {
+const SampleGrid::Faced* ContactFinder::partner_of(const Task& task, std::size_t k, Chunk& chunk) {
     const auto is_worse = [&](std::uint64_t a, std::uint64_t b) {
-        const SkinGrid::Faced &one = chunk.faced[a], &other = chunk.faced[b];
+        const SampleGrid::Faced &one = chunk.faced[a], &other = chunk.faced[b];
         const bool lies_opposite = one.cosine < opposite_skins;
         if (lies_opposite != (other.cosine < opposite_skins)) return !lies_opposite;
         if (one.square != other.square) return one.square > other.square;
@@ -153,11 +157,11 @@ bool ContactFinder::find_facing(std::size_t place, double radius, const Reach& r
     grid_.find_facing(place, radius, enough, chunk.near, chunk.faced);
     chunk.may.assign(chunk.faced.size(), May::unknown);
     return std::any_of(chunk.faced.begin(), chunk.faced.end(),
-                       [&](const SkinGrid::Faced& other) { return !(other.next > enough); });
+                       [&](const SampleGrid::Faced& other) { return !(other.next > enough); });
 }
 
 // How far from a sample the face that a partner is of is followed, m.
-double ContactFinder::width_of(std::size_t k, const SkinGrid::Faced& partner, const Reach& reach) const {
+double ContactFinder::width_of(std::size_t k, const SampleGrid::Faced& partner, const Reach& reach) const {
     const double width =
         std::sqrt(partner.square) + face_share * spacing_of(samples_[grid_.number(partner.place)]);
     return std::min(width, reach.radius + way_of_[k].farther);
@@ -165,11 +169,11 @@ double ContactFinder::width_of(std::size_t k, const SkinGrid::Faced& partner, co
 
 // The partner, and what faces the sample at least as far as its face is followed; nullptr where there is
 // none.
-const SkinGrid::Faced* ContactFinder::find_partner(const Task& task, std::size_t place, const Reach& reach,
-                                                   Chunk& chunk) {
+const SampleGrid::Faced* ContactFinder::find_partner(const Task& task, std::size_t place, const Reach& reach,
+                                                     Chunk& chunk) {
     const std::size_t k = grid_.number(place);
     const double near = near_share * reach.spacing;
-    const SkinGrid::Faced* const found =
+    const SampleGrid::Faced* const found =
         find_facing(place, near, reach, chunk) ? partner_of(task, k, chunk) : nullptr;
     // What is farther off is no nearer partner.
     if (found && found->cosine < opposite_skins) return widen(place, *found, near, reach, chunk);
@@ -178,21 +182,21 @@ const SkinGrid::Faced* ContactFinder::find_partner(const Task& task, std::size_t
 
 // The same partner, with what faces the sample as far as its face is followed, where more than `near` (m) has
 // to be known for that.
-const SkinGrid::Faced* ContactFinder::widen(std::size_t place, const SkinGrid::Faced& partner, double near,
-                                            const Reach& reach, Chunk& chunk) const {
+const SampleGrid::Faced* ContactFinder::widen(std::size_t place, const SampleGrid::Faced& partner,
+                                              double near, const Reach& reach, Chunk& chunk) const {
     const double width = width_of(grid_.number(place), partner, reach);
     if (width <= near) return &partner;
     const std::uint32_t which = partner.place;
     find_facing(place, width, reach, chunk);
     const auto found = std::find_if(chunk.faced.begin(), chunk.faced.end(),
-                                    [&](const SkinGrid::Faced& other) { return other.place == which; });
+                                    [&](const SampleGrid::Faced& other) { return other.place == which; });
     return found == chunk.faced.end() ? nullptr : &*found;
 }
 
 // Lists the samples of the face that the partner is of, with their weights. A cut that parts the
 // sample from its partner parts it from what lies beside that; what it is farther behind may be the other
 // side of its own wall.
-void ContactFinder::find_face(const Task& task, std::size_t k, const SkinGrid::Faced& chosen,
+void ContactFinder::find_face(const Task& task, std::size_t k, const SampleGrid::Faced& chosen,
                               const Reach& reach, Chunk& chunk) {
     const double behind = chosen.along - behind_share * spacing_of(samples_[k]);
     const Sample& partner = samples_[grid_.number(chosen.place)];
@@ -201,7 +205,7 @@ void ContactFinder::find_face(const Task& task, std::size_t k, const SkinGrid::F
     chunk.face.clear();
     for (std::size_t n = 0; n < chunk.faced.size(); ++n) {
         // What is told by what lies side by side in memory first.
-        const SkinGrid::Faced& near = chunk.faced[n];
+        const SampleGrid::Faced& near = chunk.faced[n];
         if (!(near.square < width * width) || !(grid_.normal(near.place).dot(partner_normal) > one_face))
             continue;
         const std::uint32_t index = grid_.number(near.place);
@@ -218,7 +222,7 @@ bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach
     const std::size_t k = grid_.number(place);
     const Sample& sample = samples_[k];
     const Vec3& position = grid_.point(place);
-    const SkinGrid::Faced* const chosen = find_partner(task, place, reach, chunk);
+    const SampleGrid::Faced* const chosen = find_partner(task, place, reach, chunk);
     if (!chosen) return false;
     find_face(task, k, *chosen, reach, chunk);
     const Sample& partner = samples_[grid_.number(chosen->place)];
@@ -247,9 +251,9 @@ bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach
     if (!(out.gap - nearing / total < soon(k, reach))) return false;
     if ((way - normal.dot(way) * normal).norm() > beside_share * spacing) return false;
     out.key = key_of(sample.body, 0, sample.vertex);
-    out.upper = carrying_of(k).side;
+    out.upper = influence_of(k).side;
     out.friction = task.options.friction;
-    out.lift = skin_lift_share * std::min(spacing_of(sample), spacing_of(partner));
+    out.max_depenetration = surface_depenetration_share * std::min(spacing_of(sample), spacing_of(partner));
     return push_on(task, position - distance * normal, total, grid_.number(chosen->place), chunk, out);
 }
 
@@ -261,13 +265,13 @@ bool ContactFinder::push_on(const Task& task, const Vec3& foot, double total, st
     for (const Facing& near : chunk.face) {
         middle += near.weight * grid_.point(near.place);
         rest_middle += near.weight * samples_[near.index].rest;
-        chunk.between.add(carrying_of(near.index).side, near.weight);
+        chunk.between.add(influence_of(near.index).side, near.weight);
     }
     if (chunk.between.empty()) return false;
     const double spacing = spacing_of(samples_[partner]);
     const meshless::Phyxels& phyxels = task.bodies[samples_[partner].body]->phyxels();
     Vec3 rest_foot =
-        phyxels.deformation[carrying_of(partner).side.phyxel[0]].inverse() * (foot - middle / total);
+        phyxels.deformation[influence_of(partner).side.phyxel[0]].inverse() * (foot - middle / total);
     if (!(rest_foot.norm() < 2 * beside_share * spacing)) rest_foot.setZero();
     out.lower = chunk.between.take(phyxels.rest_position, rest_middle / total + rest_foot, spacing);
     return true;
@@ -287,28 +291,29 @@ ContactFinder::Reach ContactFinder::reach_of(const Task& task) const {
 bool ContactFinder::asks(const Task& task, std::size_t place) const {
     const std::uint32_t k = grid_.number(place);
     const Sample& sample = samples_[k];
-    if (grid_.is_among_own(place) && (!sample.asks_own || is_answered_by_twin(task, k))) return false;
-    return grid_.may_face(place) && !carrying_of(k).side.is_collider();
+    if (grid_.is_among_own(place) && (!sample.searches_own_body || is_answered_by_opposite(task, k)))
+        return false;
+    return grid_.may_face(place) && !influence_of(k).side.is_collider();
 }
 
 // Whether the sample of the other lip lies on this one, so that it is told the same.
-bool ContactFinder::is_answered_by_twin(const Task& task, std::size_t k) const {
+bool ContactFinder::is_answered_by_opposite(const Task& task, std::size_t k) const {
     const Sample& sample = samples_[k];
-    if (twin_[k] == sample.vertex) return false;
+    if (opposite_[k] == sample.vertex) return false;
     const Body& body = *task.bodies[sample.body];
-    const double nearest = twin_share * spacing_of(sample);
-    return (body.vertex_positions()[twin_[k]] - body.vertex_positions()[sample.vertex]).squaredNorm() <
+    const double nearest = opposite_share * spacing_of(sample);
+    return (body.vertex_positions()[opposite_[k]] - body.vertex_positions()[sample.vertex]).squaredNorm() <
            nearest * nearest;
 }
 
 // Those that may meet one another, where their carriers take them now and within the step.
-void ContactFinder::place_carried(const Task& task, std::span<const std::uint32_t> kept,
+void ContactFinder::place_exactly(const Task& task, std::span<const std::uint32_t> kept,
                                   const Parallel& parallel) {
     const auto place = [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
-            find_carriers(task, kept[n]);
-            const meshless::ContactSide& side = carrying_of(kept[n]).side;
-            SkinGrid::Way& way = way_of_[kept[n]];
+            find_influences(task, kept[n]);
+            const meshless::ContactSide& side = influence_of(kept[n]).side;
+            SampleGrid::Way& way = way_of_[kept[n]];
             way.sure = task.dt * side_value(side, velocity_);
             way.more = side_value(side, drift_);
             way.farther = std::min(way.farther, (way.sure - mean_way_).norm());
@@ -320,7 +325,7 @@ void ContactFinder::place_carried(const Task& task, std::span<const std::uint32_
 void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
     if (samples_.empty()) return;
     const Reach reach = reach_of(task);
-    const auto place_kept = [&](std::span<const std::uint32_t> kept) { place_carried(task, kept, parallel); };
+    const auto place_kept = [&](std::span<const std::uint32_t> kept) { place_exactly(task, kept, parallel); };
     grid_.build(position_, normal_, way_of_, owner_, {reach.radius, reach.most}, parallel,
                 std::cref(place_kept));
     in_chunks(parallel, grid_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {

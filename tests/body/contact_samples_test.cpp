@@ -25,7 +25,7 @@ std::vector<std::pair<std::uint32_t, std::int32_t>> slow_list(const Body& body) 
         const splitting::SurfaceVertex& vertex = vertices[v];
         if (!vertex.alive() || vertex.kind != splitting::VertexKind::centre || vertex.corners == 0xff)
             continue;
-        const std::int32_t piece = body.pieces().piece_of(body.grid(), body.surface().carrier(vertex));
+        const std::int32_t piece = body.pieces().piece_of(body.grid(), body.surface().influence(vertex));
         int axis = 0;
         vertex.normal.cwiseAbs().maxCoeff(&axis);
         const int direction = 2 * axis + (vertex.normal[axis] < 0);
@@ -37,7 +37,7 @@ std::vector<std::pair<std::uint32_t, std::int32_t>> slow_list(const Body& body) 
 
 std::vector<std::pair<std::uint32_t, std::int32_t>> list_of(const Body& body) {
     std::vector<std::pair<std::uint32_t, std::int32_t>> out;
-    for (const SkinPoint& point : body.skin_points()) out.emplace_back(point.vertex, point.piece);
+    for (const ContactSample& point : body.contact_samples()) out.emplace_back(point.vertex, point.piece);
     return out;
 }
 
@@ -45,7 +45,7 @@ geometry::TriangleMesh sheet(const Vec3& a, const Vec3& b, const Vec3& c) {
     return {{a, b, c}, {{0, 1, 2}}};
 }
 
-TEST(SkinPoints, AreThoseOfTheSlowList) {
+TEST(ContactSamples, AreThoseOfTheSlowList) {
     for (const double spacing : {0.02, 0.045}) {
         const Parallel parallel(3);
         BodySettings settings;
@@ -55,11 +55,11 @@ TEST(SkinPoints, AreThoseOfTheSlowList) {
         EXPECT_EQ(list_of(body), slow_list(body));
         body.cut_with_sheet(sheet({0.011, -1, -1}, {0.012, 1, -1}, {0.013, 0, 2}), 0, parallel);
         EXPECT_EQ(list_of(body), slow_list(body));
-        const std::size_t before = body.skin_points().size();
+        const std::size_t before = body.contact_samples().size();
         body.cut_with_sheet(sheet({-1, -1, 0.031}, {1, -1, 0.012}, {0, 2, 0.017}), 1, parallel);
         EXPECT_EQ(list_of(body), slow_list(body));
         EXPECT_EQ(body.pieces().count(), 4U);
-        EXPECT_GT(body.skin_points().size(), before + 20);
+        EXPECT_GT(body.contact_samples().size(), before + 20);
         // One that ends within the body.
         body.cut_with_sheet(sheet({-0.2, -0.061, -0.05}, {-0.03, -0.058, 0}, {-0.2, -0.062, 0.06}), 2,
                             parallel);
@@ -67,7 +67,7 @@ TEST(SkinPoints, AreThoseOfTheSlowList) {
     }
 }
 
-TEST(SkinPoints, PushOnceASpacingOnFlatFacesAndForEachNormalElsewhere) {
+TEST(ContactSamples, PushOnceASpacingOnFlatFacesAndForEachNormalElsewhere) {
     const Parallel parallel(2);
     BodySettings settings;
     settings.cell_size = 0.01;
@@ -77,17 +77,17 @@ TEST(SkinPoints, PushOnceASpacingOnFlatFacesAndForEachNormalElsewhere) {
     const auto& vertices = body.surface().vertices();
     // Per box of a spacing, piece and direction: normals of those that push.
     std::map<std::tuple<int, int, int, std::int32_t, int>, std::vector<Vec3f>> pushing;
-    const auto box_of = [&](const SkinPoint& point) {
+    const auto box_of = [&](const ContactSample& point) {
         const splitting::SurfaceVertex& vertex = vertices[point.vertex];
         int axis = 0;
         vertex.normal.cwiseAbs().maxCoeff(&axis);
         const Vec3i box = vertex.place / 3;
         return std::tuple{box[0], box[1], box[2], point.piece, 2 * axis + (vertex.normal[axis] < 0)};
     };
-    for (const SkinPoint& point : body.skin_points())
+    for (const ContactSample& point : body.contact_samples())
         if (point.pushes()) pushing[box_of(point)].push_back(vertices[point.vertex].normal.normalized());
     std::size_t others = 0, pushed = 0;
-    for (const SkinPoint& point : body.skin_points()) {
+    for (const ContactSample& point : body.contact_samples()) {
         pushed += point.pushes();
         if (point.pushes()) continue;
         ++others;
@@ -101,7 +101,7 @@ TEST(SkinPoints, PushOnceASpacingOnFlatFacesAndForEachNormalElsewhere) {
             for (std::size_t b = 0; b < a; ++b) EXPECT_LT(normals[a].dot(normals[b]), 0.9999F);
     EXPECT_GT(others, 4 * pushed);
     std::set<std::int32_t> lips;
-    for (const SkinPoint& point : body.skin_points())
+    for (const ContactSample& point : body.contact_samples())
         if (point.pushes() && std::abs(vertices[point.vertex].rest.x() - 0.012) < 0.01)
             lips.insert(point.piece);
     EXPECT_EQ(lips.size(), 2U) << "both lips push";
@@ -125,7 +125,7 @@ geometry::TriangleMesh waves(double height) {
     return mesh;
 }
 
-TEST(SkinPoints, OfRoughLipsOneASpacingAsksAndOneOfTwoInACell) {
+TEST(ContactSamples, OfRoughLipsOneASpacingAsksAndOneOfTwoInACell) {
     const Parallel parallel(2);
     BodySettings settings;
     settings.cell_size = 0.01;
@@ -134,36 +134,36 @@ TEST(SkinPoints, OfRoughLipsOneASpacingAsksAndOneOfTwoInACell) {
     body.cut_with_sheet(waves(0.02), 0, parallel);
     ASSERT_EQ(body.pieces().count(), 2U);
     const auto& vertices = body.surface().vertices();
-    std::map<std::uint32_t, SkinPoint> point_of;
-    for (const SkinPoint& point : body.skin_points()) point_of.emplace(point.vertex, point);
-    std::size_t pushed = 0, asking = 0, twins = 0;
-    for (const SkinPoint& point : body.skin_points()) {
+    std::map<std::uint32_t, ContactSample> point_of;
+    for (const ContactSample& point : body.contact_samples()) point_of.emplace(point.vertex, point);
+    std::size_t pushed = 0, asking = 0, opposites = 0;
+    for (const ContactSample& point : body.contact_samples()) {
         const splitting::SurfaceVertex& vertex = vertices[point.vertex];
-        const bool is_lip = vertex.rest.cwiseAbs().maxCoeff() < 0.14;
+        const bool is_cut_face = vertex.rest.cwiseAbs().maxCoeff() < 0.14;
         if (!point.pushes()) {
-            EXPECT_EQ(point.lip_by, point.vertex) << "another one pushes for it already";
+            EXPECT_EQ(point.face_delegate, point.vertex) << "another one pushes for it already";
             continue;
         }
-        const SkinPoint& by = point_of.at(point.lip_by);
-        EXPECT_TRUE(by.pushes() && by.lip_by == by.vertex && by.piece == point.piece);
+        const ContactSample& by = point_of.at(point.face_delegate);
+        EXPECT_TRUE(by.pushes() && by.face_delegate == by.vertex && by.piece == point.piece);
         EXPECT_EQ(vertices[by.vertex].place / 3, vertex.place / 3) << "in one box of a spacing";
         EXPECT_GT(vertices[by.vertex].normal.normalized().dot(vertex.normal.normalized()), 0);
-        pushed += is_lip;
-        asking += is_lip && point.lip_by == point.vertex && point.twin == point.vertex;
-        if (point.twin == point.vertex) continue;
-        ++twins;
-        const SkinPoint& twin = point_of.at(point.twin);
-        EXPECT_EQ(twin.twin, twin.vertex);
-        EXPECT_TRUE(point.lip_by == point.vertex && twin.lip_by == twin.vertex);
-        EXPECT_EQ(vertices[twin.vertex].place, vertex.place);
-        EXPECT_EQ(vertices[twin.vertex].corners & vertex.corners, 0) << "of the other lip";
+        pushed += is_cut_face;
+        asking += is_cut_face && point.face_delegate == point.vertex && point.opposite == point.vertex;
+        if (point.opposite == point.vertex) continue;
+        ++opposites;
+        const ContactSample& opposite = point_of.at(point.opposite);
+        EXPECT_EQ(opposite.opposite, opposite.vertex);
+        EXPECT_TRUE(point.face_delegate == point.vertex && opposite.face_delegate == opposite.vertex);
+        EXPECT_EQ(vertices[opposite.vertex].place, vertex.place);
+        EXPECT_EQ(vertices[opposite.vertex].corners & vertex.corners, 0) << "of the other lip";
     }
     EXPECT_GT(pushed, 800U);
     EXPECT_LT(asking, pushed / 3);
-    EXPECT_GT(twins, 30U);
+    EXPECT_GT(opposites, 30U);
 }
 
-TEST(SkinPoints, AreListedAgainOnlyForContacts) {
+TEST(ContactSamples, AreListedAgainOnlyForContacts) {
     const auto parallel = std::make_shared<const Parallel>(2);
     for (const bool contacts : {false, true}) {
         WorldSettings world_settings;
@@ -175,14 +175,14 @@ TEST(SkinPoints, AreListedAgainOnlyForContacts) {
         Body& body = world.add_body(geometry::make_box(Vec3::Constant(0.2)), settings);
         world.step();
         body.cut_with_sheet(sheet({0.011, -1, -1}, {0.012, 1, -1}, {0.013, 0, 2}), 0, *parallel);
-        const std::uint64_t listed = body.skin_revision();
+        const std::uint64_t listed = body.sample_revision();
         EXPECT_EQ(listed, body.surface().revision());  // a cut at rest lists them in any case
         world.add_tool(cutting::Blade(
             "blade", cutting::make_straight_blade({0, -0.3, 0}, {0, 0.3, 0}),
             {{0, {-0.03, 0, 0.2}, Quat::Identity()}, {0.1, {-0.03, 0, -0.2}, Quat::Identity()}}));
         for (int step = 0; step < 4; ++step) world.step();
         EXPECT_GT(body.surface().revision(), listed);
-        EXPECT_EQ(body.skin_revision() == body.surface().revision(), contacts);
+        EXPECT_EQ(body.sample_revision() == body.surface().revision(), contacts);
     }
 }
 

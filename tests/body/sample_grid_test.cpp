@@ -1,5 +1,5 @@
 // What the search for contacts of skins rests on, against looking at everything.
-#include <splitcubes/body/skin_grid.h>
+#include <splitcubes/body/sample_grid.h>
 #include <splitcubes/core/random.h>
 
 #include <gtest/gtest.h>
@@ -17,13 +17,13 @@ Vec3 random_within(Random& random, double half) {
 constexpr double anywhere = std::numeric_limits<double>::infinity();
 
 // By how much the point `of` moves along a normal away from the point k in the step, at least.
-double away(const std::vector<SkinGrid::Way>& ways, const Vec3& normal, std::size_t of, std::size_t k) {
+double away(const std::vector<SampleGrid::Way>& ways, const Vec3& normal, std::size_t of, std::size_t k) {
     return normal.dot(ways[of].sure - ways[k].sure) + std::min(0.0, normal.dot(ways[of].more - ways[k].more));
 }
 
 struct Cloud {
     std::vector<Vec3> points, normals;
-    std::vector<SkinGrid::Way> ways;
+    std::vector<SampleGrid::Way> ways;
     std::vector<std::uint16_t> owners;  // two patches' each, and anybody's
 
     // Points of a few patches, whose normals are much alike, and some anywhere.
@@ -51,7 +51,7 @@ struct Cloud {
             ways[k].farther =
                 most * (random.uniform(0, 1) * of < 1 ? random.uniform(0, 1) : random.uniform(0, 0.02));
     }
-    std::vector<std::uint32_t> facing(std::size_t of, double radius, const SkinGrid::Reach& reach) const {
+    std::vector<std::uint32_t> facing(std::size_t of, double radius, const SampleGrid::Reach& reach) const {
         std::vector<std::uint32_t> out;
         for (std::uint32_t k = 0; k < points.size(); ++k) {
             const double limit =
@@ -74,12 +74,12 @@ struct Cloud {
 };
 
 // By the points' numbers, ascending.
-std::vector<std::uint32_t> find_facing(const SkinGrid& grid, const std::vector<SkinGrid::Way>& ways,
+std::vector<std::uint32_t> find_facing(const SampleGrid& grid, const std::vector<SampleGrid::Way>& ways,
                                        std::size_t place, double radius, double height) {
     std::vector<std::uint32_t> scratch, out;
-    std::vector<SkinGrid::Faced> faced;
+    std::vector<SampleGrid::Faced> faced;
     grid.find_facing(place, radius, height, scratch, faced);
-    for (const SkinGrid::Faced& other : faced) {
+    for (const SampleGrid::Faced& other : faced) {
         const Vec3 way = grid.point(place) - grid.point(other.place);
         EXPECT_EQ(other.square, way.squaredNorm());
         EXPECT_EQ(other.cosine, grid.normal(place).dot(grid.normal(other.place)));
@@ -93,8 +93,8 @@ std::vector<std::uint32_t> find_facing(const SkinGrid& grid, const std::vector<S
     return out;
 }
 
-TEST(SkinGrid, TellsWhereOthersMayLie) {
-    SkinGrid grid;
+TEST(SampleGrid, TellsWhereOthersMayLie) {
+    SampleGrid grid;
     std::size_t among_own = 0, among_others = 0;
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
         const Cloud cloud(seed);
@@ -115,8 +115,8 @@ TEST(SkinGrid, TellsWhereOthersMayLie) {
     EXPECT_GT(among_others, 10U);
 }
 
-TEST(SkinGrid, VisitsAllThatFaceAPointAndNoneElse) {
-    SkinGrid grid;
+TEST(SampleGrid, VisitsAllThatFaceAPointAndNoneElse) {
+    SampleGrid grid;
     Random random(77);
     std::size_t found = 0, passed_over = 0, left_out = 0, too_high = 0;
     for (const double reach : {0.05, 0.2, 0.33, 0.6})
@@ -161,15 +161,15 @@ TEST(SkinGrid, VisitsAllThatFaceAPointAndNoneElse) {
     EXPECT_GT(left_out, 1000U);
 }
 
-TEST(SkinGrid, LooksAsFarAsTheTwoWaysAsk) {
-    SkinGrid grid;
+TEST(SampleGrid, LooksAsFarAsTheTwoWaysAsk) {
+    SampleGrid grid;
     Random random(5);
     std::size_t farther = 0, left_out = 0;
     for (const int of : {1, 10, 100})
         for (std::uint64_t seed = 1; seed <= 12; ++seed) {
             Cloud cloud(seed);
             const double least = random.uniform(0.03, 0.3);
-            const SkinGrid::Reach reach{least, least * random.uniform(1.2, 3)};
+            const SampleGrid::Reach reach{least, least * random.uniform(1.2, 3)};
             cloud.make_fast(random, of, random.uniform(0.1, 3) * least);
             // Of a few points that lie far apart the cells are wider.
             if (seed > 3) cloud.points[seed] = cloud.points[0] + random_within(random, 40 * least);
@@ -200,12 +200,12 @@ TEST(SkinGrid, LooksAsFarAsTheTwoWaysAsk) {
     EXPECT_GT(left_out, 500U);
 }
 
-TEST(SkinGrid, BearsPointsThatAreNoneOrFarAway) {
+TEST(SampleGrid, BearsPointsThatAreNoneOrFarAway) {
     for (const double far : {1e6, 1e25, 1e300, -1e6, -1e25, -1e300}) {
         Cloud cloud(1);
         cloud.points[3].x() = std::numeric_limits<double>::quiet_NaN();
         cloud.points[5].y() = far;
-        SkinGrid grid;
+        SampleGrid grid;
         grid.build(cloud.points, cloud.normals, cloud.ways, cloud.owners, {0.4, 0.4}, Parallel(1));
         for (std::size_t place = 0; place < grid.size(); ++place)
             EXPECT_EQ(find_facing(grid, cloud.ways, place, 0.4, anywhere),

@@ -1,5 +1,5 @@
 #include <splitcubes/body/facing_lanes.h>
-#include <splitcubes/body/skin_grid.h>
+#include <splitcubes/body/sample_grid.h>
 #include <splitcubes/geometry/box.h>
 
 #include <algorithm>
@@ -41,7 +41,7 @@ int part_of(double coordinate, double main) {
 
 }  // namespace
 
-std::uint8_t SkinGrid::bin_of(const Vec3& normal) {
+std::uint8_t SampleGrid::bin_of(const Vec3& normal) {
     int axis = 0;
     const double main = normal.cwiseAbs().maxCoeff(&axis);
     const int side = 2 * axis + (normal[axis] < 0);
@@ -51,7 +51,7 @@ std::uint8_t SkinGrid::bin_of(const Vec3& normal) {
 
 // Per solid angle those that hold a direction which faces one of its own: the angle between the
 // middles and both half widths reach beyond the limit.
-const std::array<std::uint64_t, SkinGrid::bin_count>& SkinGrid::facing_bins() {
+const std::array<std::uint64_t, SampleGrid::bin_count>& SampleGrid::facing_bins() {
     static const auto table = [] {
         std::array<Vec3, bin_count> middle;
         std::array<double, bin_count> width{};
@@ -78,7 +78,7 @@ const std::array<std::uint64_t, SkinGrid::bin_count>& SkinGrid::facing_bins() {
 }
 
 // Clamped as numbers, so that neither a far point nor one that is none overflows.
-Vec3i SkinGrid::cell_at(const Vec3& point) const {
+Vec3i SampleGrid::cell_at(const Vec3& point) const {
     Vec3i cell;
     for (int axis = 0; axis < 3; ++axis) {
         const double at = (point[axis] - origin_[axis]) * cells_a_metre_;
@@ -87,7 +87,7 @@ Vec3i SkinGrid::cell_at(const Vec3& point) const {
     return cell;
 }
 
-void SkinGrid::lay_out(std::span<const Vec3> points, const Reach& reach) {
+void SampleGrid::lay_out(std::span<const Vec3> points, const Reach& reach) {
     geometry::Box box;
     for (const Vec3& point : points)
         if (point.allFinite()) box.add(point);
@@ -106,8 +106,8 @@ void SkinGrid::lay_out(std::span<const Vec3> points, const Reach& reach) {
 
 // Axis by axis.
 template <class Value, class Join>
-void SkinGrid::spread(int rings, std::vector<Value>& values, std::vector<Value>& spare,
-                      const Parallel& parallel, const Join& join) const {
+void SampleGrid::spread(int rings, std::vector<Value>& values, std::vector<Value>& spare,
+                        const Parallel& parallel, const Join& join) const {
     constexpr std::size_t grain = 4096;
     spare.resize(values.size());
     std::size_t stride = 1;
@@ -128,7 +128,7 @@ void SkinGrid::spread(int rings, std::vector<Value>& values, std::vector<Value>&
 
 // Of each cell, what is added to the reach of those that are reached from it. Of two points the one that goes
 // farther reaches the other one's cell with twice its own.
-void SkinGrid::find_farther(std::span<const Way> ways, const Parallel& parallel) {
+void SampleGrid::find_farther(std::span<const Way> ways, const Parallel& parallel) {
     double most = 0;
     for (const Way& way : ways) most = std::max(most, way.farther);
     const auto is_fast = [this](double farther) { return reach_.least + 2 * farther > size_; };
@@ -143,8 +143,8 @@ void SkinGrid::find_farther(std::span<const Way> ways, const Parallel& parallel)
 }
 
 // Of each point its cell and its normal's solid angle.
-void SkinGrid::find_bins(std::span<const Vec3> points, std::span<const Vec3> normals,
-                         const Parallel& parallel) {
+void SampleGrid::find_bins(std::span<const Vec3> points, std::span<const Vec3> normals,
+                           const Parallel& parallel) {
     constexpr std::size_t grain = 1024;
     cell_.resize(points.size());
     bin_.resize(points.size());
@@ -156,7 +156,7 @@ void SkinGrid::find_bins(std::span<const Vec3> points, std::span<const Vec3> nor
 }
 
 // Of each cell the solid angles around.
-void SkinGrid::find_bins_around(const Parallel& parallel) {
+void SampleGrid::find_bins_around(const Parallel& parallel) {
     bins_around_.assign(cell_index(0, 0, count_.z()), 0);
     for (std::size_t i = 0; i < cell_.size(); ++i) bins_around_[cell_[i]] |= std::uint64_t{1} << bin_[i];
     spread(1, bins_around_, spare_bins_, parallel, std::bit_or<>{});
@@ -168,7 +168,7 @@ void SkinGrid::find_bins_around(const Parallel& parallel) {
 }
 
 // Those that something may face. What faces one that is kept is kept: solid angles face each other both ways.
-void SkinGrid::choose_kept(std::span<const Vec3> points, const Parallel& parallel, const Place& place) {
+void SampleGrid::choose_kept(std::span<const Vec3> points, const Parallel& parallel, const Place& place) {
     constexpr std::size_t grain = 1024;
     const std::array<std::uint64_t, bin_count>& facing = facing_bins();
     kept_.clear();
@@ -183,9 +183,9 @@ void SkinGrid::choose_kept(std::span<const Vec3> points, const Parallel& paralle
 }
 
 // By cells, and those of a cell in order of their numbers.
-void SkinGrid::sort_points(std::span<const Vec3> points, std::span<const Vec3> normals,
-                           std::span<const Way> ways, std::span<const std::uint16_t> owners,
-                           const Parallel& parallel) {
+void SampleGrid::sort_points(std::span<const Vec3> points, std::span<const Vec3> normals,
+                             std::span<const Way> ways, std::span<const std::uint16_t> owners,
+                             const Parallel& parallel) {
     constexpr std::size_t grain = 1024;
     begin_.assign(bins_around_.size() + 1, 0);
     for (const std::uint32_t i : kept_) ++begin_[cell_[i] + 1];
@@ -218,7 +218,7 @@ void SkinGrid::sort_points(std::span<const Vec3> points, std::span<const Vec3> n
 }
 
 // Of what is kept in a cell and in those that are reached from it.
-SkinGrid::Extent SkinGrid::extent_around(std::size_t cell) const {
+SampleGrid::Extent SampleGrid::extent_around(std::size_t cell) const {
     const Vec3i at(static_cast<int>(cell) % count_.x(), static_cast<int>(cell) / count_.x() % count_.y(),
                    static_cast<int>(cell) / count_.x() / count_.y());
     const int rings = is_wide(cell) ? rings_ : 1;
@@ -231,7 +231,7 @@ SkinGrid::Extent SkinGrid::extent_around(std::size_t cell) const {
     return out;
 }
 
-void SkinGrid::find_extents(const Parallel& parallel) {
+void SampleGrid::find_extents(const Parallel& parallel) {
     constexpr std::size_t grain = 2048;
     const std::size_t cells = bins_around_.size();
     own_.resize(cells);
@@ -251,9 +251,9 @@ void SkinGrid::find_extents(const Parallel& parallel) {
     });
 }
 
-void SkinGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals, std::span<const Way> ways,
-                     std::span<const std::uint16_t> owners, const Reach& reach, const Parallel& parallel,
-                     const Place& place) {
+void SampleGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals, std::span<const Way> ways,
+                       std::span<const std::uint16_t> owners, const Reach& reach, const Parallel& parallel,
+                       const Place& place) {
     lay_out(points, reach);
     find_bins(points, normals, parallel);
     find_farther(ways, parallel);
@@ -263,8 +263,8 @@ void SkinGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals
     find_extents(parallel);
 }
 
-void SkinGrid::find_facing(std::size_t of, double radius, double height, std::vector<std::uint32_t>& scratch,
-                           std::vector<Faced>& out) const {
+void SampleGrid::find_facing(std::size_t of, double radius, double height,
+                             std::vector<std::uint32_t>& scratch, std::vector<Faced>& out) const {
     constexpr std::size_t most_ranges = 64;  // of seven by seven rows, for three times the reach
     out.clear();
     const Vec3 point = sorted_[of].point, normal = sorted_[of].normal;

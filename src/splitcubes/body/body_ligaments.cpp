@@ -55,15 +55,15 @@ std::unordered_map<std::uint64_t, int> ways_from(const splitting::NodeGrid& grid
 // The phyxels that hang together with one, itself first; more than `most_stranded` at
 // most by a few. It is left at the first that is `many`, known to hang together with more. seen: zero for
 // each phyxel, and again at the end.
-struct Strand {
+struct Ligament {
     std::vector<std::uint32_t> phyxels;
     bool many = false;
 };
 
-Strand hanging_together(const meshless::Neighbourhoods& links, const meshless::Pairs& pairs,
-                        std::uint32_t phyxel, std::span<const std::uint8_t> many,
-                        std::span<std::uint8_t> seen) {
-    Strand out{{phyxel}, false};
+Ligament hanging_together(const meshless::Neighbourhoods& links, const meshless::Pairs& pairs,
+                          std::uint32_t phyxel, std::span<const std::uint8_t> many,
+                          std::span<std::uint8_t> seen) {
+    Ligament out{{phyxel}, false};
     std::vector<std::uint32_t>& found = out.phyxels;
     seen[phyxel] = 1;
     for (std::size_t k = 0; k < found.size() && found.size() <= most_stranded && !out.many; ++k)
@@ -85,7 +85,7 @@ Strand hanging_together(const meshless::Neighbourhoods& links, const meshless::P
 
 // Lets a phyxel see those outside its strand that are near it through the material.
 // Returns how many.
-std::size_t Body::bridge(std::uint32_t phyxel, std::span<const std::uint32_t> strand) {
+std::size_t Body::bridge(std::uint32_t phyxel, std::span<const std::uint32_t> ligament) {
     double reach = 0;
     for (const double h : phyxels_.support_radius) reach = std::max(reach, h);
     const int most = detour + static_cast<int>(2 * reach / grid_.rest().cell_size);
@@ -95,7 +95,7 @@ std::size_t Body::bridge(std::uint32_t phyxel, std::span<const std::uint32_t> st
     std::size_t bridges = 0;
     for (const std::uint32_t j : near) {
         if (phyxels_.piece[j] != phyxels_.piece[phyxel]) continue;
-        if (std::find(strand.begin(), strand.end(), j) != strand.end()) continue;
+        if (std::find(ligament.begin(), ligament.end(), j) != ligament.end()) continue;
         const auto way = ways.find(splitting::edge_id({owner_[j], 0}));
         if (way == ways.end()) continue;
         if (way->second > (owner_[j] - owner_[phyxel]).lpNorm<1>() + detour) continue;
@@ -110,7 +110,7 @@ std::size_t Body::bridge(std::uint32_t phyxel, std::span<const std::uint32_t> st
     return bridges;
 }
 
-void Body::bridge_strands(std::span<const std::uint32_t> asked) {
+void Body::bridge_ligaments(std::span<const std::uint32_t> asked) {
     std::vector<std::size_t> members(pieces_->count(), 0);
     for (const std::int32_t piece : phyxels_.piece) ++members[static_cast<std::size_t>(piece)];
     std::vector<std::uint8_t> fine(phyxels_.size(), 0);  // bridged, or many
@@ -120,14 +120,14 @@ void Body::bridge_strands(std::span<const std::uint32_t> asked) {
         if (pairs_.visibility[k] > 0) continue;
         for (const std::uint32_t i : {pairs_.a[k], pairs_.b[k]}) {
             if (fine[i] != 0 || phyxels_.rigid.index(phyxels_.piece[i]) >= 0) continue;
-            const Strand strand = hanging_together(neighbourhoods_, pairs_, i, many, seen);
-            const std::vector<std::uint32_t>& own = strand.phyxels;
+            const Ligament ligament = hanging_together(neighbourhoods_, pairs_, i, many, seen);
+            const std::vector<std::uint32_t>& own = ligament.phyxels;
             const bool whole = own.size() == members[static_cast<std::size_t>(phyxels_.piece[i])];
-            if (!whole && !strand.many)
+            if (!whole && !ligament.many)
                 for (const std::uint32_t j : own) bridge(j, own);
             for (const std::uint32_t j : own) {
                 fine[j] = 1;
-                many[j] = whole || strand.many ? 1 : 0;
+                many[j] = whole || ligament.many ? 1 : 0;
             }
         }
     }

@@ -91,7 +91,8 @@ void expect_spin_kept(Specimen& body, const Parallel& parallel, double strain_al
         ASSERT_LT((report.angular_momentum - before.angular()).norm(), 1e-5 * before.angular().norm());
         strain = std::max(strain, fixtures::largest_strain(body));
     }
-    EXPECT_LT((total_momenta(body.phyxels).spin - before.spin).norm(), 1e-9 * before.spin.norm());
+    EXPECT_LT((total_momenta(body.phyxels).angular_momentum - before.angular_momentum).norm(),
+              1e-9 * before.angular_momentum.norm());
     EXPECT_LT(strain, strain_allowed);
     EXPECT_GT(total_momenta(body.phyxels).centre.norm(), 3) << "it moves on, too";
 }
@@ -130,7 +131,7 @@ TEST(Step, SpinOfEachPieceIsItsOwn) {
     piece_momenta(body.phyxels, 2, after);
     for (std::size_t k = 0; k < 2; ++k) {
         EXPECT_LT((after[k].linear - before[k].linear).norm(), 1e-9);
-        EXPECT_LT((after[k].spin - before[k].spin).norm(), 1e-9);
+        EXPECT_LT((after[k].angular_momentum - before[k].angular_momentum).norm(), 1e-9);
     }
 }
 
@@ -143,7 +144,7 @@ TEST(Step, MassDampingTakesMomentumAtItsRate) {
     for (int k = 0; k < 60; ++k) body.step(parallel);
     const Momenta after = total_momenta(body.phyxels);
     EXPECT_NEAR(after.linear.norm() / before.linear.norm(), std::exp(-2.0), 0.01);
-    EXPECT_NEAR(after.spin.norm() / before.spin.norm(), std::exp(-2.0), 0.01);
+    EXPECT_NEAR(after.angular_momentum.norm() / before.angular_momentum.norm(), std::exp(-2.0), 0.01);
 }
 
 TEST(Step, FreeVibrationNeverGainsEnergy) {
@@ -327,12 +328,12 @@ TEST(Step, StateIsInThePhyxels) {
     body.ground = Ground{Vec3::UnitZ(), -0.11, 0.3};
     for (int k = 0; k < 30; ++k) body.step(parallel);
     Phyxels copy = body.phyxels;
-    std::vector<ContactMemory> remembered = body.memory;
+    std::vector<CachedContact> remembered = body.cached;
     ImplicitSolver fresh;
     for (int k = 0; k < 10; ++k) {
         body.step(parallel);
         StepInput input = body.input;
-        input.contacts.memory = &remembered;
+        input.contacts.cached = &remembered;
         fresh.step(copy, body.neighbourhoods, body.material, input, body.options, parallel);
     }
     EXPECT_EQ(copy.position, body.phyxels.position) << "a new solver must go on as the old one";

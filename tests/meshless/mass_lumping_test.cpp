@@ -1,7 +1,7 @@
 #include "bodies.h"
 
 #include <gtest/gtest.h>
-#include <splitcubes/meshless/booking.h>
+#include <splitcubes/meshless/mass_lumping.h>
 
 namespace splitcubes::meshless {
 namespace {
@@ -37,7 +37,7 @@ struct Scene {
         pieces.assign(nodes.size(), 0);
         locator = PhyxelLocator(phyxels.rest_position, 0.06);
     }
-    NodeBook book_of_nodes() const { return {nodes, volumes, pieces}; }
+    MaterialNodes material_nodes() const { return {nodes, volumes, pieces}; }
     void part(double at, std::int32_t piece) {
         for (std::size_t b = 0; b < nodes.size(); ++b)
             if (nodes[b].x() > at) pieces[b] = piece;
@@ -51,16 +51,16 @@ struct Scene {
     }
 };
 
-TEST(Booking, SharesSumToOneWithinThePiece) {
+TEST(MassLumping, SharesSumToOneWithinThePiece) {
     Scene scene(1);
     scene.part(0.01, 1);
-    const Booking booking = book(scene.book_of_nodes(), scene.phyxels, scene.locator, threads);
-    EXPECT_EQ(booking.unbooked, 0U);
+    const MassLumping lumping = lump(scene.material_nodes(), scene.phyxels, scene.locator, threads);
+    EXPECT_EQ(lumping.unlumped, 0U);
     for (std::size_t b = 0; b < scene.nodes.size(); ++b) {
         double sum = 0;
-        for (std::uint32_t e = booking.offsets[b]; e < booking.offsets[b + 1]; ++e) {
-            EXPECT_EQ(scene.phyxels.piece[booking.phyxel[e]], scene.pieces[b]);
-            sum += booking.share[e];
+        for (std::uint32_t e = lumping.offsets[b]; e < lumping.offsets[b + 1]; ++e) {
+            EXPECT_EQ(scene.phyxels.piece[lumping.phyxel[e]], scene.pieces[b]);
+            sum += lumping.share[e];
         }
         EXPECT_NEAR(sum, 1, 1e-14);
     }
@@ -97,11 +97,11 @@ struct Lattice {
     }
 };
 
-TEST(Booking, PhyxelsHaveTheMomentsOfTheirNodes) {
+TEST(MassLumping, PhyxelsHaveTheMomentsOfTheirNodes) {
     for (const double parted_at : {1e9, 0.4, 1.1}) {
         Lattice lattice({8, 6, 5}, parted_at);
         apply(
-            book({lattice.nodes, lattice.volumes, lattice.pieces}, lattice.phyxels, lattice.locator, threads),
+            lump({lattice.nodes, lattice.volumes, lattice.pieces}, lattice.phyxels, lattice.locator, threads),
             lattice.volumes, 1, lattice.phyxels);
         Phyxels of_nodes;
         for (std::size_t b = 0; b < lattice.nodes.size(); ++b) {
@@ -121,24 +121,24 @@ TEST(Booking, PhyxelsHaveTheMomentsOfTheirNodes) {
     }
 }
 
-TEST(Booking, RebookTakesOverWhatBookingFromNothingFinds) {
+TEST(MassLumping, RebookTakesOverWhatBookingFromNothingFinds) {
     Lattice lattice({8, 6, 5}, 1e9);
     const Lattice parted({8, 6, 5}, 0.4);
-    const NodeBook nodes{parted.nodes, parted.volumes, parted.pieces};
-    Booking booking =
-        book({lattice.nodes, lattice.volumes, lattice.pieces}, lattice.phyxels, lattice.locator, threads);
+    const MaterialNodes nodes{parted.nodes, parted.volumes, parted.pieces};
+    MassLumping lumping =
+        lump({lattice.nodes, lattice.volumes, lattice.pieces}, lattice.phyxels, lattice.locator, threads);
     lattice.phyxels.piece = parted.phyxels.piece;
-    rebook(booking, nodes, 1, lattice.locator, lattice.phyxels, threads);
-    const Booking fresh = book(nodes, parted.phyxels, parted.locator, threads);
-    EXPECT_EQ(booking.phyxel, fresh.phyxel);
-    EXPECT_EQ(booking.share, fresh.share);
-    EXPECT_EQ(booking.whole, fresh.whole);
+    relump_after_split(lumping, nodes, 1, lattice.locator, lattice.phyxels, threads);
+    const MassLumping fresh = lump(nodes, parted.phyxels, parted.locator, threads);
+    EXPECT_EQ(lumping.phyxel, fresh.phyxel);
+    EXPECT_EQ(lumping.share, fresh.share);
+    EXPECT_EQ(lumping.whole, fresh.whole);
 }
 
-TEST(Booking, EveryPieceWeighsWhatItsNodesWeigh) {
+TEST(MassLumping, EveryPieceWeighsWhatItsNodesWeigh) {
     Scene scene(2);
     scene.part(0.01, 1);
-    apply(book(scene.book_of_nodes(), scene.phyxels, scene.locator, threads), scene.volumes, scene.density,
+    apply(lump(scene.material_nodes(), scene.phyxels, scene.locator, threads), scene.volumes, scene.density,
           scene.phyxels);
     std::vector<Momenta> pieces;
     piece_momenta(scene.phyxels, 2, pieces);
@@ -148,7 +148,7 @@ TEST(Booking, EveryPieceWeighsWhatItsNodesWeigh) {
     }
 }
 
-TEST(Booking, NodesOutOfReachGoToTheNearest) {
+TEST(MassLumping, NodesOutOfReachGoToTheNearest) {
     Phyxels phyxels;
     for (const double x : {0.0, 1.0, 3.0}) phyxels.append(Vec3(x, 0, 0), 0.1, x > 2);
     for (double& h : phyxels.support_radius) h = 0.1;
@@ -156,21 +156,21 @@ TEST(Booking, NodesOutOfReachGoToTheNearest) {
     const std::vector<double> volumes(4, 1);
     const std::vector<std::int32_t> pieces{0, 0, 0, 7};
     const PhyxelLocator locator(phyxels.rest_position, 0.1);
-    const Booking booking = book({nodes, volumes, pieces}, phyxels, locator, threads);
-    EXPECT_EQ(booking.phyxel, (std::vector<std::uint32_t>{0, 0, 1}))
+    const MassLumping lumping = lump({nodes, volumes, pieces}, phyxels, locator, threads);
+    EXPECT_EQ(lumping.phyxel, (std::vector<std::uint32_t>{0, 0, 1}))
         << "of its own piece, the lower of equals";
-    EXPECT_EQ(booking.unbooked, 1U) << "a piece without phyxels";
+    EXPECT_EQ(lumping.unlumped, 1U) << "a piece without phyxels";
 }
 
-TEST(Booking, RebookKeepsMassMomentumAndSpin) {
+TEST(MassLumping, RebookKeepsMassMomentumAndSpin) {
     Scene scene(3);
-    Booking booking = book(scene.book_of_nodes(), scene.phyxels, scene.locator, threads);
-    apply(booking, scene.volumes, scene.density, scene.phyxels);
-    const Booking old = booking;
+    MassLumping lumping = lump(scene.material_nodes(), scene.phyxels, scene.locator, threads);
+    apply(lumping, scene.volumes, scene.density, scene.phyxels);
+    const MassLumping old = lumping;
     const Phyxels before = scene.phyxels;
     const Momenta whole = total_momenta(before);
     scene.part(0.01, 1);
-    rebook(booking, scene.book_of_nodes(), scene.density, scene.locator, scene.phyxels, threads);
+    relump_after_split(lumping, scene.material_nodes(), scene.density, scene.locator, scene.phyxels, threads);
 
     std::vector<Momenta> pieces;
     piece_momenta(scene.phyxels, 2, pieces);
@@ -190,7 +190,7 @@ TEST(Booking, RebookKeepsMassMomentumAndSpin) {
             }
         }
         EXPECT_LT((pieces[k].linear - linear).norm(), 1e-12 * whole.linear.norm());
-        const Vec3 now = pieces[k].spin +
+        const Vec3 now = pieces[k].angular_momentum +
                          (pieces[k].centre - whole.centre).cross(pieces[k].linear - pieces[k].mass * drift);
         EXPECT_LT((now - angular).norm(), 1e-12 * whole.mass);
         total_mass += pieces[k].mass;
@@ -199,32 +199,33 @@ TEST(Booking, RebookKeepsMassMomentumAndSpin) {
     }
     EXPECT_NEAR(total_mass, whole.mass, 1e-13 * whole.mass);
     EXPECT_LT((total_linear - whole.linear).norm(), 1e-12 * whole.linear.norm());
-    EXPECT_LT((total_spin - whole.spin).norm(), 1e-12 * whole.mass);
+    EXPECT_LT((total_spin - whole.angular_momentum).norm(), 1e-12 * whole.mass);
 }
 
-TEST(Booking, RebookDoesNotDependOnTheFrameOfMotion) {
+TEST(MassLumping, RebookDoesNotDependOnTheFrameOfMotion) {
     Scene still(4), fast(4);
     const Vec3 boost(0, 20, -30);
     for (Vec3& v : fast.phyxels.velocity) v += boost;
     for (Scene* scene : {&still, &fast}) {
-        Booking booking = book(scene->book_of_nodes(), scene->phyxels, scene->locator, threads);
-        apply(booking, scene->volumes, scene->density, scene->phyxels);
+        MassLumping lumping = lump(scene->material_nodes(), scene->phyxels, scene->locator, threads);
+        apply(lumping, scene->volumes, scene->density, scene->phyxels);
         scene->part(0.05, 1);
-        rebook(booking, scene->book_of_nodes(), scene->density, scene->locator, scene->phyxels, threads);
+        relump_after_split(lumping, scene->material_nodes(), scene->density, scene->locator, scene->phyxels,
+                           threads);
     }
     for (std::size_t i = 0; i < still.phyxels.size(); ++i)
         EXPECT_LT((fast.phyxels.velocity[i] - boost - still.phyxels.velocity[i]).norm(), 1e-11);
 }
 
-TEST(Booking, RebookLeavesUnchangedPiecesAlone) {
+TEST(MassLumping, RebookLeavesUnchangedPiecesAlone) {
     Scene scene(5);
     scene.part(0.1, 1);
-    Booking booking = book(scene.book_of_nodes(), scene.phyxels, scene.locator, threads);
-    apply(booking, scene.volumes, scene.density, scene.phyxels);
+    MassLumping lumping = lump(scene.material_nodes(), scene.phyxels, scene.locator, threads);
+    apply(lumping, scene.volumes, scene.density, scene.phyxels);
     const Phyxels before = scene.phyxels;
     // Piece 1 loses its far end to a new piece 2; piece 0 stays.
     scene.part(0.15, 2);
-    rebook(booking, scene.book_of_nodes(), scene.density, scene.locator, scene.phyxels, threads);
+    relump_after_split(lumping, scene.material_nodes(), scene.density, scene.locator, scene.phyxels, threads);
     for (std::size_t i = 0; i < before.size(); ++i) {
         if (scene.phyxels.piece[i] == 0) {
             EXPECT_EQ(scene.phyxels.mass[i], before.mass[i]);
@@ -233,15 +234,15 @@ TEST(Booking, RebookLeavesUnchangedPiecesAlone) {
     }
     // Nothing parted: nothing at all changes.
     const Phyxels again = scene.phyxels;
-    rebook(booking, scene.book_of_nodes(), scene.density, scene.locator, scene.phyxels, threads);
+    relump_after_split(lumping, scene.material_nodes(), scene.density, scene.locator, scene.phyxels, threads);
     EXPECT_EQ(scene.phyxels.mass, again.mass);
     EXPECT_EQ(scene.phyxels.velocity, again.velocity);
 }
 
-TEST(Booking, RebookAfterResamplingKeepsWhatThePieceCarried) {
+TEST(MassLumping, RebookAfterResamplingKeepsWhatThePieceCarried) {
     Scene scene(6);
-    Booking booking = book(scene.book_of_nodes(), scene.phyxels, scene.locator, threads);
-    apply(booking, scene.volumes, scene.density, scene.phyxels);
+    MassLumping lumping = lump(scene.material_nodes(), scene.phyxels, scene.locator, threads);
+    apply(lumping, scene.volumes, scene.density, scene.phyxels);
     const Momenta before = total_momenta(scene.phyxels);
     Random random(7);
     for (int k = 0; k < 30; ++k) {
@@ -253,11 +254,11 @@ TEST(Booking, RebookAfterResamplingKeepsWhatThePieceCarried) {
         scene.phyxels.append(start);
     }
     scene.locator = PhyxelLocator(scene.phyxels.rest_position, 0.06);
-    rebook(booking, scene.book_of_nodes(), scene.density, scene.locator, scene.phyxels, threads);
+    relump_after_split(lumping, scene.material_nodes(), scene.density, scene.locator, scene.phyxels, threads);
     const Momenta after = total_momenta(scene.phyxels);
     EXPECT_NEAR(after.mass, before.mass, 1e-13 * before.mass);
     EXPECT_LT((after.linear - before.linear).norm(), 1e-12 * before.linear.norm());
-    EXPECT_LT((after.spin - before.spin).norm(), 1e-12 * before.mass);
+    EXPECT_LT((after.angular_momentum - before.angular_momentum).norm(), 1e-12 * before.mass);
 }
 
 }  // namespace

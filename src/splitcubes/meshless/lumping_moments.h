@@ -2,7 +2,7 @@
 #pragma once
 
 #include <splitcubes/core/parallel.h>
-#include <splitcubes/meshless/booking.h>
+#include <splitcubes/meshless/mass_lumping.h>
 
 #include <cstdint>
 #include <span>
@@ -18,7 +18,7 @@ namespace splitcubes::meshless {
 ///
 /// chosen: 1 per node whose row is to change; pieces are chosen as wholes. last: an earlier result for the
 /// first of these nodes: where a row has the same phyxels its shares are the same and are taken from there.
-void keep_moments(const NodeBook& nodes, const Phyxels& phyxels, std::span<const std::uint8_t> chosen,
-                  const Booking& last, Booking& booking, const Parallel& parallel);
+void keep_moments(const MaterialNodes& nodes, const Phyxels& phyxels, std::span<const std::uint8_t> chosen,
+                  const MassLumping& last, MassLumping& lumping, const Parallel& parallel);
 
 }  // namespace splitcubes::meshless

@@ -14,7 +14,7 @@ constexpr float flat_face = 0.998F;
 // Spacings, that a box has at most: whole cells.
 constexpr double widest_box = 1.15;
 // Normals' product above which two samples of lips in a box of a spacing are of one.
-constexpr float one_lip = 0.7F;
+constexpr float one_cut_face = 0.7F;
 // Where in its box the sample of a flat face that pushes lies, as shares: of faces that look along an axis,
 // and against it. So those of the two lips of a cut do not lie on each other.
 constexpr float place_along = 0.2F, place_against = 0.8F;
@@ -23,9 +23,9 @@ constexpr float place_along = 0.2F, place_against = 0.8F;
 constexpr std::uint8_t all_corners = 0xff;
 
 // A vertex that may stand for its box of rest space.
-struct SkinCandidate {
+struct SampleCandidate {
     std::uint64_t box;  // and the main direction of its normal
-    SkinPoint point;
+    ContactSample point;
 };
 
 // A box of so many cells along each side, and a main direction: 2 axis, and 1 where it points against the
@@ -96,33 +96,33 @@ float share_distance(const Vec3i& place, int side, float share) {
 
 // One vertex inside a surface cell for every fan, of those that fall into a box of half a phyxel
 // spacing the first of each piece and main direction of its normal.
-void Body::list_skin_points(const Parallel& parallel) {
+void Body::list_contact_samples(const Parallel& parallel) {
     constexpr std::size_t chunk = 4096;
     const double cell = grid_.rest().cell_size;
     const int side = std::max(1, static_cast<int>(std::floor(0.5 * spacing_ / cell)));
     const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
-    std::vector<std::vector<SkinCandidate>> found((vertices.size() + chunk - 1) / chunk);
+    std::vector<std::vector<SampleCandidate>> found((vertices.size() + chunk - 1) / chunk);
     const auto look_at = [&](std::size_t v) {
         const splitting::SurfaceVertex& vertex = vertices[v];
         if (!vertex.alive() || vertex.kind != splitting::VertexKind::centre) return;
         if (vertex.corners == all_corners || !(vertex.normal.cwiseAbs().maxCoeff() > 0)) return;
         found[v / chunk].push_back(
             {key_of(vertex.place, side, main_direction(vertex.normal)),
-             {static_cast<std::uint32_t>(v), pieces_->piece_of(grid_, surface_->carrier(vertex)),
+             {static_cast<std::uint32_t>(v), pieces_->piece_of(grid_, surface_->influence(vertex)),
               static_cast<std::uint32_t>(v), static_cast<std::uint32_t>(v), static_cast<std::uint32_t>(v)}});
     };
     parallel.for_each(vertices.size(), chunk, look_at);
     std::size_t most = 0;
-    for (const std::vector<SkinCandidate>& candidates : found) most += candidates.size();
+    for (const std::vector<SampleCandidate>& candidates : found) most += candidates.size();
     BoxNumbers seen(most);
-    skin_points_.clear();
-    for (const std::vector<SkinCandidate>& candidates : found)
-        for (const SkinCandidate& candidate : candidates)
-            if (seen.number_of(candidate.box, candidate.point.piece) == skin_points_.size())
-                skin_points_.push_back(candidate.point);
+    contact_samples_.clear();
+    for (const std::vector<SampleCandidate>& candidates : found)
+        for (const SampleCandidate& candidate : candidates)
+            if (seen.number_of(candidate.box, candidate.point.piece) == contact_samples_.size())
+                contact_samples_.push_back(candidate.point);
     choose_pushing_points();
-    choose_among_lips();
-    skin_revision_ = surface_->revision();
+    choose_among_cut_faces();
+    sample_revision_ = surface_->revision();
 }
 
 int Body::spacing_in_cells() const {
@@ -134,15 +134,15 @@ int Body::spacing_in_cells() const {
 void Body::choose_pushing_points() {
     const int side = spacing_in_cells();
     const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
-    BoxNumbers numbers(skin_points_.size());
+    BoxNumbers numbers(contact_samples_.size());
     std::vector<Face> faces;
-    std::vector<std::uint32_t> face_of(skin_points_.size());
+    std::vector<std::uint32_t> face_of(contact_samples_.size());
     std::vector<std::uint32_t> first;  // face of each box
-    for (std::uint32_t k = 0; k < skin_points_.size(); ++k) {
-        const splitting::SurfaceVertex& vertex = vertices[skin_points_[k].vertex];
+    for (std::uint32_t k = 0; k < contact_samples_.size(); ++k) {
+        const splitting::SurfaceVertex& vertex = vertices[contact_samples_[k].vertex];
         const int direction = main_direction(vertex.normal);
         const std::size_t box =
-            numbers.number_of(key_of(vertex.place, side, direction), skin_points_[k].piece);
+            numbers.number_of(key_of(vertex.place, side, direction), contact_samples_[k].piece);
         if (box == first.size()) first.push_back(Face::none);
         const Vec3f normal = vertex.normal.normalized();
         const float square =
@@ -161,34 +161,35 @@ void Body::choose_pushing_points() {
             faces[number].square = square;
         }
     }
-    for (std::uint32_t k = 0; k < skin_points_.size(); ++k)
-        skin_points_[k].by = skin_points_[faces[face_of[k]].best].vertex;
+    for (std::uint32_t k = 0; k < contact_samples_.size(); ++k)
+        contact_samples_[k].by = contact_samples_[faces[face_of[k]].best].vertex;
 }
 
 // Samples that push in one cell, and whose corners are not the same, are of the two lips of a cut. Of a rough
 // lip, too, one a spacing is enough for the other lip, which fits it; and of two that lie at one place the
 // first tells for both.
-void Body::choose_among_lips() {
+void Body::choose_among_cut_faces() {
     const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
     const auto cosine = [&](std::uint32_t a, std::uint32_t b) {
-        const Vec3f &one = vertices[skin_points_[a].vertex].normal,
-                    &other = vertices[skin_points_[b].vertex].normal;
+        const Vec3f &one = vertices[contact_samples_[a].vertex].normal,
+                    &other = vertices[contact_samples_[b].vertex].normal;
         return one.dot(other) / (one.norm() * other.norm());
     };
     const std::vector<std::uint32_t> opposite = opposite_points();
     const int side = spacing_in_cells();
-    BoxNumbers numbers(skin_points_.size());
+    BoxNumbers numbers(contact_samples_.size());
     std::vector<Face> lips;
-    std::vector<std::uint32_t> lip_of(skin_points_.size(), Face::none), first;
-    for (std::uint32_t k = 0; k < skin_points_.size(); ++k) {
+    std::vector<std::uint32_t> cut_face_of(contact_samples_.size(), Face::none), first;
+    for (std::uint32_t k = 0; k < contact_samples_.size(); ++k) {
         if (opposite[k] == Face::none) continue;
-        const splitting::SurfaceVertex& vertex = vertices[skin_points_[k].vertex];
+        const splitting::SurfaceVertex& vertex = vertices[contact_samples_[k].vertex];
         const std::size_t box = numbers.number_of(key_of(vertex.place, side, main_direction(vertex.normal)),
-                                                  skin_points_[k].piece);
+                                                  contact_samples_[k].piece);
         if (box == first.size()) first.push_back(Face::none);
         const float square = share_distance(vertex.place, side, 0.5F);
         std::uint32_t number = first[box];
-        while (number != Face::none && !(cosine(lips[number].best, k) > one_lip)) number = lips[number].next;
+        while (number != Face::none && !(cosine(lips[number].best, k) > one_cut_face))
+            number = lips[number].next;
         if (number == Face::none) {
             number = static_cast<std::uint32_t>(lips.size());
             lips.push_back({{}, k, square, first[box]});
@@ -197,32 +198,33 @@ void Body::choose_among_lips() {
             lips[number].best = k;
             lips[number].square = square;
         }
-        lip_of[k] = number;
+        cut_face_of[k] = number;
     }
-    for (std::uint32_t k = 0; k < skin_points_.size(); ++k) {
-        if (lip_of[k] == Face::none) continue;
-        const std::uint32_t best = lips[lip_of[k]].best, other = opposite[k];
-        skin_points_[k].lip_by = skin_points_[best].vertex;
+    for (std::uint32_t k = 0; k < contact_samples_.size(); ++k) {
+        if (cut_face_of[k] == Face::none) continue;
+        const std::uint32_t best = lips[cut_face_of[k]].best, other = opposite[k];
+        contact_samples_[k].face_delegate = contact_samples_[best].vertex;
         // Whom another one answers for answers for none.
-        if (best == k && other < k && lips[lip_of[other]].best == other &&
-            skin_points_[other].twin == skin_points_[other].vertex)
-            skin_points_[k].twin = skin_points_[other].vertex;
+        if (best == k && other < k && lips[cut_face_of[other]].best == other &&
+            contact_samples_[other].opposite == contact_samples_[other].vertex)
+            contact_samples_[k].opposite = contact_samples_[other].vertex;
     }
 }
 
 // Of each point that pushes: one in its cell that a cut has parted from it there.
 std::vector<std::uint32_t> Body::opposite_points() const {
     const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
-    BoxNumbers numbers(skin_points_.size());
+    BoxNumbers numbers(contact_samples_.size());
     std::vector<std::uint32_t> last;  // in each cell
-    std::vector<std::uint32_t> before(skin_points_.size(), Face::none), out(skin_points_.size(), Face::none);
-    for (std::uint32_t k = 0; k < skin_points_.size(); ++k) {
-        if (!skin_points_[k].pushes()) continue;
-        const splitting::SurfaceVertex& vertex = vertices[skin_points_[k].vertex];
+    std::vector<std::uint32_t> before(contact_samples_.size(), Face::none),
+        out(contact_samples_.size(), Face::none);
+    for (std::uint32_t k = 0; k < contact_samples_.size(); ++k) {
+        if (!contact_samples_[k].pushes()) continue;
+        const splitting::SurfaceVertex& vertex = vertices[contact_samples_[k].vertex];
         const std::size_t cell = numbers.number_of(key_of(vertex.place, 1, 0), 0);
         if (cell == last.size()) last.push_back(Face::none);
         for (std::uint32_t at = last[cell]; at != Face::none; at = before[at]) {
-            if ((vertices[skin_points_[at].vertex].corners & vertex.corners) != 0) continue;
+            if ((vertices[contact_samples_[at].vertex].corners & vertex.corners) != 0) continue;
             if (out[k] == Face::none) out[k] = at;
             if (out[at] == Face::none) out[at] = k;
         }

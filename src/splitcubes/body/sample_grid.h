@@ -25,7 +25,7 @@ inline constexpr double facing_cosine = -0.4;
 ///
 /// Points go by their places in the grid's own order, cell by cell: what is near in space is then near in
 /// memory.
-class SkinGrid {
+class SampleGrid {
   public:
     /// m, in a step: that a point surely goes, and what it may go beyond that; and how much farther than the
     /// least reach others have to be known for it.

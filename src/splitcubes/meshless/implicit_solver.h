@@ -93,8 +93,8 @@ class ImplicitSolver {
     };
     void find_hits(const Job& job, const ContactInput& contacts, std::span<const std::uint8_t> impact,
                    std::uint32_t part);
-    void find_jolts(const Job& job, const ContactForces& forces, const ContactInput& contacts,
-                    std::uint32_t part);
+    void find_force_jumps(const Job& job, const ContactForces& forces, const ContactInput& contacts,
+                          std::uint32_t part);
     void prepare(const Job& job);
     void place_at_solution(const Job& job);
     void take_step(const Job& job);
@@ -111,14 +111,14 @@ class ImplicitSolver {
     void predict_phyxel(const Job& job, std::size_t i);
     void guess_acceleration(const Job& job, std::size_t i);
     void start_guess(const Job& job);
-    static bool is_violent(const Job& job, const Vec3& beyond_gravity);
-    void smooth_violent(const Job& job);
+    static bool has_high_acceleration(const Job& job, const Vec3& beyond_gravity);
+    void smooth_high_accelerations(const Job& job);
     double wanted_residual(const Job& job, double tolerance);
     bool is_at_base(const Job& job);
-    void image_of_solution(const Job& job, bool exact);
+    void stiffness_times_solution(const Job& job, bool exact);
     double square_of(const Job& job, std::span<const Vec3> of);
     double residual_at_base(const Job& job);
-    double residual_of_image(const Job& job, bool exact, double& noise);
+    double residual_from_product(const Job& job, bool exact, double& noise);
     void take_residual(const Job& job);
     void add_found(const Job& job);
     void weigh_aggregates(const Job& job);
@@ -164,16 +164,16 @@ class ImplicitSolver {
     bool solution_is_taken_ = false;      // elastic_ has the state at p_, the solution
     std::vector<std::uint8_t> inverted_;  // per phyxel, det F <= 0 before the step
     bool any_inverted_ = false;
-    std::vector<std::uint8_t> held_;        // per phyxel
-    std::vector<std::uint8_t> violent_;     // per phyxel, its acceleration is to be smoothed
-    std::vector<std::uint32_t> to_smooth_;  // those phyxels
-    std::vector<std::uint8_t> whole_;       // per phyxel, not distorted at base_
-    std::vector<std::uint8_t> failed_;      // per phyxel, went non-finite in this step
-    std::vector<std::uint8_t> hit_;         // per piece and for none, hit something in this step
-    std::vector<std::uint8_t> supported_;   // per piece and for none, held or pushed a step ago
-    std::vector<double> added_;             // N/m, of contacts and pulls, per phyxel
-    std::vector<Vec3> change_;              // N, per piece
-    std::vector<double> piece_mass_;        // kg, per piece
+    std::vector<std::uint8_t> held_;               // per phyxel
+    std::vector<std::uint8_t> high_acceleration_;  // per phyxel, its acceleration is to be smoothed
+    std::vector<std::uint32_t> to_smooth_;         // those phyxels
+    std::vector<std::uint8_t> whole_;              // per phyxel, not distorted at base_
+    std::vector<std::uint8_t> failed_;             // per phyxel, went non-finite in this step
+    std::vector<std::uint8_t> hit_;                // per piece and for none, hit something in this step
+    std::vector<std::uint8_t> supported_;          // per piece and for none, held or pushed a step ago
+    std::vector<double> added_;                    // N/m, of contacts and pulls, per phyxel
+    std::vector<Vec3> change_;                     // N, per piece
+    std::vector<double> piece_mass_;               // kg, per piece
     MomentumKeeper momenta_;
     ContactForces contacts_;
     GroupBuffer group_;  // of steps that this one leads

@@ -1,10 +1,10 @@
-#include <splitcubes/body/crumb_grid.h>
+#include <splitcubes/body/sphere_grid.h>
 
 #include <algorithm>
 
 namespace splitcubes::body {
 
-void CrumbGrid::lay_out(std::span<const Ball> balls) {
+void SphereGrid::lay_out(std::span<const Ball> balls) {
     box_ = {};
     size_ = 0;
     for (const Ball& ball : balls) {
@@ -22,7 +22,7 @@ void CrumbGrid::lay_out(std::span<const Ball> balls) {
     count_ = (extent / size_).array().floor().cast<int>() + 1;
 }
 
-Vec3i CrumbGrid::place_at(const Vec3& point) const {
+Vec3i SphereGrid::place_at(const Vec3& point) const {
     Vec3i out;
     for (int axis = 0; axis < 3; ++axis) {
         const double at = (point[axis] - box_.min[axis]) / size_;
@@ -31,14 +31,14 @@ Vec3i CrumbGrid::place_at(const Vec3& point) const {
     return out;
 }
 
-std::size_t CrumbGrid::cell_at(const Vec3& point) const {
+std::size_t SphereGrid::cell_at(const Vec3& point) const {
     const Eigen::Matrix<std::size_t, 3, 1> at = place_at(point).cast<std::size_t>(),
                                            count = count_.cast<std::size_t>();
     return (at.z() * count.y() + at.y()) * count.x() + at.x();
 }
 
 template <class Visit>
-void CrumbGrid::visit_cells(const Ball& ball, const Visit& visit) const {
+void SphereGrid::visit_cells(const Ball& ball, const Visit& visit) const {
     const Vec3i low = place_at(ball.centre - Vec3::Constant(ball.radius)),
                 high = place_at(ball.centre + Vec3::Constant(ball.radius));
     for (int z = low.z(); z <= high.z(); ++z)
@@ -50,7 +50,7 @@ void CrumbGrid::visit_cells(const Ball& ball, const Visit& visit) const {
         }
 }
 
-void CrumbGrid::build(std::span<const Ball> balls) {
+void SphereGrid::build(std::span<const Ball> balls) {
     lay_out(balls);
     const std::size_t cells = count_.cast<std::size_t>().prod();
     begin_.assign(cells + 1, 0);
@@ -62,7 +62,7 @@ void CrumbGrid::build(std::span<const Ball> balls) {
         visit_cells(balls[k], [&](std::size_t cell) { number_[next_[cell]++] = k; });
 }
 
-std::span<const std::uint32_t> CrumbGrid::near(const Vec3& point) const {
+std::span<const std::uint32_t> SphereGrid::near(const Vec3& point) const {
     if (!box_.contains(point)) return {};
     const std::size_t cell = cell_at(point);
     return {number_.data() + begin_[cell], begin_[cell + 1] - begin_[cell]};
