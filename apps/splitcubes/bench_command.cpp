@@ -15,9 +15,13 @@
 #include <splitcubes/io/atomic_file.h>
 
 #include <algorithm>
+#include <chrono>
+#include <condition_variable>
 #include <cstdio>
 #include <iostream>
 #include <memory>
+#include <mutex>
+#include <thread>
 
 namespace splitcubes::app {
 
@@ -202,8 +206,32 @@ void check_for_bench(const BenchOptions& options) {
         throw InputError("--plot", problem, "it goes with: validation, criteria");
 }
 
+// Says on standard error what runs, within the first second: tables come when they are whole. What is refused
+// before says only why.
+class SaysWhatRuns {
+  public:
+    explicit SaysWhatRuns(std::string line)
+        : thread_([line = std::move(line)](const std::stop_token& stop) {
+              std::mutex mutex;
+              std::unique_lock lock(mutex);
+              std::condition_variable_any ended;
+              ended.wait_for(lock, stop, std::chrono::milliseconds(500), [] { return false; });
+              if (!stop.stop_requested()) std::cerr << line + '\n';
+          }) {}
+
+  private:
+    std::jthread thread_;
+};
+
+std::string what_runs(const BenchOptions& options) {
+    const bool repeats = options.name != "surface" && options.name != "validation";
+    return "bench " + options.name + ": under way" +
+           (repeats ? ", " + std::to_string(options.runs) + (options.runs == 1 ? " run" : " runs") : "");
+}
+
 int bench(const BenchOptions& options) {
     check_for_bench(options);
+    const SaysWhatRuns says(what_runs(options));
     if (options.name == "surface") return bench_surface(options);
     if (options.name == "paper") return bench_paper(options);
     if (options.name == "occlusion") {

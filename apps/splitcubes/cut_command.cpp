@@ -224,7 +224,7 @@ int cut(const CutOptions& options, Progress& progress) {
     splitting::NodeGrid grid = solid_of(options.mesh, mesh, rest, solid, parallel);
     seconds["solidify"] = watch.lap();
     parallel.begin("surface");
-    splitting::Surface surface(grid);
+    splitting::Surface surface(grid, parallel);
     seconds["tessellate"] = watch.lap();
     cut_all(cutters, grid, surface, parallel);
     seconds["cut"] = watch.lap();

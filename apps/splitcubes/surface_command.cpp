@@ -51,7 +51,7 @@ int surface(const SurfaceOptions& options, Progress& progress) {
     const splitting::NodeGrid grid = solid_of(options.mesh, mesh, rest, solid, parallel);
     seconds["solidify"] = watch.lap();
     parallel.begin("surface");
-    const splitting::Surface surface(grid);
+    const splitting::Surface surface(grid, parallel);
     seconds["tessellate"] = watch.lap();
     const splitting::Pieces pieces(grid);
     geometry::SurfaceMesh out = splitting::extract(grid, surface, pieces, {}, {}, parallel);

@@ -95,6 +95,22 @@ std::string shrunk(int nodes, std::vector<EdgeCut> cuts) {
     return out.str();
 }
 
+class Unwanted : public Monitor {
+  public:
+    void begin(const std::string&) override {}
+    void advance(std::size_t, std::size_t) override {}
+    bool cancelled() const override { return true; }
+};
+
+TEST(Surface, EndsWhereNobodyWantsIt) {
+    const NodeGrid grid = solid_block(40);
+    Parallel parallel(1);
+    EXPECT_EQ(Surface(grid, parallel).quad_count(), Surface(grid).quad_count());
+    Unwanted monitor;
+    parallel.watch(&monitor);
+    EXPECT_THROW(Surface(grid, parallel), Cancelled);
+}
+
 TEST(Surface, AnySetOfCutEdgesGivesAClosedOrientedManifold) {
     Random random(11);
     for (int trial = 0; trial < 400; ++trial) {

@@ -68,7 +68,7 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
       grid_(splitting::solidify(placed, geometry::grid_around(placed.bounds(), settings.cell_size),
                                 solidify_report_, parallel)),
       surface_((parallel.begin("body '" + settings_.name + "': surface"),
-                std::make_unique<splitting::Surface>(grid_))),
+                std::make_unique<splitting::Surface>(grid_, parallel))),
       pieces_(std::make_unique<splitting::Pieces>(grid_)),
       occluders_(grid_.rest().origin, grid_.rest().cell_size, grid_.rest().node_count),
       changes_(grid_.rest()),

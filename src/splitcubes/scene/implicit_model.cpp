@@ -158,7 +158,7 @@ io::Model implicit_model(const ImplicitShape& shape, const std::string& body, co
     if (grid.inside_count() == 0)
         throw InputError("body '" + body + "'", "its implicit shape is thinner than its grid",
                          "give it more cells");
-    const splitting::Surface surface(grid);
+    const splitting::Surface surface(grid, parallel);
     io::Model model;
     model.mesh = splitting::extract(grid, surface, splitting::Pieces(grid), {}, {}, parallel).mesh;
     model.attributes.corner_colour.resize(model.mesh.triangles.size());

@@ -74,7 +74,11 @@ std::vector<std::int32_t> slots_by_brick(const NodeGrid& grid) {
 
 }  // namespace
 
-Surface::Surface(const NodeGrid& grid) : slots_(grid.bricks()) {
+Surface::Surface(const NodeGrid& grid) : Surface(grid, nullptr) {}
+
+Surface::Surface(const NodeGrid& grid, const Parallel& parallel) : Surface(grid, &parallel) {}
+
+Surface::Surface(const NodeGrid& grid, const Parallel* watched) : slots_(grid.bricks()) {
     // Room for as much again in cuts before anything is copied; pages that are
     // never written cost nothing.
     const std::size_t crossings = grid.crossings().size();
@@ -85,20 +89,39 @@ Surface::Surface(const NodeGrid& grid) : slots_(grid.bricks()) {
     quads_.reserve(12 * crossings);
     nodes_.reserve(4 * crossings);
     edge_vertices_.reserve(2 * crossings);
-    retessellate(grid, slots_by_brick(grid));
+    take_in(grid, slots_by_brick(grid), watched);
 }
 
 const std::vector<std::uint32_t>& Surface::retessellate(const NodeGrid& grid,
                                                         std::span<const std::int32_t> new_slots) {
+    take_in(grid, new_slots, nullptr);
+    return touched_;
+}
+
+void Surface::take_in(const NodeGrid& grid, std::span<const std::int32_t> new_slots,
+                      const Parallel* watched) {
     touched_.clear();
-    if (new_slots.empty()) return touched_;
+    if (new_slots.empty()) return;
+    std::size_t done = 0;
+    const auto check = [&] {
+        constexpr std::size_t between_checks = 4096;
+        if (watched && ++done % between_checks == 0) watched->check();
+    };
     ++revision_;
     edge_vertices_.resize(grid.crossings().size(), {-1, -1});
-    for (const std::int32_t slot : new_slots) touch_cells_around(grid, grid.crossing(slot).edge);
-    for (const std::uint32_t cell : touched_) update_cell(grid, cell);
+    for (const std::int32_t slot : new_slots) {
+        touch_cells_around(grid, grid.crossing(slot).edge);
+        check();
+    }
+    for (const std::uint32_t cell : touched_) {
+        update_cell(grid, cell);
+        check();
+    }
     const std::size_t updated = touched_.size();
-    for (std::size_t i = 0; i < updated; ++i) settle_faces(grid, touched_[i]);
-    return touched_;
+    for (std::size_t i = 0; i < updated; ++i) {
+        settle_faces(grid, touched_[i]);
+        check();
+    }
 }
 
 void Surface::touch_cells_around(const NodeGrid& grid, const GridEdge& edge) {

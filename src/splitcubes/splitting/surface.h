@@ -68,6 +68,8 @@ class Surface {
   public:
     /// Builds from nothing: all cut edges that the grid has.
     explicit Surface(const NodeGrid& grid);
+    /// The same; throws Cancelled where the monitor that watches `parallel` says so.
+    Surface(const NodeGrid& grid, const Parallel& parallel);
 
     /// Takes in edges that were cut since: the cells around them are done again,
     /// nothing else is touched. Slots are of `grid`, which must be the same grid.
@@ -106,6 +108,8 @@ class Surface {
     };
     struct CellContext;
 
+    Surface(const NodeGrid& grid, const Parallel* watched);
+    void take_in(const NodeGrid& grid, std::span<const std::int32_t> new_slots, const Parallel* watched);
     std::uint32_t cell_at(const Vec3i& place);
     std::int32_t face_at(const Vec3i& place, int axis);
     void touch_cells_around(const NodeGrid& grid, const GridEdge& edge);
