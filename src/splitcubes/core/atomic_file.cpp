@@ -26,9 +26,9 @@ std::error_code last_error() {
     return {errno, std::generic_category()};
 }
 
-/// Calls `create(name)` with names beside the target, until one did not exist before, so that
-/// two writers never share one. Short, as the target's own name may be as long as the file
-/// system allows. `create` returns false with errno set.
+/// Calls `create(name)` with names beside the target until it creates one that did not exist before, so two
+/// writers never share a file. The names are short, as the target's own name may have the maximum length of
+/// the file system. `create` returns false with errno set.
 template <typename Create>
 fs::path with_free_name(const fs::path& target, const fs::path& folder, const Create& create) {
     constexpr int tries = 10000;
@@ -52,13 +52,13 @@ fs::path folder_of(const fs::path& file) {
     return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-/// Of an open file, also where it has no name.
+/// Returns a path to an open file, also if it has no name.
 std::string by_descriptor(int descriptor) {
     return "/proc/self/fd/" + std::to_string(descriptor);
 }
 
-/// A file without a name, which goes with the process; -1 where the system or the file system
-/// has none.
+/// Opens a file without a name, which vanishes with the process; returns -1 if the system or the file system
+/// does not support that.
 int open_nameless([[maybe_unused]] const fs::path& folder) {
 #if defined(__linux__) && defined(O_TMPFILE)
     const int descriptor = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
@@ -92,13 +92,13 @@ void close_descriptor([[maybe_unused]] int& descriptor) {
 }  // namespace
 
 fs::path link_target(const fs::path& path) {
-    constexpr int most = 40;  // as the kernel follows
+    constexpr int max_links = 40;  // as the Linux kernel
     fs::path at = path;
     std::error_code error;
     for (int links = 0; fs::is_symlink(fs::symlink_status(at, error)); ++links) {
         const fs::path next = fs::read_symlink(at, error);
         if (error) fail_job(path, "the link cannot be followed", error);
-        if (links == most)
+        if (links == max_links)
             throw InputError(path.string(), "is a symbolic link that leads round in a circle",
                              "give another name, or mend the link");
         at = next.is_absolute() ? next : folder_of(at) / next;
@@ -108,7 +108,7 @@ fs::path link_target(const fs::path& path) {
 
 namespace {
 
-// Throws InputError for what no file can be written to.
+// Throws InputError if no file can be written to the target.
 void check_target(const fs::path& path, const fs::path& target) {
     const std::string leads = target == path ? "" : " (" + path.string() + " is a link to it)";
     const fs::path folder = folder_of(target);
@@ -124,16 +124,16 @@ void check_target(const fs::path& path, const fs::path& target) {
             path.string(),
             "the name is too long (" + std::to_string(target.filename().string().size()) + " bytes)",
             "give a shorter one");
-    // A device or a pipe would be replaced by the file, not written to.
+    // Renaming would replace a device or a pipe instead of writing to it.
     if (fs::exists(status) && !fs::is_regular_file(status))
         throw InputError(path.string(), "is not a regular file", "write to another name");
 }
 
-// The checked target of a path.
+// Returns the checked target of a path.
 fs::path file_target(const fs::path& path) {
     std::error_code ignored;
     const fs::file_status status = fs::status(path, ignored);
-    // A link of /proc to a pipe has no name to follow.
+    // A link in /proc to a pipe has no name to follow.
     const bool special = fs::exists(status) && !fs::is_regular_file(status);
     fs::path target = special ? path : link_target(path);
     check_target(path, target);
@@ -192,13 +192,13 @@ void AtomicFile::commit() {
     errno = 0;
     stream_.close();
     if (!stream_) fail_job(path_, "could not be written to its end", last_error());
-    // A name can be taken from another file by renaming only.
+    // Linking fails if the target exists, so the file gets a temporary name first and is then renamed.
     if (nameless_ >= 0)
         temporary_ = with_free_name(path_, folder_of(target_),
                                     [&](const fs::path& name) { return give_name(nameless_, name); });
     std::error_code why;
     const fs::file_status replaced = fs::status(target_, why);
-    // Of another owner's file they cannot always be had.
+    // Permissions of another owner's file cannot always be copied; that is no error.
     if (fs::exists(replaced)) fs::permissions(temporary_, replaced.permissions(), why);
     fs::rename(temporary_, target_, why);
     if (why) fail_job(path_, "cannot be replaced", why);

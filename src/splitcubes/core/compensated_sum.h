@@ -1,12 +1,11 @@
-// Sums whose rounding error does not grow with the number of terms.
+// Compensated summation: the rounding error does not grow with the number of terms.
 #pragma once
 
 #include <cmath>
 
 namespace splitcubes {
 
-/// Neumaier's sum (1974): the rounding error of each addition is kept and added at
-/// the end.
+/// Neumaier's sum (1974): adds up the rounding errors of the additions and applies them in value().
 class CompensatedSum {
   public:
     void add(double term) {

@@ -9,8 +9,8 @@
 
 namespace splitcubes {
 
-/// Sets of the numbers 0 .. count-1. A set's root is its lowest member, so the
-/// result does not depend on the order of the joins.
+/// Disjoint sets of the indices 0 .. count-1. A set's root is its lowest member, so the result does not
+/// depend on the order of the joins.
 class DisjointSets {
   public:
     explicit DisjointSets(std::size_t count) : parent_(count) {

@@ -1,6 +1,5 @@
-// Errors by kind: bad input is an InputError; a failed job (disk full, no
-// encoder) a JobError; a programmer error an assert; numerical trouble is never
-// an exception but a count in a report.
+// Errors by kind: bad input is an InputError, a failed job (disk full, no encoder) a JobError, a programmer's
+// error an assert. Numerical trouble is never an exception but a count in a report.
 #pragma once
 
 #include <stdexcept>
@@ -8,12 +7,12 @@
 
 namespace splitcubes {
 
-/// Input that cannot be used: a mesh, a scene, an option. what() is one line:
-/// `where: problem (value); remedy`. The program ends with exit code 2.
+/// Input that cannot be used: a mesh, a scene, an option. what() is one line: `where: problem (value);
+/// remedy`. The program ends with exit code 2.
 class InputError : public std::runtime_error {
   public:
-    /// where: file (with :line where known), option or parameter; problem: what
-    /// is wrong, with the offending value; remedy: what the user can do, may be empty.
+    /// where: file (with :line if known), option or parameter. problem: the fault, with the offending value.
+    /// remedy: what the user can do; may be empty.
     InputError(const std::string& where, const std::string& problem, const std::string& remedy = "");
 };
 
@@ -23,8 +22,8 @@ class JobError : public std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// Replaces control characters and cuts what is longer than `limit` bytes, so
-/// that text out of a file can stand in a one-line message.
+/// Replaces control characters and truncates text longer than `limit` bytes, so that text from a file can
+/// stand in a one-line message.
 std::string printable(const std::string& text, std::size_t limit = 60);
 
 }  // namespace splitcubes

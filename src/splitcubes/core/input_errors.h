@@ -1,4 +1,4 @@
-// Several things wrong with one input.
+// Several errors of one input.
 #pragma once
 
 #include <splitcubes/core/error.h>
@@ -9,16 +9,15 @@
 
 namespace splitcubes {
 
-/// All that is wrong with one input: what() has a line for each error, each written
-/// like that of an InputError.
+/// All errors of one input: what() has one line for each, in the form of InputError.
 class InputErrors : public InputError {
   public:
-    /// At least one.
+    /// errors: at least one.
     explicit InputErrors(std::span<const InputError> errors);
     const char* what() const noexcept override { return lines_->c_str(); }
 
   private:
-    std::shared_ptr<const std::string> lines_;  // shared: exceptions are copied without throwing
+    std::shared_ptr<const std::string> lines_;  // shared, so that copying the exception does not throw
 };
 
 }  // namespace splitcubes

@@ -1,15 +1,16 @@
-// Pages of memory that are looked up less often.
+// Large pages of memory, for arrays that would otherwise cost many TLB misses.
 #pragma once
 
 #include <cstddef>
 
 namespace splitcubes {
 
-/// What a large page holds, B; arrays of less gain nothing by it.
+/// Size of a large page, B; smaller arrays gain nothing.
 inline constexpr std::size_t large_page = std::size_t{1} << 21;
 
-/// Asks the system to back memory that begins and ends at multiples of large_page by large pages, before it
-/// is first written. A wish only: where the system knows none or has none left, nothing happens.
+/// Asks the system to back memory with large pages. Memory must begin and end at multiples of large_page and
+/// must not have been written yet. The request is a hint: it has no effect if the system supports no large
+/// pages or has none left.
 void prefer_large_pages(void* memory, std::size_t bytes);
 
 }  // namespace splitcubes

@@ -22,14 +22,14 @@ namespace {
 
 constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-// A file that holds one number; unlimited where it does not.
+// Returns the number in a file; unlimited if the file holds none.
 double number_in(const fs::path& file) {
     std::ifstream in(file);
     double value = 0;
     return in >> value ? value : unlimited;
 }
 
-// The entry of a file of lines "name: value kB".
+// Returns the entry `name` of a file with lines "name: value kB".
 double kilobytes_of(const char* file, const std::string& name) {
     std::ifstream in(file);
     for (std::string line; std::getline(in, line);)
@@ -37,7 +37,7 @@ double kilobytes_of(const char* file, const std::string& name) {
     return unlimited;
 }
 
-// What a control group's files leave; the page cache gives way.
+// Returns the bytes that a control group leaves; its inactive page cache counts as free.
 double left_in_group(const fs::path& folder, const char* limit_name, const char* used_name) {
     const double limit = number_in(folder / limit_name), used = number_in(folder / used_name);
     if (!std::isfinite(limit) || !std::isfinite(used)) return unlimited;
@@ -48,7 +48,7 @@ double left_in_group(const fs::path& folder, const char* limit_name, const char*
     return std::max(0.0, limit - used + cache);
 }
 
-// The group of the process and those around it.
+// Returns the minimum over the control groups of the process and their ancestors.
 double left_in_groups() {
     double left = unlimited;
     std::ifstream in("/proc/self/cgroup");

@@ -1,21 +1,22 @@
-// How much memory there is for work that will take much of it.
+// Available memory, for work that needs much of it.
 #pragma once
 
 #include <string>
 
 namespace splitcubes {
 
-/// Bytes that the process can still take: the least of what the machine has to spare and of what limits on
-/// the process and on its control groups leave; infinity where nothing is known of any of them.
+/// Returns the bytes that the process can still allocate: the minimum of what the machine has free and of
+/// what limits on the process and its control groups leave; infinity if none of them is known.
 double available_memory();
 
 /// Throws InputError where about `needed` bytes are more than there are: says both and the remedy. To be
-/// asked before the work begins: where memory is promised freely, taking it never fails, and the system ends
-/// the process instead.
+/// Throws InputError if about `needed` bytes exceed `available`; the message tells both and the remedy. Call
+/// it before the work begins: on a system that overcommits memory an allocation never fails, and the system
+/// kills the process instead.
 void require_memory(const std::string& where, double needed, const std::string& remedy,
                     double available = available_memory());
 
-/// "3.4 GB".
+/// Returns a text like "3.4 GB".
 std::string bytes_text(double bytes);
 
 }  // namespace splitcubes

@@ -1,4 +1,4 @@
-// What long work tells of how far it has come, and how it hears that nobody wants it any more.
+// Progress reports and cancellation of long work.
 #pragma once
 
 #include <cstddef>
@@ -7,13 +7,13 @@
 
 namespace splitcubes {
 
-/// Thrown by work that is not wanted any more. What it was to make is gone; its input is as it was.
+/// Thrown by cancelled work. Its results are discarded; its input is unchanged.
 class Cancelled : public std::runtime_error {
   public:
     Cancelled() : std::runtime_error("cancelled") {}
 };
 
-/// Given to work by Parallel::watch.
+/// Receives the progress of work and can cancel it; see Parallel::watch.
 class Monitor {
   public:
     Monitor() = default;
@@ -21,11 +21,11 @@ class Monitor {
     Monitor(const Monitor&) = delete;
     Monitor& operator=(const Monitor&) = delete;
 
-    /// Another stage of the work begins.
+    /// Called when another stage of the work begins.
     virtual void begin(const std::string& stage) = 0;
-    /// Some of a loop's chunks are done. Called often and on any thread.
+    /// Called when chunks of a loop are done: often, on any thread.
     virtual void advance(std::size_t done, std::size_t total) = 0;
-    /// Whether to end. Called often and on any thread.
+    /// Returns whether to end the work. Called often and on any thread.
     virtual bool cancelled() const = 0;
 };
 

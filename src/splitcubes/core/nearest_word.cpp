@@ -5,7 +5,7 @@
 namespace splitcubes {
 
 std::size_t typing_distance(std::string_view a, std::string_view b) {
-    // Three rows of the table: of the letter before the last one, of the last one, of this one.
+    // Table rows of the letter before the last one, of the last one and of this one.
     std::vector<std::size_t> older(b.size() + 1), old(b.size() + 1), row(b.size() + 1);
     for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
     for (std::size_t i = 1; i <= a.size(); ++i) {
@@ -22,16 +22,16 @@ std::size_t typing_distance(std::string_view a, std::string_view b) {
 }
 
 std::string nearest_word(std::string_view word, const std::vector<std::string>& known) {
-    constexpr std::size_t longest = 100;  // letters; nobody mistypes more
+    constexpr std::size_t longest = 100;  // letters; avoids a long table
     if (word.empty() || word.size() > longest) return "";
     std::string best;
-    std::size_t least = std::string::npos;
+    std::size_t best_distance = std::string::npos;
     for (const std::string& candidate : known) {
         const bool begun = word.size() > 2 && candidate.rfind(word, 0) == 0;
         const std::size_t distance = begun ? 1 : typing_distance(word, candidate);
-        const std::size_t most = (std::min(word.size(), candidate.size()) + 1) / 3;
-        if (distance >= least || distance > most) continue;
-        least = distance;
+        const std::size_t max_distance = (std::min(word.size(), candidate.size()) + 1) / 3;
+        if (distance >= best_distance || distance > max_distance) continue;
+        best_distance = distance;
         best = candidate;
     }
     return best;

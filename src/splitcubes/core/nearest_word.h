@@ -1,4 +1,4 @@
-// The known word that a mistyped one was meant to be.
+// Suggestions for mistyped words.
 #pragma once
 
 #include <cstddef>
@@ -8,13 +8,13 @@
 
 namespace splitcubes {
 
-/// Letters to insert, leave out, replace or swap with the next one to make one word of the other
-/// (optimal string alignment distance).
+/// Returns how many letters must be inserted, deleted, replaced or swapped with the next one to turn one word
+/// into the other (optimal string alignment distance).
 std::size_t typing_distance(std::string_view a, std::string_view b);
 
-/// Of the known words the nearest to `word`, the first of several; one that `word` begins, with three letters
-/// or more, counts as near. Empty where none is near enough to be meant: it takes more changes than a third
-/// of the letters of the shorter of the two, rounded.
+/// Returns the known word nearest to `word`, the first of equally near ones. A known word that starts with
+/// `word`, of at least three letters, has distance 1. Returns an empty string if every known word needs more
+/// changes than a third of the letters of the shorter word, rounded.
 std::string nearest_word(std::string_view word, const std::vector<std::string>& known);
 
 }  // namespace splitcubes

@@ -19,8 +19,8 @@ namespace splitcubes {
 
 #if defined(SPLITCUBES_THREAD_SANITIZER)
 namespace {
-// ThreadSanitizer cannot see the synchronisation inside the packaged TBB and would
-// report races that are none. In its builds plain threads take the chunks instead.
+// ThreadSanitizer cannot see the synchronisation inside the packaged TBB and would report false races. Its
+// builds use plain threads instead.
 void run_on_threads(int thread_count, std::size_t chunk_count,
                     const std::function<void(std::size_t)>& run_chunk) {
     std::atomic<std::size_t> next{0};
@@ -53,24 +53,24 @@ struct Parallel::Pool {
         const int pass = passes.at(stage);
         return pass > 1 ? stage + ", pass " + std::to_string(pass) : stage;
     }
-    // Lets an arena be larger than the machine, so that determinism can be tried
-    // with more threads than cores.
+    // Allows an arena larger than the machine, so that determinism can be tested with more threads than
+    // cores.
     tbb::global_control control;
     tbb::task_arena arena;
     int thread_count;
     Monitor* monitor = nullptr;
     std::string stage;
-    std::map<std::string, int> passes;     // per stage, of loops that reported progress
-    std::atomic<bool> is_reported{false};  // by a loop that runs
+    std::map<std::string, int> passes;     // per stage: loops that reported progress
+    std::atomic<bool> is_reported{false};  // a running loop reports progress
 };
 
-// Reports the progress of one loop to the monitor. Each loop of a stage but the first is a pass with a name
-// of its own, so that progress under one name never decreases. Loops inside a loop report nothing.
+// Reports the progress of one loop to the monitor. Each loop of a stage but the first is a pass with its own
+// name, so that progress under one name never decreases. Loops inside a loop report nothing.
 class Parallel::Pool::LoopProgress {
   public:
     LoopProgress(Pool& pool, std::size_t total) : pool_(pool), total_(total) {
-        constexpr std::size_t least = 8;  // chunks; fewer say little
-        if (pool.monitor == nullptr || total < least) return;
+        constexpr std::size_t min_chunks = 8;  // loops of fewer chunks report nothing
+        if (pool.monitor == nullptr || total < min_chunks) return;
         reports_ = !pool.is_reported.exchange(true);
         if (reports_ && pool.passes[pool.stage]++ > 0) pool.monitor->begin(pool.label());
     }
@@ -80,7 +80,7 @@ class Parallel::Pool::LoopProgress {
     LoopProgress(const LoopProgress&) = delete;
     LoopProgress& operator=(const LoopProgress&) = delete;
 
-    // From any thread; what is reported never decreases.
+    // Called on any thread; the reported progress never decreases.
     void add() {
         if (!reports_) return;
         const std::lock_guard lock(mutex_);
@@ -121,7 +121,7 @@ void Parallel::begin(const std::string& stage) const {
     check();
     if (!pool_->monitor) return;
     pool_->stage = stage;
-    // One that comes again goes on with its passes.
+    // A stage that begins again continues its count of passes.
     pool_->monitor->begin(pool_->passes[stage] == 0 ? stage : pool_->label());
 }
 

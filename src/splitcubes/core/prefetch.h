@@ -1,10 +1,10 @@
-// Memory that will soon be read.
+// Prefetching of memory.
 #pragma once
 
 namespace splitcubes {
 
-/// Asks for the cache line at an address, if there is one; the program goes on meanwhile. Worth it where
-/// addresses follow no line, or one of which processors that look ahead lose sight at each end of a page.
+/// Prefetches the cache line at an address, if there is one, without waiting. It pays for irregular
+/// addresses, and for streams at page ends, where hardware prefetchers stop.
 inline void prefetch([[maybe_unused]] const void* address) {
 #if defined(__GNUC__)
     __builtin_prefetch(address);

@@ -1,5 +1,5 @@
-// A small random generator whose stream is the same on every platform and
-// standard library (std distributions are not).
+// A small random generator with the same stream on every platform and standard library (std distributions
+// differ).
 #pragma once
 
 #include <cstdint>
@@ -17,10 +17,10 @@ class Random {
         z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
         return z ^ (z >> 31);
     }
-    /// Uniform in [0, 1).
+    /// Returns a number uniform in [0, 1).
     double unit() { return static_cast<double>(bits() >> 11) * 0x1.0p-53; }
     double uniform(double low, double high) { return low + (high - low) * unit(); }
-    /// Uniform in [0, count), count > 0 (bias below 2^-32 for small counts).
+    /// Returns a number uniform in [0, count), count > 0 (bias below 2^-32 for small counts).
     std::uint32_t below(std::uint32_t count) {
         return static_cast<std::uint32_t>(((bits() >> 32) * count) >> 32);
     }

@@ -1,4 +1,4 @@
-// Which sanitizer the code is compiled with; gcc and clang tell it in different ways.
+// Macros for the sanitizer that the code is compiled with; gcc and clang announce it differently.
 #pragma once
 
 #if defined(__has_feature)

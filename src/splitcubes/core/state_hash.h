@@ -1,4 +1,4 @@
-// A hash of simulation state, to show that two runs are equal bit for bit.
+// Hash of simulation state, to show that two runs are equal bit for bit.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace splitcubes {
 
-/// FNV-1a over 64-bit words (Fowler, Noll, Vo): order matters, so callers feed
-/// arrays in a fixed order. Not cryptographic.
+/// FNV-1a over 64-bit words (Fowler, Noll, Vo). The order matters, so callers add arrays in a fixed order.
+/// Not cryptographic.
 class StateHash {
   public:
     void add_word(std::uint64_t word) {
@@ -30,7 +30,7 @@ class StateHash {
         for (const double value : values) add(value);
     }
     std::uint64_t value() const { return value_; }
-    /// 16 hexadecimal digits.
+    /// Returns 16 hexadecimal digits.
     std::string text() const;
 
   private:

@@ -1,5 +1,5 @@
-// A state as bytes, and what reads it back without trusting them: every length is checked
-// against the bytes that are left before anything is allocated.
+// Serialisation of state to bytes, and a reader that does not trust them: every length is checked against the
+// remaining bytes before anything is allocated.
 #pragma once
 
 #include <concepts>
@@ -16,19 +16,19 @@
 
 namespace splitcubes {
 
-/// Bytes that are no state. what() says what is wrong with them, as a part of a sentence:
-/// "a phyxel that belongs to no piece".
+/// Bytes that are not a valid state. what() describes the fault as a part of a sentence: "a phyxel that
+/// belongs to no piece".
 class DamagedState : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;
 };
 
-/// Throws DamagedState where a condition does not hold.
+/// Throws DamagedState if a condition does not hold.
 inline void require_state(bool holds, const char* problem) {
     if (!holds) throw DamagedState(problem);
 }
 
-/// Numbers that any bytes are one of.
+/// Number types for which any bytes are a value.
 template <class T>
 concept StateNumber = (std::integral<T> || std::floating_point<T>)&&!std::same_as<T, bool>;
 
@@ -38,7 +38,7 @@ class StateWriter {
     void add(T value) {
         bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
     }
-    /// The numbers alone: who reads them knows how many there are.
+    /// Adds the numbers without their count, which the reader must know.
     template <class T, std::size_t Extent>
     requires StateNumber<std::remove_const_t<T>>
     void add(std::span<T, Extent> values) {
@@ -48,7 +48,7 @@ class StateWriter {
         add(std::uint64_t{text.size()});
         bytes_.append(text);
     }
-    /// What has been added; nothing is left.
+    /// Returns the added bytes and leaves the writer empty.
     std::string take() { return std::move(bytes_); }
 
   private:
@@ -57,7 +57,7 @@ class StateWriter {
 
 class StateReader {
   public:
-    /// bytes: for as long as this lives.
+    /// bytes must outlive the reader.
     explicit StateReader(std::string_view bytes) : rest_(bytes) {}
 
     template <StateNumber T>
@@ -66,14 +66,14 @@ class StateReader {
         fill(std::span(&value, 1));
         return value;
     }
-    /// Within [least, most].
+    /// Reads a number within [min, max].
     template <StateNumber T>
-    T number(T least, T most, const char* problem) {
+    T number(T min, T max, const char* problem) {
         const T value = number<T>();
-        require_state(value >= least && value <= most, problem);
+        require_state(value >= min && value <= max, problem);
         return value;
     }
-    /// A number of things of which each takes at least so many of the bytes that follow.
+    /// Reads the number of elements of which each takes at least `bytes_each` of the bytes that follow.
     std::size_t count(std::size_t bytes_each) {
         const auto value = number<std::uint64_t>();
         require_state(value <= rest_.size() / bytes_each, "a length beyond its end");
@@ -86,7 +86,7 @@ class StateReader {
         std::memcpy(out.data(), rest_.data(), out.size_bytes());
         rest_.remove_prefix(out.size_bytes());
     }
-    /// Throws unless there are so many bytes for each of `count`: to be asked before room is made for them.
+    /// Throws unless `count * bytes_each` bytes are left. Call it before allocating memory for them.
     void require_room(std::size_t count, std::size_t bytes_each) const {
         require_state(count <= rest_.size() / bytes_each, "a length beyond its end");
     }
@@ -97,12 +97,12 @@ class StateReader {
         fill(std::span<T>(out));
         return out;
     }
-    /// Each within [least, most].
+    /// Reads numbers within [min, max].
     template <StateNumber T>
-    std::vector<T> numbers(std::size_t count, T least, T most, const char* problem) {
+    std::vector<T> numbers(std::size_t count, T min, T max, const char* problem) {
         std::vector<T> out = numbers<T>(count);
         bool holds = true;
-        for (const T value : out) holds = holds && value >= least && value <= most;
+        for (const T value : out) holds = holds && value >= min && value <= max;
         require_state(holds, problem);
         return out;
     }
@@ -111,7 +111,7 @@ class StateReader {
         rest_.remove_prefix(found.size());
         return std::string(found);
     }
-    /// Nothing may be left over.
+    /// Throws unless all bytes have been read.
     void finish() const { require_state(rest_.empty(), "more than belongs to it"); }
 
   private:

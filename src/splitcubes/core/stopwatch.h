@@ -1,4 +1,4 @@
-// Wall-clock time of a piece of work, in seconds.
+// Wall-clock time, in seconds.
 #pragma once
 
 #include <chrono>
@@ -10,7 +10,7 @@ class Stopwatch {
     double seconds() const {
         return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
     }
-    /// Seconds since construction or the last lap, and starts the next one.
+    /// Returns the seconds since construction or the last lap and starts the next lap.
     double lap() {
         const auto now = std::chrono::steady_clock::now();
         const double seconds = std::chrono::duration<double>(now - start_).count();

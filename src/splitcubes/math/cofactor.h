@@ -1,12 +1,12 @@
-// The matrix of cofactors of a 3x3 matrix.
+// Cofactor matrix of a 3x3 matrix.
 #pragma once
 
 #include <splitcubes/math/types.h>
 
 namespace splitcubes {
 
-/// det F F^-T, also where F is singular: what F makes of areas (Nanson's formula) and the derivative of det F
-/// by F. Each column is the cross product of the other two.
+/// Returns det F F^-T, also for singular F: it maps area vectors (Nanson's formula) and is the derivative of
+/// det F by F. Each column is the cross product of the other two.
 inline Mat3 cofactor_of(const Mat3& F) {
     Mat3 out;
     out.col(0) = F.col(1).cross(F.col(2));

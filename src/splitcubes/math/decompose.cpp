@@ -8,12 +8,12 @@ namespace splitcubes {
 
 namespace {
 
-// One Jacobi rotation of S in the plane (p, q), accumulated in V.
+// Applies one Jacobi rotation in the plane (p, q) to S and accumulates it in V.
 void rotate(Mat3& S, Mat3& V, int p, int q) {
     const double off = S(p, q);
     if (off == 0) return;
     const double theta = (S(q, q) - S(p, p)) / (2 * off);
-    // The smaller root; none where theta is so large that its square overflows.
+    // The smaller root; zero if theta is so large that its square overflows.
     const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::sqrt(theta * theta + 1));
     const double c = 1 / std::sqrt(t * t + 1);
     const double s = t * c;
@@ -31,15 +31,15 @@ void rotate(Mat3& S, Mat3& V, int p, int q) {
     V.col(q) = s * vp + c * vq;
 }
 
-// A unit vector perpendicular to a unit vector; a fixed choice.
+// Returns a unit vector perpendicular to a unit vector, by a fixed choice.
 Vec3 perpendicular(const Vec3& unit) {
     int axis = 0;
     unit.cwiseAbs().minCoeff(&axis);
     return unit.cross(Vec3::Unit(axis)).normalized();
 }
 
-// Newton-Schulz iteration for the polar factor; quadratic, but only near a
-// rotation. Returns false where it has not converged.
+// Newton-Schulz iteration for the polar factor; it converges quadratically, but only near a rotation. Returns
+// false if it has not converged.
 bool newton_schulz(const Mat3& F, Mat3& rotation) {
     Mat3 X = F;
     for (int iteration = 0; iteration < 8; ++iteration) {
@@ -48,7 +48,7 @@ bool newton_schulz(const Mat3& F, Mat3& rotation) {
         if (!(error < 0.09)) return false;
         if (error < 1e-31) break;
         X = X * (1.5 * Mat3::Identity() - 0.5 * XtX);
-        // The error after the step is about 3/4 error^2: enough, without a test.
+        // The error after this step is about 3/4 error^2, so no further test is needed.
         if (error < 1e-17) break;
     }
     rotation = X;
@@ -83,7 +83,7 @@ SymmetricEigen eigen_symmetric(const Mat3& matrix) {
     return result;
 }
 
-// By the pivots of L D L^T, whose signs are those of a matrix that differs by rounding.
+// Tests the pivots of L D L^T; their signs are those of a matrix that differs by rounding.
 bool has_values_below(const Mat3& matrix, double limit) {
     const double first = limit - matrix(0, 0);
     const double a = matrix(1, 0) / first, b = matrix(2, 0) / first;
@@ -94,7 +94,8 @@ bool has_values_below(const Mat3& matrix, double limit) {
 }
 
 double greatest_value_bound(const Mat3& matrix) {
-    // Far above what the cosines lose, which is the root of a rounding where two values are equal.
+    // Far above the error of the cosines, which is the square root of machine precision if two eigenvalues
+    // are equal.
     constexpr double slack = 1e-7;
     const double mean = matrix.trace() / 3, size = matrix.norm();
     const Mat3 off = matrix - mean * Mat3::Identity();
@@ -116,7 +117,7 @@ Mat3 rotation_of(const Mat3& F, const Mat3& last) {
     const Vec3 image = G * V.col(1);
     const Vec3 rest = image - u0 * u0.dot(image);
     const double second = rest.norm();
-    // F V_1 carries an error of some 1e-16 along u0 only; 1e-12 keeps four digits.
+    // F V_1 has an error of about 1e-16 along u0 only; 1e-12 keeps four digits.
     if (second < 1e-12) {
         const Mat3 turned = minimal_rotation(last * V.col(0), u0) * last;
         return turned;
@@ -136,8 +137,8 @@ Mat3 minimal_rotation(const Vec3& from, const Vec3& to) {
     const Vec3 b = to / to_length;
     const double cosine = a.dot(b);
     if (cosine < 0) {
-        // By way of -b, which is close to a: then a half turn about an axis
-        // perpendicular to b, the common one where there is one.
+        // Rotates to -b first, which is close to a, then by half a turn about an axis perpendicular to b: the
+        // common perpendicular of both if there is one.
         const Vec3 cross = a.cross(b);
         const Vec3 across = cross - b * b.dot(cross);
         const Vec3 axis = across.norm() > 1e-12 ? Vec3(across.normalized()) : perpendicular(b);

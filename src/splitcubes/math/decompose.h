@@ -5,33 +5,31 @@
 
 namespace splitcubes {
 
-/// A symmetric matrix as vectors * values.asDiagonal() * vectors^T.
+/// Eigenvalues and eigenvectors of a symmetric matrix: vectors * values.asDiagonal() * vectors^T.
 struct SymmetricEigen {
     Vec3 values;   // descending
     Mat3 vectors;  // columns, orthonormal, right-handed
 };
 
-/// Cyclic Jacobi rotations, to rounding; the identity gives the identity exactly.
-/// The input's upper triangle is not read.
+/// Computes the decomposition to rounding by cyclic Jacobi rotations; the identity gives the identity
+/// exactly. The strict upper triangle of the input is not read.
 SymmetricEigen eigen_symmetric(const Mat3& matrix);
 
-/// Whether limit * I - matrix is found positive definite: true only where the largest eigenvalue is below
-/// the limit, or above it by no more than rounding (1e-14 of the matrix and the limit). At a tenth of the
-/// cost of eigen_symmetric. The input must be symmetric; false where an entry is NaN.
+/// Returns whether limit * I - matrix is found positive definite: true only if the largest eigenvalue is
+/// below the limit, or above it by no more than rounding (1e-14 of the matrix and the limit). Costs a tenth
+/// of eigen_symmetric. The input must be symmetric; returns false if an entry is NaN.
 bool has_values_below(const Mat3& matrix, double limit);
-/// An upper bound of the largest eigenvalue of a symmetric matrix, above it by no more than 2e-7 of
-/// the norm: the cubic's root by cosines (Smith 1961).
+/// Returns an upper bound of the largest eigenvalue of a symmetric matrix, above it by at most 2e-7 of the
+/// norm: the root of the characteristic cubic by cosines (Smith 1961).
 double greatest_value_bound(const Mat3& matrix);
 
-/// The rotation that is nearest to F (polar decomposition with det = +1: of an
-/// inverted F the smallest singular value takes the sign). A rotation gives
-/// itself to rounding, the identity itself exactly. Where F leaves directions
-/// undetermined (rank 1 or 0) the rotation is the one nearest to `last`.
+/// Returns the rotation nearest to F (polar decomposition with det = +1; for an inverted F the smallest
+/// singular value takes the sign). A rotation gives itself to rounding, the identity gives itself exactly. If
+/// F leaves directions undetermined (rank 1 or 0), returns the candidate nearest to `last`.
 Mat3 rotation_of(const Mat3& F, const Mat3& last = Mat3::Identity());
 
-/// The rotation by the smallest angle that takes the direction of `from` to that
-/// of `to`; for opposite directions about a fixed perpendicular axis; the
-/// identity where one of them is zero.
+/// Returns the rotation by the smallest angle that takes the direction of `from` to that of `to`. For
+/// opposite directions its axis is a fixed perpendicular one; it is the identity if either vector is zero.
 Mat3 minimal_rotation(const Vec3& from, const Vec3& to);
 
 }  // namespace splitcubes

@@ -7,12 +7,12 @@
 namespace splitcubes {
 
 void SampledMotion::add(double time, const Isometry& frame) {
-    const std::string place = "motion, sample " + std::to_string(times_.size());
+    const std::string where = "motion, sample " + std::to_string(times_.size());
     if (!std::isfinite(time) || !frame.matrix().allFinite())
-        throw InputError(place, "is not finite", "give a time and a frame of finite numbers");
+        throw InputError(where, "is not finite", "give a time and a frame of finite numbers");
     if (!times_.empty() && !(time > times_.back()))
         throw InputError(
-            place, std::to_string(time) + " s does not come after " + std::to_string(times_.back()) + " s",
+            where, std::to_string(time) + " s does not come after " + std::to_string(times_.back()) + " s",
             "order the samples by time");
     times_.push_back(time);
     frames_.push_back(frame);

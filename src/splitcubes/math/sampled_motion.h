@@ -1,4 +1,4 @@
-// Rigid motions that are known at some times only.
+// Rigid motions known at sampled times.
 #pragma once
 
 #include <splitcubes/math/types.h>
@@ -7,19 +7,18 @@
 
 namespace splitcubes {
 
-/// A rigid motion as samples: at their times it is theirs to the last bit,
-/// between them positions go straight and rotations the short way round, before
-/// the first and after the last it stands still.
+/// Sampled rigid motion. At the times of samples it equals them to the last bit; in between, positions are
+/// interpolated linearly and rotations by slerp; before the first and after the last sample it is at rest.
 class SampledMotion {
   public:
-    /// time (s): finite, after that of the last sample; frame: world from own, finite.
-    /// Throws InputError otherwise.
+    /// Adds a sample. time (s): finite and after the last sample; frame: world from own, finite. Throws
+    /// InputError otherwise.
     void add(double time, const Isometry& frame);
 
     bool empty() const { return times_.empty(); }
     const std::vector<double>& times() const { return times_; }      // s, increasing
     const std::vector<Isometry>& frames() const { return frames_; }  // world from own
-    /// Of at least one sample.
+    /// Returns the frame at a time. There must be at least one sample.
     Isometry at(double time) const;
 
   private:

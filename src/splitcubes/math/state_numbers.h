@@ -1,4 +1,4 @@
-// Vectors and matrices as the numbers that a state is made of.
+// Serialisation of vectors and matrices.
 #pragma once
 
 #include <splitcubes/core/state_stream.h>
@@ -10,11 +10,11 @@
 
 namespace splitcubes {
 
-/// m, m/s, J and whatever else a state says in double precision: far more than any world holds, and small
-/// enough that squares and products of it stay finite.
+/// Largest number in double precision (m, m/s, J and so on) that a state may hold: far more than any world
+/// needs, and small enough that squares and products stay finite.
 inline constexpr double largest_state_number = 1e75;
 
-/// The numbers of things that are nothing but doubles, one after the other.
+/// Returns the doubles that the elements consist of, in sequence. T must hold nothing but doubles.
 template <class T>
 std::span<double> numbers_of(std::vector<T>& values) {
     static_assert(sizeof(T) % sizeof(double) == 0 && alignof(T) == alignof(double));
@@ -32,7 +32,8 @@ inline bool are_state_numbers(std::span<const double> values) {
     return hold;
 }
 
-/// Reads `count` things that are nothing but doubles; each number is finite and below the largest.
+/// Reads `count` elements that hold nothing but doubles, each finite and at most largest_state_number in
+/// magnitude.
 template <class T>
 void read_numbers(StateReader& reader, std::size_t count, std::vector<T>& out, const char* problem) {
     reader.require_room(count, sizeof(T));
@@ -51,7 +52,7 @@ void write_numbers(StateWriter& writer, const Eigen::Matrix<double, Rows, Column
     writer.add(std::span<const double>(value.data(), static_cast<std::size_t>(Rows * Columns)));
 }
 
-/// Whether a matrix is a rotation, within `tolerance` in each entry of R R^T.
+/// Returns whether a matrix is a rotation, within `tolerance` in each entry of R R^T.
 inline bool is_rotation(const Mat3& matrix, double tolerance) {
     return ((matrix * matrix.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() <= tolerance) &&
            matrix.determinant() > 0;

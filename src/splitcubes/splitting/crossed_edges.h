@@ -1,4 +1,4 @@
-// What something that should cut crosses in a grid: asked of what cut nothing, to say why.
+// Counts of the grid edges that a cutter crosses, to explain why a cut had no effect.
 #pragma once
 
 #include <splitcubes/splitting/node_grid.h>
@@ -8,9 +8,9 @@
 namespace splitcubes::splitting {
 
 struct CrossedEdges {
-    std::size_t uncut = 0;  // between inside nodes: would be cut
-    std::size_t cut = 0;    // between inside nodes, cut before
-    std::size_t skin = 0;   // with one end outside, or across a gap of the input
+    std::size_t uncut = 0;  // between inside nodes, not cut: would be cut
+    std::size_t cut = 0;    // between inside nodes, already cut
+    std::size_t skin = 0;   // one end is outside, or the edge crosses a gap of the input
 
     void add(const NodeGrid& grid, const GridEdge& edge) {
         const bool lower = grid.inside(edge.node), upper = grid.inside(edge.upper());

@@ -1,8 +1,8 @@
-// The one numbering of a cube's corners, edges and faces (docs/conventions.md
-// draws it). Everything is derived from bits, so there is nothing to mistype.
+// The numbering of a cube's corners, edges and faces (drawn in docs/conventions.md). All of it is derived
+// from bits.
 //
 //   corner c   at (c & 1, c >> 1 & 1, c >> 2 & 1)
-//   edge e     along axis a = e / 4; k = e % 4 gives its place on the two other
+//   edge e     along axis a = e / 4; k = e % 4 gives its position on the other
 //              axes u = (a+1)%3 and v = (a+2)%3: u bit k & 1, v bit k >> 1
 //   face f     normal to axis a = f / 2, at coordinate f % 2
 //   face ring  corners in the order (u,v) = (0,0) (1,0) (1,1) (0,1), the same for
@@ -31,20 +31,20 @@ constexpr int face_axis(int face) {
     return face / 2;
 }
 
-/// Corner of an edge: end 0 the lower one, end 1 the upper one.
+/// Returns a corner of an edge: end 0 the lower one, end 1 the upper one.
 constexpr int edge_corner(int edge, int end) {
     const int a = edge_axis(edge), u = (a + 1) % 3, v = (a + 2) % 3, k = edge % 4;
     return (end << a) | ((k & 1) << u) | ((k >> 1) << v);
 }
 
-/// Corner k of a face's ring.
+/// Returns corner k of a face's ring.
 constexpr int face_corner(int face, int k) {
     const int a = face_axis(face), u = (a + 1) % 3, v = (a + 2) % 3;
     const int bu = (k == 1 || k == 2) ? 1 : 0, bv = (k >= 2) ? 1 : 0;
     return ((face & 1) << a) | (bu << u) | (bv << v);
 }
 
-/// The edge that joins two corners; -1 where none does.
+/// Returns the edge that joins two corners, or -1.
 constexpr int edge_between(int a, int b) {
     for (int e = 0; e < edge_count; ++e)
         if ((edge_corner(e, 0) == a && edge_corner(e, 1) == b) ||
@@ -53,7 +53,7 @@ constexpr int edge_between(int a, int b) {
     return -1;
 }
 
-/// Edge k of a face's ring, between ring corners k and k+1.
+/// Returns edge k of a face's ring, between ring corners k and k+1.
 constexpr int face_edge(int face, int k) {
     return edge_between(face_corner(face, k), face_corner(face, (k + 1) % 4));
 }
@@ -80,7 +80,7 @@ constexpr auto make_edge_corners() {
 inline constexpr auto face_edges = detail::make_face_edges();      // [face][ring position]
 inline constexpr auto edge_corners = detail::make_edge_corners();  // [edge][end]
 
-/// The four edge bits of a face in ring order.
+/// Returns the four edge bits of a face in ring order.
 constexpr unsigned face_mask(CellMask mask, int face) {
     unsigned out = 0;
     for (int k = 0; k < 4; ++k)

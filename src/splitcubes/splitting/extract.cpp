@@ -11,22 +11,22 @@ geometry::SurfaceMesh extract(const NodeGrid& grid, const Surface& surface, cons
                               const Parallel& parallel) {
     const std::vector<SurfaceVertex>& vertices = surface.vertices();
     assert(positions.empty() || positions.size() == vertices.size());
-    std::vector<std::uint32_t> number(vertices.size(), UINT32_MAX);
+    std::vector<std::uint32_t> new_index(vertices.size(), UINT32_MAX);
     std::uint32_t vertex_count = 0;
     for (std::size_t i = 0; i < vertices.size(); ++i)
-        if (vertices[i].alive()) number[i] = vertex_count++;
+        if (vertices[i].alive()) new_index[i] = vertex_count++;
     geometry::SurfaceMesh out;
     out.mesh.positions.resize(vertex_count);
     out.normals.resize(vertex_count);
     out.rest.resize(vertex_count);
     out.vertex_piece.resize(vertex_count);
     parallel.for_each(vertices.size(), 4096, [&](std::size_t i) {
-        if (number[i] == UINT32_MAX) return;
+        if (new_index[i] == UINT32_MAX) return;
         const SurfaceVertex& v = vertices[i];
-        out.mesh.positions[number[i]] = positions.empty() ? v.rest : positions[i];
-        out.normals[number[i]] = normals.empty() ? Vec3(v.normal.cast<double>()) : normals[i];
-        out.rest[number[i]] = v.rest;
-        out.vertex_piece[number[i]] = pieces.piece_of(grid, surface.influence(v));
+        out.mesh.positions[new_index[i]] = positions.empty() ? v.rest : positions[i];
+        out.normals[new_index[i]] = normals.empty() ? Vec3(v.normal.cast<double>()) : normals[i];
+        out.rest[new_index[i]] = v.rest;
+        out.vertex_piece[new_index[i]] = pieces.piece_of(grid, surface.carrier(v));
     });
     const std::vector<SurfaceCell>& cells = surface.cells();
     std::vector<std::uint32_t> first_quad(cells.size() + 1, 0);
@@ -36,7 +36,7 @@ geometry::SurfaceMesh extract(const NodeGrid& grid, const Surface& surface, cons
     parallel.for_each(cells.size(), 1024, [&](std::size_t c) {
         std::size_t t = 2 * static_cast<std::size_t>(first_quad[c]);
         for (const SurfaceQuad& q : surface.quads(cells[c])) {
-            const auto at = [&](std::size_t k) { return number[q.vertices[k]]; };
+            const auto at = [&](std::size_t k) { return new_index[q.vertices[k]]; };
             const Origin origin = grid.crossing(q.crossing).origin;
             out.triangle_origin[t] = out.triangle_origin[t + 1] = origin;
             out.mesh.triangles[t++] = {at(0), at(1), at(2)};
@@ -58,10 +58,10 @@ geometry::SurfaceMesh extract_piece(const geometry::SurfaceMesh& whole, std::int
 geometry::SurfaceMesh extract_pieces(const geometry::SurfaceMesh& whole,
                                      std::span<const std::uint8_t> wanted) {
     geometry::SurfaceMesh out;
-    std::vector<std::uint32_t> number(whole.mesh.positions.size(), UINT32_MAX);
+    std::vector<std::uint32_t> new_index(whole.mesh.positions.size(), UINT32_MAX);
     for (std::size_t v = 0; v < whole.mesh.positions.size(); ++v) {
         if (!wanted[static_cast<std::size_t>(whole.vertex_piece[v])]) continue;
-        number[v] = static_cast<std::uint32_t>(out.mesh.positions.size());
+        new_index[v] = static_cast<std::uint32_t>(out.mesh.positions.size());
         out.mesh.positions.push_back(whole.mesh.positions[v]);
         out.normals.push_back(whole.normals[v]);
         out.vertex_piece.push_back(whole.vertex_piece[v]);
@@ -72,8 +72,8 @@ geometry::SurfaceMesh extract_pieces(const geometry::SurfaceMesh& whole,
     to.materials = from.materials;
     for (std::size_t t = 0; t < whole.mesh.triangles.size(); ++t) {
         const geometry::Triangle& tri = whole.mesh.triangles[t];
-        if (number[tri[0]] == UINT32_MAX) continue;
-        out.mesh.triangles.push_back({number[tri[0]], number[tri[1]], number[tri[2]]});
+        if (new_index[tri[0]] == UINT32_MAX) continue;
+        out.mesh.triangles.push_back({new_index[tri[0]], new_index[tri[1]], new_index[tri[2]]});
         out.triangle_origin.push_back(whole.triangle_origin[t]);
         if (!from.corner_uv.empty()) to.corner_uv.push_back(from.corner_uv[t]);
         if (!from.corner_colour.empty()) to.corner_colour.push_back(from.corner_colour[t]);
@@ -87,7 +87,7 @@ std::vector<PieceMeasure> measure_pieces(const geometry::SurfaceMesh& whole, std
     if (whole.mesh.positions.empty()) return out;
     const Vec3 origin = whole.mesh.positions.front();
     std::vector<CompensatedSum> volumes(piece_count);
-    std::vector<Vec3> moments(piece_count, Vec3::Zero());  // m^4, about the origin above
+    std::vector<Vec3> moments(piece_count, Vec3::Zero());  // m^4, about `origin`
     for (std::size_t t = 0; t < whole.mesh.triangles.size(); ++t) {
         const geometry::Triangle& tri = whole.mesh.triangles[t];
         const Vec3 a = whole.mesh.positions[tri[0]] - origin;
@@ -106,7 +106,7 @@ std::vector<PieceMeasure> measure_pieces(const geometry::SurfaceMesh& whole, std
     for (std::size_t k = 0; k < piece_count; ++k) {
         out[k].volume = volumes[k].value();
         out[k].center_of_mass = origin + moments[k] / out[k].volume;
-        // No comparison with what is not a number is true.
+        // Negated, so that it also replaces NaN.
         if (!out[k].bounds.contains(out[k].center_of_mass)) out[k].center_of_mass = out[k].bounds.center();
     }
     return out;

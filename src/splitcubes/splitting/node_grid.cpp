@@ -76,7 +76,7 @@ Vec3 NodeGrid::crossing_position(const Crossing& crossing) const {
 }
 
 CellEdges NodeGrid::cell_edges(const Vec3i& cell) const {
-    // Brick and place within it of the corners, from the lowest by carries.
+    // Finds the bricks of the corners and their positions within, from the lowest corner with carries.
     const std::size_t first_brick = layout_.brick_of(cell);
     const unsigned first_local = BrickLayout::local(cell);
     const std::size_t brick_strides[3] = {

@@ -14,7 +14,7 @@ namespace {
 using Word = std::uint64_t;
 
 constexpr std::uint32_t none = UINT32_MAX;
-// Nodes of a brick whose coordinate along the axis is 3 (their edge leaves the brick).
+// Nodes of a brick whose coordinate along the axis is 3: their edge leaves the brick.
 constexpr Word last_layer[3] = {0x8888888888888888ULL, 0xf000f000f000f000ULL, 0xffff000000000000ULL};
 constexpr int stride[3] = {1, 4, 16};
 
@@ -29,7 +29,7 @@ BrickWords words_of(const NodeGrid& grid, std::size_t brick) {
     return w;
 }
 
-// All nodes of the brick that hang together with `seed` within the brick.
+// Returns all nodes of the brick that are connected with `seed` within the brick.
 Word flood(const BrickWords& w, Word seed) {
     for (Word grown = seed;; seed = grown) {
         for (int axis = 0; axis < 3; ++axis) {
@@ -42,23 +42,22 @@ Word flood(const BrickWords& w, Word seed) {
     }
 }
 
-// A node of the grid as one number; components are ordered by their lowest.
+// Returns the lowest node as one number, by which components are ordered.
 std::uint64_t lowest_node(std::uint32_t brick, Word nodes) {
     return std::uint64_t{brick} * brick_places + static_cast<unsigned>(std::countr_zero(nodes));
 }
 
-// One set of connected components, as a fragment of the piece it belonged to.
+// A set of connected components: a fragment of the piece that it belonged to.
 struct Fragment {
     std::int32_t parent;
     std::size_t size;      // nodes
     std::uint64_t lowest;  // see lowest_node
-    std::uint32_t id;      // whatever the caller knows it by
+    std::uint32_t id;      // the caller's id of the fragment
     std::int32_t piece = -1;
 };
 
-// Gives the fragments numbers: the largest of a parent keeps the parent's, the
-// others (and those without a parent) get new ones in the order of their lowest
-// nodes. node_counts is brought up to date.
+// Assigns piece ids: the largest fragment of a parent keeps the parent's, the others (and those without a
+// parent) get new ids in the order of their lowest nodes. Updates node_counts.
 std::vector<PieceSplit> number_fragments(std::vector<Fragment>& fragments,
                                          std::vector<std::size_t>& node_counts) {
     std::sort(fragments.begin(), fragments.end(), [](const Fragment& a, const Fragment& b) {
@@ -96,13 +95,14 @@ template <class Visit>
 void Pieces::for_neighbours(const NodeGrid& grid, std::uint32_t component, const Visit& visit) const {
     const BrickLayout& layout = grid.bricks();
     const Component& from = components_[component];
-    const Vec3i place = layout.base(from.brick) / brick_side;
+    const Vec3i brick_position = layout.base(from.brick) / brick_side;
     const std::size_t strides[3] = {
         1, static_cast<std::size_t>(layout.brick_count[0]),
         static_cast<std::size_t>(layout.brick_count[0]) * static_cast<std::size_t>(layout.brick_count[1])};
     for (int axis = 0; axis < 3; ++axis)
         for (const int side : {-1, 1}) {
-            if (place[axis] + side < 0 || place[axis] + side >= layout.brick_count[axis]) continue;
+            if (brick_position[axis] + side < 0 || brick_position[axis] + side >= layout.brick_count[axis])
+                continue;
             const std::size_t next = side > 0 ? from.brick + strides[axis] : from.brick - strides[axis];
             const std::size_t lower = side > 0 ? from.brick : next;
             const Word open = ~grid.cut_word(lower, axis) & last_layer[axis];
@@ -128,7 +128,7 @@ std::vector<PieceSplit> Pieces::update(const NodeGrid& grid) {
     for (std::uint32_t i = 0; i < components_.size(); ++i)
         for_neighbours(grid, i, [&](std::uint32_t j) { sets.join(i, j); });
 
-    // A set's root is its lowest component, which holds its lowest node.
+    // A set's root is its lowest component, which contains its lowest node.
     std::vector<Fragment> fragments;
     std::vector<std::uint32_t> fragment_of(components_.size());
     for (std::uint32_t i = 0; i < components_.size(); ++i) {
@@ -154,7 +154,7 @@ Pieces::Pieces(const NodeGrid& grid) {
     update(grid);
 }
 
-// Labels the bricks on both sides of the edges again; returns their components.
+// Relabels the bricks on both sides of the edges; returns their components.
 std::vector<std::uint32_t> Pieces::relabel_bricks(const NodeGrid& grid,
                                                   std::span<const std::int32_t> new_slots) {
     std::vector<std::uint32_t> bricks;
@@ -176,7 +176,7 @@ std::vector<std::uint32_t> Pieces::relabel_bricks(const NodeGrid& grid,
                 if (b.nodes & c.nodes) c.piece = b.piece;
         BrickRun& run = runs_[brick];
         if (fresh.size() > run.count) {
-            // Grown runs go to the end; what they leave is not worth collecting.
+            // A run that has grown moves to the end; the old memory is not worth reclaiming.
             run.first = static_cast<std::uint32_t>(components_.size());
             components_.resize(components_.size() + fresh.size());
         }
@@ -187,9 +187,9 @@ std::vector<std::uint32_t> Pieces::relabel_bricks(const NodeGrid& grid,
     return out;
 }
 
-// Searches through the components of one piece, one from each seed, that join
-// where they meet. The one that has seen the fewest nodes always goes on next, so
-// no fragment is searched much further than the second largest is large.
+// Searches through the components of one piece, one from each seed; searches that meet are merged. The search
+// with the fewest nodes always continues first, so no fragment is searched much beyond the size of the second
+// largest.
 class Pieces::Searches {
   public:
     Searches(Pieces& pieces, const NodeGrid& grid, std::span<const std::uint32_t> seeds)
@@ -200,7 +200,7 @@ class Pieces::Searches {
         }
     }
 
-    /// The fragments of the piece, with their components in members().
+    /// Runs until the fragments of the piece are known; their components are in members().
     std::vector<Fragment> run(std::int32_t piece) {
         while (open_ > 1) step();
         std::vector<Fragment> fragments;
@@ -209,7 +209,8 @@ class Pieces::Searches {
             if (sets_.find(s) == s && searches_[s].done) others += searches_[s].size;
         const std::size_t total = pieces_.node_counts_[static_cast<std::size_t>(piece)];
         if (open_ == 1) {
-            // Where another fragment is larger (or as large) this one is not the heir.
+            // If another fragment is at least as large, this one does not keep the id, so its members are
+            // needed.
             bool largest = true;
             for (std::uint32_t s = 0; s < searches_.size(); ++s)
                 if (sets_.find(s) == s && searches_[s].done)
@@ -233,7 +234,7 @@ class Pieces::Searches {
 
   private:
     struct Search {
-        std::vector<std::uint32_t> seen;  // components, those still to be looked around from last
+        std::vector<std::uint32_t> seen;  // components; the last ones are not expanded yet
         std::vector<std::uint32_t> front;
         std::size_t size = 0;  // nodes seen
         std::uint64_t lowest = UINT64_MAX;
@@ -250,7 +251,7 @@ class Pieces::Searches {
         search.lowest = std::min(search.lowest, lowest_node(c.brick, c.nodes));
     }
 
-    // Returns the search that holds both; the larger lists are kept.
+    // Merges two searches, keeping the larger lists, and returns the merged one.
     std::uint32_t join(std::uint32_t a, std::uint32_t b) {
         sets_.join(a, b);
         const std::uint32_t root = sets_.find(a), other = root == a ? b : a;
@@ -292,7 +293,7 @@ class Pieces::Searches {
     const NodeGrid& grid_;
     DisjointSets sets_;
     std::vector<Search> searches_;
-    std::size_t open_;  // searches that are neither done nor joined to another
+    std::size_t open_;  // searches neither done nor merged into another
     using Entry = std::pair<std::size_t, std::uint32_t>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue_;
 };
@@ -304,7 +305,7 @@ std::vector<PieceSplit> Pieces::update(const NodeGrid& grid, std::span<const std
     });
     std::vector<Searches> searches;
     std::vector<Fragment> fragments;
-    std::vector<std::uint32_t> group_of;  // per fragment id: its searches
+    std::vector<std::uint32_t> group_of;  // per fragment id: index into `searches`
     std::vector<std::uint32_t> search_of;
     for (std::size_t i = 0; i < seeds.size();) {
         const std::int32_t piece = components_[seeds[i]].piece;

@@ -1,4 +1,4 @@
-// Which inside nodes hang together over uncut edges: the pieces of a body.
+// Pieces of a body: components of inside nodes connected over uncut edges.
 #pragma once
 
 #include <splitcubes/splitting/node_grid.h>
@@ -9,7 +9,7 @@
 
 namespace splitcubes::splitting {
 
-/// A fragment that came off: `piece` is new, `parent` is what it belonged to.
+/// A fragment that came off: `piece` is its new id, `parent` the piece that it belonged to.
 struct PieceSplit {
     std::int32_t parent;
     std::int32_t piece;
@@ -17,43 +17,41 @@ struct PieceSplit {
     bool operator==(const PieceSplit&) const = default;
 };
 
-/// Labels of the inside nodes. Bricks of nodes are labelled as bit sets, so an
-/// uncut body of a million nodes costs 16,000 steps. A piece that falls apart
-/// keeps its number on the fragment with the most nodes (then the lowest node);
-/// the others get new numbers, so numbers are never reused.
+/// Piece labels of the inside nodes. Bricks of nodes are labelled as bit sets, so an uncut body of a million
+/// nodes takes 16,000 steps. If a piece separates, the fragment with the most nodes (then the lowest node)
+/// keeps its id; the others get new ids. Ids are never reused.
 class Pieces {
   public:
     explicit Pieces(const NodeGrid& grid);
 
-    /// Labels again after cuts; returns the fragments that came off, by number.
-    /// Looks at all bricks: the slow truth for the other one.
+    /// Relabels all bricks after cuts; returns the fragments that came off, by id. Slow reference for the
+    /// other overload.
     std::vector<PieceSplit> update(const NodeGrid& grid);
 
-    /// The same where only these edges were cut since the last time (slots, of any
-    /// origin and in any order). Looks at the bricks around them, and from there as
-    /// far as it takes to find the way round a cut, or the end of a fragment: a cut
-    /// that parts nothing costs what it is long, one that parts the body costs the
-    /// bricks of all fragments but the largest.
+    /// Does the same if only the edges of `new_slots` (of any origin, in any order) were cut since the last
+    /// update. Examines the bricks around these edges and from there as far as needed to find a path around a
+    /// cut or the end of a fragment. A cut that separates nothing costs its length; one that separates the
+    /// body costs the bricks of all fragments but the largest.
     std::vector<PieceSplit> update(const NodeGrid& grid, std::span<const std::int32_t> new_slots);
 
-    /// Number of pieces; they are 0 .. count()-1.
+    /// Returns the number of pieces; their ids are 0 .. count()-1.
     std::size_t count() const { return node_counts_.size(); }
-    /// Inside nodes of each piece.
+    /// Returns the number of inside nodes of each piece.
     const std::vector<std::size_t>& node_counts() const { return node_counts_; }
-    /// -1 for an outside node.
+    /// Returns -1 for an outside node.
     std::int32_t piece_of(const NodeGrid& grid, const Vec3i& node) const;
 
   private:
     Pieces() = default;
 
-    /// Nodes of one brick that hang together within it.
+    /// Nodes of one brick that are connected within it.
     struct Component {
         std::uint64_t nodes;
         std::uint32_t brick;
         std::int32_t piece;
-        std::uint32_t search;  // scratch of the searches; none elsewhere
+        std::uint32_t search;  // scratch of Searches; otherwise none
     };
-    /// A brick's components: a run of components_, in order of their lowest nodes.
+    /// Components of a brick: a run of components_, ordered by their lowest nodes.
     struct BrickRun {
         std::uint32_t first = 0, count = 0;
     };

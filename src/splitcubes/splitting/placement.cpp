@@ -10,21 +10,20 @@ namespace splitcubes::splitting {
 
 namespace {
 
-// Singular values under a tenth of the largest are dropped; the normal matrix
-// holds their squares.
+// Drops singular values below a tenth of the largest; the normal matrix holds their squares.
 constexpr double eigenvalue_cutoff = 0.01;
 constexpr double face_widening = 0.25;
 constexpr double crease_widening = 0.5;
-// Where a cut meets the skin (or an older cut) just beyond the face, the face
-// vertex goes there: a crease that stopped short at the face would be jagged.
+// If a cut meets the boundary (or an older cut) just beyond the face, the face vertex is placed there: a
+// crease that stopped at the face would be jagged.
 constexpr double meeting_widening = 0.5;
-// Three planes, or a sheet and what cuts it, fix their meeting however far off; a tilted cube's corner was
-// seen to lie up to 0.8 of a cell outside the nearest cell that meets all three.
+// Three planes, or a sheet and its cutter, determine their intersection at any distance; a corner of a tilted
+// cube was found up to 0.8 of a cell outside the nearest cell that meets all three planes.
 constexpr double corner_widening = 1.0;
 constexpr double grazing_cosine = 0.05;
 
-// The point nearest to all lines or planes n_k . (x - p_k) = 0, started from
-// `start` and moved only along directions that they determine.
+// Returns the least-squares intersection of the lines or planes n_k . (x - p_k) = 0, moved from `start` only
+// along directions that they determine.
 template <int Dim>
 Eigen::Matrix<double, Dim, 1> least_squares_point(std::span<const Eigen::Matrix<double, Dim, 1>> points,
                                                   std::span<const Eigen::Matrix<double, Dim, 1>> normals,
@@ -50,8 +49,8 @@ Eigen::Matrix<double, Dim, 1> least_squares_point(std::span<const Eigen::Matrix<
     return start + step;
 }
 
-// Moves `start`, which lies on the sheet whose planes (or lines) have the normals
-// `fixed`, along that sheet to where it meets the others best. rank: of both.
+// Moves `start`, which lies on the sheet of planes (or lines) with the normals `fixed`, along that sheet to
+// the best intersection with the other planes. rank: of both together.
 template <int Dim>
 Eigen::Matrix<double, Dim, 1> slide(const Eigen::Matrix<double, Dim, 1>& start,
                                     std::span<const Eigen::Matrix<double, Dim, 1>> fixed,
@@ -76,7 +75,7 @@ Eigen::Matrix<double, Dim, 1> slide(const Eigen::Matrix<double, Dim, 1>& start,
     std::size_t count = 0;
     for (std::size_t k = 0; k < normals.size(); ++k) {
         const Vec projected = free * normals[k];
-        // Nearly parallel sheets meet nowhere near.
+        // Nearly parallel sheets have no nearby intersection.
         if (projected.squaredNorm() < eigenvalue_cutoff * normals[k].squaredNorm()) continue;
         along[count] = projected;
         at[count++] = start + projected * (normals[k].dot(points[k] - start) / projected.squaredNorm());
@@ -88,10 +87,10 @@ Eigen::Matrix<double, Dim, 1> slide(const Eigen::Matrix<double, Dim, 1>& start,
     return best;
 }
 
-// Pulls `point` back along the ray to `inner` until it is in [-margin, 1+margin].
+// Moves `point` along the ray to `inner` until it is in [-margin, 1+margin].
 template <int Dim>
-Eigen::Matrix<double, Dim, 1> pull_back(const Eigen::Matrix<double, Dim, 1>& point,
-                                        const Eigen::Matrix<double, Dim, 1>& inner, double margin) {
+Eigen::Matrix<double, Dim, 1> clamp_towards(const Eigen::Matrix<double, Dim, 1>& point,
+                                            const Eigen::Matrix<double, Dim, 1>& inner, double margin) {
     double keep = 1;
     for (int k = 0; k < Dim; ++k) {
         const double bound = point[k] > 1 + margin ? 1 + margin : point[k] < -margin ? -margin : point[k];
@@ -117,7 +116,7 @@ Vec2 tangent_of(const Vec2& normal) {
     return {-normal[1], normal[0]};
 }
 
-// Kind B: half way from the crossing to where its tangent leaves the face.
+// Kind B: half way from the crossing to the point where its tangent leaves the face.
 Vec2 place_single(int ring_edge, const FaceCrossing& crossing) {
     Vec2 direction = tangent_of(crossing.normal);
     if (direction.dot(inward(ring_edge)) < 0) direction = -direction;
@@ -135,12 +134,12 @@ bool is_smooth_pair(int edge0, const FaceCrossing& a, int side0, int edge1, cons
     const double cosine = a.normal.dot(b.normal);
     if (std::abs(na) < grazing_cosine || std::abs(nb) < grazing_cosine)
         return std::abs(cosine) >= sharp_cosine;
-    // Both turned to the same side of the sheet.
+    // Both normals oriented to the same side of the sheet.
     const double turned = (na * side0 > 0 ? 1 : -1) * (nb * side1 > 0 ? 1 : -1) * cosine;
     return turned >= sharp_cosine;
 }
 
-// Middle of the cubic Hermite arc that leaves both crossings along their tangents.
+// Returns the middle of the cubic Hermite arc that leaves both crossings along their tangents.
 Vec2 place_smooth_pair(const FaceCrossing& a, const FaceCrossing& b) {
     const Vec2 chord = b.point - a.point;
     Vec2 t0 = tangent_of(a.normal), t1 = tangent_of(b.normal);
@@ -150,10 +149,9 @@ Vec2 place_smooth_pair(const FaceCrossing& a, const FaceCrossing& b) {
     return middle.cwiseMax(0).cwiseMin(1);
 }
 
-// Lifts `base` along the mean normal onto the sheet. Over a point, a quadratic
-// sheet lies half way between the mean height of its samples and the mean height
-// of their tangent planes, so this is exact to second order; the mean of the face
-// vertices alone stays inside every curve by half a sagitta.
+// Moves `base` along the mean normal onto the sheet. Over a point, a quadratic sheet lies half way between
+// the mean height of its samples and the mean height of their tangent planes, so this is exact to second
+// order; the mean of the face vertices alone stays inside every curve by half a sagitta.
 Vec3 onto_smooth_sheet(std::span<const CellCrossing> crossings, const Vec3& base) {
     Vec3 direction = Vec3::Zero();
     for (const CellCrossing& c : crossings)
@@ -183,7 +181,7 @@ FaceCrossing face_crossing(int ring_edge, double parameter, double normal_u, dou
 
 namespace {
 
-// The crossings of the sheet that came first: the boundary, then by cut number.
+// Returns the crossings of the first sheet: the boundary, then by cut index.
 unsigned oldest_sheet(unsigned ring_mask, const std::array<FaceCrossing, 4>& crossings) {
     unsigned out = 0;
     std::int32_t lowest = 0;
@@ -211,9 +209,9 @@ FacePlacement place_face_vertex(unsigned ring_mask, const std::array<FaceCrossin
     if (count == 0) return {};
     if (count == 1) return {place_single(cut[0], at(0))};
     const unsigned first = oldest_sheet(ring_mask, crossings);
-    const bool skin_and_cut =
+    const bool is_boundary_and_cut =
         first != ring_mask && crossings[static_cast<std::size_t>(std::countr_zero(first))].cut < 0;
-    if (count == 2 && !skin_and_cut) {
+    if (count == 2 && !is_boundary_and_cut) {
         const auto side = [&](int i) {
             return face.side[static_cast<std::size_t>(cut[static_cast<std::size_t>(i)])];
         };
@@ -231,7 +229,7 @@ FacePlacement place_face_vertex(unsigned ring_mask, const std::array<FaceCrossin
     int rank = 0;
     if (first == ring_mask) {
         const Vec2 best = least_squares_point<2>({points.data(), n}, {normals.data(), n}, mean, rank);
-        return {pull_back<2>(best, mean, face_widening), false};
+        return {clamp_towards<2>(best, mean, face_widening), false};
     }
     const auto middle = static_cast<std::size_t>(
         std::stable_partition(cut.begin(), cut.begin() + count, [&](int k) { return first >> k & 1; }) -
@@ -243,7 +241,7 @@ FacePlacement place_face_vertex(unsigned ring_mask, const std::array<FaceCrossin
     const Vec2 alone = place_face_vertex(first, crossings).point;
     const Vec2 best = slide<2>(alone, {normals.data(), middle}, {points.data() + middle, n - middle},
                                {normals.data() + middle, n - middle}, rank);
-    return {pull_back<2>(best, alone, meeting_widening), false};
+    return {clamp_towards<2>(best, alone, meeting_widening), false};
 }
 
 Vec3 place_between_centres(int face_axis, double face_level, const Vec3& low, const Vec3& high) {
@@ -254,16 +252,15 @@ Vec3 place_between_centres(int face_axis, double face_level, const Vec3& low, co
 
 namespace {
 
-// Crossings of one sheet, or of sheets that are placed as equals.
+// Planes of crossings of one sheet, or of sheets that are placed as equals.
 struct Planes {
     std::array<Vec3, 12> points, normals;
     std::size_t count = 0;
 };
 
-// One plane a smooth sheet: the normals of a curved skin differ a little, and
-// taken one by one they would pretend to a corner far along the crease. Crossings
-// that agree pairwise, directly or through others, are one sheet, so the order of
-// the edges does not matter.
+// Returns one plane per smooth sheet. The normals of a curved boundary differ slightly; taken one by one they
+// would define a false corner far along the crease. Crossings that agree pairwise, directly or through
+// others, form one sheet, so the order of the edges does not matter.
 Planes planes_of(std::span<const CellCrossing> crossings) {
     std::array<std::size_t, 12> sheet;
     for (std::size_t i = 0; i < crossings.size(); ++i) {
@@ -286,10 +283,10 @@ Planes planes_of(std::span<const CellCrossing> crossings) {
             matrix += crossings[i].normal * crossings[i].normal.transpose();
             ++weight;
         }
-        // The mean direction, whatever the normals' signs.
+        // The mean direction, independent of the normals' signs.
         const Eigen::SelfAdjointEigenSolver<Mat3> eigen(matrix);
         out.points[out.count] = point / weight;
-        // Weighs as its crossings did.
+        // The plane has the weight of all its crossings.
         out.normals[out.count++] =
             weight == 1 ? crossings[first].normal : Vec3(std::sqrt(weight) * eigen.eigenvectors().col(2));
     }
@@ -316,7 +313,7 @@ Vec3 place_equals(std::span<const CellCrossing> crossings, bool oriented, const 
     int rank = 0;
     const Vec3 best = least_squares_point<3>({planes.points.data(), planes.count},
                                              {planes.normals.data(), planes.count}, mean, rank);
-    return pull_back<3>(best, mean, widening(rank));
+    return clamp_towards<3>(best, mean, widening(rank));
 }
 
 }  // namespace
@@ -329,7 +326,7 @@ Vec3 place_centre(std::span<const CellCrossing> crossings, bool oriented, const 
     for (const CellCrossing& c : crossings) (c.cut == lowest ? first[first_count++] : rest[rest_count++]) = c;
     if (rest_count == 0 || (lowest >= 0 && oriented && is_smooth(crossings)))
         return place_equals(crossings, oriented, mean);
-    // The signs of the whole group may be at odds where sheets meet.
+    // Signs can be inconsistent over the whole group where sheets meet.
     for (CellCrossing& c : first) c.grazing = true;
     const Vec3 alone = place_equals({first.data(), first_count}, true, mean);
     const Planes fixed = planes_of({first.data(), first_count});
@@ -338,7 +335,7 @@ Vec3 place_centre(std::span<const CellCrossing> crossings, bool oriented, const 
     const Vec3 best =
         slide<3>(alone, {fixed.normals.data(), fixed.count}, {wanted.points.data(), wanted.count},
                  {wanted.normals.data(), wanted.count}, rank);
-    return pull_back<3>(best, alone, corner_widening);
+    return clamp_towards<3>(best, alone, corner_widening);
 }
 
 }  // namespace splitcubes::splitting

@@ -9,15 +9,14 @@
 
 namespace splitcubes::splitting {
 
-/// Cuts every uncut edge between two inside nodes that the sheet crosses (rest
-/// space; exact, see geometry::sweep_grid: nothing slips between two triangles).
-/// Where the sheet crosses an edge more than once, the crossing nearest to the
-/// edge's middle counts. Returns the slots of the edges that were cut.
-/// Throws InputError where a position is not finite or an index out of range.
+/// Cuts every uncut edge between two inside nodes that the sheet crosses (rest space; exact, see
+/// geometry::sweep_grid: no edge passes between two triangles). If the sheet crosses an edge more than once,
+/// the crossing nearest to the edge's middle is used. Returns the slots of the new cut edges. Throws
+/// InputError if a position is not finite or an index is out of range.
 std::vector<std::int32_t> cut_with_sheet(NodeGrid& grid, const geometry::TriangleMesh& sheet,
                                          std::int32_t cut_number);
 
-/// The edges of the body that the sheet crosses, which must have passed cut_with_sheet.
+/// Counts the edges of the body that the sheet crosses. The sheet must have passed cut_with_sheet.
 CrossedEdges edges_crossed_by_sheet(const NodeGrid& grid, const geometry::TriangleMesh& sheet);
 
 }  // namespace splitcubes::splitting

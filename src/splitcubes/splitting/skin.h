@@ -1,6 +1,6 @@
-// What the two ways of making a solid share: the crossings of the skin, gathered
-// in any order by several threads and put into the grid in one that is kind to
-// memory; and what was too thin for the grid. Not part of the public interface.
+// Parts shared by the two ways to make a solid: boundary crossings, which several threads collect in any
+// order and which are then added to the grid in a cache-friendly order; and records of material that is too
+// thin for the grid. Not part of the public interface.
 #pragma once
 
 #include <splitcubes/geometry/grid_sweep.h>
@@ -25,20 +25,20 @@ struct ThinMaterial {
     std::uint32_t triangles[2];
 };
 
-/// What one part of the work found; parts are joined in order.
+/// Findings of one part of the work; parts are joined in order.
 struct SkinPart {
     std::vector<SkinCut> cuts;
     std::vector<ThinMaterial> lost;
     std::size_t gap_edges = 0;
-    bool overlap = false;                     // somewhere the mesh winds more than once
-    bool positive = false, negative = false;  // which winding numbers there are
+    bool overlap = false;                     // the winding number exceeds 1 in magnitude somewhere
+    bool positive = false, negative = false;  // signs of the winding numbers that occur
 
     void append(SkinPart&& other);
 };
 
-/// Calls visit(part, crossings of one edge, state) for each grid edge that the mesh
-/// meets, a line's edges in their order; joins the parts. The state is zero where a
-/// line begins and from there on what the visitor makes of it.
+/// Calls visit(part, crossings of one edge, state) for each grid edge that the mesh meets, in order along
+/// each grid line, and joins the parts. The state is zero at the start of a line and is then updated by the
+/// visitor.
 SkinPart for_each_edge(
     const geometry::GridCrossings& sweep, const Parallel& parallel,
     const std::function<void(SkinPart&, std::span<const geometry::EdgeCrossing>, int&)>& visit);
@@ -46,8 +46,8 @@ SkinPart for_each_edge(
 /// Cuts the edges, brick by brick.
 void cut_skin(NodeGrid& grid, const std::vector<SkinCut>& cuts);
 
-/// Records material that an edge with two outside ends crosses. Not so the tip of a
-/// wedge with a node inside it nearby: the surface's own vertices reproduce that.
+/// Records material on an edge whose ends are both outside. The tip of a wedge with an inside node nearby is
+/// not recorded: the surface's own vertices reproduce it.
 void note_thin(const NodeGrid& grid, const geometry::TriangleMesh& mesh, const geometry::EdgeCrossing& enter,
                const geometry::EdgeCrossing& leave, SkinPart& part);
 
