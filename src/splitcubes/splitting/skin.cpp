@@ -20,7 +20,7 @@ bool same_line(const EdgeCrossing& a, const EdgeCrossing& b) {
 
 }  // namespace
 
-void SkinPart::append(SkinPart&& other) {
+void BoundaryPart::append(BoundaryPart&& other) {
     if (cuts.empty())
         cuts = std::move(other.cuts);
     else
@@ -32,18 +32,19 @@ void SkinPart::append(SkinPart&& other) {
     negative = negative || other.negative;
 }
 
-SkinPart for_each_edge(const geometry::GridCrossings& sweep, const Parallel& parallel,
-                       const std::function<void(SkinPart&, std::span<const EdgeCrossing>, int&)>& visit) {
+BoundaryPart for_each_edge(
+    const geometry::GridCrossings& sweep, const Parallel& parallel,
+    const std::function<void(BoundaryPart&, std::span<const EdgeCrossing>, int&)>& visit) {
     const std::vector<EdgeCrossing>& all = sweep.crossings;
     constexpr std::size_t grain = 4096;
-    // A part begins with the first line that begins in its chunk.
+    // A chunk handles the grid lines that start in it.
     const auto line_begin = [&](std::size_t i) {
         while (i > 0 && i < all.size() && same_line(all[i - 1], all[i])) ++i;
         return std::min(i, all.size());
     };
-    std::vector<SkinPart> parts((all.size() + grain - 1) / grain);
+    std::vector<BoundaryPart> parts((all.size() + grain - 1) / grain);
     parallel.for_chunks(all.size(), grain, [&](std::size_t begin, std::size_t end) {
-        SkinPart& part = parts[begin / grain];
+        BoundaryPart& part = parts[begin / grain];
         const std::size_t last = line_begin(end);
         int state = 0;
         for (std::size_t i = line_begin(begin); i < last;) {
@@ -54,15 +55,15 @@ SkinPart for_each_edge(const geometry::GridCrossings& sweep, const Parallel& par
             i = next;
         }
     });
-    SkinPart whole;
-    for (SkinPart& part : parts) whole.append(std::move(part));
+    BoundaryPart whole;
+    for (BoundaryPart& part : parts) whole.append(std::move(part));
     return whole;
 }
 
-void cut_skin(NodeGrid& grid, const std::vector<SkinCut>& cuts) {
+void cut_boundary_edges(NodeGrid& grid, const std::vector<BoundaryCut>& cuts) {
     const BrickLayout& layout = grid.bricks();
     std::vector<std::uint32_t> begin(layout.total() + 1, 0);
-    for (const SkinCut& cut : cuts) ++begin[layout.brick_of(cut.edge.node) + 1];
+    for (const BoundaryCut& cut : cuts) ++begin[layout.brick_of(cut.edge.node) + 1];
     for (std::size_t brick = 0; brick < layout.total(); ++brick) begin[brick + 1] += begin[brick];
     std::vector<std::uint32_t> order(cuts.size());
     for (std::uint32_t i = 0; i < cuts.size(); ++i) order[begin[layout.brick_of(cuts[i].edge.node)]++] = i;
@@ -88,13 +89,13 @@ bool inside_node_around(const NodeGrid& grid, const GridEdge& edge) {
 }  // namespace
 
 void note_thin(const NodeGrid& grid, const geometry::TriangleMesh& mesh, const EdgeCrossing& enter,
-               const EdgeCrossing& leave, SkinPart& part) {
+               const EdgeCrossing& leave, BoundaryPart& part) {
     const Vec3 in = geometry::triangle_normal(mesh, enter.triangle);
     const Vec3 out = geometry::triangle_normal(mesh, leave.triangle);
     constexpr double slab_cosine = -0.9;
     if (in.dot(out) > slab_cosine && inside_node_around(grid, {enter.node, enter.axis})) return;
     const double along = (leave.parameter - enter.parameter) * grid.rest().cell_size;
-    // The sheet is at most as thick as its steeper side says.
+    // The sheet is at most as thick as its steeper side implies.
     const double cosine = std::max(std::abs(in[enter.axis]), std::abs(out[enter.axis]));
     part.lost.push_back({along * cosine, {enter.triangle, leave.triangle}});
 }
@@ -111,8 +112,8 @@ void report_thin(const geometry::TriangleMesh& mesh, const RestGrid& rest, std::
     report.lost = geometry::part_of(mesh, triangles);
     std::sort(lost.begin(), lost.end(),
               [](const ThinMaterial& a, const ThinMaterial& b) { return a.thickness < b.thickness; });
-    // A slab is met by a node on every grid line across it when the cell is not
-    // larger than its thickness, and holds together when it is somewhat smaller.
+    // If the cell is not larger than the thickness, a slab contains a node on every grid line across it; it
+    // stays connected if the cell is somewhat smaller.
     report.lost_thickness = lost[lost.size() / 2].thickness;
     report.keeping_cell_size = 0.7 * std::min(rest.cell_size, lost[lost.size() / 10].thickness);
 }

@@ -13,7 +13,7 @@
 
 namespace splitcubes::splitting {
 
-struct SkinCut {
+struct BoundaryCut {
     GridEdge edge;
     double parameter;
     Vec3 normal;
@@ -26,30 +26,30 @@ struct ThinMaterial {
 };
 
 /// Findings of one part of the work; parts are joined in order.
-struct SkinPart {
-    std::vector<SkinCut> cuts;
+struct BoundaryPart {
+    std::vector<BoundaryCut> cuts;
     std::vector<ThinMaterial> lost;
     std::size_t gap_edges = 0;
     bool overlap = false;                     // the winding number exceeds 1 in magnitude somewhere
     bool positive = false, negative = false;  // signs of the winding numbers that occur
 
-    void append(SkinPart&& other);
+    void append(BoundaryPart&& other);
 };
 
 /// Calls visit(part, crossings of one edge, state) for each grid edge that the mesh meets, in order along
 /// each grid line, and joins the parts. The state is zero at the start of a line and is then updated by the
 /// visitor.
-SkinPart for_each_edge(
+BoundaryPart for_each_edge(
     const geometry::GridCrossings& sweep, const Parallel& parallel,
-    const std::function<void(SkinPart&, std::span<const geometry::EdgeCrossing>, int&)>& visit);
+    const std::function<void(BoundaryPart&, std::span<const geometry::EdgeCrossing>, int&)>& visit);
 
 /// Cuts the edges, brick by brick.
-void cut_skin(NodeGrid& grid, const std::vector<SkinCut>& cuts);
+void cut_boundary_edges(NodeGrid& grid, const std::vector<BoundaryCut>& cuts);
 
 /// Records material on an edge whose ends are both outside. The tip of a wedge with an inside node nearby is
 /// not recorded: the surface's own vertices reproduce it.
 void note_thin(const NodeGrid& grid, const geometry::TriangleMesh& mesh, const geometry::EdgeCrossing& enter,
-               const geometry::EdgeCrossing& leave, SkinPart& part);
+               const geometry::EdgeCrossing& leave, BoundaryPart& part);
 
 /// Writes the findings about thin material into the report.
 void report_thin(const geometry::TriangleMesh& mesh, const RestGrid& rest, std::vector<ThinMaterial>& lost,

@@ -1,4 +1,4 @@
-// A sparse map from grid places to slots of packed arrays.
+// Sparse map from grid positions to slots of packed arrays.
 #pragma once
 
 #include <splitcubes/math/types.h>
@@ -10,8 +10,8 @@
 
 namespace splitcubes::splitting {
 
-/// Bricks of 4^3 grid places: fine enough that a surface fills a good part of
-/// the bricks it touches, and one 64-bit word holds a bit for each place.
+/// Side of a brick of 4^3 grid positions: small enough that a surface fills a good part of the bricks that it
+/// touches, and one 64-bit word has a bit for each position.
 inline constexpr int brick_side = 4;
 inline constexpr int brick_places = 64;
 
@@ -32,7 +32,7 @@ struct BrickLayout {
                    (static_cast<std::size_t>(place[1] >> 2) +
                     static_cast<std::size_t>(brick_count[1]) * static_cast<std::size_t>(place[2] >> 2));
     }
-    /// Lowest place of a brick.
+    /// Returns the lowest grid position of a brick.
     Vec3i base(std::size_t brick) const {
         const auto nx = static_cast<std::size_t>(brick_count[0]),
                    ny = static_cast<std::size_t>(brick_count[1]);
@@ -47,8 +47,8 @@ struct BrickLayout {
     }
 };
 
-/// `Channels` slots (-1: none) per grid place, stored for touched bricks only:
-/// 4 bytes a brick of the grid, 256 * Channels bytes a touched brick.
+/// `Channels` slots (-1: none) per grid position, stored for touched bricks only: 4 bytes per brick of the
+/// grid, 256 * Channels bytes per touched brick.
 template <int Channels>
 class SlotMap {
   public:

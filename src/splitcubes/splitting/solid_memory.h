@@ -1,4 +1,4 @@
-// What a solid will take.
+// Memory estimate of a solid.
 #pragma once
 
 #include <splitcubes/geometry/rest_grid.h>
@@ -6,8 +6,8 @@
 
 namespace splitcubes::splitting {
 
-/// About the bytes that the solid of a mesh on a grid, its surface and the surface's mesh take together.
-/// solidify asks first whether they are there (core/memory.h).
+/// Returns about the bytes that the solid of a mesh on a grid, its surface and the surface's mesh take
+/// together. solidify checks first that they are available (core/memory.h).
 double solid_memory(const geometry::TriangleMesh& mesh, const geometry::RestGrid& rest);
 
 }  // namespace splitcubes::splitting

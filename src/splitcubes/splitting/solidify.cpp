@@ -27,7 +27,7 @@ void check_input(const TriangleMesh& mesh) {
                 throw InputError("mesh", "triangle " + std::to_string(t) + " refers to vertex " +
                                              std::to_string(v) + " of " +
                                              std::to_string(mesh.positions.size()));
-            // maxCoeff may pass over what is not a number.
+            // maxCoeff may ignore NaN.
             if (!mesh.positions[v].allFinite() ||
                 mesh.positions[v].cwiseAbs().maxCoeff() > geometry::largest_coordinate)
                 throw InputError("mesh",
@@ -47,7 +47,7 @@ std::string text_in(const geometry::LengthUnit& unit, double length) {
     return plain_number(unit.from_metres(length), 3) + ' ' + std::string(unit.name);
 }
 
-// "edges" is what takes the s of the plural.
+// what: text after "edge" or "edges".
 void add_edges(std::vector<std::string>& out, std::size_t count, const char* what) {
     if (count > 0) out.push_back(std::to_string(count) + (count == 1 ? " edge" : " edges") + what);
 }
@@ -65,7 +65,7 @@ void note_open_mesh(const TriangleMesh& welded, SolidifyReport& report) {
                                 : ""));
 }
 
-// Of small shares one digit counts.
+// Small shares get one digit.
 std::string percent(double share) {
     return plain_number(100 * share, share < 0.1 ? 1 : 2) + " %";
 }
@@ -74,35 +74,34 @@ double smallest_cell(const TriangleMesh& mesh) {
     return mesh.bounds().size().maxCoeff() / geometry::max_cells_per_axis;
 }
 
-// "a cell size of X keeps", or that none does.
+// Returns "a cell size of X keeps", or that no grid does.
 std::string keeping_size(const TriangleMesh& mesh, const SolidifyReport& report) {
     if (report.keeping_cell_size < smallest_cell(mesh)) return "no grid that can be made keeps";
     return "a cell size of " + text_in(report.unit, report.keeping_cell_size) + " keeps";
 }
 
-// Two walls less than a cell apart are told of where they make up some of the skin: a few such edges
-// lie along every crease.
+// Notes gaps between walls less than a cell apart if they make up a share of the surface: every crease has a
+// few such edges.
 void note_gaps(const NodeGrid& grid, SolidifyReport& report) {
-    constexpr double told_share = 0.02;
+    constexpr double min_share = 0.02;
     const double share = static_cast<double>(report.gap_edges) / static_cast<double>(grid.crossings().size());
-    if (share > told_share)
+    if (share > min_share)
         report.notes.push_back("gaps narrower than a cell of " + text_in(report.unit, grid.rest().cell_size) +
                                " run along " + percent(share) +
                                " of its surface: the walls there stay apart, and meet in the gap's "
                                "middle");
 }
 
-// Material that falls between the nodes is told of where it is more than the tips and rims that every
-// mesh has.
+// Notes material that falls between the nodes if it is more than the tips and rims that every mesh has.
 bool note_lost(const TriangleMesh& mesh, const NodeGrid& grid, SolidifyReport& report) {
-    constexpr std::size_t told_edges = 8;
-    constexpr double told_share = 0.005;
+    constexpr std::size_t min_edges = 8;
+    constexpr double min_share = 0.005;
     const auto lost = static_cast<double>(report.lost_thin_edges);
-    if (report.lost_thin_edges < told_edges &&
-        lost <= told_share * static_cast<double>(grid.crossings().size()))
+    if (report.lost_thin_edges < min_edges &&
+        lost <= min_share * static_cast<double>(grid.crossings().size()))
         return false;
     const double cell = grid.rest().cell_size;
-    // A surface meets 1.5 edges of the grid for each face of a cell, on the average of all directions.
+    // A surface crosses 1.5 grid edges per cell face of its area, averaged over all directions.
     const double share =
         lost / 1.5 * (report.lost_thickness / cell) / static_cast<double>(report.nodes_inside);
     report.notes.push_back("material thinner than a cell of " + text_in(report.unit, cell) +
@@ -113,23 +112,24 @@ bool note_lost(const TriangleMesh& mesh, const NodeGrid& grid, SolidifyReport& r
     return true;
 }
 
-// What is thin in every direction is met by nodes, but they need not be neighbours.
-void note_crumbs(const TriangleMesh& mesh, const NodeGrid& grid, bool lost_told, SolidifyReport& report) {
+// Notes extra pieces: material as thin as a cell contains nodes that need not be neighbours.
+void note_fragments(const TriangleMesh& mesh, const NodeGrid& grid, bool lost_is_noted,
+                    SolidifyReport& report) {
     std::size_t parts = 0;
     geometry::triangle_parts(mesh, parts);
     std::vector<std::size_t> nodes = Pieces(grid).node_counts();
     if (!report.exact || nodes.size() <= parts) return;
     std::sort(nodes.begin(), nodes.end(), std::greater<>());
     const std::size_t count = nodes.size() - parts;
-    const std::size_t in_crumbs =
+    const std::size_t in_fragments =
         std::accumulate(nodes.begin() + static_cast<std::ptrdiff_t>(parts), nodes.end(), std::size_t{0});
     std::string note = std::to_string(count) + (count == 1 ? " piece" : " pieces") +
                        " more than the mesh has parts: material about as thin as a cell fell apart, " +
-                       percent(static_cast<double>(in_crumbs) / static_cast<double>(report.nodes_inside)) +
+                       percent(static_cast<double>(in_fragments) / static_cast<double>(report.nodes_inside)) +
                        " of the volume";
     const double half = 0.5 * grid.rest().cell_size;
-    // What keeps lost material is told with it, and is smaller.
-    if (!lost_told && half >= smallest_cell(mesh))
+    // The note on lost material already tells the cell size that keeps it, which is smaller.
+    if (!lost_is_noted && half >= smallest_cell(mesh))
         note += "; a cell size of " + text_in(report.unit, half) + " keeps more of it";
     report.notes.push_back(note);
 }
@@ -144,11 +144,11 @@ void note_findings(const TriangleMesh& welded, const NodeGrid& grid, SolidifyRep
         report.notes.push_back(
             "parts of the mesh are inside out, others not: where such parts overlap they cancel");
     note_gaps(grid, report);
-    const bool lost_told = note_lost(welded, grid, report);
-    note_crumbs(welded, grid, lost_told, report);
+    const bool lost_is_noted = note_lost(welded, grid, report);
+    note_fragments(welded, grid, lost_is_noted, report);
 }
 
-// Why nothing is inside, and what to do.
+// Throws the error that nothing is inside, with the remedy.
 [[noreturn]] void refuse_empty(const TriangleMesh& mesh, const RestGrid& rest, const SolidifyReport& report) {
     if (report.lost_thin_edges > 0)
         throw InputError("mesh",
@@ -158,24 +158,24 @@ void note_findings(const TriangleMesh& welded, const NodeGrid& grid, SolidifyRep
                      "give a mesh that bounds a solid, or a smaller cell size");
 }
 
-// A sheet has a winding number of about 1/2 close to it, but no inside: more of
-// its skin would be made up than of a body with holes. Of the grid edges that cross the
-// skin, a half sphere without its base has a quarter in the hole; hilly sheets a third.
-constexpr double most_made_up = 0.3;
+// A sheet has a winding number of about 1/2 close to it but no inside: more of its surface would be invented
+// than that of a body with holes. Of the grid edges that cross the surface, a half sphere without its base
+// has a quarter in the hole; hilly sheets have a third.
+constexpr double max_invented_share = 0.3;
 
 void refuse_sheet(const NodeGrid& grid, const SolidifyReport& report) {
     const double share =
         static_cast<double>(report.bisected_edges) / static_cast<double>(grid.crossings().size());
-    if (share <= most_made_up) return;
+    if (share <= max_invented_share) return;
     throw InputError("mesh",
                      "encloses no volume: " + std::to_string(static_cast<int>(100 * share)) +
                          " % of its surface would have to be made up",
                      "close its holes, or give it a thickness");
 }
 
-// Vertices at one place joined, triangles without extent and copies dropped, and
-// turned to one orientation where that makes the mesh bound a solid.
-TriangleMesh mended(const TriangleMesh& mesh, SolidifyReport& report) {
+// Welds equal vertices, drops degenerate triangles and copies, and orients the triangles consistently if that
+// makes the mesh bound a solid.
+TriangleMesh repaired_mesh(const TriangleMesh& mesh, SolidifyReport& report) {
     const TriangleMesh welded = geometry::weld_equal_vertices(mesh);
     std::size_t copies = 0, turned = 0;
     TriangleMesh out = geometry::without_duplicates(welded, copies);
@@ -201,7 +201,7 @@ TriangleMesh mended(const TriangleMesh& mesh, SolidifyReport& report) {
 }  // namespace
 
 double solid_memory(const TriangleMesh& mesh, const RestGrid& rest) {
-    // Measured of spheres of 50 to 300 cells, closed ones and such with holes.
+    // Measured with spheres of 50 to 300 cells, closed ones and ones with holes.
     constexpr double per_node = 2, per_cut_edge = 1800, per_crossing = 80;
     double area = 0;  // cells
     for (const geometry::Triangle& t : mesh.triangles) {
@@ -209,7 +209,8 @@ double solid_memory(const TriangleMesh& mesh, const RestGrid& rest) {
         area += 0.5 * (mesh.positions[t[1]] - a).cross(mesh.positions[t[2]] - a).norm();
     }
     const double nodes = rest.node_count.cast<double>().prod();
-    // The mean of three cosines' sum is 3/2; an edge is cut once, however often it is crossed.
+    // The mean of |nx| + |ny| + |nz| over all directions is 3/2. An edge is cut once, however often it is
+    // crossed.
     const double crossings = 1.5 * area / (rest.cell_size * rest.cell_size);
     return per_node * nodes + per_cut_edge * std::min(crossings, 3 * nodes) + per_crossing * crossings;
 }
@@ -221,7 +222,7 @@ NodeGrid solidify(const TriangleMesh& mesh, const RestGrid& rest, SolidifyReport
     const geometry::LengthUnit unit = report.unit;
     report = {};
     report.unit = unit;
-    const TriangleMesh welded = mended(mesh, report);
+    const TriangleMesh welded = repaired_mesh(mesh, report);
     NodeGrid grid = report.exact ? solidify_exact(welded, rest, report, parallel)
                                  : solidify_by_winding(welded, rest, report, parallel);
     report.nodes_inside = grid.inside_count();

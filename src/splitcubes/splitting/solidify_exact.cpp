@@ -1,5 +1,4 @@
-// The solid of a closed mesh, by integer winding numbers along the grid's lines:
-// no tolerance anywhere.
+// Solid of a closed mesh, by integer winding numbers along the grid's lines: exact, without a tolerance.
 #include <splitcubes/splitting/skin.h>
 
 #include <cstdlib>
@@ -12,7 +11,7 @@ using geometry::TriangleMesh;
 
 namespace {
 
-// Inside rows from the crossings along x: where the winding number is not zero.
+// Sets the inside nodes from the crossings along x: those with a winding number other than zero.
 void set_inside(const GridCrossings& sweep, NodeGrid& grid) {
     for (std::size_t i = 0; i < sweep.axis_begin[1];) {
         const EdgeCrossing& first = sweep.crossings[i];
@@ -29,10 +28,11 @@ void set_inside(const GridCrossings& sweep, NodeGrid& grid) {
     }
 }
 
-// One edge; `winding` is that of its lower node. Material is where it is not zero.
+// Processes one edge; `winding` is the winding number of its lower node. Points with a winding number other
+// than zero are material.
 class ExactEdge {
   public:
-    ExactEdge(const NodeGrid& grid, const TriangleMesh& mesh, SkinPart& part)
+    ExactEdge(const NodeGrid& grid, const TriangleMesh& mesh, BoundaryPart& part)
         : grid_(grid), mesh_(mesh), part_(part) {}
 
     /// Returns the winding number of the upper node.
@@ -57,7 +57,7 @@ class ExactEdge {
         part_.cuts.push_back({{at.node, at.axis}, parameter, geometry::triangle_normal(mesh_, at.triangle)});
     }
 
-    // The material of the inside node ends at the first change of state seen from it.
+    // Cuts at the first change of state seen from the inside node.
     void cut_boundary(std::span<const EdgeCrossing> crossings, int winding, bool lower) {
         int w = winding;
         const EdgeCrossing* chosen = nullptr;
@@ -69,7 +69,7 @@ class ExactEdge {
         cut(*chosen, chosen->parameter);
     }
 
-    // The widest stretch of void between two inside nodes is cut at its middle.
+    // Cuts the widest void between two inside nodes at its middle.
     void cut_gap(std::span<const EdgeCrossing> crossings, int winding) {
         int w = winding;
         const EdgeCrossing* begin = nullptr;
@@ -90,7 +90,7 @@ class ExactEdge {
         cut(*at, middle);
     }
 
-    // Material that begins and ends on the edge reaches neither node.
+    // Records material that begins and ends on the edge, so that it reaches neither node.
     void note_detached(std::span<const EdgeCrossing> crossings, int winding) {
         int w = winding;
         const EdgeCrossing* enter = nullptr;
@@ -104,7 +104,7 @@ class ExactEdge {
 
     const NodeGrid& grid_;
     const TriangleMesh& mesh_;
-    SkinPart& part_;
+    BoundaryPart& part_;
 };
 
 }  // namespace
@@ -114,15 +114,15 @@ NodeGrid solidify_exact(const TriangleMesh& mesh, const RestGrid& rest, Solidify
     const GridCrossings sweep = geometry::sweep_grid(rest, mesh, parallel);
     NodeGrid grid(rest);
     set_inside(sweep, grid);
-    SkinPart skin = for_each_edge(sweep, parallel,
-                                  [&](SkinPart& part, std::span<const EdgeCrossing> crossings, int& winding) {
-                                      winding = ExactEdge(grid, mesh, part).process(crossings, winding);
-                                  });
-    cut_skin(grid, skin.cuts);
-    report.gap_edges = skin.gap_edges;
-    report.overlap = skin.overlap;
-    report.opposed = skin.positive && skin.negative;
-    report_thin(mesh, rest, skin.lost, report);
+    BoundaryPart found = for_each_edge(
+        sweep, parallel, [&](BoundaryPart& part, std::span<const EdgeCrossing> crossings, int& winding) {
+            winding = ExactEdge(grid, mesh, part).process(crossings, winding);
+        });
+    cut_boundary_edges(grid, found.cuts);
+    report.gap_edges = found.gap_edges;
+    report.overlap = found.overlap;
+    report.opposed = found.positive && found.negative;
+    report_thin(mesh, rest, found.lost, report);
     return grid;
 }
 

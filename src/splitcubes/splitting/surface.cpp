@@ -43,7 +43,7 @@ Vec3 unit_or(const Vec3& v, const Vec3& fallback) {
 
 }  // namespace
 
-// What update_cell knows of its cell.
+// Data of the cell that update_cell processes.
 struct Surface::CellContext {
     std::uint32_t cell;
     CellEdges edges;
@@ -57,8 +57,7 @@ struct Surface::CellContext {
 
 namespace {
 
-// The slots of all cut edges, brick by brick, so that what is near in space is
-// near in memory.
+// Returns the slots of all cut edges, brick by brick, so that neighbours in space are neighbours in memory.
 std::vector<std::int32_t> slots_by_brick(const NodeGrid& grid) {
     std::vector<std::int32_t> slots;
     slots.reserve(grid.crossings().size());
@@ -74,13 +73,9 @@ std::vector<std::int32_t> slots_by_brick(const NodeGrid& grid) {
 
 }  // namespace
 
-Surface::Surface(const NodeGrid& grid) : Surface(grid, nullptr) {}
-
-Surface::Surface(const NodeGrid& grid, const Parallel& parallel) : Surface(grid, &parallel) {}
-
-Surface::Surface(const NodeGrid& grid, const Parallel* watched) : slots_(grid.bricks()) {
-    // Room for as much again in cuts before anything is copied; pages that are
-    // never written cost nothing.
+Surface::Surface(const NodeGrid& grid) : slots_(grid.bricks()) {
+    // Reserves memory for as much again in cuts, so that nothing is copied until then; pages that are never
+    // written cost nothing.
     const std::size_t crossings = grid.crossings().size();
     cells_.reserve(3 * crossings);
     cell_stamp_.reserve(3 * crossings);
@@ -181,7 +176,7 @@ std::uint32_t Surface::new_vertex(VertexKind kind, const Vec3i& place, int axis,
     return index;
 }
 
-// Makes the corners of a cell carry a vertex.
+// Makes corners of a cell move a vertex.
 void Surface::carry(SurfaceVertex& vertex, std::uint32_t cell, unsigned corners) {
     vertex.cell = cell;
     vertex.corners = static_cast<std::uint8_t>(corners);
@@ -237,8 +232,8 @@ Vec3i face_place(const Vec3i& cell, int face) {
 
 }  // namespace
 
-// Brings a face up to the mask it has now: its position, and the vertices that
-// stand for its instances (they keep their numbers; their nodes may get fewer).
+// Updates a face to its present mask: its position and the vertices of its instances, which keep their
+// indices and may lose nodes.
 void Surface::update_face(const NodeGrid& grid, int face, const CellContext& context) {
     SurfaceCell& cell = cells_[context.cell];
     const unsigned mask = face_mask(cell.mask, face);
@@ -281,7 +276,7 @@ void Surface::update_face_vertices(const NodeGrid& grid, int face, Face& record,
         Vec3 normal = Vec3::Zero();
         for (std::size_t k = 0; k < 4; ++k) {
             if (!crossings[k]) continue;
-            // Ring edge k runs from ring corner k to k+1; edges 2 and 3 against their axis.
+            // Ring edge k runs from ring corner k to k+1; edges 2 and 3 run against their axis.
             const double sign = k < 2 ? 1 : -1;
             if (configuration.instance[k] == instance) normal += sign * crossings[k]->normal;
             if (configuration.instance[(k + 1) % 4] == instance) normal -= sign * crossings[k]->normal;
@@ -290,8 +285,8 @@ void Surface::update_face_vertices(const NodeGrid& grid, int face, Face& record,
     }
 }
 
-// The centre vertex of the sheets that cross a face of the cell; false where they
-// are of several groups, which have nothing to do with each other in this cell.
+// Finds the centre vertex of the sheets that cross a face of the cell. Returns false if the sheets are of
+// several groups, which are unrelated in this cell.
 bool Surface::centre_of_face(const SurfaceCell& cell, int face, Vec3& centre) const {
     const CellConfiguration& configuration = Table::get().cell(cell.mask);
     int group = -1;
@@ -309,8 +304,8 @@ bool Surface::centre_of_face(const SurfaceCell& cell, int face, Vec3& centre) co
     return false;
 }
 
-// Second pass, when all centres are known: the faces of the cell on which sheets
-// meet. A face that moves changes the cell on its other side too.
+// Second pass, after all centres are known: places the faces of the cell on which sheets meet. A face that
+// moves also changes the cell on its other side.
 void Surface::settle_faces(const NodeGrid& grid, std::uint32_t cell) {
     for (int face = 0; face < face_count; ++face) {
         const int axis = face_axis(face);
@@ -321,7 +316,7 @@ void Surface::settle_faces(const NodeGrid& grid, std::uint32_t cell) {
         const Vec3i place = face_place(cells_[cell].place, face);
         Vec3i below = place;
         --below[axis];
-        if (below[axis] < 0) continue;  // a face of the grid's rim: one cell only
+        if (below[axis] < 0) continue;  // a face on the grid's rim has only one cell
         const std::int32_t low = slots_.get(below, cell_channel), high = slots_.get(place, cell_channel);
         if (low < 0 || high < 0) continue;
         Vec3 centre[2];
@@ -344,7 +339,7 @@ void Surface::settle_faces(const NodeGrid& grid, std::uint32_t cell) {
     }
 }
 
-// Where the centre vertices of a group of linked crossings lie; cells, in the cell.
+// Returns the position of the centre vertices of a group of linked crossings; cells, in the cell.
 Vec3 Surface::place_group(const NodeGrid& grid, unsigned group, const CellContext& context) const {
     const CellConfiguration& configuration = context.configuration;
     std::array<CellCrossing, edge_count> crossings;
@@ -373,8 +368,8 @@ Vec3 Surface::place_group(const NodeGrid& grid, unsigned group, const CellContex
     return place_centre({crossings.data(), count}, configuration.group_oriented[group], mean);
 }
 
-// A fan keeps its centre vertex where the quad that names it is still its first;
-// others are released and made again.
+// Keeps the centre vertex of each fan whose first quad still gives it the same name; releases the others and
+// makes new ones.
 void Surface::update_fans(const NodeGrid& grid, const CellContext& context) {
     SurfaceCell& cell = cells_[context.cell];
     const CellConfiguration& configuration = context.configuration;

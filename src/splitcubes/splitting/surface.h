@@ -1,5 +1,5 @@
-// The surface that the cut edges of a NodeGrid make: a closed, oriented
-// 2-manifold, whatever is cut, kept up to date cell by cell.
+// The surface of a NodeGrid's cut edges: a closed, oriented 2-manifold for any set of cut edges, updated cell
+// by cell.
 #pragma once
 
 #include <splitcubes/core/parallel.h>
@@ -16,41 +16,40 @@
 
 namespace splitcubes::splitting {
 
-/// What a vertex depends on and stands for.
+/// Grid element that a vertex belongs to.
 enum class VertexKind : std::uint8_t { edge = 0, face = 1, centre = 2 };
 
-/// A vertex of the surface. Never renumbered; a centre whose fan has merged with
-/// another goes out of use.
+/// A vertex of the surface. Vertices are never renumbered; a centre vertex whose fan has merged with another
+/// becomes unused.
 struct SurfaceVertex {
     Vec3 rest;             // m, rest space
     Vec3f normal;          // unit, outward, rest space: mean over its quads
     Vec3i place;           // lower node of the edge, face or cell
-    std::uint32_t cell;    // one that it lies in or on, whose corners carry it
-    std::uint8_t corners;  // bit c: corner c of that cell carries it; 0: out of use
+    std::uint32_t cell;    // a cell that it lies in or on; its corners move the vertex
+    std::uint8_t corners;  // bit c: corner c of that cell moves it; 0: unused
     VertexKind kind;
     std::uint8_t instance;  // edge: end; face: ring corner; centre: 16 * corner + edge of its first quad
-    std::uint8_t axis;      // of the edge or of the face's normal; 0 for a centre
+    std::uint8_t axis;      // of the edge or of the face's normal; 0 for a centre vertex
 
     bool alive() const { return corners != 0; }
 };
 
-/// The nodes that carry a vertex, with their trilinear weights, which sum to one.
-struct Influences {
+/// The nodes that move a vertex, with their trilinear weights, which sum to one.
+struct Carriers {
     std::array<std::uint32_t, 8> nodes;  // indices into Surface::nodes()
     std::array<double, 8> weights;
     std::size_t count = 0;  // 1..8
 };
 
-/// A quad (edge vertex, face vertex, centre, face vertex), counter-clockwise from
-/// outside. Triangles: (v0, v1, v2) and (v0, v2, v3): always along the diagonal
-/// from the edge vertex to the centre.
+/// A quad (edge vertex, face vertex, centre, face vertex), counter-clockwise from outside. Its triangles are
+/// (v0, v1, v2) and (v0, v2, v3), always split along the diagonal from the edge vertex to the centre.
 struct SurfaceQuad {
     std::array<std::uint32_t, 4> vertices;
-    std::int32_t crossing;  // slot of the cut edge it belongs to
+    std::int32_t crossing;  // slot of its cut edge
 };
 
 struct SurfaceCell {
-    Vec3i place;  // lower corner's node
+    Vec3i place;  // lowest corner's node
     CellMask mask = 0;
     std::uint8_t inside = 0;  // bit c: corner c is inside
     std::uint8_t quad_count = 0;
@@ -59,21 +58,22 @@ struct SurfaceCell {
     std::uint32_t first_quad = 0;
     std::array<std::uint8_t, 8> fan_name;  // instance of each fan's centre vertex
     std::array<std::int32_t, 8> centre;    // vertex of each fan; -1: fan outside
-    std::array<std::int32_t, 6> face;      // numbers of the faces that sheets cross; -1: none
-    std::array<std::int32_t, 8> node;  // index into Surface::nodes() of each corner that carries; -1: none
+    std::array<std::int32_t, 6> face;      // indices of the faces that sheets cross; -1: none
+    std::array<std::int32_t, 8>
+        node;  // index into Surface::nodes() of each corner that moves a vertex; -1: none
 };
 
 /// Cells, faces, vertices and quads of a grid's surface.
 class Surface {
   public:
-    /// Builds from nothing: all cut edges that the grid has.
+    /// Builds the surface of all cut edges of the grid.
     explicit Surface(const NodeGrid& grid);
     /// The same; throws Cancelled where the monitor that watches `parallel` says so.
     Surface(const NodeGrid& grid, const Parallel& parallel);
 
-    /// Takes in edges that were cut since: the cells around them are done again,
-    /// nothing else is touched. Slots are of `grid`, which must be the same grid.
-    /// Returns the cells (indices into cells()) that changed, in order of first touch.
+    /// Adds edges that were cut since the last update: rebuilds the cells around them and touches nothing
+    /// else. The slots are of `grid`, which must be the same grid. Returns the changed cells (indices into
+    /// cells()), in order of first touch.
     const std::vector<std::uint32_t>& retessellate(const NodeGrid& grid,
                                                    std::span<const std::int32_t> new_slots);
 
@@ -82,26 +82,26 @@ class Surface {
     std::span<const SurfaceQuad> quads(const SurfaceCell& cell) const {
         return {quads_.data() + cell.first_quad, cell.quad_count};
     }
-    /// Inside nodes that carry a vertex, in order of first use.
+    /// Returns the inside nodes that move a vertex, in order of first use.
     const std::vector<Vec3i>& nodes() const { return nodes_; }
-    Influences influences(const RestGrid& rest, const SurfaceVertex& vertex) const;
-    /// Calls use(node, weight) for each node that carries a vertex, in the order of `carriers`, with
-    /// weights that sum to what it returns.
+    Carriers carriers(const RestGrid& rest, const SurfaceVertex& vertex) const;
+    /// Calls use(node, weight) for each node that moves a vertex, in the order of `carriers`. Returns the sum
+    /// of the weights.
     template <class Use>
-    double visit_influences(const RestGrid& rest, const SurfaceVertex& vertex, const Use& use) const;
-    /// One of the nodes that carry a vertex.
-    const Vec3i& influence(const SurfaceVertex& vertex) const;
+    double visit_carriers(const RestGrid& rest, const SurfaceVertex& vertex, const Use& use) const;
+    /// Returns one of the nodes that move a vertex.
+    const Vec3i& carrier(const SurfaceVertex& vertex) const;
     std::size_t quad_count() const { return quad_count_; }
     std::size_t triangle_count() const { return 2 * quad_count_; }
     std::size_t vertex_count() const { return alive_count_; }
     std::size_t bytes() const;
 
-    /// Counts the changes: whoever keeps something derived from the quads compares.
+    /// Returns the number of changes so far; caches of data derived from the quads compare it.
     std::uint64_t revision() const { return revision_; }
 
   private:
     struct Face {
-        Vec2 position = Vec2::Zero();                        // by its own crossings; in the face, cells
+        Vec2 position = Vec2::Zero();                        // from its own crossings; in the face, cells
         std::array<std::int32_t, 4> vertex{-1, -1, -1, -1};  // per instance
         std::uint8_t mask = 0;
         bool smooth = true;  // see FacePlacement
@@ -136,7 +136,7 @@ class Surface {
     std::vector<std::array<std::int32_t, 2>> edge_vertices_;  // per crossing slot and end; -1: none
     std::vector<SurfaceVertex> vertices_;
     std::vector<SurfaceQuad> quads_;
-    std::array<std::vector<std::uint32_t>, 25> free_quads_;  // per capacity: freed first quads
+    std::array<std::vector<std::uint32_t>, 25> free_quads_;  // per capacity: first quads of freed ranges
     std::vector<Vec3i> nodes_;
     std::vector<std::uint32_t> free_vertices_;
     std::vector<std::uint32_t> touched_;     // scratch of retessellate
@@ -147,9 +147,9 @@ class Surface {
 };
 
 template <class Use>
-double Surface::visit_influences(const RestGrid& rest, const SurfaceVertex& vertex, const Use& use) const {
-    // Weights are taken a little inside the cell, so that a vertex at or beyond a corner still
-    // has a weight for each node it depends on.
+double Surface::visit_carriers(const RestGrid& rest, const SurfaceVertex& vertex, const Use& use) const {
+    // Weights are taken slightly inside the cell, so that a vertex at or beyond a corner still has a weight
+    // for each node that moves it.
     constexpr double inset = 0.01;
     const SurfaceCell& cell = cells_[vertex.cell];
     const auto node = [&](int corner) {
@@ -159,8 +159,7 @@ double Surface::visit_influences(const RestGrid& rest, const SurfaceVertex& vert
         use(node(std::countr_zero(vertex.corners)), 1.0);
         return 1;
     }
-    // By numbers: vectors of three would be written and read again in parts of another size, and wait for
-    // that.
+    // Scalars instead of vectors: storing and reloading a vector of three in parts of another size stalls.
     const auto along = [&](int axis) {
         const double at = (vertex.rest[axis] - rest.origin[axis]) / rest.cell_size - cell.place[axis];
         return std::min(std::max(at, inset), 1 - inset);
@@ -177,13 +176,13 @@ double Surface::visit_influences(const RestGrid& rest, const SurfaceVertex& vert
     return total;
 }
 
-/// Moves the vertices: x(p) = sum_j a_j (x_j + J_j (p - b_j)) over the nodes b_j
-/// that carry each. Both outputs are resized to vertices(); world frame; normals by the cofactor
-/// of the mean Jacobian. motion: how each of surface.nodes() carries its surroundings.
+/// Moves the vertices: x(p) = sum_j a_j (x_j + J_j (p - b_j)) over the nodes b_j of each. Both outputs are
+/// resized to vertices(); world frame; normals are transformed by the cofactor of the mean Jacobian. motion:
+/// affine motion of each of surface.nodes().
 void deform(const Surface& surface, const RestGrid& rest,
             std::span<const geometry::AffineDisplacement> motion, std::vector<Vec3>& positions,
             std::vector<Vec3>& normals, const Parallel& parallel);
-/// The same by the frames of the nodes.
+/// Does the same with the frames of the nodes.
 void deform(const Surface& surface, const RestGrid& rest, std::span<const geometry::Frame> frames,
             std::vector<Vec3>& positions, std::vector<Vec3>& normals, const Parallel& parallel);
 

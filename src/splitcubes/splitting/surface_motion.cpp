@@ -1,4 +1,4 @@
-// The surface's vertices go where its nodes carry them.
+// Motion of the surface's vertices with its nodes.
 #include <splitcubes/core/prefetch.h>
 #include <splitcubes/geometry/affine_sums.h>
 #include <splitcubes/splitting/surface.h>
@@ -12,11 +12,11 @@ using geometry::AffineDisplacement;
 
 namespace {
 
-constexpr std::size_t block_size = 128;  // vertices whose sums are taken together
+constexpr std::size_t block_size = 128;  // vertices that are summed together
 
 static_assert(block_size % geometry::carried_width == 0);
 
-// Vertices, and how the nodes that carry each move it in the mean.
+// Vertices with the weighted mean motion of their nodes.
 class VertexBlock {
   public:
     // count: at most block_size.
@@ -26,7 +26,7 @@ class VertexBlock {
         std::uint32_t next = 0;
         for (std::size_t i = 0; i < count_; ++i) {
             const SurfaceVertex& vertex = surface.vertices()[first + i];
-            ask_ahead(surface, first + i);
+            prefetch_ahead(surface, first + i);
             for (std::size_t k = 0; k < 3; ++k) {
                 point_[k][i] = vertex.rest[static_cast<Eigen::Index>(k)];
                 normal_[k][i] = static_cast<double>(vertex.normal[static_cast<Eigen::Index>(k)]);
@@ -52,7 +52,7 @@ class VertexBlock {
                                 {normal_[0].data(), normal_[1].data(), normal_[2].data()},
                                 factor_.data()},
                                positions, normals);
-        // What is out of use stays at rest.
+        // Unused vertices stay at rest.
         for (std::size_t i = 0; i < count_; ++i)
             if (rows_[i].count == 0) {
                 positions[i] = Vec3(point_[0][i], point_[1][i], point_[2][i]);
@@ -61,8 +61,8 @@ class VertexBlock {
     }
 
   private:
-    // Vertices come one after the other from memory, and each points to its cell.
-    static void ask_ahead(const Surface& surface, std::size_t i) {
+    // Vertices are read in sequence, but the cell of each is an indirect access.
+    static void prefetch_ahead(const Surface& surface, std::size_t i) {
         constexpr std::size_t vertices_ahead = 64, cells_ahead = 16;
         const std::span<const SurfaceVertex> vertices = surface.vertices();
         prefetch(vertices.data() + std::min(i + vertices_ahead, vertices.size() - 1));
@@ -75,7 +75,7 @@ class VertexBlock {
     using Numbers = std::array<double, block_size>;
     std::size_t count_ = 0;
     std::array<Numbers, 3> point_{}, normal_{};  // rest space, m
-    Numbers factor_{};                           // that makes the weights sum to one
+    Numbers factor_{};                           // makes the weights sum to one
     std::array<geometry::AffineRow, block_size> rows_;
     std::array<std::uint32_t, 8 * block_size> node_;
     std::array<double, 8 * block_size> weight_;
@@ -88,7 +88,7 @@ void deform(const Surface& surface, const RestGrid& rest, std::span<const Affine
             std::vector<Vec3>& positions, std::vector<Vec3>& normals, const Parallel& parallel) {
     const std::vector<SurfaceVertex>& vertices = surface.vertices();
     assert(motion.size() == surface.nodes().size());
-    // Room for cuts to come, lest one step copies all.
+    // Reserves memory for further cuts, so that no single step has to copy everything.
     for (std::vector<Vec3>* out : {&positions, &normals}) {
         if (out->capacity() < vertices.size()) out->reserve(vertices.size() + vertices.size() / 2);
         out->resize(vertices.size());

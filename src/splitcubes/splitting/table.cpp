@@ -9,7 +9,7 @@ namespace splitcubes::splitting {
 
 namespace {
 
-// Union-find over at most a few dozen things.
+// Union-find over at most a few dozen elements.
 template <std::size_t N>
 struct SmallSets {
     std::array<std::uint8_t, N> parent;
@@ -24,8 +24,8 @@ struct SmallSets {
     }
 };
 
-// The two faces that share an edge, ordered so that the quad (edge vertex, face
-// vertex, centre, face vertex) is counter-clockwise seen from the upper end.
+// The two faces that share an edge, ordered so that the quad (edge vertex, face vertex, centre, face vertex)
+// is counter-clockwise seen from the upper end.
 struct EdgeFaces {
     int first, second;
 };
@@ -34,8 +34,8 @@ EdgeFaces faces_of(int edge) {
     const int bit_u = edge % 4 & 1, bit_v = edge % 4 >> 1;
     const int face_u = 2 * u + bit_u;  // its vertex lies off the edge along v
     const int face_v = 2 * v + bit_v;  // its vertex lies off the edge along u
-    // From the edge into the cell: along +u where bit_u is 0, else -u; same for v.
-    // (E, E + du, C, E + dv) has its normal along du x dv.
+    // Directions from the edge into the cell: du is +u if bit_u is 0, else -u; the same for v. (E, E + du, C,
+    // E + dv) has its normal along du x dv.
     return bit_u == bit_v ? EdgeFaces{face_v, face_u} : EdgeFaces{face_u, face_v};
 }
 
@@ -81,8 +81,8 @@ void Table::make_faces() {
         for (std::size_t k = 0; k < 4; ++k)
             if (!(mask >> k & 1)) sets.join(k, (k + 1) % 4);
         for (std::size_t k = 0; k < 4; ++k) face.instance[k] = sets.find(k);
-        // Ring edges 0 and 1 run with their axes, 2 and 3 against them. The side of
-        // the sheet taken is the one that holds the cut edge's first ring corner.
+        // Ring edges 0 and 1 run with their axes, 2 and 3 against them. The chosen side of the sheet is the
+        // one of the first cut edge's first ring corner.
         face.side = {0, 0, 0, 0};
         if (count != 2) continue;
         const std::uint8_t home = face.instance[static_cast<std::size_t>(std::countr_zero(mask))];
@@ -130,9 +130,8 @@ void Table::make_cell(CellMask mask) {
     }
     cell.corner_quads[corner_count] = static_cast<std::uint8_t>(quads.size());
 
-    // Fans: quads linked through shared face-centre segments. Groups: cut edges
-    // linked through fans, that is, quads linked through segments or by being the
-    // two sides of one edge.
+    // Fans: quads linked through shared face-centre segments. Groups: cut edges linked through fans, that is,
+    // quads linked through segments or as the two sides of one edge.
     SmallSets<24> fans, groups;
     for (std::size_t i = 0; i < quads.size(); ++i) {
         for (std::size_t j = i + 1; j < quads.size(); ++j) {
@@ -147,17 +146,17 @@ void Table::make_cell(CellMask mask) {
     cell.edge_group.fill(255);
     cell.edge_side.fill(0);
     cell.group_oriented.fill(true);
-    std::array<std::uint8_t, 24> fan_number{}, group_number{};
+    std::array<std::uint8_t, 24> fan_index{}, group_index{};
     for (std::size_t i = 0; i < quads.size(); ++i) {
-        if (groups.find(i) == i) group_number[i] = cell.group_count++;
+        if (groups.find(i) == i) group_index[i] = cell.group_count++;
         if (fans.find(i) == i) {
-            fan_number[i] = cell.fan_count;
+            fan_index[i] = cell.fan_count;
             cell.fan_corner[cell.fan_count] = quads[i].corner;
-            cell.fan_group[cell.fan_count] = group_number[groups.find(i)];
+            cell.fan_group[cell.fan_count] = group_index[groups.find(i)];
             ++cell.fan_count;
         }
-        quads[i].fan = fan_number[fans.find(i)];
-        cell.edge_group[quads[i].edge] = group_number[groups.find(i)];
+        quads[i].fan = fan_index[fans.find(i)];
+        cell.edge_group[quads[i].edge] = group_index[groups.find(i)];
     }
     cell.fan_corners.fill(0);
     cell.group_faces.fill(0);
@@ -170,9 +169,9 @@ void Table::make_cell(CellMask mask) {
         faces = static_cast<std::uint8_t>(faces | 1U << q.first_face | 1U << q.second_face);
     }
 
-    // A consistent side per sheet: neighbouring quads of a fan on different edges
-    // look out of the same side. Repeated until nothing changes; a contradiction
-    // (three sheets that meet) leaves the group unoriented.
+    // Finds a consistent side for each sheet: adjacent quads of a fan on different edges face out of the same
+    // side. Repeats until nothing changes; a contradiction (three sheets that meet) leaves the group
+    // unoriented.
     const auto outward = [](const TableQuad& q) { return edge_corner(q.edge, 0) == q.corner ? 1 : -1; };
     for (std::size_t seed = 0; seed < quads.size(); ++seed) {
         if (cell.edge_side[quads[seed].edge] != 0) continue;

@@ -1,6 +1,5 @@
-// What every set of cut edges makes of a face and of a cell: the paper's table
-// of 2^12 configurations (Pietroni et al. 2007, section 6), made once by the
-// procedure it stands for.
+// Surface topology of a face and of a cell for every set of cut edges: the paper's table of 2^12
+// configurations (Pietroni et al. 2007, section 6), generated once.
 #pragma once
 
 #include <splitcubes/splitting/cube.h>
@@ -12,8 +11,7 @@
 
 namespace splitcubes::splitting {
 
-/// The six ways in which a face's edges can be cut, up to symmetry
-/// (the paper's figure 3): by number and place of the cut edges.
+/// The six sets of cut edges of a face, up to symmetry (the paper's figure 3): by count and position.
 enum class FaceKind : std::uint8_t {
     A,  // none
     B,  // one
@@ -27,19 +25,19 @@ enum class FaceKind : std::uint8_t {
 struct FaceConfiguration {
     FaceKind kind;
     std::uint8_t cut_count;
-    /// Per ring corner: the lowest ring corner that it can be reached from along
-    /// uncut ring edges. Names the instance of the face vertex it depends on.
+    /// Per ring corner: the lowest ring corner connected to it over uncut ring edges. It names the instance
+    /// of the face vertex that bounds the corner's material.
     std::array<std::uint8_t, 4> instance;
-    /// Per ring edge (kinds C and D): +1 or -1, the sense along the axis in which
-    /// the sheet that crosses the face is left by both edges on the same side; else 0.
+    /// Per ring edge (kinds C and D): +1 or -1, the direction along the axis that leaves the sheet on the
+    /// same side for both cut edges; otherwise 0.
     std::array<std::int8_t, 4> side;
 };
 
-/// A quad (edge vertex, first face vertex, centre, second face vertex),
-/// counter-clockwise seen from the far end of its edge.
+/// A quad (edge vertex, first face vertex, centre, second face vertex), counter-clockwise seen from the far
+/// end of its edge.
 struct TableQuad {
     std::uint8_t corner;  // the node whose material it bounds
-    std::uint8_t edge;    // the cut edge it belongs to
+    std::uint8_t edge;    // its cut edge
     std::uint8_t first_face;
     std::uint8_t second_face;
     std::uint8_t first_instance;  // face vertex instance (ring corner) on the first face
@@ -54,16 +52,14 @@ struct CellConfiguration {
         component;  // per corner: lowest corner reachable along uncut edges
     std::uint8_t fan_count;
     std::uint8_t group_count;
-    /// Per fan: the first quad (of the whole table entry) that belongs to it. Two
-    /// configurations name the same fan the same way when this quad agrees.
-    std::array<std::uint8_t, 8> fan_corner;   // a corner of the fan's component
-    std::array<std::uint8_t, 8> fan_group;    // the sheet group that places its centre
+    std::array<std::uint8_t, 8> fan_corner;   // corner of the fan's first quad
+    std::array<std::uint8_t, 8> fan_group;    // group of linked crossings that places its centre
     std::array<std::uint8_t, 8> fan_corners;  // bit c: corner c is of the fan's component
     std::array<std::uint8_t, 8> group_faces;  // bit f: an edge of the group lies on face f
-    /// Per edge: the group of cut edges linked through fans; 255 where uncut.
+    /// Per edge: the group of cut edges linked through fans; 255 if uncut.
     std::array<std::uint8_t, edge_count> edge_group;
-    /// Per edge: sense along its axis that points to one side of its sheet; signs
-    /// of a group are consistent where `group_oriented` holds.
+    /// Per edge: the direction along its axis that points to one side of its sheet; the signs of a group are
+    /// consistent if `group_oriented` is set.
     std::array<std::int8_t, edge_count> edge_side;
     std::array<bool, 8> group_oriented;
     /// Range of the quads of each corner: [corner_quads[c], corner_quads[c+1]).
@@ -73,17 +69,17 @@ struct CellConfiguration {
 
 class Table {
   public:
-    /// Made by enumeration on first use (a few milliseconds), then shared.
+    /// Returns the table. It is generated on first use (a few milliseconds) and then shared.
     static const Table& get();
 
     const FaceConfiguration& face(unsigned ring_mask) const { return faces_[ring_mask]; }
     const CellConfiguration& cell(CellMask mask) const { return cells_[mask]; }
-    /// All quads of a cell, sorted by corner, then edge.
+    /// Returns all quads of a cell, sorted by corner, then edge.
     std::span<const TableQuad> quads(CellMask mask) const {
         const CellConfiguration& c = cells_[mask];
         return {quads_.data() + c.first_quad, c.corner_quads[corner_count]};
     }
-    /// The quads of one corner: the paper's 2^12 x 8 entries.
+    /// Returns the quads of one corner: the paper's 2^12 x 8 entries.
     std::span<const TableQuad> quads(CellMask mask, int corner) const {
         const CellConfiguration& c = cells_[mask];
         const auto k = static_cast<std::size_t>(corner);

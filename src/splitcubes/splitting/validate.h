@@ -1,5 +1,5 @@
-// What must hold of a grid and its surface, checked from nothing: slow, for
-// tests, debug builds and the command line.
+// Invariants of a grid and its surface, checked from scratch: slow; for tests, debug builds and the command
+// line.
 #pragma once
 
 #include <splitcubes/splitting/pieces.h>
@@ -10,18 +10,18 @@
 
 namespace splitcubes::splitting {
 
-/// One line per violation, at most `limit`; empty: all holds.
-/// Grid: an edge between inside and outside is cut, between two outside nodes not,
-/// boundary crossings only where they belong, parameters and normals in range.
+/// Returns one line per violation, at most `limit`; empty if there is none. Checks that an edge between
+/// inside and outside nodes is cut, that one between two outside nodes is not, that boundary crossings are on
+/// edges with one outside end, and that parameters and normals are in range.
 std::vector<std::string> validate(const NodeGrid& grid, std::size_t limit = 10);
 
-/// Surface: equal, vertex for vertex, to one built from nothing; closed, oriented,
-/// manifold; each vertex carried by nodes of one piece with weights that sum to one.
+/// Checks that the surface equals, vertex for vertex, one built from scratch; that it is closed, oriented and
+/// manifold; and that each vertex is moved by nodes of one piece with weights that sum to one.
 std::vector<std::string> validate(const NodeGrid& grid, const Surface& surface, const Pieces& pieces,
                                   std::size_t limit = 10);
 
-/// The quads in an order and with vertex names that do not depend on history:
-/// equal texts mean equal surfaces, to the last bit of every position.
+/// Returns the quads in an order and with vertex names that do not depend on history: equal results mean
+/// equal surfaces, to the last bit of every position.
 std::vector<std::array<std::uint64_t, 16>> canonical_quads(const Surface& surface);
 
 }  // namespace splitcubes::splitting
