@@ -39,37 +39,37 @@ void check_shape(const std::string& where, const BladeShape& shape) {
     if (shape.polylines.empty()) throw InputError(where, "has no polyline", "give at least one blade edge");
     for (std::size_t k = 0; k < shape.polylines.size(); ++k) {
         const std::vector<Vec3>& points = shape.polylines[k];
-        const std::string place = where + ", polyline " + std::to_string(k);
+        const std::string element = where + ", polyline " + std::to_string(k);
         if (points.size() < 2)
-            throw InputError(place, "has " + std::to_string(points.size()) + " points", "give two or more");
+            throw InputError(element, "has " + std::to_string(points.size()) + " points", "give two or more");
         for (std::size_t i = 0; i < points.size(); ++i)
-            require_finite(place + ", point " + std::to_string(i), points[i]);
+            require_finite(element + ", point " + std::to_string(i), points[i]);
         if (std::all_of(points.begin(), points.end(), [&](const Vec3& p) { return p == points.front(); }))
-            throw InputError(place, "has all its points in one place", "a blade edge needs a length");
+            throw InputError(element, "has all its points in one place", "a blade edge needs a length");
     }
 }
 
-// Checks, and makes rotations unit.
+// Checks the keyframes and normalises their rotations.
 void check_keyframes(const std::string& where, std::vector<Keyframe>& keyframes) {
     if (keyframes.empty()) throw InputError(where, "has no keyframe", "give at least one");
     for (std::size_t k = 0; k < keyframes.size(); ++k) {
         Keyframe& key = keyframes[k];
-        const std::string place = where + ", keyframe " + std::to_string(k);
-        require_finite(place + ", time", key.time);
-        require_finite(place + ", position", key.position);
+        const std::string element = where + ", keyframe " + std::to_string(k);
+        require_finite(element + ", time", key.time);
+        require_finite(element + ", position", key.position);
         if (!key.rotation.coeffs().allFinite() || !(key.rotation.coeffs().stableNorm() > 0))
-            throw InputError(place + ", rotation", "is not a rotation",
+            throw InputError(element + ", rotation", "is not a rotation",
                              "give a finite quaternion other than zero");
         key.rotation.coeffs() = key.rotation.coeffs().stableNormalized().eval();
         if (k > 0 && !(key.time > keyframes[k - 1].time))
-            throw InputError(place + ", time",
+            throw InputError(element + ", time",
                              text(key.time) + " s does not come after " + text(keyframes[k - 1].time) + " s",
                              "order keyframes by time");
     }
 }
 
-// Velocities of the parabola through each keyframe and its neighbours, which for
-// even times is Catmull and Rom's choice (1974); at the ends of the first and last parabola.
+// Returns the velocities of the parabola through each keyframe and its neighbours, for uniform times the
+// choice of Catmull and Rom (1974); at the ends those of the first and last parabola.
 std::vector<Vec3> smooth_velocities(const std::vector<Keyframe>& keys) {
     const std::size_t n = keys.size();
     std::vector<Vec3> out(n, Vec3::Zero());

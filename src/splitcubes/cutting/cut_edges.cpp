@@ -13,8 +13,8 @@ using geometry::Box;
 using geometry::MovingSegment;
 using geometry::SegmentHit;
 
-// A blade that moves across itself by less than this share of the edge's length
-// within the interval gives no direction.
+// If the relative motion of blade and edge across the blade within the interval is below this share of the
+// edge's length, it defines no direction.
 constexpr double standstill_share = 1e-7;
 
 // The first hit of a candidate.
@@ -22,13 +22,12 @@ struct Hit {
     std::size_t candidate;
     const SweptBlade* part;
     const MovingSegment* blade;
-    SegmentHit at;  // its time a fraction of the part's
+    SegmentHit at;  // its time is a fraction of the part's
     double time;    // fraction of the whole interval
 };
 
-// Boxes over runs of consecutive segments, which lie together because a blade is
-// a polyline: a complete binary tree, node i above nodes 2i and 2i + 1, its
-// leaves in the order of time.
+// Boxes over runs of consecutive segments, which are close together because a blade is a polyline: a complete
+// binary tree, node i above nodes 2i and 2i + 1, with leaves ordered by time.
 class SegmentTree {
   public:
     explicit SegmentTree(std::span<const SweptBlade> swept) {
@@ -68,7 +67,7 @@ class SegmentTree {
                     test(entry, edge_part, best);
                 }
             }
-            // Up while it was a right child, then to the sibling; zero when done.
+            // Goes up while the node is a right child, then to its sibling; zero when done.
             while (node & 1U) node /= 2;
             if (node > 0) ++node;
         }
@@ -91,12 +90,12 @@ class SegmentTree {
         if (!best || time < best->time) best = Hit{0, entry.part, entry.segment, *at, time};
     }
 
-    std::vector<Entry> entries_;  // in the order of time, then along the blade
+    std::vector<Entry> entries_;  // by time, then along the blade
     std::size_t leaf_count_ = 0;  // a power of two
-    std::vector<Box> boxes_;      // m, world, by node; [0] unused
+    std::vector<Box> boxes_;      // m, world, by node; [0] is unused
 };
 
-// A direction across the blade that separates the edge's ends as well as any can.
+// Returns a direction across the blade that separates the edge's ends best.
 Vec3 separating_normal(const Vec3& blade, const Vec3& edge) {
     const Vec3 along = blade.stableNormalized();
     const Vec3 across = edge - along.dot(edge) * along;
@@ -109,20 +108,20 @@ Vec3 world_normal(const Hit& hit, const MovingSegment& edge, Vec3& last_normal) 
     const double s = hit.at.blade_parameter, r = hit.at.edge_parameter;
     const Vec3 direction = geometry::moving_point(b.b0 - b.a0, b.b1 - b.a1, hit.at.time);
     const Vec3 along_edge = geometry::moving_point(edge.b0 - edge.a0, edge.b1 - edge.a1, hit.time);
-    // Displacements in a whole interval.
+    // Displacements per whole interval.
     const Vec3 blade_velocity =
         ((1 - s) * (b.a1 - b.a0) + s * (b.b1 - b.b0)) / (hit.part->end - hit.part->begin);
     const Vec3 edge_velocity = (1 - r) * (edge.a1 - edge.a0) + r * (edge.b1 - edge.b0);
     const Vec3 normal = direction.cross(blade_velocity - edge_velocity);
-    const double least = standstill_share * direction.norm() * along_edge.norm();
-    if (normal.norm() > least && normal.allFinite()) {
+    const double min_norm = standstill_share * direction.norm() * along_edge.norm();
+    if (normal.norm() > min_norm && normal.allFinite()) {
         last_normal = normal.stableNormalized();
         return last_normal;
     }
     return last_normal.squaredNorm() > 0 ? last_normal : separating_normal(direction, along_edge);
 }
 
-// A plane n . dx = 0 of the world is (J^T n) . dX = 0 at rest.
+// The plane n . dx = 0 in the world is (J^T n) . dX = 0 at rest.
 Vec3 pulled_back(const Mat3& world_from_rest, const Vec3& normal) {
     const Vec3 rest = world_from_rest.transpose() * normal;
     const double length = rest.stableNorm();
@@ -144,7 +143,7 @@ std::vector<EdgeCut> cut_edges(std::span<const SweptBlade> swept, std::span<cons
             hits.push_back(*found[i]);
             hits.back().candidate = i;
         }
-    // In the order of time, so that the stroke's last normal is the last one before each hit.
+    // Ordered by time, so that each hit sees the last normal before it.
     std::sort(hits.begin(), hits.end(), [&](const Hit& a, const Hit& b) {
         return a.time != b.time ? a.time < b.time : candidates[a.candidate].id < candidates[b.candidate].id;
     });

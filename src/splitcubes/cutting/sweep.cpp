@@ -10,14 +10,14 @@ namespace {
 
 constexpr double smooth_parts_per_span = 16;
 
-// A part that is as large as it may be but for rounding is not parted again: the parts
-// of a recorded sweep are those of the sweep.
+// Tolerates rounding: a part of the maximum size is not divided again, so that a recorded sweep has the same
+// parts as the original.
 double whole_parts(double parts) {
     return std::ceil(parts * (1 - 1e-9));
 }
 
-// Appends the times that cut [from, until], a part of one span between keyframes
-// or of the time before or after all, into parts; without `from`.
+// Appends the times, without `from`, that divide [from, until], a part of one span between keyframes or of
+// the time before or after all of them.
 void add_times(const Blade& blade, double from, double until, std::vector<double>& times) {
     const std::vector<Keyframe>& keys = blade.keyframes();
     const auto after = std::upper_bound(keys.begin(), keys.end(), from,

@@ -1,4 +1,4 @@
-// Which edges of a moving body a moving blade crosses, where and when.
+// Crossings of the edges of a moving body with a moving blade.
 #pragma once
 
 #include <splitcubes/core/parallel.h>
@@ -12,26 +12,24 @@
 
 namespace splitcubes::cutting {
 
-/// A blade's motion during a part of an interval, its points moving linearly.
+/// A blade's motion during a part of an interval; its points move linearly.
 struct SweptBlade {
     std::vector<geometry::MovingSegment> segments;  // m, world
     geometry::Box bounds;                           // m, world, of all segments
     double begin = 0, end = 1;                      // fractions of the whole interval
 };
 
-/// The largest turn of a blade within one SweptBlade, rad: its points then leave
-/// their true arcs by at most 1.25e-3 of the arc's radius.
+/// The maximum rotation of a blade within one SweptBlade, rad: linear motion then deviates from the true arcs
+/// by at most 1.25e-3 of their radius.
 inline constexpr double max_turn = 0.1;
 
-/// The times (s, increasing) at which sweep() takes the blade's pose; empty where it
-/// sweeps nothing.
+/// Returns the times (s, increasing) at which sweep() evaluates the blade's pose; empty if it sweeps nothing.
 std::vector<double> sweep_times(const Blade& blade, double t0, double t1);
 
-/// What the blade sweeps while it is active between t0 and t1 (s), as consecutive
-/// parts: cut at keyframes, and so that no part turns by more than max_turn or
-/// holds more than a sixteenth of a smooth path's span. Part k ends, to the last
-/// bit, where part k + 1 begins, and so do consecutive intervals. Empty where the
-/// blade is not active for longer than an instant.
+/// Returns the motion of the blade while it is active between t0 and t1 (s), as consecutive parts. Parts end
+/// at keyframes, rotate by at most max_turn and cover at most a sixteenth of a smooth path's span. Part k
+/// ends, to the last bit, where part k + 1 begins, and so do consecutive intervals. Empty if the blade is
+/// active for no longer than an instant.
 std::vector<SweptBlade> sweep(const Blade& blade, double t0, double t1);
 
 /// An edge that may be cut, with its motion over the same whole interval.
@@ -44,19 +42,17 @@ struct CandidateEdge {
 struct EdgeCut {
     std::uint64_t id;
     double parameter;  // along the edge, [0, 1]
-    Vec3 rest_normal;  // of the cut, rest space, unit; which of the two signs means nothing
+    Vec3 rest_normal;  // of the cut, rest space, unit; its sign is arbitrary
     double time;       // fraction of the whole interval, [0, 1]
 };
 
-/// The first hit of each edge that is hit, sorted by id. The cut's normal is the
-/// blade's direction x its velocity relative to the edge at the hit, pulled back
-/// to rest space by the transposed Jacobian. Where the blade does not move across
-/// itself relative to the edge, the stroke's last normal is taken, and where that
-/// is zero, the direction across the blade that separates the edge's ends best.
+/// Returns the first hit of each edge that is hit, sorted by id. The cut's normal is the blade's direction x
+/// its velocity relative to the edge at the hit, transformed to rest space by the transposed Jacobian. If the
+/// blade does not move across itself relative to the edge, the stroke's last normal is used, and if that is
+/// zero, the direction across the blade that separates the edge's ends best.
 ///
-/// swept: consecutive in time, of one interval. last_normal: world, unit or zero;
-/// carried from call to call, becomes that of the latest hit that had one.
-/// Candidates that are not finite are not hit.
+/// swept: consecutive in time, of one interval. last_normal: world, unit or zero; kept from call to call, it
+/// becomes the normal of the latest hit that had one. Candidates that are not finite are not hit.
 std::vector<EdgeCut> cut_edges(std::span<const SweptBlade> swept, std::span<const CandidateEdge> candidates,
                                Vec3& last_normal, const Parallel& parallel);
 

@@ -1,5 +1,5 @@
-// What moves the nodes of a body's grid, whatever it is (Splitting Cubes, section 7:
-// the surface asks for nothing but the nodes' frames).
+// Deformation models of the nodes of a body's grid (Splitting Cubes, section 7: the surface needs only the
+// nodes' frames).
 #pragma once
 
 #include <splitcubes/core/parallel.h>
@@ -16,25 +16,25 @@
 
 namespace splitcubes::deformation {
 
-/// An edge of the grid between two inside nodes.
+/// A grid edge between two inside nodes.
 struct NodeEdge {
-    std::uint32_t lower = 0, upper = 0;  // node numbers; upper is one cell further along the axis
+    std::uint32_t lower = 0, upper = 0;  // node indices; upper is one cell further along the axis
     int axis = 0;
 };
 
 /// The inside nodes of a grid.
 struct NodeSet {
     geometry::RestGrid rest;
-    std::vector<Vec3i> place;              // per node: grid coordinates
-    std::vector<NodeEdge> uncut_edges;     // all, in any fixed order
-    double mass = 0;                       // kg, of the body
-    Vec3 velocity = Vec3::Zero();          // m/s, of the centre, at time 0
-    Vec3 angular_velocity = Vec3::Zero();  // rad/s, about the centre, at time 0
+    std::vector<Vec3i> place;           // per node: grid coordinates
+    std::vector<NodeEdge> uncut_edges;  // all of them, in any fixed order
+    double mass = 0;                    // kg, of the body
+    Vec3 velocity = Vec3::Zero();       // m/s, of the centre, at time 0
+    Vec3 spin = Vec3::Zero();           // rad/s, about the centre, at time 0
 
     Vec3 rest_position(std::size_t node) const { return rest.node_position(place[node]); }
 };
 
-/// What a time step is given.
+/// Input of a time step.
 struct Motion {
     struct Ground {
         Vec3 normal = Vec3::UnitZ();  // unit, world; the half-space normal . x >= offset is free
@@ -59,24 +59,24 @@ struct MotionReport {
     double top_speed = 0;                  // m/s
     int substeps = 1;
     std::size_t contacts = 0;  // nodes on the ground
-    bool finite = true;        // false: something was not, and was put back
+    bool finite = true;        // false: values that were not finite have been reset
 };
 
 class Deformation {
   public:
     virtual ~Deformation() = default;
-    /// These edges were cut: what they held together may part.
+    /// Reports edges that were cut: the nodes that they connected may separate.
     virtual void edges_cut(std::span<const NodeEdge> edges) = 0;
     virtual MotionReport advance(const Motion& motion) = 0;
-    /// Frames of all nodes, now. out: one a node.
+    /// Writes the present frames of all nodes. out: one per node.
     virtual void node_frames(std::span<geometry::Frame> out, const Parallel& parallel) const = 0;
-    /// For checkpoints: what changes with time and the edges that were cut do not tell.
+    /// Returns the state for checkpoints: all that changes with time and does not follow from the cut edges.
     virtual std::vector<double> state() const = 0;
-    /// Takes back what state() gave; the edges that were cut until then have been told.
+    /// Restores what state() returned. All edges cut until then must have been reported.
     virtual void set_state(std::span<const double> state) = 0;
 };
 
-/// Makes one for the nodes of a body, at time 0 and at rest.
+/// Makes a deformation for the nodes of a body, at time 0 and at rest.
 using MakeDeformation = std::function<std::unique_ptr<Deformation>(NodeSet nodes)>;
 
 }  // namespace splitcubes::deformation

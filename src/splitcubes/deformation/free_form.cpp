@@ -10,7 +10,7 @@ namespace splitcubes::deformation {
 namespace {
 
 constexpr std::size_t grain = 256;
-constexpr int highest_degree = 12;
+constexpr int max_degree = 12;
 
 std::size_t point_count(const Vec3i& degree) {
     return static_cast<std::size_t>((degree[0] + 1) * (degree[1] + 1) * (degree[2] + 1));
@@ -18,10 +18,10 @@ std::size_t point_count(const Vec3i& degree) {
 
 // Bernstein polynomials of a degree at u, and their derivatives by u.
 struct Bernstein {
-    std::array<double, highest_degree + 1> value{}, slope{};
+    std::array<double, max_degree + 1> value{}, slope{};
 
     Bernstein(int degree, double u) {
-        // By de Casteljau's recursion; of one degree less on the way, for the slopes.
+        // De Casteljau's recursion; the slopes come from the polynomials of one degree less.
         value[0] = 1;
         for (int d = 1; d <= degree; ++d) {
             if (d == degree)
@@ -38,7 +38,7 @@ struct Bernstein {
 }  // namespace
 
 void check_free_form(const FreeFormSettings& s) {
-    if ((s.degree.array() < 1).any() || (s.degree.array() > highest_degree).any())
+    if ((s.degree.array() < 1).any() || (s.degree.array() > max_degree).any())
         throw InputError("free form", "degrees must be from 1 to 12");
     if (s.keyframes.empty()) throw InputError("free form", "there must be a keyframe");
     for (std::size_t k = 0; k < s.keyframes.size(); ++k) {
@@ -71,8 +71,7 @@ std::vector<Vec3> FreeForm::displacement_at(double time) const {
     return out;
 }
 
-// The undisplaced lattice gives the identity (linear precision), so only the
-// displacements are summed.
+// Sums the displacements only: the undisplaced lattice gives the identity (linear precision).
 geometry::Frame FreeForm::frame_of(const Vec3& rest, std::span<const Vec3> displacement) const {
     const Vec3 size = box_.size();
     const Vec3 u = (rest - box_.min).cwiseQuotient(size);

@@ -1,6 +1,6 @@
-// Free-form deformation: space is a trivariate Bezier volume whose control points
-// move (Sederberg and Parry 1986). A cut changes nothing in it: the sides of a cut
-// stay together unless the lattice bends them through each other.
+// Free-form deformation: space is a trivariate Bezier volume with moving control points (Sederberg and Parry
+// 1986). Cuts do not affect it: the sides of a cut stay together unless the lattice bends them through each
+// other.
 #pragma once
 
 #include <splitcubes/deformation/deformation.h>
@@ -10,23 +10,23 @@ namespace splitcubes::deformation {
 /// Displacements of the control points at a time.
 struct LatticeKeyframe {
     double time = 0;                 // s
-    std::vector<Vec3> displacement;  // m, one a control point, x fastest
+    std::vector<Vec3> displacement;  // m, one per control point, x fastest
 };
 
 struct FreeFormSettings {
-    Vec3i degree = Vec3i(1, 1, 1);           // of the polynomials, 1..12; degree + 1 control points an axis
-    std::vector<LatticeKeyframe> keyframes;  // at least one, by strictly increasing time
+    Vec3i degree = Vec3i(1, 1, 1);           // of the polynomials, 1..12; degree + 1 control points per axis
+    std::vector<LatticeKeyframe> keyframes;  // at least one, strictly increasing in time
 };
 
-/// Throws InputError for a degree, a time or a count of displacements that is wrong.
+/// Throws InputError for an invalid degree, time or count of displacements.
 void check_free_form(const FreeFormSettings& settings);
 
-/// x(X) = sum_ijk B_i(u) B_j(v) B_k(w) P_ijk, (u, v, w) being X in the box of the
-/// nodes. Between keyframes the displacements are linear in s^2 (3 - 2 s), s being the
-/// share of the time; before the first and after the last they stand still.
+/// Free-form deformation x(X) = sum_ijk B_i(u) B_j(v) B_k(w) P_ijk, where (u, v, w) is X relative to the
+/// lattice's box. Between keyframes the displacements are interpolated with weight s^2 (3 - 2 s), where s is
+/// the share of the time; before the first and after the last they are constant.
 class FreeForm : public Deformation {
   public:
-    /// The lattice spans `box` (m, rest space).
+    /// box: extent of the lattice, m, rest space.
     FreeForm(NodeSet nodes, FreeFormSettings settings, const geometry::Box& box);
 
     void edges_cut(std::span<const NodeEdge> edges) override;
@@ -35,7 +35,7 @@ class FreeForm : public Deformation {
     std::vector<double> state() const override;
     void set_state(std::span<const double> state) override;
 
-    /// Where a rest point goes at a time (s).
+    /// Returns the frame of a rest point at a time (s).
     geometry::Frame frame_at(const Vec3& rest, double time) const;
 
   private:
@@ -46,7 +46,7 @@ class FreeForm : public Deformation {
     FreeFormSettings settings_;
     geometry::Box box_;
     double time_ = 0;
-    std::vector<Vec3> displacement_;  // m, per control point, now
+    std::vector<Vec3> displacement_;  // m, per control point, at the present time
 };
 
 }  // namespace splitcubes::deformation

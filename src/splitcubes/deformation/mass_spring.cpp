@@ -11,10 +11,10 @@ namespace splitcubes::deformation {
 namespace {
 
 constexpr std::size_t spring_grain = 256;
-// Of the stability limit of symplectic Euler.
+// Share of the stability limit of symplectic Euler.
 constexpr double safety = 0.5;
 
-// The corners of a face other than a diagonal's ends.
+// Returns the corners of a face other than a diagonal's ends.
 std::array<Vec3i, 2> between(const Vec3i& a, int u, int v, int sign) {
     Vec3i first = a, second = a;
     ++first[u];
@@ -33,11 +33,11 @@ MassSpring::MassSpring(NodeSet nodes, const MassSpringSettings& settings)
     const std::size_t count = nodes_.place.size();
     stiffness_ = 0.4 * settings.youngs_modulus * nodes_.rest.cell_size;
     mass_ = nodes_.mass / static_cast<double>(std::max<std::size_t>(1, count));
-    number_.assign(static_cast<std::size_t>(nodes_.rest.node_count.cast<std::int64_t>().prod()), -1);
+    node_index_.assign(static_cast<std::size_t>(nodes_.rest.node_count.cast<std::int64_t>().prod()), -1);
     const Vec3i& size = nodes_.rest.node_count;
     for (std::size_t n = 0; n < count; ++n) {
         const Vec3i& p = nodes_.place[n];
-        number_[static_cast<std::size_t>((p[2] * size[1] + p[1]) * size[0] + p[0])] =
+        node_index_[static_cast<std::size_t>((p[2] * size[1] + p[1]) * size[0] + p[0])] =
             static_cast<std::int32_t>(n);
     }
     edge_.assign(count, {0, 0, 0});
@@ -63,11 +63,11 @@ MassSpring::MassSpring(NodeSet nodes, const MassSpringSettings& settings)
                 ++far[u];
                 far[v] += sign;
                 const std::int32_t other = node_at(far);
-                const auto ways = between(nodes_.place[n], u, v, sign);
-                const auto whole = [&](const Vec3i& by) {
-                    return edge_whole(nodes_.place[n], by) && edge_whole(by, far);
+                const auto paths = between(nodes_.place[n], u, v, sign);
+                const auto is_intact = [&](const Vec3i& by) {
+                    return edge_is_intact(nodes_.place[n], by) && edge_is_intact(by, far);
                 };
-                if (other >= 0 && (whole(ways[0]) || whole(ways[1])))
+                if (other >= 0 && (is_intact(paths[0]) || is_intact(paths[1])))
                     join(n, static_cast<std::uint32_t>(other));
             }
         }
@@ -91,16 +91,16 @@ MassSpring::MassSpring(NodeSet nodes, const MassSpringSettings& settings)
 std::int32_t MassSpring::node_at(const Vec3i& place) const {
     if (!nodes_.rest.contains(place)) return -1;
     const Vec3i& size = nodes_.rest.node_count;
-    return number_[static_cast<std::size_t>((place[2] * size[1] + place[1]) * size[0] + place[0])];
+    return node_index_[static_cast<std::size_t>((place[2] * size[1] + place[1]) * size[0] + place[0])];
 }
 
-// Whether two neighbouring places are nodes with an uncut edge between them.
-bool MassSpring::edge_whole(const Vec3i& a, const Vec3i& b) const {
+// Returns whether two neighbouring grid positions are nodes with an uncut edge between them.
+bool MassSpring::edge_is_intact(const Vec3i& a, const Vec3i& b) const {
     const std::int32_t first = node_at(a), second = node_at(b);
     if (first < 0 || second < 0) return false;
-    const Vec3i way = b - a;
+    const Vec3i offset = b - a;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        const int step = way[static_cast<int>(axis)];
+        const int step = offset[static_cast<int>(axis)];
         if (step > 0) return edge_[static_cast<std::size_t>(first)][axis] != 0;
         if (step < 0) return edge_[static_cast<std::size_t>(second)][axis] != 0;
     }
@@ -110,10 +110,10 @@ bool MassSpring::edge_whole(const Vec3i& a, const Vec3i& b) const {
 void MassSpring::remove(std::uint32_t a, std::uint32_t b) {
     for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)})
         for (std::uint32_t k = offsets_[from]; k < offsets_[from + 1]; ++k)
-            if (springs_[k].other == to) springs_[k].whole = false;
+            if (springs_[k].other == to) springs_[k].is_intact = false;
 }
 
-// Of the four faces at an edge.
+// Removes the diagonals of the four faces at an edge that are no longer connected.
 void MassSpring::remove_diagonals(const NodeEdge& edge) {
     const Vec3i low = nodes_.place[edge.lower], high = nodes_.place[edge.upper];
     for (int k = 0; k < 4; ++k) {
@@ -124,7 +124,9 @@ void MassSpring::remove_diagonals(const NodeEdge& edge) {
             const Vec3i &a = ring[d], &c = ring[d + 2], &b = ring[d + 1], &e = ring[(d + 3) % 4];
             const std::int32_t from = node_at(a), to = node_at(c);
             if (from < 0 || to < 0) continue;
-            if ((edge_whole(a, b) && edge_whole(b, c)) || (edge_whole(a, e) && edge_whole(e, c))) continue;
+            if ((edge_is_intact(a, b) && edge_is_intact(b, c)) ||
+                (edge_is_intact(a, e) && edge_is_intact(e, c)))
+                continue;
             remove(static_cast<std::uint32_t>(from), static_cast<std::uint32_t>(to));
         }
     }
@@ -140,26 +142,26 @@ void MassSpring::edges_cut(std::span<const NodeEdge> edges) {
 
 std::size_t MassSpring::spring_count() const {
     return static_cast<std::size_t>(
-               std::count_if(springs_.begin(), springs_.end(), [](const Spring& s) { return s.whole; })) /
+               std::count_if(springs_.begin(), springs_.end(), [](const Spring& s) { return s.is_intact; })) /
            2;
 }
 
-// The same number with the other sign at the other end, to the last bit.
+// Both ends of a spring compute the same force with opposite sign, to the last bit.
 Vec3 MassSpring::spring_force(std::size_t node) const {
     Vec3 force = Vec3::Zero();
     for (const Spring& s : springs_of(node)) {
-        if (!s.whole) continue;
-        const Vec3 way = position_[s.other] - position_[node];
-        const double length = way.norm();
+        if (!s.is_intact) continue;
+        const Vec3 offset = position_[s.other] - position_[node];
+        const double length = offset.norm();
         if (!(length > 1e-9 * s.length)) continue;
-        const Vec3 along = way / length;
+        const Vec3 along = offset / length;
         const double rate = (velocity_[s.other] - velocity_[node]).dot(along);
         force += stiffness_ * (length - s.length + settings_.stiffness_damping * rate) * along;
     }
     return force;
 }
 
-void MassSpring::meet_ground(const Motion& motion, std::size_t node) {
+void MassSpring::resolve_ground_contact(const Motion& motion, std::size_t node) {
     const Motion::Ground& g = *motion.ground;
     const double depth = g.offset - g.normal.dot(position_[node]);
     if (!(depth > 0)) return;
@@ -172,7 +174,7 @@ void MassSpring::meet_ground(const Motion& motion, std::size_t node) {
     velocity_[node] = sliding;
 }
 
-// share: of the time step that is over at the end of this part.
+// share: part of the time step that has passed at the end of this substep.
 void MassSpring::substep(const Motion& motion, double dt, double share) {
     const double kept = 1 / (1 + settings_.mass_damping * dt);
     motion.parallel.for_each(position_.size(), spring_grain,
@@ -186,17 +188,17 @@ void MassSpring::substep(const Motion& motion, double dt, double share) {
         }
         velocity_[n] = kept * (velocity_[n] + dt * (force_[n] / mass_ + motion.gravity));
         position_[n] += dt * velocity_[n];
-        if (motion.ground) meet_ground(motion, n);
+        if (motion.ground) resolve_ground_contact(motion, n);
     });
 }
 
 MotionReport MassSpring::advance(const Motion& motion) {
-    // No node has more than 6 + 12 springs; by Gershgorin's circles the largest
-    // eigenvalue of the stiffness is at most 12 k, and damping is as stiff as 24 c.
+    // A node has at most 6 + 12 springs. By Gershgorin's circles the largest eigenvalue of the stiffness is
+    // at most 12 k; damping is as stiff as 24 c.
     const double frequency = std::sqrt(12 * stiffness_ / mass_);
     const double damping = 12 * stiffness_ * settings_.stiffness_damping / mass_;
-    const double longest = safety * 2 / (frequency + damping);
-    const int substeps = static_cast<int>(std::clamp(std::ceil(motion.dt / longest), 1.0, 1e6));
+    const double max_dt = safety * 2 / (frequency + damping);
+    const int substeps = static_cast<int>(std::clamp(std::ceil(motion.dt / max_dt), 1.0, 1e6));
     const std::vector<Vec3> position_before = position_, velocity_before = velocity_;
     next_ = position_;
     for (int k = 0; k < substeps; ++k)
@@ -223,7 +225,7 @@ MotionReport MassSpring::describe(const Motion& motion) const {
         report.kinetic_energy += 0.5 * mass_ * velocity_[n].squaredNorm();
         report.top_speed = std::max(report.top_speed, velocity_[n].norm());
         for (const Spring& s : springs_of(n)) {
-            if (!s.whole) continue;
+            if (!s.is_intact) continue;
             const double stretch = (position_[s.other] - position_[n]).norm() - s.length;
             report.elastic_energy += 0.25 * stiffness_ * stretch * stretch;
         }
@@ -234,17 +236,17 @@ MotionReport MassSpring::describe(const Motion& motion) const {
 }
 
 void MassSpring::node_frames(std::span<geometry::Frame> out, const Parallel& parallel) const {
-    const double least = 0.3 * nodes_.rest.cell_size * nodes_.rest.cell_size;
+    const double min_moment = 0.3 * nodes_.rest.cell_size * nodes_.rest.cell_size;
     parallel.for_each(out.size(), spring_grain, [&](std::size_t n) {
         Mat3 moment = Mat3::Zero(), moved = Mat3::Zero();
         for (const Spring& s : springs_of(n)) {
-            if (!s.whole) continue;
+            if (!s.is_intact) continue;
             const Vec3 rest = nodes_.rest_position(s.other) - nodes_.rest_position(n);
             moment += rest * rest.transpose();
             moved += (position_[s.other] - position_[n]) * rest.transpose();
         }
         out[n].position = position_[n];
-        const bool spans = eigen_symmetric(moment).values[2] > least;
+        const bool spans = eigen_symmetric(moment).values[2] > min_moment;
         const Mat3 fit = spans ? Mat3(moved * moment.inverse()) : Mat3::Zero();
         rotation_[n] = rotation_of(spans ? fit : moved, rotation_[n]);
         out[n].jacobian = spans && fit.determinant() > 0 ? fit : rotation_[n];

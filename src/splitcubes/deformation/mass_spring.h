@@ -1,4 +1,4 @@
-// Equal masses on the grid's nodes, springs along its edges and across its faces.
+// Mass-spring lattice: equal masses on the grid's nodes, springs along its edges and across its faces.
 #pragma once
 
 #include <splitcubes/deformation/deformation.h>
@@ -11,14 +11,12 @@ struct MassSpringSettings {
     double stiffness_damping = 0;  // s, spring force stiffness_damping * stiffness * rate of length
 };
 
-/// Springs along edges (structural) and both diagonals of faces (shear), all of
-/// stiffness 0.4 E h: for small strains that lattice is isotropic with modulus E and
-/// Poisson ratio 1/4, which springs that act between two points can not leave. The
-/// springs of a cut edge are removed, and a diagonal when neither way round its face
-/// is whole: so no spring joins two pieces. Time steps by symplectic Euler, divided
-/// to stay stable. A node's Jacobian is the least squares fit to its springs, and
-/// where they do not span space the rotation nearest to it. Springs resist no
-/// bending: a slab of one node's thickness folds.
+/// Springs along edges (structural) and both diagonals of faces (shear), all of stiffness 0.4 E h: for small
+/// strains that lattice is isotropic with modulus E and Poisson ratio 1/4, the only one possible with springs
+/// between two points. The spring of a cut edge is removed, and a diagonal if both paths around its face are
+/// cut, so no spring joins two pieces. Time integration is by symplectic Euler with stable substeps. A node's
+/// Jacobian is the least-squares fit to its springs; if they do not span space, it is the rotation nearest to
+/// the fit. Springs resist no bending: a slab one node thick folds.
 class MassSpring : public Deformation {
   public:
     /// Throws InputError for settings out of range.
@@ -36,34 +34,34 @@ class MassSpring : public Deformation {
     double node_mass() const { return mass_; }
 
   private:
-    // A spring as one of its ends has it.
+    // A spring as stored at one of its ends.
     struct Spring {
         std::uint32_t other;
         double length;  // m, at rest
-        bool whole;
+        bool is_intact;
     };
     std::span<const Spring> springs_of(std::size_t node) const {
         return {springs_.data() + offsets_[node], springs_.data() + offsets_[node + 1]};
     }
     std::int32_t node_at(const Vec3i& place) const;
-    bool edge_whole(const Vec3i& a, const Vec3i& b) const;
+    bool edge_is_intact(const Vec3i& a, const Vec3i& b) const;
     void remove(std::uint32_t a, std::uint32_t b);
     void remove_diagonals(const NodeEdge& edge);
     Vec3 spring_force(std::size_t node) const;
     void substep(const Motion& motion, double dt, double share);
-    void meet_ground(const Motion& motion, std::size_t node);
+    void resolve_ground_contact(const Motion& motion, std::size_t node);
     MotionReport describe(const Motion& motion) const;
 
     NodeSet nodes_;
     MassSpringSettings settings_;
-    std::vector<std::int32_t> number_;               // per grid place, x fastest; -1: not inside
+    std::vector<std::int32_t> node_index_;  // per grid position, x fastest: node index; -1: not inside
     std::vector<std::array<std::uint8_t, 3>> edge_;  // per node and axis, 1: the edge upwards is uncut
     std::vector<std::uint32_t> offsets_;
     std::vector<Spring> springs_;
     double stiffness_ = 0;  // N/m
     double mass_ = 0;       // kg, of a node
     std::vector<Vec3> position_, velocity_, next_, force_;
-    mutable std::vector<Mat3> rotation_;  // per node, of the last frame: where springs do not tell
+    mutable std::vector<Mat3> rotation_;  // per node, of the last frame: used in directions without springs
 };
 
 }  // namespace splitcubes::deformation
