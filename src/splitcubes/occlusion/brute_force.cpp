@@ -7,12 +7,12 @@ namespace splitcubes::occlusion {
 namespace {
 
 struct LocalTriangle {
-    std::array<std::array<Vec3, 3>, 2> corner;  // seen from either apex
+    std::array<std::array<Vec3, 3>, 2> corner;  // in the local coordinates of either apex
     bool boundary;
 };
 
-// Whether a sample is obscured from the apex, and whether an odd number of
-// boundary triangles parts them.
+// Result of one ray. obscured: the sample is not visible from the apex. odd: an odd number of boundary
+// triangles lies between them.
 struct RayResult {
     bool obscured = false;
     bool odd = false;

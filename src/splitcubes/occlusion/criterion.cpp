@@ -17,7 +17,7 @@ geometry::Box box_of(const PairQuery& pair, double margin) {
     return geometry::Box{pair.a.cwiseMin(pair.b), pair.a.cwiseMax(pair.b)}.grown(margin);
 }
 
-// More than the rounding of segment tests, of the distance.
+// Share of the distance that exceeds the rounding of segment tests.
 constexpr double rounding = 1e-5;
 
 class DiskCriterion final : public Criterion {
@@ -27,16 +27,16 @@ class DiskCriterion final : public Criterion {
     }
     std::string name() const override { return criterion_names[0]; }
     void evaluate(const geometry::OccluderGrid& occluders, const PairSet& pairs,
-                  std::span<const std::uint32_t> asked, std::span<float> factor,
+                  std::span<const std::uint32_t> requested, std::span<float> factor,
                   const Parallel& parallel) override {
         queries_.clear();
-        for (const std::uint32_t k : asked) queries_.push_back(query(pairs, k));
+        for (const std::uint32_t k : requested) queries_.push_back(query(pairs, k));
         disks_->evaluate(occluders, queries_, factor, parallel);
     }
     geometry::Box region(const PairSet& pairs, std::size_t pair) const override {
         return double_cone_bounds(query(pairs, pair));
     }
-    // A disk is as wide as the pair is long.
+    // The radius of a disk is half the pair's distance.
     double range(double reach) const override { return 1.01 * reach; }
 
   private:
@@ -48,10 +48,10 @@ class VisibilityCriterion final : public Criterion {
   public:
     std::string name() const override { return criterion_names[1]; }
     void evaluate(const geometry::OccluderGrid& occluders, const PairSet& pairs,
-                  std::span<const std::uint32_t> asked, std::span<float> factor,
+                  std::span<const std::uint32_t> requested, std::span<float> factor,
                   const Parallel& parallel) override {
-        parallel.for_each(asked.size(), 64, [&](std::size_t k) {
-            factor[k] = segment_blocked(occluders, query(pairs, asked[k])) ? 0.0F : 1.0F;
+        parallel.for_each(requested.size(), 64, [&](std::size_t k) {
+            factor[k] = segment_blocked(occluders, query(pairs, requested[k])) ? 0.0F : 1.0F;
         });
     }
     geometry::Box region(const PairSet& pairs, std::size_t pair) const override {
@@ -64,11 +64,11 @@ class TransparencyCriterion final : public Criterion {
   public:
     std::string name() const override { return criterion_names[2]; }
     void evaluate(const geometry::OccluderGrid& occluders, const PairSet& pairs,
-                  std::span<const std::uint32_t> asked, std::span<float> factor,
+                  std::span<const std::uint32_t> requested, std::span<float> factor,
                   const Parallel& parallel) override {
-        parallel.for_each(asked.size(), 16, [&](std::size_t k) {
+        parallel.for_each(requested.size(), 16, [&](std::size_t k) {
             factor[k] = static_cast<float>(
-                transparency_factor(occluders, query(pairs, asked[k]), pairs.reach(asked[k])));
+                transparency_factor(occluders, query(pairs, requested[k]), pairs.reach(requested[k])));
         });
     }
     geometry::Box region(const PairSet& pairs, std::size_t pair) const override {
@@ -80,15 +80,16 @@ class GraphCriterion final : public Criterion {
   public:
     std::string name() const override { return criterion_names[3]; }
     void evaluate(const geometry::OccluderGrid& occluders, const PairSet& pairs,
-                  std::span<const std::uint32_t> asked, std::span<float> factor,
+                  std::span<const std::uint32_t> requested, std::span<float> factor,
                   const Parallel& parallel) override {
         const LinkGraph graph(occluders, pairs);
-        parallel.for_chunks(asked.size(), 32, [&](std::size_t begin, std::size_t end) {
+        parallel.for_chunks(requested.size(), 32, [&](std::size_t begin, std::size_t end) {
             LinkGraph::Search search;
-            for (std::size_t k = begin; k < end; ++k) factor[k] = factor_of(graph, pairs, asked[k], search);
+            for (std::size_t k = begin; k < end; ++k)
+                factor[k] = factor_of(graph, pairs, requested[k], search);
         });
     }
-    // A path no longer than the support goes no farther beyond the two than half of it.
+    // A path no longer than the support extends at most half the support beyond the two phyxels.
     geometry::Box region(const PairSet& pairs, std::size_t pair) const override {
         return box_of(query(pairs, pair), (0.5 + rounding) * pairs.reach(pair));
     }
@@ -100,7 +101,8 @@ class GraphCriterion final : public Criterion {
         if (!graph.blocked(pair)) return 1;
         const std::uint32_t a = pairs.a[pair], b = pairs.b[pair];
         const double reach = pairs.reach(pair);
-        // Sums along a path depend on its direction in the last bits: always from the lower phyxel.
+        // The last bits of sums along a path depend on its direction, so the search always starts from the
+        // lower phyxel.
         graph.search(std::min(a, b), reach, search, std::max(a, b));
         const double r = (pairs.rest[b] - pairs.rest[a]).norm();
         const double d = std::max(search.distance[std::max(a, b)], r);

@@ -17,10 +17,10 @@ Disk make_disk(const PairQuery& pair) {
     const Vec3 difference = second - first;
     const double distance = difference.norm();
     const Vec3 z = difference / distance;
-    // The coordinate axis that leans least towards the segment gives the raster's turn.
-    int least = 0;
-    z.cwiseAbs().minCoeff(&least);
-    const Vec3 x = Vec3::Unit(least).cross(z).normalized();
+    // The coordinate axis most perpendicular to the segment determines the rotation of the raster.
+    int axis = 0;
+    z.cwiseAbs().minCoeff(&axis);
+    const Vec3 x = Vec3::Unit(axis).cross(z).normalized();
     Disk disk;
     disk.apex = first;
     disk.radius = distance / 2;
@@ -71,7 +71,8 @@ DiskCounts count_samples(const DiskMasks& masks, const DiskRaster& raster) {
 float visibility_of(const DiskCounts& counts, const geometry::OccluderGrid& occluders, const PairQuery& pair,
                     const VisibilityOptions& options) {
     if (counts.inside == 0) {
-        // From the first phyxel to the second in the disk's order, so that (a, b) and (b, a) agree.
+        // The segment runs from the first phyxel to the second in the disk's order, so that (a, b) and (b, a)
+        // agree.
         const Disk disk = make_disk(pair);
         const Vec3 direction = disk.axes.row(2).transpose() * (disk.radius * disk.radius);
         return occluders.segment_blocked(disk.apex + near_depth * direction,
@@ -102,14 +103,14 @@ geometry::Box double_cone_bounds(const PairQuery& pair) {
     const Vec3 difference = pair.b - pair.a;
     const double distance = difference.norm();
     if (!(distance > 0)) return box;
-    const double radius = far_depth * distance / 2;  // of either cone where it ends
+    const double radius = far_depth * distance / 2;  // of either cone at its base
     const Vec3 z = difference / distance;
     for (const Vec3& centre : {Vec3(pair.a + radius * z), Vec3(pair.b - radius * z)}) {
         const Vec3 reach = radius * (Vec3::Ones() - z.cwiseProduct(z)).cwiseMax(0).cwiseSqrt();
         box.add(centre - reach);
         box.add(centre + reach);
     }
-    // More than the rounding of the kernels, in the pair's and in the rest frame.
+    // The margin exceeds the rounding of the kernels, in the pair's and in the rest frame.
     return box.grown(1e-5 * distance);
 }
 

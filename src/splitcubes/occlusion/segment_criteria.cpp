@@ -18,7 +18,7 @@ struct Segment {
     Vec3 from, to;  // m, rest space
 };
 
-// The same for (a, b) and (b, a).
+// Returns the same segment for (a, b) and (b, a).
 Segment between(const PairQuery& pair) {
     const Disk disk = make_disk(pair);
     const Vec3 half = disk.axes.row(2).transpose() * (disk.radius * disk.radius);
@@ -38,7 +38,7 @@ struct Side {
     bool same_edge(const Side& other) const { return edge[0] == other.edge[0] && edge[1] == other.edge[1]; }
 };
 
-// Edges of one cut triangle and no other that lie near the box.
+// Returns the edges near the box that belong to one cut triangle and no other triangle.
 std::vector<Edge> fronts(const geometry::OccluderGrid& occluders, const geometry::Box& box) {
     std::vector<Side> sides;
     occluders.visit(box, [&](const geometry::OccluderTriangle& t) {
@@ -66,7 +66,7 @@ double distance_to(const Edge& edge, const Vec3& p) {
     return (edge[0] + t * along - p).norm();
 }
 
-// Where the segment passes a triangle that it meets.
+// Returns the point at which the segment crosses a triangle that it meets.
 Vec3 crossing_of(const Segment& s, const std::array<Vec3, 3>& corner) {
     const Vec3 normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
     const double slope = normal.dot(s.to - s.from);
@@ -74,22 +74,23 @@ Vec3 crossing_of(const Segment& s, const std::array<Vec3, 3>& corner) {
     return s.from + std::clamp(t, 0.0, 1.0) * (s.to - s.from);
 }
 
-// Depths below `limit` are exact.
+// Returns the depth of the deepest crossing, exact below `limit`; -1 if there is none, infinity if the
+// boundary is crossed.
 double deepest_crossing(const geometry::OccluderGrid& occluders, const PairQuery& pair, double limit) {
     const Segment segment = between(pair);
     std::vector<Vec3> crossings;
-    bool skin = false;
+    bool is_boundary = false;
     geometry::Box box;
     box.add(segment.from);
     box.add(segment.to);
     const double slack = 1e-9 * (segment.to - segment.from).norm();
     occluders.visit(box.grown(slack), [&](const geometry::OccluderTriangle& t) {
         if (!geometry::segment_meets_triangle(segment.from, segment.to, t.corner)) return;
-        skin = skin || t.boundary;
+        is_boundary = is_boundary || t.boundary;
         crossings.push_back(crossing_of(segment, t.corner));
     });
     if (crossings.empty()) return -1;
-    if (skin) return infinity;
+    if (is_boundary) return infinity;
     double deepest = 0;
     for (const Vec3& crossing : crossings) {
         double depth = infinity;
@@ -138,12 +139,12 @@ LinkGraph::LinkGraph(const geometry::OccluderGrid& occluders, const PairSet& pai
 }
 
 bool LinkGraph::blocked(std::size_t pair) const {
-    // Threads that meet here write the same value.
+    // Concurrent threads write the same value.
     std::atomic_ref<std::uint8_t> state(state_[pair]);
     if (const std::uint8_t known = state.load(std::memory_order_relaxed); known != 0) return known == 2;
     const std::uint32_t a = pairs_.a[pair], b = pairs_.b[pair];
-    const bool parted = !pairs_.piece.empty() && pairs_.piece[a] != pairs_.piece[b];
-    const bool found = parted || segment_blocked(occluders_, {pairs_.rest[a], pairs_.rest[b]});
+    const bool separate = !pairs_.piece.empty() && pairs_.piece[a] != pairs_.piece[b];
+    const bool found = separate || segment_blocked(occluders_, {pairs_.rest[a], pairs_.rest[b]});
     state.store(found ? 2 : 1, std::memory_order_relaxed);
     return found;
 }

@@ -12,22 +12,22 @@ namespace splitcubes::occlusion {
 
 namespace {
 
-// Bits of a texel.
+// Stencil bits of a texel.
 constexpr GLuint not_a_sample = 1, outside = 2, obscured = 4;
 
 using Corner = std::array<float, 3>;  // local coordinates, disk radii
 
-// A pair that needs drawing.
+// A pair that must be drawn.
 struct Tile {
     std::size_t pair;             // index into the queries
     std::vector<Corner> corners;  // boundary triangles first
     GLsizei boundary_count = 0;   // corners
-    GLint first = 0;              // corner in the batch's buffer
-    int x = 0, y = 0;             // texel of the atlas
+    GLint first = 0;              // first corner in the batch's buffer
+    int x = 0, y = 0;             // lowest texel in the atlas
 };
 
-Tile make_tile(const geometry::OccluderGrid& occluders, const PairQuery& pair, std::size_t number) {
-    Tile tile{number, {}};
+Tile make_tile(const geometry::OccluderGrid& occluders, const PairQuery& pair, std::size_t pair_index) {
+    Tile tile{pair_index, {}};
     if (coincide(pair)) return tile;
     const Disk disk = make_disk(pair);
     std::vector<Corner> cuts;
@@ -54,7 +54,7 @@ class Queries {
 
     void begin(std::size_t k) const { glBeginQuery(GL_SAMPLES_PASSED, ids_[k]); }
     static void end() { glEndQuery(GL_SAMPLES_PASSED); }
-    // Waits for it. What does not fit an int is no count of texels either.
+    // Waits for the result. Clamps values that do not fit an int; they are no valid counts either.
     int result(std::size_t k) const {
         GLuint count = 0;
         glGetQueryObjectuiv(ids_[k], GL_QUERY_RESULT, &count);
@@ -65,7 +65,7 @@ class Queries {
     std::vector<GLuint> ids_;
 };
 
-// What is made once in a context.
+// OpenGL objects that are made once per context.
 struct Device {
     gl::Program triangles = gl::Program::from_files("disk.vert", "disk.frag");
     gl::Program rim = gl::Program::from_files("screen.vert", "disk_rim.frag");
@@ -118,7 +118,7 @@ struct OpenGlBackend::Impl {
     int tiles_a_row() const { return drawing.atlas_size / raster.size; }
     std::size_t tiles_per_batch() const { return static_cast<std::size_t>(tiles_a_row() * tiles_a_row()); }
 
-    void place(std::span<Tile> tiles) const;
+    void lay_out(std::span<Tile> tiles) const;
     void enter(const Tile& tile) const;
     void draw(std::span<const Tile> tiles) const;
     std::vector<std::uint8_t> texels() const;
@@ -132,8 +132,8 @@ struct OpenGlBackend::Impl {
                      const Parallel& parallel, const Use& use);
 };
 
-// Gives the tiles their texels and uploads what is drawn into them.
-void OpenGlBackend::Impl::place(std::span<Tile> tiles) const {
+// Assigns atlas texels to the tiles and uploads their triangles.
+void OpenGlBackend::Impl::lay_out(std::span<Tile> tiles) const {
     std::vector<Corner> corners;
     for (std::size_t k = 0; k < tiles.size(); ++k) {
         tiles[k].x = static_cast<int>(k) % tiles_a_row() * raster.size;
@@ -152,7 +152,7 @@ void OpenGlBackend::Impl::enter(const Tile& tile) const {
 }
 
 void OpenGlBackend::Impl::draw(std::span<const Tile> tiles) const {
-    const bool asks = !drawing.count_texels;
+    const bool uses_queries = !drawing.count_texels;
     device->framebuffer.bind();
     for (const GLenum off : {GL_DEPTH_TEST, GL_CULL_FACE, GL_BLEND, GL_MULTISAMPLE, GL_SCISSOR_TEST})
         glDisable(off);
@@ -183,7 +183,7 @@ void OpenGlBackend::Impl::draw(std::span<const Tile> tiles) const {
         enter(tile);
         glDrawArrays(GL_TRIANGLES, tile.first, tile.boundary_count);
     }
-    if (asks) {
+    if (uses_queries) {
         device->nothing.bind();
         device->all.use();
         glStencilMask(0);
@@ -199,14 +199,14 @@ void OpenGlBackend::Impl::draw(std::span<const Tile> tiles) const {
         device->layout.bind();
         device->triangles.use();
     }
-    // A texel that is inverted no longer passes: it is counted once.
+    // An inverted texel no longer passes, so it is counted once.
     glStencilFunc(GL_EQUAL, 0, not_a_sample | outside | obscured);
     glStencilMask(obscured);
     for (std::size_t k = 0; k < tiles.size(); ++k) {
         enter(tiles[k]);
-        if (asks) device->queries.begin(2 * k + 1);
+        if (uses_queries) device->queries.begin(2 * k + 1);
         glDrawArraysInstanced(GL_TRIANGLES, tiles[k].first, static_cast<GLsizei>(tiles[k].corners.size()), 2);
-        if (asks) Queries::end();
+        if (uses_queries) Queries::end();
         if (k % 64 == 63) glFlush();
     }
     glDisable(GL_STENCIL_TEST);
@@ -215,7 +215,7 @@ void OpenGlBackend::Impl::draw(std::span<const Tile> tiles) const {
     gl::check_errors("the drawing of occlusion disks");
 }
 
-// The atlas, row after row from the lowest.
+// Returns the atlas, row by row from the lowest.
 std::vector<std::uint8_t> OpenGlBackend::Impl::texels() const {
     const auto side = static_cast<std::size_t>(drawing.atlas_size);
     std::vector<std::uint8_t> out(side * side);
@@ -240,16 +240,16 @@ DiskMasks OpenGlBackend::Impl::masks_of(const Tile& tile, std::span<const std::u
     return masks;
 }
 
-// The counts of the tiles drawn last.
+// Returns the counts of the tiles drawn last.
 std::vector<DiskCounts> OpenGlBackend::Impl::count(std::span<const Tile> tiles) {
     std::vector<DiskCounts> out(tiles.size());
     bool doubtful = drawing.count_texels;
     if (!drawing.count_texels)
         for (std::size_t k = 0; k < tiles.size(); ++k) {
-            const bool has_skin = tiles[k].boundary_count > 0;
-            out[k].inside = has_skin ? device->queries.result(2 * k) : raster.sample_count;
+            const bool has_boundary = tiles[k].boundary_count > 0;
+            out[k].inside = has_boundary ? device->queries.result(2 * k) : raster.sample_count;
             out[k].visible = out[k].inside - device->queries.result(2 * k + 1);
-            statistics.queries += has_skin ? 2 : 1;
+            statistics.queries += has_boundary ? 2 : 1;
             if (counts_can_be(out[k], raster)) continue;
             ++statistics.wrong_counts;
             doubtful = true;
@@ -268,7 +268,7 @@ std::vector<DiskCounts> OpenGlBackend::Impl::count(std::span<const Tile> tiles) 
     return out;
 }
 
-// Draws the pairs that have triangles near, a batch at a time, and calls use(tiles) after each.
+// Draws the pairs that have triangles nearby, a batch at a time, and calls use(tiles) after each batch.
 template <class Use>
 void OpenGlBackend::Impl::for_batches(const geometry::OccluderGrid& occluders,
                                       std::span<const PairQuery> pairs, const Parallel& parallel,
@@ -282,7 +282,7 @@ void OpenGlBackend::Impl::for_batches(const geometry::OccluderGrid& occluders,
         });
         std::erase_if(tiles, [](const Tile& tile) { return tile.corners.empty(); });
         if (tiles.empty()) continue;
-        place(tiles);
+        lay_out(tiles);
         draw(tiles);
         use(tiles);
     }
@@ -293,7 +293,7 @@ OpenGlBackend::OpenGlBackend(std::shared_ptr<const gl::HeadlessContext> context,
     : impl_(std::make_unique<Impl>(std::move(context), options, drawing)) {}
 
 OpenGlBackend::~OpenGlBackend() {
-    // The objects are deleted in their context; where it cannot be had any more, they went with it.
+    // The objects must be deleted in their context; a lost context has already freed them.
     try {
         impl_->context->make_current();
     } catch (const JobError&) {

@@ -48,8 +48,8 @@ void find_near(const geometry::OccluderGrid& occluders, const PairQuery& pair, c
             near.packs.push_back({&pack, offset});
         },
         [&](std::uint32_t id) {
-            near.sights.push_back({id, 0});
-            near.sights.push_back({id, 1});
+            near.leftover.push_back({id, 0});
+            near.leftover.push_back({id, 1});
         });
 }
 
@@ -60,10 +60,10 @@ DiskMasks masks_of(const geometry::OccluderGrid& occluders, const PairQuery& pai
     DiskMasks masks;
     find_near(occluders, pair, disk, buffers.near);
     if (!buffers.near.packs.empty()) rasterize_packs(disk, raster, occluders, buffers.near, masks);
-    if (buffers.near.sights.empty()) return masks;
+    if (buffers.near.leftover.empty()) return masks;
     buffers.others.clear();
-    for (const Sight& sight : buffers.near.sights)
-        buffers.others.add(occluders.triangle(sight.triangle), disk.apex, 1U << sight.apex);
+    for (const ProjectedTriangle& projected : buffers.near.leftover)
+        buffers.others.add(occluders.triangle(projected.triangle), disk.apex, 1U << projected.apex);
     rasterize(disk, raster, buffers.others, masks);
     return masks;
 }
@@ -81,7 +81,7 @@ class CpuBackend final : public VisibilityBackend {
     void evaluate(const geometry::OccluderGrid& occluders, std::span<const PairQuery> pairs,
                   std::span<float> visibility, const Parallel& parallel) override {
         assert(visibility.size() == pairs.size());
-        constexpr std::size_t grain = 64;  // some 0.1 ms
+        constexpr std::size_t grain = 64;  // about 0.1 ms
         parallel.for_chunks(pairs.size(), grain, [&](std::size_t begin, std::size_t end) {
             cpu::Buffers buffers;
             for (std::size_t i = begin; i < end; ++i)

@@ -1,10 +1,9 @@
-// Compiled once for each instruction set by Highway's foreach_target.h. What they
-// round differently lies within the error bounds, and so is decided in double
-// precision by code that they share.
+// Compiled once for each instruction set by Highway's foreach_target.h. Their different rounding is within
+// the error bounds, and samples within these bounds are decided in double precision by shared code.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splitcubes/occlusion/cpu/packs.cpp"
 #include <hwy/foreach_target.h>
-// Must come after it.
+// Must follow foreach_target.h.
 #include <hwy/highway.h>
 
 #include <splitcubes/occlusion/cpu/packs.h>
@@ -24,20 +23,20 @@ using Lanes = hn::CappedTag<float, width>;
 using V = hn::Vec<Lanes>;
 using M = hn::Mask<Lanes>;
 
-constexpr float unit = 5.97e-8F;        // relative error of a rounding
-constexpr float least_depth = 0.0625F;  // of what is projected, disk radii
+constexpr float unit = 5.97e-8F;      // relative error of one rounding
+constexpr float min_depth = 0.0625F;  // minimum depth of projected triangles, disk radii
 constexpr float far = static_cast<float>(far_depth);
 
-// Triangles seen from one apex each, waiting to be projected.
+// Triangles waiting to be projected, each from one apex.
 struct Waiting {
-    // [corner][axis], disk radii, the depth from the apex that sees them.
+    // [corner][axis], disk radii, with the depth from their apex.
     alignas(64) float corner[3][3][4 * width] = {};
-    // Number of the pack, then 4 bits of lane, whether it toggles, apex.
+    // Index of the pack, then 4 bits of lane, whether it toggles, apex.
     alignas(64) std::uint32_t tag[4 * width] = {};
     std::size_t count = 0;
 };
 
-// A disk's rows, a bit a column; or'ed over lanes they are those of the masks.
+// Rows of a disk, one bit per column; combined over the lanes they are the rows of the masks.
 template <int size>
 struct Rows {
     alignas(64) std::uint32_t obscured[size][width] = {};
@@ -78,7 +77,7 @@ HWY_INLINE M mask_of(std::uint32_t bits) {
     const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8)};
     return hn::LoadMaskBits(Lanes(), bytes);
 }
-// To 4 roundings, for what is neither tiny nor huge.
+// Accurate to 4 roundings for values that are neither tiny nor huge.
 HWY_INLINE V reciprocal(V v) {
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
     const V rough = hn::ApproximateReciprocal(v);
@@ -88,17 +87,17 @@ HWY_INLINE V reciprocal(V v) {
 #endif
 }
 
-// Three corners of as many triangles as there are lanes.
+// Three corners of one triangle per lane.
 struct Corners {
     V x0, y0, z0, x1, y1, z1, x2, y2, z2;
 };
 
-// A side of a projected triangle, or where it passes the far depth: the column
-// where a row meets it is slope * row + inner, or outer, whichever is asked: what lies
-// beyond the one is inside for certain, what lies before the other outside.
+// A side of a projected triangle, or the line at which it passes the far depth: a row crosses it at column
+// slope * row + inner, or + outer. Columns beyond the first are certainly inside, columns before the second
+// certainly outside.
 struct Side {
     V slope, inner, outer;
-    M left;  // inside is where columns are larger
+    M left;  // larger columns are inside
 };
 
 HWY_INLINE Side side_of(V slope, V at, V error, M left) {
@@ -118,7 +117,7 @@ struct Span {
         from = hn::Ceil(from);
         to = hn::Floor(to);
     }
-    // A bit a column, where shown.
+    // One bit per column; zero for lanes not in `shown`.
     HWY_INLINE hn::Vec<hn::RebindToUnsigned<Lanes>> bits(M shown) const {
         const hn::RebindToSigned<Lanes> integer;
         const hn::RebindToUnsigned<Lanes> unsign;
@@ -131,7 +130,7 @@ struct Span {
     }
 };
 
-// What the samples of a row need that are within a bound of a side.
+// Decides the samples of a row that are within the error bound of a side.
 template <int size>
 HWY_NOINLINE void decide(Scene<size>& scene, std::size_t begin, std::uint32_t lanes, std::uint32_t negative,
                          int row, const std::uint32_t* open) {
@@ -146,11 +145,11 @@ HWY_NOINLINE void decide(Scene<size>& scene, std::size_t begin, std::uint32_t la
     }
 }
 
-// Triangles on the raster, in columns and rows, with what decides about them.
+// Triangles projected to the raster, in columns and rows, with bounds of the errors.
 struct Projected {
     V c0, r0, c1, r1, c2, r2;  // corners
     V w0, w1, w2;              // reciprocal depths
-    V least_column, greatest_column;
+    V min_column, max_column;
     V first_row, last_row;
     V corner_error;  // of a corner along an axis
     V side_error;    // of a side's function, which is a cross product
@@ -162,13 +161,13 @@ HWY_INLINE Projected project(const Corners& t, float extent) {
     constexpr float half = 0.5F * size, middle = half - 0.5F;
     Projected p;
     p.w0 = reciprocal(t.z0), p.w1 = reciprocal(t.z1), p.w2 = reciprocal(t.z2);
-    const auto place = [&](V v, V w) { return hn::MulAdd(hn::Mul(v, w), set(half), set(middle)); };
-    p.c0 = place(t.x0, p.w0), p.c1 = place(t.x1, p.w1), p.c2 = place(t.x2, p.w2);
-    p.r0 = place(t.y0, p.w0), p.r1 = place(t.y1, p.w1), p.r2 = place(t.y2, p.w2);
+    const auto to_raster = [&](V v, V w) { return hn::MulAdd(hn::Mul(v, w), set(half), set(middle)); };
+    p.c0 = to_raster(t.x0, p.w0), p.c1 = to_raster(t.x1, p.w1), p.c2 = to_raster(t.x2, p.w2);
+    p.r0 = to_raster(t.y0, p.w0), p.r1 = to_raster(t.y1, p.w1), p.r2 = to_raster(t.y2, p.w2);
     const V c_low = min3(p.c0, p.c1, p.c2), c_high = max3(p.c0, p.c1, p.c2);
     const V r_low = min3(p.r0, p.r1, p.r2), r_high = max3(p.r0, p.r1, p.r2);
-    // Corners are known to (16 extent + 4 |corner|) roundings; of the projection, at
-    // most `reach` from the middle, a few more.
+    // Corners have an error of (16 extent + 4 |corner|) roundings; the projection, at most `reach` from the
+    // middle, adds a few more.
     const V reach = hn::Mul(hn::Max(hn::Max(hn::Sub(set(middle), c_low), hn::Sub(c_high, set(middle))),
                                     hn::Max(hn::Sub(set(middle), r_low), hn::Sub(r_high, set(middle)))),
                             set(1 / half));
@@ -176,31 +175,31 @@ HWY_INLINE Projected project(const Corners& t, float extent) {
         hn::MulAdd(set(16 * extent), max3(p.w0, p.w1, p.w2), hn::MulAdd(set(4), reach, set(12)));
     p.corner_error = hn::Mul(hn::Mul(set(half * unit), hn::Add(reach, set(1))), roundings);
     const V slack = hn::Add(p.corner_error, p.corner_error);
-    p.least_column = hn::Max(hn::Sub(c_low, slack), hn::Zero(Lanes()));
-    p.greatest_column = hn::Min(hn::Add(c_high, slack), set(size - 1));
+    p.min_column = hn::Max(hn::Sub(c_low, slack), hn::Zero(Lanes()));
+    p.max_column = hn::Min(hn::Add(c_high, slack), set(size - 1));
     p.first_row = hn::Ceil(hn::Max(hn::Sub(r_low, slack), hn::Zero(Lanes())));
     p.last_row = hn::Floor(hn::Min(hn::Add(r_high, slack), set(size - 1)));
-    // Two corners moved by their errors, a side that is tilted by as much where it is
-    // nearly level, and the roundings on the way to a column.
+    // Bounds two corners moved by their errors, a nearly level side tilted by as much, and the roundings in
+    // computing a column.
     p.side_error =
         hn::Mul(hn::Mul(set(6), p.corner_error), hn::Add(hn::Sub(c_high, c_low), hn::Sub(r_high, r_low)));
     p.area = minor(hn::Sub(p.c1, p.c0), hn::Sub(p.r2, p.r0), hn::Sub(p.r1, p.r0), hn::Sub(p.c2, p.c0));
     return p;
 }
 
-// The side from corner i to j of triangles that wind as `sign` says.
+// Returns the side from corner i to j of triangles whose winding is `sign`.
 HWY_INLINE Side make_side(const Projected& p, V sign, V ci, V ri, V cj, V rj) {
     const V rise = hn::Sub(rj, ri);
-    const V least = hn::Add(p.corner_error, p.corner_error);
-    const V steep = hn::CopySign(hn::Max(hn::Abs(rise), least), rise);
+    const V min_rise = hn::Add(p.corner_error, p.corner_error);
+    const V steep = hn::CopySign(hn::Max(hn::Abs(rise), min_rise), rise);
     const V inverse = reciprocal(steep);
     const V slope = hn::Mul(hn::Sub(cj, ci), inverse);
     const M left = hn::Lt(hn::Mul(sign, steep), hn::Zero(Lanes()));
     return side_of(slope, hn::NegMulAdd(slope, ri, ci), hn::Mul(p.side_error, hn::Abs(inverse)), left);
 }
 
-// Where triangles pass the far depth: reciprocal depth is linear on the raster
-// (Blinn 1992), the sum over corners of the function of the opposite side times its own.
+// Returns the line at which triangles pass the far depth. Reciprocal depth is linear on the raster (Blinn
+// 1992): it is the sum over corners of their value times the function of the opposite side.
 HWY_INLINE Side make_depth_side(const Projected& p, V sign, V z_high, float extent) {
     const V far_w = set(1 / far);
     const V h0 = hn::Sub(p.w0, far_w), h1 = hn::Sub(p.w1, far_w), h2 = hn::Sub(p.w2, far_w);
@@ -216,21 +215,21 @@ HWY_INLINE Side make_depth_side(const Projected& p, V sign, V z_high, float exte
     const V h = max3(hn::Abs(h0), hn::Abs(h1), hn::Abs(h2));
     const V error =
         hn::MulAdd(hn::Mul(set(3), p.side_error), h, hn::Mul(hn::Mul(set(8), w_error), hn::Mul(wide, high)));
-    const V least = hn::Div(error, hn::Max(wide, set(1e-6F)));
-    const V steep = hn::CopySign(hn::Max(hn::Abs(across), least), across);
+    const V min_across = hn::Div(error, hn::Max(wide, set(1e-6F)));
+    const V steep = hn::CopySign(hn::Max(hn::Abs(across), min_across), across);
     const V inverse = reciprocal(steep);
     const V slope = hn::Neg(hn::Mul(along, inverse));
     const V at = hn::Sub(hn::NegMulAdd(slope, p.r0, p.c0), hn::Mul(hn::Mul(hn::Abs(p.area), h0), inverse));
     const Side side = side_of(slope, at, hn::Mul(hn::Add(error, error), hn::Abs(inverse)),
                               hn::Gt(steep, hn::Zero(Lanes())));
-    // Not for triangles that end before it.
+    // Disabled for triangles that end before the far depth.
     const M before = hn::Lt(z_high, set(far - 1e-4F - 64 * unit * extent));
     const V all = set(-1e6F);
     return {hn::IfThenZeroElse(before, side.slope), hn::IfThenElse(before, all, side.inner),
             hn::IfThenElse(before, all, side.outer), hn::Or(before, side.left)};
 }
 
-// Rasterises triangles on the raster; alive: lanes.
+// Rasterises projected triangles; alive: lanes.
 template <int size, bool deep>
 HWY_INLINE void cover(Scene<size>& scene, std::size_t begin, const Projected& p, M alive, V z_high,
                       M toggles) {
@@ -250,7 +249,7 @@ HWY_INLINE void cover(Scene<size>& scene, std::size_t begin, const Projected& p,
         static_cast<int>(hn::GetLane(hn::MaxOfLanes(Lanes(), hn::IfThenElse(alive, p.last_row, set(-1)))));
     for (int row = first; row <= last; ++row) {
         const V r = set(static_cast<float>(row));
-        Span certain{p.least_column, p.greatest_column}, possible = certain;
+        Span certain{p.min_column, p.max_column}, possible = certain;
         const auto cut = [&](const Side& side) {
             certain.cut(hn::MulAdd(side.slope, r, side.inner), side.left);
             possible.cut(hn::MulAdd(side.slope, r, side.outer), side.left);
@@ -281,7 +280,7 @@ HWY_INLINE void cover(Scene<size>& scene, std::size_t begin, const Projected& p,
     }
 }
 
-// Takes the last of those that wait, as many as there are lanes or all.
+// Rasterises the last waiting triangles, as many as there are lanes or all.
 template <int size>
 HWY_INLINE void take(Scene<size>& scene) {
     const Lanes d;
@@ -294,15 +293,15 @@ HWY_INLINE void take(Scene<size>& scene) {
     const Corners t{load(0, 0), load(0, 1), load(0, 2), load(1, 0), load(1, 1),
                     load(1, 2), load(2, 0), load(2, 1), load(2, 2)};
     const Projected p = project<size>(t, scene.near.extent);
-    // Those that lie between the samples are of no concern.
-    const M on = hn::And(hn::Le(p.first_row, p.last_row),
-                         hn::Le(hn::Ceil(p.least_column), hn::Floor(p.greatest_column)));
+    // Triangles between the samples cover none.
+    const M on =
+        hn::And(hn::Le(p.first_row, p.last_row), hn::Le(hn::Ceil(p.min_column), hn::Floor(p.max_column)));
     const M present = hn::And(hn::FirstN(d, taken), on);
     const M facing = hn::Gt(hn::Abs(p.area), p.side_error);
     for (std::uint32_t lanes = bits_of(hn::AndNot(facing, present)); lanes; lanes &= lanes - 1) {
         const std::uint32_t tag =
             scene.waiting.tag[begin + static_cast<std::size_t>(std::countr_zero(lanes))];
-        scene.near.sights.push_back(
+        scene.near.leftover.push_back(
             {scene.near.packs[tag >> 6].pack->id[tag >> 2 & 15], static_cast<int>(tag & 1)});
     }
     const M alive = hn::And(present, facing);
@@ -317,7 +316,7 @@ HWY_INLINE void take(Scene<size>& scene) {
         cover<size, true>(scene, begin, p, alive, z_high, toggles);
 }
 
-// Those of some lanes of a pack that one apex sees join the waiting.
+// Appends the triangles of some lanes of a pack, projected from one apex, to the waiting ones.
 template <int size>
 HWY_INLINE void join(Scene<size>& scene, Corners t, std::uint32_t pack, std::size_t lane, int apex, M seen) {
     const Lanes d;
@@ -337,24 +336,24 @@ HWY_INLINE void join(Scene<size>& scene, Corners t, std::uint32_t pack, std::siz
     auto tag = hn::ShiftLeft<2>(hn::Iota(unsign, static_cast<std::uint32_t>(lane)));
     tag = hn::Or(tag, hn::Set(unsign, pack << 6 | static_cast<std::uint32_t>(apex)));
     if (apex == 0) {
-        const M skin = mask_of(scene.near.packs[pack].pack->boundary >> lane);
-        tag = hn::Or(tag, hn::IfThenElseZero(hn::RebindMask(unsign, skin), hn::Set(unsign, 2)));
+        const M is_boundary = mask_of(scene.near.packs[pack].pack->boundary >> lane);
+        tag = hn::Or(tag, hn::IfThenElseZero(hn::RebindMask(unsign, is_boundary), hn::Set(unsign, 2)));
     }
     waiting.count +=
         hn::CompressStore(tag, hn::RebindMask(unsign, seen), unsign, waiting.tag + waiting.count);
     while (waiting.count >= hn::Lanes(d)) take(scene);
 }
 
-// An axis of the disk, to which a corner goes as x, y and z of its own, and an offset.
+// An axis of the disk: maps a corner to x, y and z times these coefficients plus an offset.
 struct Axis {
     V x, y, z, offset;
 };
 
-// Finds what each apex may see of a pack.
+// Finds the triangles of a pack that may be visible from each apex.
 template <int size>
-HWY_INLINE void look(Scene<size>& scene, std::uint32_t number) {
+HWY_INLINE void look(Scene<size>& scene, std::uint32_t pack_index) {
     const Lanes d;
-    const PlacedPack& placed = scene.near.packs[number];
+    const PlacedPack& placed = scene.near.packs[pack_index];
     const auto& corner = placed.pack->corner;
     const auto axis = [&](int k) {
         const auto along = [&](int rest) { return set(static_cast<float>(scene.disk.axes(k, rest))); };
@@ -363,13 +362,13 @@ HWY_INLINE void look(Scene<size>& scene, std::uint32_t number) {
     const Axis ax = axis(0), ay = axis(1), az = axis(2);
     const float rounding = unit * (16 * scene.near.extent + 64);
     for (std::size_t lane = 0; lane < width; lane += hn::Lanes(d)) {
-        const auto place = [&](std::size_t c, const Axis& a) {
+        const auto local = [&](std::size_t c, const Axis& a) {
             return hn::MulAdd(a.x, hn::Load(d, corner[c][0] + lane),
                               hn::MulAdd(a.y, hn::Load(d, corner[c][1] + lane),
                                          hn::MulAdd(a.z, hn::Load(d, corner[c][2] + lane), a.offset)));
         };
-        const Corners t{place(0, ax), place(0, ay), place(0, az), place(1, ax), place(1, ay),
-                        place(1, az), place(2, ax), place(2, ay), place(2, az)};
+        const Corners t{local(0, ax), local(0, ay), local(0, az), local(1, ax), local(1, ay),
+                        local(1, az), local(2, ax), local(2, ay), local(2, az)};
         const auto beside = [&](V v0, V v1, V v2) {
             return hn::Max(hn::Max(min3(v0, v1, v2), hn::Neg(max3(v0, v1, v2))), hn::Zero(d));
         };
@@ -382,11 +381,11 @@ HWY_INLINE void look(Scene<size>& scene, std::uint32_t number) {
                                            hn::Ge(high, set(static_cast<float>(near_depth) - rounding))),
                                    hn::Le(aside, hn::Mul(radius, radius)));
             if (hn::AllFalse(d, seen)) return;
-            const M ahead = hn::Ge(low, set(least_depth));
+            const M ahead = hn::Ge(low, set(min_depth));
             for (std::uint32_t left = bits_of(hn::AndNot(ahead, seen)); left; left &= left - 1)
-                scene.near.sights.push_back(
+                scene.near.leftover.push_back(
                     {placed.pack->id[lane + static_cast<std::size_t>(std::countr_zero(left))], apex});
-            join(scene, t, number, lane, apex, hn::And(seen, ahead));
+            join(scene, t, pack_index, lane, apex, hn::And(seen, ahead));
         };
         from_apex(0, z_low, z_high);
         from_apex(1, hn::Sub(set(2), z_high), hn::Sub(set(2), z_low));

@@ -1,10 +1,10 @@
-// Compiled once for each instruction set by Highway's foreach_target.h. Multiply
-// and add stay apart (no fused operations) and every lane does the same
-// operations in the same order on each, so the bits agree.
+// Compiled once for each instruction set by Highway's foreach_target.h. Multiplications and additions stay
+// separate (no fused operations), and every lane does the same operations in the same order on each, so the
+// bits agree.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splitcubes/occlusion/cpu/rasterize.cpp"
 #include <hwy/foreach_target.h>
-// Must come after it.
+// Must follow foreach_target.h.
 #include <hwy/highway.h>
 
 #include <splitcubes/occlusion/cpu/rasterize.h>
@@ -18,20 +18,19 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Of the sum of products that make an edge function, relative to the product of
-// the corners' largest coordinates: 30 roundings bound it, with some to spare.
+// Error of the sum of products in an edge function, relative to the product of the corners' largest
+// coordinates: 30 roundings bound it, with a margin.
 constexpr float rounding = 2.5e-6F;
 
-// One block seen from one apex. Function k at sample (x, y) is
-// f[k][0] x + f[k][1] y + f[k][2], in units of its rounding error: three edges,
-// then the near and the far depth.
+// One block from one apex. Function k at sample (x, y) is f[k][0] x + f[k][1] y + f[k][2], in units of its
+// rounding error: three edges, then the near and the far depth.
 struct Setup {
     alignas(64) float f[5][3][block_size];
-    alignas(64) float root[5][block_size];  // -1 / f[k][0], roughly; finite, and signed even where that is 0
+    alignas(64) float root[5][block_size];  // about -1 / f[k][0]; finite, and signed even if that is 0
     alignas(64) std::int32_t first_row[block_size];
     alignas(64) std::int32_t last_row[block_size];
     std::uint32_t alive = 0;     // bit per triangle: may cover a sample
-    std::uint32_t deep = 0;      // reaches before the near or past the far depth
+    std::uint32_t deep = 0;      // extends before the near or past the far depth
     std::uint32_t edge_on = 0;   // the sign of its determinant is within rounding
     std::uint32_t negative = 0;  // its functions were negated
 };
@@ -43,7 +42,7 @@ struct View {
     alignas(64) float coordinate[32];  // of a column or row, disk radii
 };
 
-// Bit per lane.
+// Returns one bit per lane.
 template <class D>
 HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
     std::uint8_t bytes[8] = {};
@@ -51,7 +50,7 @@ HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
     return static_cast<std::uint32_t>(bytes[0]) | static_cast<std::uint32_t>(bytes[1]) << 8;
 }
 
-// Local coordinates of a block, disk radii, in single precision.
+// Computes the local coordinates of a block, disk radii, in single precision.
 HWY_INLINE void transform(const Disk& disk, const TriangleBlock& block, float (&local)[3][3][block_size]) {
     const hn::CappedTag<double, 8> d;
     const hn::Rebind<float, decltype(d)> single;
@@ -83,7 +82,7 @@ HWY_INLINE V minor(V a, V b, V c, V d) {
     return hn::Sub(hn::Mul(a, b), hn::Mul(c, d));
 }
 
-// Makes the functions of Lanes(d) triangles.
+// Sets up the functions of Lanes(d) triangles.
 template <class D>
 HWY_INLINE void set_up_lanes(D d, const View& view, const float (&local)[3][3][block_size], std::size_t lane,
                              Setup& setup) {
@@ -102,8 +101,8 @@ HWY_INLINE void set_up_lanes(D d, const View& view, const float (&local)[3][3][b
     }
     const auto near = set(static_cast<float>(near_depth)), far = set(static_cast<float>(far_depth));
 
-    // Out of sight: before or behind the depths, or beyond one of eight planes
-    // around the cone, which leave the outermost samples some room.
+    // Triangles out of view: before or behind the depths, or beyond one of eight planes around the cone,
+    // which leave the outermost samples a margin.
     const auto z_low = min3(z0, z1, z2), z_high = max3(z0, z1, z2);
     auto out = hn::Or(hn::Lt(z_high, near), hn::Gt(z_low, far));
     const auto beyond = [&](auto p0, auto p1, auto p2, auto slope) {
@@ -135,7 +134,7 @@ HWY_INLINE void set_up_lanes(D d, const View& view, const float (&local)[3][3][b
     const auto store = [&](int k, auto fx, auto fy, auto fz, auto error) {
         const auto scale = hn::Div(sign, error);
         const auto slope = hn::Mul(fx, scale);
-        // Infinite or not a number becomes the largest.
+        // Infinity and NaN become the largest value.
         const auto inverse = hn::Abs(hn::ApproximateReciprocal(slope));
         const auto bounded = hn::IfThenElse(hn::Lt(inverse, set(1e30F)), inverse, set(1e30F));
         hn::Store(hn::CopySign(bounded, hn::Neg(slope)), d, setup.root[k] + lane);
@@ -154,7 +153,7 @@ HWY_INLINE void set_up_lanes(D d, const View& view, const float (&local)[3][3][b
     store(4, hn::Mul(far, sx), hn::Mul(far, sy), hn::Sub(hn::Mul(far, sz), determinant),
           hn::Add(error_determinant, hn::Mul(far, error_sum)));
 
-    // Rows that the projection spans; all, where it passes the apex.
+    // Rows that the projection spans; all rows if it passes the apex.
     const float half = 0.5F * static_cast<float>(view.raster.size);
     const auto q0 = hn::Div(y0, z0), q1 = hn::Div(y1, z1), q2 = hn::Div(y2, z2);
     const auto row_of = [&](auto y, float slack) {
@@ -179,7 +178,7 @@ HWY_INLINE void set_up_lanes(D d, const View& view, const float (&local)[3][3][b
     setup.negative |= bits_of(d, hn::Lt(sign, zero)) << lane;
 }
 
-// Adds one triangle to the masks; flip -1 takes it for the other orientation.
+// Adds one triangle to the masks; flip = -1 treats it as the other orientation.
 template <int size, bool deep>
 HWY_INLINE void cover(const View& view, const Setup& setup, std::size_t t, float flip, OpenSamples open,
                       DiskMasks& masks) {
@@ -200,14 +199,14 @@ HWY_INLINE void cover(const View& view, const Setup& setup, std::size_t t, float
         const auto fx = hn::Mul(hn::Set(d, deep ? coefficient(4, 0) : 0), x);
         for (int row = setup.first_row[t]; row <= setup.last_row[t]; ++row) {
             const float y = view.coordinate[row];
-            auto least = min3(hn::Add(ax, hn::Set(d, ay * y + a1)), hn::Add(bx, hn::Set(d, by * y + b1)),
-                              hn::Add(cx, hn::Set(d, cy * y + c1)));
+            auto smallest = min3(hn::Add(ax, hn::Set(d, ay * y + a1)), hn::Add(bx, hn::Set(d, by * y + b1)),
+                                 hn::Add(cx, hn::Set(d, cy * y + c1)));
             if constexpr (deep)
-                least =
-                    min3(least, hn::Add(nx, hn::Set(d, ny * y + n1)), hn::Add(fx, hn::Set(d, fy * y + f1)));
+                smallest = min3(smallest, hn::Add(nx, hn::Set(d, ny * y + n1)),
+                                hn::Add(fx, hn::Set(d, fy * y + f1)));
             const std::size_t bit = static_cast<std::size_t>(row) * columns + column;
-            const std::uint32_t covered = bits_of(d, hn::Ge(least, hn::Set(d, -1.0F)));
-            const std::uint32_t certain = bits_of(d, hn::Gt(least, hn::Set(d, 1.0F)));
+            const std::uint32_t covered = bits_of(d, hn::Ge(smallest, hn::Set(d, -1.0F)));
+            const std::uint32_t certain = bits_of(d, hn::Gt(smallest, hn::Set(d, 1.0F)));
             masks.obscured[bit / 64] |= std::uint64_t{certain} << (bit % 64);
             if (toggles) masks.outside[bit / 64] ^= std::uint64_t{certain} << (bit % 64);
             if (covered != certain) {
@@ -219,7 +218,7 @@ HWY_INLINE void cover(const View& view, const Setup& setup, std::size_t t, float
     }
 }
 
-// Rows of a disk's masks, a bit a column.
+// Rows of a disk's masks, one bit per column.
 template <int size>
 struct Rows {
     alignas(64) std::uint32_t obscured[size] = {};
@@ -233,10 +232,9 @@ struct Rows {
     }
 };
 
-// Adds one triangle, all rows at once: in a row, a function changes its sign at
-// one column, and none of its columns is nearer to zero than that next to the
-// root. False, and nothing is added, where that one is within rounding of zero in
-// a row of the triangle.
+// Adds one triangle, all rows at once: in a row, a function changes its sign at one column, and its value is
+// nearest to zero at the column next to the root. Returns false and adds nothing if that value is within
+// rounding of zero in a row of the triangle.
 template <int size, int functions>
 HWY_INLINE bool cover_rows(const View& view, const Setup& setup, std::size_t t, bool toggles,
                            Rows<size>& rows) {
@@ -261,7 +259,7 @@ HWY_INLINE bool cover_rows(const View& view, const Setup& setup, std::size_t t, 
             const auto column = hn::Round(hn::Min(hn::Max(at, hn::Zero(d)), hn::Set(d, size - 1.0F)));
             const auto x = hn::Sub(hn::Mul(column, hn::Set(d, 1 / half)), hn::Set(d, 1 - 0.5F / half));
             const auto value = hn::Add(hn::Mul(slope, x), rest);
-            // More than 1 for columns that the rough root puts half a column off.
+            // The limit exceeds 1 because the approximate root can be half a column off.
             doubtful = hn::Or(doubtful, hn::AndNot(hn::Gt(hn::Abs(value), hn::Set(d, 1.1F)), spanned));
             const auto beyond = hn::ShiftRight<31>(hn::BitCast(bits, hn::Xor(value, slope)));
             const auto from = hn::BitCast(bits, hn::ConvertTo(integer, column));

@@ -1,5 +1,5 @@
-// Rasterises triangles into the bit masks of an occlusion disk, seen from both
-// apexes, on the widest vectors of the machine.
+// Rasterises triangles into the bit masks of an occlusion disk, from both apexes, on the widest vectors of
+// the machine.
 #pragma once
 
 #include <splitcubes/occlusion/disk.h>
@@ -13,16 +13,17 @@ constexpr std::size_t block_size = 16;
 
 /// Up to 16 triangles, laid out for vector code.
 struct TriangleBlock {
-    alignas(64) double corner[3][3][block_size];  // [corner][axis][triangle], m, rest frame, from the apex
+    alignas(
+        64) double corner[3][3][block_size];  // [corner][axis][triangle], m, rest frame, relative to the apex
     const geometry::OccluderTriangle* source[block_size];
-    std::uint32_t seen[2];  // from either apex: bit a triangle
+    std::uint32_t seen[2];  // per apex: one bit per triangle
 };
 
 /// Triangles near a pair. Keeps its memory from pair to pair.
 class TriangleList {
   public:
     void clear() { count_ = 0; }
-    /// apexes: bits of those from which it counts.
+    /// apexes: bits of the apexes that it is projected from.
     void add(const geometry::OccluderTriangle& triangle, const Vec3& apex, unsigned apexes = 3) {
         const std::size_t lane = count_ % block_size;
         if (count_ / block_size == blocks_.size()) blocks_.emplace_back();
@@ -46,16 +47,14 @@ class TriangleList {
     std::vector<TriangleBlock> blocks_;
 };
 
-/// Adds the triangles to the masks. Homogeneous edge functions (Olano and Greer
-/// 1997) in single precision, so nothing need be clipped: a sample's ray meets a
-/// triangle where three functions linear in the sample's coordinates, and two
-/// more for the depths, are not negative. Each is divided by a bound of its
-/// rounding error; samples within the bound of zero, some in ten thousand, are
-/// decided in double precision. So the masks are those of rays in double
-/// precision, and the same bits on every machine.
+/// Adds the triangles to the masks. Uses homogeneous edge functions (Olano and Greer 1997) in single
+/// precision, so no clipping is needed: a sample's ray meets a triangle if three functions linear in the
+/// sample's coordinates, and two more for the depths, are not negative. Each function is divided by a bound
+/// of its rounding error; samples within the bound of zero, about one in ten thousand, are decided in double
+/// precision. So the masks equal those of rays in double precision, with the same bits on every machine.
 void rasterize(const Disk& disk, const DiskRaster& raster, const TriangleList& triangles, DiskMasks& masks);
 
-/// A row's samples that single precision leaves open for one triangle.
+/// Samples of a row that single precision leaves undecided for one triangle.
 struct OpenSamples {
     const geometry::OccluderTriangle* triangle;
     int apex;         // 0, 1
@@ -64,7 +63,7 @@ struct OpenSamples {
     std::uint32_t columns;  // bit per column
 };
 
-/// Decides them in double precision.
+/// Decides undecided samples in double precision.
 void resolve(const Disk& disk, const DiskRaster& raster, const OpenSamples& open, DiskMasks& masks);
 
 }  // namespace splitcubes::occlusion::cpu
