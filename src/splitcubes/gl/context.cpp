@@ -117,7 +117,7 @@ EGLContext core_context(EGLDisplay display, EGLConfig config) {
     return EGL_NO_CONTEXT;
 }
 
-/// Empty when the context is made and current, else the step that failed.
+/// Returns an empty string if the context is made and current, otherwise the failed step.
 std::string start(const Candidate& candidate, EGLContext& context) {
     const auto failed = [](const char* step) {
         return std::string(step) + " " + hex(static_cast<unsigned>(eglGetError()));
@@ -128,7 +128,7 @@ std::string start(const Candidate& candidate, EGLContext& context) {
         return "no EGL_KHR_surfaceless_context";
     }
     if (eglBindAPI(EGL_OPENGL_API) != EGL_TRUE) return failed("eglBindAPI");
-    // Only framebuffer objects are drawn to, so any config that does OpenGL will do.
+    // Only framebuffer objects are drawn to, so any config that supports OpenGL is suitable.
     const std::array<EGLint, 5> wanted = {EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_NONE};
     EGLConfig config = nullptr;
     EGLint count = 0;
@@ -209,7 +209,7 @@ std::string opengl_summary() noexcept {
         if (!context) return "none (" + why_not + ")";
         return context->renderer() + ", OpenGL " + context->version() + ", " + context->platform();
     } catch (const std::exception&) {
-        // Only memory can run out above; this string needs none.
+        // Reached only when out of memory; this string needs no allocation.
         return "none";
     }
 }

@@ -1,4 +1,4 @@
-// An OpenGL context to draw with, and one that needs no window.
+// OpenGL contexts: an interface, and a context that needs no window.
 #pragma once
 
 #include <memory>
@@ -7,22 +7,21 @@
 
 namespace splitcubes::gl {
 
-/// An OpenGL core context, version 3.3 or newer. Objects made in a context must
-/// be used and destroyed while it is current, and before it is.
+/// An OpenGL core context, version 3.3 or newer. Objects made in a context must be used and destroyed while
+/// it is current, and must be destroyed before it.
 class Context {
   public:
     virtual ~Context() = default;
-    /// Makes this the calling thread's context. Throws JobError when the driver refuses.
+    /// Makes this the calling thread's context. Throws JobError if the driver refuses.
     virtual void make_current() const = 0;
 };
 
-/// A context without a window, by EGL: each device of the machine in the order
-/// the driver lists them, then Mesa's surfaceless platform.
+/// A context without a window, by EGL: tries each device of the machine in the driver's order, then Mesa's
+/// surfaceless platform.
 class HeadlessContext : public Context {
   public:
-    /// The first context that starts, made current, or nothing; then `why_not`,
-    /// when given, says in one line what was tried and how it failed. Never throws
-    /// on account of the machine.
+    /// Returns the first context that starts, made current, or nothing; then `why_not`, if given, receives
+    /// one line with the attempts and their errors. Does not throw if the machine has no OpenGL.
     static std::optional<HeadlessContext> create(std::string* why_not = nullptr);
 
     ~HeadlessContext() override;
@@ -31,7 +30,7 @@ class HeadlessContext : public Context {
 
     void make_current() const override;
 
-    const std::string& renderer() const;  // as the driver says, e.g. "llvmpipe (...)"
+    const std::string& renderer() const;  // as reported by the driver, e.g. "llvmpipe (...)"
     const std::string& vendor() const;
     const std::string& version() const;
     const std::string& platform() const;  // "EGL device 0" or "EGL surfaceless"
@@ -44,8 +43,8 @@ class HeadlessContext : public Context {
     std::unique_ptr<Impl> impl_;
 };
 
-/// One line for people: the renderer found, or "none (reason)". Never throws;
-/// leaves no context current.
+/// Returns one line for people: the renderer found, or "none (reason)". Never throws; leaves no context
+/// current.
 std::string opengl_summary() noexcept;
 
 }  // namespace splitcubes::gl

@@ -19,8 +19,8 @@ struct PixelLayout {
     GLenum type;
 };
 
-/// A layout that glTexImage2D accepts together with the internal format when
-/// there is no data: depth and integer formats insist on their own kind.
+/// Returns a pixel layout that glTexImage2D accepts together with the internal format without data: depth and
+/// integer formats require their own kind.
 PixelLayout matching_layout(GLenum internal_format) {
     switch (internal_format) {
         case GL_DEPTH_COMPONENT16:

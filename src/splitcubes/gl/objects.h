@@ -1,5 +1,5 @@
-// OpenGL objects that free themselves. All belong to the context that is current
-// when they are made and must be destroyed while it is current.
+// Owning wrappers of OpenGL objects. Each belongs to the context that is current when it is made and must be
+// destroyed while that context is current.
 #pragma once
 
 #include <epoxy/gl.h>
@@ -11,7 +11,7 @@
 
 namespace splitcubes::gl {
 
-/// A name that is deleted with its owner. `Remove` is called with the name.
+/// Owner of an OpenGL name. `Remove` is called with the name on destruction.
 template <void (*Remove)(GLuint)>
 class Name {
   public:
@@ -53,10 +53,10 @@ class VertexArray : public Name<remove_vertex_array> {
     void bind() const { glBindVertexArray(id()); }
 };
 
-/// A 2D texture of one level, clamped to its edge.
+/// A 2D texture with one mipmap level, clamped to its edge.
 class Texture : public Name<remove_texture> {
   public:
-    /// filter: GL_NEAREST or GL_LINEAR. The contents start undefined.
+    /// filter: GL_NEAREST or GL_LINEAR. The contents are undefined at first.
     Texture(GLenum internal_format, int width, int height, GLenum filter);
     void bind(int unit) const;
     int width() const { return width_; }
@@ -69,7 +69,7 @@ class Texture : public Name<remove_texture> {
 
 class Renderbuffer : public Name<remove_renderbuffer> {
   public:
-    /// samples 0 or 1: not multisampled.
+    /// samples: 0 or 1 for no multisampling.
     Renderbuffer(GLenum internal_format, int width, int height, int samples);
 };
 
@@ -79,11 +79,11 @@ class Framebuffer : public Name<remove_framebuffer> {
     void bind() const { glBindFramebuffer(GL_FRAMEBUFFER, id()); }
     void attach(GLenum attachment, const Texture& texture);
     void attach(GLenum attachment, const Renderbuffer& buffer);
-    /// Throws JobError, with `name`, when the attachments do not work together.
+    /// Throws JobError, with `name`, if the framebuffer is not complete.
     void check(const std::string& name) const;
 };
 
-/// Throws JobError, with `where`, when the driver has reported an error.
+/// Throws JobError, with `where`, if the driver has reported an error.
 void check_errors(const std::string& where);
 
 }  // namespace splitcubes::gl

@@ -10,7 +10,7 @@ namespace splitcubes::gl {
 
 namespace {
 
-/// A driver's log as one line.
+/// Returns a driver's log as one line.
 std::string one_line(const std::vector<char>& log) {
     std::string line(log.data());
     std::replace(line.begin(), line.end(), '\n', ' ');
@@ -50,7 +50,7 @@ Program::Program(const std::string& name, std::string_view vertex_source, std::s
     glAttachShader(id_, vertex);
     glAttachShader(id_, fragment);
     glLinkProgram(id_);
-    // The program keeps what it needs of them.
+    // The linked program no longer needs the shader objects.
     glDeleteShader(vertex);
     glDeleteShader(fragment);
     GLint linked = GL_FALSE;

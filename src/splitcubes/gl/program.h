@@ -12,25 +12,25 @@ namespace splitcubes::gl {
 /// A linked program of the current context.
 class Program {
   public:
-    /// name stands in messages. Throws JobError with the driver's log.
+    /// name is used in messages. Throws JobError with the driver's log.
     Program(const std::string& name, std::string_view vertex_source, std::string_view fragment_source);
-    /// From files of shaders/, e.g. ("mesh.vert", "mesh.frag").
+    /// Makes a program from files of shaders/, e.g. ("mesh.vert", "mesh.frag").
     static Program from_files(std::string_view vertex_file, std::string_view fragment_file);
     ~Program();
     Program(Program&& other) noexcept;
     Program& operator=(Program&& other) noexcept;
 
-    /// Later set() calls and draws go to this program.
+    /// Makes this the program of later set() calls and draws.
     void use() const;
     GLuint id() const { return id_; }
 
-    // Uniforms by name, on the program in use; one the compiler dropped is ignored.
+    // Set uniforms by name, on the program in use; a uniform that the compiler removed is ignored.
     void set(const char* uniform, int value) const;
     void set(const char* uniform, float value) const;
     void set(const char* uniform, const std::array<float, 2>& value) const;
     void set(const char* uniform, const std::array<float, 3>& value) const;
     void set(const char* uniform, const std::array<float, 4>& value) const;
-    /// 4 x 4, column by column.
+    /// 4 x 4, column-major.
     void set(const char* uniform, const std::array<float, 16>& value) const;
 
   private:

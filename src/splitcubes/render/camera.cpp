@@ -23,14 +23,14 @@ Camera frame_camera(const geometry::Box& box, const Vec3& direction, double vert
         throw InputError("frame_camera", "aspect and margin must be positive");
     const Vec3 back = direction.normalized();
     Vec3 right = up.cross(back);
-    // Looking straight along up: any direction will do as the picture's upper edge.
+    // If the view is along up, any direction can be the picture's upper edge.
     if (right.norm() < 1e-9 * up.norm() || !(right.norm() > 0)) right = back.unitOrthogonal();
     right.normalize();
     const Vec3 top = back.cross(right);
     const double tan_vertical = std::tan(vertical_fov_degrees * std::numbers::pi / 360);
     const double tan_horizontal = tan_vertical * aspect;
     const Vec3 half = 0.5 * margin * box.size();
-    // A corner is in view when |x| <= (distance - z) tan.
+    // A corner is in view if |x| <= (distance - z) tan.
     double distance = 0;
     for (int corner = 0; corner < 8; ++corner) {
         const Vec3 offset((corner & 1) != 0 ? half.x() : -half.x(), (corner & 2) != 0 ? half.y() : -half.y(),

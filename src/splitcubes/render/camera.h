@@ -1,4 +1,4 @@
-// Where a picture is taken from.
+// Camera of a picture.
 #pragma once
 
 #include <splitcubes/geometry/box.h>
@@ -11,13 +11,13 @@ struct Camera {
     Vec3 eye = Vec3(0, -5, 2);           // m, world
     Vec3 target = Vec3::Zero();          // m, world
     Vec3 up = Vec3::UnitZ();             // direction, world
-    double vertical_fov_degrees = 35.0;  // whole opening angle
+    double vertical_fov_degrees = 35.0;  // full opening angle
 };
 
-/// The nearest camera that looks at the middle of the box, from the side that
-/// `direction` (box to eye, any length) points to, and has all of it in view;
-/// aspect is width / height, margin the room left around (1 none). Throws
-/// InputError on an empty box, a zero direction or an angle outside (0, 180).
+/// Returns the nearest camera that looks at the middle of the box, from the side that `direction` (box to
+/// eye, any length) points to, and has all of the box in view. aspect: width / height. margin: factor for
+/// free space around the box (1: none). Throws InputError for an empty box, a zero direction or an angle
+/// outside (0, 180).
 Camera frame_camera(const geometry::Box& box, const Vec3& direction, double vertical_fov_degrees,
                     double aspect, const Vec3& up = Vec3::UnitZ(), double margin = 1.04);
 

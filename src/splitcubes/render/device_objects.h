@@ -1,4 +1,4 @@
-// The driver's objects that the renderer keeps: programs, targets, vertex arrays.
+// OpenGL objects that the renderer keeps: programs, targets, vertex arrays.
 #pragma once
 
 #include <splitcubes/gl/objects.h>
@@ -34,8 +34,8 @@ struct ShadowTarget {
     }
 };
 
-/// What depends on the picture's size. The screen-space passes run at half of it:
-/// what they find is soft, and costs a quarter.
+/// Targets that depend on the picture's size. The screen-space passes run at half of it: their results are
+/// soft, and the cost is a quarter.
 struct ScreenTargets {
     int half_width;
     int half_height;
@@ -45,7 +45,7 @@ struct ScreenTargets {
     gl::Renderbuffer surface_depth;
     gl::Renderbuffer color;        // multisampled
     gl::Renderbuffer depth;        // multisampled
-    gl::Renderbuffer final_color;  // one sample a pixel, sRGB
+    gl::Renderbuffer final_color;  // one sample per pixel, sRGB
     gl::Framebuffer surface_target;
     gl::Framebuffer visibility_target;
     gl::Framebuffer blurred_target;
@@ -83,7 +83,7 @@ struct SceneBuffers {
     gl::Buffer vertices;
     gl::VertexArray lines;
     gl::Buffer segments;
-    gl::VertexArray none;  // for passes whose vertices come from their number alone
+    gl::VertexArray none;  // for passes that compute vertices from their index
 
     SceneBuffers() {
         triangles.bind();

@@ -17,19 +17,19 @@ using geometry::SurfaceMesh;
 using geometry::Triangle;
 using geometry::TriangleMesh;
 
-/// Twice the area times the unit normal, m^2.
+/// Returns twice the area times the unit normal, m^2.
 Vec3 area_vector(const TriangleMesh& mesh, const Triangle& triangle) {
     const Vec3& a = mesh.positions[triangle[0]];
     return (mesh.positions[triangle[1]] - a).cross(mesh.positions[triangle[2]] - a);
 }
 
-/// The direction of v, or zero when it has none.
+/// Returns the direction of v, or zero if it has none.
 Vec3 direction_of(const Vec3& v) {
     const double length = v.norm();
     return length > 0 && std::isfinite(length) ? Vec3(v / length) : Vec3(Vec3::Zero());
 }
 
-/// 1 for an equilateral triangle, 0 for one without area.
+/// Returns 1 for an equilateral triangle, 0 for one without area.
 double roundness(const TriangleMesh& mesh, const Triangle& triangle, const Vec3& area) {
     double edges = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -94,8 +94,8 @@ Color rgb_from_hsv(const Vec3& hsv) {
     return {channel(5), channel(3), channel(1)};
 }
 
-/// Piece 0 has the skin's own colour; the others spread over +-step by the golden
-/// ratio's sequence, in which neighbours differ much.
+/// Returns the palette's colour for piece 0; the hues of the others spread over +-step by the golden ratio
+/// sequence, in which neighbours differ much.
 Color piece_color(const SurfacePalette& palette, std::int32_t piece) {
     if (piece <= 0) return palette.skin;
     const double turn = std::fmod(piece * 0.6180339887498949 + 0.25, 1.0);
@@ -108,14 +108,15 @@ bool is_cut(const SurfaceMesh& surface, std::size_t triangle) {
     return !surface.triangle_origin.empty() && surface.triangle_origin[triangle] == Origin::cut;
 }
 
-/// sRGB colours of a boundary triangle's corners: its vertices' times its material's.
+/// Returns the sRGB colours of a boundary triangle's corners: vertex colours times the material's colour.
 std::array<Color, 3> corner_colors(const SurfaceMesh& surface, std::size_t triangle, const Color& skin) {
     const geometry::MeshAttributes& a = surface.attributes;
-    const std::int32_t number = a.triangle_material.empty() ? -1 : a.triangle_material[triangle];
+    const std::int32_t material_index = a.triangle_material.empty() ? -1 : a.triangle_material[triangle];
     const geometry::Material* material =
-        number < 0 ? nullptr : &a.materials[static_cast<std::size_t>(number)];
+        material_index < 0 ? nullptr : &a.materials[static_cast<std::size_t>(material_index)];
     const bool coloured = !a.corner_colour.empty();
-    // What a textured face looks like is in its picture, and the added material stands for none.
+    // The look of a textured face is in its texture, and the material that was added for unassigned faces has
+    // no colour of its own.
     const bool plain = material && material->texture.empty() && material->name != geometry::boundary_material;
     if (!coloured && !plain) return {skin, skin, skin};
     std::array<Color, 3> out;
@@ -128,7 +129,7 @@ std::array<Color, 3> corner_colors(const SurfaceMesh& surface, std::size_t trian
     return out;
 }
 
-/// Edges with a boundary triangle on one side and a cut triangle on the other.
+/// Returns the edges with a boundary triangle on one side and a cut triangle on the other.
 std::vector<std::array<std::uint32_t, 2>> rim_segments(const SurfaceMesh& surface) {
     struct Side {
         std::array<std::uint32_t, 2> edge;
@@ -148,7 +149,7 @@ std::vector<std::array<std::uint32_t, 2>> rim_segments(const SurfaceMesh& surfac
     std::sort(sides.begin(), sides.end());
     std::vector<std::array<std::uint32_t, 2>> segments;
     for (std::size_t i = 1; i < sides.size(); ++i) {
-        // Sorted with the boundary's sides first: one step of that kind an edge at most.
+        // Boundary sides come first, so each edge has at most one such transition.
         if (sides[i].edge == sides[i - 1].edge && sides[i].cut != sides[i - 1].cut) {
             segments.push_back(sides[i].edge);
         }
@@ -156,7 +157,7 @@ std::vector<std::array<std::uint32_t, 2>> rim_segments(const SurfaceMesh& surfac
     return segments;
 }
 
-/// Drops what the mesh does not use.
+/// Removes positions that the mesh does not use.
 void keep_used_positions(ShadedMesh& mesh, const std::vector<Vec3>& positions) {
     constexpr std::uint32_t unused = 0xffffffff;
     std::vector<std::uint32_t> renumbered(positions.size(), unused);
@@ -217,7 +218,7 @@ std::vector<Vec3> creased_corner_normals(const TriangleMesh& mesh, std::span<con
     const std::size_t triangle_count = mesh.triangles.size();
     std::vector<Vec3> area(triangle_count);    // twice the area times the unit normal, m^2
     std::vector<Vec3> normal(triangle_count);  // unit, or zero for a triangle without area
-    std::vector<char> sliver(triangle_count);  // its own normal says little about the surface
+    std::vector<char> sliver(triangle_count);  // its own normal is unreliable
     for (std::size_t t = 0; t < triangle_count; ++t) {
         area[t] = area_vector(mesh, mesh.triangles[t]);
         normal[t] = direction_of(area[t]);
@@ -234,7 +235,7 @@ std::vector<Vec3> creased_corner_normals(const TriangleMesh& mesh, std::span<con
                 const std::size_t other = around.corners[j] / 3;
                 if (group.empty() || group[other] == group[own]) all += area[other];
             }
-            // A sliver goes with its neighbours rather than with its own, arbitrary normal.
+            // A sliver uses the mean normal of its neighbours instead of its own, arbitrary one.
             const Vec3 reference = sliver[own] != 0 ? direction_of(all) : normal[own];
             Vec3 sum = Vec3::Zero();
             for (std::uint32_t j = around.first[v]; j < around.first[v + 1]; ++j) {
@@ -260,7 +261,7 @@ void add_surface(DrawList& list, const SurfaceMesh& surface, const SurfacePalett
     for (const bool cut : {false, true}) {
         ShadedMesh mesh;
         mesh.roughness = cut ? 0.38 : 0.55;
-        // Where both sides of a closed cut come to the surface, the skin covers them.
+        // On a closed cut the boundary hides both cut faces.
         mesh.recessed = cut;
         for (std::size_t t = 0; t < triangle_count; ++t) {
             if (is_cut(surface, t) != cut) continue;

@@ -9,7 +9,7 @@ namespace splitcubes::render {
 
 namespace {
 
-/// Rows: right, top, back; maps the eye to the origin.
+/// Returns a view matrix. Rows: right, top, back; maps the eye to the origin.
 Eigen::Matrix4d look(const Vec3& eye, const Vec3& back, const Vec3& up) {
     Vec3 right = up.cross(back);
     if (!(right.norm() > 1e-9 * up.norm())) right = back.unitOrthogonal();
@@ -38,7 +38,7 @@ void set_view(FrameSetup& frame, const Camera& camera, double aspect, double far
     const double tan_vertical = std::tan(camera.vertical_fov_degrees * std::numbers::pi / 360);
     frame.tan_half_fov = Vec2(tan_vertical * aspect, tan_vertical);
     const double distance = eye.norm();
-    // As far out as the scene allows, for the sake of depth resolution.
+    // The near plane is as far as the scene allows, for depth resolution.
     frame.near_distance = std::clamp(0.5 * (distance - frame.radius), 0.002 * frame.radius,
                                      std::max(0.05 * distance, 0.002 * frame.radius));
     const double near = frame.near_distance;
@@ -55,7 +55,7 @@ void set_light(FrameSetup& frame, const DrawList& list, const RenderOptions& opt
     if (options.to_light) {
         frame.to_light = options.to_light->normalized();
     } else {
-        // Left of the camera and above it, on the sky's side.
+        // Left of the camera and above it, on the side of the sky.
         const Vec3 right = frame.view_from_world.row(0).head<3>();
         const Vec3 back = frame.view_from_world.row(2).head<3>();
         Vec3 level = back - back.dot(frame.up) * frame.up;

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-// Only the PNG parts, and none of their names in other files.
+// Compiles only the PNG parts, with internal linkage.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpragmas"
 #pragma GCC diagnostic ignored "-Wunknown-warning-option"

@@ -1,4 +1,4 @@
-// Pictures to and from PNG files.
+// PNG files.
 #pragma once
 
 #include <splitcubes/render/picture.h>
@@ -7,11 +7,11 @@
 
 namespace splitcubes::render {
 
-/// Writes beside the target and renames, so that a file of that name is always
-/// whole. Throws InputError on an empty picture, JobError when it cannot be written.
+/// Writes beside the target and renames, so a file of that name is always complete. Throws InputError for an
+/// empty picture, JobError if it cannot be written.
 void write_png(const std::filesystem::path& path, const Picture& picture);
 
-/// Reads a PNG of any kind as 8-bit RGB. Throws InputError when it cannot be read.
+/// Reads any kind of PNG as 8-bit RGB. Throws InputError if it cannot be read.
 Picture read_png(const std::filesystem::path& path);
 
 }  // namespace splitcubes::render

@@ -59,7 +59,7 @@ void pack_lines(PackedScene& scene, const LineSet& set, const std::string& where
         store(segment.from, set.points[from] - origin);
         store(segment.to, set.points[to] - origin);
         store(segment.color, color);
-        // Thinner than a pixel, a line would break up between the samples.
+        // A line thinner than a pixel would break up between the samples.
         segment.shape[0] = static_cast<float>(0.5 * std::max(set.width * pixel_scale, 1.0));
         segment.shape[1] = static_cast<float>(set.depth_offset);
         scene.segments.push_back(segment);

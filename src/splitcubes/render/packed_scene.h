@@ -1,4 +1,4 @@
-// A draw list as the vertex arrays that the driver takes.
+// Conversion of a draw list to vertex arrays for the driver.
 #pragma once
 
 #include <splitcubes/render/draw_list.h>
@@ -8,7 +8,7 @@
 
 namespace splitcubes::render {
 
-/// Positions are relative to the origin given to pack(), colours linear.
+/// Vertex arrays. Positions are relative to the origin given to pack(), colours are linear.
 struct PackedScene {
     struct Vertex {
         float position[3];  // m
@@ -27,17 +27,17 @@ struct PackedScene {
         float roughness;
         bool recessed;
     };
-    std::vector<Vertex> vertices;  // 3 a triangle
-    std::vector<Range> ranges;     // one a mesh
+    std::vector<Vertex> vertices;  // 3 per triangle
+    std::vector<Range> ranges;     // one per mesh
     std::vector<Segment> segments;
 };
 
-/// sRGB to linear, a channel at a time (IEC 61966-2-1).
+/// Converts one sRGB channel to linear (IEC 61966-2-1).
 double linear_from_srgb(double value);
 Vec3 linear(const Color& color);
 
-/// Throws InputError when arrays do not fit together, an index is out of range or
-/// a position is not finite. pixel_scale: pixels of this picture a line-width unit.
+/// Packs a draw list. Throws InputError if arrays do not match, an index is out of range or a position is not
+/// finite. pixel_scale: pixels of this picture per unit of line width.
 PackedScene pack(const DrawList& list, const Vec3& origin, double pixel_scale);
 
 }  // namespace splitcubes::render

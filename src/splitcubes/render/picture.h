@@ -7,7 +7,7 @@
 
 namespace splitcubes::render {
 
-/// 8 bits a channel, sRGB, rows from the top, no padding.
+/// 8 bits per channel, sRGB, rows from the top, no padding.
 struct Picture {
     int width = 0;                  // pixels
     int height = 0;                 // pixels

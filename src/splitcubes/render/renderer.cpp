@@ -51,8 +51,8 @@ void check_options(const RenderOptions& options) {
     in_range("height", options.height, 1, size_limit);
     in_range("samples", options.samples, 1, sample_limit);
     in_range("shadow_map_size", options.shadow_map_size, 16, size_limit);
-    // Colour and depth of every sample, the picture that they make and its copies; a software rasteriser
-    // keeps all of it in the program's own memory.
+    // Colour and depth of every sample, the resolved picture and its copies; a software rasteriser keeps them
+    // all in the program's own memory.
     const double pixels = static_cast<double>(options.width) * options.height;
     require_memory("picture of " + std::to_string(options.width) + " x " + std::to_string(options.height),
                    pixels * (24.0 + 12.0 * options.samples), "choose a smaller one");
@@ -74,19 +74,19 @@ struct Renderer::Impl {
     std::optional<ShadowTarget> shadow;
     std::optional<ScreenTargets> screen;
 
-    Impl(const gl::Context& with, const RenderOptions& wanted) : context(&with) { take(wanted); }
+    Impl(const gl::Context& with, const RenderOptions& wanted) : context(&with) { apply(wanted); }
 
     ~Impl() {
-        // The members' names mean something in this context only.
+        // The members' names are valid in this context only.
         try {
             context->make_current();
         } catch (const JobError&) {
-            // A context that is lost has taken its objects with it.
+            // A lost context has already freed its objects.
         }
     }
 
-    // Drivers have limits that they do not tell.
-    void make_screen(const RenderOptions& wanted) {
+    // Drivers have undocumented limits.
+    void make_screen_targets(const RenderOptions& wanted) {
         try {
             screen.emplace(wanted.width, wanted.height, wanted.samples);
         } catch (const JobError&) {
@@ -98,13 +98,13 @@ struct Renderer::Impl {
         }
     }
 
-    void take(const RenderOptions& wanted) {
+    void apply(const RenderOptions& wanted) {
         check_options(wanted);
         if (!shadow || wanted.shadow_map_size != options.shadow_map_size)
             shadow.emplace(wanted.shadow_map_size);
         if (!screen || wanted.width != options.width || wanted.height != options.height ||
             wanted.samples != options.samples) {
-            make_screen(wanted);
+            make_screen_targets(wanted);
         }
         options = wanted;
     }
@@ -135,7 +135,7 @@ void set_camera(const Program& program, const FrameSetup& frame) {
     program.set("clip_from_view", floats(frame.clip_from_view));
 }
 
-/// How far off its plane a neighbour may lie and still lend its visibility, m.
+/// Returns the maximum distance of a neighbour from the plane for its visibility to be blended, m.
 float plane_tolerance(const FrameSetup& frame) {
     return static_cast<float>(0.02 * frame.radius);
 }
@@ -161,8 +161,8 @@ void Renderer::Impl::set_lighting(const Program& program, const FrameSetup& fram
     program.set("tan_half_fov", floats(frame.tan_half_fov));
 }
 
-/// Front faces, then back faces a little further away: of two faces in the same
-/// place, as on a closed cut, the one turned to the viewer shows.
+/// Draws front faces, then back faces slightly further away: of two coincident faces, as on a closed cut, the
+/// one that faces the viewer is visible.
 void Renderer::Impl::draw_meshes(const Program& program, const PackedScene& scene) {
     buffers.triangles.bind();
     glEnable(GL_CULL_FACE);
@@ -199,7 +199,7 @@ void Renderer::Impl::draw_shadow(const FrameSetup& frame, const PackedScene& sce
 void Renderer::Impl::draw_surfaces(const FrameSetup& frame, const PackedScene& scene) {
     screen->surface_target.bind();
     glViewport(0, 0, screen->half_width, screen->half_height);
-    // Nothing there: facing the eye, very far away.
+    // Empty pixels face the eye and are very far away.
     const std::array<float, 4> nothing = {0, 0, 1, static_cast<float>(1e4 * frame.radius)};
     glClearBufferfv(GL_COLOR, 0, nothing.data());
     glClear(GL_DEPTH_BUFFER_BIT);
@@ -216,23 +216,23 @@ void Renderer::Impl::draw_surfaces(const FrameSetup& frame, const PackedScene& s
 void Renderer::Impl::find_visibility(const FrameSetup& frame) {
     glDisable(GL_DEPTH_TEST);
     const double texel = frame.light_extent / options.shadow_map_size;
-    const Program& see = programs.visibility;
+    const Program& program = programs.visibility;
     screen->visibility_target.bind();
-    see.use();
+    program.use();
     screen->surface.bind(0);
     shadow->depth.bind(1);
-    see.set("surface_map", 0);
-    see.set("shadow_map", 1);
-    see.set("light_from_view",
-            floats(Eigen::Matrix4d(frame.light_from_world * frame.view_from_world.inverse())));
-    see.set("light_in_view", floats(rotated(frame.view_from_world, frame.to_light)));
-    see.set("tan_half_fov", floats(frame.tan_half_fov));
-    see.set("ao_radius", static_cast<float>(options.ambient_occlusion ? 0.3 * frame.radius : 0.0));
-    see.set("shadow_extent", static_cast<float>(options.shadows ? frame.light_extent : 0.0));
-    see.set("shadow_depth", static_cast<float>(frame.light_depth));
-    see.set("shadow_bias", static_cast<float>(2 * texel + 0.002 * frame.radius));
-    see.set("light_softness", 0.14F);
-    see.set("search_radius", static_cast<float>(0.12 * frame.radius));
+    program.set("surface_map", 0);
+    program.set("shadow_map", 1);
+    program.set("light_from_view",
+                floats(Eigen::Matrix4d(frame.light_from_world * frame.view_from_world.inverse())));
+    program.set("light_in_view", floats(rotated(frame.view_from_world, frame.to_light)));
+    program.set("tan_half_fov", floats(frame.tan_half_fov));
+    program.set("ao_radius", static_cast<float>(options.ambient_occlusion ? 0.3 * frame.radius : 0.0));
+    program.set("shadow_extent", static_cast<float>(options.shadows ? frame.light_extent : 0.0));
+    program.set("shadow_depth", static_cast<float>(frame.light_depth));
+    program.set("shadow_bias", static_cast<float>(2 * texel + 0.002 * frame.radius));
+    program.set("light_softness", 0.14F);
+    program.set("search_radius", static_cast<float>(0.12 * frame.radius));
     cover_screen();
 
     screen->blurred_target.bind();
@@ -271,14 +271,14 @@ void Renderer::Impl::draw_picture(const FrameSetup& frame, const PackedScene& sc
         set_lighting(programs.ground, frame);
         draw_ground_square();
     }
-    // Last, at the greatest depth, so that only what stays visible is filled.
+    // The background is drawn last, at maximum depth, so that only its visible part is shaded.
     glDepthFunc(GL_LEQUAL);
     programs.background.use();
     set_lighting(programs.background, frame);
     cover_screen();
     glDepthFunc(GL_LESS);
     draw_lines(frame, scene);
-    // Samples are averaged as light, not as sRGB numbers.
+    // Samples are averaged as linear light, not as sRGB values.
     glBindFramebuffer(GL_READ_FRAMEBUFFER, screen->picture_target.id());
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, screen->final_target.id());
     glBlitFramebuffer(0, 0, options.width, options.height, 0, 0, options.width, options.height,
@@ -326,7 +326,7 @@ Picture Renderer::draw(const DrawList& list, const Camera& camera) {
     Picture picture{.width = impl_->options.width, .height = impl_->options.height, .rgb = {}};
     picture.rgb.resize(3 * width * height);
     for (std::size_t row = 0; row < height; ++row) {
-        // OpenGL counts rows from below.
+        // OpenGL counts rows from the bottom.
         const std::uint8_t* from = rgba.data() + 4 * width * (height - 1 - row);
         std::uint8_t* to = picture.rgb.data() + 3 * width * row;
         for (std::size_t column = 0; column < width; ++column) {
@@ -352,7 +352,7 @@ const RenderOptions& Renderer::options() const {
 
 void Renderer::set_options(const RenderOptions& options) {
     impl_->context->make_current();
-    impl_->take(options);
+    impl_->apply(options);
 }
 
 }  // namespace splitcubes::render

@@ -1,5 +1,5 @@
-// Draws lists of triangles and lines into pictures: key light with a soft
-// shadow, light from the sky with ambient occlusion, an endless ground.
+// Renderer for lists of triangles and lines: key light with a soft shadow, sky light with ambient occlusion,
+// an infinite ground.
 #pragma once
 
 #include <splitcubes/gl/context.h>
@@ -18,39 +18,38 @@ struct RenderOptions {
     int height = 720;  // pixels
     bool ground = true;
     double ground_height = 0;  // m along up
-    Vec3 up = Vec3::UnitZ();   // unit or not, world; where the sky is
-    int samples = 4;           // a pixel: 1 or what the driver's multisampling offers
+    Vec3 up = Vec3::UnitZ();   // world, of any length; direction of the sky
+    int samples = 4;           // per pixel: 1 or a number that the driver supports
     bool shadows = true;
     bool ambient_occlusion = true;
-    int shadow_map_size = 2048;  // texels a side
-    /// Towards the key light, world. When absent the light stands above and to
-    /// the left of the camera and moves with it.
+    int shadow_map_size = 2048;  // texels per side
+    /// Direction to the key light, world. If absent, the light is above and to the left of the camera and
+    /// moves with it.
     std::optional<Vec3> to_light;
     Color background = Color(0.925, 0.935, 0.945);
     Color ground_color = Color(0.86, 0.865, 0.87);
 };
 
-/// The same list, camera and options give the same picture byte for byte on the
-/// same driver.
+/// The renderer. The same list, camera and options give the same picture byte for byte on the same driver.
 class Renderer {
   public:
-    /// The context must outlive the renderer. Throws InputError on options out of
-    /// range, JobError when the driver cannot build what is needed.
+    /// The context must outlive the renderer. Throws InputError for options out of range, JobError if the
+    /// driver cannot create the required objects.
     explicit Renderer(const gl::Context& context, const RenderOptions& options = {});
     ~Renderer();
     Renderer(Renderer&&) noexcept;
     Renderer& operator=(Renderer&&) noexcept;
 
-    /// Throws InputError when a mesh's arrays do not fit together or the camera
-    /// looks at where it stands.
+    /// Draws a picture. Throws InputError if a mesh's arrays do not match or the camera's eye and target
+    /// coincide.
     Picture draw(const DrawList& list, const Camera& camera);
 
-    /// The same into a framebuffer object of the context (0: the window), lower
-    /// left corner, width x height pixels.
+    /// Draws into a framebuffer object of the context (0: the window), from the lower left corner, width x
+    /// height pixels.
     void draw_into(const DrawList& list, const Camera& camera, unsigned framebuffer);
 
     const RenderOptions& options() const;
-    /// Takes new options; remakes only what depends on them.
+    /// Sets new options; rebuilds only what depends on them.
     void set_options(const RenderOptions& options);
 
   private:

@@ -58,17 +58,17 @@ std::string number(double value) {
 std::vector<std::string> arguments(const VideoOptions& options, const std::filesystem::path& output) {
     const std::string size = std::to_string(options.width) + "x" + std::to_string(options.height);
     return {options.program, "-hide_banner", "-loglevel", "error", "-nostdin", "-y",
-            // What comes in: bare frames.
+            // Input: raw frames.
             "-f", "rawvideo", "-pixel_format", "rgb24", "-video_size", size, "-framerate",
             number(options.frames_per_second), "-i", "pipe:0",
-            // 4:2:0 needs even sizes; the colours are said, so that players need not guess.
+            // 4:2:0 needs even sizes; explicit colour tags spare players a guess.
             "-vf",
             "crop=trunc(iw/2)*2:trunc(ih/2)*2:0:0,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p",
             "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709",
-            // A fixed number of threads and no dates or versions: x264's result depends on the former.
+            // A fixed thread count, because x264's result depends on it, and no dates or versions.
             "-c:v", "libx264", "-preset", "medium", "-crf", std::to_string(options.quality), "-threads", "4",
             "-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-movflags", "+faststart",
-            // The prefix keeps names with a colon or a leading dash from meaning something else.
+            // The prefix protects names with a colon or a leading dash.
             "file:" + output.string()};
 }
 
@@ -76,11 +76,11 @@ std::vector<std::string> arguments(const VideoOptions& options, const std::files
 
 struct VideoWriter::Impl {
     std::filesystem::path path;     // as the caller names it
-    std::filesystem::path target;   // what that leads to
-    std::filesystem::path partial;  // beside the target
+    std::filesystem::path target;   // path with symbolic links followed
+    std::filesystem::path partial;  // temporary file beside the target
     VideoOptions options;
     Descriptor frames;    // to ffmpeg's standard input
-    Descriptor messages;  // what ffmpeg says: a file without a name
+    Descriptor messages;  // ffmpeg's standard error: an unlinked file
     std::atomic<pid_t> process{-1};
     int frame_count = 0;
 
@@ -93,8 +93,8 @@ struct VideoWriter::Impl {
     void start();
     int wait();
     void abandon() noexcept;
-    std::string said() const;
-    [[noreturn]] void give_up(const std::string& why);
+    std::string last_messages() const;
+    [[noreturn]] void fail(const std::string& why);
 };
 
 void VideoWriter::Impl::start() {
@@ -103,7 +103,7 @@ void VideoWriter::Impl::start() {
     if (messages.value() < 0)
         throw JobError(name() + ": no temporary file for ffmpeg's messages (" + std::strerror(errno) + ")");
     ::unlink(pattern.c_str());
-    // A socket rather than a pipe: sending can be told not to raise SIGPIPE.
+    // A socket instead of a pipe, because send() can suppress SIGPIPE.
     std::array<int, 2> ends{-1, -1};
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
         throw JobError(name() + ": no connection to ffmpeg (" + std::strerror(errno) + ")");
@@ -121,7 +121,7 @@ void VideoWriter::Impl::start() {
     posix_spawn_file_actions_adddup2(&actions, theirs.value(), STDIN_FILENO);
     posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
     posix_spawn_file_actions_adddup2(&actions, messages.value(), STDERR_FILENO);
-    // In a group of its own the terminal's Ctrl-C does not reach it: the film is ended here or not at all.
+    // In its own process group ffmpeg does not receive the terminal's Ctrl-C; only this program ends it.
     posix_spawnattr_t attributes;
     posix_spawnattr_init(&attributes);
     posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK);
@@ -142,11 +142,11 @@ void VideoWriter::Impl::start() {
                    std::strerror(error) + "); install ffmpeg or write single pictures");
 }
 
-/// ffmpeg's exit status, -1 when it was ended by a signal.
+/// Returns ffmpeg's exit status, -1 if a signal ended it.
 int VideoWriter::Impl::wait() {
     frames.close();
     int status = 0;
-    // Its number stays its own until it is waited for, so kill_now meets nobody else.
+    // The process id stays reserved until waitpid, so kill_now cannot hit another process.
     siginfo_t info{};
     while (::waitid(P_PID, static_cast<id_t>(process.load()), &info, WEXITED | WNOWAIT) < 0 && errno == EINTR)
         continue;
@@ -167,8 +167,8 @@ void VideoWriter::Impl::abandon() noexcept {
     }
 }
 
-/// The end of ffmpeg's messages, on one line.
-std::string VideoWriter::Impl::said() const {
+/// Returns the end of ffmpeg's messages, on one line.
+std::string VideoWriter::Impl::last_messages() const {
     std::array<char, 2000> buffer{};
     const off_t end = ::lseek(messages.value(), 0, SEEK_END);
     const off_t from = end > 2000 ? end - 2000 : 0;
@@ -181,7 +181,7 @@ std::string VideoWriter::Impl::said() const {
     return text.empty() ? "it said nothing" : printable(text, 2000);
 }
 
-void VideoWriter::Impl::give_up(const std::string& why) {
+void VideoWriter::Impl::fail(const std::string& why) {
     std::error_code ignored;
     std::filesystem::remove(partial, ignored);
     throw JobError(name() + ": " + why);
@@ -205,8 +205,8 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, const VideoOptions& 
     }
     impl_ = std::make_unique<Impl>(path, options);
     impl_->target = link_target(path);
-    // ffmpeg tells the format from the ending, so that stays last. Short, as the film's own name may be as
-    // long as the file system allows.
+    // ffmpeg derives the format from the extension, so that stays last. The name is short because the video's
+    // own name may have the maximum length of the file system.
     impl_->partial = impl_->target.parent_path() /
                      (".splitcubes-" + std::to_string(::getpid()) + ".tmp" + path.extension().string());
     impl_->start();
@@ -235,7 +235,7 @@ void VideoWriter::add(const Picture& picture) {
             sent += static_cast<std::size_t>(count);
         } else if (errno != EINTR) {
             impl_->wait();
-            impl_->give_up("ffmpeg stopped before the last frame (" + impl_->said() + ")");
+            impl_->fail("ffmpeg stopped before the last frame (" + impl_->last_messages() + ")");
         }
     }
     ++impl_->frame_count;
@@ -244,11 +244,11 @@ void VideoWriter::add(const Picture& picture) {
 void VideoWriter::finish() {
     if (impl_->process < 0) throw JobError(impl_->name() + ": the video has ended already");
     const int status = impl_->wait();
-    if (status != 0) impl_->give_up("ffmpeg failed (" + impl_->said() + ")");
-    if (impl_->frame_count == 0) impl_->give_up("a video needs at least one frame");
+    if (status != 0) impl_->fail("ffmpeg failed (" + impl_->last_messages() + ")");
+    if (impl_->frame_count == 0) impl_->fail("a video needs at least one frame");
     std::error_code error;
     std::filesystem::rename(impl_->partial, impl_->target, error);
-    if (error) impl_->give_up("cannot be put in place (" + error.message() + ")");
+    if (error) impl_->fail("cannot be put in place (" + error.message() + ")");
 }
 
 void VideoWriter::kill_now() const noexcept {

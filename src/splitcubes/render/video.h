@@ -1,4 +1,4 @@
-// Pictures to a video file, by the ffmpeg program.
+// Video files from pictures, by the ffmpeg program.
 #pragma once
 
 #include <splitcubes/render/picture.h>
@@ -10,38 +10,37 @@
 namespace splitcubes::render {
 
 struct VideoOptions {
-    int width = 1280;  // pixels of the pictures that will come
+    int width = 1280;  // pixels of the pictures to come
     int height = 720;  // an odd last row or column is left out of the video
     double frames_per_second = 25;
     int quality = 18;                // x264's constant rate factor: 0 lossless .. 51 worst
-    std::string program = "ffmpeg";  // looked up on PATH
+    std::string program = "ffmpeg";  // searched on PATH
 };
 
-/// Encodes H.264 (libx264, 4:2:0). The same pictures and options give the same
-/// file byte for byte with the same ffmpeg. The file appears under its name only
-/// when finish() succeeds, in place of an older one; before that, and after any
-/// failure, nothing of it is left.
+/// Encodes H.264 (libx264, 4:2:0). The same pictures and options give the same file byte for byte with the
+/// same ffmpeg. The file gets its name only when finish() succeeds, and then replaces an older one; before
+/// that, and after any failure, nothing is left of it.
 class VideoWriter {
   public:
-    /// The format follows from the name's ending (.mp4, .mkv, .mov). Throws
-    /// InputError on options out of range, JobError when ffmpeg cannot be started.
+    /// The extension selects the format (.mp4, .mkv, .mov). Throws InputError for options out of range,
+    /// JobError if ffmpeg cannot be started.
     VideoWriter(const std::filesystem::path& path, const VideoOptions& options);
-    /// Abandons the video unless it is finished.
+    /// Discards the video unless it is finished.
     ~VideoWriter();
     VideoWriter(VideoWriter&&) noexcept;
     VideoWriter& operator=(VideoWriter&&) noexcept;
 
-    /// Throws InputError when the size differs from the options', JobError with
-    /// ffmpeg's own words when it has given up.
+    /// Adds a frame. Throws InputError if its size differs from the options', JobError with ffmpeg's message
+    /// if ffmpeg has stopped.
     void add(const Picture& picture);
-    /// Waits for ffmpeg and puts the file in place. Throws JobError when there is
-    /// no frame or ffmpeg failed. Nothing can be added afterwards.
+    /// Waits for ffmpeg and renames the file to its name. Throws JobError if there is no frame or ffmpeg
+    /// failed. Nothing can be added afterwards.
     void finish();
 
     int frame_count() const;
 
-    /// For another thread, when the program is about to end in the midst of the work: ends ffmpeg and takes
-    /// its unfinished file away. Nothing else may be called afterwards.
+    /// Kills ffmpeg and removes its unfinished file; for another thread, when the program is about to exit
+    /// during the work. No other function may be called afterwards.
     void kill_now() const noexcept;
 
   private:
