@@ -16,14 +16,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class WholeFile : public testing::Test {
+class AtomicFileTest : public testing::Test {
   protected:
-    WholeFile() {
+    AtomicFileTest() {
         std::string name = (fs::temp_directory_path() / "splitcubes-core-XXXXXX").string();
         if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
         folder_ = name;
     }
-    ~WholeFile() override {
+    ~AtomicFileTest() override {
         std::error_code ignored;
         fs::remove_all(folder_, ignored);
     }
@@ -47,7 +47,7 @@ class WholeFile : public testing::Test {
     fs::path folder_;
 };
 
-TEST_F(WholeFile, IsThereAfterTheCommitOnly) {
+TEST_F(AtomicFileTest, AppearsOnlyAfterCommit) {
     AtomicFile file(folder_ / "a");
     file.write("new");
     file.stream().flush();
@@ -57,14 +57,14 @@ TEST_F(WholeFile, IsThereAfterTheCommitOnly) {
     EXPECT_EQ(text_of("a"), "new");
 }
 
-TEST_F(WholeFile, ReplacesAndLeavesNothingElse) {
+TEST_F(AtomicFileTest, ReplacesAndLeavesNothingElse) {
     put("a", "an old and long one");
     put("a", "new");
     EXPECT_EQ(names(), std::set<std::string>{"a"});
     EXPECT_EQ(text_of("a"), "new");
 }
 
-TEST_F(WholeFile, WithoutCommitWhatWasThereStays) {
+TEST_F(AtomicFileTest, WithoutCommitTheTargetIsUnchanged) {
     put("a", "old");
     { AtomicFile(folder_ / "a").write("new"); }
     { AtomicFile(folder_ / "b").write("new"); }
@@ -72,7 +72,7 @@ TEST_F(WholeFile, WithoutCommitWhatWasThereStays) {
     EXPECT_EQ(text_of("a"), "old");
 }
 
-TEST_F(WholeFile, TwoWritersDoNotMix) {
+TEST_F(AtomicFileTest, TwoWritersDoNotMix) {
     AtomicFile one(folder_ / "a"), two(folder_ / "a");
     one.write("one");
     two.write("second");
@@ -83,16 +83,16 @@ TEST_F(WholeFile, TwoWritersDoNotMix) {
     EXPECT_EQ(names(), std::set<std::string>{"a"});
 }
 
-// What an earlier kill left behind is in nobody's way.
-TEST_F(WholeFile, PassesALeftOver) {
+// A temporary file that an earlier kill left behind does not disturb.
+TEST_F(AtomicFileTest, IgnoresLeftoverTemporaryFiles) {
     std::ofstream(folder_ / ".splitcubes-0.tmp") << "left";
     put("a", "new");
     EXPECT_EQ(text_of("a"), "new");
     EXPECT_EQ(text_of(".splitcubes-0.tmp"), "left");
 }
 
-// In a process that ends without a destructor.
-TEST_F(WholeFile, AKillLeavesWhatWasThere) {
+// The child process ends without running destructors.
+TEST_F(AtomicFileTest, AKillLeavesTheTargetUnchanged) {
     put("a", "old");
     const pid_t child = fork();
     if (child == 0) {
@@ -107,22 +107,22 @@ TEST_F(WholeFile, AKillLeavesWhatWasThere) {
     for (const std::string& name : names()) EXPECT_TRUE(name == "a" || name.ends_with(".tmp")) << name;
 }
 
-TEST_F(WholeFile, ReadableAsOtherNewFiles) {
+TEST_F(AtomicFileTest, ReadableAsOtherNewFiles) {
     put("a", "new");
     std::ofstream(folder_ / "b") << "plain";
     EXPECT_EQ(fs::status(folder_ / "a").permissions(), fs::status(folder_ / "b").permissions());
 }
 
-TEST_F(WholeFile, AFolderIsRefused) {
+TEST_F(AtomicFileTest, AFolderIsRefused) {
     fs::create_directory(folder_ / "f");
     EXPECT_THROW(AtomicFile(folder_ / "f"), InputError);
     EXPECT_THROW(AtomicFile(folder_ / "nowhere" / "a"), InputError);
 }
 
-TEST_F(WholeFile, AWholeChainOfLinksIsWrittenThrough) {
+TEST_F(AtomicFileTest, AWholeChainOfLinksIsWrittenThrough) {
     fs::create_directories(folder_ / "far" / "off");
     put("far/off/real", "old");
-    fs::create_symlink("off/real", folder_ / "far" / "second");  // relative to where the link lies
+    fs::create_symlink("off/real", folder_ / "far" / "second");  // relative to the link's folder
     fs::create_symlink(folder_ / "far" / "second", folder_ / "first");
     put("first", "new");
     EXPECT_EQ(text_of("far/off/real"), "new");
@@ -131,7 +131,7 @@ TEST_F(WholeFile, AWholeChainOfLinksIsWrittenThrough) {
     EXPECT_EQ(names(), (std::set<std::string>{"far", "first"}));
 }
 
-TEST_F(WholeFile, ALinkToNothingMakesItsTargetWhereItsFolderIs) {
+TEST_F(AtomicFileTest, ALinkToNothingCreatesItsTargetIfTheFolderExists) {
     fs::create_directory(folder_ / "far");
     fs::create_symlink("far/new", folder_ / "link");
     put("link", "text");
@@ -148,14 +148,14 @@ TEST_F(WholeFile, ALinkToNothingMakesItsTargetWhereItsFolderIs) {
     EXPECT_TRUE(fs::is_symlink(folder_ / "lost"));
 }
 
-TEST_F(WholeFile, LinksThatGoRoundAreRefused) {
+TEST_F(AtomicFileTest, CyclicLinksAreRefused) {
     fs::create_symlink("b", folder_ / "a");
     fs::create_symlink("a", folder_ / "b");
     EXPECT_THROW(AtomicFile(folder_ / "a"), InputError);
     EXPECT_EQ(names(), (std::set<std::string>{"a", "b"}));
 }
 
-TEST_F(WholeFile, ALinkToAFolderOrADeviceIsRefused) {
+TEST_F(AtomicFileTest, ALinkToAFolderOrADeviceIsRefused) {
     fs::create_directory(folder_ / "f");
     fs::create_symlink("f", folder_ / "folder");
     fs::create_symlink("/dev/null", folder_ / "device");
@@ -164,14 +164,14 @@ TEST_F(WholeFile, ALinkToAFolderOrADeviceIsRefused) {
     EXPECT_THROW(AtomicFile("/dev/null"), InputError);
 }
 
-TEST_F(WholeFile, WhatIsReplacedHandsOnItsPermissions) {
+TEST_F(AtomicFileTest, KeepsThePermissionsOfTheReplacedFile) {
     put("a", "old");
     fs::permissions(folder_ / "a", fs::perms::owner_read | fs::perms::owner_write);
     put("a", "new");
     EXPECT_EQ(fs::status(folder_ / "a").permissions(), fs::perms::owner_read | fs::perms::owner_write);
 }
 
-TEST_F(WholeFile, WhereNoneCanBeWrittenIsToldBefore) {
+TEST_F(AtomicFileTest, UnwritableTargetsAreRefusedInAdvance) {
     put("a", "old");
     fs::create_symlink("nowhere/a", folder_ / "lost");
     for (const char* name : {"nowhere/a", "lost", "a/b", "."})
@@ -183,7 +183,7 @@ TEST_F(WholeFile, WhereNoneCanBeWrittenIsToldBefore) {
     EXPECT_EQ(names(), (std::set<std::string>{"a", "lost"}));
 }
 
-TEST_F(WholeFile, ANameThatIsTooLongIsBadInput) {
+TEST_F(AtomicFileTest, ANameThatIsTooLongIsBadInput) {
     EXPECT_THROW(AtomicFile(folder_ / std::string(300, 'x')), InputError);
     EXPECT_NO_THROW(AtomicFile(folder_ / std::string(255, 'x')).commit());
 }

@@ -8,7 +8,7 @@
 
 using namespace splitcubes;
 
-TEST(Memory, ThereIsSome) {
+TEST(Memory, SomeIsAvailable) {
     EXPECT_GT(available_memory(), 1e6);
     EXPECT_LT(available_memory(), 1e16);
 }
@@ -25,7 +25,7 @@ TEST(Memory, ALimitOfTheProcessCounts) {
     EXPECT_LE(left, 0x1p30);
 }
 
-TEST(Memory, WhatDoesNotFitIsRefusedWithBothNumbers) {
+TEST(Memory, TooLargeRequestsAreRefusedWithBothNumbers) {
     EXPECT_NO_THROW(require_memory("mesh", 1e9, "use fewer cells", 1e9));
     try {
         require_memory("mesh", 12.34e9, "use fewer cells", 345.6e6);
@@ -35,7 +35,7 @@ TEST(Memory, WhatDoesNotFitIsRefusedWithBothNumbers) {
     }
 }
 
-TEST(Memory, BytesAreTold) {
+TEST(Memory, BytesAreFormatted) {
     EXPECT_EQ(bytes_text(0), "0 B");
     EXPECT_EQ(bytes_text(999), "999 B");
     EXPECT_EQ(bytes_text(999.7), "1 kB");

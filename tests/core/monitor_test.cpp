@@ -24,7 +24,7 @@ class Counter : public Monitor {
     std::size_t limit = 1000000;
 };
 
-// How far each stage was, of those with one name.
+// Records the progress of each stage by name.
 class Recorder : public Monitor {
   public:
     void begin(const std::string& stage) override {
@@ -49,7 +49,7 @@ class Recorder : public Monitor {
 
 }  // namespace
 
-TEST(Monitor, NothingGoesBackwardsUnderOneName) {
+TEST(Monitor, ProgressOfAStageNeverDecreases) {
     for (const int threads : {1, 4}) {
         Recorder recorder;
         Parallel parallel(threads);
@@ -73,7 +73,7 @@ TEST(Monitor, NothingGoesBackwardsUnderOneName) {
     }
 }
 
-TEST(Monitor, HearsOfStagesAndOfEveryChunk) {
+TEST(Monitor, ReceivesStagesAndEveryChunk) {
     for (const int threads : {1, 3}) {
         Counter counter;
         Parallel parallel(threads);
@@ -104,7 +104,7 @@ TEST(Monitor, EndsALoopAtTheNextChunk) {
         EXPECT_THROW(parallel.begin("next"), Cancelled);
         EXPECT_THROW(parallel.check(), Cancelled);
         EXPECT_TRUE(counter.stages.empty());
-        // The same threads serve again.
+        // The same threads can be used again.
         parallel.watch(nullptr);
         visited = 0;
         parallel.for_each(1000, 10, [&](std::size_t) { ++visited; });

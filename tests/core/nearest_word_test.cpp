@@ -8,7 +8,7 @@
 namespace splitcubes {
 namespace {
 
-TEST(NearestWord, CountsWhatTheFingersDo) {
+TEST(NearestWord, TypingDistanceCountsEdits) {
     EXPECT_EQ(typing_distance("", ""), 0U);
     EXPECT_EQ(typing_distance("", "abc"), 3U);
     EXPECT_EQ(typing_distance("cells", "cells"), 0U);

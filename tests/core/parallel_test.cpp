@@ -34,7 +34,7 @@ TEST(Parallel, SumIsTheSameToTheLastBitForAnyThreadCount) {
     EXPECT_EQ(one, total(8));
 }
 
-TEST(StateHash, SeesOrderAndSign) {
+TEST(StateHash, DependsOnOrderAndSign) {
     StateHash a, b, c;
     a.add(1.0);
     a.add(2.0);

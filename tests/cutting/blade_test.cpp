@@ -29,7 +29,7 @@ double distance(const std::vector<std::vector<Vec3>>& a, const std::vector<std::
 
 }  // namespace
 
-TEST(Blade, PassesThroughItsKeyframesAndStandsStillOutside) {
+TEST(Blade, PassesThroughItsKeyframesAndRestsOutside) {
     const std::vector<Keyframe> keys = {{1, {0, 0, 0}, turn({0, 0, 1}, 0.2)},
                                         {2, {1, 2, 0}, turn({1, 0, 1}, 1)},
                                         {4, {3, 0, -1}, turn({0, 1, 1}, 2)}};
@@ -44,7 +44,7 @@ TEST(Blade, PassesThroughItsKeyframesAndStandsStillOutside) {
         }
         EXPECT_EQ(distance(blade.pose(-7), blade.pose(1)), 0);
         EXPECT_EQ(distance(blade.pose(400), blade.pose(4)), 0);
-        // No jump anywhere.
+        // The path has no jumps.
         for (double t = 0.5; t < 4.5; t += 0.01)
             EXPECT_LT(distance(blade.pose(t), blade.pose(t + 1e-7)), 1e-5);
     }
@@ -74,7 +74,7 @@ TEST(Blade, SmoothPathOfTwoKeyframesIsStraight) {
     EXPECT_LT((blade.frame(0.3).translation() - 0.3 * Vec3(1, 2, 3)).norm(), 1e-14);
 }
 
-TEST(Blade, IsActiveFromItsFirstToItsLastKeyframeUnlessSaid) {
+TEST(Blade, IsActiveFromItsFirstToItsLastKeyframeByDefault) {
     const std::vector<Keyframe> keys = {{1, {0, 0, 0}, Quat::Identity()}, {3, {1, 0, 0}, Quat::Identity()}};
     const Blade whole("b", stick(), keys);
     EXPECT_FALSE(whole.active(0.99));
@@ -93,7 +93,7 @@ TEST(Blade, ArcsLieOnTheirCircle) {
     for (std::size_t k = 0; k < points.size(); ++k) {
         EXPECT_NEAR((points[k] - center).norm(), 0.5, 1e-14);
         EXPECT_NEAR((points[k] - center).dot(axis), 0, 1e-14);
-        // Right-handed from angle zero, evenly.
+        // Right-handed from angle zero, evenly spaced.
         const Quat rotation = turn(axis, 0.3 + 1.8 * static_cast<double>(k) / 20);
         EXPECT_LT((points[k] - center - 0.5 * (rotation * angle_zero_about(axis))).norm(), 1e-14);
     }
@@ -133,7 +133,7 @@ TEST(Blade, CircularPathsGoRoundAtAConstantRate) {
         }
 }
 
-TEST(Blade, RefusesWhatCannotMoveOrCut) {
+TEST(Blade, RefusesInvalidShapesAndPaths) {
     const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
     const std::vector<Keyframe> keys = {{0, {0, 0, 0}, Quat::Identity()}, {1, {1, 0, 0}, Quat::Identity()}};
     const auto with = [&](const BladeShape& shape, const std::vector<Keyframe>& path,

@@ -22,7 +22,7 @@ CandidateEdge still_edge(std::uint64_t id, const Vec3& a, const Vec3& b) {
     return {id, {a, b, a, b}, Mat3::Identity()};
 }
 
-// The edges of a block of grid cells.
+// Returns the edges of a block of grid cells.
 std::vector<CandidateEdge> grid_edges(int side, double cell, const Vec3& origin) {
     std::vector<CandidateEdge> out;
     for (int x = 0; x < side; ++x)
@@ -40,9 +40,9 @@ Blade straight_stroke(const Vec3& from, const Vec3& to, const Vec3& start, const
                  {{0, start, Quat::Identity()}, {1, end, Quat::Identity()}});
 }
 
-// What cut_edges must find, by trying everything.
-std::vector<EdgeCut> by_trying_all(const std::vector<SweptBlade>& swept,
-                                   const std::vector<CandidateEdge>& edges) {
+// Brute-force reference of cut_edges.
+std::vector<EdgeCut> brute_force_cuts(const std::vector<SweptBlade>& swept,
+                                      const std::vector<CandidateEdge>& edges) {
     std::vector<EdgeCut> out;
     for (const CandidateEdge& edge : edges) {
         EdgeCut first{edge.id, 0, Vec3::Zero(), std::numeric_limits<double>::infinity()};
@@ -72,7 +72,7 @@ TEST(CutEdges, APlanarStrokeCutsWhatItsPlaneCrosses) {
     const Parallel parallel(1);
     const double cell = 0.1;
     const auto edges = grid_edges(10, cell, {0, 0, 0});
-    // In the plane z = 0.43 + 0.2 x, right through.
+    // Right through, in the plane z = 0.43 + 0.2 x.
     const Vec3 along(1, 0, 0.2), normal = Vec3(-0.2, 0, 1).normalized();
     const Vec3 start = Vec3(0, 0, 0.43) - 2 * along;
     const Blade blade = straight_stroke({0, -1, 0}, {0, 3, 0}, start, start + 5 * along);
@@ -100,8 +100,8 @@ TEST(CutEdges, APlanarStrokeCutsWhatItsPlaneCrosses) {
     EXPECT_NEAR(std::abs(last.dot(normal)), 1, 1e-12);
 }
 
-// However the stroke is divided into steps, and whether the blade moves or the
-// body, the same edges are cut in the same places.
+// The same edges are cut at the same positions for any division of the stroke into steps, and whether the
+// blade or the body moves.
 TEST(CutEdges, StrokesDoNotDependOnTheirSteps) {
     const Parallel parallel(1);
     const auto edges = grid_edges(6, 0.16, {-0.5, -0.5, -0.5});
@@ -175,7 +175,7 @@ TEST(CutEdges, AgreeWithTryingAllSegments) {
         }
         Vec3 last = Vec3::Zero();
         const auto cuts = cut_edges(swept, edges, last, parallel);
-        const auto expected = by_trying_all(swept, edges);
+        const auto expected = brute_force_cuts(swept, edges);
         total += cuts.size();
         ASSERT_EQ(cuts.size(), expected.size());
         for (std::size_t k = 0; k < cuts.size(); ++k) {
@@ -199,7 +199,7 @@ TEST(CutEdges, AreTheSameOnAnyNumberOfThreads) {
     EXPECT_GT(one.size(), 100U);
     EXPECT_TRUE(same(one, four));
     EXPECT_EQ(last1, last4);
-    // Nor on the order of the candidates.
+    // The result does not depend on the order of the candidates either.
     auto turned = edges;
     std::reverse(turned.begin(), turned.end());
     Vec3 last_turned = Vec3::Zero();
@@ -207,8 +207,7 @@ TEST(CutEdges, AreTheSameOnAnyNumberOfThreads) {
     EXPECT_EQ(last1, last_turned);
 }
 
-// A rod that turns a full round cuts a disk, in one step as in many; the rim
-// that a chord would cut off is not lost.
+// A rod that makes a full turn cuts a disk, in one step as in many; no chord cuts off the rim.
 TEST(CutEdges, AFullTurnInOneStepCutsADisk) {
     const Parallel parallel(1);
     std::vector<Keyframe> keys;
@@ -242,7 +241,7 @@ TEST(CutEdges, NormalsArePulledBackToRest) {
         Mat3 jacobian = Mat3::Identity();
         for (int c = 0; c < 3; ++c) jacobian.col(c) += random_point(random, 0.3);
         const Vec3 rest_normal = random_point(random, 1).normalized();
-        // Two rest directions of the cut plane, as the world sees them.
+        // Two rest directions of the cut plane, mapped to the world.
         const Vec3 s = rest_normal.unitOrthogonal(), t = rest_normal.cross(s);
         const Vec3 blade_direction = jacobian * s, motion = jacobian * t, edge = jacobian * rest_normal;
         const CandidateEdge candidate{7, {-edge, edge, -edge, edge}, jacobian};
@@ -257,7 +256,7 @@ TEST(CutEdges, NormalsArePulledBackToRest) {
 
 TEST(CutEdges, TheRelativeMotionGivesTheNormal) {
     const Parallel parallel(1);
-    // The blade goes along x, the edge comes towards it along y at the same speed.
+    // The blade moves along x, the edge towards it along y at the same speed.
     const Blade blade = straight_stroke({0, 0, -1}, {0, 0, 1}, {-1, 0, 0}, {1, 0, 0});
     const MovingSegment motion{{-0.1, 1, 0}, {0.1, 1, 0}, {-0.1, -1, 0}, {0.1, -1, 0}};
     Vec3 last = Vec3::Zero();
@@ -277,12 +276,12 @@ TEST(CutEdges, ABladeAtRestReusesTheStrokesNormal) {
     ASSERT_EQ(cuts.size(), 1U);
     EXPECT_EQ(cuts[0].rest_normal, stroke);
     EXPECT_EQ(last, stroke);
-    // Sliding along itself is no motion across itself.
+    // Sliding along itself is not motion across itself.
     const Blade sliding = straight_stroke({-1, 0, 0}, {1, 0, 0}, {0, 0, 0}, {0.5, 0, 0});
     cuts = cut_edges(sweep(sliding, 0, 1), edges, last, parallel);
     ASSERT_EQ(cuts.size(), 1U);
     EXPECT_EQ(cuts[0].rest_normal, stroke);
-    // Without a stroke, the edge's ends are separated; also along the blade itself.
+    // Without a stroke the normal separates the edge's ends; also along the blade itself.
     last = Vec3::Zero();
     cuts = cut_edges(sweep(still, 0, 1), edges, last, parallel);
     ASSERT_EQ(cuts.size(), 1U);
@@ -294,7 +293,7 @@ TEST(CutEdges, ABladeAtRestReusesTheStrokesNormal) {
     EXPECT_NEAR(cuts[0].rest_normal.norm(), 1, 1e-12);
 }
 
-TEST(CutEdges, NothingBadComesOutOfBadEdges) {
+TEST(CutEdges, IgnoresEdgesThatAreNotFinite) {
     const Parallel parallel(1);
     const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
     const Blade blade = straight_stroke({0, -1, 0}, {0, 1, 0}, {-1, 0, 0}, {1, 0, 0});
@@ -317,7 +316,7 @@ TEST(CutEdges, NothingBadComesOutOfBadEdges) {
     EXPECT_TRUE(last.allFinite());
 }
 
-TEST(CutEdges, NothingComesFromNothing) {
+TEST(CutEdges, EmptyInputGivesNoCuts) {
     const Parallel parallel(1);
     Vec3 last(0, 0, 1);
     EXPECT_TRUE(cut_edges({}, std::vector{still_edge(0, {0, 0, 0}, {1, 0, 0})}, last, parallel).empty());

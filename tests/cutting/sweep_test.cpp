@@ -19,7 +19,7 @@ Blade spinning(double angle, double duration) {
     return Blade("spin", make_straight_blade({0.2, 0, 0}, {1, 0, 0}), keys);
 }
 
-// Parts follow each other without a gap and lie within their bounds.
+// Checks that parts follow each other without a gap and are within their bounds.
 void check_chain(const std::vector<SweptBlade>& parts) {
     for (std::size_t k = 0; k < parts.size(); ++k) {
         const SweptBlade& part = parts[k];
@@ -66,7 +66,7 @@ TEST(Sweep, IsCutAtKeyframesAndWhereTheBladeIsNotActive) {
     EXPECT_TRUE(sweep(blade, 0, 1).empty());
     EXPECT_TRUE(sweep(blade, 3, 9).empty());
     EXPECT_TRUE(sweep(blade, 1.5, 1.5).empty());
-    // A blade at rest still cuts what comes to it.
+    // A blade at rest still cuts edges that move towards it.
     const Blade longer("b", blade.shape(), keys, {.active_until = std::numeric_limits<double>::infinity()});
     const auto rest = sweep(longer, 5, 6);
     ASSERT_EQ(rest.size(), 1U);
@@ -98,7 +98,7 @@ TEST(Sweep, SmoothPathsStayCurved) {
     check_chain(parts);
     for (const SweptBlade& part : parts) {
         const Vec3 middle = 0.5 * (part.segments[0].a0 + part.segments[0].a1);
-        EXPECT_NEAR(middle.norm(), 1, 8e-3);  // the path's own distance from its circle
+        EXPECT_NEAR(middle.norm(), 1, 8e-3);  // distance of the path itself from the circle
         const double time = 0.5 * (part.begin + part.end);
         EXPECT_LT((middle - blade.frame(time).translation()).norm(), 1e-4);
     }

@@ -1,4 +1,4 @@
-// What moves nodes without phyxels.
+// Deformations of nodes without phyxels.
 #include <gtest/gtest.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/deformation/free_form.h>
@@ -9,7 +9,7 @@
 namespace splitcubes::deformation {
 namespace {
 
-// All nodes of a box of `count` nodes, all edges whole.
+// Returns all nodes of a box of `count` nodes, with no edge cut.
 NodeSet box_of(const Vec3i& count, double cell_size = 0.01) {
     NodeSet nodes;
     nodes.rest.cell_size = cell_size;
@@ -90,7 +90,7 @@ TEST(FreeForm, JacobianIsTheDerivative) {
     }
 }
 
-TEST(FreeForm, RefusesWhatIsNoLattice) {
+TEST(FreeForm, RefusesInvalidLattices) {
     FreeFormSettings settings = twisted({1, 1, 1});
     settings.keyframes[1].displacement.pop_back();
     EXPECT_THROW(check_free_form(settings), InputError);
@@ -121,8 +121,8 @@ TEST(MassSpring, KeepsItsMomentaAndItsEnergyInFreeFlight) {
 }
 
 TEST(MassSpring, HasTheModulusItIsGiven) {
-    // A long bar stretched by 1 % bears a force of E A 0.01; the sides of the lattice
-    // have the springs of half a cell too many.
+    // A long bar stretched by 1 % bears a force of E A 0.01; the springs on the sides of the lattice add half
+    // a cell.
     const Parallel parallel(2);
     const Vec3i count(16, 9, 9);
     NodeSet nodes = box_of(count);
@@ -136,12 +136,12 @@ TEST(MassSpring, HasTheModulusItIsGiven) {
     }
     MotionReport report;
     for (int k = 0; k < 40; ++k) report = body.advance(step_of(1.0 / 60, parallel, held, at));
-    // Of the energy of a uniform strain, 1/2 E 0.01^2 a volume.
+    // The energy density of a uniform strain is 1/2 E 0.01^2.
     const double volume = 0.15 * 0.09 * 0.09;
     EXPECT_NEAR(report.elastic_energy / (0.5 * 1e5 * 1e-4 * volume), 1, 0.12);
 }
 
-TEST(MassSpring, WhatIsCutApartFallsApart) {
+TEST(MassSpring, PartsSeparateWhereTheyAreCut) {
     const Parallel parallel(2);
     NodeSet nodes = box_of({6, 4, 4});
     MassSpring body(nodes, {});
@@ -151,7 +151,7 @@ TEST(MassSpring, WhatIsCutApartFallsApart) {
         if (edge.axis == 0 && nodes.place[edge.lower][0] == 3) cut.push_back(edge);
     ASSERT_EQ(cut.size(), 16U);
     body.edges_cut(cut);
-    // Sixteen along the edges; two diagonals on each of the 24 faces that were crossed.
+    // Sixteen along the edges; two diagonals on each of the 24 crossed faces.
     EXPECT_EQ(before - body.spring_count(), 16U + 48U);
     for (std::size_t n = 0; n < nodes.place.size(); ++n)
         body.velocities()[n] = Vec3(nodes.place[n][0] > 3 ? 1 : -1, 0, 0);
@@ -185,7 +185,7 @@ TEST(MassSpring, ARigidTurnGivesRotationsAsFramesDownToOneNode) {
     }
 }
 
-TEST(MassSpring, RefusesWhatIsNoMaterial) {
+TEST(MassSpring, RefusesInvalidMaterials) {
     EXPECT_THROW(MassSpring(box_of({2, 2, 2}), {.youngs_modulus = 0}), InputError);
     EXPECT_THROW(MassSpring(box_of({2, 2, 2}), {.mass_damping = -1}), InputError);
 }

@@ -1,5 +1,5 @@
-// A context without a window: it starts or says why not, two can live at once,
-// and programs and targets work in it.
+// A context without a window: it starts or says why not, two can coexist, and programs and targets work in
+// it.
 #include <gtest/gtest.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/gl/context.h>
@@ -62,7 +62,7 @@ TEST_F(GlTest, NamesWhatItFound) {
     EXPECT_NE(context->version().find(major), std::string::npos);
 }
 
-TEST(OpenglSummary, SaysOneLineWhateverTheMachine) {
+TEST(OpenglSummary, IsOneLineOnAnyMachine) {
     const std::string summary = gl::opengl_summary();
     EXPECT_FALSE(summary.empty());
     EXPECT_EQ(summary.find('\n'), std::string::npos);
@@ -70,7 +70,7 @@ TEST(OpenglSummary, SaysOneLineWhateverTheMachine) {
     EXPECT_EQ(summary.rfind("none", 0) == 0, !works);
 }
 
-TEST_F(GlTest, ProgramDrawsTheColorItIsTold) {
+TEST_F(GlTest, ProgramDrawsTheGivenColor) {
     EXPECT_EQ(drawn_color({1.0F, 0.2F, 0.0F, 1.0F}), (std::array<unsigned char, 4>{255, 51, 0, 255}));
     EXPECT_EQ(drawn_color({0.0F, 0.0F, 1.0F, 0.0F}), (std::array<unsigned char, 4>{0, 0, 255, 0}));
 }
@@ -84,7 +84,7 @@ TEST_F(GlTest, ContextsDoNotDisturbEachOther) {
         EXPECT_EQ(drawn_color({1.0F, 0.0F, 0.0F, 1.0F})[0], 255);
         second->make_current();
     }
-    // The other is gone, this one still draws; and so it does after a move.
+    // The other context is gone, this one still draws, also after a move.
     const gl::HeadlessContext moved = std::move(*context);
     moved.make_current();
     EXPECT_EQ(drawn_color({0.0F, 0.0F, 1.0F, 1.0F})[2], 255);
@@ -101,7 +101,7 @@ TEST_F(GlTest, BrokenShadersAreJobErrorsWithTheLog) {
         EXPECT_NE(what.find("no_such_name"), std::string::npos) << what;
         EXPECT_EQ(what.find('\n'), std::string::npos);
     }
-    // Both compile, but they disagree on what passes between them.
+    // Both shaders compile, but their interface does not match.
     EXPECT_THROW(gl::Program("unlinked",
                              "#version 330 core\nout vec2 passed; void main() { passed = vec2(gl_VertexID); "
                              "gl_Position = vec4(0.0); }",

@@ -1,4 +1,4 @@
-// What a mesh says about its surface survives resampling and cutting.
+// Attributes of a mesh's surface survive resampling and cutting.
 #include "laws/solids.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ struct Cut {
     std::size_t piece_count = 0;
 };
 
-/// The mesh on a grid of that cell size, cut by the sheets, with its attributes.
+/// Returns the mesh on a grid of that cell size, cut by the sheets, with its attributes.
 Cut cut_up(const TriangleMesh& mesh, const MeshAttributes& attributes, double cell,
            const std::vector<TriangleMesh>& sheets) {
     const Parallel parallel;
@@ -50,21 +50,21 @@ Cut cut_up(const TriangleMesh& mesh, const MeshAttributes& attributes, double ce
     return out;
 }
 
-/// The side of the cube from -0.5 to 0.5 by its outward normal: 2 * axis + (0 low, 1 high).
+/// Returns the side of the cube from -0.5 to 0.5 with this outward normal: 2 * axis + (0 low, 1 high).
 int side_of(const Vec3& normal) {
     int axis = 0;
     normal.cwiseAbs().maxCoeff(&axis);
     return 2 * axis + (normal[axis] > 0 ? 1 : 0);
 }
 
-/// Where a point of a side lies in the picture: each side has a tile of 3 x 2, with a margin.
-std::array<double, 2> picture_place(int side, const Vec3& p) {
+/// Returns texture coordinates of a point of a side: each side has one of 3 x 2 tiles, with a margin.
+std::array<double, 2> texture_position(int side, const Vec3& p) {
     const int axis = side / 2;
     const double u = std::clamp(p[(axis + 1) % 3], -0.5, 0.5), v = std::clamp(p[(axis + 2) % 3], -0.5, 0.5);
     return {(axis + 0.1 + 0.8 * (u + 0.5)) / 3, (side % 2 + 0.1 + 0.8 * (v + 0.5)) / 2};
 }
 
-/// The tile that a place in the picture is in, or -1 for the margins between them.
+/// Returns the tile that contains the texture coordinates, or -1 for the margins between tiles.
 int side_at(const Uv& uv) {
     const double u = 3 * static_cast<double>(uv[0]), v = 2 * static_cast<double>(uv[1]);
     const auto in_tile = [](double x) { return x - std::floor(x) > 0.0999 && x - std::floor(x) < 0.9001; };
@@ -79,8 +79,8 @@ MeshAttributes tiled(const TriangleMesh& cube) {
         const int side = side_of((cube.positions[t[1]] - a).cross(cube.positions[t[2]] - a));
         auto& uv = out.corner_uv.emplace_back();
         for (std::size_t k = 0; k < 3; ++k) {
-            const auto place = picture_place(side, cube.positions[t[k]]);
-            uv[k] = {static_cast<float>(place[0]), static_cast<float>(place[1])};
+            const auto position = texture_position(side, cube.positions[t[k]]);
+            uv[k] = {static_cast<float>(position[0]), static_cast<float>(position[1])};
         }
         out.triangle_material.push_back(side % 2);
     }
@@ -121,10 +121,10 @@ TEST(Attributes, NoTriangleOfACutCubeSpansASeam) {
             for (std::size_t k = 0; k < 3; ++k) {
                 ASSERT_EQ(side_at(uv[k]), side);
                 const Vec3& p = s.rest[s.mesh.triangles[t][k]];
-                const auto wanted = picture_place(side, p);
+                const auto wanted = texture_position(side, p);
                 EXPECT_NEAR(uv[k][0], wanted[0], 1e-5);
                 EXPECT_NEAR(uv[k][1], wanted[1], 1e-5);
-                // A corner beyond its side's edge is no further away than a cell.
+                // A corner beyond its side's edge is at most a cell away.
                 const double height = (side % 2 ? 1 : -1) * p[side / 2];
                 EXPECT_NEAR(height, 0.5, cell);
             }
@@ -157,7 +157,7 @@ TEST(Attributes, ColoursOfABallFollowItsCells) {
                 ++count;
             }
         }
-        // The colours change by less than 1 a metre.
+        // The colours change by less than 1 per metre.
         EXPECT_LT(worst, 0.2 * cell);
         const double mean = sum / static_cast<double>(count);
         EXPECT_LT(mean, 0.5 * before);
@@ -189,7 +189,7 @@ TEST(Attributes, AWallTwoCellsThickKeepsBothItsColours) {
             const Vec3 normal = (s.rest[tri[1]] - a).cross(s.rest[tri[2]] - a);
             const double facing = normal.normalized().dot(up);
             if (std::abs(facing) < 0.8) continue;
-            // Not around the rim, where which side is the nearest is a matter of taste.
+            // Not around the rim, where the nearest side is ambiguous.
             const Vec3 own = turn.conjugate() * a;
             if (std::max(std::abs(own[0]), std::abs(own[1])) > 0.5 - 2 * cell) continue;
             ++checked;
@@ -215,7 +215,7 @@ TEST(Attributes, ACutTexturedSolidIsValidInEveryFormatAndComesBack) {
                 geometry::check_mesh(split ? geometry::weld_equal_vertices(again.mesh) : again.mesh).valid())
                 << file;
             EXPECT_EQ(again.attributes.materials, piece.attributes.materials);
-            // By area, as formats order triangles by material.
+            // Compares sums by area, because formats order triangles by material.
             std::array<std::array<double, 2>, 2> sums{};
             const auto add = [](std::array<double, 2>& sum, const TriangleMesh& mesh,
                                 const MeshAttributes& a) {
@@ -256,7 +256,8 @@ TEST(Attributes, CutTwiceThroughAFileTheFirstCutKeepsItsMaterial) {
             (s.rest[s.mesh.triangles[t][1]] - a).cross(s.rest[s.mesh.triangles[t][2]] - a).norm() / 2;
         (s.triangle_origin[t] == Origin::cut ? new_cut : old_cut) += area;
     }
-    // The sheet's plane has normal (1, 0.3, 0.2): the area within the cube is that over its largest part.
+    // The sheet's plane has normal (1, 0.3, 0.2): its area within the cube is the norm over the largest
+    // component.
     EXPECT_NEAR(old_cut, Vec3(1, 0.3, 0.2).norm(), 0.05);
     EXPECT_NEAR(new_cut, 2 * 0.55, 0.2);
 }

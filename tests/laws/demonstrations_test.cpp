@@ -1,4 +1,4 @@
-// The demonstrations of cutting, breaking and pulling show what they say.
+// Demonstrations of cutting, breaking and pulling.
 #include "laws/worlds.h"
 
 #include <gtest/gtest.h>
@@ -18,12 +18,12 @@
 namespace splitcubes::laws {
 namespace {
 
-// A scene that is stepped to its end; what its tools felt is summed up on the way.
+// A scene stepped to its end, with sums of its tools' forces.
 class Showing {
   public:
     using Watch = std::function<void(const body::World&, const body::StepReport&)>;
 
-    /// until: where it is true the scene ends.
+    /// until: the scene ends when it returns true.
     Showing(const std::string& name, const std::vector<std::string>& overrides, const Watch& watch = {},
             const std::function<bool(const body::World&)>& until = {}) {
         const scene::SceneDescription description =
@@ -43,35 +43,36 @@ class Showing {
         check();
     }
 
-    struct Felt {
-        double area = 0;    // m^2
-        double before = 0;  // N, the most that it felt before its first cut
-        double most = 0;    // N
-        double work = 0;    // J, that its motion did against what it felt
+    struct ToolRecord {
+        double area = 0;        // m^2, cut
+        double max_before = 0;  // N, maximum before its first cut
+        double max_force = 0;   // N, maximum from its first cut on
+        double work = 0;        // J, of its motion against the force
     };
 
     std::unique_ptr<body::World> world;
     body::StepReport last;
     double mass = 0;       // kg, at time 0
     double top_speed = 0;  // m/s, of all steps
-    std::vector<Felt> tools;
+    std::vector<ToolRecord> tools;
 
   private:
     void add_tools(double begin) {
         const double dt = world->settings().time_step;
         for (std::size_t t = 0; t < tools.size(); ++t) {
             const body::ToolForce& force = last.tools[t];
-            Felt& felt = tools[t];
-            felt.area += force.area;
-            (felt.area > 0 ? felt.most : felt.before) =
-                std::max(felt.area > 0 ? felt.most : felt.before, force.force.norm());
+            ToolRecord& record = tools[t];
+            record.area += force.area;
+            (record.area > 0 ? record.max_force : record.max_before) =
+                std::max(record.area > 0 ? record.max_force : record.max_before, force.force.norm());
             if (begin < dt) continue;
-            // A mark appears one step after the blade has passed.
+            // The force belongs to the path of the step before, as a cut appears one step after the blade has
+            // passed.
             const Isometry then = world->tools()[t].blade.frame(begin - dt);
             const Isometry now = world->tools()[t].blade.frame(begin);
             const Eigen::AngleAxisd turn(Quat(now.linear() * then.linear().transpose()));
-            const Vec3 way = now.translation() - then.translation();
-            felt.work -= force.force.dot(way) + force.torque.dot(turn.angle() * turn.axis());
+            const Vec3 displacement = now.translation() - then.translation();
+            record.work -= force.force.dot(displacement) + force.torque.dot(turn.angle() * turn.axis());
         }
     }
 
@@ -83,7 +84,7 @@ class Showing {
     }
 };
 
-// Heaviest first.
+// Returns the pieces, heaviest first.
 std::vector<meshless::Momenta> pieces_of(const body::Body& body) {
     std::vector<meshless::Momenta> out;
     meshless::piece_momenta(body.phyxels(), static_cast<int>(body.pieces().count()), out);
@@ -95,7 +96,7 @@ double triangle_area(const std::vector<Vec3>& p, const geometry::Triangle& t) {
     return 0.5 * (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]).norm();
 }
 
-// Of the faces of all cuts together, m^2; a cut has two.
+// Returns the area of the faces of all cuts together, m^2; a cut has two.
 double cut_area(const body::World& world) {
     const geometry::SurfaceMesh surface = world.surface_mesh();
     double sum = 0;
@@ -105,14 +106,14 @@ double cut_area(const body::World& world) {
     return sum;
 }
 
-std::vector<Vec3> cut_places(const body::Body& body) {
+std::vector<Vec3> cut_positions(const body::Body& body) {
     std::vector<Vec3> out;
     for (const splitting::Crossing& c : body.grid().crossings())
         if (c.origin == splitting::Origin::cut) out.push_back(body.grid().crossing_position(c));
     return out;
 }
 
-// Share of a body's inside nodes that lie beyond a plane at rest.
+// Returns the share of a body's inside nodes that are beyond a plane at rest.
 double share_beyond(const body::Body& body, const Vec3& point, const Vec3& normal) {
     const splitting::NodeGrid& grid = body.grid();
     const Vec3i count = grid.rest().node_count;
@@ -132,16 +133,16 @@ TEST(Scenes, ScissorsTakeThePearsTopOff) {
     const body::Body& pear = *run.world->bodies()[0];
     ASSERT_EQ(run.last.pieces, 2U);
     const std::vector<meshless::Momenta> parts = pieces_of(pear);
-    // Both blades stay in the plane through their pivot that their axis is the normal of.
+    // Both blades stay in the plane through their pivot with their axis as normal.
     EXPECT_NEAR(parts[1].mass / run.mass, share_beyond(pear, {-0.1, 0, 0.14}, {0, 0.35, 1}), 0.006);
     EXPECT_LT(parts[1].centre[1], parts[0].centre[1] - 0.06) << "the top lies beside the pear";
     EXPECT_LT(parts[1].centre[2], 0.05);
     EXPECT_NEAR(parts[0].centre.head<2>().norm(), 0, 0.02) << "the pear stands";
     EXPECT_LT(run.last.top_speed, 0.02);
     EXPECT_LT(run.top_speed, 3);
-    for (const Showing::Felt& blade : run.tools) {
-        EXPECT_EQ(blade.before, 0);
-        EXPECT_GT(blade.most, 0.5);
+    for (const Showing::ToolRecord& blade : run.tools) {
+        EXPECT_EQ(blade.max_before, 0);
+        EXPECT_GT(blade.max_force, 0.5);
         EXPECT_GT(blade.area, 0.3 * (run.tools[0].area + run.tools[1].area)) << "each cuts its share";
     }
 }
@@ -152,7 +153,7 @@ TEST(Scenes, RevolvingBladesCutAConeThatDropsOut) {
     const std::vector<meshless::Momenta> parts = pieces_of(*run.world->bodies()[0]);
     ASSERT_GE(parts.size(), 2U);
     EXPECT_GT(parts[0].mass + parts[1].mass, 0.999 * run.mass);
-    // Where the blades meet the block's faces, of 20 x 20 x 8 cm.
+    // Radii at which the blades meet the block's faces; the block is 20 x 20 x 8 cm.
     const double top = 0.039, bottom = 0.059, height = 0.08;
     const double volume = std::numbers::pi * height / 3 * (top * top + top * bottom + bottom * bottom);
     EXPECT_NEAR(parts[1].mass / run.mass, volume / (0.2 * 0.2 * height), 0.008);
@@ -161,28 +162,28 @@ TEST(Scenes, RevolvingBladesCutAConeThatDropsOut) {
     EXPECT_LT(run.top_speed, 3);
     const double mantle = std::numbers::pi * (top + bottom) * std::hypot(height, bottom - top);
     EXPECT_NEAR(run.tools[0].area, mantle, 0.06 * mantle);
-    EXPECT_EQ(run.tools[0].before, 0);
-    // Two blades opposite each other: what they feel is a torque, 150 J/m^2 on their way.
+    EXPECT_EQ(run.tools[0].max_before, 0);
+    // Two opposite blades: their reaction is a torque, which takes 150 J/m^2.
     EXPECT_NEAR(run.tools[0].work, 150 * run.tools[0].area, 0.02 * 150 * run.tools[0].area);
 }
 
 TEST(Scenes, TheScalpelOpensTheLiverAndLeavesItWhole) {
-    double most_pull = 0;
+    double max_force = 0;
     const Showing run("liver_scalpel.json", {},
-                      [&most_pull](const body::World&, const body::StepReport& report) {
-                          for (const Vec3& pull : report.handle_forces)
-                              most_pull = std::max(most_pull, pull.norm());
+                      [&max_force](const body::World&, const body::StepReport& report) {
+                          for (const Vec3& force : report.handle_forces)
+                              max_force = std::max(max_force, force.norm());
                       });
     EXPECT_EQ(run.last.pieces, 1U);
-    // As many as the journal version's demonstration has.
+    // The numbers are those of the journal version's demonstration.
     EXPECT_NEAR(static_cast<double>(run.last.phyxels), 566, 0.02 * 566);
     EXPECT_NEAR(static_cast<double>(run.last.surface_cells), 1177, 0.02 * 1177);
-    EXPECT_GT(most_pull, 1);
-    EXPECT_LE(most_pull, 3.0001) << "the handles' limit";
-    EXPECT_EQ(run.tools[0].before, 0);
-    EXPECT_GT(run.tools[0].most, 0.5);
+    EXPECT_GT(max_force, 1);
+    EXPECT_LE(max_force, 3.0001) << "the handles' limit";
+    EXPECT_EQ(run.tools[0].max_before, 0);
+    EXPECT_GT(run.tools[0].max_force, 0.5);
     EXPECT_NEAR(cut_area(*run.world), 2 * run.tools[0].area, 0.25 * run.tools[0].area);
-    // The incision gapes half way along it; at rest it is thin.
+    // The incision is open half way along it; at rest it is thin.
     double low = 1, high = -1, rest_low = 1, rest_high = -1;
     const geometry::SurfaceMesh surface = run.world->surface_mesh();
     for (std::size_t t = 0; t < surface.mesh.triangles.size(); ++t) {
@@ -206,17 +207,17 @@ TEST(Scenes, ThePlateWithAReliefPartsAlongTheCurve) {
     ASSERT_GE(parts.size(), 2U);
     EXPECT_GT(parts[0].mass + parts[1].mass, 0.998 * run.mass);
     EXPECT_GT(parts[1].mass, 0.25 * run.mass);
-    // The blade's arc; the end that sticks out of the table sags while it is cut.
-    for (const Vec3& at : cut_places(plate)) EXPECT_NEAR(std::hypot(at[0] + 0.06, at[1]), 0.1, 0.003);
+    // The blade's arc; the end that extends beyond the table sags while it is cut.
+    for (const Vec3& at : cut_positions(plate)) EXPECT_NEAR(std::hypot(at[0] + 0.06, at[1]), 0.1, 0.003);
     EXPECT_LT(parts[1].centre[2], parts[0].centre[2] - 0.02) << "what is cut off drops";
-    // Straight down: 300 J/m^2 on the way; the blade's sides have no friction.
-    const Showing::Felt& gouge = run.tools[0];
-    EXPECT_EQ(gouge.before, 0);
+    // Straight down: 300 J/m^2; the blade's sides have no friction.
+    const Showing::ToolRecord& gouge = run.tools[0];
+    EXPECT_EQ(gouge.max_before, 0);
     EXPECT_NEAR(gouge.work, 300 * gouge.area, 1e-6 * 300 * gouge.area);
     EXPECT_NEAR(cut_area(*run.world), 2 * gouge.area, 0.2 * gouge.area);
 }
 
-// Kinetic, elastic and of height, J.
+// Returns kinetic, elastic and gravitational energy, J.
 double energy_of(const body::World& world, const body::StepReport& report) {
     double height = 0;
     for (const auto& body : world.bodies()) {
@@ -231,13 +232,13 @@ const std::vector<std::string> coarse_plate = {"bodies[0].cells=40", "bodies[1].
 TEST(Scenes, AFallingBallBreaksThePlate) {
     std::vector<std::string> overrides = coarse_plate;
     overrides.push_back("frames=160");
-    double first = 0, most = 0;
+    double first = 0, highest = 0;
     std::size_t torn_before_contact = 0;
     const Showing run("plate_and_ball.json", overrides,
                       [&](const body::World& world, const body::StepReport& report) {
                           const double energy = energy_of(world, report);
                           if (first == 0) first = energy;
-                          most = std::max(most, energy);
+                          highest = std::max(highest, energy);
                           // The ball's lowest point has 1.5 cm to fall at 2.5 m/s and more.
                           if (report.time < 0.02) torn_before_contact += report.torn_edges;
                       });
@@ -248,14 +249,14 @@ TEST(Scenes, AFallingBallBreaksThePlate) {
     EXPECT_GT(parts[1].mass, 0.3 * plate) << "it breaks across";
     EXPECT_GT(parts[0].mass + parts[1].mass, 0.95 * plate);
     EXPECT_EQ(run.world->bodies()[1]->pieces().count(), 1U);
-    // On the whole plate it would lie at 0.2.
+    // On the intact plate it would lie at 0.2.
     EXPECT_LT(meshless::total_momenta(run.world->bodies()[1]->phyxels()).centre[2], 0.18)
         << "the ball sinks between the halves";
-    EXPECT_LT(most, first + 0.01 * 2.8) << "of 2.8 J that the ball brings";
+    EXPECT_LT(highest, first + 0.01 * 2.8) << "of 2.8 J that the ball brings";
 }
 
 TEST(Scenes, FasterBallsBreakThePlateAsWell) {
-    // Which cracks there are is chaotic, and for how long splinters hold the ball up; that one goes through
+    // The crack pattern is chaotic, and so is how long splinters hold the ball up; that a crack goes through
     // is not.
     const auto is_broken = [](const body::World& world) {
         const std::vector<meshless::Momenta> parts = pieces_of(*world.bodies()[0]);
@@ -271,19 +272,19 @@ TEST(Scenes, FasterBallsBreakThePlateAsWell) {
 }
 
 TEST(Scenes, ABallThatStaysOnTheBrokenPlatePressesItNoHarder) {
-    // Splinters stay jammed between the lips of its cracks, or under a faster ball all of it does. Where
-    // contacts undo their overlaps at nobody's cost, where those that no solve has settled are kept pulling,
-    // or where what was pushed out too far is not let back, it gains a tenth of a joule to more than one, and
-    // keeps it. The strain of phyxels whose neighbours are torn off may be more for a step or two.
+    // Splinters stay jammed between the crack faces, or a faster ball stays jammed as a whole. The energy
+    // grows by a tenth of a joule to more than one, and stays, if contacts correct their overlaps without an
+    // energy budget, if contacts that no solve has settled keep their forces, or if an excessive correction
+    // is not taken back. The strain of phyxels whose neighbours are torn off may be larger for a step or two.
     struct Fall {
         const char* velocity;
-        double energy;  // J, that the ball brings
+        double energy;  // J, brought by the ball
     };
     for (const Fall& fall : {Fall{"[0, 0, -2]", 1.8}, Fall{"[0, 0, -3.5]", 5.5}, Fall{"[0, 0, -4]", 7.2}}) {
         std::vector<std::string> overrides = coarse_plate;
         overrides.push_back("frames=120");
         overrides.push_back(std::string("bodies[1].velocity=") + fall.velocity);
-        double lowest = 1e300, most = 0, top = 0;
+        double lowest = 1e300, max_kept = 0, top = 0;
         std::array<double, 3> last{};  // J, of the last steps
         std::size_t steps = 0;
         const Showing run("plate_and_ball.json", overrides,
@@ -292,11 +293,11 @@ TEST(Scenes, ABallThatStaysOnTheBrokenPlatePressesItNoHarder) {
                               const double kept = *std::min_element(last.begin(), last.end());
                               if (steps < last.size()) return;
                               lowest = std::min(lowest, kept);
-                              most = std::max(most, kept - lowest);
+                              max_kept = std::max(max_kept, kept - lowest);
                               top = std::max(top, last[(steps - 1) % last.size()] - lowest);
                           });
         EXPECT_GT(run.world->bodies()[0]->pieces().count(), 1U);
-        EXPECT_LT(most, 0.02 * fall.energy) << "of " << fall.energy << " J that the ball brings";
+        EXPECT_LT(max_kept, 0.02 * fall.energy) << "of " << fall.energy << " J that the ball brings";
         EXPECT_LT(top, 0.25 * fall.energy) << "for a step";
     }
 }
@@ -330,8 +331,8 @@ TEST(Scenes, SantaLosesAnArmByTearingAndTheTopOfHisHatByTheWire) {
         EXPECT_GT(parts[static_cast<std::size_t>(part)].mass, 0.015 * run.mass);
         EXPECT_LT(parts[static_cast<std::size_t>(part)].centre[2], 0.1) << "they lie on the ground";
     }
-    // The scar of the arm is where he is weak, beside the shoulder; the other cut is the hat's.
-    for (const Vec3& at : cut_places(*run.world->bodies()[0])) {
+    // The arm's scar is where the material is weak, beside the shoulder; the other cut is the hat's.
+    for (const Vec3& at : cut_positions(*run.world->bodies()[0])) {
         const double below_wire = 0.335 - at[2] - std::tan(38 * std::numbers::pi / 180) * at[0];
         EXPECT_TRUE((at[0] > 0.05 && at[0] < 0.13 && at[2] < 0.22) || std::abs(below_wire) < 0.01)
             << at.transpose();
@@ -339,16 +340,16 @@ TEST(Scenes, SantaLosesAnArmByTearingAndTheTopOfHisHatByTheWire) {
 }
 
 TEST(Scenes, AHandleLiftsWhatItsForceBears) {
-    double most_pull = 0;
+    double max_force = 0;
     const Showing run("handles_lift.json", {"bodies[0].phyxel_count=80", "bodies[1].phyxel_count=80"},
-                      [&most_pull](const body::World&, const body::StepReport& report) {
-                          for (const Vec3& pull : report.handle_forces)
-                              most_pull = std::max(most_pull, pull.norm());
+                      [&max_force](const body::World&, const body::StepReport& report) {
+                          for (const Vec3& force : report.handle_forces)
+                              max_force = std::max(max_force, force.norm());
                       });
     const double light = pieces_of(*run.world->bodies()[0])[0].centre[2];
     const double heavy = pieces_of(*run.world->bodies()[1])[0].centre[2];
-    EXPECT_LE(most_pull, 12.00001);
-    // It hangs by springs of 500 N/m from a point that went up by 10 cm.
+    EXPECT_LE(max_force, 12.00001);
+    // It hangs by springs of 500 N/m from a point that rose by 10 cm.
     const double weight = 0.5 * 9.81;
     EXPECT_NEAR(light, 0.05 + 0.1 - weight / 500, 0.004);
     EXPECT_NEAR(run.last.handle_forces[0][2], weight, 0.1 * weight);

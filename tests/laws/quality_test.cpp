@@ -1,5 +1,5 @@
-// How good surfaces are: the figures of docs/algorithms/splitting-cubes.md, "Accuracy",
-// held to about twice what was measured. `splitcubes bench surface` prints them.
+// Accuracy of surfaces: the figures of docs/algorithms/splitting-cubes.md, "Accuracy", with bounds of about
+// twice the measured values. `splitcubes bench surface` prints them.
 #include "accuracy.h"
 
 #include <gtest/gtest.h>
@@ -57,17 +57,17 @@ TEST(Quality, TiltedBoxesKeepTheirFacesEdgesAndCorners) {
     EXPECT_LT(row.normals.area_share(), 7e-4);                            // 3.4e-4
 }
 
-// What a plane through a solid may do, in cells; about twice what it was seen to do.
+// Bounds for a plane through a solid, in cells; about twice the measured values.
 struct CutBounds {
     const char* shape;
-    double radius, skin_rms, rim_rms, rim_max, volume_change, folds, folded_area;
+    double radius, boundary_rms, rim_rms, rim_max, volume_change, folds, folded_area;
 };
 
 class Cuts : public testing::TestWithParam<CutBounds> {};
 
 INSTANTIATE_TEST_SUITE_P(
     Quality, Cuts,
-    // Measured: skin rms, rim rms and max, volume change, share of opposing triangles and of their area
+    // Measured: boundary rms, rim rms and max, volume change, share of opposing triangles and of their area.
     testing::Values(
         CutBounds{"sphere", 5.3, 0.027, 0.035, 0.7, 5e-4, 0.031,
                   0.023},  // .0133 .0176 .35 2.5e-4 .0155 .0114
@@ -82,18 +82,18 @@ INSTANTIATE_TEST_SUITE_P(
         return bounds.param.shape + std::to_string(static_cast<int>(bounds.param.radius));
     });
 
-TEST_P(Cuts, LeaveTheSkinWhereItWasAndFollowThePlane) {
+TEST_P(Cuts, LeaveTheBoundaryUnchangedAndFollowThePlane) {
     const CutBounds& bounds = GetParam();
     const app::CutRow row = app::measure_cuts(bounds.shape, bounds.radius, 20, Parallel(1));
     ASSERT_GT(row.rim.count, 1000U);
     ASSERT_GT(row.face_normals.triangles, 1000U);
-    EXPECT_LT(row.skin.rms(), bounds.skin_rms);
+    EXPECT_LT(row.skin.rms(), bounds.boundary_rms);
     EXPECT_LT(row.rim.rms(), bounds.rim_rms);
     EXPECT_LT(row.rim.max, bounds.rim_max);
     EXPECT_LT(row.largest_volume_change, bounds.volume_change);
     EXPECT_LT(row.normals.share(), bounds.folds);
     EXPECT_LT(row.normals.area_share(), bounds.folded_area);
-    // Away from the skin the cut is the plane, but for vertices that were moved off a node.
+    // Away from the boundary the cut is the plane, except for vertices that were moved off a node.
     EXPECT_LE(row.face.max, 0.02 + 1e-6);
     EXPECT_LT(row.face.rms(), 0.002);  // 0.0009
     EXPECT_EQ(row.face_normals.opposing, 0U);

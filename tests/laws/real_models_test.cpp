@@ -1,4 +1,4 @@
-// What holds of made-up solids holds of real models, where they are at hand.
+// Properties that hold for synthetic solids hold for real models, if these are available.
 #include "laws/solids.h"
 #include "laws/worlds.h"
 
@@ -58,7 +58,7 @@ TEST_P(RealModels, HaveAValidSurfaceAtAnyResolution) {
         if (!closed) continue;
         const double error = std::abs(out.mesh.volume() / mesh->volume() - 1);
         EXPECT_LT(error, cells == 128 ? 0.02 : 0.1);
-        // Nothing lies far off the model: a corner at most a cell beside its cell.
+        // No vertex is far from the model: a corner is at most a cell beside its cell.
         const geometry::Box box = mesh->bounds().grown(2 * rest.cell_size);
         for (const Vec3& p : out.mesh.positions) ASSERT_TRUE(box.contains(p));
     }
@@ -96,13 +96,13 @@ TEST_P(RealModels, FallApartUnderAPlane) {
     }
 }
 
-TEST(RealModelsInMotion, SpotIsPartedByOneBlade) {
+TEST(RealModelsInMotion, OneBladeCutsSpotInTwo) {
     const std::optional<TriangleMesh> spot = model("spot");
     if (!spot) GTEST_SKIP() << "spot is not at hand";
     body::WorldSettings settings;
     const geometry::Box box = spot->bounds();
     const Vec3 size = box.size();
-    // The model stands along y; its body lies along z.
+    // The model's height is along y, its length along z.
     settings.gravity = Vec3(0, -9.81, 0);
     settings.ground = meshless::GroundPlane{Vec3::UnitY(), box.min[1] - 0.02, 0.5};
     settings.validate_each_step = false;
@@ -126,7 +126,7 @@ TEST(RealModelsInMotion, SpotIsPartedByOneBlade) {
         if (frame % 10 != 9) continue;
         ASSERT_EQ(body.validate(), nothing_wrong) << "frame " << frame;
     }
-    // Two halves; ears, horns or feet that the blade met may have come off besides.
+    // Two halves; the blade may also have cut off parts of ears, horns or feet.
     std::vector<double> shares = piece_shares(body);
     std::sort(shares.rbegin(), shares.rend());
     ASSERT_GE(shares.size(), 2U);

@@ -1,4 +1,4 @@
-// The scenes that come with the program do what they say.
+// The supplied scenes show what they describe.
 #include "laws/worlds.h"
 
 #include <gtest/gtest.h>
@@ -60,7 +60,7 @@ TEST(Scenes, ThePearStandsThenItsHalvesComeToRest) {
 TEST(Scenes, TheCylinderDropsOutOfTheBlock) {
     const Outcome out = run("cylinder_from_block.json", {});
     const body::Body& body = *out.world->bodies()[0];
-    // The wire goes over its beginning once more and may take off a crumb there.
+    // The wire passes its start a second time and may cut off a tiny piece there.
     std::vector<meshless::Momenta> pieces;
     meshless::piece_momenta(body.phyxels(), static_cast<int>(body.pieces().count()), pieces);
     std::sort(pieces.begin(), pieces.end(),
@@ -72,7 +72,7 @@ TEST(Scenes, TheCylinderDropsOutOfTheBlock) {
     EXPECT_NEAR(core.mass / out.last.mass, 0.2827, 0.01);
     EXPECT_LT(core.centre[2], block.centre[2] - 0.1);
     EXPECT_NEAR(block.centre[2], 0.25, 0.01) << "the block is held";
-    // From 20 cm above the ground nothing falls faster than 2 m/s.
+    // A fall of 20 cm to the ground reaches 2 m/s.
     EXPECT_LT(out.top_speed, 5);
 }
 
@@ -98,7 +98,7 @@ TEST(Scenes, TheBarBentPastItsYieldKeepsItsBendTheOtherSpringsBack) {
     // The end was 12 and 1.2 cm down; the bar is 5 cm thick.
     EXPECT_LT(lowest_of(past), -0.025 - 0.07);
     EXPECT_GT(lowest_of(past), -0.025 - 0.121);
-    // Mass damping leaves exp(-2 * 1.3) of 1.2 cm in the 1.3 s since it was let go.
+    // Mass damping leaves exp(-2 * 1.3) of 1.2 cm in the 1.3 s since its release.
     EXPECT_NEAR(lowest_of(below), -0.025, 9e-4);
 }
 

@@ -1,4 +1,4 @@
-// Meshes turned, moved, scaled and put together, for tests of any module.
+// Rotated, moved, scaled and joined meshes, for tests of all modules.
 #pragma once
 
 #include <splitcubes/core/random.h>
@@ -11,7 +11,7 @@
 
 namespace splitcubes::laws {
 
-/// Uniform over the sphere.
+/// Returns a direction uniform on the sphere.
 inline Vec3 random_direction(Random& random) {
     const double z = random.uniform(-1, 1);
     const double angle = random.uniform(0, 2 * std::numbers::pi);
@@ -45,7 +45,7 @@ inline geometry::TriangleMesh scaled(geometry::TriangleMesh mesh, double factor)
     return mesh;
 }
 
-/// The same surface seen from its other side.
+/// Returns the surface with reversed orientation.
 inline geometry::TriangleMesh reversed(geometry::TriangleMesh mesh) {
     for (geometry::Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
     return mesh;
@@ -56,7 +56,7 @@ inline geometry::TriangleMesh joined(geometry::TriangleMesh mesh, const geometry
     return mesh;
 }
 
-/// A box between two corners; every vertex where it is said, to the last bit.
+/// Returns a box between two corners; its vertices are exact to the last bit.
 inline geometry::TriangleMesh box_between(const Vec3& low, const Vec3& high) {
     geometry::TriangleMesh mesh;
     for (int c = 0; c < 8; ++c)
@@ -67,7 +67,7 @@ inline geometry::TriangleMesh box_between(const Vec3& low, const Vec3& high) {
     return mesh;
 }
 
-/// Six vertices on the axes through `center`.
+/// Returns an octahedron with vertices on the axes through `center`.
 inline geometry::TriangleMesh octahedron(const Vec3& center, double radius) {
     geometry::TriangleMesh mesh;
     for (int axis = 0; axis < 3; ++axis)
@@ -82,7 +82,8 @@ inline geometry::TriangleMesh octahedron(const Vec3& center, double radius) {
     return mesh;
 }
 
-/// Turned outward whatever the order of its corners; no volume where they lie in a plane.
+/// Returns a tetrahedron oriented outwards for any order of its corners; its volume is zero if they are
+/// coplanar.
 inline geometry::TriangleMesh tetrahedron(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
     geometry::TriangleMesh mesh;
     mesh.positions = {a, b, c, d};

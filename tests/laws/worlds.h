@@ -1,4 +1,4 @@
-// Small worlds to state laws about.
+// Small worlds for property tests.
 #pragma once
 
 #include <splitcubes/body/world.h>
@@ -14,7 +14,7 @@ inline std::shared_ptr<const Parallel> threads(int count) {
     return std::make_shared<const Parallel>(count);
 }
 
-/// Nothing but what a test adds; every step is checked from nothing.
+/// Returns the settings of an empty world without gravity; every step is validated.
 inline body::WorldSettings free_space(double time_step = 1.0 / 60) {
     body::WorldSettings settings;
     settings.time_step = time_step;
@@ -32,7 +32,7 @@ inline body::BodySettings soft(double cell_size, int phyxel_count) {
     return settings;
 }
 
-/// Holds the material on the side of the plane that the normal points to.
+/// Makes the material on the side of the plane that the normal points to kinematic.
 inline body::HoldConstraint hold_beyond(const Vec3& point, const Vec3& normal) {
     body::HoldConstraint hold;
     hold.region = [point, normal](const Vec3& rest) { return normal.dot(rest - point) >= 0; };
@@ -40,8 +40,8 @@ inline body::HoldConstraint hold_beyond(const Vec3& point, const Vec3& normal) {
     return hold;
 }
 
-/// A straight edge from `low` to `high` that goes along a straight line at a
-/// constant rate; both are cut into `subdivisions` parts.
+/// Returns a straight edge from `low` to `high` that moves along a straight line at a constant rate; both are
+/// divided into `subdivisions` parts.
 inline cutting::Blade moving_blade(const Vec3& low, const Vec3& high, const Vec3& begin, const Vec3& end,
                                    double t0, double t1, int subdivisions = 1) {
     cutting::BladeShape shape;
@@ -56,7 +56,7 @@ inline cutting::Blade moving_blade(const Vec3& low, const Vec3& high, const Vec3
     return cutting::Blade("blade", std::move(shape), std::move(path));
 }
 
-/// Share of a body's nodes that each piece has.
+/// Returns the share of a body's nodes in each piece.
 inline std::vector<double> piece_shares(const body::Body& body) {
     std::vector<double> out;
     double total = 0;

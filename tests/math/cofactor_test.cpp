@@ -10,7 +10,7 @@ namespace {
 using namespace splitcubes;
 using fixtures::random_matrix;
 
-// cof(F)^T F = det F, which for a singular matrix is zero.
+// cof(F)^T F = det(F) I, which is zero for a singular matrix.
 TEST(CofactorOf, TransposedTimesTheMatrixIsTheDeterminant) {
     Random random(1);
     for (int trial = 0; trial < 200; ++trial) {
@@ -21,7 +21,7 @@ TEST(CofactorOf, TransposedTimesTheMatrixIsTheDeterminant) {
     }
 }
 
-// Nanson: the image of the area that two vectors span.
+// Nanson's formula: the image of the area spanned by two vectors.
 TEST(CofactorOf, TakesAreasToTheirImages) {
     Random random(2);
     for (int trial = 0; trial < 200; ++trial) {

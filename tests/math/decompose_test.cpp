@@ -18,7 +18,7 @@ Mat3 random_rotation(Random& random) {
     return Eigen::AngleAxisd(random.uniform(0, std::numbers::pi), axis.normalized()).toRotationMatrix();
 }
 
-// The slow truth: singular values by Eigen, the smallest takes the sign.
+// Slow reference: singular values by Eigen; the smallest one takes the sign.
 Mat3 rotation_by_svd(const Mat3& F) {
     const Eigen::JacobiSVD<Mat3> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
     const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant();
@@ -44,7 +44,7 @@ TEST(EigenSymmetric, RebuildsTheMatrix) {
     }
 }
 
-// Values of all spreads, some equal, in random frames.
+// Eigenvalues of all magnitudes, some equal, in random frames.
 Mat3 random_symmetric(Random& random, Vec3& values) {
     for (int k = 0; k < 3; ++k) values[k] = random.uniform(-1, 1) * std::pow(10.0, random.uniform(-8, 0));
     if (random.uniform(0, 1) < 0.3) values[1] = values[0];
@@ -70,7 +70,7 @@ TEST(EigenSymmetric, ValuesAreBelowALimitOrNot) {
     EXPECT_FALSE(has_values_below(broken, 2));
 }
 
-TEST(EigenSymmetric, TheBoundIsAboveTheGreatestValueByLittle) {
+TEST(EigenSymmetric, TheBoundIsSlightlyAboveTheLargestValue) {
     Random random(12);
     for (int trial = 0; trial < 5000; ++trial) {
         Vec3 values;

@@ -1,4 +1,4 @@
-// Matrices for tests.
+// Random matrices for tests.
 #pragma once
 
 #include <splitcubes/core/random.h>
@@ -6,7 +6,7 @@
 
 namespace splitcubes::fixtures {
 
-/// Entries even in [-1, 1].
+/// Returns a matrix with entries uniform in [-1, 1].
 inline Mat3 random_matrix(Random& random) {
     Mat3 matrix;
     for (int k = 0; k < 9; ++k) matrix(k) = random.uniform(-1, 1);

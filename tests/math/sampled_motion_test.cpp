@@ -10,7 +10,7 @@
 namespace splitcubes {
 namespace {
 
-Isometry place(const Vec3& position, double angle) {
+Isometry make_frame(const Vec3& position, double angle) {
     Isometry out = Isometry::Identity();
     out.translation() = position;
     out.linear() = Eigen::AngleAxisd(angle, Vec3(1, 2, 2) / 3).toRotationMatrix();
@@ -20,28 +20,28 @@ Isometry place(const Vec3& position, double angle) {
 TEST(SampledMotion, IsItsSamplesToTheLastBit) {
     SampledMotion motion;
     for (int k = 0; k < 50; ++k)
-        motion.add(k / 60.0, place(Vec3(std::sin(k), k * 0.1, 1.0 / (k + 1)), 0.3 * k));
+        motion.add(k / 60.0, make_frame(Vec3(std::sin(k), k * 0.1, 1.0 / (k + 1)), 0.3 * k));
     for (std::size_t k = 0; k < motion.times().size(); ++k)
         EXPECT_EQ(motion.at(motion.times()[k]).matrix(), motion.frames()[k].matrix());
 }
 
-TEST(SampledMotion, GoesStraightAndTurnsEvenlyBetween) {
+TEST(SampledMotion, InterpolatesLinearlyBetweenSamples) {
     SampledMotion motion;
-    motion.add(1, place(Vec3(0, 0, 0), 0.2));
-    motion.add(3, place(Vec3(4, -2, 0), 1.4));
-    EXPECT_TRUE(motion.at(1.5).isApprox(place(Vec3(1, -0.5, 0), 0.5), 1e-14));
+    motion.add(1, make_frame(Vec3(0, 0, 0), 0.2));
+    motion.add(3, make_frame(Vec3(4, -2, 0), 1.4));
+    EXPECT_TRUE(motion.at(1.5).isApprox(make_frame(Vec3(1, -0.5, 0), 0.5), 1e-14));
     EXPECT_EQ(motion.at(-7).matrix(), motion.frames().front().matrix());
     EXPECT_EQ(motion.at(9).matrix(), motion.frames().back().matrix());
 }
 
-TEST(SampledMotion, StandsStillBetweenEqualSamples) {
+TEST(SampledMotion, IsConstantBetweenEqualSamples) {
     SampledMotion motion;
-    motion.add(0, place(Vec3(0.1, 0.2, 0.3), 0.7));
-    motion.add(1, place(Vec3(0.1, 0.2, 0.3), 0.7));
+    motion.add(0, make_frame(Vec3(0.1, 0.2, 0.3), 0.7));
+    motion.add(1, make_frame(Vec3(0.1, 0.2, 0.3), 0.7));
     EXPECT_EQ(motion.at(1.0 / 3).matrix(), motion.frames()[0].matrix());
 }
 
-TEST(SampledMotion, RefusesWhatIsNoMotion) {
+TEST(SampledMotion, RefusesInvalidSamples) {
     SampledMotion motion;
     motion.add(1, Isometry::Identity());
     EXPECT_THROW(motion.add(1, Isometry::Identity()), InputError);

@@ -1,4 +1,4 @@
-// The bit masks against rays in double precision, sample by sample.
+// Bit masks compared with rays in double precision, sample by sample.
 #include <splitcubes/occlusion/brute_force.h>
 #include <splitcubes/occlusion/cpu/packs.h>
 
@@ -25,7 +25,7 @@ int differing(const DiskBits& a, const DiskBits& b, const DiskRaster& raster) {
     return count;
 }
 
-// Triangles of many sizes, some through the apexes, some edge-on, some boundary.
+// Returns triangles of many sizes, some through the apexes, some edge-on, some boundary.
 Triangles soup(Random& random, const PairQuery& pair) {
     Triangles out;
     const int count = static_cast<int>(random.below(80));
@@ -44,7 +44,7 @@ Triangles soup(Random& random, const PairQuery& pair) {
     return out;
 }
 
-// A lattice scene: everything on multiples of 1/16, so rays meet edges exactly.
+// A lattice scene: everything is at multiples of 1/16, so rays meet edges exactly.
 Triangles lattice_soup(Random& random) {
     Triangles out;
     for (int k = 0; k < 40; ++k) {
@@ -79,7 +79,7 @@ TEST(CpuBackend, EqualsBruteForceSampleBySample) {
         total.outside += one.outside;
     }
     RecordProperty("samples", total.samples);
-    // The bound on rounding is an upper one: what single precision calls certain, is.
+    // The error bound is conservative: samples that single precision calls certain are correct.
     EXPECT_EQ(total.obscured, 0) << "of " << total.samples;
     EXPECT_EQ(total.outside, 0) << "of " << total.samples;
 }
@@ -99,9 +99,9 @@ TEST(CpuBackend, EqualsBruteForceOnTheLattice) {
     }
 }
 
-// Sides that are nearly level or upright, corners that nearly project on samples,
-// triangles nearly on edge: beside the lattice by as little as single precision tells, and
-// less, but by more than rays in double precision err along triangles (1e-11).
+// Nearly horizontal or vertical sides, corners that nearly project on samples, nearly edge-on triangles:
+// their distance from the lattice is near or below single precision, but above the error of rays in double
+// precision along triangles (1e-11).
 TEST(CpuBackend, EqualsBruteForceBesideTheLattice) {
     Random random(24);
     for (int round = 0; round < rounds(500); ++round) {
@@ -133,7 +133,7 @@ TEST(CpuBackend, EqualsBruteForceForAnyCellSize) {
         const double cell = scale * std::pow(10.0, random.uniform(-1, 2));
         const int cells = 8;
         geometry::OccluderGrid grid(shift - Vec3::Constant(cell * cells / 2), cell, Vec3i::Constant(cells));
-        // Any cell may hand over any triangle.
+        // Triangles may be assigned to any cell.
         std::vector<Triangles> by_cell(8);
         for (const auto& t : triangles) by_cell[random.below(8)].push_back(t);
         for (int k = 0; k < 8; ++k) grid.set_cell({k, 3 + k % 2, 4}, by_cell[static_cast<std::size_t>(k)]);

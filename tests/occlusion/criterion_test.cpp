@@ -1,4 +1,4 @@
-// Laws that every criterion keeps, and what each one is.
+// Properties of all criteria, and those of each one.
 #include <splitcubes/occlusion/segment_criteria.h>
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@ namespace {
 
 using namespace testing;
 
-// Phyxels with all pairs in reach of each other.
+// Phyxels with all pairs within reach.
 struct Cloud {
     std::vector<Vec3> rest;
     std::vector<double> support;
@@ -90,8 +90,8 @@ TEST_P(Criteria, ACompleteCutIsZeroAcross) {
     }
 }
 
-// Cut half way through, at random: nothing outside 0 .. 1, the same for any
-// number of threads, both ways round, and blocked nowhere that no triangle is.
+// A random partial cut: all factors are in 0 .. 1, the same for any number of threads and for both orders of
+// a pair, and 1 for pairs without a triangle in between.
 TEST_P(Criteria, RangeSymmetryAndThreads) {
     Random random(43);
     for (int round = 0; round < rounds(5); ++round) {
@@ -135,7 +135,7 @@ TEST_P(Criteria, RangeSymmetryAndThreads) {
 }
 
 // Triangles that do not meet a pair's region do not change its factor.
-TEST_P(Criteria, RegionsHoldWhatCounts) {
+TEST_P(Criteria, TrianglesOutsideTheRegionDoNotMatter) {
     Random random(44);
     const Cloud cloud = lattice(random, 4, 0.2, 0.04);
     const auto one = criterion();
@@ -172,7 +172,7 @@ TEST(VisibilityCriterion, IsAJump) {
     }
 }
 
-// With d the depth of the crossing behind the front, r counts as r + h (2 d / h)^2.
+// With d the depth of the crossing behind the front, r is replaced by r + h (2 d / h)^2.
 TEST(TransparencyCriterion, FallsWithTheDepthBehindTheFront) {
     Random random(46);
     const double h = 0.5, r = 0.2;
@@ -184,11 +184,11 @@ TEST(TransparencyCriterion, FallsWithTheDepthBehindTheFront) {
         const double expected =
             counts_as < h ? std::pow((h * h - counts_as * counts_as) / (h * h - r * r), 3) : 0.0;
         EXPECT_NEAR(transparency_factor(grid, pair, h), expected, 1e-9) << depth;
-        // Skin is opaque.
-        auto skin =
+        // The boundary is opaque.
+        auto boundary =
             sheet(random, -1, 0.01 + depth, -1, 1, 9, [](double u, double v) { return Vec3(0, u, v); });
-        for (auto& t : skin) t.boundary = true;
-        EXPECT_EQ(transparency_factor(grid_of(skin), pair, h), 0);
+        for (auto& t : boundary) t.boundary = true;
+        EXPECT_EQ(transparency_factor(grid_of(boundary), pair, h), 0);
     }
     EXPECT_EQ(transparency_factor(grid_of({}), pair, h), 1);
 }
@@ -209,7 +209,7 @@ TEST(GraphCriterion, GoesAroundTheFront) {
     EXPECT_NEAR(f[0], std::pow((0.25 - around * around) / (0.25 - 0.04), 3), 1e-6);
     EXPECT_EQ(f[1], 1);
     EXPECT_EQ(f[2], 1);
-    // The third phyxel is of a piece that has parted: no way around.
+    // The third phyxel is in a separate piece: there is no path around.
     cloud.piece = {0, 0, 1};
     criterion->evaluate(grid, cloud.set(), {all, 1}, {f, 1}, Parallel(1));
     EXPECT_EQ(f[0], 0);

@@ -1,4 +1,4 @@
-// The OpenGL backend where it is built and can start, over one context for all tests.
+// The OpenGL backend if it is built and can start, with one context for all tests.
 #pragma once
 
 #include <splitcubes/occlusion/visibility.h>

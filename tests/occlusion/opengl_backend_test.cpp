@@ -1,5 +1,4 @@
-// The rendered tiles against rays in double precision, sample by sample, and
-// queries against texels.
+// Rendered tiles compared with rays in double precision, sample by sample, and queries compared with texels.
 #ifdef SPLITCUBES_WITH_RENDER
 
 #include <splitcubes/core/error.h>
@@ -24,7 +23,7 @@ class OpenGl : public ::testing::Test {
     }
 };
 
-// Triangles of a few sizes in and around the cones; some closed skins.
+// Returns triangles of a few sizes in and around the cones; some closed boundaries.
 Triangles scene_of(Random& random, const PairQuery& pair) {
     Triangles out;
     if (random.below(2)) {
@@ -64,7 +63,7 @@ struct Rays {
             boundary.push_back(t.boundary);
         }
     }
-    // Bit 0: obscured, bit 1: outside. depth: scales both ends.
+    // Returns bit 0: obscured, bit 1: outside. depth: scales both ends.
     int state(double x, double y, double depth) const {
         bool obscured = false, odd = false;
         const Vec3 ray = Vec3(x, y, 1);
@@ -78,8 +77,8 @@ struct Rays {
             }
         return (obscured ? 1 : 0) | (odd ? 2 : 0);
     }
-    // Whether rays next to the sample's, by a few of the driver's subpixels or
-    // roundings of depth, do not all see the same.
+    // Returns whether rays next to the sample's, by a few of the driver's subpixels or roundings of depth,
+    // have different results.
     bool doubtful(double x, double y, int size) const {
         const int here = state(x, y, 1);
         for (const double depth : {1 - 1e-4, 1 + 1e-4})
@@ -113,10 +112,10 @@ TEST_F(OpenGl, EqualsBruteForceButWithinRoundingOfEdges) {
                 ++samples;
                 const bool odd = (slow.outside[w] & flag) != 0;
                 const bool same_side = odd == ((drawn.outside[w] & flag) != 0);
-                // Obscured is drawn for samples inside only.
-                const bool dark = (slow.obscured[w] & flag) != 0;
-                covered += dark;
-                if (same_side && (odd || dark == ((drawn.obscured[w] & flag) != 0))) continue;
+                // Only samples inside are drawn as obscured.
+                const bool is_obscured = (slow.obscured[w] & flag) != 0;
+                covered += is_obscured;
+                if (same_side && (odd || is_obscured == ((drawn.obscured[w] & flag) != 0))) continue;
                 ++differing;
                 if (!rays.doubtful(raster.coordinate(bit % size), raster.coordinate(bit / size), size))
                     ++unexplained;
@@ -128,7 +127,7 @@ TEST_F(OpenGl, EqualsBruteForceButWithinRoundingOfEdges) {
     std::cout << differing << " of " << samples << " samples differ, " << covered << " obscured\n";
     EXPECT_EQ(unexplained, 0);
     EXPECT_GT(covered, samples / 20);
-    // Edges pass within a subpixel of a sample that often.
+    // Edges pass within a subpixel of a sample about that often.
     EXPECT_LE(differing, samples / 300);
 }
 
@@ -154,7 +153,7 @@ TEST_F(OpenGl, QueriesEqualTexels) {
     EXPECT_EQ(checked->statistics().wrong_counts, 0U);
     opengl_backend()->evaluate(grid, pairs, queried, Parallel(1));
     EXPECT_EQ(queried, counted);
-    // Neither the batches nor the way to count change a bit.
+    // Neither the batches nor the counting method change a bit.
     const auto texels = opengl_backend({}, {.atlas_size = 64, .count_texels = true});
     texels->evaluate(grid, pairs, small, Parallel(1));
     EXPECT_EQ(texels->statistics().queries, 0U);
@@ -183,7 +182,7 @@ TEST_F(OpenGl, LiesCloseToTheCpuBackend) {
     EXPECT_LE(total / static_cast<double>(pairs.size()), 0.25 / 208);
 }
 
-TEST(OpenGlCounts, ThatCannotBeAreKnown) {
+TEST(OpenGlCounts, ImpossibleOnesAreDetected) {
     const DiskRaster raster(16);
     EXPECT_TRUE(counts_can_be({208, 208}, raster));
     EXPECT_TRUE(counts_can_be({208, 0}, raster));
@@ -200,8 +199,8 @@ TEST_F(OpenGl, OptionsOutOfRangeAreRefused) {
     EXPECT_THROW(opengl_backend({.disk_size = 12}), InputError);
 }
 
-// A pair's answer does not depend on what another user of the context left set.
-TEST_F(OpenGl, LeavesAndFindsAnyState) {
+// The result does not depend on the state that another user of the context left set.
+TEST_F(OpenGl, WorksWithAnyContextState) {
     Random random(34);
     const PairQuery pair{{0, 0, -0.5}, {0, 0, 0.5}};
     const auto grid =

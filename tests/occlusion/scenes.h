@@ -14,8 +14,8 @@ namespace splitcubes::occlusion::testing {
 
 using Triangles = std::vector<geometry::OccluderTriangle>;
 
-/// How often to repeat a random trial: fewer times where asserts and sanitizers
-/// make each one slow.
+/// Returns how often to repeat a random trial: fewer times with asserts and sanitizers, which make each one
+/// slow.
 inline int rounds(int count) {
 #ifdef NDEBUG
     return count;
@@ -37,7 +37,7 @@ inline Quat random_turn(Random& random) {
     return Quat(q).normalized();
 }
 
-/// All in one grid, each triangle with the cell of its first corner (clamped).
+/// Puts all triangles in one grid, each in the cell of its first corner (clamped).
 inline geometry::OccluderGrid grid_of(const Triangles& triangles, double cell_size = 0.25, int cells = 16) {
     const Vec3 origin = Vec3::Constant(-0.5 * cells * cell_size);
     geometry::OccluderGrid grid(origin, cell_size, Vec3i::Constant(cells));
@@ -53,9 +53,8 @@ inline geometry::OccluderGrid grid_of(const Triangles& triangles, double cell_si
     return grid;
 }
 
-/// A raster of quads over [u0, u1] x [v0, v1], inner vertices moved at random
-/// in the plane, each quad parted along a random diagonal, corners in a random
-/// turn; mapped by `place`.
+/// Returns a raster of quads over [u0, u1] x [v0, v1] mapped by `place`: inner vertices are moved at random
+/// in the plane, each quad is split along a random diagonal, and corners are in a random rotation.
 inline Triangles sheet(Random& random, double u0, double u1, double v0, double v1, int quads,
                        const std::function<Vec3(double, double)>& place) {
     const int n = quads + 1;
@@ -93,7 +92,7 @@ inline Triangles sheet(Random& random, double u0, double u1, double v0, double v
     return out;
 }
 
-/// The six sides of a box, `quads` squared quads a side, as boundary.
+/// Returns the six sides of a box, quads x quads quads per side, as boundary.
 inline Triangles box_skin(Random& random, const Vec3& low, const Vec3& high, int quads) {
     Triangles out;
     for (int axis = 0; axis < 3; ++axis)

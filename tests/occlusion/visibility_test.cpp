@@ -1,4 +1,4 @@
-// What a visibility is, over all backends.
+// Properties of visibilities, for all backends.
 #include <splitcubes/core/error.h>
 #include <splitcubes/occlusion/visibility.h>
 
@@ -40,12 +40,12 @@ INSTANTIATE_TEST_SUITE_P(Backends, Visibility,
                                                                           : "opengl";
                          });
 
-// The visible part of the unit disk beside a half-plane whose edge is at s.
+// Returns the visible part of the unit disk beside a half-plane whose edge is at s.
 double uncovered_fraction(double s) {
     return 0.5 - (std::asin(s) + s * std::sqrt(1 - s * s)) / std::numbers::pi;
 }
 
-TEST_P(Visibility, NothingBetweenIsFullSight) {
+TEST_P(Visibility, NothingBetweenIsFullyVisible) {
     EXPECT_EQ(evaluate({}, {{0, 0, 0}, {1, 0, 0}}), 1);
     EXPECT_EQ(evaluate({}, {{0, 0, 0}, {0, 0, 0}}), 1);
     Random random(1);
@@ -54,8 +54,8 @@ TEST_P(Visibility, NothingBetweenIsFullSight) {
     EXPECT_EQ(evaluate(behind, {{0, 0, -0.5}, {0, 0, 0.5}}), 1);
 }
 
-// The front runs along a random direction of the disk's plane; the sheet lies in
-// that plane or up to the frusta's overlap beside it.
+// The front runs along a random direction of the disk's plane; the sheet is in that plane or beside it,
+// within the overlap of the frusta.
 TEST_P(Visibility, HalfPlaneFronts) {
     Random random(2);
     EXPECT_NEAR(uncovered_fraction(-0.5), 0.80, 0.005);
@@ -81,8 +81,8 @@ TEST_P(Visibility, HalfPlaneFronts) {
     }
 }
 
-// Exactly representable lattice positions: the sheet lies in the disk's plane to
-// the last bit, its vertices on sample rays.
+// Exactly representable lattice positions: the sheet is in the disk's plane to the last bit, with its
+// vertices on sample rays.
 TEST_P(Visibility, LatticeSheetInTheDisksPlane) {
     for (int axis = 0; axis < 3; ++axis) {
         const int i = (axis + 1) % 3, j = (axis + 2) % 3;
@@ -108,7 +108,7 @@ TEST_P(Visibility, LatticeSheetInTheDisksPlane) {
     }
 }
 
-TEST_P(Visibility, FullCoverLetsNoLightThrough) {
+TEST_P(Visibility, FullCoverGivesZero) {
     Random random(3);
     const VisibilityOptions strict{.disk_size = 32, .full_occlusion_threshold = 0};
     for (int round = 0; round < repeats(3000); ++round) {
@@ -116,10 +116,11 @@ TEST_P(Visibility, FullCoverLetsNoLightThrough) {
         const PairQuery pair{motion * Vec3(0, 0, -0.5), motion * Vec3(0, 0, 0.5)};
         // A tilted and bent sheet, wide enough to cover both cones wherever it meets them.
         const double su = random.uniform(-0.4, 0.4), sv = random.uniform(-0.4, 0.4);
-        const double lift = random.uniform(-0.3, 0.3) * (random.below(4) > 0), bend = random.uniform(0, 0.05);
+        const double offset = random.uniform(-0.3, 0.3) * (random.below(4) > 0),
+                     bend = random.uniform(0, 0.05);
         const auto place = [&](double u, double v) {
             return Vec3(motion *
-                        Vec3(u, v, lift + su * u + sv * v + bend * std::sin(9 * u) * std::cos(7 * v)));
+                        Vec3(u, v, offset + su * u + sv * v + bend * std::sin(9 * u) * std::cos(7 * v)));
         };
         const auto triangles =
             sheet(random, -1.3, 1.3, -1.3, 1.3, 1 + static_cast<int>(random.below(20)), place);
@@ -195,7 +196,7 @@ TEST_P(Visibility, ThreadsChangeNoBit) {
     }
 }
 
-// Near the skin the disk sticks out of the body; what is outside does not count.
+// Near the boundary the disk extends beyond the body; samples outside do not count.
 TEST_P(Visibility, SamplesOutsideTheBodyDoNotCount) {
     Random random(7);
     for (int round = 0; round < repeats(300); ++round) {
@@ -206,7 +207,7 @@ TEST_P(Visibility, SamplesOutsideTheBodyDoNotCount) {
             box_skin(random, {-1.2, -1, -1.2}, {1.2, 1, 0}, 1 + static_cast<int>(random.below(9))), motion);
         ASSERT_EQ(evaluate(skin, pair), 1) << round;
 
-        // A cut between the two that ends at the skin severs them entirely.
+        // A cut between the two that ends at the boundary separates them completely.
         const double at = round % 3 ? random.uniform(-0.3, 0.3) : 0.0;
         Triangles severed = skin;
         for (const auto& t : sheet(random, -1, 1, -1.2, 0, 7,
@@ -218,7 +219,7 @@ TEST_P(Visibility, SamplesOutsideTheBodyDoNotCount) {
 
 TEST_P(Visibility, AxisAlignedBodyOnTheLattice) {
     Random random(8);
-    // Pair and skin on lattice positions, where rays run along faces and through corners.
+    // Pair and boundary at lattice positions, where rays run along faces and through corners.
     for (int k = 1; k < 8; ++k) {
         Triangles skin;
         for (auto t : box_skin(random, {-1, -1, -1}, {1, 1, 0}, 1)) skin.push_back(t);
@@ -231,29 +232,29 @@ TEST_P(Visibility, AxisAlignedBodyOnTheLattice) {
     }
 }
 
-// Two arms of a U: the disk lies in the air, the segment between them decides.
+// Two arms of a U: the disk is outside the body, so the segment between the phyxels decides.
 TEST_P(Visibility, NothingInsideFallsBackOnTheSegment) {
     Random random(9);
     auto arms = box_skin(random, {-0.6, -0.2, -0.2}, {-0.3, 0.2, 0.2}, 3);
     for (const auto& t : box_skin(random, {0.3, -0.2, -0.2}, {0.6, 0.2, 0.2}, 3)) arms.push_back(t);
     EXPECT_EQ(evaluate(arms, {{-0.45, 0, 0}, {0.45, 0, 0}}), 0);
-    // A phyxel in the air: every ray of the first is odd, yet nothing is in between.
+    // A phyxel outside the body: every ray from the first is odd, but nothing is in between.
     const auto far_skin = box_skin(random, {0.1, -1, -1}, {1, 1, 1}, 3);
     EXPECT_EQ(evaluate(far_skin, {{0.2, 0, 0}, {0.6, 0, 0}}), 1);
 }
 
-// Beyond a notch the material is seen through two skins: inside, but obscured.
+// Material beyond a notch is behind two boundaries: inside, but obscured.
 TEST_P(Visibility, NotchObscures) {
     Random random(10);
     auto skin = box_skin(random, {-1, -1, -1}, {1, 1, 0.5}, 4);
-    // A slot across the pair, closed: a hole in the body.
+    // A closed slot across the pair: a hole in the body.
     for (const auto& t : box_skin(random, {-0.05, -0.9, -0.9}, {0.05, 0.9, 0.45}, 5)) skin.push_back(t);
     EXPECT_EQ(evaluate(skin, {{-0.4, 0, 0}, {0.4, 0, 0}}), 0);
-    // The slot to one side of the disk's plane: the disk is all inside, all obscured.
+    // The slot beside the disk's plane: all samples are inside and obscured.
     EXPECT_EQ(evaluate(skin, {{-0.12, 0, -0.1}, {0.6, 0, -0.1}}), 0);
 }
 
-TEST_P(Visibility, LowSightCountsAsNone) {
+TEST_P(Visibility, LowVisibilityCountsAsZero) {
     Random random(11);
     const PairQuery pair{{0, 0, -0.5}, {0, 0, 0.5}};
     const auto nearly = sheet(random, -1, 0.46, -1, 1, 5, [](double u, double v) { return Vec3(u, v, 0); });
@@ -264,13 +265,13 @@ TEST_P(Visibility, LowSightCountsAsNone) {
     EXPECT_EQ(evaluate(nearly, pair, {.full_occlusion_threshold = 0.9 * exact}), exact);
 }
 
-// A phyxel on a cut sees past it: its piece decides on which side it is.
+// A cut does not hide anything from a phyxel on it: the phyxel's piece decides on which side it is.
 TEST_P(Visibility, PhyxelOnTheSurface) {
     Random random(12);
     const auto flat = sheet(random, -1, 1, -1, 1, 6, [](double u, double v) { return Vec3(u, v, -0.5); });
     EXPECT_EQ(evaluate(flat, {{0.05, 0.03, -0.5}, {0.05, 0.03, 0.5}}), 1);
     EXPECT_EQ(evaluate(flat, {{0.05, 0.03, -0.5}, {0.35, 0.2, 0.5}}), 1);
-    // Likewise a sheet that contains both.
+    // The same holds for a sheet that contains both.
     const auto along = sheet(random, -1, 1, -1, 1, 6, [](double u, double v) { return Vec3(u, 0, v); });
     EXPECT_EQ(evaluate(along, {{0, 0, -0.5}, {0, 0, 0.5}}), 1);
 }
@@ -286,9 +287,9 @@ TEST_P(Visibility, RigidMotionMovesFewSamples) {
         const PairQuery pair{{0.02, 0.01, -0.4}, {-0.04, 0.03, 0.45}};
         const float before = evaluate(scene, pair);
         const Isometry shift = motion_of(Quat::Identity(), random_in_box(random, 0.5));
-        // The raster moves along: only samples within rounding of an edge can change.
+        // The raster is translated too: only samples within rounding of an edge can change.
         EXPECT_NEAR(evaluate(moved(scene, shift), {shift * pair.a, shift * pair.b}), before, 1.5 / 208);
-        // The raster turns about the axis: samples along the front change.
+        // The raster rotates about the axis: samples along the front change.
         const Isometry turn = motion_of(random_turn(random), random_in_box(random, 0.5));
         const double after = evaluate(moved(scene, turn), {turn * pair.a, turn * pair.b});
         worst_turned = std::max(worst_turned, std::abs(after - before));

@@ -1,4 +1,4 @@
-// Normals, colours and framing: what is decided before anything is drawn.
+// Normals, colours and framing: preparation before drawing.
 #include <gtest/gtest.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/random.h>
@@ -44,25 +44,25 @@ TEST(CornerNormals, SharpEdgesStaySharpUntilTheCreaseAngleAllows) {
     const auto mesh = block(Vec3::Zero(), Vec3(1, 2, 3));
     const auto sharp = creased_corner_normals(mesh, {}, 35);
     const auto soft = creased_corner_normals(mesh, {}, 100);
-    double most = 0;
+    double max_difference = 0;
     for (std::size_t i = 0; i < sharp.size(); ++i) {
         EXPECT_LT((sharp[i] - face_normal(mesh, i / 3)).norm(), 1e-12);
         EXPECT_NEAR(soft[i].norm(), 1, 1e-12);
-        most = std::max(most, (soft[i] - face_normal(mesh, i / 3)).norm());
+        max_difference = std::max(max_difference, (soft[i] - face_normal(mesh, i / 3)).norm());
     }
-    EXPECT_GT(most, 0.5);
+    EXPECT_GT(max_difference, 0.5);
 }
 
 TEST(CornerNormals, GroupsAreNeverAveraged) {
-    // A flat-ish roof whose two halves share the ridge's vertices.
+    // A nearly flat roof whose two halves share the ridge's vertices.
     geometry::TriangleMesh roof;
     roof.positions = {{0, 0, 0.2}, {0, 1, 0.2}, {1, 0, 0}, {-1, 0, 0}};
     roof.triangles = {{0, 2, 1}, {0, 1, 3}};
     const std::array<std::uint8_t, 2> apart = {0, 1};
     const auto joined = creased_corner_normals(roof, {}, 35);
-    const auto parted = creased_corner_normals(roof, apart, 35);
+    const auto separate = creased_corner_normals(roof, apart, 35);
     EXPECT_LT((joined[0] - joined[3]).norm(), 1e-12);
-    for (std::size_t i = 0; i < 6; ++i) EXPECT_LT((parted[i] - face_normal(roof, i / 3)).norm(), 1e-12);
+    for (std::size_t i = 0; i < 6; ++i) EXPECT_LT((separate[i] - face_normal(roof, i / 3)).norm(), 1e-12);
 }
 
 TEST(CornerNormals, TurnWithTheMeshAndSurviveTrianglesWithoutArea) {
@@ -97,7 +97,7 @@ TEST(AddSurface, ColorsAndRimFollowOriginAndPiece) {
     EXPECT_FALSE(list.meshes[0].recessed);
     EXPECT_TRUE(list.meshes[1].recessed);
     for (const Color& color : list.meshes[1].triangle_colors) EXPECT_EQ(color, palette.cut);
-    // Piece 0 has the palette's own skin, piece 1 a hue near it, of equal value.
+    // Piece 0 has the palette's own colour, piece 1 a hue near it, of equal value.
     EXPECT_EQ(list.meshes[0].triangle_colors.front(), palette.skin);
     const Color other = list.meshes[0].triangle_colors.back();
     EXPECT_NE(other, palette.skin);
@@ -155,7 +155,7 @@ TEST(FrameCamera, HasTheBoxInViewAndNoNearerCameraHas) {
         const Vec3 right = camera.up.cross(back).normalized();
         const Vec3 top = back.cross(right);
         const double tan_v = std::tan(fov * std::numbers::pi / 360);
-        double most = 0;  // 1: on the edge of the picture
+        double max_coordinate = 0;  // 1: on the edge of the picture
         for (int i = 0; i < 8; ++i) {
             const Vec3 corner((i & 1) != 0 ? box.max.x() : box.min.x(),
                               (i & 2) != 0 ? box.max.y() : box.min.y(),
@@ -163,10 +163,10 @@ TEST(FrameCamera, HasTheBoxInViewAndNoNearerCameraHas) {
             const Vec3 v = corner - camera.eye;
             const double depth = -v.dot(back);
             EXPECT_GE(depth, -1e-9);
-            most = std::max({most, std::abs(v.dot(top)) / depth / tan_v,
-                             std::abs(v.dot(right)) / depth / tan_v / aspect});
+            max_coordinate = std::max({max_coordinate, std::abs(v.dot(top)) / depth / tan_v,
+                                       std::abs(v.dot(right)) / depth / tan_v / aspect});
         }
-        EXPECT_NEAR(most, 1, 1e-9);
+        EXPECT_NEAR(max_coordinate, 1, 1e-9);
     }
 }
 
@@ -182,7 +182,7 @@ TEST(FrameCamera, StraightDownAndBadInput) {
     EXPECT_THROW(frame_camera(box, Vec3::UnitX(), 30, 0), InputError);
 }
 
-TEST(AddSurface, VertexAndMaterialColoursAreDrawnWhereThereAreSome) {
+TEST(AddSurface, VertexAndMaterialColoursAreUsedIfPresent) {
     geometry::SurfaceMesh surface = cut_block(0.02, 0.5);
     const std::size_t count = surface.mesh.triangles.size();
     const auto boundary_colors = [&] {

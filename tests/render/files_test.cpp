@@ -1,4 +1,4 @@
-// Pictures and videos on disk: what is written comes back, and failures leave nothing.
+// Pictures and videos on disk: round trips, and failures leave nothing.
 #include <gtest/gtest.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/random.h>
@@ -39,7 +39,7 @@ Picture noise(int width, int height, std::uint64_t seed) {
     return picture;
 }
 
-/// Standard output of a command; empty when it failed.
+/// Returns the standard output of a command; empty if it failed.
 std::string output_of(const std::string& command) {
     FILE* pipe = ::popen(command.c_str(), "r");
     if (pipe == nullptr) return {};
@@ -68,7 +68,7 @@ void write_video(const fs::path& path, const VideoOptions& options, int frame_co
     writer.finish();
 }
 
-TEST_F(FilesTest, PngComesBackAsItWas) {
+TEST_F(FilesTest, PngRoundTripKeepsThePicture) {
     for (const auto& [width, height] : {std::pair{1, 1}, std::pair{37, 21}, std::pair{256, 3}}) {
         const Picture picture = noise(width, height, 5);
         write_png(folder / "a.png", picture);
@@ -107,7 +107,7 @@ TEST_F(FilesTest, VideoHasItsFramesSizeAndRate) {
     EXPECT_EQ(std::distance(fs::directory_iterator(folder), fs::directory_iterator()), 1);
 }
 
-TEST_F(FilesTest, LinksStayAndWhatTheyNameIsReplaced) {
+TEST_F(FilesTest, LinksStayAndTheirTargetsAreReplaced) {
     fs::create_directory(folder / "far");
     std::ofstream(folder / "far" / "a.png") << "old";
     fs::create_symlink("far/a.png", folder / "link.png");
@@ -115,7 +115,7 @@ TEST_F(FilesTest, LinksStayAndWhatTheyNameIsReplaced) {
     EXPECT_TRUE(fs::is_symlink(folder / "link.png"));
     EXPECT_EQ(read_png(folder / "far" / "a.png").rgb, noise(4, 4, 1).rgb);
     if (!has_ffmpeg()) GTEST_SKIP() << "no ffmpeg here";
-    fs::create_symlink("far/film.bin", folder / "film.mp4");  // the format goes by the name that is given
+    fs::create_symlink("far/film.bin", folder / "film.mp4");  // the given name decides the format
     {
         VideoWriter writer(folder / "film.mp4", {.width = 32, .height = 32});
         writer.add(noise(32, 32, 2));
@@ -165,7 +165,7 @@ TEST_F(FilesTest, VideoFailuresSayWhyAndLeaveNothing) {
         EXPECT_NE(std::string(error.what()).find("no-such-program-here"), std::string::npos);
         EXPECT_NE(std::string(error.what()).find("install ffmpeg"), std::string::npos);
     }
-    // Programs that end at once, with and without success, never having read a frame.
+    // Programs that end at once, with and without success, without reading a frame.
     for (const char* program : {"false", "true"}) {
         VideoOptions options = size;
         options.program = program;
@@ -195,7 +195,7 @@ TEST_F(FilesTest, VideoThatIsNotFinishedLeavesNothing) {
     EXPECT_TRUE(folder_is_empty());
     EXPECT_THROW(empty.add(noise(64, 48, 1)), JobError);
     EXPECT_THROW(empty.finish(), JobError);
-    // ffmpeg's own words reach the message.
+    // ffmpeg's own message is part of the error.
     try {
         VideoWriter writer(folder / "no-such-folder" / "a.mp4", size);
         for (int i = 0; i < 200; ++i) writer.add(noise(64, 48, 1));

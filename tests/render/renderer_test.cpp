@@ -1,4 +1,4 @@
-// What a picture must show, whatever the lighting's taste.
+// Properties of pictures that do not depend on the style of the lighting.
 #include <gtest/gtest.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/gl/objects.h>
@@ -42,7 +42,7 @@ double brightness(const Picture& picture, int column, int row) {
            3.0;
 }
 
-/// Pixels for which test(red, green, blue) holds.
+/// Returns the number of pixels for which test(red, green, blue) holds.
 template <class Test>
 int count_pixels(const Picture& picture, const Test& test) {
     int count = 0;
@@ -75,8 +75,7 @@ const Camera from_front{
     .eye = Vec3(0, -5, 0), .target = Vec3::Zero(), .up = Vec3::UnitZ(), .vertical_fov_degrees = 40};
 
 TEST_F(RendererTest, SphereCoversItsDisc) {
-    // Radius and place vary, the area on the picture follows from the cone
-    // tangent to the sphere.
+    // For various radii and positions the area in the picture follows from the cone tangent to the sphere.
     for (const int samples : {1, 4}) {
         for (const double radius : {0.3, 1.0, 1.5}) {
             DrawList list;
@@ -88,15 +87,15 @@ TEST_F(RendererTest, SphereCoversItsDisc) {
             const double disc = radius / std::sqrt(25 - radius * radius) / tan_half * 150;  // pixels
             const int covered = count_pixels(picture, [](int r, int, int b) { return b > r + 20; });
             const double area = std::numbers::pi * disc * disc;
-            // Half a pixel of rim at most on either side of the truth.
+            // The rim is off by at most half a pixel on either side.
             EXPECT_NEAR(covered, area, 0.01 * area + (radius < 1 ? 0.02 * area : 0))
                 << radius << " " << samples;
         }
     }
 }
 
-TEST_F(RendererTest, PlaceOnThePictureFollowsTheCamera) {
-    // Right, up and nearer in the world is right, up and larger on the picture.
+TEST_F(RendererTest, PositionInThePictureFollowsTheCamera) {
+    // Right, up and nearer in the world is right, up and larger in the picture.
     DrawList list;
     add_mesh(list, sphere(Vec3(0.8, 0, 0.5), 0.2), Color(0.9, 0.1, 0.1));
     add_mesh(list, sphere(Vec3(-0.8, 0, -0.5), 0.2), Color(0.1, 0.1, 0.9));
@@ -159,7 +158,7 @@ TEST_F(RendererTest, CutShowsInItsColorWhereItFacesTheCamera) {
             open_pixels = red;
         }
     }
-    // The same faces as boundary are not in the cut's colour.
+    // The same faces as boundary do not have the cut's colour.
     geometry::SurfaceMesh whole = cut_block(1.0, 1.0);
     whole.triangle_origin.clear();
     DrawList list;
@@ -199,7 +198,7 @@ TEST_F(RendererTest, GroundIsDarkerInTheShadow) {
     const Camera camera{
         .eye = Vec3(0, -4, 9), .target = Vec3(0, 0, 0), .up = Vec3::UnitZ(), .vertical_fov_degrees = 60};
     const Picture picture = draw(list, camera, options);
-    // Pixel of a ground point: the shadow's middle lies at x = 1.5, its mirror image is lit.
+    // Returns the brightness at a ground point: the shadow's middle is at x = 1.5, its mirror image is lit.
     const auto seen = [&](const Vec3& point) {
         const Vec3 back = camera.eye.normalized();
         const Vec3 top = back.cross(Vec3::UnitX());
@@ -228,8 +227,8 @@ TEST_F(RendererTest, GroundHidesWhatIsBelowIt) {
 }
 
 TEST_F(RendererTest, CrevicesSeeLessSky) {
-    // Two balls almost touching: with occlusion the gap between them is darker,
-    // the outer flanks are as before.
+    // Two balls almost touching: occlusion darkens the gap between them and leaves the outer flanks
+    // unchanged.
     DrawList list;
     add_mesh(list, sphere(Vec3(-0.8, 0, 0), 0.8), Color(0.8, 0.8, 0.8));
     add_mesh(list, sphere(Vec3(0.8, 0, 0), 0.8), Color(0.8, 0.8, 0.8));
@@ -261,7 +260,7 @@ TEST_F(RendererTest, LinesHaveTheirWidthAndAreHiddenBehindMeshes) {
     const Picture hidden = draw(list, from_front, options);
     EXPECT_EQ(red_rows(hidden, 180), 0);
     EXPECT_NEAR(red_rows(hidden, 5), 8, 1);
-    // A line that passes the camera is cut off at it, not folded over the picture.
+    // A line that passes the camera is clipped there, not projected over the picture.
     for (const bool backwards : {false, true}) {
         std::array<Vec3, 2> through = {Vec3(0, 3, -0.5), Vec3(0, -50, -0.5)};
         if (backwards) std::swap(through[0], through[1]);
@@ -278,8 +277,7 @@ TEST_F(RendererTest, LinesHaveTheirWidthAndAreHiddenBehindMeshes) {
 }
 
 TEST_F(RendererTest, ColorsComeOutAsTheyWentIn) {
-    // The background is exactly its colour a little above the middle; lines are
-    // not lit at all.
+    // The background has exactly its colour slightly above the middle; lines are not lit.
     RenderOptions options = small();
     options.background = Color(0.5, 0.25, 0.75);
     DrawList list;
@@ -306,7 +304,7 @@ TEST_F(RendererTest, SameInputGivesTheSameBytes) {
     const Camera camera = frame_camera(list.bounds(), Vec3(1, -2, 1), 35, 320.0 / 240);
     Renderer renderer(*context, options);
     const Picture first = renderer.draw(list, camera);
-    // Other pictures in between leave no trace.
+    // Other pictures in between have no effect.
     renderer.draw(DrawList{}, from_front);
     EXPECT_EQ(first.rgb, renderer.draw(list, camera).rgb);
     EXPECT_EQ(first.rgb, draw(list, camera, options).rgb);
@@ -365,7 +363,7 @@ TEST_F(RendererTest, BadInputIsAnInputError) {
     bad = good;
     bad.meshes[0].triangles[0][1] = 1u << 30;
     EXPECT_THROW(renderer.draw(bad, from_front), InputError);
-    // And the renderer is as good as new.
+    // The renderer still works.
     EXPECT_EQ(renderer.draw(good, from_front).rgb, draw(good, from_front, small()).rgb);
 }
 

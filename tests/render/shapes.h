@@ -1,4 +1,4 @@
-// Shapes for the render tests, whose outlines are known in closed form.
+// Shapes for the render tests, with outlines known in closed form.
 #pragma once
 
 #include <splitcubes/geometry/triangle_mesh.h>
@@ -11,7 +11,7 @@ namespace splitcubes::test_shapes {
 
 using geometry::TriangleMesh;
 
-/// A sphere of rings x 2 rings quads, each two triangles.
+/// Returns a sphere of rings x 2 rings quads, each two triangles.
 inline TriangleMesh sphere(const Vec3& center, double radius, std::uint32_t rings = 64) {
     TriangleMesh mesh;
     const std::uint32_t around = 2 * rings;
@@ -41,21 +41,21 @@ inline TriangleMesh sphere(const Vec3& center, double radius, std::uint32_t ring
     return mesh;
 }
 
-/// An axis-aligned box with 8 shared corners.
+/// Returns an axis-aligned box with 8 shared corners.
 inline TriangleMesh block(const Vec3& low, const Vec3& high) {
     TriangleMesh mesh;
     for (int i = 0; i < 8; ++i) {
         mesh.positions.emplace_back((i & 1) != 0 ? high.x() : low.x(), (i & 2) != 0 ? high.y() : low.y(),
                                     (i & 4) != 0 ? high.z() : low.z());
     }
-    // Two triangles a side: -x, +x, -y, +y, -z, +z.
+    // Two triangles per side: -x, +x, -y, +y, -z, +z.
     mesh.triangles = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}, {0, 1, 5}, {0, 5, 4},
                       {2, 6, 7}, {2, 7, 3}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
     return mesh;
 }
 
-/// A block cut across x = 0 into two pieces, `gap` metres apart; the two faces at
-/// the cut have origin cut.
+/// Returns a block cut across x = 0 into two pieces, `gap` metres apart; the two faces at the cut have origin
+/// cut.
 inline geometry::SurfaceMesh cut_block(double half_side, double gap) {
     using geometry::Origin;
     geometry::SurfaceMesh surface;

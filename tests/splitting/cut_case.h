@@ -1,5 +1,5 @@
-// A small grid with its cuts as plain data: what the laws of the surface are
-// tried on, what a failing test is shrunk to, and what can be pasted into one.
+// A small grid with its cuts as plain data: the input of property tests of the surface, the result of
+// shrinking a failing case, and code that can be pasted into a test.
 #pragma once
 
 #include <splitcubes/core/random.h>
@@ -14,10 +14,10 @@ struct EdgeCut {
     GridEdge edge;
     double parameter = 0.5;
     Vec3 normal = Vec3::Zero();  // zero: along the edge
-    std::int32_t cut = 0;        // -1: of the boundary, as all crossings of the skin are
+    std::int32_t cut = 0;        // -1: of the boundary, as all crossings of the surface are
 };
 
-/// Nodes 0 .. node_count-1 an axis, those of the rim outside whatever `inside` says.
+/// Nodes 0 .. node_count-1 per axis; the nodes of the rim are outside whatever `inside` contains.
 struct CutCase {
     Vec3i node_count = Vec3i::Zero();
     std::vector<Vec3i> inside;
@@ -34,17 +34,18 @@ void for_each_edge(const NodeGrid& grid, const Visit& visit) {
                     if (const GridEdge edge{{x, y, z}, axis}; grid.has_edge(edge)) visit(edge);
 }
 
-/// Slot of the edge, newly cut; -1 where it is outside or cut already.
+/// Cuts an edge and returns its new slot; -1 if it is outside or already cut.
 inline std::int32_t apply(NodeGrid& grid, const EdgeCut& c) {
     if (!grid.has_edge(c.edge)) return -1;
     const bool lower = grid.inside(c.edge.node), upper = grid.inside(c.edge.upper());
     if (!lower && !upper) return -1;
-    const bool skin = lower != upper || c.cut < 0;
-    return grid.cut(c.edge, c.parameter, c.normal, skin ? Origin::boundary : Origin::cut, skin ? -1 : c.cut);
+    const bool is_boundary = lower != upper || c.cut < 0;
+    return grid.cut(c.edge, c.parameter, c.normal, is_boundary ? Origin::boundary : Origin::cut,
+                    is_boundary ? -1 : c.cut);
 }
 
-/// The case's nodes and skin: its crossings of the skin, and the middle of each
-/// edge of the skin that it has none for.
+/// Returns the case's nodes with their boundary crossings; a boundary edge without one is crossed at its
+/// middle.
 inline NodeGrid uncut_grid(const CutCase& c) {
     RestGrid rest;
     rest.cell_size = 0.125;
@@ -63,7 +64,7 @@ inline NodeGrid uncut_grid(const CutCase& c) {
     return grid;
 }
 
-/// Slots of the edges that were cut.
+/// Cuts the edges and returns the slots of those that were not cut before.
 inline std::vector<std::int32_t> apply_all(NodeGrid& grid, std::span<const EdgeCut> cuts) {
     std::vector<std::int32_t> slots;
     for (const EdgeCut& c : cuts)
@@ -82,9 +83,9 @@ inline Vec3 random_normal(Random& random) {
     return {x, y, random.uniform(-1, 1)};
 }
 
-/// side^3 nodes, each inside by chance `fill`, each edge between two of them
-/// crossed by chance `density`, the skin crossed anywhere. A tenth of the inner
-/// crossings are of the boundary, the others of three cuts.
+/// Returns a case of side^3 nodes: each is inside with probability `fill`, each edge between two inside nodes
+/// is crossed with probability `density`, boundary edges are crossed anywhere. A tenth of the inner crossings
+/// belong to the boundary, the others to three cuts.
 inline CutCase random_case(Random& random, int side, double fill, double density) {
     CutCase out;
     out.node_count = Vec3i::Constant(side + 2);

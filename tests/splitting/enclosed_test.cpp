@@ -1,4 +1,4 @@
-// A piece lies inside a closed mesh that cut it, or outside, never half in.
+// A piece is inside or outside a closed mesh that cut it, never on both sides.
 #include <splitcubes/splitting/enclosed.h>
 
 #include "laws/solids.h"
@@ -31,13 +31,13 @@ std::size_t count(const std::vector<Enclosure>& where, Enclosure wanted) {
     return static_cast<std::size_t>(std::count(where.begin(), where.end(), wanted));
 }
 
-// Closed, with itself in the way: a band that is pulled through itself.
+// Returns a closed mesh that intersects itself: a band pulled through itself.
 TriangleMesh crossed(const TriangleMesh& mesh, double twist) {
     TriangleMesh out = mesh;
     for (Vec3& p : out.positions) {
         const double angle = twist * p[2];
         p[0] += 0.3 * std::sin(3 * angle);
-        p[1] *= std::cos(2 * angle);  // changes sign: inside out in parts
+        p[1] *= std::cos(2 * angle);  // changes sign: parts are inside out
     }
     return out;
 }
@@ -52,14 +52,14 @@ TriangleMesh some_cutter(Random& random, int kind) {
     return moved(turned(scaled(mesh, size), random_rotation(random)), random_vector(random, 0.5));
 }
 
-TEST(Enclosed, NoPieceIsEverHalfInWhatCutIt) {
+TEST(Enclosed, NoPieceIsPartlyInsideItsCutter) {
     Random random(5);
     std::size_t inside = 0;
     for (int trial = 0; trial < 14; ++trial) {
         NodeGrid grid = solidified(geometry::make_box(Vec3(1, 0.9, 0.8)), 20);
         std::vector<TriangleMesh> cutters;
         for (int k = 0; k < 4; ++k) {
-            // Among open sheets and other cutters, which take edges before and after.
+            // Open sheets and other cutters cut edges before and after.
             const TriangleMesh open = geometry::make_wavy_sheet(random_vector(random, 0.4),
                                                                 random_direction(random), 0.6, 10, 0.05, 0.5);
             cut_with_sheet(grid, open, 100 + k);
@@ -124,7 +124,7 @@ TEST(Enclosed, MeasuresOfPiecesAreThoseOfTheirMeshes) {
         EXPECT_NEAR(m.volume, part.mesh.volume(), 1e-14);
         EXPECT_EQ(m.bounds.min, part.mesh.bounds().min);
         EXPECT_EQ(m.bounds.max, part.mesh.bounds().max);
-        // A box cut across: the part's middle, but for the corners that the grid takes off.
+        // A box cut across: the part's middle, except for the corners that the grid cuts off.
         const double middle = m.bounds.center()[0] > 0.13 ? (0.5 + 0.13) / 2 : (-0.5 + 0.13) / 2;
         EXPECT_NEAR(m.center_of_mass[0], middle, 2e-3);
         EXPECT_NEAR(m.center_of_mass[1], 0, 1e-6);

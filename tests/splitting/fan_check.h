@@ -1,6 +1,5 @@
-// Is a set of triangles a closed, oriented 2-manifold? Answered faster than by
-// geometry::check_mesh, for vertices that are numbers below a known bound, so that
-// millions of small surfaces can be asked.
+// Test for closed, oriented 2-manifolds, faster than geometry::check_mesh: vertices are numbers below a known
+// bound, so millions of small surfaces can be tested.
 #pragma once
 
 #include <algorithm>
@@ -10,9 +9,8 @@
 
 namespace splitcubes::splitting::cases {
 
-/// Each triangle (v, a, b) links a to b around v. The surface is closed, oriented
-/// and manifold exactly if the links around every vertex form one cycle: then each
-/// directed edge (v, a) occurs once, and so does (a, v).
+/// Each triangle (v, a, b) links a to b around v. The surface is closed, oriented and manifold exactly if the
+/// links around every vertex form one cycle: then each directed edge (v, a) occurs once, and so does (a, v).
 class FanCheck {
   public:
     void reset(std::size_t vertex_count) {
@@ -41,7 +39,7 @@ class FanCheck {
     struct Link {
         std::uint32_t from, to;
     };
-    // A centre can have 24 quads of two triangles.
+    // A centre vertex can have 24 quads of two triangles.
     using Links = std::array<Link, 48>;
 
     void add_link(std::uint32_t vertex, std::uint32_t from, std::uint32_t to) {
@@ -51,8 +49,8 @@ class FanCheck {
         else
             links_[vertex][count++] = {from, to};
     }
-    // As many steps from link to link as there are links, back at the first only at
-    // the end; a second link from the same vertex would never be passed.
+    // Takes as many steps from link to link as there are links and must return to the first one only at the
+    // end; a second link from the same vertex would never be visited.
     static bool one_cycle(const Links& links, std::size_t count) {
         if (count == 0) return true;
         std::uint32_t at = links[0].from;

@@ -1,5 +1,5 @@
-// Whatever is cut, the surface is a closed, oriented 2-manifold: all pairs of
-// cells that share a face, and a great many small grids.
+// For any cut the surface is a closed, oriented 2-manifold: all pairs of cells that share a face, and many
+// small grids.
 #include "splitting/fan_check.h"
 #include "splitting/shrink.h"
 
@@ -14,22 +14,21 @@
 namespace splitcubes::splitting::cases {
 namespace {
 
-// Part that a quad plays on a face: 1 where the face is its first, 2 where it is its
-// second, 0 where it does not touch it; times 4, plus the instance.
+// Returns the role of a quad on a face: 1 if the face is its first, 2 if it is its second, 0 if the quad does
+// not touch the face; times 4, plus the instance.
 int part_on(int face, const TableQuad& q) {
     if (q.first_face == face) return 4 + q.first_instance;
     if (q.second_face == face) return 8 + q.second_instance;
     return 0;
 }
 
-// All masks of two cells, one on top of the other along the axis, that agree on the
-// face between them: each half edge of the face has one quad on either side, which
-// end at the same instance of the face's vertex and pass the side that they share
-// (from the edge vertex to the face vertex) opposite ways.
+// Checks all masks of two adjacent cells along the axis that agree on the shared face: each half edge of the
+// face has one quad on either side; both end at the same instance of the face's vertex and traverse the
+// common side (from the edge vertex to the face vertex) in opposite directions.
 std::size_t check_pairs(int axis) {
     const int above = 2 * axis + 1,
-              below = 2 * axis;  // the shared face as the lower and the upper cell see it
-    // Per mask: what each half edge of the face has on it, in ring order.
+              below = 2 * axis;  // the shared face as seen by the lower and the upper cell
+    // Per mask: the quad roles at each half edge of the face, in ring order.
     using Parts = std::array<std::int8_t, 8>;
     const auto parts_of = [](CellMask mask, int face) {
         Parts parts{};
@@ -75,8 +74,8 @@ TEST(AnyCut, AllPairsOfCellsFitAtTheFaceTheyShare) {
     RecordProperty("cell_pairs", std::to_string(pairs));
 }
 
-// A random grid of side^3 cells, and its quads straight from the table, without a
-// NodeGrid or a Surface: side-1 nodes an axis that may be inside.
+// A random grid of side^3 cells and its quads directly from the table, without a NodeGrid or a Surface;
+// side-1 nodes per axis may be inside.
 class TableGrid {
   public:
     explicit TableGrid(int side) : side_(side), n_(side + 1), nodes_(static_cast<std::size_t>(n_ * n_ * n_)) {
@@ -90,7 +89,7 @@ class TableGrid {
         for (int e = 0; e < edge_count; ++e) edge_[at(e)] = node_step(edge_corner(e, 0));
         for (int f = 0; f < face_count; ++f) face_[at(f)] = f & 1 ? stride(face_axis(f)) : 0;
     }
-    // Chances as numbers out of 256.
+    // Probabilities as numbers out of 256.
     void randomise(Random& random, unsigned fill, unsigned density) {
         std::fill(nodes_.begin(), nodes_.end(), std::uint8_t{0});
         for (auto& axis : cut_) std::fill(axis.begin(), axis.end(), std::uint8_t{0});
@@ -122,7 +121,7 @@ class TableGrid {
                 }
     }
     std::size_t cell_count() const { return static_cast<std::size_t>(side_ * side_ * side_); }
-    // The same as a case, for the library.
+    // Returns the same grid as a case for the library.
     CutCase as_case() const {
         CutCase out;
         out.node_count = Vec3i::Constant(n_);
@@ -177,7 +176,7 @@ std::string surface_trouble(const CutCase& c) {
     return check.closed_oriented_manifold() ? "" : "not a closed oriented manifold";
 }
 
-// Random nodes, cuts at densities from none to all; mostly small grids.
+// Checks random nodes with cuts at densities from none to all; mostly small grids.
 void check_grids(int grids, std::uint64_t seed) {
     std::vector<TableGrid> sides;
     for (int side = 2; side <= 5; ++side) sides.emplace_back(side);
@@ -210,8 +209,8 @@ TEST(AnyCut, ThousandsOfGridsAreClosedOrientedManifolds) {
     check_grids(4000, 42);
 }
 
-// The Surface itself, on fewer grids, checked both ways; the table's quads are its.
-TEST(AnyCut, TheSurfaceIsWhatTheTableSays) {
+// The Surface itself on fewer grids, checked by both tests; its quads must be the table's.
+TEST(AnyCut, TheSurfaceMatchesTheTable) {
     Random random(43);
     for (int trial = 0; trial < 800; ++trial) {
         TableGrid table(2 + static_cast<int>(random.below(4)));
@@ -229,7 +228,7 @@ TEST(AnyCut, TheSurfaceIsWhatTheTableSays) {
     }
 }
 
-// Quads as a mesh; positions do not matter to the check.
+// Returns quads as a mesh; the check ignores positions.
 geometry::MeshCheck slow_check(const std::vector<std::array<std::uint32_t, 4>>& quads, std::size_t vertices) {
     geometry::TriangleMesh mesh;
     mesh.positions.assign(vertices, Vec3::Zero());
@@ -240,7 +239,7 @@ geometry::MeshCheck slow_check(const std::vector<std::array<std::uint32_t, 4>>& 
     return geometry::check_mesh(mesh);
 }
 
-// One fault of many kinds.
+// Adds one random fault.
 void damage(std::vector<std::array<std::uint32_t, 4>>& quads, Random& random) {
     const auto any = [&]() -> std::array<std::uint32_t, 4>& {
         return quads[random.below(static_cast<std::uint32_t>(quads.size()))];
@@ -249,13 +248,13 @@ void damage(std::vector<std::array<std::uint32_t, 4>>& quads, Random& random) {
     switch (random.below(6)) {
         case 0:
             any() = quads.back(), quads.pop_back();
-            break;  // one lost
+            break;  // a missing quad
         case 1:
             std::swap(any()[1], any()[3]);
-            break;  // two mixed up, or one turned over
+            break;  // two swapped vertices, or one reversed quad
         case 2:
             quads.push_back(any());
-            break;  // one twice
+            break;  // a duplicate
         case 3:
             any()[random.below(4)] = a;
             break;  // a wrong vertex
@@ -267,7 +266,7 @@ void damage(std::vector<std::array<std::uint32_t, 4>>& quads, Random& random) {
     }
 }
 
-TEST(AnyCut, TheFastCheckSaysWhatTheSlowOneSays) {
+TEST(AnyCut, TheFastCheckAgreesWithTheSlowOne) {
     Random random(44);
     FanCheck check;
     int sound = 0, faulty = 0;

@@ -1,4 +1,4 @@
-// Where the surface's vertices come to lie: how well sharp and smooth shapes are met.
+// Positions of the surface's vertices: accuracy for sharp and smooth shapes.
 #include <splitcubes/splitting/placement.h>
 
 #include "laws/solids.h"
@@ -34,7 +34,7 @@ double distance_to_nearest(const Vec3& point, const std::vector<Vec3>& vertices)
     return std::sqrt(best);
 }
 
-// Largest distance from a corner of the cube to the surface's nearest vertex, cells.
+// Returns the largest distance from a corner of the cube to the surface's nearest vertex, cells.
 double corner_error(const TriangleMesh& cube) {
     const geometry::SurfaceMesh surface = surface_of(cube, 1);
     double worst = 0;
@@ -86,7 +86,7 @@ SphereErrors sphere_errors(double radius, int subdivisions) {
     return out;
 }
 
-// Limits a little above what was measured when they were written down.
+// The limits are slightly above the values measured when the test was written.
 TEST(Spheres, SmallOneIsMet) {
     const SphereErrors errors = sphere_errors(9.3, 6);
     EXPECT_LE(errors.largest, 0.024);
@@ -156,7 +156,7 @@ TEST(PlaceFaceVertex, DoesNotLeaveTheWidenedFace) {
     }
 }
 
-TEST(PlaceFaceVertex, TheNormalsSignsMeanNothing) {
+TEST(PlaceFaceVertex, IgnoresTheNormalsSigns) {
     Random random(10);
     for (int trial = 0; trial < 500; ++trial) {
         std::array<FaceCrossing, 4> crossings, turned_round;
@@ -173,7 +173,7 @@ TEST(PlaceFaceVertex, TheNormalsSignsMeanNothing) {
     }
 }
 
-// The crossings of a cell's edges with the plane; their mean as well.
+// Returns the crossings of a cell's edges with the plane, and their mean.
 std::vector<CellCrossing> plane_crossings(const Vec3& normal, const Vec3& through, Vec3& mean) {
     std::vector<CellCrossing> out;
     mean = Vec3::Zero();
@@ -214,7 +214,7 @@ TEST(PlaceCentre, LiesWhereThreePlanesMeet) {
         Vec3 mean = Vec3::Zero();
         for (int k = 0; k < 3; ++k) {
             const Vec3 normal = rotation * Vec3::Unit(k);
-            // Any point of the plane that lies in the cell, here the nearest to its middle.
+            // Any point of the plane in the cell will do; this one is nearest to the cell's middle.
             const Vec3 middle = Vec3::Constant(0.5);
             crossings.push_back({middle + normal * normal.dot(corner - middle), normal, false});
             mean += crossings.back().point / 3;

@@ -1,4 +1,4 @@
-// A solid cut through with sheets: what falls apart fits together again.
+// Sheet cuts through solids: the resulting pieces fit together.
 #include <splitcubes/splitting/sheet_cut.h>
 
 #include "laws/solids.h"
@@ -30,11 +30,11 @@ NodeGrid closed_grid(const TriangleMesh& mesh, int cells) {
     return solidify(mesh, geometry::grid_around(mesh.bounds(), cell_size), report, parallel);
 }
 
-using Place = std::array<double, 3>;
-using Corners = std::array<Place, 3>;
+using Position = std::array<double, 3>;
+using Corners = std::array<Position, 3>;
 
-// The triangle's places, rotated to begin with the least one.
-Corners places_of(const TriangleMesh& mesh, const geometry::Triangle& t) {
+// Returns the triangle's vertex positions, rotated to begin with the smallest one.
+Corners positions_of(const TriangleMesh& mesh, const geometry::Triangle& t) {
     Corners out;
     for (std::size_t k = 0; k < 3; ++k) {
         const Vec3& p = mesh.positions[t[k]];
@@ -44,22 +44,24 @@ Corners places_of(const TriangleMesh& mesh, const geometry::Triangle& t) {
     return out;
 }
 
-Corners turned_round(Corners corners) {
+Corners reversed_corners(Corners corners) {
     std::swap(corners[1], corners[2]);
     return corners;
 }
 
-// Every triangle of a cut has one of the other side at the same places, to the last bit.
+// Checks that every triangle of a cut face has a partner on the other side at the same positions, to the last
+// bit.
 void expect_sides_to_coincide(const geometry::SurfaceMesh& surface) {
     std::multiset<Corners> sides;
     std::vector<Corners> all;
     for (std::size_t t = 0; t < surface.mesh.triangles.size(); ++t) {
         if (surface.triangle_origin[t] != Origin::cut) continue;
-        all.push_back(places_of(surface.mesh, surface.mesh.triangles[t]));
+        all.push_back(positions_of(surface.mesh, surface.mesh.triangles[t]));
         sides.insert(all.back());
     }
     ASSERT_FALSE(all.empty());
-    for (const Corners& corners : all) ASSERT_EQ(sides.count(corners), sides.count(turned_round(corners)));
+    for (const Corners& corners : all)
+        ASSERT_EQ(sides.count(corners), sides.count(reversed_corners(corners)));
 }
 
 struct ConvexBody {
@@ -111,7 +113,7 @@ TEST(SheetCut, APlaneMakesTwoOfAConvexBody) {
             EXPECT_NEAR(sum, mesh.mesh.volume(), 1e-9 * sum);
             EXPECT_NEAR(sum, whole, 1e-3 * whole);
             expect_sides_to_coincide(mesh);
-            // Below the skin the cut is the plane; crossings keep min_parameter from nodes.
+            // Below the boundary the cut is the plane; crossings keep min_parameter from nodes.
             for (const SurfaceCell& cell : surface.cells()) {
                 if (cell.inside != 255) continue;
                 for (const SurfaceQuad& quad : surface.quads(cell))
@@ -119,7 +121,7 @@ TEST(SheetCut, APlaneMakesTwoOfAConvexBody) {
                         ASSERT_LT(std::abs(normal.dot(surface.vertices()[v].rest - center)),
                                   1.5 * min_parameter * grid.rest().cell_size);
             }
-            // Every node lies on its piece's side of the plane.
+            // Every node is on its piece's side of the plane.
             const Vec3i n = grid.rest().node_count;
             std::array<int, 2> side{0, 0};
             for (int k = 0; k < n.prod(); ++k) {
@@ -157,7 +159,8 @@ TEST(SheetCut, OrderOfTwoSheetsDoesNotMatter) {
     Random random(3);
     for (const ConvexBody& body : convex_bodies()) {
         for (int trial = 0; trial < 5; ++trial) {
-            // So far apart that no edge meets both; of an edge that does, the first hit stays.
+            // The sheets are so far apart that no edge meets both; on an edge that did, the first hit would
+            // win.
             const NodeGrid uncut = closed_grid(body.mesh, 24);
             const Vec3 normal = random_direction(random);
             const double apart = 2 * uncut.rest().cell_size;

@@ -1,5 +1,4 @@
-// Failing cases made small: fewest nodes and cuts, plainest numbers, and printed
-// as code that a test can begin with.
+// Shrinking of failing cases: fewest nodes and cuts, simplest numbers, printed as code for a test.
 #pragma once
 
 #include "splitting/cut_case.h"
@@ -13,9 +12,9 @@
 
 namespace splitcubes::splitting::cases {
 
-/// The items less as many as can go while `fails` stays true: a list of which no
-/// single item can be left out. Delta debugging (Zeller and Hildebrandt 2002):
-/// halves are tried first, then ever smaller parts. fails(items) must hold.
+/// Removes as many items as possible while `fails` stays true: no single item of the result can be removed.
+/// Delta debugging (Zeller and Hildebrandt 2002): halves are tried first, then ever smaller parts.
+/// fails(items) must hold.
 template <class Item, class Fails>
 std::vector<Item> shrink(std::vector<Item> items, const Fails& fails) {
     std::size_t parts = 2;
@@ -42,8 +41,8 @@ std::vector<Item> shrink(std::vector<Item> items, const Fails& fails) {
 
 using Fails = std::function<bool(const CutCase&)>;
 
-/// A smallest case that still fails: no cut and no node can be left out, and
-/// parameters, normals and cut numbers are plain where they do not matter.
+/// Returns a minimal case that still fails: no cut and no node can be removed, and parameters, normals and
+/// cut indices are simple if they do not matter.
 inline CutCase shrink_case(CutCase c, const Fails& fails) {
     for (std::size_t before = 0; before != c.cuts.size() + c.inside.size() + 1;) {
         before = c.cuts.size() + c.inside.size() + 1;
@@ -67,7 +66,7 @@ inline CutCase shrink_case(CutCase c, const Fails& fails) {
     return c;
 }
 
-/// C++ that makes the case again, to the last bit.
+/// Returns C++ code of the case, to the last bit.
 inline std::string as_code(const CutCase& c) {
     std::ostringstream out;
     out << std::setprecision(std::numeric_limits<double>::max_digits10);
@@ -91,13 +90,13 @@ inline std::string as_code(const CutCase& c) {
     return out.str();
 }
 
-/// What a failing assertion says: the smallest case and why it fails.
-/// trouble: what is wrong with a case, empty where nothing is.
+/// Returns the message for a failing assertion: the minimal case and why it fails. trouble: returns the fault
+/// of a case, empty if there is none.
 inline std::string shrunk_report(const CutCase& c,
                                  const std::function<std::string(const CutCase&)>& trouble) {
-    const CutCase least = shrink_case(c, [&](const CutCase& some) { return !trouble(some).empty(); });
-    return trouble(least) + "; shrunk to " + std::to_string(least.cuts.size()) + " cuts and " +
-           std::to_string(least.inside.size()) + " nodes:\n" + as_code(least);
+    const CutCase minimal = shrink_case(c, [&](const CutCase& some) { return !trouble(some).empty(); });
+    return trouble(minimal) + "; shrunk to " + std::to_string(minimal.cuts.size()) + " cuts and " +
+           std::to_string(minimal.inside.size()) + " nodes:\n" + as_code(minimal);
 }
 
 }  // namespace splitcubes::splitting::cases

@@ -1,4 +1,4 @@
-// The shrinker finds what was planted.
+// The shrinker finds planted faults.
 #include "splitting/shrink.h"
 
 #include <gtest/gtest.h>
@@ -20,13 +20,13 @@ TEST(Shrink, FindsThePlantedItems) {
         const auto fails = [&](const std::vector<int>& some) {
             return std::includes(some.begin(), some.end(), planted.begin(), planted.end());
         };
-        const std::vector<int> least = shrink(items, fails);
-        ASSERT_EQ(least, std::vector<int>(planted.begin(), planted.end()));
+        const std::vector<int> minimal = shrink(items, fails);
+        ASSERT_EQ(minimal, std::vector<int>(planted.begin(), planted.end()));
     }
 }
 
 TEST(Shrink, LeavesNothingThatCanGo) {
-    // Fails where at least 7 even numbers are left: many least lists, all of 7.
+    // Fails if at least 7 even numbers are left: there are many minimal lists, all of 7.
     std::vector<int> items(101);
     for (std::size_t i = 0; i < items.size(); ++i) items[i] = static_cast<int>(i);
     const auto fails = [](const std::vector<int>& some) {
@@ -36,7 +36,7 @@ TEST(Shrink, LeavesNothingThatCanGo) {
     EXPECT_EQ(shrink(items, [](const std::vector<int>&) { return true; }).size(), 0U);
 }
 
-// Planted: a cell of the surface in which edges 0 and 9 are both cut inside the body.
+// Planted fault: a cell of the surface in which edges 0 and 9 are both cut inside the body.
 TEST(Shrink, FindsThePlantedEdgesOfACase) {
     Random random(3);
     const CutCase large = random_case(random, 5, 0.9, 0.6);
@@ -53,21 +53,21 @@ TEST(Shrink, FindsThePlantedEdgesOfACase) {
         return false;
     };
     ASSERT_TRUE(planted(large));
-    const CutCase least = shrink_case(large, planted);
-    EXPECT_TRUE(planted(least));
+    const CutCase minimal = shrink_case(large, planted);
+    EXPECT_TRUE(planted(minimal));
     // Edge 0 joins corners 0 and 1, edge 9 corners 1 and 5.
-    EXPECT_EQ(least.cuts.size(), 2U);
-    EXPECT_EQ(least.inside.size(), 3U);
-    for (const EdgeCut& c : least.cuts) {
+    EXPECT_EQ(minimal.cuts.size(), 2U);
+    EXPECT_EQ(minimal.inside.size(), 3U);
+    for (const EdgeCut& c : minimal.cuts) {
         EXPECT_EQ(c.parameter, 0.5);
         EXPECT_EQ(c.normal, Vec3(Vec3::Zero()));
         EXPECT_EQ(c.cut, 0);
     }
-    EXPECT_NE(as_code(least).find("const CutCase found{{7, 7, 7}, {"), std::string::npos) << as_code(least);
+    EXPECT_NE(as_code(minimal).find("const CutCase found{{7, 7, 7}, {"), std::string::npos)
+        << as_code(minimal);
 }
 
-// A fault that is put into the quads: those of one crossed axis are lost once
-// three crossings of that axis meet in a cell.
+// A fault in the quads: those of one crossed axis are lost if three crossings of that axis meet in a cell.
 TEST(Shrink, ShrinksABrokenSurface) {
     const auto trouble = [](const CutCase& c) -> std::string {
         const NodeGrid grid = grid_of(c);
@@ -89,15 +89,15 @@ TEST(Shrink, ShrinksABrokenSurface) {
     CutCase c;
     do c = random_case(random, 4, 0.95, 0.7);
     while (trouble(c).empty());
-    const CutCase least = shrink_case(c, [&](const CutCase& some) { return !trouble(some).empty(); });
-    EXPECT_EQ(least.cuts.size(), 3U) << as_code(least);
-    EXPECT_EQ(least.inside.size(), 8U) << as_code(least);
+    const CutCase minimal = shrink_case(c, [&](const CutCase& some) { return !trouble(some).empty(); });
+    EXPECT_EQ(minimal.cuts.size(), 3U) << as_code(minimal);
+    EXPECT_EQ(minimal.inside.size(), 8U) << as_code(minimal);
     const std::string report = shrunk_report(c, trouble);
     EXPECT_EQ(report.rfind("an open surface; shrunk to 3 cuts and 8 nodes:\nconst CutCase found{", 0), 0U)
         << report;
 }
 
-// What as_code prints is what a test reads: this text was printed by it.
+// A test can read what as_code prints: this text was printed by it.
 TEST(Shrink, PrintsCodeThatCompiles) {
     const CutCase found{
         {4, 4, 4}, {{1, 1, 1}, {2, 1, 1}}, {{{{1, 1, 1}, 0}, 0.10000000000000001, {0, 0.25, 1}, 2}}};

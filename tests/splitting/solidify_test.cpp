@@ -65,7 +65,7 @@ std::vector<bool> cut_edges_of(const NodeGrid& grid) {
     return out;
 }
 
-// What must hold of anything that was made solid; empty where it does.
+// Returns the first violation of the invariants of a solid, empty if there is none.
 std::string trouble(const NodeGrid& grid) {
     for (const std::string& line : validate(grid)) return line;
     const Surface surface(grid);
@@ -74,12 +74,12 @@ std::string trouble(const NodeGrid& grid) {
     return "";
 }
 
-// Volume between the cut edges' crossings.
+// Returns the volume of the surface.
 double surface_volume(const NodeGrid& grid) {
     return extract(grid, Surface(grid), Pieces(grid)).mesh.volume();
 }
 
-TEST(Solidify, NodesOfConvexSolidsAreTold) {
+TEST(Solidify, ClassifiesNodesOfConvexSolids) {
     Random random(1);
     for (int trial = 0; trial < 60; ++trial) {
         const Vec3 half(random.uniform(0.6, 5), random.uniform(0.6, 5), random.uniform(0.6, 5));
@@ -118,7 +118,7 @@ TEST(Solidify, CrossingsAreWhereTheMeshIs) {
     }
 }
 
-TEST(Solidify, WholeCubesHoldAsManyNodesAsCells) {
+TEST(Solidify, CubesOfWholeCellsHaveAsManyNodes) {
     for (int size = 1; size <= 6; ++size) {
         SolidifyReport report;
         const NodeGrid grid =
@@ -127,7 +127,7 @@ TEST(Solidify, WholeCubesHoldAsManyNodesAsCells) {
         EXPECT_EQ(report.nodes_inside, static_cast<std::size_t>(size * size * size));
         EXPECT_EQ(report.lost_thin_edges, 0U);
         EXPECT_EQ(trouble(grid), "");
-        // Crossings keep min_parameter from nodes, so the volume is off by that at most.
+        // Crossings keep min_parameter from nodes, which bounds the error of the volume.
         EXPECT_NEAR(std::cbrt(surface_volume(grid)), size, 2 * min_parameter + 1e-9);
     }
 }
@@ -150,7 +150,7 @@ TEST(Solidify, VerticesAndEdgesInNodes) {
             ASSERT_EQ(trouble(grid), "") << "trial " << trial;
             ++solids;
         } catch (const InputError&) {
-            // So flat that it holds no node.
+            // Too flat to contain a node.
             ASSERT_LT(mesh.volume(), 20) << "trial " << trial;
         }
     }
@@ -192,7 +192,7 @@ TEST(Solidify, AReversedInnerShellIsACavity) {
     EXPECT_EQ(trouble(grid), "");
     EXPECT_NEAR(surface_volume(grid), hollow.volume(), 0.01 * hollow.volume());
     EXPECT_EQ(Pieces(grid).count(), 1U);
-    // The same way round it is no cavity.
+    // With the same orientation the inner shell is no cavity.
     EXPECT_EQ(inside_of(solid(joined(outer, inner), rest)), inside_of(solid(outer, rest)));
 }
 
@@ -209,7 +209,7 @@ TEST(Solidify, AnInsideOutMeshIsASolid) {
 }
 
 TEST(Solidify, AGapThinnerThanACellSeparates) {
-    // Two blocks 0.3 cells apart, the gap at any place between two layers of nodes.
+    // Two blocks 0.3 cells apart, with the gap at various positions between two layers of nodes.
     for (int step = 0; step <= 20; ++step) {
         const double gap = 4.01 + step / 20.0;
         const TriangleMesh blocks = joined(box_between(Vec3(1.5, 1.5, 1.5), Vec3(gap - 0.15, 7.5, 7.5)),
@@ -234,7 +234,7 @@ TEST(Solidify, AThinPlateIsCountedLost) {
     EXPECT_EQ(report.notes.size(), 1U);
     EXPECT_EQ(trouble(grid), "");
     EXPECT_THROW(solid(plate, unit_grid(10)), InputError) << "nothing is left of it";
-    // It holds nodes where it reaches to a layer of them.
+    // The plate contains nodes if it reaches a layer of them.
     const TriangleMesh seen = moved(plate, Vec3(0, 0, 0.5));
     solid(seen, unit_grid(10), report);
     EXPECT_EQ(report.nodes_inside, 36U);
@@ -242,7 +242,7 @@ TEST(Solidify, AThinPlateIsCountedLost) {
 }
 
 TEST(Solidify, OfAPlateBesideABlockTheBlockIsKept) {
-    // Both on one grid edge: the material of the inside node ends where the block does.
+    // Both are on one grid edge: the material of the inside node ends at the block.
     for (const bool below : {true, false}) {
         const TriangleMesh block =
             box_between(Vec3(1.5, 1.5, below ? 4.7 : 2.5), Vec3(7.5, 7.5, below ? 6.5 : 4.3));
@@ -261,7 +261,7 @@ TEST(Solidify, OfAPlateBesideABlockTheBlockIsKept) {
 
 TEST(Solidify, AnOpenMeshGoesByItsWindingNumber) {
     TriangleMesh mesh = geometry::make_sphere(5.3, 3);
-    // A hole at the top.
+    // Cut a hole at the top.
     std::erase_if(mesh.triangles, [&](const geometry::Triangle& t) { return mesh.positions[t[0]][2] > 4.6; });
     const RestGrid rest = geometry::grid_around(mesh.bounds(), 0.5);
     SolidifyReport report;
@@ -279,7 +279,7 @@ TEST(Solidify, AnOpenMeshGoesByItsWindingNumber) {
 }
 
 TEST(Solidify, WindingNumbersFollowedAlongRowsEqualThoseOfEveryNode) {
-    // A ball with a hole, with triangles turned round, doubled in part, and torn apart.
+    // A ball with a hole, with reversed triangles, partly duplicated, and torn apart.
     Random random(5);
     for (int kind = 0; kind < 5; ++kind) {
         TriangleMesh mesh = moved(geometry::make_sphere(5.3, 3), Vec3(7.1, 7.2, 7.3));
@@ -287,7 +287,7 @@ TEST(Solidify, WindingNumbersFollowedAlongRowsEqualThoseOfEveryNode) {
         if (kind == 0) std::erase_if(mesh.triangles, [&](auto& t) { return mesh.positions[t[0]][2] > 11; });
         for (std::size_t t = 0; kind == 1 && t < count; t += 40)
             std::swap(mesh.triangles[t][0], mesh.triangles[t][1]);
-        if (kind == 1) mesh.triangles.pop_back();  // else they could be turned back
+        if (kind == 1) mesh.triangles.pop_back();  // otherwise the orientation could be repaired
         if (kind == 2) {
             TriangleMesh shell = mesh;
             for (Vec3& p : shell.positions) p = 1.01 * (p - Vec3(7.1, 7.2, 7.3)) + Vec3(7.1, 7.2, 7.3);
@@ -324,7 +324,7 @@ TEST(Solidify, WindingNumbersFollowedAlongRowsEqualThoseOfEveryNode) {
     }
 }
 
-TEST(Solidify, TrianglesTurnedBothWaysAreTurnedBack) {
+TEST(Solidify, MixedOrientationsAreRepaired) {
     const TriangleMesh good = geometry::make_sphere(5.3, 3);
     const RestGrid rest = geometry::grid_around(good.bounds(), 0.5);
     const std::vector<bool> expected = inside_of(solid(good, rest));
@@ -341,7 +341,7 @@ TEST(Solidify, TrianglesTurnedBothWaysAreTurnedBack) {
     }
 }
 
-TEST(Solidify, ATriangleThatIsMissingAndOneThatIsTurnedGoByTheWindingNumber) {
+TEST(Solidify, AMissingAndAReversedTriangleUseTheWindingNumber) {
     const TriangleMesh good = geometry::make_sphere(5.3, 3);
     TriangleMesh mesh = good;
     std::swap(mesh.triangles[10][0], mesh.triangles[10][1]);
@@ -374,7 +374,7 @@ TEST(Solidify, SheetsAreRefusedAndShellsAreNot) {
     EXPECT_EQ(trouble(grid), "");
 }
 
-TEST(Solidify, ScaleAndPlaceDoNotMatter) {
+TEST(Solidify, ScaleAndPositionDoNotMatter) {
     Random random(5);
     TriangleMesh open = geometry::make_sphere(4.1, 3);
     open.triangles.resize(open.triangles.size() - 20);
@@ -413,7 +413,7 @@ TEST(Solidify, ThreadsDoNotMatter) {
     EXPECT_EQ(canonical_quads(Surface(one)), canonical_quads(Surface(three)));
 }
 
-TEST(Solidify, RefusesWhatIsNoSolid) {
+TEST(Solidify, RefusesMeshesWithoutASolid) {
     const RestGrid rest = unit_grid(8);
     EXPECT_THROW(solid({}, rest), InputError);
     TriangleMesh mesh = box_between(Vec3::Constant(1.5), Vec3::Constant(5.5));

@@ -1,6 +1,5 @@
-// Laws of a surface that is kept up to date, on random nodes and cuts: it is the
-// one made from nothing, it has a part for each region of each sheet, and both
-// sides of a cut lie at the same places.
+// Properties of an updated surface, on random nodes and cuts: it equals a rebuilt one, it has one part for
+// each region of each sheet, and both sides of a cut have the same positions.
 #include "laws/solids.h"
 #include "splitting/shrink.h"
 
@@ -35,7 +34,8 @@ bool same_pieces(const NodeGrid& grid, const Pieces& a, const Pieces& b) {
     return a.count() == b.count();
 }
 
-// The case's cuts in this order, in batches of 1 .. largest, from the uncut body on.
+// Applies the case's cuts in this order, in batches of 1 .. largest, starting from the uncut body; returns
+// the first fault.
 std::string incremental_trouble(const CutCase& c, std::uint32_t largest) {
     NodeGrid grid = uncut_grid(c);
     Surface surface(grid);
@@ -65,8 +65,7 @@ TEST(SurfaceLaws, KeptUpToDateIsMadeFromNothing) {
     }
 }
 
-// Empty where the case's cuts, shuffled and in batches, make the surface that they
-// make at once.
+// Returns an empty text if the case's cuts, shuffled and in batches, make the same surface as all at once.
 std::string order_trouble(const CutCase& c, std::uint64_t seed) {
     const auto at_once = canonical_quads(Surface(grid_of(c)));
     Random random(seed);
@@ -95,8 +94,8 @@ TEST(SurfaceLaws, OrderAndBatchesDoNotMatter) {
     }
 }
 
-// Where every vertex goes when each node moves in a way of its own, by the vertex's
-// name; fans of a cell are told apart by the first quad that names them.
+// Returns the positions of all vertices by name after a different random motion of each node; fans of a cell
+// are distinguished by the first quad that names them.
 std::map<std::array<int, 6>, Vec3> moved_vertices(const NodeGrid& grid, const Surface& surface) {
     std::vector<geometry::Frame> frames;
     for (const Vec3i& node : surface.nodes()) {
@@ -117,8 +116,8 @@ std::map<std::array<int, 6>, Vec3> moved_vertices(const NodeGrid& grid, const Su
     return out;
 }
 
-// The cells on either side of a face may have been done in another order, and a
-// vertex of the face goes by the weights in one of them: equal but for rounding.
+// The cells on either side of a face may be processed in another order, and a vertex of the face uses the
+// weights of one of them: equal except for rounding.
 TEST(SurfaceLaws, OrderDoesNotMatterToMotion) {
     Random random(57);
     double largest = 0;
@@ -144,11 +143,10 @@ TEST(SurfaceLaws, OrderDoesNotMatterToMotion) {
     RecordProperty("largest_distance", text.str());
 }
 
-// Pieces and parts. Crossed edges are linked where a cell's fans link them; linked
-// ones form a sheet. One sheet alone divides the nodes of the grid into regions, and
-// the surface has, for each sheet, one connected part for each of its regions that
-// holds material beside it: the side of the sheet that looks there. (A sheet is
-// connected, so each region that it leaves of space has one connected boundary.)
+// Pieces and parts. Crossed edges are linked if a cell's fans link them; linked edges form a sheet. One sheet
+// alone divides the nodes of the grid into regions, and the surface has, for each sheet, one connected part
+// for each of its regions with material next to it: the side of the sheet that faces the region. (A sheet is
+// connected, so each region that it leaves has one connected boundary.)
 struct Sheets {
     std::vector<std::uint32_t> of_slot;  // root slot of each crossing's sheet
 };
@@ -238,9 +236,9 @@ TEST(SurfaceLaws, APartForEachRegionBesideEachSheet) {
     }
 }
 
-// Without inner cuts the skin has one part less than space has regions: pieces
-// connected along edges, the outside also across faces.
-TEST(SurfaceLaws, TheSkinHasOnePartLessThanThereAreRegions) {
+// Without inner cuts the number of parts of the boundary is one less than the number of regions of space,
+// where pieces are connected along edges and the outside also across faces.
+TEST(SurfaceLaws, TheBoundaryHasOnePartLessThanThereAreRegions) {
     Random random(54);
     for (int trial = 0; trial < 500; ++trial) {
         const int side = 1 + static_cast<int>(random.below(5));
@@ -280,8 +278,8 @@ bool same_bits(const Vec3& a, const Vec3& b) {
     return std::memcmp(a.data(), b.data(), sizeof(double) * 3) == 0;
 }
 
-// Vertices that stand for the same crossing, face, or group of a cell's crossings
-// lie at one place, to the last bit.
+// Checks that vertices of the same crossing, face, or group of a cell's crossings have the same position, to
+// the last bit.
 std::string sides_trouble(const CutCase& c) {
     NodeGrid grid = uncut_grid(c);
     Surface surface(grid);
@@ -318,7 +316,7 @@ TEST(SurfaceLaws, BothSidesOfACutCoincideToTheLastBit) {
     }
 }
 
-// All that a grid, a surface and its pieces hold.
+// Complete state of a grid, a surface and its pieces.
 struct State {
     std::vector<Crossing> crossings;
     std::vector<SurfaceVertex> vertices;

@@ -66,7 +66,7 @@ std::vector<std::int32_t> cut_all(NodeGrid& grid, const std::vector<EdgeCut>& cu
     return slots;
 }
 
-// Empty when the cuts, applied to the block, leave a valid surface.
+// Returns an empty text if the cuts, applied to the block, leave a valid surface.
 std::string trouble_with_cuts(int nodes, const std::vector<EdgeCut>& cuts) {
     NodeGrid grid = solid_block(nodes);
     Surface surface(grid);
@@ -77,7 +77,7 @@ std::string trouble_with_cuts(int nodes, const std::vector<EdgeCut>& cuts) {
     return "";
 }
 
-// Leaves out cuts one at a time as long as the trouble stays.
+// Removes cuts one at a time while the fault remains.
 std::string shrunk(int nodes, std::vector<EdgeCut> cuts) {
     for (std::size_t i = 0; i < cuts.size();) {
         std::vector<EdgeCut> fewer = cuts;
@@ -125,7 +125,7 @@ TEST(Surface, AnySetOfCutEdgesGivesAClosedOrientedManifold) {
 }
 
 TEST(Surface, AllMasksOfOneInnerCell) {
-    // A cell whose eight corners are inside, cut by every mask.
+    // A cell with all eight corners inside, cut with every mask.
     const NodeGrid block = solid_block(2);
     const Vec3i cell(1, 1, 1);
     Random random(5);
@@ -142,7 +142,7 @@ TEST(Surface, AllMasksOfOneInnerCell) {
         const geometry::MeshCheck check = geometry::check_mesh(mesh.mesh);
         ASSERT_TRUE(check.valid()) << "mask " << mask;
         ASSERT_EQ(pieces.count(), Table::get().cell(static_cast<CellMask>(mask)).component_count);
-        // Each piece has at least one closed part of surface; volumes sum to the whole.
+        // Each piece has at least one closed part of the surface; the volumes sum to the total.
         double volume = 0;
         for (const PieceMeasure& p : measure_pieces(mesh, pieces.count())) volume += p.volume;
         ASSERT_NEAR(volume, mesh.mesh.volume(), 1e-12 * std::abs(volume));
@@ -173,8 +173,8 @@ TEST(Surface, OrderOfCutsDoesNotMatter) {
     }
 }
 
-// All triangles around every vertex of the given cells form one closed fan. The
-// triangles at a vertex lie in the cells that touch its edge, face or cell.
+// Checks that all triangles around every vertex of the given cells form one closed fan. The triangles at a
+// vertex are in the cells that touch its edge, face or cell.
 void expect_local_manifold(const NodeGrid& grid, const Surface& surface,
                            const std::vector<std::uint32_t>& cells,
                            const std::map<std::array<int, 3>, std::uint32_t>& cell_of) {
@@ -221,7 +221,7 @@ TEST(Surface, TenThousandRandomSheetsInOneGrid) {
     std::size_t known = 0;
     std::vector<EdgeCut> all;
     for (int sheet = 0; sheet < 10000; ++sheet) {
-        // A square patch in a random plane: every edge it crosses.
+        // A square patch in a random plane: every edge that it crosses.
         const Vec3 centre(random.uniform(1, 33), random.uniform(1, 33), random.uniform(1, 33));
         const Vec3 normal =
             Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)).normalized();
@@ -273,7 +273,7 @@ TEST(Surface, BothSidesOfACutCoincideAtRest) {
     for (const GridEdge& edge : inner_edges(grid))
         if (random.unit() < 0.2) cuts.push_back(random_cut(edge, random));
     surface.retessellate(grid, cut_all(grid, cuts));
-    // Each triangle of a cut edge has a partner of opposite orientation at the same places.
+    // Each triangle of a cut edge has a partner of opposite orientation at the same positions.
     std::map<std::array<std::array<double, 3>, 3>, int> balance;
     for (const SurfaceCell& cell : surface.cells())
         for (const SurfaceQuad& q : surface.quads(cell)) {
@@ -284,7 +284,7 @@ TEST(Surface, BothSidesOfACutCoincideAtRest) {
                 for (std::size_t k = 0; k < 3; ++k)
                     for (std::size_t axis = 0; axis < 3; ++axis)
                         p[k][axis] = surface.vertices()[t[k]].rest[static_cast<int>(axis)];
-                // A triangle with two corners at one place has no orientation to balance.
+                // A triangle with two coincident corners has no orientation to balance.
                 if (p[0] == p[1] || p[1] == p[2] || p[2] == p[0]) continue;
                 const int lowest = static_cast<int>(std::min_element(p.begin(), p.end()) - p.begin());
                 std::rotate(p.begin(), p.begin() + lowest, p.end());
@@ -319,12 +319,12 @@ TEST(Surface, RigidMotionCarriesEveryVertex) {
         const SurfaceVertex& v = surface.vertices()[i];
         if (!v.alive()) continue;
         ASSERT_LT((positions[i] - (turn * v.rest + shift)).norm(), 1e-12);
-        // Kept in single precision.
+        // Normals are stored in single precision.
         ASSERT_LT((normals[i] - turn * v.normal.cast<double>()).norm(), 1e-6);
     }
 }
 
-TEST(Pieces, AgreeWithAFloodFillAndKeepTheirNumbers) {
+TEST(Pieces, AgreeWithAFloodFillAndKeepTheirIds) {
     Random random(21);
     NodeGrid grid = solid_block(9);
     Pieces pieces(grid);
@@ -348,7 +348,7 @@ TEST(Pieces, AgreeWithAFloodFillAndKeepTheirNumbers) {
         const std::vector<PieceSplit> splits = pieces.update(grid, slots);
         ASSERT_EQ(splits, all_bricks.update(grid));
         ASSERT_EQ(pieces.node_counts(), all_bricks.node_counts());
-        // Flood fill from every node, slowly.
+        // Slow flood fill from every node.
         std::map<std::array<int, 3>, int> label;
         int labels = 0;
         for_nodes([&](const Vec3i& seed) {

@@ -1,5 +1,5 @@
-// The 48 symmetries of the cube: what they do to corners, edges, faces, masks,
-// positions and crossings of a cell.
+// The 48 symmetries of the cube: their action on corners, edges, faces, masks, positions and crossings of a
+// cell.
 #pragma once
 
 #include "splitting/cut_case.h"
@@ -8,7 +8,7 @@
 
 namespace splitcubes::splitting::cases {
 
-/// Axis a goes to axis `to[a]`, turned round where flip[a].
+/// Maps axis a to axis `to[a]`, reversed if flip[a].
 struct Symmetry {
     std::array<int, 3> to;
     std::array<bool, 3> flip;
@@ -33,29 +33,29 @@ struct Symmetry {
         for (int e = 0; e < edge_count; ++e) out |= (m >> e & 1U) << edge(e);
         return static_cast<CellMask>(out);
     }
-    /// Of a direction.
+    /// Maps a direction.
     Vec3 direction(const Vec3& v) const {
         Vec3 out;
         for (int a = 0; a < 3; ++a) out[axis(a)] = flips(a) ? -v[a] : v[a];
         return out;
     }
-    /// Of a place in a cell whose lowest corner is at zero; unit: cells.
-    Vec3 place(const Vec3& p) const {
+    /// Maps a position in a cell whose lowest corner is at zero; unit: cells.
+    Vec3 position(const Vec3& p) const {
         Vec3 out;
         for (int a = 0; a < 3; ++a) out[axis(a)] = flips(a) ? 1 - p[a] : p[a];
         return out;
     }
-    /// Of a node of a grid with `side` nodes an axis.
+    /// Maps a node of a grid with `side` nodes per axis.
     Vec3i node(const Vec3i& n, int side) const {
         Vec3i out;
         for (int a = 0; a < 3; ++a) out[axis(a)] = flips(a) ? side - 1 - n[a] : n[a];
         return out;
     }
-    /// Of an edge of such a grid.
+    /// Maps an edge of such a grid.
     GridEdge edge(const GridEdge& e, int side) const {
         return {node(e.node, side).cwiseMin(node(e.upper(), side)), axis(e.axis)};
     }
-    /// Of a crossing in such a grid; of a cell at (0, 0, 0): side 2.
+    /// Maps a crossing in such a grid; for a cell at (0, 0, 0): side 2.
     EdgeCut crossing(const EdgeCut& c, int side = 2) const {
         EdgeCut out = c;
         out.edge = edge(c.edge, side);

@@ -1,5 +1,5 @@
-// Table and placement know no direction: the configuration of a turned or
-// mirrored cell is the turned or mirrored configuration.
+// Table and placement have no preferred direction: the configuration of a rotated or mirrored cell is the
+// rotated or mirrored configuration.
 #include "splitting/symmetries.h"
 
 #include "splitting/shrink.h"
@@ -38,7 +38,7 @@ TEST(Symmetries, AreTheGroupOfTheCube) {
     EXPECT_EQ(mirrors, 24);
 }
 
-// Corners of the face vertex instance, as bits.
+// Returns the corners of the face vertex instance, as bits.
 unsigned instance_corners(CellMask mask, int face, int instance) {
     const FaceConfiguration& configuration = Table::get().face(face_mask(mask, face));
     unsigned out = 0;
@@ -55,8 +55,8 @@ unsigned mapped_corners(const Symmetry& g, unsigned corners) {
     return out;
 }
 
-// A quad without the numbers that the table chose: corner, edge, then face and
-// corners of the instance of its first and second face vertex.
+// A quad without the table's arbitrary indices: corner, edge, then face and corners of the instance of its
+// first and second face vertex.
 using PlainQuad = std::array<unsigned, 6>;
 
 PlainQuad plain(CellMask mask, const TableQuad& q) {
@@ -79,19 +79,19 @@ PlainQuad mapped(const Symmetry& g, const PlainQuad& q) {
     return out;
 }
 
-// What the table says of a mask, named by its parts instead of by numbers. Each
-// mapping lets a symmetry act on what it is of.
+// The table's entry of a mask, named by its parts instead of indices. Each `mapped_` function applies a
+// symmetry to its type.
 struct PlainCell {
     std::set<unsigned> components;            // corners of each
     std::set<std::set<PlainQuad>> fans;       // quads of each
     std::map<unsigned, bool> groups;          // edges of each: oriented?
-    std::set<std::array<unsigned, 2>> fan;    // of each: bits of its edges, bits of its group's edges
-    std::set<std::array<unsigned, 3>> sides;  // oriented groups: edges, those of one side and the other
+    std::set<std::array<unsigned, 2>> fan;    // per fan: bits of its edges, bits of its group's edges
+    std::set<std::array<unsigned, 3>> sides;  // oriented groups: edges, those of one side and of the other
 
     bool operator==(const PlainCell&) const = default;
 };
 
-// One of the two ends of each edge: bit 2e + end.
+// Returns one of the two ends of each edge: bit 2e + end.
 unsigned half_edges_of_side(const CellConfiguration& cell, unsigned edges, int side) {
     unsigned out = 0;
     for (int e = 0; e < edge_count; ++e)
@@ -187,10 +187,10 @@ TEST(TableSymmetry, AllMasks) {
     expect_symmetric_table(1);
 }
 
-// One cell, all corners inside, its edges crossed. Places of all vertices by what
-// they are: edge vertices by half edge, face vertices by face and corners of the
-// instance, centres by the bits of their fan's half edges.
-std::map<std::array<unsigned, 3>, Vec3> vertex_places(const std::vector<EdgeCut>& cuts) {
+// Returns the positions of all vertices of one cell with all corners inside, by name: edge vertices by half
+// edge, face vertices by face and corners of the instance, centre vertices by the bits of their fan's half
+// edges.
+std::map<std::array<unsigned, 3>, Vec3> vertex_positions(const std::vector<EdgeCut>& cuts) {
     RestGrid rest;
     rest.node_count = Vec3i::Constant(2);
     NodeGrid grid(rest);
@@ -224,16 +224,16 @@ std::array<unsigned, 3> mapped_name(const Symmetry& g, const std::array<unsigned
     return {name[0], mapped_half_edges(g, name[1]), 0};
 }
 
-// Empty where the surface of the mapped crossings is the mapped surface, to 1e-12 of a cell.
+// Returns an empty text if the surface of the mapped crossings is the mapped surface, to 1e-12 of a cell.
 std::string placement_trouble(const Symmetry& g, const std::vector<EdgeCut>& cuts) {
     std::vector<EdgeCut> images;
     for (const EdgeCut& c : cuts) images.push_back(g.crossing(c));
-    const auto places = vertex_places(cuts), image_places = vertex_places(images);
-    if (places.size() != image_places.size()) return "another number of vertices";
-    for (const auto& [name, place] : places) {
-        const auto image = image_places.find(mapped_name(g, name));
-        if (image == image_places.end()) return "a vertex has no image";
-        const double apart = (image->second - g.place(place)).norm();
+    const auto positions = vertex_positions(cuts), image_positions = vertex_positions(images);
+    if (positions.size() != image_positions.size()) return "another number of vertices";
+    for (const auto& [name, position] : positions) {
+        const auto image = image_positions.find(mapped_name(g, name));
+        if (image == image_positions.end()) return "a vertex has no image";
+        const double apart = (image->second - g.position(position)).norm();
         if (!(apart <= 1e-12))
             return std::array{"an edge", "a face", "a centre"}[name[0]] + std::string(" vertex is ") +
                    std::to_string(apart) + " cells off";
@@ -241,12 +241,12 @@ std::string placement_trouble(const Symmetry& g, const std::vector<EdgeCut>& cut
     return "";
 }
 
-// Of crossings that `make` makes, `rounds` times for every mask.
-void expect_equivariant_placement(int rounds, std::uint64_t seed,
+// Checks crossings made by `make`, `repeats` times for every mask.
+void expect_equivariant_placement(int repeats, std::uint64_t seed,
                                   const std::function<std::vector<EdgeCut>(CellMask, Random&)>& make) {
     const std::vector<Symmetry> all = all_symmetries();
     Random random(seed);
-    for (int trial = 0; trial < rounds * mask_count; ++trial) {
+    for (int trial = 0; trial < repeats * mask_count; ++trial) {
         const auto mask = static_cast<CellMask>(trial % mask_count);
         const std::vector<EdgeCut> cuts = make(mask, random);
         const Symmetry& g = all[random.below(48)];
@@ -255,7 +255,7 @@ void expect_equivariant_placement(int rounds, std::uint64_t seed,
         FAIL() << "axes to " << g.to[0] << g.to[1] << g.to[2] << " flipped " << g.flip[0] << g.flip[1]
                << g.flip[2] << ": " << shrunk_report({Vec3i::Constant(2), {}, cuts}, trouble);
     }
-    testing::Test::RecordProperty("configurations", rounds * mask_count);
+    testing::Test::RecordProperty("configurations", repeats * mask_count);
 }
 
 std::vector<EdgeCut> anywhere(CellMask mask, Random& random) {
@@ -267,8 +267,8 @@ std::vector<EdgeCut> anywhere(CellMask mask, Random& random) {
     return cuts;
 }
 
-// Crossings of up to three smooth sheets: normals of a sheet within 6 degrees of
-// one of three directions that stand within 30 degrees of square on each other.
+// Returns crossings of up to three smooth sheets: normals of a sheet are within 6 degrees of one of three
+// directions that are within 30 degrees of perpendicular to each other.
 std::vector<EdgeCut> of_three_sheets(CellMask mask, Random& random) {
     const Vec3 about = random_normal(random).normalized();
     const Quat turn(Eigen::AngleAxisd(random.uniform(0, 3), about));
@@ -286,7 +286,7 @@ TEST(PlacementSymmetry, OfUpToThreeSmoothSheets) {
 }
 
 TEST(PlacementSymmetry, OfAFewCrossings) {
-    // Up to two crossings a face and no sheets to sort: any normals.
+    // Up to two crossings per face and no sheets to separate: any normals.
     expect_equivariant_placement(5, 32, [](CellMask mask, Random& random) {
         while (std::popcount(mask) > 2)
             mask = static_cast<CellMask>(mask & (1U << random.below(12) ^ 0xfffU));
@@ -298,7 +298,7 @@ TEST(PlacementSymmetry, OfAnyCrossings) {
     expect_equivariant_placement(5, 33, anywhere);
 }
 
-// A whole grid: each quad by its cell and half edge, and where its corners lie, in cells.
+// Returns each quad of a grid by its cell and half edge, with the positions of its corners in cells.
 std::map<std::array<int, 8>, std::array<Vec3, 4>> quad_places(const CutCase& c) {
     const NodeGrid grid = grid_of(c);
     const Surface surface(grid);
@@ -342,8 +342,8 @@ std::string grid_trouble(const Symmetry& g, const CutCase& c) {
     return "";
 }
 
-// Cells that share faces, inside and at the skin: what a face takes from both its
-// cells as well. Crossings of up to three smooth sheets, as above.
+// Cells that share faces, inside and at the boundary: a face also depends on both its cells. Crossings of up
+// to three smooth sheets, as above.
 TEST(PlacementSymmetry, OfWholeGrids) {
     const std::vector<Symmetry> all = all_symmetries();
     Random random(34);

@@ -46,8 +46,8 @@ TEST(Table, ComponentCounts) {
 
 TEST(Table, EveryFaceCentreSegmentHasTwoQuadsThatRunOppositeWays) {
     for (int m = 0; m < mask_count; ++m) {
-        // (face, instance, fan) -> uses as first and as second face of a quad: the
-        // quad runs first -> centre -> second, so one of each is opposite ways.
+        // (face, instance, fan) -> uses as first and as second face of a quad: the quad runs first -> centre
+        // -> second, so one of each gives opposite directions.
         std::map<std::array<int, 3>, std::array<int, 2>> uses;
         for (const TableQuad& q : Table::get().quads(static_cast<CellMask>(m))) {
             ++uses[{q.first_face, q.first_instance, q.fan}][0];
@@ -95,8 +95,8 @@ TEST(Table, FansOfACentreInstance) {
 }
 
 TEST(Table, AComponentHasOneFanOfEachSheetThatItTouches) {
-    // The sheets of a cell draw separate connected figures on its surface; a component
-    // sees each of them from one side.
+    // The sheets of a cell draw separate connected figures on its surface; a component sees each of them from
+    // one side.
     for (int m = 0; m < mask_count; ++m) {
         const auto mask = static_cast<CellMask>(m);
         const CellConfiguration& cell = Table::get().cell(mask);
@@ -108,8 +108,8 @@ TEST(Table, AComponentHasOneFanOfEachSheetThatItTouches) {
 }
 
 TEST(Table, FaceInstancesDependOnTheFaceAlone) {
-    // Two cells that share a face see the same ring mask and so the same instances;
-    // reaching around through the cell would give others for 3100 masks.
+    // Two cells that share a face have the same ring mask and so the same instances; connections through the
+    // cell would give other instances for 3100 masks.
     int differ = 0;
     for (int m = 0; m < mask_count; ++m) {
         const auto mask = static_cast<CellMask>(m);
@@ -133,7 +133,7 @@ TEST(Table, FaceInstancesDependOnTheFaceAlone) {
 }
 
 TEST(Table, PlanarSheetsAreOriented) {
-    // Masks that a plane makes: every edge between the two sides of a linear function.
+    // Masks of planes: every edge between the two sides of a linear function.
     int tried = 0;
     for (int a = -3; a <= 3; ++a)
         for (int b = -3; b <= 3; ++b)

@@ -1,6 +1,5 @@
-// Volumes of what falls apart sum to the whole's: exactly to that of the cut
-// surface, and to that of the uncut body but for the cells in which a cut meets
-// the skin.
+// The volumes of the pieces sum to the total: exactly to that of the cut surface, and to that of the uncut
+// body except in the cells in which a cut meets the boundary.
 #include "laws/solids.h"
 
 #include <gtest/gtest.h>
@@ -21,10 +20,9 @@ namespace {
 using namespace laws;
 using geometry::TriangleMesh;
 
-// A cut moves only face and centre vertices of cells in which it meets the skin.
-// Not more than this share of such a cell's volume comes or goes, on average over
-// a cut's cells; the largest share seen is written down by the test.
-constexpr double share_of_skin_cells = 0.02;
+// A cut moves only face and centre vertices of cells in which it meets the boundary. The change is at most
+// this share of such a cell's volume, averaged over a cut's cells; the test records the largest share found.
+constexpr double max_share_of_boundary_cells = 0.02;
 
 std::size_t cells_with_both(const NodeGrid& grid, const Surface& surface) {
     std::size_t count = 0;
@@ -59,8 +57,8 @@ TriangleMesh random_sheet(Random& random) {
                                      wavelength);
 }
 
-// Cuts a random body with up to `most` sheets and holds it to the law after each.
-void check_volumes(int trials, int most, int cells, std::uint64_t seed) {
+// Cuts a random body with up to `max_sheets` sheets and checks the volumes after each.
+void check_volumes(int trials, int max_sheets, int cells, std::uint64_t seed) {
     const Parallel parallel(2);
     Random random(seed);
     double largest_share = 0, largest_change = 0;
@@ -72,7 +70,7 @@ void check_volumes(int trials, int most, int cells, std::uint64_t seed) {
         NodeGrid grid = solidify(body, geometry::grid_around(body.bounds(), h), report, parallel);
         Surface surface(grid);
         const double uncut = extract(grid, surface, Pieces(grid)).mesh.volume();
-        const int sheets = 1 + static_cast<int>(random.below(static_cast<std::uint32_t>(most)));
+        const int sheets = 1 + static_cast<int>(random.below(static_cast<std::uint32_t>(max_sheets)));
         for (int k = 0; k < sheets; ++k) {
             surface.retessellate(grid, cut_with_sheet(grid, random_sheet(random), k));
             const Pieces pieces(grid);
@@ -86,12 +84,14 @@ void check_volumes(int trials, int most, int cells, std::uint64_t seed) {
             }
             ASSERT_EQ(triangles, mesh.mesh.triangles.size());
             ASSERT_NEAR(sum, mesh.mesh.volume(), 1e-12 * uncut);
-            const double skin = static_cast<double>(cells_with_both(grid, surface)) * h * h * h;
-            ASSERT_LE(std::abs(sum - uncut), share_of_skin_cells * skin) << sheets << " sheets, at " << k;
-            if (skin > 0) largest_share = std::max(largest_share, std::abs(sum - uncut) / skin);
+            const double boundary_volume = static_cast<double>(cells_with_both(grid, surface)) * h * h * h;
+            ASSERT_LE(std::abs(sum - uncut), max_share_of_boundary_cells * boundary_volume)
+                << sheets << " sheets, at " << k;
+            if (boundary_volume > 0)
+                largest_share = std::max(largest_share, std::abs(sum - uncut) / boundary_volume);
             largest_change = std::max(largest_change, std::abs(sum / uncut - 1));
         }
-        // Each piece alone, as a mesh of its own.
+        // Each piece alone, as a separate mesh.
         const Pieces pieces(grid);
         const geometry::SurfaceMesh mesh = extract(grid, surface, pieces);
         double sum = 0;

@@ -10,9 +10,9 @@ namespace splitcubes {
 double available_memory();
 
 /// Throws InputError where about `needed` bytes are more than there are: says both and the remedy. To be
-/// Throws InputError if about `needed` bytes exceed `available`; the message tells both and the remedy. Call
-/// it before the work begins: on a system that overcommits memory an allocation never fails, and the system
-/// kills the process instead.
+/// Throws InputError if about `needed` bytes exceed `available`; the message contains both and the remedy.
+/// Call it before the work begins: on a system that overcommits memory an allocation never fails, and the
+/// system kills the process instead.
 void require_memory(const std::string& where, double needed, const std::string& remedy,
                     double available = available_memory());
 

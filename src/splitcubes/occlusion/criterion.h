@@ -43,7 +43,7 @@ class Criterion {
   public:
     virtual ~Criterion() = default;
     virtual std::string name() const = 0;
-    /// asked: indices of pairs. factor: output, one value in [0, 1] for each.
+    /// requested: indices of pairs. factor: output, one value in [0, 1] for each.
     virtual void evaluate(const geometry::OccluderGrid& occluders, const PairSet& pairs,
                           std::span<const std::uint32_t> requested, std::span<float> factor,
                           const Parallel& parallel) = 0;

@@ -128,7 +128,7 @@ void note_fragments(const TriangleMesh& mesh, const NodeGrid& grid, bool lost_is
                        percent(static_cast<double>(in_fragments) / static_cast<double>(report.nodes_inside)) +
                        " of the volume";
     const double half = 0.5 * grid.rest().cell_size;
-    // The note on lost material already tells the cell size that keeps it, which is smaller.
+    // The note on lost material already gives the cell size that keeps it, which is smaller.
     if (!lost_is_noted && half >= smallest_cell(mesh))
         note += "; a cell size of " + text_in(report.unit, half) + " keeps more of it";
     report.notes.push_back(note);
