@@ -33,7 +33,7 @@ TEST(NearestWord, IsNearOrNone) {
     EXPECT_EQ(nearest_word(std::string(100000, 'r'), known), "");
 }
 
-// At most a third of the letters of the shorter of the two, rounded.
+// A match changes at most a third of the letters of the shorter word, rounded.
 TEST(NearestWord, TheChangesAreFewForTheLength) {
     const std::vector<std::string> known{"to",     "eye",       "name",          "cells",
                                          "bodies", "time_step", "youngs_modulus"};
@@ -51,7 +51,7 @@ TEST(NearestWord, TheChangesAreFewForTheLength) {
             << word << ' ' << near;
     }
     EXPECT_LT(near_count, 200) << "random words are near none";
-    // One change in every word of three letters or more is forgiven.
+    // One change in any word of three letters or more still matches.
     for (const std::string& word : known)
         for (std::size_t at = 0; at < word.size(); ++at) {
             std::string changed = word;

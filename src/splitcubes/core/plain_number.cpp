@@ -17,14 +17,14 @@ double rounded_to(double value, int digits) {
 
 std::string plain_number(double value, int digits) {
     if (digits > 0 && std::isfinite(value)) value = rounded_to(value, digits);
-    value += 0.0;  // no minus before zero
+    value += 0.0;  // -0 becomes 0
     char text[64];
     const double size = std::abs(value);
     const bool fixed = size == 0 || (size >= 1e-6 && size < 1e15);
     const auto written = std::to_chars(text, text + sizeof text, value,
                                        fixed ? std::chars_format::fixed : std::chars_format::scientific);
     std::string out(text, written.ptr);
-    // 1e-09 and 1e+18 as 1e-9 and 1e18.
+    // Shortens 1e-09 and 1e+18 to 1e-9 and 1e18.
     if (const std::size_t e = out.find('e'); e != std::string::npos) {
         std::size_t digit = e + 2;
         while (out[digit] == '0' && digit + 1 < out.size()) out.erase(digit, 1);

@@ -15,8 +15,8 @@ struct MassSpringSettings {
 /// strains that lattice is isotropic with modulus E and Poisson ratio 1/4, the only one possible with springs
 /// between two points. The spring of a cut edge is removed, and a diagonal if both paths around its face are
 /// cut, so no spring joins two pieces. Time integration is by symplectic Euler with stable substeps. A node's
-/// Jacobian is the least-squares fit to its springs; if they do not span space, it is the rotation nearest to
-/// the fit. Springs resist no bending: a slab one node thick folds.
+/// Jacobian is the least-squares fit to its springs, or the nearest rotation if the springs do not span space
+/// or the fit is inverted. Springs resist no bending: a slab one node thick folds.
 class MassSpring : public Deformation {
   public:
     /// Throws InputError for settings out of range.
