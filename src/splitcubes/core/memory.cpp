@@ -73,15 +73,15 @@ double left_in_groups() {
 double left_of_limits() {
     double left = unlimited;
 #if defined(__unix__)
-    const auto leave = [&](auto kind, const char* used_name) {
+    const auto apply_limit = [&](auto kind, const char* used_name) {
         rlimit limit{};
         if (getrlimit(kind, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return;
         const double used = kilobytes_of("/proc/self/status", used_name);
         if (std::isfinite(used))
             left = std::min(left, std::max(0.0, static_cast<double>(limit.rlim_cur) - used));
     };
-    leave(RLIMIT_AS, "VmSize");
-    leave(RLIMIT_DATA, "VmData");
+    apply_limit(RLIMIT_AS, "VmSize");
+    apply_limit(RLIMIT_DATA, "VmData");
 #endif
     return left;
 }

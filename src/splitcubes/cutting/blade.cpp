@@ -198,20 +198,21 @@ Vec3 Blade::position_at(std::size_t span, double fraction) const {
 Isometry Blade::frame(double time) const {
     if (!samples_.empty()) return samples_.at(time);
     Isometry out = Isometry::Identity();
-    const auto place = [&](const Vec3& position, const Quat& rotation) {
+    const auto make_frame = [&](const Vec3& position, const Quat& rotation) {
         out.linear() = rotation.toRotationMatrix();
         out.translation() = position;
         return out;
     };
     const auto after = std::upper_bound(keyframes_.begin(), keyframes_.end(), time,
                                         [](double t, const Keyframe& key) { return t < key.time; });
-    if (after == keyframes_.begin()) return place(keyframes_.front().position, keyframes_.front().rotation);
-    if (after == keyframes_.end()) return place(keyframes_.back().position, keyframes_.back().rotation);
+    if (after == keyframes_.begin())
+        return make_frame(keyframes_.front().position, keyframes_.front().rotation);
+    if (after == keyframes_.end()) return make_frame(keyframes_.back().position, keyframes_.back().rotation);
     const auto span = static_cast<std::size_t>(after - keyframes_.begin()) - 1;
     const Keyframe &a = keyframes_[span], &b = keyframes_[span + 1];
-    if (time == a.time) return place(a.position, a.rotation);
+    if (time == a.time) return make_frame(a.position, a.rotation);
     const double fraction = (time - a.time) / (b.time - a.time);
-    return place(position_at(span, fraction), a.rotation.slerp(fraction, b.rotation).normalized());
+    return make_frame(position_at(span, fraction), a.rotation.slerp(fraction, b.rotation).normalized());
 }
 
 std::vector<std::vector<Vec3>> Blade::pose(double time) const {

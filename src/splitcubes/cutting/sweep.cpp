@@ -10,9 +10,9 @@ namespace {
 
 constexpr double smooth_parts_per_span = 16;
 
-// Tolerates rounding: a part of the maximum size is not divided again, so that a recorded sweep has the same
-// parts as the original.
-double whole_parts(double parts) {
+// Rounds a number of parts up, with a tolerance: a part of the maximum size is not divided again, so a recorded
+// sweep has the same parts as the original.
+double part_count(double parts) {
     return std::ceil(parts * (1 - 1e-9));
 }
 
@@ -26,9 +26,9 @@ void add_times(const Blade& blade, double from, double until, std::vector<double
     if (after != keys.begin() && after != keys.end()) {
         const Keyframe &a = *(after - 1), &b = *after;
         const double share = (until - from) / (b.time - a.time);
-        parts = std::max(parts, whole_parts(share * a.rotation.angularDistance(b.rotation) / max_turn));
+        parts = std::max(parts, part_count(share * a.rotation.angularDistance(b.rotation) / max_turn));
         if (blade.interpolation() == PathInterpolation::smooth)
-            parts = std::max(parts, whole_parts(share * smooth_parts_per_span));
+            parts = std::max(parts, part_count(share * smooth_parts_per_span));
     }
     for (int k = 1; k < static_cast<int>(parts); ++k) {
         const double time = from + (until - from) * (k / parts);

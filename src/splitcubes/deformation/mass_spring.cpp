@@ -88,10 +88,11 @@ MassSpring::MassSpring(NodeSet nodes, const MassSpringSettings& settings)
     rotation_.assign(count, Mat3::Identity());
 }
 
-std::int32_t MassSpring::node_at(const Vec3i& place) const {
-    if (!nodes_.rest.contains(place)) return -1;
+std::int32_t MassSpring::node_at(const Vec3i& position) const {
+    if (!nodes_.rest.contains(position)) return -1;
     const Vec3i& size = nodes_.rest.node_count;
-    return node_index_[static_cast<std::size_t>((place[2] * size[1] + place[1]) * size[0] + place[0])];
+    return node_index_[static_cast<std::size_t>((position[2] * size[1] + position[1]) * size[0] +
+                                                position[0])];
 }
 
 // Returns whether two neighbouring grid positions are nodes with an uncut edge between them.

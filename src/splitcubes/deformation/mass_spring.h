@@ -43,7 +43,7 @@ class MassSpring : public Deformation {
     std::span<const Spring> springs_of(std::size_t node) const {
         return {springs_.data() + offsets_[node], springs_.data() + offsets_[node + 1]};
     }
-    std::int32_t node_at(const Vec3i& place) const;
+    std::int32_t node_at(const Vec3i& position) const;
     bool edge_is_intact(const Vec3i& a, const Vec3i& b) const;
     void remove(std::uint32_t a, std::uint32_t b);
     void remove_diagonals(const NodeEdge& edge);

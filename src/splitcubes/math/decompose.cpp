@@ -119,8 +119,8 @@ Mat3 rotation_of(const Mat3& F, const Mat3& last) {
     const double second = rest.norm();
     // F V_1 has an error of about 1e-16 along u0 only; 1e-12 keeps four digits.
     if (second < 1e-12) {
-        const Mat3 turned = minimal_rotation(last * V.col(0), u0) * last;
-        return turned;
+        const Mat3 rotated = minimal_rotation(last * V.col(0), u0) * last;
+        return rotated;
     }
     Mat3 U;
     U.col(0) = u0;

@@ -105,8 +105,8 @@ struct OpenGlBackend::Impl {
     std::optional<Device> device;
 
     Impl(std::shared_ptr<const gl::HeadlessContext> in, const VisibilityOptions& visibility,
-         const OpenGlOptions& how)
-        : context(std::move(in)), options(visibility), drawing(how), raster(visibility.disk_size) {
+         const OpenGlOptions& draw_options)
+        : context(std::move(in)), options(visibility), drawing(draw_options), raster(visibility.disk_size) {
         check_options(options);
         if (drawing.atlas_size < 32 || drawing.atlas_size > 512 || drawing.atlas_size % 32 != 0)
             throw InputError("occlusion atlas size", "must be a multiple of 32 in 32 .. 512, got " +

@@ -98,9 +98,9 @@ Color rgb_from_hsv(const Vec3& hsv) {
 /// sequence, in which neighbours differ much.
 Color piece_color(const SurfacePalette& palette, std::int32_t piece) {
     if (piece <= 0) return palette.skin;
-    const double turn = std::fmod(piece * 0.6180339887498949 + 0.25, 1.0);
+    const double fraction = std::fmod(piece * 0.6180339887498949 + 0.25, 1.0);
     Vec3 hsv = hsv_from_rgb(palette.skin);
-    hsv.x() += palette.piece_hue_step * (2 * turn - 1);
+    hsv.x() += palette.piece_hue_step * (2 * fraction - 1);
     return rgb_from_hsv(hsv);
 }
 
@@ -109,7 +109,8 @@ bool is_cut(const SurfaceMesh& surface, std::size_t triangle) {
 }
 
 /// Returns the sRGB colours of a boundary triangle's corners: vertex colours times the material's colour.
-std::array<Color, 3> corner_colors(const SurfaceMesh& surface, std::size_t triangle, const Color& skin) {
+std::array<Color, 3> corner_colors(const SurfaceMesh& surface, std::size_t triangle,
+                                   const Color& plain_color) {
     const geometry::MeshAttributes& a = surface.attributes;
     const std::int32_t material_index = a.triangle_material.empty() ? -1 : a.triangle_material[triangle];
     const geometry::Material* material =
@@ -118,7 +119,7 @@ std::array<Color, 3> corner_colors(const SurfaceMesh& surface, std::size_t trian
     // The look of a textured face is in its texture, and the material that was added for unassigned faces has
     // no colour of its own.
     const bool plain = material && material->texture.empty() && material->name != geometry::boundary_material;
-    if (!coloured && !plain) return {skin, skin, skin};
+    if (!coloured && !plain) return {plain_color, plain_color, plain_color};
     std::array<Color, 3> out;
     for (std::size_t k = 0; k < 3; ++k)
         for (std::size_t i = 0; i < 3; ++i) {

@@ -10,7 +10,7 @@ namespace splitcubes::render {
 namespace {
 
 /// Returns a view matrix. Rows: right, top, back; maps the eye to the origin.
-Eigen::Matrix4d look(const Vec3& eye, const Vec3& back, const Vec3& up) {
+Eigen::Matrix4d view_matrix(const Vec3& eye, const Vec3& back, const Vec3& up) {
     Vec3 right = up.cross(back);
     if (!(right.norm() > 1e-9 * up.norm())) right = back.unitOrthogonal();
     right.normalize();
@@ -34,7 +34,7 @@ void set_view(FrameSetup& frame, const Camera& camera, double aspect, double far
                          "is not between 0 and 180 (" + std::to_string(camera.vertical_fov_degrees) + ")");
     }
     const Vec3 eye = camera.eye - frame.origin;
-    frame.view_from_world = look(eye, back.normalized(), camera.up);
+    frame.view_from_world = view_matrix(eye, back.normalized(), camera.up);
     const double tan_vertical = std::tan(camera.vertical_fov_degrees * std::numbers::pi / 360);
     frame.tan_half_fov = Vec2(tan_vertical * aspect, tan_vertical);
     const double distance = eye.norm();
@@ -62,7 +62,7 @@ void set_light(FrameSetup& frame, const DrawList& list, const RenderOptions& opt
         if (level.norm() < 1e-6) level = frame.view_from_world.row(1).head<3>();
         frame.to_light = (0.55 * level.normalized() - 0.62 * right + 1.15 * frame.up).normalized();
     }
-    frame.light_view_from_world = look(Vec3::Zero(), frame.to_light, frame.up);
+    frame.light_view_from_world = view_matrix(Vec3::Zero(), frame.to_light, frame.up);
     geometry::Box casters;
     for (const ShadedMesh& mesh : list.meshes) {
         for (const Vec3& point : mesh.positions) {

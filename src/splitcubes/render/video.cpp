@@ -47,7 +47,7 @@ class Descriptor {
     int value_;
 };
 
-std::string number(double value) {
+std::string number_text(double value) {
     std::ostringstream text;
     text.imbue(std::locale::classic());
     text.precision(10);
@@ -60,7 +60,7 @@ std::vector<std::string> arguments(const VideoOptions& options, const std::files
     return {options.program, "-hide_banner", "-loglevel", "error", "-nostdin", "-y",
             // Input: raw frames.
             "-f", "rawvideo", "-pixel_format", "rgb24", "-video_size", size, "-framerate",
-            number(options.frames_per_second), "-i", "pipe:0",
+            number_text(options.frames_per_second), "-i", "pipe:0",
             // 4:2:0 needs even sizes; explicit colour tags spare players a guess.
             "-vf",
             "crop=trunc(iw/2)*2:trunc(ih/2)*2:0:0,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p",
@@ -194,7 +194,8 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, const VideoOptions& 
     }
     if (!(options.frames_per_second > 0 && options.frames_per_second <= 1000)) {
         throw InputError("video frames_per_second",
-                         "is out of range (" + number(options.frames_per_second) + ")", "choose up to 1000");
+                         "is out of range (" + number_text(options.frames_per_second) + ")",
+                         "choose up to 1000");
     }
     if (options.quality < 0 || options.quality > 51) {
         throw InputError("video quality", "is out of range (" + std::to_string(options.quality) + ")",

@@ -46,35 +46,35 @@ geometry::SurfaceMesh extract(const NodeGrid& grid, const Surface& surface, cons
     return out;
 }
 
-geometry::SurfaceMesh extract_piece(const geometry::SurfaceMesh& whole, std::int32_t piece) {
+geometry::SurfaceMesh extract_piece(const geometry::SurfaceMesh& surface, std::int32_t piece) {
     assert(piece >= 0);
     std::int32_t last = piece;
-    for (const std::int32_t p : whole.vertex_piece) last = std::max(last, p);
+    for (const std::int32_t p : surface.vertex_piece) last = std::max(last, p);
     std::vector<std::uint8_t> wanted(static_cast<std::size_t>(last) + 1, 0);
     wanted[static_cast<std::size_t>(piece)] = 1;
-    return extract_pieces(whole, wanted);
+    return extract_pieces(surface, wanted);
 }
 
-geometry::SurfaceMesh extract_pieces(const geometry::SurfaceMesh& whole,
+geometry::SurfaceMesh extract_pieces(const geometry::SurfaceMesh& surface,
                                      std::span<const std::uint8_t> wanted) {
     geometry::SurfaceMesh out;
-    std::vector<std::uint32_t> new_index(whole.mesh.positions.size(), UINT32_MAX);
-    for (std::size_t v = 0; v < whole.mesh.positions.size(); ++v) {
-        if (!wanted[static_cast<std::size_t>(whole.vertex_piece[v])]) continue;
+    std::vector<std::uint32_t> new_index(surface.mesh.positions.size(), UINT32_MAX);
+    for (std::size_t v = 0; v < surface.mesh.positions.size(); ++v) {
+        if (!wanted[static_cast<std::size_t>(surface.vertex_piece[v])]) continue;
         new_index[v] = static_cast<std::uint32_t>(out.mesh.positions.size());
-        out.mesh.positions.push_back(whole.mesh.positions[v]);
-        out.normals.push_back(whole.normals[v]);
-        out.vertex_piece.push_back(whole.vertex_piece[v]);
-        if (!whole.rest.empty()) out.rest.push_back(whole.rest[v]);
+        out.mesh.positions.push_back(surface.mesh.positions[v]);
+        out.normals.push_back(surface.normals[v]);
+        out.vertex_piece.push_back(surface.vertex_piece[v]);
+        if (!surface.rest.empty()) out.rest.push_back(surface.rest[v]);
     }
-    const geometry::MeshAttributes& from = whole.attributes;
+    const geometry::MeshAttributes& from = surface.attributes;
     geometry::MeshAttributes& to = out.attributes;
     to.materials = from.materials;
-    for (std::size_t t = 0; t < whole.mesh.triangles.size(); ++t) {
-        const geometry::Triangle& tri = whole.mesh.triangles[t];
+    for (std::size_t t = 0; t < surface.mesh.triangles.size(); ++t) {
+        const geometry::Triangle& tri = surface.mesh.triangles[t];
         if (new_index[tri[0]] == UINT32_MAX) continue;
         out.mesh.triangles.push_back({new_index[tri[0]], new_index[tri[1]], new_index[tri[2]]});
-        out.triangle_origin.push_back(whole.triangle_origin[t]);
+        out.triangle_origin.push_back(surface.triangle_origin[t]);
         if (!from.corner_uv.empty()) to.corner_uv.push_back(from.corner_uv[t]);
         if (!from.corner_colour.empty()) to.corner_colour.push_back(from.corner_colour[t]);
         if (!from.triangle_material.empty()) to.triangle_material.push_back(from.triangle_material[t]);
@@ -82,26 +82,26 @@ geometry::SurfaceMesh extract_pieces(const geometry::SurfaceMesh& whole,
     return out;
 }
 
-std::vector<PieceMeasure> measure_pieces(const geometry::SurfaceMesh& whole, std::size_t piece_count) {
+std::vector<PieceMeasure> measure_pieces(const geometry::SurfaceMesh& surface, std::size_t piece_count) {
     std::vector<PieceMeasure> out(piece_count);
-    if (whole.mesh.positions.empty()) return out;
-    const Vec3 origin = whole.mesh.positions.front();
+    if (surface.mesh.positions.empty()) return out;
+    const Vec3 origin = surface.mesh.positions.front();
     std::vector<CompensatedSum> volumes(piece_count);
     std::vector<Vec3> moments(piece_count, Vec3::Zero());  // m^4, about `origin`
-    for (std::size_t t = 0; t < whole.mesh.triangles.size(); ++t) {
-        const geometry::Triangle& tri = whole.mesh.triangles[t];
-        const Vec3 a = whole.mesh.positions[tri[0]] - origin;
-        const Vec3 b = whole.mesh.positions[tri[1]] - origin;
-        const Vec3 c = whole.mesh.positions[tri[2]] - origin;
-        const auto k = static_cast<std::size_t>(whole.vertex_piece[tri[0]]);
+    for (std::size_t t = 0; t < surface.mesh.triangles.size(); ++t) {
+        const geometry::Triangle& tri = surface.mesh.triangles[t];
+        const Vec3 a = surface.mesh.positions[tri[0]] - origin;
+        const Vec3 b = surface.mesh.positions[tri[1]] - origin;
+        const Vec3 c = surface.mesh.positions[tri[2]] - origin;
+        const auto k = static_cast<std::size_t>(surface.vertex_piece[tri[0]]);
         PieceMeasure& piece = out[k];
         ++piece.triangles;
         const double volume = a.dot(b.cross(c)) / 6;
         volumes[k].add(volume);
         moments[k] += volume / 4 * (a + b + c);
-        for (const std::uint32_t v : tri) piece.bounds.add(whole.mesh.positions[v]);
+        for (const std::uint32_t v : tri) piece.bounds.add(surface.mesh.positions[v]);
         const double area = (b - a).cross(c - a).norm() / 2;
-        (whole.triangle_origin[t] == Origin::cut ? piece.cut_area : piece.boundary_area) += area;
+        (surface.triangle_origin[t] == Origin::cut ? piece.cut_area : piece.boundary_area) += area;
     }
     for (std::size_t k = 0; k < piece_count; ++k) {
         out[k].volume = volumes[k].value();

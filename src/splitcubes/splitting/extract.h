@@ -18,10 +18,10 @@ geometry::SurfaceMesh extract(const NodeGrid& grid, const Surface& surface, cons
                               const Parallel& parallel = Parallel(1));
 
 /// Returns the closed mesh of one piece of an extracted surface, with its attributes.
-geometry::SurfaceMesh extract_piece(const geometry::SurfaceMesh& whole, std::int32_t piece);
+geometry::SurfaceMesh extract_piece(const geometry::SurfaceMesh& surface, std::int32_t piece);
 
 /// Returns the pieces whose flag in `wanted` is not zero as one mesh; `wanted` has one flag per piece.
-geometry::SurfaceMesh extract_pieces(const geometry::SurfaceMesh& whole,
+geometry::SurfaceMesh extract_pieces(const geometry::SurfaceMesh& surface,
                                      std::span<const std::uint8_t> wanted);
 
 struct PieceMeasure {
@@ -35,6 +35,6 @@ struct PieceMeasure {
 };
 
 /// Returns the measures of each piece, by index.
-std::vector<PieceMeasure> measure_pieces(const geometry::SurfaceMesh& whole, std::size_t piece_count);
+std::vector<PieceMeasure> measure_pieces(const geometry::SurfaceMesh& surface, std::size_t piece_count);
 
 }  // namespace splitcubes::splitting

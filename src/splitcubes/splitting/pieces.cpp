@@ -58,7 +58,7 @@ struct Fragment {
 
 // Assigns piece ids: the largest fragment of a parent keeps the parent's, the others (and those without a
 // parent) get new ids in the order of their lowest nodes. Updates node_counts.
-std::vector<PieceSplit> number_fragments(std::vector<Fragment>& fragments,
+std::vector<PieceSplit> assign_piece_ids(std::vector<Fragment>& fragments,
                                          std::vector<std::size_t>& node_counts) {
     std::sort(fragments.begin(), fragments.end(), [](const Fragment& a, const Fragment& b) {
         return std::tuple(a.parent, b.size, a.lowest) < std::tuple(b.parent, a.size, b.lowest);
@@ -143,7 +143,7 @@ std::vector<PieceSplit> Pieces::update(const NodeGrid& grid) {
         }
         fragments[fragment_of[root]].size += static_cast<std::size_t>(std::popcount(c.nodes));
     }
-    std::vector<PieceSplit> splits = number_fragments(fragments, node_counts_);
+    std::vector<PieceSplit> splits = assign_piece_ids(fragments, node_counts_);
     for (const Fragment& fragment : fragments) components_[fragment.id].piece = fragment.piece;
     for (std::uint32_t i = 0; i < components_.size(); ++i)
         components_[i].piece = components_[sets.find(i)].piece;
@@ -322,7 +322,7 @@ std::vector<PieceSplit> Pieces::update(const NodeGrid& grid, std::span<const std
         }
         i = end;
     }
-    const std::vector<PieceSplit> splits = number_fragments(fragments, node_counts_);
+    const std::vector<PieceSplit> splits = assign_piece_ids(fragments, node_counts_);
     for (const Fragment& fragment : fragments)
         if (fragment.piece != fragment.parent)
             for (const std::uint32_t c : searches[group_of[fragment.id]].members(search_of[fragment.id]))

@@ -91,12 +91,12 @@ Eigen::Matrix<double, Dim, 1> slide(const Eigen::Matrix<double, Dim, 1>& start,
 template <int Dim>
 Eigen::Matrix<double, Dim, 1> clamp_towards(const Eigen::Matrix<double, Dim, 1>& point,
                                             const Eigen::Matrix<double, Dim, 1>& inner, double margin) {
-    double keep = 1;
+    double scale = 1;
     for (int k = 0; k < Dim; ++k) {
         const double bound = point[k] > 1 + margin ? 1 + margin : point[k] < -margin ? -margin : point[k];
-        if (bound != point[k]) keep = std::min(keep, (bound - inner[k]) / (point[k] - inner[k]));
+        if (bound != point[k]) scale = std::min(scale, (bound - inner[k]) / (point[k] - inner[k]));
     }
-    return inner + std::clamp(keep, 0.0, 1.0) * (point - inner);
+    return inner + std::clamp(scale, 0.0, 1.0) * (point - inner);
 }
 
 template <int Dim>
@@ -120,12 +120,12 @@ Vec2 tangent_of(const Vec2& normal) {
 Vec2 place_single(int ring_edge, const FaceCrossing& crossing) {
     Vec2 direction = tangent_of(crossing.normal);
     if (direction.dot(inward(ring_edge)) < 0) direction = -direction;
-    double leave = 2;
+    double exit_distance = 2;
     for (int k = 0; k < 2; ++k) {
-        if (direction[k] > 0) leave = std::min(leave, (1 - crossing.point[k]) / direction[k]);
-        if (direction[k] < 0) leave = std::min(leave, crossing.point[k] / -direction[k]);
+        if (direction[k] > 0) exit_distance = std::min(exit_distance, (1 - crossing.point[k]) / direction[k]);
+        if (direction[k] < 0) exit_distance = std::min(exit_distance, crossing.point[k] / -direction[k]);
     }
-    return (crossing.point + 0.5 * std::max(leave, 0.0) * direction).cwiseMax(0).cwiseMin(1);
+    return (crossing.point + 0.5 * std::max(exit_distance, 0.0) * direction).cwiseMax(0).cwiseMin(1);
 }
 
 bool is_smooth_pair(int edge0, const FaceCrossing& a, int side0, int edge1, const FaceCrossing& b,
@@ -135,8 +135,8 @@ bool is_smooth_pair(int edge0, const FaceCrossing& a, int side0, int edge1, cons
     if (std::abs(na) < grazing_cosine || std::abs(nb) < grazing_cosine)
         return std::abs(cosine) >= sharp_cosine;
     // Both normals oriented to the same side of the sheet.
-    const double turned = (na * side0 > 0 ? 1 : -1) * (nb * side1 > 0 ? 1 : -1) * cosine;
-    return turned >= sharp_cosine;
+    const double oriented_cosine = (na * side0 > 0 ? 1 : -1) * (nb * side1 > 0 ? 1 : -1) * cosine;
+    return oriented_cosine >= sharp_cosine;
 }
 
 // Returns the middle of the cubic Hermite arc that leaves both crossings along their tangents.

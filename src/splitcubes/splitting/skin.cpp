@@ -55,9 +55,9 @@ BoundaryPart for_each_edge(
             i = next;
         }
     });
-    BoundaryPart whole;
-    for (BoundaryPart& part : parts) whole.append(std::move(part));
-    return whole;
+    BoundaryPart merged;
+    for (BoundaryPart& part : parts) merged.append(std::move(part));
+    return merged;
 }
 
 void cut_boundary_edges(NodeGrid& grid, const std::vector<BoundaryCut>& cuts) {

@@ -20,17 +20,17 @@ struct BrickLayout {
     Vec3i brick_count = Vec3i::Zero();
 
     BrickLayout() = default;
-    explicit BrickLayout(const Vec3i& place_count)
-        : brick_count((place_count + Vec3i::Constant(brick_side - 1)) / brick_side) {}
+    explicit BrickLayout(const Vec3i& position_count)
+        : brick_count((position_count + Vec3i::Constant(brick_side - 1)) / brick_side) {}
     std::size_t total() const {
         return static_cast<std::size_t>(brick_count[0]) * static_cast<std::size_t>(brick_count[1]) *
                static_cast<std::size_t>(brick_count[2]);
     }
-    std::size_t brick_of(const Vec3i& place) const {
-        return static_cast<std::size_t>(place[0] >> 2) +
+    std::size_t brick_of(const Vec3i& position) const {
+        return static_cast<std::size_t>(position[0] >> 2) +
                static_cast<std::size_t>(brick_count[0]) *
-                   (static_cast<std::size_t>(place[1] >> 2) +
-                    static_cast<std::size_t>(brick_count[1]) * static_cast<std::size_t>(place[2] >> 2));
+                   (static_cast<std::size_t>(position[1] >> 2) +
+                    static_cast<std::size_t>(brick_count[1]) * static_cast<std::size_t>(position[2] >> 2));
     }
     /// Returns the lowest grid position of a brick.
     Vec3i base(std::size_t brick) const {
@@ -39,8 +39,8 @@ struct BrickLayout {
         return brick_side * Vec3i(static_cast<int>(brick % nx), static_cast<int>(brick / nx % ny),
                                   static_cast<int>(brick / (nx * ny)));
     }
-    static unsigned local(const Vec3i& place) {
-        return static_cast<unsigned>((place[0] & 3) | (place[1] & 3) << 2 | (place[2] & 3) << 4);
+    static unsigned local(const Vec3i& position) {
+        return static_cast<unsigned>((position[0] & 3) | (position[1] & 3) << 2 | (position[2] & 3) << 4);
     }
     static Vec3i local_place(unsigned local) {
         return {static_cast<int>(local & 3), static_cast<int>(local >> 2 & 3), static_cast<int>(local >> 4)};
@@ -55,9 +55,9 @@ class SlotMap {
     SlotMap() = default;
     explicit SlotMap(const BrickLayout& layout) : layout_(layout), block_(layout.total(), -1) {}
 
-    std::int32_t get(const Vec3i& place, int channel) const {
-        const std::int32_t block = block_[layout_.brick_of(place)];
-        return block < 0 ? -1 : blocks_[static_cast<std::size_t>(block)][index(place, channel)];
+    std::int32_t get(const Vec3i& position, int channel) const {
+        const std::int32_t block = block_[layout_.brick_of(position)];
+        return block < 0 ? -1 : blocks_[static_cast<std::size_t>(block)][index(position, channel)];
     }
     std::int32_t get_at(std::size_t brick, unsigned local, int channel) const {
         const std::int32_t block = block_[brick];
@@ -65,13 +65,13 @@ class SlotMap {
                          : blocks_[static_cast<std::size_t>(block)]
                                   [static_cast<std::size_t>(channel) * brick_places + local];
     }
-    void set(const Vec3i& place, int channel, std::int32_t slot) {
-        std::int32_t& block = block_[layout_.brick_of(place)];
+    void set(const Vec3i& position, int channel, std::int32_t slot) {
+        std::int32_t& block = block_[layout_.brick_of(position)];
         if (block < 0) {
             block = static_cast<std::int32_t>(blocks_.size());
             blocks_.emplace_back().fill(-1);
         }
-        blocks_[static_cast<std::size_t>(block)][index(place, channel)] = slot;
+        blocks_[static_cast<std::size_t>(block)][index(position, channel)] = slot;
     }
     std::size_t bytes() const {
         return block_.size() * sizeof(std::int32_t) + blocks_.size() * sizeof(Block);
@@ -79,8 +79,8 @@ class SlotMap {
 
   private:
     using Block = std::array<std::int32_t, static_cast<std::size_t>(Channels) * brick_places>;
-    static std::size_t index(const Vec3i& place, int channel) {
-        return static_cast<std::size_t>(channel) * brick_places + BrickLayout::local(place);
+    static std::size_t index(const Vec3i& position, int channel) {
+        return static_cast<std::size_t>(channel) * brick_places + BrickLayout::local(position);
     }
     BrickLayout layout_;
     std::vector<std::int32_t> block_;  // per brick of the grid

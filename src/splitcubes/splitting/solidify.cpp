@@ -177,15 +177,15 @@ void refuse_sheet(const NodeGrid& grid, const SolidifyReport& report) {
 // makes the mesh bound a solid.
 TriangleMesh repaired_mesh(const TriangleMesh& mesh, SolidifyReport& report) {
     const TriangleMesh welded = geometry::weld_equal_vertices(mesh);
-    std::size_t copies = 0, turned = 0;
+    std::size_t copies = 0, reversed_count = 0;
     TriangleMesh out = geometry::without_duplicates(welded, copies);
     report.exact = geometry::is_closed(out);
     if (!report.exact) {
-        TriangleMesh oriented = geometry::consistently_oriented(out, turned);
-        if (turned > 0 && geometry::is_closed(oriented)) {
+        TriangleMesh oriented = geometry::consistently_oriented(out, reversed_count);
+        if (reversed_count > 0 && geometry::is_closed(oriented)) {
             out = std::move(oriented);
             report.exact = true;
-            report.notes.push_back("triangles are turned both ways: " + std::to_string(turned) +
+            report.notes.push_back("triangles are turned both ways: " + std::to_string(reversed_count) +
                                    " were turned round");
         }
     }

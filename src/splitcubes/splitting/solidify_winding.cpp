@@ -260,9 +260,9 @@ class WindingSolid {
                         bisect(edge, parts[row / grain]);
                 }
         });
-        BoundaryPart whole;
-        for (BoundaryPart& part : parts) whole.append(std::move(part));
-        return whole;
+        BoundaryPart merged;
+        for (BoundaryPart& part : parts) merged.append(std::move(part));
+        return merged;
     }
 
     void bisect(const GridEdge& edge, BoundaryPart& part) const {

@@ -20,8 +20,8 @@ Vec3 face_point(int axis, double level, const Vec2& in_face) {
     return p;
 }
 
-Vec3 face_rest(const RestGrid& rest, const Vec3i& place, int axis, const Vec2& in_face) {
-    return rest.origin + rest.cell_size * (place.cast<double>() + face_point(axis, 0, in_face));
+Vec3 face_rest(const RestGrid& rest, const Vec3i& node, int axis, const Vec2& in_face) {
+    return rest.origin + rest.cell_size * (node.cast<double>() + face_point(axis, 0, in_face));
 }
 
 unsigned face_corners(int face, int instance, const FaceConfiguration& configuration) {
@@ -122,24 +122,24 @@ void Surface::take_in(const NodeGrid& grid, std::span<const std::int32_t> new_sl
 void Surface::touch_cells_around(const NodeGrid& grid, const GridEdge& edge) {
     const int u = (edge.axis + 1) % 3, v = (edge.axis + 2) % 3;
     for (int k = 0; k < 4; ++k) {
-        Vec3i place = edge.node;
-        place[u] -= 1 - (k & 1);
-        place[v] -= 1 - (k >> 1);
-        if (!grid.has_cell(place)) continue;
-        const std::uint32_t cell = cell_at(place);
+        Vec3i node = edge.node;
+        node[u] -= 1 - (k & 1);
+        node[v] -= 1 - (k >> 1);
+        if (!grid.has_cell(node)) continue;
+        const std::uint32_t cell = cell_at(node);
         if (cell_stamp_[cell] == revision_) continue;
         cell_stamp_[cell] = revision_;
         touched_.push_back(cell);
     }
 }
 
-std::uint32_t Surface::cell_at(const Vec3i& place) {
-    std::int32_t slot = slots_.get(place, cell_channel);
+std::uint32_t Surface::cell_at(const Vec3i& node) {
+    std::int32_t slot = slots_.get(node, cell_channel);
     if (slot < 0) {
         slot = static_cast<std::int32_t>(cells_.size());
-        slots_.set(place, cell_channel, slot);
+        slots_.set(node, cell_channel, slot);
         SurfaceCell& cell = cells_.emplace_back();
-        cell.place = place;
+        cell.place = node;
         cell.centre.fill(-1);
         cell.face.fill(-1);
         cell.node.fill(-1);
@@ -148,17 +148,17 @@ std::uint32_t Surface::cell_at(const Vec3i& place) {
     return static_cast<std::uint32_t>(slot);
 }
 
-std::int32_t Surface::face_at(const Vec3i& place, int axis) {
-    std::int32_t slot = slots_.get(place, face_x + axis);
+std::int32_t Surface::face_at(const Vec3i& node, int axis) {
+    std::int32_t slot = slots_.get(node, face_x + axis);
     if (slot < 0) {
         slot = static_cast<std::int32_t>(faces_.size());
-        slots_.set(place, face_x + axis, slot);
+        slots_.set(node, face_x + axis, slot);
         faces_.emplace_back();
     }
     return slot;
 }
 
-std::uint32_t Surface::new_vertex(VertexKind kind, const Vec3i& place, int axis, int instance) {
+std::uint32_t Surface::new_vertex(VertexKind kind, const Vec3i& node, int axis, int instance) {
     std::uint32_t index;
     if (!free_vertices_.empty()) {
         index = free_vertices_.back();
@@ -169,7 +169,7 @@ std::uint32_t Surface::new_vertex(VertexKind kind, const Vec3i& place, int axis,
     }
     SurfaceVertex& v = vertices_[index];
     v.kind = kind;
-    v.place = place;
+    v.place = node;
     v.axis = static_cast<std::uint8_t>(axis);
     v.instance = static_cast<std::uint8_t>(instance);
     ++alive_count_;
@@ -177,7 +177,7 @@ std::uint32_t Surface::new_vertex(VertexKind kind, const Vec3i& place, int axis,
 }
 
 // Makes corners of a cell move a vertex.
-void Surface::carry(SurfaceVertex& vertex, std::uint32_t cell, unsigned corners) {
+void Surface::set_nodes(SurfaceVertex& vertex, std::uint32_t cell, unsigned corners) {
     vertex.cell = cell;
     vertex.corners = static_cast<std::uint8_t>(corners);
     SurfaceCell& at = cells_[cell];
@@ -218,16 +218,16 @@ std::uint32_t Surface::edge_vertex(const NodeGrid& grid, std::int32_t slot, int 
     SurfaceVertex& v = vertices_[index];
     v.rest = grid.crossing_position(crossing);
     v.normal = outward_normal(crossing, end == 0).cast<float>();
-    carry(v, context.cell, 1U << corner);
+    set_nodes(v, context.cell, 1U << corner);
     return index;
 }
 
 namespace {
 
-Vec3i face_place(const Vec3i& cell, int face) {
-    Vec3i place = cell;
-    place[face_axis(face)] += face & 1;
-    return place;
+Vec3i face_node(const Vec3i& cell, int face) {
+    Vec3i node = cell;
+    node[face_axis(face)] += face & 1;
+    return node;
 }
 
 }  // namespace
@@ -240,7 +240,7 @@ void Surface::update_face(const NodeGrid& grid, int face, const CellContext& con
     if (mask == 0) return;
     const auto f = static_cast<std::size_t>(face);
     const int axis = face_axis(face);
-    if (cell.face[f] < 0) cell.face[f] = face_at(face_place(cell.place, face), axis);
+    if (cell.face[f] < 0) cell.face[f] = face_at(face_node(cell.place, face), axis);
     Face& record = faces_[static_cast<std::size_t>(cell.face[f])];
     if (record.mask == mask) return;
     record.mask = static_cast<std::uint8_t>(mask);
@@ -261,7 +261,7 @@ void Surface::update_face(const NodeGrid& grid, int face, const CellContext& con
 
 void Surface::update_face_vertices(const NodeGrid& grid, int face, Face& record, const CellContext& context,
                                    const std::array<const Crossing*, 4>& crossings) {
-    const Vec3i place = face_place(cells_[context.cell].place, face);
+    const Vec3i node = face_node(cells_[context.cell].place, face);
     const int axis = face_axis(face);
     const FaceConfiguration& configuration = context.table.face(record.mask);
     for (int instance = 0; instance < 4; ++instance) {
@@ -269,10 +269,10 @@ void Surface::update_face_vertices(const NodeGrid& grid, int face, Face& record,
         if (!(context.edges.inside >> face_corner(face, instance) & 1U)) continue;
         std::int32_t& vertex = record.vertex[static_cast<std::size_t>(instance)];
         if (vertex < 0)
-            vertex = static_cast<std::int32_t>(new_vertex(VertexKind::face, place, axis, instance));
+            vertex = static_cast<std::int32_t>(new_vertex(VertexKind::face, node, axis, instance));
         SurfaceVertex& out = vertices_[static_cast<std::size_t>(vertex)];
-        out.rest = face_rest(grid.rest(), place, axis, record.position);
-        carry(out, context.cell, face_corners(face, instance, configuration));
+        out.rest = face_rest(grid.rest(), node, axis, record.position);
+        set_nodes(out, context.cell, face_corners(face, instance, configuration));
         Vec3 normal = Vec3::Zero();
         for (std::size_t k = 0; k < 4; ++k) {
             if (!crossings[k]) continue;
@@ -313,18 +313,18 @@ void Surface::settle_faces(const NodeGrid& grid, std::uint32_t cell) {
         if (slot < 0) continue;
         Face& record = faces_[static_cast<std::size_t>(slot)];
         if (record.smooth) continue;
-        const Vec3i place = face_place(cells_[cell].place, face);
-        Vec3i below = place;
+        const Vec3i node = face_node(cells_[cell].place, face);
+        Vec3i below = node;
         --below[axis];
         if (below[axis] < 0) continue;  // a face on the grid's rim has only one cell
-        const std::int32_t low = slots_.get(below, cell_channel), high = slots_.get(place, cell_channel);
+        const std::int32_t low = slots_.get(below, cell_channel), high = slots_.get(node, cell_channel);
         if (low < 0 || high < 0) continue;
         Vec3 centre[2];
         const bool known = centre_of_face(cells_[static_cast<std::size_t>(low)], 2 * axis + 1, centre[0]) &&
                            centre_of_face(cells_[static_cast<std::size_t>(high)], 2 * axis, centre[1]);
         const Vec3 rest =
-            known ? place_between_centres(axis, grid.rest().node_position(place)[axis], centre[0], centre[1])
-                  : face_rest(grid.rest(), place, axis, record.position);
+            known ? place_between_centres(axis, grid.rest().node_position(node)[axis], centre[0], centre[1])
+                  : face_rest(grid.rest(), node, axis, record.position);
         bool moved = false;
         for (const std::int32_t index : record.vertex) {
             if (index < 0) continue;
@@ -404,7 +404,7 @@ void Surface::update_fans(const NodeGrid& grid, const CellContext& context) {
         SurfaceVertex& v = vertices_[static_cast<std::size_t>(cell.centre[fan])];
         v.rest = grid.rest().origin + grid.rest().cell_size * (cell.place.cast<double>() +
                                                                positions[configuration.fan_group[fan]]);
-        carry(v, context.cell, configuration.fan_corners[fan]);
+        set_nodes(v, context.cell, configuration.fan_corners[fan]);
     }
 }
 

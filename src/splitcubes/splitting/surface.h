@@ -108,13 +108,11 @@ class Surface {
     };
     struct CellContext;
 
-    Surface(const NodeGrid& grid, const Parallel* watched);
-    void take_in(const NodeGrid& grid, std::span<const std::int32_t> new_slots, const Parallel* watched);
-    std::uint32_t cell_at(const Vec3i& place);
-    std::int32_t face_at(const Vec3i& place, int axis);
+    std::uint32_t cell_at(const Vec3i& node);
+    std::int32_t face_at(const Vec3i& node, int axis);
     void touch_cells_around(const NodeGrid& grid, const GridEdge& edge);
-    std::uint32_t new_vertex(VertexKind kind, const Vec3i& place, int axis, int instance);
-    void carry(SurfaceVertex& vertex, std::uint32_t cell, unsigned corners);
+    std::uint32_t new_vertex(VertexKind kind, const Vec3i& node, int axis, int instance);
+    void set_nodes(SurfaceVertex& vertex, std::uint32_t cell, unsigned corners);
 
     void update_cell(const NodeGrid& grid, std::uint32_t cell);
     void update_face(const NodeGrid& grid, int face, const CellContext& context);

@@ -20,8 +20,8 @@ static_assert(block_size % geometry::carried_width == 0);
 class VertexBlock {
   public:
     // count: at most block_size.
-    void take(const Surface& surface, const RestGrid& rest, std::size_t first, std::size_t count,
-              std::span<const AffineDisplacement> motion) {
+    void gather(const Surface& surface, const RestGrid& rest, std::size_t first, std::size_t count,
+                std::span<const AffineDisplacement> motion) {
         count_ = count;
         std::uint32_t next = 0;
         for (std::size_t i = 0; i < count_; ++i) {
@@ -46,7 +46,7 @@ class VertexBlock {
         geometry::sum_affine(std::span(rows_).first(count_), node_.data(), weight_.data(), motion.data(),
                              sum_.data());
     }
-    void carry(Vec3* positions, Vec3* normals) const {
+    void transform(Vec3* positions, Vec3* normals) const {
         geometry::carry_points(count_, sum_.data(),
                                {{point_[0].data(), point_[1].data(), point_[2].data()},
                                 {normal_[0].data(), normal_[1].data(), normal_[2].data()},
@@ -96,8 +96,8 @@ void deform(const Surface& surface, const RestGrid& rest, std::span<const Affine
     parallel.for_chunks(vertices.size(), 4 * block_size, [&](std::size_t begin, std::size_t end) {
         VertexBlock block;
         for (std::size_t first = begin; first < end; first += block_size) {
-            block.take(surface, rest, first, std::min(block_size, end - first), motion);
-            block.carry(positions.data() + first, normals.data() + first);
+            block.gather(surface, rest, first, std::min(block_size, end - first), motion);
+            block.transform(positions.data() + first, normals.data() + first);
         }
     });
 }

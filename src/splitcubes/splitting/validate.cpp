@@ -68,12 +68,12 @@ std::vector<std::string> validate(const NodeGrid& grid, std::size_t limit) {
                         findings.add(text_of(edge), ": cut outside the body");
                 }
     for (const Crossing& c : grid.crossings()) {
-        const bool skin = grid.inside(c.edge.node) != grid.inside(c.edge.upper());
+        const bool is_boundary = grid.inside(c.edge.node) != grid.inside(c.edge.upper());
         if (!(c.parameter >= min_parameter && c.parameter <= 1 - min_parameter))
             findings.add(text_of(c.edge), ": parameter ", c.parameter);
         if (!(std::abs(c.normal.norm() - 1) < 1e-9) || !(c.normal[c.edge.axis] >= 0))
             findings.add(text_of(c.edge), ": normal ", c.normal.transpose());
-        if (skin && c.origin != Origin::boundary)
+        if (is_boundary && c.origin != Origin::boundary)
             findings.add(text_of(c.edge), ": skin that says it was cut");
     }
     return findings.take();

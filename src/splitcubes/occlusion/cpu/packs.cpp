@@ -269,8 +269,8 @@ HWY_INLINE void cover(Scene<size>& scene, std::size_t begin, const Projected& p,
         hn::Store(hn::Or(hn::Load(unsign, obscured), bits), unsign, obscured);
         if (any_toggles) {
             std::uint32_t* outside = scene.rows.outside[row];
-            const auto turned = hn::IfThenElseZero(hn::RebindMask(unsign, toggles), bits);
-            hn::Store(hn::Xor(hn::Load(unsign, outside), turned), unsign, outside);
+            const auto toggled = hn::IfThenElseZero(hn::RebindMask(unsign, toggles), bits);
+            hn::Store(hn::Xor(hn::Load(unsign, outside), toggled), unsign, outside);
         }
         if (const std::uint32_t lanes = bits_of(open); lanes != 0) {
             alignas(64) std::uint32_t columns[width];
@@ -282,7 +282,7 @@ HWY_INLINE void cover(Scene<size>& scene, std::size_t begin, const Projected& p,
 
 // Rasterises the last waiting triangles, as many as there are lanes or all.
 template <int size>
-HWY_INLINE void take(Scene<size>& scene) {
+HWY_INLINE void rasterize_waiting(Scene<size>& scene) {
     const Lanes d;
     const hn::RebindToUnsigned<Lanes> unsign;
     const std::size_t taken = std::min(scene.waiting.count, hn::Lanes(d));
@@ -318,7 +318,8 @@ HWY_INLINE void take(Scene<size>& scene) {
 
 // Appends the triangles of some lanes of a pack, projected from one apex, to the waiting ones.
 template <int size>
-HWY_INLINE void join(Scene<size>& scene, Corners t, std::uint32_t pack, std::size_t lane, int apex, M seen) {
+HWY_INLINE void append_waiting(Scene<size>& scene, Corners t, std::uint32_t pack, std::size_t lane, int apex,
+                               M seen) {
     const Lanes d;
     const hn::RebindToUnsigned<Lanes> unsign;
     Waiting& waiting = scene.waiting;
@@ -341,7 +342,7 @@ HWY_INLINE void join(Scene<size>& scene, Corners t, std::uint32_t pack, std::siz
     }
     waiting.count +=
         hn::CompressStore(tag, hn::RebindMask(unsign, seen), unsign, waiting.tag + waiting.count);
-    while (waiting.count >= hn::Lanes(d)) take(scene);
+    while (waiting.count >= hn::Lanes(d)) rasterize_waiting(scene);
 }
 
 // An axis of the disk: maps a corner to x, y and z times these coefficients plus an offset.
@@ -351,7 +352,7 @@ struct Axis {
 
 // Finds the triangles of a pack that may be visible from each apex.
 template <int size>
-HWY_INLINE void look(Scene<size>& scene, std::uint32_t pack_index) {
+HWY_INLINE void project_visible(Scene<size>& scene, std::uint32_t pack_index) {
     const Lanes d;
     const PlacedPack& placed = scene.near.packs[pack_index];
     const auto& corner = placed.pack->corner;
@@ -385,7 +386,7 @@ HWY_INLINE void look(Scene<size>& scene, std::uint32_t pack_index) {
             for (std::uint32_t left = bits_of(hn::AndNot(ahead, seen)); left; left &= left - 1)
                 scene.near.leftover.push_back(
                     {placed.pack->id[lane + static_cast<std::size_t>(std::countr_zero(left))], apex});
-            join(scene, t, pack_index, lane, apex, hn::And(seen, ahead));
+            append_waiting(scene, t, pack_index, lane, apex, hn::And(seen, ahead));
         };
         from_apex(0, z_low, z_high);
         from_apex(1, hn::Sub(set(2), z_high), hn::Sub(set(2), z_low));
@@ -414,8 +415,8 @@ template <int size>
 void rasterize_size(const Disk& disk, const DiskRaster& raster, const geometry::OccluderGrid& occluders,
                     NearPacks& near, DiskMasks& masks) {
     Scene<size> scene{disk, raster, occluders, near, masks, {}, {}};
-    for (std::size_t k = 0; k < near.packs.size(); ++k) look(scene, static_cast<std::uint32_t>(k));
-    if (scene.waiting.count > 0) take(scene);
+    for (std::size_t k = 0; k < near.packs.size(); ++k) project_visible(scene, static_cast<std::uint32_t>(k));
+    if (scene.waiting.count > 0) rasterize_waiting(scene);
     add_rows(scene.rows, masks);
 }
 
