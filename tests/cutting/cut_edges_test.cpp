@@ -40,7 +40,7 @@ Blade straight_stroke(const Vec3& from, const Vec3& to, const Vec3& start, const
                  {{0, start, Quat::Identity()}, {1, end, Quat::Identity()}});
 }
 
-// Brute-force reference of cut_edges.
+// Returns the result that cut_edges must have, by testing all segments.
 std::vector<EdgeCut> brute_force_cuts(const std::vector<SweptBlade>& swept,
                                       const std::vector<CandidateEdge>& edges) {
     std::vector<EdgeCut> out;

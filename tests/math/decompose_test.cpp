@@ -18,7 +18,7 @@ Mat3 random_rotation(Random& random) {
     return Eigen::AngleAxisd(random.uniform(0, std::numbers::pi), axis.normalized()).toRotationMatrix();
 }
 
-// Slow reference: singular values by Eigen; the smallest one takes the sign.
+// Returns the rotation by Eigen's singular values, of which the smallest takes the sign: a slow reference.
 Mat3 rotation_by_svd(const Mat3& F) {
     const Eigen::JacobiSVD<Mat3> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
     const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant();

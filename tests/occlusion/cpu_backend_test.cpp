@@ -44,7 +44,7 @@ Triangles soup(Random& random, const PairQuery& pair) {
     return out;
 }
 
-// A lattice scene: everything is at multiples of 1/16, so rays meet edges exactly.
+// Returns a scene with everything at multiples of 1/16, so rays meet edges exactly.
 Triangles lattice_soup(Random& random) {
     Triangles out;
     for (int k = 0; k < 40; ++k) {

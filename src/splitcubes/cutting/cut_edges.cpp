@@ -121,7 +121,8 @@ Vec3 world_normal(const Hit& hit, const MovingSegment& edge, Vec3& last_normal) 
     return last_normal.squaredNorm() > 0 ? last_normal : separating_normal(direction, along_edge);
 }
 
-// The plane n . dx = 0 in the world is (J^T n) . dX = 0 at rest.
+// Returns a world normal transformed to rest space: the plane n . dx = 0 in the world is (J^T n) . dX = 0 at
+// rest.
 Vec3 pulled_back(const Mat3& world_from_rest, const Vec3& normal) {
     const Vec3 rest = world_from_rest.transpose() * normal;
     const double length = rest.stableNorm();

@@ -147,7 +147,8 @@ std::size_t MassSpring::spring_count() const {
            2;
 }
 
-// Both ends of a spring compute the same force with opposite sign, to the last bit.
+// Returns the spring force on a node. Both ends of a spring compute the same force with opposite sign, to the
+// last bit.
 Vec3 MassSpring::spring_force(std::size_t node) const {
     Vec3 force = Vec3::Zero();
     for (const Spring& s : springs_of(node)) {
@@ -175,7 +176,7 @@ void MassSpring::resolve_ground_contact(const Motion& motion, std::size_t node) 
     velocity_[node] = sliding;
 }
 
-// share: part of the time step that has passed at the end of this substep.
+// Advances by one substep. share: part of the time step that has passed at its end.
 void MassSpring::substep(const Motion& motion, double dt, double share) {
     const double kept = 1 / (1 + settings_.mass_damping * dt);
     motion.parallel.for_each(position_.size(), spring_grain,

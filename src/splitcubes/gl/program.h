@@ -12,7 +12,7 @@ namespace splitcubes::gl {
 /// A linked program of the current context.
 class Program {
   public:
-    /// name is used in messages. Throws JobError with the driver's log.
+    /// Compiles and links a program. name is used in messages. Throws JobError with the driver's log.
     Program(const std::string& name, std::string_view vertex_source, std::string_view fragment_source);
     /// Makes a program from files of shaders/, e.g. ("mesh.vert", "mesh.frag").
     static Program from_files(std::string_view vertex_file, std::string_view fragment_file);

@@ -38,8 +38,8 @@ Vec3 perpendicular(const Vec3& unit) {
     return unit.cross(Vec3::Unit(axis)).normalized();
 }
 
-// Newton-Schulz iteration for the polar factor; it converges quadratically, but only near a rotation. Returns
-// false if it has not converged.
+// Computes the polar factor by Newton-Schulz iteration, which converges quadratically, but only near a
+// rotation. Returns false if it has not converged.
 bool newton_schulz(const Mat3& F, Mat3& rotation) {
     Mat3 X = F;
     for (int iteration = 0; iteration < 8; ++iteration) {

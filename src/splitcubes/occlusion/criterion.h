@@ -43,7 +43,8 @@ class Criterion {
   public:
     virtual ~Criterion() = default;
     virtual std::string name() const = 0;
-    /// requested: indices of pairs. factor: output, one value in [0, 1] for each.
+    /// Computes the factors of pairs. requested: indices of pairs. factor: output, one value in [0, 1] for
+    /// each.
     virtual void evaluate(const geometry::OccluderGrid& occluders, const PairSet& pairs,
                           std::span<const std::uint32_t> requested, std::span<float> factor,
                           const Parallel& parallel) = 0;
@@ -56,7 +57,7 @@ class Criterion {
     virtual bool depends_on_others() const { return false; }
 };
 
-/// disks: used and required by occlusion_disk only.
+/// Makes a criterion. disks: used and required by occlusion_disk only.
 std::unique_ptr<Criterion> make_criterion(CriterionKind kind, std::unique_ptr<VisibilityBackend> disks);
 
 /// Returns w(d, h) / w(r, h) of the kernel (h^2 - r^2)^3 (Mueller et al. 2004, eq. 7): the factor of a pair

@@ -33,8 +33,8 @@ struct RenderOptions {
 /// The renderer. The same list, camera and options give the same picture byte for byte on the same driver.
 class Renderer {
   public:
-    /// The context must outlive the renderer. Throws InputError for options out of range, JobError if the
-    /// driver cannot create the required objects.
+    /// Makes a renderer. The context must outlive it. Throws InputError for options out of range, JobError if
+    /// the driver cannot create the required objects.
     explicit Renderer(const gl::Context& context, const RenderOptions& options = {});
     ~Renderer();
     Renderer(Renderer&&) noexcept;

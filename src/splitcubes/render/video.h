@@ -22,8 +22,8 @@ struct VideoOptions {
 /// that, and after any failure, nothing is left of it.
 class VideoWriter {
   public:
-    /// The extension selects the format (.mp4, .mkv, .mov). Throws InputError for options out of range,
-    /// JobError if ffmpeg cannot be started.
+    /// Starts ffmpeg. The extension selects the format (.mp4, .mkv, .mov). Throws InputError for options out
+    /// of range, JobError if ffmpeg cannot be started.
     VideoWriter(const std::filesystem::path& path, const VideoOptions& options);
     /// Discards the video unless it is finished.
     ~VideoWriter();

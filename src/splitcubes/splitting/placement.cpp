@@ -116,7 +116,8 @@ Vec2 tangent_of(const Vec2& normal) {
     return {-normal[1], normal[0]};
 }
 
-// Kind B: half way from the crossing to the point where its tangent leaves the face.
+// Places the vertex of a face of kind B: half way from the crossing to the point where its tangent leaves the
+// face.
 Vec2 place_single(int ring_edge, const FaceCrossing& crossing) {
     Vec2 direction = tangent_of(crossing.normal);
     if (direction.dot(inward(ring_edge)) < 0) direction = -direction;

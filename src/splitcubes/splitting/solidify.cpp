@@ -47,7 +47,7 @@ std::string text_in(const geometry::LengthUnit& unit, double length) {
     return plain_number(unit.from_metres(length), 3) + ' ' + std::string(unit.name);
 }
 
-// what: text after "edge" or "edges".
+// Appends a count of edges. what: text after "edge" or "edges".
 void add_edges(std::vector<std::string>& out, std::size_t count, const char* what) {
     if (count > 0) out.push_back(std::to_string(count) + (count == 1 ? " edge" : " edges") + what);
 }
@@ -65,7 +65,7 @@ void note_open_mesh(const TriangleMesh& welded, SolidifyReport& report) {
                                 : ""));
 }
 
-// Small shares get one digit.
+// Returns a share as a percentage; small shares get one digit.
 std::string percent(double share) {
     return plain_number(100 * share, share < 0.1 ? 1 : 2) + " %";
 }

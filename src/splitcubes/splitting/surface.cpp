@@ -304,8 +304,8 @@ bool Surface::centre_of_face(const SurfaceCell& cell, int face, Vec3& centre) co
     return false;
 }
 
-// Second pass, after all centres are known: places the faces of the cell on which sheets meet. A face that
-// moves also changes the cell on its other side.
+// Places the faces of the cell on which sheets meet. This is the second pass, when all centres are known. A
+// face that moves also changes the cell on its other side.
 void Surface::settle_faces(const NodeGrid& grid, std::uint32_t cell) {
     for (int face = 0; face < face_count; ++face) {
         const int axis = face_axis(face);

@@ -64,7 +64,7 @@ HWY_INLINE V min3(V a, V b, V c) {
 HWY_INLINE V max3(V a, V b, V c) {
     return hn::Max(hn::Max(a, b), c);
 }
-// a b - c d
+// Returns a b - c d.
 HWY_INLINE V minor(V a, V b, V c, V d) {
     return hn::Sub(hn::Mul(a, b), hn::Mul(c, d));
 }
@@ -77,7 +77,7 @@ HWY_INLINE M mask_of(std::uint32_t bits) {
     const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8)};
     return hn::LoadMaskBits(Lanes(), bytes);
 }
-// Accurate to 4 roundings for values that are neither tiny nor huge.
+// Returns 1 / v to within 4 roundings, for values that are neither tiny nor huge.
 HWY_INLINE V reciprocal(V v) {
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
     const V rough = hn::ApproximateReciprocal(v);

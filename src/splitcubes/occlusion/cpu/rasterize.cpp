@@ -76,7 +76,7 @@ template <class V>
 HWY_INLINE V max3(V a, V b, V c) {
     return hn::Max(hn::Max(a, b), c);
 }
-// a b - c d
+// Returns a b - c d.
 template <class V>
 HWY_INLINE V minor(V a, V b, V c, V d) {
     return hn::Sub(hn::Mul(a, b), hn::Mul(c, d));

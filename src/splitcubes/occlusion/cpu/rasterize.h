@@ -23,7 +23,7 @@ struct TriangleBlock {
 class TriangleList {
   public:
     void clear() { count_ = 0; }
-    /// apexes: bits of the apexes that it is projected from.
+    /// Adds a triangle. apexes: bits of the apexes that it is projected from.
     void add(const geometry::OccluderTriangle& triangle, const Vec3& apex, unsigned apexes = 3) {
         const std::size_t lane = count_ % block_size;
         if (count_ / block_size == blocks_.size()) blocks_.emplace_back();
