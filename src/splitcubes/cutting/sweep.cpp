@@ -10,8 +10,8 @@ namespace {
 
 constexpr double smooth_parts_per_span = 16;
 
-// Rounds a number of parts up, with a tolerance: a part of the maximum size is not divided again, so a recorded
-// sweep has the same parts as the original.
+// Rounds a number of parts up, with a tolerance: a part of the maximum size is not divided again, so a
+// recorded sweep has the same parts as the original.
 double part_count(double parts) {
     return std::ceil(parts * (1 - 1e-9));
 }

@@ -11,8 +11,8 @@
 namespace splitcubes::splitting {
 
 /// Returns one line per violation, at most `limit`; empty if there is none. Checks that an edge between
-/// inside and outside nodes is cut, that one between two outside nodes is not, that boundary crossings are on
-/// edges with one outside end, and that parameters and normals are in range.
+/// inside and outside nodes is cut by a crossing of the boundary, that one between two outside nodes is not
+/// cut, and that parameters and normals are in range.
 std::vector<std::string> validate(const NodeGrid& grid, std::size_t limit = 10);
 
 /// Checks that the surface equals, vertex for vertex, one built from scratch; that it is closed, oriented and
