@@ -91,7 +91,7 @@ TEST_P(Criteria, ACompleteCutIsZeroAcross) {
 }
 
 // A random partial cut: all factors are in 0 .. 1, the same for any number of threads and for both orders of
-// a pair, and 1 for pairs without a triangle in between.
+// a pair; some are 0, and except for the visibility criterion some are between 0 and 1.
 TEST_P(Criteria, RangeSymmetryAndThreads) {
     Random random(43);
     for (int round = 0; round < rounds(5); ++round) {
