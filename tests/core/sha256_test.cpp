@@ -16,7 +16,7 @@ std::string of(const std::string& text) {
     return hash.text();
 }
 
-// Examples of FIPS 180-4 and NIST.
+// FIPS 180-4 and NIST's examples.
 TEST(Sha256, ExamplesOfTheStandard) {
     EXPECT_EQ(of(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
     EXPECT_EQ(of("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
@@ -56,7 +56,7 @@ TEST(Sha256, OfAFile) {
     std::filesystem::remove_all(folder);
 }
 
-TEST(Sha256, RecognisesHashes) {
+TEST(Sha256, TellsAHashFromOtherText) {
     EXPECT_TRUE(is_sha256(of("a")));
     EXPECT_FALSE(is_sha256(""));
     EXPECT_FALSE(is_sha256(of("a").substr(1)));

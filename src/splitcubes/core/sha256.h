@@ -1,4 +1,4 @@
-// SHA-256 of file contents.
+// Content of files as a number that two different ones do not share.
 #pragma once
 
 #include <filesystem>
@@ -14,22 +14,18 @@ class Sha256 {
     Sha256();
     ~Sha256();
     void add(std::string_view bytes);
-    /// Returns the hash of all added bytes as 64 hexadecimal digits; at most once.
+    /// 64 hexadecimal digits of all that was added; at most once.
     std::string text();
 
   private:
-    void add_block(const unsigned char* block);
-
-    std::array<std::uint32_t, 8> state_ = {0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a,
-                                           0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
-    std::array<unsigned char, 64> rest_{};  // bytes that do not fill a block yet
-    std::uint64_t length_ = 0;              // bytes
+    struct Context;  // of libmd
+    std::unique_ptr<Context> context_;
 };
 
-/// Returns the hash of a whole file, which is read in parts. Throws InputError if it cannot be read.
+/// Of a whole file, read in parts. Throws InputError where it cannot be read.
 std::string sha256_of_file(const std::filesystem::path& file);
 
-/// Returns whether a text is a hash as text() writes it.
+/// Whether a text is a hash as text() writes it.
 bool is_sha256(std::string_view text);
 
 }  // namespace splitcubes

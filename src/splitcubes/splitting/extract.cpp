@@ -26,7 +26,7 @@ geometry::SurfaceMesh extract(const NodeGrid& grid, const Surface& surface, cons
         out.mesh.positions[new_index[i]] = positions.empty() ? v.rest : positions[i];
         out.normals[new_index[i]] = normals.empty() ? Vec3(v.normal.cast<double>()) : normals[i];
         out.rest[new_index[i]] = v.rest;
-        out.vertex_piece[new_index[i]] = pieces.piece_of(grid, surface.carrier(v));
+        out.vertex_piece[new_index[i]] = pieces.piece_of(grid, surface.influence(v));
     });
     const std::vector<SurfaceCell>& cells = surface.cells();
     std::vector<std::uint32_t> first_quad(cells.size() + 1, 0);

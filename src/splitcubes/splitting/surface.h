@@ -35,7 +35,7 @@ struct SurfaceVertex {
 };
 
 /// The nodes that move a vertex, with their trilinear weights, which sum to one.
-struct Carriers {
+struct Influences {
     std::array<std::uint32_t, 8> nodes;  // indices into Surface::nodes()
     std::array<double, 8> weights;
     std::size_t count = 0;  // 1..8
@@ -84,13 +84,13 @@ class Surface {
     }
     /// Returns the inside nodes that move a vertex, in order of first use.
     const std::vector<Vec3i>& nodes() const { return nodes_; }
-    Carriers carriers(const RestGrid& rest, const SurfaceVertex& vertex) const;
+    Influences influences(const RestGrid& rest, const SurfaceVertex& vertex) const;
     /// Calls use(node, weight) for each node that moves a vertex, in the order of `carriers`. Returns the sum
     /// of the weights.
     template <class Use>
-    double visit_carriers(const RestGrid& rest, const SurfaceVertex& vertex, const Use& use) const;
+    double visit_influences(const RestGrid& rest, const SurfaceVertex& vertex, const Use& use) const;
     /// Returns one of the nodes that move a vertex.
-    const Vec3i& carrier(const SurfaceVertex& vertex) const;
+    const Vec3i& influence(const SurfaceVertex& vertex) const;
     std::size_t quad_count() const { return quad_count_; }
     std::size_t triangle_count() const { return 2 * quad_count_; }
     std::size_t vertex_count() const { return alive_count_; }
@@ -145,7 +145,7 @@ class Surface {
 };
 
 template <class Use>
-double Surface::visit_carriers(const RestGrid& rest, const SurfaceVertex& vertex, const Use& use) const {
+double Surface::visit_influences(const RestGrid& rest, const SurfaceVertex& vertex, const Use& use) const {
     // Weights are taken slightly inside the cell, so that a vertex at or beyond a corner still has a weight
     // for each node that moves it.
     constexpr double inset = 0.01;
