@@ -79,7 +79,7 @@ TEST(SoupEdges, SayWhatTheSumOverAllSays) {
         EXPECT_LT(static_cast<double>(unknown), 0.1 * static_cast<double>(stretches) + 5);
         EXPECT_TRUE(size < 0.5 || compared > 1000) << compared;
         EXPECT_TRUE(size < 0.2 || !edges.holes().empty());
-        for (const SkinCut& cut : edges.holes()) {
+        for (const BoundaryCut& cut : edges.holes()) {
             const double w = c.exact(cut.edge.node, cut.edge.axis, cut.parameter);
             // Where the edge ends in the grid's outermost nodes there need be no such place.
             if (cut.parameter > 1e-5 && cut.parameter < 1 - 1e-5) {

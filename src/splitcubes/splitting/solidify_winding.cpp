@@ -1,5 +1,5 @@
-// Solid of a mesh that is not closed or not consistently oriented: a node is inside if its generalised
-// winding number exceeds one half.
+// The solid of a mesh that is not closed or not consistently oriented: inside is
+// where its generalised winding number exceeds one half.
 #include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/geometry/winding_number.h>
 #include <splitcubes/splitting/skin.h>
@@ -19,10 +19,10 @@ using geometry::TriangleMesh;
 
 namespace {
 
-// Bound of the winding number's rate of change away from triangles. There the winding number is the solid
-// angle of the mesh's boundary (its unbalanced edges) over 4 pi, and its gradient is the Biot-Savart integral
-// over that curve: at most the integral of 1 / (4 pi d^2) over its length. One bound per brick of nodes, with
-// the boundary summed by bricks.
+// How fast the winding number can change where no triangle is crossed. There it is
+// the solid angle of the mesh's boundary (its unbalanced edges), over 4 pi, and its
+// gradient the Biot-Savart integral over that curve: at most the integral of
+// 1 / (4 pi d^2) over its length. Per brick of nodes, the boundary summed by bricks.
 class GradientBound {
   public:
     GradientBound(const TriangleMesh& mesh, const RestGrid& rest, const Parallel& parallel)
@@ -33,47 +33,46 @@ class GradientBound {
         std::vector<Mark> marks;
         for (std::size_t brick = 0; brick < length_.size(); ++brick)
             if (length_[brick] > 0) marks.push_back({layout_.base(brick) / brick_side, length_[brick]});
-        constexpr double max_work = 1e8;
+        constexpr double most_work = 1e8;
         const bool boundary_everywhere =
-            is_unbounded_ ||
-            static_cast<double>(marks.size()) * static_cast<double>(layout_.total()) > max_work;
-        if (marks.empty() && !is_unbounded_) return;
+            endless_ || static_cast<double>(marks.size()) * static_cast<double>(layout_.total()) > most_work;
+        if (marks.empty() && !endless_) return;
         parallel.for_each(layout_.total(), 64, [&](std::size_t brick) {
             bound_[brick] = boundary_everywhere ? std::numeric_limits<double>::infinity()
                                                 : sum_at(layout_.base(brick) / brick_side, marks);
         });
     }
 
-    /// Returns the bound per cell of distance, for the node's brick and everything within a cell of it.
+    /// Per cell of distance, anywhere in the node's brick or within a cell of it.
     double at(const Vec3i& node) const { return bound_[layout_.brick_of(node)]; }
 
   private:
     struct Mark {
         Vec3i brick;
-        double length;  // cells, times the edge's balance
+        double length;  // cells, times how often the edge is unbalanced
     };
 
     static double sum_at(const Vec3i& brick, const std::vector<Mark>& marks) {
         double sum = 0;
         for (const Mark& mark : marks) {
-            // One brick for the positions of the node and the edge within theirs, half for the marks'
-            // spacing, a quarter for the surrounding cell.
+            // One brick for where in theirs the node and the edge are, half for the
+            // marks' spacing, a quarter for the cell around.
             const Vec3 apart = (brick - mark.brick).cwiseAbs().cast<double>();
             const Vec3 gap = brick_side * (apart - Vec3::Constant(1.75)).cwiseMax(0);
-            sum += mark.length / gap.squaredNorm();  // infinite if they may touch
+            sum += mark.length / gap.squaredNorm();  // infinite where they may touch
         }
         return sum / (4 * std::numbers::pi);
     }
 
-    // Distributes an edge's length over the bricks along it, in steps of half a brick.
+    // Books an edge's length in bricks along it, at steps of half a brick.
     void mark(const Vec3& a, const Vec3& b, std::uint32_t balance) {
         if (length_.empty()) length_.assign(layout_.total(), 0);
         const Vec3 top = (brick_side * layout_.brick_count - Vec3i::Ones()).cast<double>();
         const double steps = std::max(1.0, std::ceil((b - a).norm() / (0.5 * brick_side)));
-        is_unbounded_ = is_unbounded_ || !(steps < 10000);
-        if (is_unbounded_) return;
+        endless_ = endless_ || !(steps < 10000);
+        if (endless_) return;
         for (double k = 0; k <= steps; ++k) {
-            // Clamping to the grid brings outer points nearer, so the bound remains valid.
+            // What lies outside the grid is further away than where it is moved to.
             const Vec3 at = (a + k / steps * (b - a)).cwiseMax(0).cwiseMin(top);
             length_[layout_.brick_of(at.cast<int>())] += balance * (b - a).norm() / steps;
         }
@@ -82,7 +81,7 @@ class GradientBound {
     BrickLayout layout_;
     std::vector<double> length_;  // per brick, cells
     std::vector<double> bound_;   // per brick
-    bool is_unbounded_ = false;   // an edge is too long to follow
+    bool endless_ = false;        // an edge is too long to follow
 };
 
 class WindingSolid {
@@ -99,16 +98,16 @@ class WindingSolid {
 
     NodeGrid solidify(SolidifyReport& report) {
         set_inside();
-        BoundaryPart found = for_each_edge(
-            sweep_, parallel_, [&](BoundaryPart& part, std::span<const EdgeCrossing> crossings, int&) {
-                process(part, crossings);
-            });
-        cut_boundary_edges(grid_, found.cuts);
+        BoundaryPart skin = for_each_edge(
+            sweep_, parallel_,
+            [&](BoundaryPart& part, std::span<const EdgeCrossing> crossings, int&) { process(part, crossings); });
+        cut_boundary_edges(grid_, skin.cuts);
+        if (soup_) cut_boundary_edges(grid_, soup_->holes());
         const BoundaryPart holes = close_holes();
         cut_boundary_edges(grid_, holes.cuts);
-        report.gap_edges = found.gap_edges;
-        report.bisected_edges = holes.cuts.size();
-        report_thin(mesh_, grid_.rest(), found.lost, report);
+        report.gap_edges = skin.gap_edges;
+        report.bisected_edges = holes.cuts.size() + (soup_ ? soup_->holes().size() : 0);
+        report_thin(mesh_, grid_.rest(), skin.lost, report);
         return std::move(grid_);
     }
 
@@ -126,7 +125,7 @@ class WindingSolid {
         const Vec3i n = grid_.rest().node_count;
         const GradientBound bound(mesh_, grid_.rest(), parallel_);
         const auto row_count = static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]);
-        // Index of the first crossing of each row along x.
+        // First crossing of each row along x.
         std::vector<std::uint32_t> first(row_count + 1, 0);
         for (std::size_t i = 0; i < sweep_.axis_begin[1]; ++i) {
             const Vec3i& node = sweep_.crossings[i].node;
@@ -157,8 +156,8 @@ class WindingSolid {
             }
     }
 
-    // The winding number jumps by one at every triangle and otherwise changes slowly: it is evaluated only if
-    // the bound on the change could matter.
+    // The winding number jumps by one at every triangle and else changes slowly: it
+    // is evaluated anew only where the bound on the change could matter.
     void follow_row(const Vec3i& start, std::span<const EdgeCrossing> crossings, const GradientBound& bound,
                     std::uint8_t* inside) const {
         constexpr double evaluation_error = 5e-3;
@@ -185,7 +184,7 @@ class WindingSolid {
         part.cuts.push_back({{c.node, c.axis}, parameter, geometry::triangle_normal(mesh_, c.triangle)});
     }
 
-    // Processes an edge that triangles cross.
+    // An edge that triangles meet.
     void process(BoundaryPart& part, std::span<const EdgeCrossing> crossings) const {
         const GridEdge edge{crossings[0].node, crossings[0].axis};
         const bool lower = grid_.inside(edge.node), upper = grid_.inside(edge.upper());
@@ -208,7 +207,7 @@ class WindingSolid {
         }
     }
 
-    // State (inside or not) of the stretches of an edge between its crossings, each evaluated on first use.
+    // Which stretches of an edge between its crossings are inside, each found when it is first asked for.
     class Stretches {
       public:
         Stretches(const WindingSolid& solid, const GridEdge& edge, std::span<const EdgeCrossing> crossings,
@@ -236,14 +235,14 @@ class WindingSolid {
         std::vector<std::uint8_t> state_;
     };
 
-    // Records material that begins and ends on the edge, so that it reaches neither node.
+    // Material that begins and ends on the edge reaches neither node.
     void note_detached(BoundaryPart& part, std::span<const EdgeCrossing> crossings, Stretches& inside) const {
         for (std::size_t k = 1; k < crossings.size(); ++k)
             if (inside.at(k) && !inside.at(k - 1) && !inside.at(k + 1))
                 return note_thin(grid_, mesh_, crossings[k - 1], crossings[k], part);
     }
 
-    // Cuts the edges between inside and outside nodes that no triangle crosses: there the level set of the
+    // Edges between inside and outside that no triangle meets: the level set of the
     // winding number passes through a hole of the mesh.
     BoundaryPart close_holes() const {
         const Vec3i n = grid_.rest().node_count;
@@ -260,9 +259,9 @@ class WindingSolid {
                         bisect(edge, parts[row / grain]);
                 }
         });
-        BoundaryPart merged;
-        for (BoundaryPart& part : parts) merged.append(std::move(part));
-        return merged;
+        BoundaryPart whole;
+        for (BoundaryPart& part : parts) whole.append(std::move(part));
+        return whole;
     }
 
     void bisect(const GridEdge& edge, BoundaryPart& part) const {
@@ -282,12 +281,11 @@ class WindingSolid {
         part.cuts.push_back({edge, parameter, -gradient});
     }
 
-    // Returns the winding number to the last bit for meshes with holes; for a triangle soup the last digits
-    // are not worth the time.
+    // To the last bit what it is for meshes with holes; of a soup the last digits are not worth the time.
     double value_at(const Vec3& at) const {
-        constexpr std::size_t many_triangles = 4096;
+        constexpr std::size_t crowd = 4096;
         const geometry::WindingNumber::Estimate quick = winding_.quick_at(at);
-        return quick.near_count > many_triangles ? quick.value : winding_.at(at);
+        return quick.near_count > crowd ? quick.value : winding_.at(at);
     }
 
     const TriangleMesh& mesh_;

@@ -200,7 +200,7 @@ class SoupEdges::Worker {
   public:
     explicit Worker(SoupEdges& out) : out_(out), stamp_(out.jets_.triangles().size(), 0) {}
 
-    std::vector<SkinCut> holes;
+    std::vector<BoundaryCut> holes;
 
     // Edges that begin at the nodes of a cube, by lists of near triangles that shorten as it is divided.
     void cube(const Vec3i& corner, int size, std::size_t level, const WindingTriangles& list, double moment) {
@@ -403,7 +403,7 @@ void SoupEdges::set_edges(const Parallel& parallel) {
     constexpr int side = 8;
     const Vec3i cubes = (rest_.node_count + Vec3i::Constant(side - 1)) / side;
     const auto count = static_cast<std::size_t>(cubes.prod());
-    std::vector<std::vector<SkinCut>> holes(count);
+    std::vector<std::vector<BoundaryCut>> holes(count);
     parallel.for_each(count, 1, [&](std::size_t i) {
         const auto k = static_cast<int>(i);
         Worker worker(*this);
@@ -411,7 +411,7 @@ void SoupEdges::set_edges(const Parallel& parallel) {
                     jets_.triangles(), 0);
         holes[i] = std::move(worker.holes);
     });
-    for (const std::vector<SkinCut>& some : holes) holes_.insert(holes_.end(), some.begin(), some.end());
+    for (const std::vector<BoundaryCut>& some : holes) holes_.insert(holes_.end(), some.begin(), some.end());
 }
 
 }  // namespace splitcubes::splitting

@@ -37,7 +37,7 @@ class SoupEdges {
     /// Whether a point of an edge is, by the sum over all triangles.
     bool inside_at(const GridEdge& edge, double parameter) const;
     /// Cuts of the edges between inside and outside that no triangle crosses, but for some.
-    const std::vector<SkinCut>& holes() const { return holes_; }
+    const std::vector<BoundaryCut>& holes() const { return holes_; }
 
   private:
     class Worker;
@@ -71,7 +71,7 @@ class SoupEdges {
     std::vector<NodeJet> nodes_;
     std::vector<std::uint8_t> inside_, after_;
     std::vector<std::uint32_t> line_begin_;  // first crossing by line, axis after axis
-    std::vector<SkinCut> holes_;
+    std::vector<BoundaryCut> holes_;
 };
 
 }  // namespace splitcubes::splitting
