@@ -39,7 +39,7 @@ struct Springs {
         for (int k = 0; k < 3; ++k) matrix(at(5, k), at(5, k)) += 80;
         const ContactProducts::Diagonal diagonals[] = {{mobility, mobility, fixed}};
         products.finish();
-        products.take_diagonals(diagonals);
+        products.set_diagonals(diagonals);
     }
     static Eigen::Index at(std::size_t phyxel, int k) {
         return static_cast<Eigen::Index>(static_cast<std::size_t>(k) * stride + phyxel);

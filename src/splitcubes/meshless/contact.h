@@ -1,4 +1,4 @@
-// What pushes on what during a step: contacts and pulls, whoever found them.
+// Contacts and attachment springs that act during a step, wherever they were found.
 #pragma once
 
 #include <splitcubes/math/types.h>
@@ -11,31 +11,31 @@
 
 namespace splitcubes::meshless {
 
-/// One side of a contact: a point that moves as the weighted mean of some phyxels.
+/// One side of a contact: a point whose position is a weighted mean of phyxel positions.
 struct ContactSide {
     static constexpr std::size_t most = 8;
 
-    std::uint32_t part = 0;   // which of the bodies that step together
-    std::uint32_t count = 0;  // of phyxels; 0: a collider
+    std::uint32_t part = 0;   // index of the body within the group that steps together
+    std::uint32_t count = 0;  // phyxels; 0: a collider
     std::array<std::uint32_t, most> phyxel{};
     std::array<double, most> weight{};  // sum 1
 
     bool is_collider() const { return count == 0; }
 };
 
-/// Two points that may not pass each other along a direction during a step.
+/// Two points that must not pass each other along a direction during a step.
 struct Contact {
-    std::uint64_t key = 0;        // the same from step to step; contacts are sorted by it, each once
+    std::uint64_t key = 0;        // stable across steps and unique; contacts are sorted by it
     ContactSide upper, lower;     // the lower one may be a collider
     Vec3 normal = Vec3::UnitZ();  // unit, world, from the lower to the upper side
-    double gap = 0;               // m, along the normal at the start of the step; negative: overlap
-    Vec3 surface_displacement = Vec3::Zero();  // m, way of the collider's point in the step
+    double gap = 0;  // m, separation along the normal at the start of the step; negative: overlap
+    Vec3 surface_displacement = Vec3::Zero();  // m, motion of the collider's point in the step
     double friction = 0;                       // Coulomb coefficient, >= 0
-    double max_depenetration = 0;  // m, how much of an overlap that it began with is undone in a step, > 0
+    double max_depenetration = 0;              // m, maximum initial overlap removed in a step, > 0
 };
 
-/// A phyxel that is pulled to a place by a spring; the pulls of one handle together
-/// by no more than its limit.
+/// Spring that pulls a phyxel towards a target. The summed force of one handle's springs is capped at the
+/// handle's limit.
 struct HandleSpring {
     std::uint32_t part = 0;
     std::uint32_t phyxel = 0;
@@ -44,16 +44,16 @@ struct HandleSpring {
     double stiffness = 0;        // N/m, > 0
 };
 
-/// What a contact remembers of the step before.
+/// State of a contact that persists from one step to the next.
 struct CachedContact {
     std::uint64_t key = 0;
-    Vec3 tangential_displacement =
-        Vec3::Zero();           // m, world: how far the two points are from where they would not rub
+    // m, world: stretch of the friction spring; zero where the two points exert no friction.
+    Vec3 tangential_displacement = Vec3::Zero();
     double normal_force = 0;    // N, > 0
     Vec3 force = Vec3::Zero();  // N, world, on the upper side
-    double stiffness = 0;       // N/m, of its spring; 0 where it has none
-    double rest_gap = 0;        // m, the gap above which nothing pushes, <= 0
-    double energy = 0;  // J, that its spring held when the step began, less the work that it did in it
+    double stiffness = 0;       // N/m, of the contact spring; 0 if there is none
+    double rest_gap = 0;        // m, gap above which no force acts, <= 0
+    double energy = 0;  // J, of the spring at the start of the step, minus the work it did in the step
 
     /// For checkpoints.
     template <class Archive>
@@ -62,26 +62,27 @@ struct CachedContact {
     }
 };
 
-/// Everything that pushes and pulls in a step. `memory`: of the last step, sorted by
-/// key; the solver replaces it.
+/// Contacts and attachment springs of a step. `cached` holds the state of the previous step, sorted by key;
+/// the solver replaces it.
 struct ContactInput {
     std::span<const Contact> contacts;
     std::span<const HandleSpring> handle_springs;
     std::span<const double> handle_force_limits;  // N, per handle
     std::vector<CachedContact>* cached = nullptr;
-    std::vector<Vec3>* handle_forces = nullptr;  // N, world, per handle, of the solved step; written
+    std::vector<Vec3>* handle_forces = nullptr;  // N, world, per handle, of the solved step; output
 
     bool empty() const { return contacts.empty() && handle_springs.empty(); }
 };
 
-/// Ground: the half space normal . x >= offset is free.
+/// Ground plane; the half space normal . x >= offset is free.
 struct GroundPlane {
     Vec3 normal = Vec3::UnitZ();  // unit, world
     double offset = 0;            // m
     double friction = 0;          // Coulomb coefficient, >= 0
 };
 
-/// Weighted mean of a side; zero for a collider. `field`: per part, one entry a phyxel.
+/// Returns the weighted mean of `field` over a side; zero for a collider. `field`: per part, one entry per
+/// phyxel.
 template <class Field>
 Vec3 side_value(const ContactSide& side, const Field& field) {
     Vec3 sum = Vec3::Zero();
@@ -89,20 +90,20 @@ Vec3 side_value(const ContactSide& side, const Field& field) {
     return sum;
 }
 
-/// Finds what is remembered of contacts. Quick where they are asked for in ascending order of their keys.
+/// Looks up cached contacts by key. Fast if queried in ascending order of keys.
 class CachedContactFinder {
   public:
-    /// memory: sorted by key, for as long as this lives; nullptr: nothing is remembered.
+    /// cached: sorted by key, must outlive this object; nullptr: nothing is cached.
     explicit CachedContactFinder(const std::vector<CachedContact>* cached) {
         if (cached) all_ = *cached;
     }
-    /// nullptr where the contact is new.
+    /// Returns nullptr if the contact is new.
     const CachedContact* find(std::uint64_t key);
 
   private:
     std::span<const CachedContact> all_;
-    std::size_t at_ = 0;      // the first that is not below the last key
-    std::uint64_t last_ = 0;  // key
+    std::size_t at_ = 0;          // first entry whose key is not below the last queried one
+    std::uint64_t last_key_ = 0;  // last queried key
     bool is_placed_ = false;
 };
 

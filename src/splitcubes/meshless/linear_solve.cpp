@@ -157,7 +157,7 @@ void ImplicitSolver::Group::list_springs() {
     each([&](ImplicitSolver& s, const Job&, std::uint32_t) {
         diagonals.push_back({s.mobility_, s.inverse_, s.held_});
     });
-    forces->products().take_diagonals(diagonals);
+    forces->products().set_diagonals(diagonals);
 }
 
 // What springs add to the preconditioner goes from residual to direction.
