@@ -1,4 +1,4 @@
-// The course of ImplicitSolver's step, of one body or of several that push on each other.
+// Sequence of ImplicitSolver's step, for one body or for several in contact.
 #include <splitcubes/meshless/solver_group.h>
 
 #include <algorithm>
@@ -11,9 +11,10 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// A change of contact force that moves a piece by so many lifts in a step is a jolt.
+// Change of the contact force on a piece, as displacement in a step over max_depenetration, above which the
+// history of the piece is broken.
 constexpr double force_jump_depenetrations = 2;
-// Times the tolerance, while contacts still change: as of bodies without.
+// Factor on the tolerance while contacts still change; it undoes the tighter tolerance of bodies in contact.
 constexpr double early_tolerance_factor = 100;
 
 }  // namespace
@@ -30,64 +31,65 @@ ImplicitSolver::Group& ImplicitSolver::GroupBuffer::get() {
     return *group_;
 }
 
-// The springs begin at the places that the first guess leads to.
+// Creates the springs at the positions of the initial guess.
 void ImplicitSolver::Group::begin_contacts(const ContactInput& input) {
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
         parts.push_back({s.start_position_, s.start_velocity_, job.input.dt, s.mobility_, s.held_});
     });
     forces->begin(input, parts);
-    place_touched();
-    forces->make_springs(place, jobs[0].parallel);
+    position_touched();
+    forces->make_springs(position, jobs[0].parallel);
 }
 
-// Where the solve puts the phyxels that springs hold.
-void ImplicitSolver::Group::place_touched() {
+// Writes the current solution positions of the phyxels that springs act on.
+void ImplicitSolver::Group::position_touched() {
     each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
         for (const std::uint32_t i : forces->touched(k)) s.p_[i] = s.base_[i] + s.d_[i];
     });
 }
 
-// Forgets what springs added.
+// Clears the contributions of springs.
 void ImplicitSolver::Group::clear_contacts() {
     each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        s.added_.resize(s.inverse_.size());
+        s.spring_stiffness_.resize(s.inverse_.size());
         for_phyxels(job.parallel, s.inverse_.size(), [&](std::size_t i) {
             s.inverse_[i] = s.mobility_[i];
-            s.pushed_[i].setZero();
-            s.added_[i] = 0;
+            s.spring_force_[i].setZero();
+            s.spring_stiffness_[i] = 0;
         });
     });
-    springs = 0;
+    spring_stiffness = 0;
     diagonals_taken = false;
 }
 
-// What follows from the springs: their forces at the base, and the preconditioner.
+// Updates what depends on the springs: their forces at the base, and the diagonal of the preconditioner.
 void ImplicitSolver::Group::refresh_contacts() {
     if (forces->empty()) return;
-    springs = 0;
+    spring_stiffness = 0;
     each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
         const std::span<const std::uint32_t> touched = forces->touched(k);
         for (const std::uint32_t i : touched) {
-            s.pushed_[i].setZero();
-            s.added_[i] = 0;
+            s.spring_force_[i].setZero();
+            s.spring_stiffness_[i] = 0;
         }
-        forces->add_diagonal(k, s.added_);
+        forces->add_diagonal(k, s.spring_stiffness_);
         for (const std::uint32_t i : touched) {
-            s.inverse_[i] = s.mobility_[i] / (1 + s.added_[i] * s.mobility_[i]);
-            springs += s.added_[i];
+            s.inverse_[i] = s.mobility_[i] / (1 + s.spring_stiffness_[i] * s.mobility_[i]);
+            spring_stiffness += s.spring_stiffness_[i];
         }
     });
-    forces->add_forces(base, pushed, jobs[0].parallel);
+    forces->add_forces(base, spring_force, jobs[0].parallel);
 }
 
-// Changes the springs where they push otherwise than they may, and the residual by as much.
+// Revises the springs where their forces violate the contact law, and updates the residual accordingly.
+// Returns whether anything changed.
 bool ImplicitSolver::Group::revise(bool only_add) {
     if (forces->empty()) return false;
-    place_touched();
+    position_touched();
     each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
         for (const std::uint32_t i : forces->touched(k)) s.q_[i].setZero();
     });
-    if (!forces->revise(place, only_add, image, jobs[0].parallel)) return false;
+    if (!forces->revise(position, only_add, matrix_product, jobs[0].parallel)) return false;
     each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
         for (const std::uint32_t i : forces->touched(k)) s.r_[i] += s.filtered(i, s.q_[i]);
     });
@@ -95,24 +97,25 @@ bool ImplicitSolver::Group::revise(bool only_add) {
     return true;
 }
 
-// Which contacts of a body push is found by looser solves; when nothing changes any more the last goes on.
+// Solves with contacts: solves with a loose tolerance determine the active contacts; once nothing changes any
+// more, the last solve continues to the full tolerance.
 void ImplicitSolver::Group::solve_with_contacts() {
     clear_contacts();
     refresh_contacts();
     tolerance_factor = forces->empty() ? 1 : early_tolerance_factor;
     solve(true);
     for (int pass = 0; pass < max_contact_passes; ++pass) {
-        const bool changed = revise(pass >= letting_go_passes);
+        const bool changed = revise(pass >= releasing_passes);
         if (!changed && tolerance_factor == 1) break;
-        if (!changed || pass + 1 >= letting_go_passes) tolerance_factor = 1;
+        if (!changed || pass + 1 >= releasing_passes) tolerance_factor = 1;
         solve(false);
     }
     tolerance_factor = 1;
 }
 
-// A piece that begins or ends to be pushed somewhere has no history to go on from: extrapolated past the
-// change, BDF2 makes energy where something rolls from contact to contact.
-void ImplicitSolver::Group::break_switched(const ContactInput& contacts) {
+// Breaks the history of pieces with a contact that became active or inactive: extrapolated past such a
+// change, BDF2 creates energy when a body rolls from contact to contact.
+void ImplicitSolver::Group::break_switched_histories(const ContactInput& contacts) {
     for (std::size_t c = 0; contacts.cached && c < pushed_before.size(); ++c) {
         if (forces->pushes(c) == (pushed_before[c] != 0)) continue;
         const Contact& contact = contacts.contacts[c];
@@ -147,17 +150,20 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
     }
     find_impacts(contacts, group.velocity, members[0].input.dt, parallel, group.pushed_before, group.impact);
     group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
-        s.find_hits(job, contacts, group.impact, k);
+        s.mark_hits(job, contacts, group.impact, k);
         s.prepare(job);
     });
     group.begin_contacts(contacts);
     group.solve_with_contacts();
-    const auto torn = [&] {
+    const auto any_new_distortion = [&] {
         bool any = false;
-        group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { any = s.is_torn(job) || any; });
+        group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+            any = s.has_new_distortion(job) || any;
+        });
         return any;
     };
-    for (int pass = 0; pass < max_distorted_passes && (pass < options.further_solves || torn()); ++pass) {
+    for (int pass = 0; pass < max_relinearisations && (pass < options.further_solves || any_new_distortion());
+         ++pass) {
         group.each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
             for_phyxels(job.parallel, s.d_.size(), [&](std::size_t i) {
                 s.base_[i] += s.d_[i];
@@ -171,10 +177,10 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
         s.place_at_solution(job);
         std::fill(job.phyxels.touching.begin(), job.phyxels.touching.end(), std::uint8_t{0});
     });
-    group.forces->finish(group.place, group.touching, parallel);
-    group.break_switched(contacts);
+    group.forces->finish(group.position, group.touching, parallel);
+    group.break_switched_histories(contacts);
     group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
-        s.find_force_jumps(job, *group.forces, contacts, k);
+        s.mark_force_jumps(job, *group.forces, contacts, k);
         s.take_step(job);
         s.bind_pieces(job, contacts, k);
     });
@@ -187,8 +193,8 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
     members[0].report.contact_energy = group.forces->energy();
 }
 
-// Which pieces are hit in this step.
-void ImplicitSolver::find_hits(const Job& job, const ContactInput& contacts,
+// Marks the pieces that are hit in this step.
+void ImplicitSolver::mark_hits(const Job& job, const ContactInput& contacts,
                                std::span<const std::uint8_t> impact, std::uint32_t part) {
     hit_.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
     for (std::size_t c = 0; c < impact.size(); ++c) {
@@ -199,19 +205,19 @@ void ImplicitSolver::find_hits(const Job& job, const ContactInput& contacts,
     }
 }
 
-// Pieces whose contacts push very differently than a step ago: no history to go on from, as
-// of those that are hit.
-void ImplicitSolver::find_force_jumps(const Job& job, const ContactForces& forces,
+// Marks pieces whose contact force changed strongly since the previous step as hit: their history must not be
+// extrapolated either.
+void ImplicitSolver::mark_force_jumps(const Job& job, const ContactForces& forces,
                                       const ContactInput& contacts, std::uint32_t part) {
     if (contacts.contacts.empty()) return;
-    change_.assign(hit_.size() - 1, Vec3::Zero());
-    forces.add_changes(part, job.phyxels.piece, change_);
-    piece_mass_.assign(change_.size(), 0);
+    contact_change_.assign(hit_.size() - 1, Vec3::Zero());
+    forces.add_changes(part, job.phyxels.piece, contact_change_);
+    piece_mass_.assign(contact_change_.size(), 0);
     for (std::size_t i = 0; i < job.phyxels.size(); ++i)
         if (piece_of(job, i) < piece_mass_.size()) piece_mass_[piece_of(job, i)] += job.phyxels.mass[i];
     const double max_depenetration = forces.min_depenetration();
-    for (std::size_t k = 0; k < change_.size(); ++k)
-        if (change_[k].norm() * job.input.dt * job.input.dt >
+    for (std::size_t k = 0; k < contact_change_.size(); ++k)
+        if (contact_change_[k].norm() * job.input.dt * job.input.dt >
             force_jump_depenetrations * max_depenetration * piece_mass_[k])
             hit_[k] = 1;
 }
@@ -224,7 +230,7 @@ void ImplicitSolver::prepare(const Job& job) {
     linearise(job);
 }
 
-// p_ = where the solve puts the phyxels.
+// Writes the positions of the solution to p_.
 void ImplicitSolver::place_at_solution(const Job& job) {
     for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) { p_[i] = base_[i] + d_[i]; });
 }
@@ -234,8 +240,8 @@ void ImplicitSolver::take_step(const Job& job) {
     for (std::size_t i = 0; i < job.phyxels.size(); ++i) report_.non_finite += failed_[i];
 }
 
-// Pieces that something outside pushes or holds keep no momenta of their own; those that push
-// on each other keep theirs together.
+// Excludes pieces that are held or pulled from the restoring of momenta, and joins pieces that touch each
+// other.
 void ImplicitSolver::bind_pieces(const Job& job, const ContactInput& contacts, std::uint32_t part) {
     const Phyxels& phyxels = job.phyxels;
     for (std::size_t i = 0; i < phyxels.size(); ++i)
@@ -245,8 +251,8 @@ void ImplicitSolver::bind_pieces(const Job& job, const ContactInput& contacts, s
     momenta_.join_touching(phyxels, contacts, part);
 }
 
-// Pieces of several bodies that push on nothing but each other keep their momenta together,
-// as those of one body do.
+// Restores the joint momenta of pieces of several bodies that touch nothing but each other, as is done within
+// one body.
 void ImplicitSolver::restore_shared(Group& group, const ContactInput& contacts) {
     std::vector<std::size_t> first(group.size() + 1, 0);  // slot of each part's first piece
     group.each(
@@ -290,8 +296,8 @@ void ImplicitSolver::restore_shared(Group& group, const ContactInput& contacts) 
             group.restore(slot, [&](std::uint32_t part, std::uint32_t i) { return root(slot_of(part, i)); });
 }
 
-// Gives the phyxels of one set of touching pieces, by one rigid velocity, the momenta that
-// they had together, after gravity and mass damping; first by moving, then to rounding.
+// Gives the phyxels of one set of touching pieces, by a rigid velocity, the momenta that they had together,
+// after gravity and mass damping: first by moving positions as well, then by velocities to rounding.
 void ImplicitSolver::Group::restore(std::size_t set, const SetOf& set_of) {
     const auto sum_up = [&](bool before) {
         Momenta sum;
@@ -326,14 +332,14 @@ void ImplicitSolver::Group::restore(std::size_t set, const SetOf& set_of) {
     const Momenta wanted = sum_up(true);
     if (!(wanted.mass > 0)) return;
     for (const bool moving : {true, false}) {
-        const Momenta now = sum_up(false);
-        const Vec3 shift = (wanted.linear - now.linear) / now.mass;
+        const Momenta current = sum_up(false);
+        const Vec3 shift = (wanted.linear - current.linear) / current.mass;
         const Vec3 rotation_rate =
-            angular_velocity(now.inertia, wanted.angular_momentum - now.angular_momentum);
+            angular_velocity(current.inertia, wanted.angular_momentum - current.angular_momentum);
         each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
             for (std::uint32_t i = 0; i < job.phyxels.size(); ++i) {
                 if (set_of(k, i) != set) continue;
-                const Vec3 change = shift + rotation_rate.cross(job.phyxels.position[i] - now.centre);
+                const Vec3 change = shift + rotation_rate.cross(job.phyxels.position[i] - current.centre);
                 job.phyxels.velocity[i] += change;
                 if (moving) job.phyxels.position[i] += s.b_[i] * change;
             }
@@ -341,7 +347,7 @@ void ImplicitSolver::Group::restore(std::size_t set, const SetOf& set_of) {
     }
 }
 
-// Restores the momenta and describes the body as it is now.
+// Restores the momenta and reports the state after the step.
 void ImplicitSolver::finish(const Job& job) {
     Phyxels& phyxels = job.phyxels;
     const double dt = job.input.dt;

@@ -1,5 +1,5 @@
-// The linear solve of ImplicitSolver's step, over all bodies that step together: preconditioned
-// conjugate gradients (Hestenes and Stiefel 1952).
+// Linear solve of ImplicitSolver's step over all bodies of a group: preconditioned conjugate gradients
+// (Hestenes and Stiefel 1952).
 #include <splitcubes/meshless/solver_group.h>
 
 #include <algorithm>
@@ -9,22 +9,23 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// Share of the wanted square of the residual that rounding may make up.
+// Share of the target squared residual that rounding may reach before the residual is computed in double
+// precision.
 constexpr double noise_share = 0.1;
-// What stands on something rocks by the least force that is left over: share of the tolerance that is solved
-// to.
+// Factor on the tolerance of groups with contacts: a resting body rocks under the smallest residual force.
 constexpr double contact_tolerance_share = 0.01;
-// Of the largest residual that a solve began from, the share that is enough (where a guess leaves much, as
-// while something is cut, nothing rocks by little), and by how many times that may be more than the tolerance
-// asks for where nothing touches.
-constexpr double fall_share = 1e-2, most_loose = 10;
-// While contacts still change, the share of what a solve begins with that it may leave: of the first of a
-// step, which only has to tell what pushes, and of those that follow.
+// A solve may end early once the residual has fallen by fall_share from its largest value (when the guess
+// leaves a large residual, for example during a cut, small rocking does not matter), but without contacts
+// never above max_loose_factor times the tolerance.
+constexpr double fall_share = 1e-2, max_loose_factor = 10;
+// Share of its initial residual at which a solve may end while contacts still change: for the first solve of
+// a step, which only has to find the active contacts, and for later ones.
 constexpr double first_early_share = 0.2, early_share = 0.1;
-// Aggregates are weighed anew where the springs' stiffness has changed by more than this share.
+// Aggregates are weighed again if the spring stiffness changed by more than this share.
 constexpr double weighed_share = 0.1;
-// Share that the square of a residual falls by before it is taken again in double precision.
-constexpr double reach_share = 1e-11;
+// Factor by which the squared residual may fall before single precision is exhausted and the residual is
+// recomputed in double precision.
+constexpr double single_precision_share = 1e-11;
 
 }  // namespace
 
@@ -33,11 +34,12 @@ double ImplicitSolver::Group::tolerance() const {
     return tolerance_factor * share * jobs[0].options.tolerance;
 }
 
-// Square of the residual that is enough after the one that was begun from; closest: by the tolerance. Of
-// what touches something no more than the plain tolerance's.
-double ImplicitSolver::Group::loosest(double closest) const {
-    const double times = forces->empty() ? most_loose : 1 / (tolerance_factor * contact_tolerance_share);
-    return std::min(times * times * closest, fall_share * fall_share * furthest);
+// Returns the squared residual at which a solve may end early, given the largest one so far. tight_square:
+// target of the tolerance. With contacts it does not exceed that of the plain tolerance.
+double ImplicitSolver::Group::loose_square(double tight_square) const {
+    const double times =
+        forces->empty() ? max_loose_factor : 1 / (tolerance_factor * contact_tolerance_share);
+    return std::min(times * times * tight_square, fall_share * fall_share * max_square);
 }
 
 double ImplicitSolver::Group::wanted_residual() {
@@ -48,8 +50,8 @@ double ImplicitSolver::Group::wanted_residual() {
     return wanted;
 }
 
-// r_ = b - A d_ of all bodies; returns its square in the norm of the inverse diagonal. noise: what rounding
-// may make of that. `exact`: in double precision.
+// Computes r_ = b - A d_ of all bodies; returns its squared norm in the metric of the inverse diagonal.
+// noise: estimate of the rounding error in that. exact: in double precision.
 double ImplicitSolver::Group::residual(bool exact, double& noise) {
     bool at_base = true;
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { at_base = at_base && s.is_at_base(job); });
@@ -60,95 +62,100 @@ double ImplicitSolver::Group::residual(bool exact, double& noise) {
         return square;
     }
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { s.stiffness_times_solution(job, exact); });
-    if (!forces->empty()) forces->apply(solution, image);
+    if (!forces->empty()) forces->apply(solution, matrix_product);
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        double part = 0;
-        square += s.residual_from_product(job, exact, part);
-        noise += part;
+        double member_noise = 0;
+        square += s.residual_from_product(job, exact, member_noise);
+        noise += member_noise;
     });
     return square;
 }
 
-// From the solution; in double precision where single would say nothing.
+// Computes the residual from the solution, in double precision if rounding in single precision would
+// dominate.
 double ImplicitSolver::Group::first_residual(double wanted) {
     double noise = 0;
     double square = residual(false, noise);
     if (noise > noise_share * wanted) square = residual(true, noise);
-    furthest = square;
+    max_square = square;
     return square;
 }
 
-// Of r_ as it was left by the last solve.
-double ImplicitSolver::Group::carried_residual() {
+// Returns the squared norm of the residual r_ that the last solve left.
+double ImplicitSolver::Group::kept_residual() {
     double square = 0;
-    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { square += s.square_of(job, s.r_); });
-    furthest = std::max(furthest, square);
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { square += s.squared_norm(job, s.r_); });
+    max_square = std::max(max_square, square);
     return square;
 }
 
-// The preconditioner's coarse part: as good with springs that are a little different.
+// Weighs the aggregates again if the springs changed substantially; small changes hardly affect the coarse
+// part.
 void ImplicitSolver::Group::weigh() {
-    if (std::abs(springs - weighed) <= weighed_share * weighed) return;
-    weighed = springs;
+    if (std::abs(spring_stiffness - weighed_stiffness) <= weighed_share * weighed_stiffness) return;
+    weighed_stiffness = spring_stiffness;
     each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.weigh_aggregates(job); });
 }
 
-// From d_; constrained parts of d_ stay. Not `anew`: r_ is the residual.
-void ImplicitSolver::Group::solve(bool anew) {
-    const double closest = wanted_residual();
+// Solves from d_; entries of held phyxels stay. from_solution: recomputes the residual from d_; otherwise r_
+// is the residual.
+void ImplicitSolver::Group::solve(bool from_solution) {
+    const double tight_square = wanted_residual();
     each([](ImplicitSolver& s, const Job&, std::uint32_t) { ++s.report_.solves; });
     int left = jobs[0].options.max_iterations;
-    double square = anew ? first_residual(closest) : carried_residual();
-    const double early = tolerance_factor > 1 ? (anew ? first_early_share : early_share) : 0;
-    const double wanted = std::max({closest, loosest(closest), early * early * square});
-    if (!anew && wanted < reach_share * furthest) square = first_residual(wanted);
-    if (anew) weighed = -1;
+    double square = from_solution ? first_residual(tight_square) : kept_residual();
+    const double early_factor = tolerance_factor > 1 ? (from_solution ? first_early_share : early_share) : 0;
+    const double wanted =
+        std::max({tight_square, loose_square(tight_square), early_factor * early_factor * square});
+    if (!from_solution && wanted < single_precision_share * max_square) square = first_residual(wanted);
+    if (from_solution) weighed_stiffness = -1;
     if (square > wanted) weigh();
     for (int pass = 0; pass < max_refinements && square > wanted && left > 0; ++pass) {
-        // Single precision carries no further than this at a time.
-        const bool in_reach = wanted >= reach_share * square;
+        // Limits the reduction to what single precision can reach at a time.
+        const bool is_in_reach = wanted >= single_precision_share * square;
         const double before = square;
-        square = descend(in_reach ? wanted : reach_share * square, left);
-        if (in_reach) break;
+        square = conjugate_gradients(is_in_reach ? wanted : single_precision_share * square, left);
+        if (is_in_reach) break;
         double noise = 0;
-        square = furthest = residual(true, noise);
+        square = max_square = residual(true, noise);
         if (!(square < 0.25 * before)) break;
     }
-    double reached = square > 0 && closest > 0 ? tolerance() * std::sqrt(square / closest) : 0;
-    // A solve that ended where it was to is no more than the tolerance off.
+    double reached = square > 0 && tight_square > 0 ? tolerance() * std::sqrt(square / tight_square) : 0;
+    // A solve that reached its early target is reported as within the tolerance.
     if (square <= wanted) reached = std::min(reached, jobs[0].options.tolerance);
     each([&](ImplicitSolver& s, const Job&, std::uint32_t) { s.report_.residual = reached; });
 }
 
-// Square of the residual in the norm of the inverse diagonal.
+// Loads the residual and starts a new direction; returns the squared norm of the residual in the metric of
+// the inverse diagonal.
 double ImplicitSolver::Group::begin_direction() {
     double square = 0;
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        s.take_residual(job);
+        s.load_residual(job);
         square += s.sum_slices(job, [&](const SliceRange& range) {
-            return meshless::begin_direction(s.elastic_.stride(), range, s.fine_inverse_.data(),
-                                             s.fine_r_.data(), s.fine_p_.data());
+            return meshless::begin_direction(s.elastic_.stride(), range, s.float_inverse_.data(),
+                                             s.float_r_.data(), s.float_p_.data());
         });
     });
     return square;
 }
 
-// Image of the direction; returns their product.
+// Computes A p for the direction p; returns p . A p.
 double ImplicitSolver::Group::apply_to_direction() {
     double product = 0;
     rows.clear();
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
         const auto factor = static_cast<float>(1 + s.damping_ratio(job));
-        product += s.elastic_.apply_stiffness(factor, s.fine_diagonal_.data(), s.fine_p_.data(),
-                                              s.fine_q_.data(), job.parallel);
-        rows.push_back({s.elastic_.stride(), s.fine_p_.data(), s.fine_q_.data()});
+        product += s.elastic_.apply_stiffness(factor, s.float_diagonal_.data(), s.float_p_.data(),
+                                              s.float_q_.data(), job.parallel);
+        rows.push_back({s.elastic_.stride(), s.float_p_.data(), s.float_q_.data()});
     });
     if (!forces->empty()) product += forces->products().apply(rows, jobs[0].parallel);
     each([](ImplicitSolver& s, const Job&, std::uint32_t) { s.filter(); });
     return product;
 }
 
-// The list of springs that the products of a descent go through, and the diagonals beside them.
+// Updates the list of springs for the products, and the diagonals that go with it.
 void ImplicitSolver::Group::list_springs() {
     if (forces->empty()) return;
     if (!forces->list_springs() && diagonals_taken) return;
@@ -160,38 +167,39 @@ void ImplicitSolver::Group::list_springs() {
     forces->products().set_diagonals(diagonals);
 }
 
-// What springs add to the preconditioner goes from residual to direction.
+// Sets the row arrays of the smoother: from residual to direction.
 void ImplicitSolver::Group::take_smoothing_rows() {
     rows.clear();
     each([&](ImplicitSolver& s, const Job&, std::uint32_t) {
-        rows.push_back({s.elastic_.stride(), s.fine_r_.data(), s.fine_p_.data()});
+        rows.push_back({s.elastic_.stride(), s.float_r_.data(), s.float_p_.data()});
     });
 }
 
-// The springs' part of the residual's square in the preconditioner's norm.
+// Applies the springs' part of the preconditioner; returns its product with the residual.
 double ImplicitSolver::Group::smooth() {
     if (forces->empty()) return 0;
     take_smoothing_rows();
     return forces->products().smooth(rows, jobs[0].parallel);
 }
 
-// As begin_direction, after a step of alpha.
+// Moves by alpha along the direction; returns the squared norm of the new residual, as begin_direction.
 double ImplicitSolver::Group::advance(float alpha) {
     double square = 0;
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
         square += s.sum_slices(job, [&](const SliceRange& range) {
-            return meshless::advance(s.elastic_.stride(), range, alpha, s.fine_inverse_.data(),
-                                     s.fine_p_.data(), s.fine_q_.data(), s.fine_d_.data(), s.fine_r_.data());
+            return meshless::advance(s.elastic_.stride(), range, alpha, s.float_inverse_.data(),
+                                     s.float_p_.data(), s.float_q_.data(), s.float_d_.data(),
+                                     s.float_r_.data());
         });
     });
     return square;
 }
 
-// The aggregates' part of the residual's square in the preconditioner's norm.
+// Applies the aggregates' part of the preconditioner; returns its product with the residual.
 double ImplicitSolver::Group::correct() {
     double square = 0;
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        square += s.aggregates_.correct(s.fine_r_.data(), job.parallel);
+        square += s.aggregates_.correct(s.float_r_.data(), job.parallel);
     });
     return square;
 }
@@ -200,8 +208,8 @@ void ImplicitSolver::Group::turn_direction(float beta) {
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
         const CoarsePart coarse{s.aggregates_.index(), s.aggregates_.correction(), s.aggregates_.count() + 1};
         for_slices(job.parallel, s.elastic_.slice_count(), [&](const SliceRange& range) {
-            meshless::turn_direction(s.elastic_.stride(), range, beta, s.fine_inverse_.data(),
-                                     s.fine_r_.data(), coarse, s.fine_p_.data());
+            meshless::turn_direction(s.elastic_.stride(), range, beta, s.float_inverse_.data(),
+                                     s.float_r_.data(), coarse, s.float_p_.data());
         });
     });
     if (forces->empty()) return;
@@ -209,8 +217,9 @@ void ImplicitSolver::Group::turn_direction(float beta) {
     forces->products().add_smoothed(rows);
 }
 
-// Adds to d_ what brings the square of the residual r_ down to `goal`; returns where it got.
-double ImplicitSolver::Group::descend(double goal, int& left) {
+// Runs conjugate gradients until the squared residual r_ is at most `goal` and adds the correction to d_;
+// returns the squared residual reached.
+double ImplicitSolver::Group::conjugate_gradients(double goal, int& left) {
     list_springs();
     double square = begin_direction();
     double rz = square + correct() + smooth();
@@ -228,7 +237,7 @@ double ImplicitSolver::Group::descend(double goal, int& left) {
         turn_direction(static_cast<float>(next_rz / rz));
         rz = next_rz;
     }
-    each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.add_found(job); });
+    each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.add_correction(job); });
     return square;
 }
 
