@@ -10,14 +10,15 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// Phyxels of an aggregate over those of one a level below.
+// Ratio of the maximum box sizes of consecutive levels.
 constexpr std::size_t growth = 8;
-// Levels overlap: with less than all of each fewer iterations are needed (from 0.5 to 1 it matters little).
+// Factor on the corrections of all levels. Levels overlap, so under-relaxation needs fewer iterations;
+// between 0.5 and 1 the value matters little.
 constexpr double relaxation = 0.7;
-// Aggregates a chunk.
+// Aggregates per chunk of a parallel loop.
 constexpr std::size_t aggregate_grain = 8;
 
-/// body(c) over aggregates.
+/// Calls body(c) for each aggregate, in parallel.
 template <class Body>
 void for_aggregates(const Parallel& parallel, std::size_t count, const Body& body) {
     const auto chunk = [&](std::size_t begin, std::size_t end) {
@@ -28,11 +29,11 @@ void for_aggregates(const Parallel& parallel, std::size_t count, const Body& bod
 
 }  // namespace
 
-// Puts the phyxels of a set in the order of its halves. A set that is no more than a level allows is a
-// box of that level.
-void Aggregates::halve(std::span<const Vec3> rest, std::size_t begin, std::size_t end) {
+// Sorts the phyxels of a set by recursive bisection. A set that fits the limit of a level is a box of that
+// level.
+void Aggregates::bisect(std::span<const Vec3> rest, std::size_t begin, std::size_t end) {
     struct Set {
-        std::size_t begin, end, level;  // level: of the smallest box that it is in, so far
+        std::size_t begin, end, level;  // level: of the smallest box so far that contains the set
     };
     std::vector<std::size_t> limits(levels_.size(), most);
     for (std::size_t l = 1; l < limits.size(); ++l) limits[l] = growth * limits[l - 1];
@@ -58,7 +59,7 @@ void Aggregates::halve(std::span<const Vec3> rest, std::size_t begin, std::size_
         }
         int axis = 0;
         (high - low).maxCoeff(&axis);
-        // A lattice's plane that is in the very middle goes as a whole.
+        // Keeps a lattice plane at the exact middle on one side.
         const double middle = 0.5 * (low[axis] + high[axis]) + 1e-6 * (high[axis] - low[axis]);
         other_.clear();
         std::size_t kept = set.begin;
@@ -75,7 +76,7 @@ void Aggregates::halve(std::span<const Vec3> rest, std::size_t begin, std::size_
     }
 }
 
-void Aggregates::divide(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods) {
+void Aggregates::bisect_pieces(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods) {
     const std::size_t n = phyxels.size();
     member_.clear();
     for (std::uint32_t i = 0; i < n; ++i)
@@ -97,40 +98,40 @@ void Aggregates::divide(const Phyxels& phyxels, const Neighbourhoods& neighbourh
     first_member_.assign(1, 0);
     begin = 0;
     for (const std::size_t end : ends) {
-        halve(phyxels.rest_position, begin, end);
+        bisect(phyxels.rest_position, begin, end);
         begin = end;
     }
     const std::size_t boxes = first_member_.size() - 1;
     box_.assign(n, none);
-    part_.assign(n, 0);
-    place_.assign(n, 0);
+    component_.assign(n, 0);
+    index_in_box_.assign(n, 0);
     for (std::uint32_t box = 0; box < boxes; ++box)
         for (std::uint32_t k = first_member_[box]; k < first_member_[box + 1]; ++k) box_[member_[k]] = box;
-    part_count_.assign(boxes, 0);
+    component_count_.assign(boxes, 0);
     couplings_.resize(boxes);
-    stale_.assign(boxes, 1);
+    dirty_.assign(boxes, 1);
     relink_.assign(boxes, 1);
     list_.reserve(boxes);
     stride_ = neighbourhoods.slices().stride();
     row_revision_.assign(neighbourhoods.row_revision().begin(), neighbourhoods.row_revision().end());
 }
 
-// Which boxes have links that changed.
-void Aggregates::find_stale(const Neighbourhoods& neighbourhoods) {
+// Marks the boxes whose links changed.
+void Aggregates::find_dirty(const Neighbourhoods& neighbourhoods) {
     const std::span<const std::uint64_t> now = neighbourhoods.row_revision();
     for (std::size_t i = 0; i < now.size(); ++i) {
         if (now[i] == row_revision_[i]) continue;
         row_revision_[i] = now[i];
-        if (box_[i] != none) stale_[box_[i]] = 1;
+        if (box_[i] != none) dirty_[box_[i]] = 1;
         for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
             const std::uint32_t box = box_[neighbourhoods.neighbour()[l]];
-            if (box != none) stale_[box] = 1;
+            if (box != none) dirty_[box] = 1;
         }
     }
 }
 
-// What hangs together within a box; whether that changed.
-bool Aggregates::take_parts(const Neighbourhoods& neighbourhoods, std::uint32_t box) {
+// Finds the connected components within a box. Returns whether they changed.
+bool Aggregates::update_components(const Neighbourhoods& neighbourhoods, std::uint32_t box) {
     const std::uint32_t begin = first_member_[box], size = first_member_[box + 1] - begin;
     const std::span<std::uint32_t> members(member_.data() + begin, size);
     std::sort(members.begin(), members.end());
@@ -141,113 +142,116 @@ bool Aggregates::take_parts(const Neighbourhoods& neighbourhoods, std::uint32_t 
     };
     for (std::uint32_t k = 0; k < size; ++k) {
         const std::uint32_t i = members[k];
-        place_[i] = root[k] = k;
+        index_in_box_[i] = root[k] = k;
         for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
             const std::uint32_t j = neighbourhoods.neighbour()[l];
             if (j >= i) break;
             if (box_[j] != box || !(neighbourhoods.link_coupling(l, i) > 0)) continue;
-            const std::uint32_t a = find(k), b = find(place_[j]);
+            const std::uint32_t a = find(k), b = find(index_in_box_[j]);
             root[std::max(a, b)] = std::min(a, b);
         }
     }
-    std::array<std::uint32_t, most> part{};
+    std::array<std::uint32_t, most> component{};
     std::uint32_t count = 0;
     bool changed = false;
     for (std::uint32_t k = 0; k < size; ++k) {
-        part[k] = root[k] == k ? count++ : part[find(k)];
-        changed = changed || part_[members[k]] != part[k];
-        part_[members[k]] = part[k];
+        component[k] = root[k] == k ? count++ : component[find(k)];
+        changed = changed || component_[members[k]] != component[k];
+        component_[members[k]] = component[k];
     }
-    changed = changed || part_count_[box] != count;
-    part_count_[box] = count;
+    changed = changed || component_count_[box] != count;
+    component_count_[box] = count;
     if (count > 1)
         std::sort(members.begin(), members.end(), [&](std::uint32_t a, std::uint32_t b) {
-            return part_[a] != part_[b] ? part_[a] < part_[b] : a < b;
+            return component_[a] != component_[b] ? component_[a] < component_[b] : a < b;
         });
     return changed;
 }
 
-// Couplings of a box's parts.
-void Aggregates::take_links(const Neighbourhoods& neighbourhoods, std::uint32_t box) {
+// Sums the couplings of the components of a box.
+void Aggregates::update_couplings(const Neighbourhoods& neighbourhoods, std::uint32_t box) {
     std::vector<Coupling>& couplings = couplings_[box];
     couplings.clear();
-    std::size_t begin = 0, at = 0;  // of the part's
+    std::size_t begin = 0, slot = 0;  // index of the component's first coupling, and of the last one used
     for (std::uint32_t k = first_member_[box]; k < first_member_[box + 1]; ++k) {
         const std::uint32_t i = member_[k];
-        if (k == first_member_[box] || part_[i] != part_[member_[k - 1]]) begin = at = couplings.size();
+        if (k == first_member_[box] || component_[i] != component_[member_[k - 1]])
+            begin = slot = couplings.size();
         for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
             const std::uint32_t j = neighbourhoods.neighbour()[l];
             const double stiffness = neighbourhoods.link_coupling(l, i);
-            if (!(stiffness > 0) || (box_[j] == box && part_[j] == part_[i])) continue;
-            const std::uint32_t to = box_[j] == none ? 0 : part_[j];
-            const auto is_it = [&](const Coupling& c) { return c.to_box == box_[j] && c.to == to; };
-            // Neighbours that follow each other are often of one part.
-            if (at >= couplings.size() || !is_it(couplings[at])) {
-                at = begin;
-                while (at < couplings.size() && !is_it(couplings[at])) ++at;
-                if (at == couplings.size()) couplings.push_back({part_[i], box_[j], to, 0});
+            if (!(stiffness > 0) || (box_[j] == box && component_[j] == component_[i])) continue;
+            const std::uint32_t to = box_[j] == none ? 0 : component_[j];
+            const auto matches = [&](const Coupling& c) { return c.to_box == box_[j] && c.to == to; };
+            // Consecutive neighbours often belong to the same component.
+            if (slot >= couplings.size() || !matches(couplings[slot])) {
+                slot = begin;
+                while (slot < couplings.size() && !matches(couplings[slot])) ++slot;
+                if (slot == couplings.size()) couplings.push_back({component_[i], box_[j], to, 0});
             }
-            couplings[at].stiffness += stiffness;
+            couplings[slot].stiffness += stiffness;
         }
     }
 }
 
-// act(from, to, stiffness): parts; `to` may be none.
+// Calls act(from, to, stiffness) for each coupling, with component indices; `to` may be none.
 template <class Do>
 void Aggregates::each_coupling(const Do& act) const {
     for (std::size_t box = 0; box < couplings_.size(); ++box)
         for (const Coupling& c : couplings_[box])
-            act(first_part_[box] + c.from, c.to_box == none ? none : first_part_[c.to_box] + c.to,
+            act(first_component_[box] + c.from, c.to_box == none ? none : first_component_[c.to_box] + c.to,
                 c.stiffness);
 }
 
-void Aggregates::number_parts() {
-    first_part_.assign(1, 0);
-    for (const std::uint32_t count : part_count_) first_part_.push_back(first_part_.back() + count);
-    const std::size_t parts = first_part_.back();
-    first_.assign(parts + 1, static_cast<std::uint32_t>(member_.size()));
+void Aggregates::number_components() {
+    first_component_.assign(1, 0);
+    for (const std::uint32_t count : component_count_)
+        first_component_.push_back(first_component_.back() + count);
+    const std::size_t components = first_component_.back();
+    first_.assign(components + 1, static_cast<std::uint32_t>(member_.size()));
     for (std::size_t k = member_.size(); k-- > 0;)
-        first_[first_part_[box_[member_[k]]] + part_[member_[k]]] = static_cast<std::uint32_t>(k);
-    box_of_.resize(parts);
-    for (std::uint32_t box = 0; box < part_count_.size(); ++box)
-        for (std::uint32_t p = first_part_[box]; p < first_part_[box + 1]; ++p) box_of_[p] = box;
-    for (auto* array : {&inertia_, &added_, &finest_}) array->resize(parts);
-    part_sum_.resize(parts);
+        first_[first_component_[box_[member_[k]]] + component_[member_[k]]] = static_cast<std::uint32_t>(k);
+    box_of_component_.resize(components);
+    for (std::uint32_t box = 0; box < component_count_.size(); ++box)
+        for (std::uint32_t p = first_component_[box]; p < first_component_[box + 1]; ++p)
+            box_of_component_[p] = box;
+    for (auto* array : {&inertia_, &added_, &finest_}) array->resize(components);
+    component_sum_.resize(components);
 }
 
-// Aggregates of level 0: parts, and what hangs on them.
+// Builds the aggregates of level 0: components, with splinters joined to a neighbour.
 void Aggregates::join_splinters() {
-    const std::size_t parts = part_sum_.size();
+    const std::size_t components = component_sum_.size();
     const auto is_splinter = [&](std::uint32_t p) { return 3 * (first_[p + 1] - first_[p]) < most; };
-    root_.resize(parts);
+    root_.resize(components);
     std::iota(root_.begin(), root_.end(), 0U);
-    strongest_.assign(parts, 0);
+    strongest_.assign(components, 0);
     each_coupling([&](std::uint32_t from, std::uint32_t to, double stiffness) {
         if (to == none || !(stiffness > strongest_[from]) || !is_splinter(from) || is_splinter(to)) return;
         strongest_[from] = stiffness;
         root_[from] = to;
     });
-    std::vector<std::uint32_t>& of = levels_[0].of;
-    of.resize(parts);
+    std::vector<std::uint32_t>& aggregate_of = levels_[0].aggregate_of;
+    aggregate_of.resize(components);
     std::uint32_t count = 0;
-    for (std::uint32_t p = 0; p < parts; ++p)
-        if (root_[p] == p) of[p] = count++;
-    for (std::uint32_t p = 0; p < parts; ++p) {
-        of[p] = of[root_[p]];
-        box_of_[p] = box_of_[root_[p]];
+    for (std::uint32_t p = 0; p < components; ++p)
+        if (root_[p] == p) aggregate_of[p] = count++;
+    for (std::uint32_t p = 0; p < components; ++p) {
+        aggregate_of[p] = aggregate_of[root_[p]];
+        box_of_component_[p] = box_of_component_[root_[p]];
     }
     levels_[0].stiffness.assign(count, 0);
     index_.assign(stride_, static_cast<std::int32_t>(count));
-    for (std::uint32_t p = 0; p < parts; ++p)
+    for (std::uint32_t p = 0; p < components; ++p)
         for (std::uint32_t k = first_[p]; k < first_[p + 1]; ++k)
-            index_[member_[k]] = static_cast<std::int32_t>(of[p]);
+            index_[member_[k]] = static_cast<std::int32_t>(aggregate_of[p]);
     correction_.assign(3 * (std::size_t{count} + 1), 0);
 }
 
-// Aggregates of a level from those of the level below: what hangs together within a box.
-void Aggregates::number(std::size_t level) {
-    Level& of = levels_[level];
-    std::size_t size = of.size();
+// Builds the aggregates of a level from those of the level below: connected components within each box.
+void Aggregates::build_level(std::size_t level) {
+    Level& current = levels_[level];
+    std::size_t size = current.size();
     if (level > 0) {
         Level& below = levels_[level - 1];
         const std::size_t children = below.size();
@@ -258,27 +262,31 @@ void Aggregates::number(std::size_t level) {
             return k;
         };
         each_coupling([&](std::uint32_t from, std::uint32_t to, double) {
-            if (to == none || of.box[box_of_[from]] != of.box[box_of_[to]]) return;
-            const std::uint32_t a = find(below.of[from]), b = find(below.of[to]);
+            if (to == none || current.box[box_of_component_[from]] != current.box[box_of_component_[to]])
+                return;
+            const std::uint32_t a = find(below.aggregate_of[from]), b = find(below.aggregate_of[to]);
             root_[std::max(a, b)] = std::min(a, b);
         });
         below.parent.resize(children);
         size = 0;
         for (std::uint32_t k = 0; k < children; ++k)
             below.parent[k] = root_[k] == k ? static_cast<std::uint32_t>(size++) : below.parent[find(k)];
-        of.of.resize(below.of.size());
-        for (std::size_t p = 0; p < of.of.size(); ++p) of.of[p] = below.parent[below.of[p]];
+        current.aggregate_of.resize(below.aggregate_of.size());
+        for (std::size_t p = 0; p < current.aggregate_of.size(); ++p)
+            current.aggregate_of[p] = below.parent[below.aggregate_of[p]];
     }
-    for (auto* array : {&of.stiffness, &of.inertia, &of.diagonal, &of.finer, &of.left, &of.inverse})
+    for (auto* array : {&current.stiffness, &current.inertia, &current.diagonal, &current.finer,
+                        &current.remaining, &current.inverse})
         array->assign(size, 0);
-    of.sum.resize(size);
-    stiffen(of);
+    current.sum.resize(size);
+    sum_link_stiffness(current);
 }
 
-// Of the links that leave each aggregate.
-void Aggregates::stiffen(Level& level) const {
+// Sums the stiffness of the links that leave each aggregate.
+void Aggregates::sum_link_stiffness(Level& level) const {
     each_coupling([&](std::uint32_t from, std::uint32_t to, double stiffness) {
-        if (to == none || level.of[from] != level.of[to]) level.stiffness[level.of[from]] += stiffness;
+        if (to == none || level.aggregate_of[from] != level.aggregate_of[to])
+            level.stiffness[level.aggregate_of[from]] += stiffness;
     });
 }
 
@@ -290,100 +298,104 @@ void Aggregates::update(const Phyxels& phyxels, const Neighbourhoods& neighbourh
         structure_ = neighbourhoods.structure();
         piece_ = phyxels.piece;
         held_.assign(held.begin(), held.end());
-        divide(phyxels, neighbourhoods);
+        bisect_pieces(phyxels, neighbourhoods);
         revision_ = 0;
     }
     if (revision_ == neighbourhoods.revision()) return;
     revision_ = neighbourhoods.revision();
-    find_stale(neighbourhoods);
+    find_dirty(neighbourhoods);
     const auto list = [&](std::vector<std::uint8_t>& marks) {
         list_.clear();
         for (std::uint32_t box = 0; box < marks.size(); ++box)
             if (marks[box] != 0) list_.push_back(box);
     };
-    list(stale_);
+    list(dirty_);
     for_aggregates(parallel, list_.size(), [&](std::size_t k) {
-        // 2: those beside it must learn of its parts.
-        stale_[list_[k]] = take_parts(neighbourhoods, list_[k]) ? 2 : 1;
+        // 2: components changed, so the neighbouring boxes must update their couplings.
+        dirty_[list_[k]] = update_components(neighbourhoods, list_[k]) ? 2 : 1;
     });
     for (const std::uint32_t box : list_) {
         relink_[box] = 1;
-        if (stale_[box] == 2)
+        if (dirty_[box] == 2)
             for (const Coupling& c : couplings_[box])
                 if (c.to_box != none) relink_[c.to_box] = 1;
-        stale_[box] = 0;
+        dirty_[box] = 0;
     }
     list(relink_);
-    for_aggregates(parallel, list_.size(), [&](std::size_t k) { take_links(neighbourhoods, list_[k]); });
+    for_aggregates(parallel, list_.size(),
+                   [&](std::size_t k) { update_couplings(neighbourhoods, list_[k]); });
     std::fill(relink_.begin(), relink_.end(), std::uint8_t{0});
-    number_parts();
+    number_components();
     join_splinters();
-    for (std::size_t l = 0; l < levels_.size(); ++l) number(l);
+    for (std::size_t l = 0; l < levels_.size(); ++l) build_level(l);
 }
 
 void Aggregates::weigh(const Neighbourhoods& neighbourhoods, double factor, std::span<const double> inertia,
                        std::span<const double> added, const Parallel& parallel) {
-    for_aggregates(parallel, part_sum_.size(), [&](std::size_t p) {
-        double own = 0, contacts = 0, links = 0;
+    for_aggregates(parallel, component_sum_.size(), [&](std::size_t p) {
+        double inertia_sum = 0, contacts = 0, links = 0;
         for (std::uint32_t k = first_[p]; k < first_[p + 1]; ++k) {
             const std::uint32_t i = member_[k];
-            own += inertia[i];
+            inertia_sum += inertia[i];
             links += neighbourhoods.stiffness_diagonal()[i];
             if (!added.empty()) contacts += added[i];
         }
-        inertia_[p] = own;
+        inertia_[p] = inertia_sum;
         added_[p] = contacts;
-        finest_[p] = own + contacts + factor * links;
+        finest_[p] = inertia_sum + contacts + factor * links;
     });
     for (std::size_t l = 0; l < levels_.size(); ++l) {
         Level& level = levels_[l];
         std::fill(level.inertia.begin(), level.inertia.end(), 0.0);
         for (std::size_t c = 0; c < level.size(); ++c) level.diagonal[c] = factor * level.stiffness[c];
-        for (std::size_t p = 0; p < part_sum_.size(); ++p) {
-            level.inertia[level.of[p]] += inertia_[p];
-            level.diagonal[level.of[p]] += inertia_[p] + added_[p];
+        for (std::size_t p = 0; p < component_sum_.size(); ++p) {
+            level.inertia[level.aggregate_of[p]] += inertia_[p];
+            level.diagonal[level.aggregate_of[p]] += inertia_[p] + added_[p];
         }
-        invert(l);
+        invert_diagonal(l);
     }
 }
 
-// From the diagonals, and what the level below leaves.
-void Aggregates::invert(std::size_t level) {
-    Level& of = levels_[level];
-    for (auto* array : {&of.finer, &of.left}) std::fill(array->begin(), array->end(), 0.0);
+// Computes w_c and w_c / d_c from the diagonals and what the level below leaves.
+void Aggregates::invert_diagonal(std::size_t level) {
+    Level& current = levels_[level];
+    for (auto* array : {&current.finer, &current.remaining}) std::fill(array->begin(), array->end(), 0.0);
     if (level == 0) {
-        for (std::size_t p = 0; p < finest_.size(); ++p) of.finer[of.of[p]] += finest_[p];
-        std::fill(of.left.begin(), of.left.end(), 1.0);
+        for (std::size_t p = 0; p < finest_.size(); ++p) current.finer[current.aggregate_of[p]] += finest_[p];
+        std::fill(current.remaining.begin(), current.remaining.end(), 1.0);
     } else {
         const Level& below = levels_[level - 1];
-        // The mean of what the level below leaves, by diagonal.
+        // Mean of what the level below leaves, weighted by its diagonals.
         for (std::size_t c = 0; c < below.size(); ++c) {
-            of.finer[below.parent[c]] += below.diagonal[c];
-            of.left[below.parent[c]] += below.diagonal[c] * below.left[c];
+            current.finer[below.parent[c]] += below.diagonal[c];
+            current.remaining[below.parent[c]] += below.diagonal[c] * below.remaining[c];
         }
-        for (std::size_t c = 0; c < of.size(); ++c)
-            of.left[c] = of.finer[c] > 0 ? of.left[c] / of.finer[c] : 0;
+        for (std::size_t c = 0; c < current.size(); ++c)
+            current.remaining[c] = current.finer[c] > 0 ? current.remaining[c] / current.finer[c] : 0;
     }
-    for (std::size_t c = 0; c < of.size(); ++c) {
-        of.left[c] *= of.finer[c] > 0 ? std::max(0.0, 1 - of.inertia[c] / of.finer[c]) : 0;
-        of.inverse[c] = of.diagonal[c] > 0 ? relaxation * of.left[c] / of.diagonal[c] : 0;
+    for (std::size_t c = 0; c < current.size(); ++c) {
+        current.remaining[c] *=
+            current.finer[c] > 0 ? std::max(0.0, 1 - current.inertia[c] / current.finer[c]) : 0;
+        current.inverse[c] =
+            current.diagonal[c] > 0 ? relaxation * current.remaining[c] / current.diagonal[c] : 0;
     }
 }
 
 double Aggregates::correct(const float* r, const Parallel& parallel) {
     if (count() == 0) return 0;
-    for_aggregates(parallel, part_sum_.size(), [&](std::size_t p) {
+    for_aggregates(parallel, component_sum_.size(), [&](std::size_t p) {
         Vec3 sum = Vec3::Zero();
         for (std::uint32_t k = first_[p]; k < first_[p + 1]; ++k) {
-            const float* const at = r + member_[k];
-            sum += Vec3(static_cast<double>(at[0]), static_cast<double>(at[stride_]),
-                        static_cast<double>(at[2 * stride_]));
+            const float* const slot = r + member_[k];
+            sum += Vec3(static_cast<double>(slot[0]), static_cast<double>(slot[stride_]),
+                        static_cast<double>(slot[2 * stride_]));
         }
-        part_sum_[p] = sum;
+        component_sum_[p] = sum;
     });
     double product = 0;
     for (Level& level : levels_) std::fill(level.sum.begin(), level.sum.end(), Vec3::Zero());
-    for (std::size_t p = 0; p < part_sum_.size(); ++p) levels_[0].sum[levels_[0].of[p]] += part_sum_[p];
+    for (std::size_t p = 0; p < component_sum_.size(); ++p)
+        levels_[0].sum[levels_[0].aggregate_of[p]] += component_sum_[p];
     for (std::size_t l = 1; l < levels_.size(); ++l) {
         for (std::size_t c = 0; c < levels_[l - 1].size(); ++c)
             levels_[l].sum[levels_[l - 1].parent[c]] += levels_[l - 1].sum[c];

@@ -12,8 +12,9 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// Angle that a substep turns by at most, rad.
-constexpr double most_turn = 0.2;
+// Maximum rotation per substep, rad. Smaller is more accurate and slower.
+constexpr double max_substep_rotation = 0.2;
+// Maximum number of fixed-point iterations of the midpoint rule in a substep.
 constexpr int max_iterations = 60;
 
 Mat3 cross_matrix(const Vec3& v) {
@@ -22,7 +23,7 @@ Mat3 cross_matrix(const Vec3& v) {
     return m;
 }
 
-// Cayley's map: the rotation (I - a/2)^-1 (I + a/2) of the cross matrix a of v.
+// Cayley's map: returns the rotation (I - a/2)^-1 (I + a/2) for the cross matrix a of v.
 Mat3 cayley(const Vec3& v) {
     const Mat3 a = cross_matrix(v);
     return Mat3::Identity() + (a + 0.5 * a * a) / (1 + 0.25 * v.squaredNorm());
@@ -32,8 +33,8 @@ Mat3 inertia_of(const Mat3& second_moment) {
     return second_moment.trace() * Mat3::Identity() - second_moment;
 }
 
-// Turns about the axis of its spin at the rate that it turns about it now. The body sees spin where it
-// was, so both spin and energy stay whatever the angle.
+// Rotates about the axis of the angular momentum at the current rate about it. The body-frame angular
+// momentum does not change, so angular momentum and energy are conserved for any angle.
 void precess(RigidPiece& body, double dt) {
     const double angular_momentum = body.angular_momentum.norm();
     if (!(angular_momentum > 0) || !std::isfinite(angular_momentum)) return;
@@ -87,28 +88,28 @@ void weigh(const RigidCubes& cubes, RigidPiece& body) {
     body.inertia = inertia_of(body.shape * second * body.shape.transpose());
 }
 
-void turn_freely(RigidPiece& body, double dt, int most_substeps) {
+void turn_freely(RigidPiece& body, double dt, int max_substeps) {
     const Mat3 inverse = body.inertia.inverse();
-    const double fastest =
-        body.angular_momentum.norm() * inverse.norm();  // rad/s, no less than it ever turns
-    const double wanted = std::ceil(fastest * dt / most_turn);
-    if (!(wanted <= std::max(1, most_substeps))) {
+    const double max_angular_speed =
+        body.angular_momentum.norm() * inverse.norm();  // rad/s, upper bound of its angular speed
+    const double needed_substeps = std::ceil(max_angular_speed * dt / max_substep_rotation);
+    if (!(needed_substeps <= std::max(1, max_substeps))) {
         precess(body, dt);
         return;
     }
-    const int substeps = std::max(1, static_cast<int>(wanted));
+    const int substeps = std::max(1, static_cast<int>(needed_substeps));
     const double h = dt / substeps;
     for (int k = 0; k < substeps; ++k) {
         const Vec3 before = body.rotation.transpose() * body.angular_momentum;
-        Vec3 way = h * (inverse * before);  // rad, own frame
+        Vec3 rotation_vector = h * (inverse * before);  // rad, own frame
         for (int iteration = 0; iteration < max_iterations; ++iteration) {
-            const Vec3 after = cayley(-way) * before;
+            const Vec3 after = cayley(-rotation_vector) * before;
             const Vec3 next = h * (inverse * (0.5 * (before + after)));
-            const double change = (next - way).norm();
-            way = next;
-            if (change <= 1e-16 * way.norm()) break;
+            const double change = (next - rotation_vector).norm();
+            rotation_vector = next;
+            if (change <= 1e-16 * rotation_vector.norm()) break;
         }
-        body.rotation = body.rotation * cayley(way);
+        body.rotation = body.rotation * cayley(rotation_vector);
     }
     body.rotation = Quat(body.rotation).normalized().toRotationMatrix();
 }

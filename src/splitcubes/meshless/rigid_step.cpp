@@ -9,37 +9,39 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// Angle that a substep of a piece among obstacles turns by at most, rad.
-constexpr double most_substep_turn = 0.1;
-constexpr int most_sliding_substeps = 256;
-// Substeps of its turning, in all of these together.
-constexpr int most_turning_substeps = 4096;
+// Maximum rotation per substep of a piece near obstacles, rad, and maximum number of substeps. Smaller angles
+// follow contact points on arcs better.
+constexpr double max_substep_angle = 0.1;
+constexpr int max_contact_substeps = 256;
+// Maximum number of rotation substeps of turn_freely in a step.
+constexpr int max_rotation_substeps = 4096;
+// Maximum number of Gauss-Seidel iterations over the contacts of a substep.
 constexpr int max_impulse_iterations = 40;
-// Share of the speed that gravity gives in a substep below which a touching piece rests.
+// A touching piece rests below this share of the speed that gravity adds in a substep.
 constexpr double resting_share = 0.02;
-// Share of a depth that a piece found within an obstacle is lifted by in a step.
-constexpr double depenetration_share = 0.2;
+// Share of an initial penetration that is removed per step.
+constexpr double penetration_correction_share = 0.2;
 
-// A point of a body that meets an obstacle within a substep.
+// Contact of a point of a body with the tangent plane of an obstacle.
 struct PlaneContact {
     Vec3 point;                            // m, world
     Vec3 arm;                              // m, from the centre
     Vec3 normal;                           // unit, world, out of the obstacle
-    Vec3 surface_velocity = Vec3::Zero();  // m/s, of the obstacle there
+    Vec3 surface_velocity = Vec3::Zero();  // m/s, of the obstacle at the point
     double friction_limit = 0;             // Coulomb coefficient
-    double min_normal_velocity = 0;    // m/s, normal velocity against the obstacle that it may have at least
-    double effective_normal_mass = 0;  // kg
-    double normal_impulse = 0;         // N s
-    Vec3 friction = Vec3::Zero();      // N s
+    double min_normal_velocity = 0;        // m/s, minimum normal velocity relative to the obstacle
+    double effective_normal_mass = 0;      // kg
+    double normal_impulse = 0;             // N s
+    Vec3 friction = Vec3::Zero();          // N s
 };
 
-// An obstacle at a share of the step.
-struct Placed {
+// An obstacle at its interpolated position within the step.
+struct MovedObstacle {
     const Obstacle& obstacle;
-    Isometry frame;   // world from own
-    Isometry to_own;  // its inverse
+    Isometry frame;   // world from own coordinates
+    Isometry to_own;  // inverse of frame
 
-    Placed(const Obstacle& o, double share) : obstacle(o) {
+    MovedObstacle(const Obstacle& o, double share) : obstacle(o) {
         frame = o.before;
         to_own = frame.inverse();
         if (share == 0 || o.before.isApprox(o.after, 0)) return;
@@ -49,13 +51,13 @@ struct Placed {
         frame.makeAffine();
         to_own = frame.inverse();
     }
-    // Distance (m, negative inside) and normal in the world.
+    // Returns distance (m, negative inside) and normal in the world.
     geometry::SignedDistance::Sample at(const Vec3& point) const {
         geometry::SignedDistance::Sample sample = obstacle.solid->at(to_own * point);
         sample.normal = frame.linear() * sample.normal;
         return sample;
     }
-    // m/s, of the obstacle's matter at a place.
+    // Returns the velocity of the obstacle's material at a point, m/s.
     Vec3 velocity(const Vec3& point, double dt) const {
         const Vec3 own = to_own * point;
         return (obstacle.after * own - obstacle.before * own) / dt;
@@ -67,21 +69,23 @@ double effective_mass(const RigidPiece& body, const Mat3& inverse, const Vec3& a
     return 1 / (1 / body.mass + turn.dot(inverse * turn));
 }
 
-// share: of the step, where the substep of h seconds begins.
+// Finds the contact points within reach of a substep. share: of the step at the start of the substep; h:
+// substep, s.
 std::vector<PlaneContact> find_contacts(const RigidPieces& rigid, const RigidPiece& body,
                                         const StepInput& input, double share, double h) {
     std::vector<PlaneContact> contacts;
     const Mat3 inverse = body.inverse_inertia();
     for (const Obstacle& obstacle : input.obstacles) {
-        const Placed placed(obstacle, share);
+        const MovedObstacle moved_obstacle(obstacle, share);
         for (const Vec3& point : rigid.points_of(body)) {
             PlaneContact contact;
             contact.point = body.world_point(point);
             contact.arm = contact.point - body.centre;
-            const geometry::SignedDistance::Sample nearest = placed.at(contact.point);
+            const geometry::SignedDistance::Sample nearest = moved_obstacle.at(contact.point);
             contact.normal = nearest.normal;
-            contact.surface_velocity = placed.velocity(contact.point, input.dt);
-            // As far as it can come down in the substep, and as far again for what others push.
+            contact.surface_velocity = moved_obstacle.velocity(contact.point, input.dt);
+            // Twice the motion bound: the piece's own motion in the substep, and as much again from other
+            // contacts.
             const double speed = body.velocity().norm() +
                                  (inverse * body.angular_momentum).norm() * contact.arm.norm() +
                                  contact.surface_velocity.norm();
@@ -95,8 +99,8 @@ std::vector<PlaneContact> find_contacts(const RigidPieces& rigid, const RigidPie
     return contacts;
 }
 
-// One round over the contacts; returns the largest change of velocity that it made, m/s.
-double push_apart(std::vector<PlaneContact>& contacts, RigidPiece& body) {
+// One iteration over the contacts; returns the largest velocity change, m/s.
+double iterate_impulses(std::vector<PlaneContact>& contacts, RigidPiece& body) {
     const Mat3 inverse = body.inverse_inertia();
     const auto velocity = [&](const PlaneContact& contact) {
         return Vec3(body.velocity() + (inverse * body.angular_momentum).cross(contact.arm) -
@@ -128,23 +132,23 @@ double push_apart(std::vector<PlaneContact>& contacts, RigidPiece& body) {
     return largest;
 }
 
-// Takes from the momenta what obstacles stop. Returns whether they stop anything.
-bool meet_obstacles(const RigidPieces& rigid, const StepInput& input, double share, double h,
-                    RigidPiece& body) {
+// Applies the impulses of the obstacles. Returns whether any contact is active.
+bool apply_obstacle_impulses(const RigidPieces& rigid, const StepInput& input, double share, double h,
+                             RigidPiece& body) {
     std::vector<PlaneContact> contacts = find_contacts(rigid, body, input, share, h);
     if (contacts.empty()) return false;
     const double before = body.kinetic_energy();
     double surface_velocity = 0;
     for (const PlaneContact& contact : contacts)
         surface_velocity = std::max(surface_velocity, contact.surface_velocity.norm());
-    const double enough = 1e-6 * (std::sqrt(2 * before / body.mass) + surface_velocity);
+    const double tolerance = 1e-6 * (std::sqrt(2 * before / body.mass) + surface_velocity);
     for (int iteration = 0; iteration < max_impulse_iterations; ++iteration)
-        if (push_apart(contacts, body) <= enough) break;
+        if (iterate_impulses(contacts, body) <= tolerance) break;
     const bool touches = std::any_of(contacts.begin(), contacts.end(),
                                      [](const PlaneContact& c) { return c.normal_impulse > 0; });
     if (!touches) return false;
     if (surface_velocity > 0) return true;
-    // Rounds that were not enough must not leave more than there was.
+    // Incomplete iterations must not add energy.
     const double after = body.kinetic_energy();
     if (after > before) {
         body.momentum *= std::sqrt(before / after);
@@ -158,53 +162,56 @@ bool meet_obstacles(const RigidPieces& rigid, const StepInput& input, double sha
     return true;
 }
 
-// Of the point that is deepest in, or nearest to, an obstacle.
-geometry::SignedDistance::Sample deepest(const RigidPieces& rigid, const Placed& placed,
+// Returns the sample of the point that lies deepest in, or nearest to, an obstacle.
+geometry::SignedDistance::Sample deepest(const RigidPieces& rigid, const MovedObstacle& moved_obstacle,
                                          const RigidPiece& body) {
     geometry::SignedDistance::Sample lowest;
     lowest.distance = std::numeric_limits<double>::infinity();
     for (const Vec3& point : rigid.points_of(body)) {
-        const geometry::SignedDistance::Sample sample = placed.at(body.world_point(point));
+        const geometry::SignedDistance::Sample sample = moved_obstacle.at(body.world_point(point));
         if (sample.distance < lowest.distance) lowest = sample;
     }
     return lowest;
 }
 
-void fall(const Vec3& gravity, double kept, double dt, RigidPiece& body) {
+void move_freely(const Vec3& gravity, double damping_factor, double dt, RigidPiece& body) {
     const Vec3 before = body.velocity();
-    body.momentum = kept * (body.momentum + dt * body.mass * gravity);
-    body.angular_momentum *= kept;
+    body.momentum = damping_factor * (body.momentum + dt * body.mass * gravity);
+    body.angular_momentum *= damping_factor;
     body.centre += 0.5 * dt * (before + body.velocity());
     turn_freely(body, dt);
 }
 
-void fall_on_obstacles(const RigidPieces& rigid, const StepInput& input, double kept, RigidPiece& body) {
+void move_among_obstacles(const RigidPieces& rigid, const StepInput& input, double damping_factor,
+                          RigidPiece& body) {
     std::vector<double> depth;  // per obstacle, m, <= 0
     for (const Obstacle& obstacle : input.obstacles)
-        depth.push_back(std::min(deepest(rigid, Placed(obstacle, 0), body).distance, 0.0));
+        depth.push_back(std::min(deepest(rigid, MovedObstacle(obstacle, 0), body).distance, 0.0));
     const double turn = body.angular_velocity().norm() * input.dt;
     const int substeps = std::max(
-        1, static_cast<int>(std::min<double>(std::ceil(turn / most_substep_turn), most_sliding_substeps)));
+        1, static_cast<int>(std::min<double>(std::ceil(turn / max_substep_angle), max_contact_substeps)));
     const double h = input.dt / substeps;
-    const double kept_each = std::pow(kept, 1.0 / substeps);
+    const double substep_damping_factor = std::pow(damping_factor, 1.0 / substeps);
     for (int k = 0; k < substeps; ++k) {
         const Vec3 before = body.velocity();
-        body.momentum = kept_each * (body.momentum + h * body.mass * input.gravity);
-        body.angular_momentum *= kept_each;
-        const bool touches = meet_obstacles(rigid, input, static_cast<double>(k) / substeps, h, body);
+        body.momentum = substep_damping_factor * (body.momentum + h * body.mass * input.gravity);
+        body.angular_momentum *= substep_damping_factor;
+        const bool touches =
+            apply_obstacle_impulses(rigid, input, static_cast<double>(k) / substeps, h, body);
         body.touching = touches;
         body.centre += touches ? Vec3(h * body.velocity()) : Vec3(0.5 * h * (before + body.velocity()));
-        turn_freely(body, h, most_turning_substeps / substeps);
+        turn_freely(body, h, max_rotation_substeps / substeps);
     }
-    // What it sank, since places go round on arcs, and a share of how deep it was before.
+    // Corrects the penetration gained since points move on arcs, and a share of the initial one.
     for (std::size_t k = 0; k < depth.size(); ++k) {
-        const geometry::SignedDistance::Sample now = deepest(rigid, Placed(input.obstacles[k], 1), body);
-        const double sunk = (1 - depenetration_share) * depth[k] - now.distance;
-        if (sunk > 0) body.centre += sunk * now.normal;
+        const geometry::SignedDistance::Sample now =
+            deepest(rigid, MovedObstacle(input.obstacles[k], 1), body);
+        const double correction = (1 - penetration_correction_share) * depth[k] - now.distance;
+        if (correction > 0) body.centre += correction * now.normal;
     }
 }
 
-void follow(const Isometry& motion, double dt, RigidPiece& body) {
+void follow_motion(const Isometry& motion, double dt, RigidPiece& body) {
     const Vec3 centre = motion * body.centre;
     const Eigen::AngleAxisd turn(motion.linear());
     body.momentum = body.mass * (centre - body.centre) / dt;
@@ -218,18 +225,18 @@ void follow(const Isometry& motion, double dt, RigidPiece& body) {
 
 void step_rigid(Phyxels& phyxels, const StepInput& input, double mass_damping) {
     RigidPieces& rigid = phyxels.rigid;
-    const double kept = 1 / (1 + input.dt * mass_damping);
+    const double damping_factor = 1 / (1 + input.dt * mass_damping);
     for (std::size_t k = 0; k < rigid.bodies.size(); ++k) {
         RigidPiece& body = rigid.bodies[k];
         body.touching = 0;
         const auto hold = std::find_if(input.rigid_holds.begin(), input.rigid_holds.end(),
                                        [&](const RigidHold& h) { return h.body == k; });
         if (hold != input.rigid_holds.end())
-            follow(hold->motion, input.dt, body);
+            follow_motion(hold->motion, input.dt, body);
         else if (!input.obstacles.empty())
-            fall_on_obstacles(rigid, input, kept, body);
+            move_among_obstacles(rigid, input, damping_factor, body);
         else
-            fall(input.gravity, kept, input.dt, body);
+            move_freely(input.gravity, damping_factor, input.dt, body);
     }
 }
 

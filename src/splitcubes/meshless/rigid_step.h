@@ -1,22 +1,22 @@
-// One time step of the rigid pieces.
+// Time step of the rigid pieces.
 #pragma once
 
 #include <splitcubes/meshless/solver_types.h>
 
 namespace splitcubes::meshless {
 
-/// Moves all rigid pieces of phyxels.rigid by input.dt; their phyxels follow by write_phyxels.
+/// Moves all rigid pieces of phyxels.rigid by input.dt; write_phyxels updates their phyxels afterwards.
 ///
-/// Free: the centre goes along its parabola exactly, spin is kept and the rotation is
-/// that of turn_freely. Momenta lose mass damping as the elastic pieces' do.
+/// Free pieces: the centre follows its parabola exactly, angular momentum is conserved, and turn_freely
+/// integrates the rotation. Mass damping reduces the momenta as for elastic pieces.
 ///
-/// Obstacles: impulses at the contact points, found by projected Gauss-Seidel on the
-/// velocities (Erleben 2007), inelastic, with Coulomb friction, against the tangent plane at the
-/// nearest place of each obstacle; a point outside may come as near as that in the step. What is left of the
-/// velocity when a piece has come to rest, less than a fiftieth of what gravity gives in a substep, is taken.
-/// A piece found within one is lifted by a fifth of its depth a step.
+/// Obstacles: impulses at the contact points, by projected Gauss-Seidel on the velocities (Erleben 2007),
+/// inelastic, with Coulomb friction, against the tangent plane at the nearest point of each obstacle. A point
+/// outside may approach by at most its distance in the step. A touching piece whose remaining velocity is
+/// less than a fiftieth of what gravity adds in a substep is stopped. Initial penetration is reduced by a
+/// fifth per step.
 ///
-/// Held: a piece named by input.rigid_holds makes that motion; its momenta are those of it.
+/// Held pieces: a piece named by input.rigid_holds follows that motion; its momenta are those of the motion.
 void step_rigid(Phyxels& phyxels, const StepInput& input, double mass_damping);
 
 }  // namespace splitcubes::meshless
