@@ -58,8 +58,8 @@ SolverReport guard_step(Specimen& body, const std::function<void(Phyxels&)>& ste
     deform_and_flow(body.phyxels, body.neighbourhoods, body.material, body.input.dt, elastic, parallel());
     describe(body.phyxels, body.neighbourhoods, elastic, report, parallel());
     if (work > 0) guard.add_work(0, work);
-    guard.weigh(body.phyxels, body.neighbourhoods, body.material, body.input, 0.02, {}, parallel());
-    guard.settle(body.phyxels, body.neighbourhoods, body.material, body.input, report, parallel());
+    guard.evaluate(body.phyxels, body.neighbourhoods, body.material, body.input, 0.02, {}, parallel());
+    guard.enforce(body.phyxels, body.neighbourhoods, body.material, body.input, report, parallel());
     return report;
 }
 

@@ -12,23 +12,25 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// Shares of the longest stable step: what is taken, and between which others the number
-// of substeps stays as it was. Where steps keep changing, leapfrog gains energy.
-// Plain corotated material, whose frequency does not grow; and all other.
+// Substep size as a share of the stability limit: the one that is chosen, and the range in which the number
+// of substeps is kept, since leapfrog gains energy if steps keep changing. First for plain corotated
+// material, whose frequency does not grow; then for all others.
 struct Margin {
-    double taken, least, most;
+    double chosen, min, max;
 };
 constexpr Margin steady_margin{0.6, 0.45, 0.7}, growing_margin{0.5, 0.35, 0.65};
-// Rounds of power iteration from nothing, and again within a step.
+// Iterations of the power method from the initial guess, and for updates within a step. More get closer to w.
 constexpr int first_iterations = 16;
 constexpr int further_iterations = 4;
-// After so many substeps, or when the largest |F|^2 has grown by this factor, a
-// stiffness that depends on the stretch is looked at again.
+// A stiffness that depends on stretch is re-estimated after this many substeps, or when the largest |F|^2 has
+// grown by this factor.
 constexpr int substeps_between = 8;
 constexpr double growth_between = 1.15;
-constexpr int most_substeps = 100000;
-// Share of the mean mass that a phyxel moves as if it held at least.
-constexpr double least_mass_share = 0.02;
+// Maximum number of substeps per step.
+constexpr int max_substeps_per_step = 100000;
+// Minimum mass that a phyxel moves with, as a share of the mean mass. Larger allows longer substeps and
+// distorts the motion of light phyxels more.
+constexpr double min_mass_share = 0.02;
 
 }  // namespace
 
@@ -64,15 +66,15 @@ void ExplicitSolver::begin(const Job& job) {
     momenta_.begin(phyxels, job.input.piece_count, job.parallel);
     double total = 0;
     for (const double m : phyxels.mass) total += m;
-    const double least = total > 0 ? least_mass_share * total / static_cast<double>(n) : 1;
+    const double min_mass = total > 0 ? min_mass_share * total / static_cast<double>(n) : 1;
     effective_mass_.resize(n);
-    inverse_inertia_.resize(n);
+    inverse_mass_.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
-        effective_mass_[i] = std::max(phyxels.mass[i], least);
-        inverse_inertia_[i] = 1 / effective_mass_[i];
+        effective_mass_[i] = std::max(phyxels.mass[i], min_mass);
+        inverse_mass_[i] = 1 / effective_mass_[i];
     }
-    none_.assign(n, 0);
-    for (auto* array : {&force_, &damping_, &mode_, &image_}) array->assign(n, Vec3::Zero());
+    zeros_.assign(n, 0);
+    for (auto* array : {&force_, &damping_, &mode_, &product_}) array->assign(n, Vec3::Zero());
     start_position_ = phyxels.position;
     start_velocity_ = phyxels.velocity;
     failed_.assign(n, 0);
@@ -80,37 +82,37 @@ void ExplicitSolver::begin(const Job& job) {
         held_.assign(n, 0);
     else
         held_.assign(job.input.held.begin(), job.input.held.end());
-    pull_ = 0;
+    gravity_time_ = 0;
     hold_work_.clear();
     for (std::size_t i = 0; i < n && hold_work_.empty(); ++i)
         if (held_[i] != 0 && job.input.held_position[i] != start_position_[i])
             hold_work_.assign(static_cast<std::size_t>(std::max(job.input.piece_count, 0)), 0);
 }
 
-// Half of what the holds do in a substep of h: with the forces that are there now.
+// Adds half of the work of the holds in a substep h, s, with the current forces.
 void ExplicitSolver::add_hold_work(const Job& job, double h) {
     if (hold_work_.empty()) return;
     for (std::size_t i = 0; i < job.phyxels.size(); ++i) {
         const std::int32_t piece = job.phyxels.piece[i];
         if (held_[i] == 0 || piece < 0 || static_cast<std::size_t>(piece) >= hold_work_.size()) continue;
-        const Vec3 way = h / job.input.dt * (job.input.held_position[i] - start_position_[i]);
-        hold_work_[static_cast<std::size_t>(piece)] -= 0.5 * way.dot(force_[i] - damping_[i]);
+        const Vec3 displacement = h / job.input.dt * (job.input.held_position[i] - start_position_[i]);
+        hold_work_[static_cast<std::size_t>(piece)] -= 0.5 * displacement.dot(force_[i] - damping_[i]);
     }
 }
 
-// A first guess that has a part of every mode; always the same.
-void ExplicitSolver::draw_mode(const Job& job) {
+// Draws a mode that contains every eigenmode; deterministic.
+void ExplicitSolver::draw_initial_mode(const Job& job) {
     Random random(1);
     for (std::size_t i = 0; i < job.phyxels.size(); ++i)
         for (int axis = 0; axis < 3; ++axis) mode_[i][axis] = random.uniform(-1, 1);
 }
 
-// w, rad/s, from below, going on from mode_, which goes over to that of w.
+// Returns an estimate of w, rad/s, from below. Continues from mode_, which converges to the eigenmode.
 double ExplicitSolver::highest_frequency(const Job& job, int iterations) {
     const std::size_t n = job.phyxels.size();
     double frequency = 0;
     for (int iteration = 0; iteration < iterations; ++iteration) {
-        elastic_.apply_stiffness(1, none_, mode_, image_, job.parallel);
+        elastic_.apply_stiffness(1, zeros_, mode_, product_, job.parallel);
         const auto norm = [&](const std::vector<Vec3>& of) {
             return std::sqrt(sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
                 double sum = 0;
@@ -119,31 +121,31 @@ double ExplicitSolver::highest_frequency(const Job& job, int iterations) {
             }));
         };
         const double before = norm(mode_);
-        for_phyxels(job.parallel, n, [&](std::size_t i) { image_[i] /= effective_mass_[i]; });
-        const double after = norm(image_);
+        for_phyxels(job.parallel, n, [&](std::size_t i) { product_[i] /= effective_mass_[i]; });
+        const double after = norm(product_);
         if (!(after > 0) || !(before > 0) || !std::isfinite(after)) return frequency;
         frequency = std::sqrt(after / before);
-        for_phyxels(job.parallel, n, [&](std::size_t i) { mode_[i] = image_[i] / after; });
+        for_phyxels(job.parallel, n, [&](std::size_t i) { mode_[i] = product_[i] / after; });
     }
     return frequency;
 }
 
-// With the tangents at rest.
+// Returns w with the tangents at rest, rad/s.
 double ExplicitSolver::frequency_at_rest(const Job& job) {
     const double mu = job.material.lame_mu(), lambda = job.material.lame_lambda();
-    if (known_.revision == job.neighbourhoods.revision() && known_.mu == mu && known_.lambda == lambda &&
-        known_.effective_mass == effective_mass_)
-        return known_.frequency;
+    if (frequency_cache_.revision == job.neighbourhoods.revision() && frequency_cache_.mu == mu &&
+        frequency_cache_.lambda == lambda && frequency_cache_.effective_mass == effective_mass_)
+        return frequency_cache_.frequency;
     elastic_.take_state(job.neighbourhoods, job.material,
                         {job.phyxels.rest_position, job.phyxels.rest_position, job.phyxels.rotation, {}},
                         job.parallel);
-    draw_mode(job);
-    known_ = {job.neighbourhoods.revision(), mu, lambda, effective_mass_,
-              highest_frequency(job, first_iterations)};
-    return known_.frequency;
+    draw_initial_mode(job);
+    frequency_cache_ = {job.neighbourhoods.revision(), mu, lambda, effective_mass_,
+                        highest_frequency(job, first_iterations)};
+    return frequency_cache_.frequency;
 }
 
-double ExplicitSolver::longest_step(const Job& job, int iterations) {
+double ExplicitSolver::max_stable_step(const Job& job, int iterations) {
     double frequency = 0;
     if (is_frame_sufficient(job.material)) {
         frequency = frequency_at_rest(job);
@@ -156,15 +158,16 @@ double ExplicitSolver::longest_step(const Job& job, int iterations) {
     return 2 / frequency / (std::sqrt(1 + z * z) + z);
 }
 
-// Substeps in a whole step of dt: as many as `before` where that will do.
+// Returns the number of substeps of a whole step; `before` if that is still in range.
 int ExplicitSolver::substeps_for(const Job& job, int before, int iterations) {
-    const double least =
-        job.refinement * job.input.dt / longest_step(job, iterations);  // at the limit of stability
+    const double substeps_at_limit =
+        job.refinement * job.input.dt / max_stable_step(job, iterations);  // at the stability limit
     const Margin& margin = is_frame_sufficient(job.material) ? steady_margin : growing_margin;
-    if (before > 0 && before >= least / margin.most && before <= least / margin.least) return before;
-    const double wanted = std::ceil(least / margin.taken);
-    if (!(wanted <= most_substeps))
-        throw JobError("the explicit solver needs over " + std::to_string(most_substeps) +
+    if (before > 0 && before >= substeps_at_limit / margin.max && before <= substeps_at_limit / margin.min)
+        return before;
+    const double wanted = std::ceil(substeps_at_limit / margin.chosen);
+    if (!(wanted <= max_substeps_per_step))
+        throw JobError("the explicit solver needs over " + std::to_string(max_substeps_per_step) +
                        " substeps a time step; take the implicit one, or a softer material");
     return std::max(1, static_cast<int>(wanted));
 }
@@ -175,7 +178,7 @@ int ExplicitSolver::take_substeps(const Job& job) {
     const bool changes =
         job.material.model == MaterialModel::st_venant_kirchhoff || job.material.volume_stiffness > 0;
     const bool known = job.phyxels.history_step == dt;
-    if (!is_frame_sufficient(job.material)) draw_mode(job);
+    if (!is_frame_sufficient(job.material)) draw_initial_mode(job);
     int per_step = substeps_for(job, known ? job.phyxels.substeps : 0, first_iterations);
     elastic_.take_state(job.neighbourhoods, job.material, configuration_of(job.phyxels), job.parallel);
     elastic_.read_deformation(job.phyxels.deformation, job.phyxels.rotation, job.parallel);
@@ -193,7 +196,7 @@ int ExplicitSolver::take_substeps(const Job& job) {
         } while (k < count && (!changes || (k < substeps_between && largest_stretch(job) < bound)));
         taken += k;
         done = k == count ? 1 : done + k * share;
-        // Within a step they can only become shorter.
+        // Within a step substeps only become shorter.
         if (done < 1) per_step = std::max(per_step, substeps_for(job, per_step, further_iterations));
     }
     elastic_.read_deformation(job.phyxels.deformation, job.phyxels.rotation, job.parallel);
@@ -201,7 +204,7 @@ int ExplicitSolver::take_substeps(const Job& job) {
     return taken;
 }
 
-// The largest |F|^2 of any phyxel: the stiffness of St. Venant-Kirchhoff goes with it.
+// Returns the largest |F|^2 of any phyxel; the stiffness of St. Venant-Kirchhoff grows with it.
 double ExplicitSolver::largest_stretch(const Job& job) const {
     double largest = 0;
     for (const Mat3& F : job.phyxels.deformation) largest = std::max(largest, F.squaredNorm());
@@ -223,12 +226,13 @@ void ExplicitSolver::substep(const Job& job, double h, double done) {
 void ExplicitSolver::deform(const Job& job, double h) {
     if (!is_frame_sufficient(job.material))
         deform_and_flow(job.phyxels, job.neighbourhoods, job.material, h, elastic_, job.parallel);
-    // Where it has flowed the stress is another.
+    // Plastic flow changes the stress.
     if (is_frame_sufficient(job.material) || job.material.plasticity)
         elastic_.take_state(job.neighbourhoods, job.material, configuration_of(job.phyxels), job.parallel);
 }
 
-// Elastic force here, and stiffness damping at the velocity half a substep ago.
+// Computes the elastic force at the current positions and the stiffness damping at the velocity half a
+// substep ago.
 void ExplicitSolver::find_forces(const Job& job) {
     elastic_.forces(force_, job.parallel);
     if (!job.input.contacts.handle_springs.empty()) {
@@ -237,34 +241,34 @@ void ExplicitSolver::find_forces(const Job& job) {
         contacts_.add_handle_springs(position, force);
     }
     if (!(job.material.stiffness_damping > 0)) return;
-    elastic_.apply_stiffness(job.material.stiffness_damping, none_, job.phyxels.velocity, damping_,
+    elastic_.apply_stiffness(job.material.stiffness_damping, zeros_, job.phyxels.velocity, damping_,
                              job.parallel);
 }
 
 void ExplicitSolver::kick(const Job& job, double h) {
-    const double kept = std::exp(-job.material.mass_damping * h);
-    pull_ = (pull_ + h) * kept;
+    const double damping_factor = std::exp(-job.material.mass_damping * h);
+    gravity_time_ = (gravity_time_ + h) * damping_factor;
     for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) {
         if (held_[i] != 0) return;
-        Vec3 acceleration = (force_[i] - damping_[i]) * inverse_inertia_[i];
+        Vec3 acceleration = (force_[i] - damping_[i]) * inverse_mass_[i];
         if (!acceleration.allFinite()) {
             acceleration.setZero();
             failed_[i] = 1;
         }
         acceleration += job.input.gravity;
-        job.phyxels.velocity[i] = (job.phyxels.velocity[i] + h * acceleration) * kept;
+        job.phyxels.velocity[i] = (job.phyxels.velocity[i] + h * acceleration) * damping_factor;
     });
 }
 
-// done: share of the step that is over when the drift is.
+// Moves the phyxels. done: share of the step that is over afterwards.
 void ExplicitSolver::drift(const Job& job, double h, double done) {
     Phyxels& phyxels = job.phyxels;
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
         if (held_[i] != 0) {
-            const Vec3 way = job.input.held_position[i] - start_position_[i];
+            const Vec3 displacement = job.input.held_position[i] - start_position_[i];
             phyxels.position[i] =
-                done == 1 ? job.input.held_position[i] : Vec3(start_position_[i] + done * way);
-            phyxels.velocity[i] = way / job.input.dt;
+                done == 1 ? job.input.held_position[i] : Vec3(start_position_[i] + done * displacement);
+            phyxels.velocity[i] = displacement / job.input.dt;
             return;
         }
         phyxels.position[i] += h * phyxels.velocity[i];
@@ -284,9 +288,10 @@ void ExplicitSolver::restore_momenta(const Job& job) {
     for (const HandleSpring& pull : job.input.contacts.handle_springs)
         momenta_.bind(job.phyxels.piece[pull.phyxel]);
     momenta_.join_touching(job.phyxels, job.input.contacts, 0);
-    const double kept = std::exp(-job.material.mass_damping * job.input.dt);
-    if (kept > 0)
-        momenta_.restore(job.phyxels, kept, pull_ / kept * job.input.gravity, {}, job.input.dt, job.parallel);
+    const double damping_factor = std::exp(-job.material.mass_damping * job.input.dt);
+    if (damping_factor > 0)
+        momenta_.restore(job.phyxels, damping_factor, gravity_time_ / damping_factor * job.input.gravity, {},
+                         job.input.dt, job.parallel);
 }
 
 }  // namespace splitcubes::meshless

@@ -66,19 +66,19 @@ void MomentumKeeper::join_touching(const Phyxels& phyxels, const ContactInput& c
     }
 }
 
-// Each piece's entry becomes its group's.
+// Replaces each piece's entry by that of its group.
 void MomentumKeeper::sum_groups(std::vector<Momenta>& momenta) {
-    whole_.assign(momenta.size(), Momenta{});
+    group_sum_.assign(momenta.size(), Momenta{});
     for (std::size_t k = 0; k < momenta.size(); ++k) {
-        Momenta& sum = whole_[root(k)];
+        Momenta& sum = group_sum_[root(k)];
         sum.mass += momenta[k].mass;
         sum.centre += momenta[k].mass * momenta[k].centre;
         sum.linear += momenta[k].linear;
     }
-    for (Momenta& sum : whole_)
+    for (Momenta& sum : group_sum_)
         if (sum.mass > 0) sum.centre /= sum.mass;
     for (std::size_t k = 0; k < momenta.size(); ++k) {
-        Momenta& sum = whole_[root(k)];
+        Momenta& sum = group_sum_[root(k)];
         const double m = momenta[k].mass;
         if (!(m > 0)) continue;
         const Vec3 arm = momenta[k].centre - sum.centre;
@@ -87,7 +87,7 @@ void MomentumKeeper::sum_groups(std::vector<Momenta>& momenta) {
         sum.inertia +=
             momenta[k].inertia + m * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
     }
-    for (std::size_t k = 0; k < momenta.size(); ++k) momenta[k] = whole_[root(k)];
+    for (std::size_t k = 0; k < momenta.size(); ++k) momenta[k] = group_sum_[root(k)];
 }
 
 void MomentumKeeper::restore(Phyxels& phyxels, double kept, const Vec3& velocity,
@@ -98,26 +98,26 @@ void MomentumKeeper::restore(Phyxels& phyxels, double kept, const Vec3& velocity
     if (std::find(bound_.begin(), bound_.end(), 0) == bound_.end()) return;
     group_ = before_;
     sum_groups(group_);
-    // By moving (the solver's error), then by velocities to rounding.
+    // First by moving (the error of the solver), then by velocities, to rounding.
     if (!shift.empty()) correct(phyxels, kept, velocity, shift, 0, parallel);
     correct(phyxels, kept, velocity, {}, dt, parallel);
 }
 
-// dt 0: centres are left where they are.
+// Applies a correction. dt: 0 leaves the centres where they are.
 void MomentumKeeper::correct(Phyxels& phyxels, double kept, const Vec3& velocity,
                              std::span<const double> shift, double dt, const Parallel& parallel) {
     piece_momenta(phyxels, static_cast<int>(before_.size()), after_, partial_, parallel);
     sum_groups(after_);
-    way_.assign(before_.size() + 1, Vec3::Zero());
+    centre_shift_.assign(before_.size() + 1, Vec3::Zero());
     for (std::size_t k = 0; k < before_.size(); ++k) {
         if (!(after_[k].mass > 0)) bound_[k] = 1;
         if (bound_[k] != 0) continue;
         const Vec3 linear = kept * (group_[k].linear + group_[k].mass * velocity);
         const Vec3 angular_momentum = kept * group_[k].angular_momentum;
         if (dt > 0)
-            way_[k] =
+            centre_shift_[k] =
                 group_[k].centre - after_[k].centre + 0.5 * dt / group_[k].mass * (group_[k].linear + linear);
-        // The correction replaces the momenta it was made from.
+        // The velocity correction replaces the momenta it was computed from.
         after_[k].linear = (linear - after_[k].linear) / after_[k].mass;
         after_[k].angular_momentum =
             angular_velocity(after_[k].inertia, angular_momentum - after_[k].angular_momentum);
@@ -129,14 +129,14 @@ void MomentumKeeper::correct(Phyxels& phyxels, double kept, const Vec3& velocity
             after_[k].linear + after_[k].angular_momentum.cross(phyxels.position[i] - after_[k].centre);
         phyxels.velocity[i] += change;
         if (!shift.empty()) phyxels.position[i] += shift[i] * change;
-        phyxels.position[i] += way_[k];
+        phyxels.position[i] += centre_shift_[k];
     });
 }
 
 std::size_t deform_and_flow(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                             double dt, SlicedElasticity& elastic, const Parallel& parallel, bool taken) {
     std::size_t bad = 0;
-    // What flows afterwards has another energy.
+    // The energy is only final if no plastic flow follows.
     if (!taken && is_frame_sufficient(material))
         bad = elastic.take_state_and_energy(neighbourhoods, material, configuration_of(phyxels), parallel);
     else if (!taken)
@@ -146,10 +146,10 @@ std::size_t deform_and_flow(Phyxels& phyxels, const Neighbourhoods& neighbourhoo
     for_phyxels(parallel, phyxels.size(), [&](std::size_t i) {
         Mat3& plastic = phyxels.plastic_strain[i];
         const Mat3 projector = neighbourhoods.kept_directions(i);
-        const Mat3 seen = projector * plastic * projector;
+        const Mat3 projected = projector * plastic * projector;
         const Mat3 total = strain(material, phyxels.deformation[i], phyxels.rotation[i]);
-        const Mat3 after = flow(*material.plasticity, projector * total * projector, seen, dt);
-        plastic += after - seen;
+        const Mat3 after = flow(*material.plasticity, projector * total * projector, projected, dt);
+        plastic += after - projected;
     });
     return bad;
 }

@@ -1,4 +1,4 @@
-// The solver that the options name, and the rigid pieces' step.
+// Time step with the selected elastic solver, rigid pieces and the energy guard.
 #pragma once
 
 #include <splitcubes/meshless/energy_guard.h>
@@ -8,12 +8,12 @@
 
 namespace splitcubes::meshless {
 
-/// Steps by one of the solvers; they can take turns, since all state is in Phyxels. What a
-/// step leaves is weighed and mended by EnergyGuard.
+/// Steps with one of the solvers. They can alternate, since all state is in Phyxels. EnergyGuard checks and
+/// corrects the result of each step.
 class TimeIntegrator {
   public:
-    /// Rigid pieces move first; for the elastic solver their phyxels are held.
-    /// Throws as the solvers do.
+    /// Takes a step. Rigid pieces move first; their phyxels are held for the elastic solver. Throws like the
+    /// solvers.
     SolverReport step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                       const StepInput& input, const SolverOptions& options, const Parallel& parallel) {
         SolverReport report = step_elastic(phyxels, neighbourhoods, material, begin(phyxels, material, input),
@@ -21,8 +21,9 @@ class TimeIntegrator {
         end(phyxels, report);
         return report;
     }
-    /// The two halves of what step does beside the elastic solver's step: rigid pieces move, and what that
-    /// is to be given comes back (it refers to this object); then their phyxels follow.
+    /// begin and end are what step does around the elastic solver. begin moves the rigid pieces and returns
+    /// the input of the elastic solver (it refers to this object); end updates the phyxels of the rigid
+    /// pieces.
     StepInput begin(Phyxels& phyxels, const Material& material, const StepInput& input) {
         if (phyxels.rigid.empty()) return input;
         check_step_input(phyxels, input);
@@ -35,8 +36,9 @@ class TimeIntegrator {
         for (const RigidPiece& body : phyxels.rigid.bodies) report.contacts += body.touching;
     }
     ImplicitSolver& implicit_solver() { return implicit_; }
-    /// Where bodies step together (ImplicitSolver::step_together), between begin and end: the guard
-    /// notes what there is, and mends what they come to. Nothing is taken again.
+    /// For bodies that step together (ImplicitSolver::step_together), called between begin and end: watch
+    /// records the state before the step, correct corrects energy excesses after it. The step is not
+    /// repeated.
     void watch(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                const StepInput& input, const SolverOptions& options, const Parallel& parallel);
     void correct(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
@@ -49,10 +51,10 @@ class TimeIntegrator {
                               const Parallel& parallel);
     SolverReport step_once(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                            const StepInput& input, const SolverOptions& options, const Parallel& parallel);
-    SolverReport step_finely(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-                             const StepInput& input, SolverOptions options, int division,
-                             const Parallel& parallel);
-    void part_way(const Phyxels& phyxels, const StepInput& input, double left);
+    SolverReport step_with_substeps(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                    const Material& material, const StepInput& input, SolverOptions options,
+                                    int division, const Parallel& parallel);
+    void interpolate_held_positions(const Phyxels& phyxels, const StepInput& input, double remaining);
     StepInput hold_rigid(const Phyxels& phyxels, const StepInput& input) {
         held_.assign(phyxels.size(), 0);
         held_position_.assign(phyxels.size(), Vec3::Zero());
@@ -77,7 +79,7 @@ class TimeIntegrator {
     ExplicitSolver explicit_;
     EnergyGuard guard_;
     std::span<const double> hold_work_;         // J, per piece, of the last explicit step
-    std::vector<Vec3> way_;                     // m, world, where held phyxels are after a part of a step
+    std::vector<Vec3> substep_position_;        // m, world, of held phyxels after a substep
     std::vector<CachedContact> contact_cache_;  // before the step
     std::vector<std::uint8_t> held_;            // per phyxel, held or rigid
     std::vector<Vec3> held_position_;           // per phyxel, m, world
