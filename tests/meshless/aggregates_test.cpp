@@ -15,7 +15,7 @@ using fixtures::block;
 using fixtures::random_vector;
 using fixtures::Specimen;
 
-// A body with what a step's linear system is made of, at rest.
+// A body at rest with the linear system of a step.
 struct System {
     Specimen body;
     std::vector<std::uint8_t> held;
@@ -42,7 +42,7 @@ struct System {
             if (held[i] == 0) r[i] = random_vector(random, 1);
         return r;
     }
-    // The aggregates' corrections of r; `product` with r is what they say themselves.
+    // Returns the aggregates' corrections of r; `product`: their product with r, as reported.
     std::vector<Vec3> correct(const std::vector<Vec3>& r, const Parallel& parallel, double& product) {
         const std::size_t n = body.neighbourhoods.slices().stride();
         FloatArray rows(3 * n, 0);
@@ -62,8 +62,8 @@ struct System {
         double product = 0;
         return correct(r, parallel, product);
     }
-    // Iterations to a thousandth, in the norm of the inverse diagonal.
-    int iterations(const std::vector<Vec3>& right, bool with_aggregates, const Parallel& parallel);
+    // Number of iterations to a relative residual of a thousandth, in the norm of the inverse diagonal.
+    int iterations(const std::vector<Vec3>& rhs, bool with_aggregates, const Parallel& parallel);
 };
 
 double dot(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
@@ -72,8 +72,8 @@ double dot(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
     return sum;
 }
 
-int System::iterations(const std::vector<Vec3>& right, bool with_aggregates, const Parallel& parallel) {
-    std::vector<Vec3> r = right, p(size(), Vec3::Zero()), q(size());
+int System::iterations(const std::vector<Vec3>& rhs, bool with_aggregates, const Parallel& parallel) {
+    std::vector<Vec3> r = rhs, p(size(), Vec3::Zero()), q(size());
     double rz = 1, first = 0;
     for (int k = 0; k < 1000; ++k) {
         std::vector<Vec3> z =
@@ -107,7 +107,7 @@ System cut_system(const Parallel& parallel) {
     return system;
 }
 
-TEST(Aggregates, TheirPartIsSymmetricAndPositive) {
+TEST(Aggregates, CorrectionIsSymmetricAndPositive) {
     const Parallel parallel(2);
     System system = cut_system(parallel);
     ASSERT_GE(system.aggregates.level_count(), 2U);
@@ -122,8 +122,8 @@ TEST(Aggregates, TheirPartIsSymmetricAndPositive) {
     }
 }
 
-// A residual that is turned is corrected by what is turned alike.
-TEST(Aggregates, TurnWithTheBody) {
+// A rotated residual has the rotated correction.
+TEST(Aggregates, RotateWithTheBody) {
     const Parallel parallel(1);
     System system = cut_system(parallel);
     Random random(6);
@@ -136,7 +136,7 @@ TEST(Aggregates, TurnWithTheBody) {
     for (std::size_t i = 0; i < z.size(); ++i) EXPECT_LT((z_turned[i] - Q * z[i]).norm(), 1e-5 * size);
 }
 
-TEST(Aggregates, WhatIsHeldStays) {
+TEST(Aggregates, HeldPhyxelsAreNotCorrected) {
     const Parallel parallel(1);
     System system = cut_system(parallel);
     Random random(7);
@@ -144,7 +144,7 @@ TEST(Aggregates, WhatIsHeldStays) {
     for (std::size_t i = 0; i < z.size(); ++i) EXPECT_TRUE(system.held[i] == 0 || z[i].isZero(0)) << i;
 }
 
-// Sides of a cut that nothing joins do not move each other.
+// Separated sides of a cut do not influence each other.
 TEST(Aggregates, DoNotReachAcrossACut) {
     const Parallel parallel(1);
     Specimen body = block(12, 12, 12, 0.05, Material{}, parallel);
@@ -177,7 +177,7 @@ void expect_equal_products(Aggregates& a, Aggregates& b, const System& system, c
     for (std::size_t k = 0; k < 3 * (a.count() + 1); ++k) ASSERT_EQ(a.correction()[k], b.correction()[k]);
 }
 
-TEST(Aggregates, UpdatedEqualThoseBuiltFromNothing) {
+TEST(Aggregates, UpdateEqualsRebuild) {
     const Parallel one(1), three(3);
     System system = cut_system(one);
     Random random(10);
@@ -198,8 +198,8 @@ TEST(Aggregates, UpdatedEqualThoseBuiltFromNothing) {
     }
 }
 
-// The couplings across a plane against the energy of shifting one side, its mean over directions.
-TEST(Aggregates, CouplingsAreTheStiffnessOfAShift) {
+// Compares the couplings across a plane with the energy of translating one side, averaged over directions.
+TEST(Aggregates, CouplingsAreTheStiffnessAgainstATranslation) {
     const Parallel parallel(1);
     System system(block(16, 16, 16, 0.05, Material{}, parallel), 1.0 / 60);
     system.take(parallel);
@@ -210,12 +210,12 @@ TEST(Aggregates, CouplingsAreTheStiffnessOfAShift) {
     for (std::size_t i = 0; i < system.size(); ++i)
         for (std::uint32_t l = links.offsets()[i]; l < links.offsets()[i + 1]; ++l)
             if (moves(i) && !moves(links.neighbour()[l])) coupled += links.link_coupling(l, i);
-    const std::vector<double> none(system.size(), 0);
+    const std::vector<double> zeros(system.size(), 0);
     std::vector<Vec3> shift(system.size()), force(system.size());
     for (int axis = 0; axis < 3; ++axis) {
         for (std::size_t i = 0; i < system.size(); ++i)
             shift[i] = moves(i) ? Vec3(Vec3::Unit(axis)) : Vec3(Vec3::Zero());
-        energy += system.elastic.apply_stiffness(1, none, shift, force, parallel) / 3;
+        energy += system.elastic.apply_stiffness(1, zeros, shift, force, parallel) / 3;
     }
     EXPECT_NEAR(coupled, energy, 0.05 * energy);
 }
@@ -226,7 +226,7 @@ struct Case {
     bool held;
 };
 
-TEST(Aggregates, SaveIterationsOfCutBodiesToo) {
+TEST(Aggregates, SaveIterationsAlsoForCutBodies) {
     const Parallel parallel(2);
     for (const Case& c : {Case{250e3, 0, true}, Case{250e3, 8, true}, Case{1e8, 0, true}, Case{1e8, 8, true},
                           Case{1e8, 0, false}, Case{1e3, 0, true}}) {
@@ -237,15 +237,15 @@ TEST(Aggregates, SaveIterationsOfCutBodiesToo) {
         System system(std::move(body), 1.0 / 90);
         if (c.held) system.hold([](const Vec3& x) { return x.x() < -0.33; });
         system.take(parallel);
-        // A body that begins to fall, and noise.
+        // A body that begins to fall, plus noise.
         Random random(11);
-        std::vector<Vec3> right = system.random_residual(random);
-        for (std::size_t i = 0; i < right.size(); ++i)
-            right[i] = system.held[i] != 0 ? Vec3(Vec3::Zero()) : Vec3(0.01 * right[i] - Vec3(0, 0, 1));
-        const int jacobi = system.iterations(right, false, parallel);
-        const int multilevel = system.iterations(right, true, parallel);
+        std::vector<Vec3> rhs = system.random_residual(random);
+        for (std::size_t i = 0; i < rhs.size(); ++i)
+            rhs[i] = system.held[i] != 0 ? Vec3(Vec3::Zero()) : Vec3(0.01 * rhs[i] - Vec3(0, 0, 1));
+        const int jacobi = system.iterations(rhs, false, parallel);
+        const int multilevel = system.iterations(rhs, true, parallel);
         EXPECT_LE(multilevel, jacobi) << c.youngs_modulus << " Pa, " << c.cuts << " cuts";
-        // What is free to go falls by one shift of all.
+        // A free body falls by one translation of all phyxels.
         EXPECT_TRUE(c.held || 2 * multilevel < jacobi) << multilevel;
     }
 }

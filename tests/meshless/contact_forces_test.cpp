@@ -1,5 +1,5 @@
-// What contacts remember is found in whatever order it is asked for, and springs make no energy by what they
-// touch.
+// Cached contacts are found in any order of queries, and contact springs create no energy when the stiffness
+// of the touched phyxels changes.
 #include <splitcubes/meshless/contact_forces.h>
 
 #include <gtest/gtest.h>
@@ -11,40 +11,40 @@
 namespace splitcubes::meshless {
 namespace {
 
-std::vector<CachedContact> remember(std::span<const std::uint64_t> keys) {
+std::vector<CachedContact> cached_contacts(std::span<const std::uint64_t> keys) {
     std::vector<CachedContact> cached;
     for (const std::uint64_t key : keys) cached.emplace_back().key = key;
     return cached;
 }
 
-TEST(CachedContactFinder, FindsWhatIsThereAndNothingElse) {
+TEST(CachedContactFinder, FindsExactlyTheCachedKeys) {
     const std::vector<std::uint64_t> keys = {0, 3, 4, 9, 1ULL << 48, ~0ULL};
-    const std::vector<CachedContact> cached = remember(keys);
-    std::vector<std::uint64_t> asked = keys;
+    const std::vector<CachedContact> cached = cached_contacts(keys);
+    std::vector<std::uint64_t> queries = keys;
     for (const std::uint64_t key : {1ULL, 5ULL, 8ULL, 10ULL, (1ULL << 48) + 1, ~0ULL - 1})
-        asked.push_back(key);
-    asked.push_back(4);
+        queries.push_back(key);
+    queries.push_back(4);
     std::mt19937 random(7);
-    for (int round = 0; round < 20; ++round) {
-        // In order, each some times over, and shuffled.
-        if (round == 0) std::sort(asked.begin(), asked.end());
+    for (int pass = 0; pass < 20; ++pass) {
+        // Sorted, with repetitions, and shuffled.
+        if (pass == 0) std::sort(queries.begin(), queries.end());
         CachedContactFinder finder(&cached);
-        for (const std::uint64_t key : asked) {
+        for (const std::uint64_t key : queries) {
             const CachedContact* const found = finder.find(key);
-            const bool is_there = std::find(keys.begin(), keys.end(), key) != keys.end();
-            ASSERT_EQ(found != nullptr, is_there) << key;
+            const bool is_cached = std::find(keys.begin(), keys.end(), key) != keys.end();
+            ASSERT_EQ(found != nullptr, is_cached) << key;
             if (found) {
                 EXPECT_EQ(found->key, key);
             }
         }
-        std::shuffle(asked.begin(), asked.end(), random);
+        std::shuffle(queries.begin(), queries.end(), random);
     }
     CachedContactFinder nothing(nullptr);
     EXPECT_EQ(nothing.find(3), nullptr);
 }
 
-// A ball's approach counts as a hit only where nothing was there before, and only if it closes the gap.
-TEST(FindImpacts, AreWhatClosesItsGapAndIsNotRemembered) {
+// An approach counts as an impact only for a new contact whose gap closes within the step.
+TEST(FindImpacts, NewContactsThatCloseTheirGapAreImpacts) {
     std::vector<Contact> contacts(4);
     for (std::uint32_t c = 0; c < contacts.size(); ++c) {
         contacts[c].key = c;
@@ -57,7 +57,7 @@ TEST(FindImpacts, AreWhatClosesItsGapAndIsNotRemembered) {
     contacts[2].gap = 0.03;
     const std::vector<Vec3> velocity = {{0, 0, -1}, {0, 0, -1}, {0, 0, -1}, {0, 0, 1}};
     const std::vector<std::uint64_t> keys = {1};
-    std::vector<CachedContact> cached = remember(keys);
+    std::vector<CachedContact> cached = cached_contacts(keys);
     ContactInput input;
     input.contacts = contacts;
     input.cached = &cached;
@@ -70,11 +70,11 @@ TEST(FindImpacts, AreWhatClosesItsGapAndIsNotRemembered) {
     }
 }
 
-// Two phyxels that a contact holds, and what it remembers.
+// Two phyxels in contact, and the cached contact.
 struct Pressed {
     std::vector<Contact> contacts{1};
     std::vector<CachedContact> cached;
-    std::vector<Vec3> place = {{0, 0, 0.01}, {0, 0, 0}}, velocity = {Vec3::Zero(), Vec3::Zero()};
+    std::vector<Vec3> position = {{0, 0, 0.01}, {0, 0, 0}}, velocity = {Vec3::Zero(), Vec3::Zero()};
     ContactForces forces;
     double energy = 0;  // J, after a step
 
@@ -86,19 +86,19 @@ struct Pressed {
         contact.upper.weight[0] = contact.lower.weight[0] = 1;
         contact.gap = 1e-4;
         contact.friction = 0.5;
-        contact.max_depenetration = 1e-12;  // nothing of an overlap is undone
+        contact.max_depenetration = 1e-12;  // effectively no overlap is removed
     }
-    // A step that moves the upper phyxel so; returns the force on it where the solve begins.
-    Vec3 step(double mobility, const Vec3& way) {
+    // Takes a step that displaces the upper phyxel; returns the force on it at the start of the solve.
+    Vec3 step(double mobility, const Vec3& displacement) {
         const std::vector<double> mobilities(2, mobility);
-        std::vector<Vec3> after = place, force(2, Vec3::Zero());
-        after[0] += way;
-        velocity[0] = way / 0.02;
+        std::vector<Vec3> after = position, force(2, Vec3::Zero());
+        after[0] += displacement;
+        velocity[0] = displacement / 0.02;
         ContactInput input;
         input.contacts = contacts;
         input.cached = &cached;
-        const std::vector<ContactForces::Part> parts = {{place, velocity, 0.02, mobilities, {}}};
-        const std::vector<std::span<const Vec3>> before = {place}, moved = {after};
+        const std::vector<ContactForces::Part> parts = {{position, velocity, 0.02, mobilities, {}}};
+        const std::vector<std::span<const Vec3>> before = {position}, moved = {after};
         const std::vector<std::span<Vec3>> out = {force};
         std::vector<std::uint8_t> touching(2, 0);
         const std::vector<std::span<std::uint8_t>> touched = {touching};
@@ -108,28 +108,28 @@ struct Pressed {
         forces.add_forces(before, out, parallel);
         forces.finish(moved, touched, parallel);
         energy = forces.energy();
-        contacts[0].gap += contacts[0].normal.dot(way);
-        place = after;
+        contacts[0].gap += contacts[0].normal.dot(displacement);
+        position = after;
         return force[0];
     }
 };
 
-// Where what it touches becomes much stiffer, a spring goes on with the force that it had; much softer, with
-// less. Neither makes energy.
-TEST(ContactForces, ASpringThatChangesItsStiffnessUnderLoadMakesNoEnergy) {
+// If the touched phyxels become much stiffer, a spring keeps its force; if they become much softer, the force
+// drops. Neither creates energy.
+TEST(ContactForces, StiffnessChangesUnderLoadAddNoEnergy) {
     for (const double factor : {0.01, 0.1, 0.5, 1.0, 2.0, 10.0, 100.0}) {
         Pressed pressed;
         pressed.step(1e-3, Vec3(1e-4, 0, -6e-4));
         ASSERT_EQ(pressed.cached.size(), 1U);
-        const Vec3 held = pressed.cached[0].force;
+        const Vec3 force_before = pressed.cached[0].force;
         const double energy = pressed.energy;
-        ASSERT_GT(held.z(), 0);
-        const Vec3 now = pressed.step(1e-3 * factor, Vec3::Zero());
+        ASSERT_GT(force_before.z(), 0);
+        const Vec3 force_after = pressed.step(1e-3 * factor, Vec3::Zero());
         EXPECT_LT(pressed.energy, (1 + 1e-9) * energy) << factor;
         if (factor <= 1)
-            EXPECT_NEAR((now - held).norm(), 0, 1e-6 * held.norm()) << factor;
+            EXPECT_NEAR((force_after - force_before).norm(), 0, 1e-6 * force_before.norm()) << factor;
         else
-            EXPECT_LT(now.z(), (1 + 1e-9) * held.z()) << factor;
+            EXPECT_LT(force_after.z(), (1 + 1e-9) * force_before.z()) << factor;
     }
 }
 

@@ -1,5 +1,5 @@
-// Products with springs are those of their definition, and what they ask of the preconditioner is symmetric,
-// positive and near the inverse.
+// Products with springs equal those of the dense matrix, and their part of the preconditioner is symmetric,
+// positive definite and close to the inverse.
 #include <splitcubes/meshless/contact_products.h>
 
 #include <gtest/gtest.h>
@@ -15,8 +15,8 @@ namespace {
 constexpr std::size_t stride = 16;
 constexpr Eigen::Index size = 3 * static_cast<Eigen::Index>(stride);
 
-// Springs at random between phyxels of one part, some with nothing below, one phyxel that does not move, and
-// a pull. `matrix`: their stiffness; `diagonal`: of the rest.
+// Random springs between phyxels of one part, some without a lower side, one phyxel fixed, and an attachment
+// spring. `matrix`: their stiffness; `diagonal`: of the rest.
 struct Springs {
     explicit Springs(unsigned seed) : random(seed), mobility(stride), fixed(stride, 0) {
         std::uniform_int_distribution<std::uint32_t> any(0, stride - 1);
@@ -33,9 +33,9 @@ struct Springs {
             products.add(contact, along, across);
             add_truth(contact, along, across);
         }
-        HandleSpring pull;
-        pull.phyxel = 5;
-        products.add(pull, 80);
+        HandleSpring handle_spring;
+        handle_spring.phyxel = 5;
+        products.add(handle_spring, 80);
         for (int k = 0; k < 3; ++k) matrix(at(5, k), at(5, k)) += 80;
         const ContactProducts::Diagonal diagonals[] = {{mobility, mobility, fixed}};
         products.finish();
@@ -48,36 +48,36 @@ struct Springs {
         side.count = 4;
         double sum = 0;
         for (std::uint32_t k = 0; k < side.count; ++k) {
-            // Each phyxel once.
+            // Distinct phyxels.
             side.phyxel[k] = 4 * k + any(random) % 4;
             sum += side.weight[k] = 0.1 + positive(random);
         }
         for (std::uint32_t k = 0; k < side.count; ++k) side.weight[k] /= sum;
     }
     void add_truth(const Contact& contact, double along, double across) {
-        Eigen::MatrixXd hold = Eigen::MatrixXd::Zero(3, size);
+        Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(3, size);
         double sign = 1;
         for (const ContactSide* side : {&contact.upper, &contact.lower}) {
             for (std::uint32_t e = 0; e < side->count; ++e)
-                for (int k = 0; k < 3; ++k) hold(k, at(side->phyxel[e], k)) += sign * side->weight[e];
+                for (int k = 0; k < 3; ++k) weights(k, at(side->phyxel[e], k)) += sign * side->weight[e];
             sign = -1;
         }
         const Mat3 stiffness =
             across * Mat3::Identity() + (along - across) * contact.normal * contact.normal.transpose();
-        matrix += hold.transpose() * stiffness * hold;
+        matrix += weights.transpose() * stiffness * weights;
     }
-    // What smooth makes of a residual, with what it leaves to the diagonal. Zero where nothing moves.
+    // Applies smooth to a residual and adds the diagonal part; zero for fixed phyxels.
     Eigen::VectorXd smoothed(const Eigen::VectorXd& residual, double& product) {
         const Eigen::VectorXf in = residual.cast<float>();
         Eigen::VectorXf out = Eigen::VectorXf::Zero(size);
         const ContactProducts::RowPart rows[] = {{stride, in.data(), out.data()}};
         product = products.smooth(rows, Parallel(1));
         products.add_smoothed(rows);
-        Eigen::VectorXd all = out.cast<double>();
+        Eigen::VectorXd sum = out.cast<double>();
         for (std::size_t i = 0; i < stride; ++i)
             for (int k = 0; k < 3; ++k)
-                if (fixed[i] == 0) all[at(i, k)] += mobility[i] * residual[at(i, k)];
-        return all;
+                if (fixed[i] == 0) sum[at(i, k)] += mobility[i] * residual[at(i, k)];
+        return sum;
     }
 
     std::mt19937 random;
@@ -88,7 +88,7 @@ struct Springs {
     Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(size, size);
 };
 
-TEST(ContactProducts, AreThoseOfTheDefinition) {
+TEST(ContactProducts, EqualTheDenseMatrixProduct) {
     Springs springs(1);
     const Eigen::VectorXd x =
         Eigen::VectorXd::NullaryExpr(size, [&] { return springs.value(springs.random); });
@@ -103,8 +103,8 @@ TEST(ContactProducts, AreThoseOfTheDefinition) {
     }
 }
 
-// Springs whose stiffness is changed are those that were listed so.
-TEST(ContactProducts, AChangeOfStiffnessIsAsIfListedAnew) {
+// Changing the stiffness of listed springs gives the same result as listing them with it.
+TEST(ContactProducts, ChangingAStiffnessEqualsANewList) {
     const std::size_t counts[] = {stride};
     std::mt19937 random(5);
     std::uniform_real_distribution<double> positive{0, 1};
@@ -122,10 +122,10 @@ TEST(ContactProducts, AChangeOfStiffnessIsAsIfListedAnew) {
         changed.set(k, along, across);
         fresh.add(contact, along, across);
     }
-    HandleSpring pull;
-    changed.add(pull, 2);
+    HandleSpring handle_spring;
+    changed.add(handle_spring, 2);
     changed.set(20, 9, 9);
-    fresh.add(pull, 9);
+    fresh.add(handle_spring, 9);
     const Eigen::VectorXf in = Eigen::VectorXf::Random(size);
     std::array<Eigen::VectorXf, 2> out;
     for (ContactProducts* products : {&changed, &fresh}) {
@@ -138,7 +138,7 @@ TEST(ContactProducts, AChangeOfStiffnessIsAsIfListedAnew) {
     EXPECT_EQ(out[0], out[1]);
 }
 
-// The whole of the smoothing operator, column by column, against the inverse of what it stands for.
+// Compares the smoothing operator, column by column, with the inverse that it approximates.
 TEST(ContactProducts, SmoothingIsSymmetricPositiveAndNearTheInverse) {
     for (const unsigned seed : {2U, 3U, 4U}) {
         Springs springs(seed);
@@ -154,12 +154,12 @@ TEST(ContactProducts, SmoothingIsSymmetricPositiveAndNearTheInverse) {
                             1e-6);
             }
         }
-        Eigen::MatrixXd whole = springs.matrix;
+        Eigen::MatrixXd system = springs.matrix;
         for (Eigen::Index i = 0; i < size; ++i)
-            whole(i, i) += 1 / springs.mobility[static_cast<std::size_t>(i) % stride];
-        const Eigen::MatrixXd b = smoothing(moving, moving), a = whole(moving, moving);
+            system(i, i) += 1 / springs.mobility[static_cast<std::size_t>(i) % stride];
+        const Eigen::MatrixXd b = smoothing(moving, moving), a = system(moving, moving);
         EXPECT_LT((b - b.transpose()).norm(), 1e-5 * b.norm());
-        // Spectrum of the product, by the symmetric root of the matrix.
+        // Spectrum of the product, from the symmetric root of the matrix.
         const Eigen::MatrixXd root = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(a).operatorSqrt();
         const Eigen::VectorXd spectrum =
             Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(root * b * root).eigenvalues();

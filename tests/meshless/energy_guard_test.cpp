@@ -1,5 +1,5 @@
-// A step leaves no more energy than was put in, and the guard that sees to it leaves alone
-// what is as it should be.
+// A step leaves no more energy than was put in, and the energy guard does not change steps within their
+// budget.
 #include "bodies.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ Material rubber(MaterialModel model = MaterialModel::corotated) {
     return material;
 }
 
-/// A spinning, slightly stretched block that has taken a few steps.
+/// Returns a rotating, slightly stretched block after a few steps.
 Specimen spinning_block(const Material& material) {
     Specimen body = block(5, 4, 3, 0.05, material, parallel());
     body.move([](const Vec3& rest) { return Vec3(1.02 * rest.x(), rest.y(), rest.z()); },
@@ -47,7 +47,7 @@ double kinetic_energy(const Phyxels& phyxels) {
     return sum;
 }
 
-/// Puts a step in place of the solver's, and lets the guard mend it.
+/// Replaces the solver's step by a function and lets the guard correct the result.
 SolverReport guard_step(Specimen& body, const std::function<void(Phyxels&)>& step, double work = 0) {
     EnergyGuard guard;
     guard.begin(body.phyxels, body.neighbourhoods, body.material, body.input, parallel());
@@ -85,9 +85,9 @@ void crumple(Phyxels& phyxels, double size) {
     Vec3 sum = Vec3::Zero();
     double mass = 0;
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
-        const Vec3 way = random_vector(random, size);
-        phyxels.position[i] += way;
-        sum += phyxels.mass[i] * way;
+        const Vec3 displacement = random_vector(random, size);
+        phyxels.position[i] += displacement;
+        sum += phyxels.mass[i] * displacement;
         mass += phyxels.mass[i];
     }
     for (Vec3& x : phyxels.position) x -= sum / mass;
@@ -99,7 +99,7 @@ void expect_same_momenta(const Momenta& a, const Momenta& b) {
     EXPECT_LT((a.angular_momentum - b.angular_momentum).norm(), 1e-12 * a.angular_momentum.norm());
 }
 
-TEST(EnergyGuard, MotionThatNothingPutInIsTakenAndMomentaStay) {
+TEST(EnergyGuard, ExcessMotionIsRemovedAndMomentaAreKept) {
     Specimen body = spinning_block(rubber());
     const double before = elastic_energy(body) + kinetic_energy(body.phyxels);
     const Momenta momenta = total_momenta(body.phyxels);
@@ -112,7 +112,7 @@ TEST(EnergyGuard, MotionThatNothingPutInIsTakenAndMomentaStay) {
     expect_same_momenta(momenta, total_momenta(body.phyxels));
 }
 
-TEST(EnergyGuard, StrainThatNothingPutInIsTakenBackAndMomentaStay) {
+TEST(EnergyGuard, ExcessStrainIsRemovedAndMomentaAreKept) {
     for (const MaterialModel model : {MaterialModel::corotated, MaterialModel::st_venant_kirchhoff}) {
         Specimen body = spinning_block(rubber(model));
         const double before = elastic_energy(body) + kinetic_energy(body.phyxels);
@@ -127,7 +127,7 @@ TEST(EnergyGuard, StrainThatNothingPutInIsTakenBackAndMomentaStay) {
     }
 }
 
-TEST(EnergyGuard, WorkThatWasDoneIsLeft) {
+TEST(EnergyGuard, EnergyFromWorkIsKept) {
     Specimen body = spinning_block(rubber());
     const SolverReport report = guard_step(
         body, [](Phyxels& phyxels) { shake_velocities(phyxels, 5); },
@@ -147,36 +147,37 @@ TEST(EnergyGuard, SmallExcessesDoNotAddUp) {
     EXPECT_LT(most, 1.02 * before);
 }
 
-// What the guard must leave alone, to the last bit: free vibration, a swing, a pull, a landing.
-struct Sound {
+// Steps that the guard must not change by one bit: free vibration, a pendulum, a pulled body, a landing.
+struct GuardCase {
     const char* name;
     bool held, pulled, ground, shaken = false;
 };
 
-class LeftAlone : public testing::TestWithParam<Sound> {};
+class StepsWithinTheBudget : public testing::TestWithParam<GuardCase> {};
 
-std::vector<Vec3> run(const Sound& sound, SolverKind kind, bool guard, std::size_t& has_energy_excess) {
+std::vector<Vec3> run(const GuardCase& guard_case, SolverKind kind, bool guard,
+                      std::size_t& has_energy_excess) {
     Specimen body = block(8, 3, 3, 0.05, rubber(), parallel());
     body.options.kind = kind;
     body.options.guard_energy = guard;
-    body.input.gravity = sound.held || sound.ground ? Vec3(0, 0, -9.81) : Vec3(0, 0, 0);
-    if (sound.ground) body.ground = fixtures::Ground{Vec3::UnitZ(), -0.2, 0.3};
+    body.input.gravity = guard_case.held || guard_case.ground ? Vec3(0, 0, -9.81) : Vec3(0, 0, 0);
+    if (guard_case.ground) body.ground = fixtures::Ground{Vec3::UnitZ(), -0.2, 0.3};
     body.move([](const Vec3& x) { return Vec3(1.05 * x.x(), x.y(), x.z() + 0.1 * x.x() * x.x()); },
               [](const Vec3& x) { return Vec3(Vec3(0.5, 1, 0.2).cross(x)); });
     std::vector<std::uint8_t> held(body.phyxels.size(), 0);
-    std::vector<Vec3> place(body.phyxels.size(), Vec3::Zero());
-    for (std::size_t i = 0; i < held.size() && (sound.held || sound.pulled); ++i) {
+    std::vector<Vec3> held_position(body.phyxels.size(), Vec3::Zero());
+    for (std::size_t i = 0; i < held.size() && (guard_case.held || guard_case.pulled); ++i) {
         held[i] = body.phyxels.rest_position[i].x() < -0.15;
-        place[i] = body.phyxels.position[i];
-        if (sound.pulled && body.phyxels.rest_position[i].x() > 0.15) held[i] = 2;
+        held_position[i] = body.phyxels.position[i];
+        if (guard_case.pulled && body.phyxels.rest_position[i].x() > 0.15) held[i] = 2;
     }
     for (int step = 0; step < 60; ++step) {
-        std::vector<Vec3> now = place;
+        std::vector<Vec3> now = held_position;
         for (std::size_t i = 0; i < held.size(); ++i)
-            if (sound.shaken) now[i].z() += 0.03 * std::sin(0.3 * (step + 1));
+            if (guard_case.shaken) now[i].z() += 0.03 * std::sin(0.3 * (step + 1));
         for (std::size_t i = 0; i < held.size(); ++i)
             if (held[i] == 2) now[i].x() += 0.05 * std::sin(0.2 * (step + 1));
-        if (sound.held || sound.pulled) {
+        if (guard_case.held || guard_case.pulled) {
             body.input.held = held;
             body.input.held_position = now;
         }
@@ -185,7 +186,7 @@ std::vector<Vec3> run(const Sound& sound, SolverKind kind, bool guard, std::size
     return body.phyxels.position;
 }
 
-TEST_P(LeftAlone, ToTheLastBit) {
+TEST_P(StepsWithinTheBudget, AreUnchanged) {
     for (const SolverKind kind : {SolverKind::implicit_steps, SolverKind::explicit_steps}) {
         std::size_t has_energy_excess = 0;
         const std::vector<Vec3> guarded = run(GetParam(), kind, true, has_energy_excess);
@@ -194,13 +195,13 @@ TEST_P(LeftAlone, ToTheLastBit) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(EnergyGuard, LeftAlone,
-                         testing::Values(Sound{"vibrating", false, false, false},
-                                         Sound{"swinging", true, false, false},
-                                         Sound{"pulled", true, true, false},
-                                         Sound{"shaken", true, false, false, true},
-                                         Sound{"landing", false, false, true}),
-                         [](const auto& sound) { return std::string(sound.param.name); });
+INSTANTIATE_TEST_SUITE_P(EnergyGuard, StepsWithinTheBudget,
+                         testing::Values(GuardCase{"vibrating", false, false, false},
+                                         GuardCase{"swinging", true, false, false},
+                                         GuardCase{"pulled", true, true, false},
+                                         GuardCase{"shaken", true, false, false, true},
+                                         GuardCase{"landing", false, false, true}),
+                         [](const auto& guard_case) { return std::string(guard_case.param.name); });
 
 }  // namespace
 }  // namespace splitcubes::meshless

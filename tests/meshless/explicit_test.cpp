@@ -1,4 +1,4 @@
-// Explicit steps: what they must keep, and that no stiffness makes them explode.
+// Explicit steps: conservation, and stability at any stiffness.
 #include "bodies.h"
 
 #include <gtest/gtest.h>
@@ -44,7 +44,7 @@ double total_energy_of(const SolverReport& report) {
     return report.kinetic_energy + report.elastic_energy;
 }
 
-TEST(Explicit, RestStaysAtRest) {
+TEST(Explicit, BodyAtRestStaysAtRest) {
     const Parallel parallel(1);
     for (const MaterialModel model : both_models) {
         Specimen body = explicit_block(6, 5, 4, soft_material(model), parallel);
@@ -54,9 +54,9 @@ TEST(Explicit, RestStaysAtRest) {
     }
 }
 
-// Ten thousand steps of the length that is taken, a few hundred periods of a smooth
-// vibration. What leapfrog keeps differs from the energy by some (w h)^2, so the energy
-// swings with the vibration, but its mean stays.
+// Ten thousand substeps of the chosen length, a few hundred periods of a smooth vibration. The quantity that
+// leapfrog conserves differs from the energy by the order of (w h)^2, so the energy oscillates with the
+// vibration, but its mean stays.
 TEST(Explicit, EnergyOfAFreeVibrationDoesNotDrift) {
     const Parallel parallel(1);
     for (const MaterialModel model : both_models) {
@@ -82,8 +82,8 @@ TEST(Explicit, EnergyOfAFreeVibrationDoesNotDrift) {
     }
 }
 
-// To the single precision of the forces: of what they give and take in two seconds, some
-// thousand times the momentum, a rounding error is left over.
+// Within the single precision of the forces: they exchange some thousand times the momentum in two seconds
+// and leave a rounding error.
 TEST(Explicit, MomentaAreKeptWithoutRestoring) {
     const Parallel parallel(1);
     Random random(2);
@@ -116,7 +116,7 @@ TEST(Explicit, FallsAndIsDampedAtTheRightRate) {
     EXPECT_NEAR(after.linear.z() / after.mass, -9.81 / 2 * (1 - std::exp(-2.0)), 0.01);
 }
 
-// The substeps follow the speed of sound; nothing explodes, held, pulled or shaken.
+// Substeps follow the speed of sound: bodies that are held, stretched or shaken stay stable.
 TEST(Explicit, SubstepsKeepAnyStiffnessStable) {
     const Parallel parallel(1);
     for (const MaterialModel model : both_models) {
@@ -143,8 +143,8 @@ TEST(Explicit, SubstepsKeepAnyStiffnessStable) {
     }
 }
 
-// Twice the length makes St. Venant-Kirchhoff several times as stiff within a step.
-TEST(Explicit, PulledStVenantKirchhoffStaysStable) {
+// At twice the length, St. Venant-Kirchhoff is several times as stiff, within one step.
+TEST(Explicit, StretchedStVenantKirchhoffStaysStable) {
     const Parallel parallel(1);
     Specimen body = explicit_block(6, 3, 3, soft_material(MaterialModel::st_venant_kirchhoff), parallel);
     body.move([](const Vec3& x) -> Vec3 { return x.cwiseProduct(Vec3(2, 0.8, 0.8)); },
@@ -289,7 +289,7 @@ TEST(Explicit, SameBitsForAnyThreadCountAndAnyHistory) {
         body.input.gravity = Vec3(0, 0.5, -9.81);
         body.ground = Ground{Vec3::UnitZ(), -0.2, 0.3};
         for (int k = 0; k < 20; ++k) {
-            // All state is in the phyxels: a new solver goes on as the old one.
+            // All state is in the phyxels: a new solver continues like the old one.
             if (threads == 2 && k == 10) body.solver = TimeIntegrator{};
             body.step(parallel);
         }

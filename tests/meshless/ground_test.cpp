@@ -11,15 +11,15 @@ using fixtures::Specimen;
 
 constexpr double spacing = 0.05;
 
-/// A block whose lowest phyxels are `height` above touching the plane z = 0.
+/// Returns a block whose lowest phyxels are `height` above contact with the plane z = 0.
 Specimen above_ground(double height, double friction, double youngs_modulus, const Parallel& parallel) {
     Material material;
     material.youngs_modulus = youngs_modulus;
     material.poisson_ratio = 0.33;
     material.stiffness_damping = 0.005;
     Specimen body = block(6, 6, 4, spacing, material, parallel);
-    const double lift = height + 2 * spacing;
-    body.move([=](const Vec3& x) -> Vec3 { return x + Vec3(0, 0, lift); },
+    const double offset = height + 2 * spacing;
+    body.move([=](const Vec3& x) -> Vec3 { return x + Vec3(0, 0, offset); },
               [](const Vec3&) { return Vec3(0, 0, 0); });
     body.input.gravity = Vec3(0, 0, -9.81);
     body.ground = Ground{Vec3::UnitZ(), 0, friction};
@@ -70,12 +70,12 @@ TEST(Ground, CarriesTheWeightOfAStack) {
         const double start = total_momenta(body.phyxels).centre.z();
         SolverReport report;
         for (int k = 0; k < 240; ++k) report = body.step(parallel);
-        const double sunk = start - total_momenta(body.phyxels).centre.z();
-        // A column under its own weight: mean sinking rho g H^2 / (3 E) and a bit.
+        const double sag = start - total_momenta(body.phyxels).centre.z();
+        // Mean sag of a column under its own weight: rho g H^2 / (3 E), plus contact compliance.
         const double column = 1000 * 9.81 * 0.2 * 0.2 / (3 * stiffness);
-        // A tenth of a millimetre is the solve's tolerance over the step.
-        EXPECT_GT(sunk, 0.2 * column - 1e-4) << stiffness;
-        EXPECT_LT(sunk, 3 * column + 1e-4) << stiffness;
+        // A tenth of a millimetre: tolerance of the solve, accumulated over the steps.
+        EXPECT_GT(sag, 0.2 * column - 1e-4) << stiffness;
+        EXPECT_LT(sag, 3 * column + 1e-4) << stiffness;
         EXPECT_LT(report.top_speed, 1e-2);
     }
 }
@@ -84,8 +84,8 @@ TEST(Ground, FrictionHoldsBelowItsAngleAndSlidesAbove) {
     const Parallel parallel(1);
     for (const bool holds : {true, false}) {
         Specimen body = above_ground(0, holds ? 0.6 : 0.2, 1e6, parallel);
-        const double pull = 4;  // m/s^2 along x; tangent 0.41
-        body.input.gravity = Vec3(pull, 0, -9.81);
+        const double acceleration = 4;  // m/s^2 along x; tangent 0.41
+        body.input.gravity = Vec3(acceleration, 0, -9.81);
         const int steps = 120;
         for (int k = 0; k < steps; ++k) body.step(parallel);
         const Momenta now = total_momenta(body.phyxels);
@@ -94,7 +94,7 @@ TEST(Ground, FrictionHoldsBelowItsAngleAndSlidesAbove) {
             EXPECT_LT(std::abs(speed), 0.01);
             EXPECT_LT(now.centre.x(), 0.02);
         } else {
-            EXPECT_NEAR(speed, (pull - 0.2 * 9.81) * steps / 60.0, 0.4);
+            EXPECT_NEAR(speed, (acceleration - 0.2 * 9.81) * steps / 60.0, 0.4);
         }
     }
 }
@@ -108,7 +108,7 @@ TEST(Ground, WithoutFrictionNothingIsHeld) {
     EXPECT_NEAR(now.linear.x() / now.mass, 1, 0.02);
 }
 
-TEST(Ground, LetsGo) {
+TEST(Ground, ReleasesABodyThatIsPulledOff) {
     const Parallel parallel(1);
     Specimen body = above_ground(0, 0.5, 1e6, parallel);
     for (int k = 0; k < 60; ++k) body.step(parallel);
@@ -120,7 +120,7 @@ TEST(Ground, LetsGo) {
     EXPECT_NEAR(now.linear.z() / now.mass, 5, 0.1) << "the ground does not pull";
 }
 
-TEST(Ground, LiftsWhatBeginsBelowGently) {
+TEST(Ground, RemovesInitialPenetrationGently) {
     const Parallel parallel(1);
     Specimen body = above_ground(-0.04, 0.5, 2.5e5, parallel);
     double top = 0;
@@ -129,22 +129,22 @@ TEST(Ground, LiftsWhatBeginsBelowGently) {
     EXPECT_LT(top, 1.5);
 }
 
-TEST(Ground, AnyPlane) {
-    // The same fall seen in a turned frame.
+TEST(Ground, WorksForAnyPlane) {
+    // The same fall in a rotated frame.
     const Parallel parallel(1);
-    const Mat3 turn = Eigen::AngleAxisd(0.8, Vec3(1, 2, -0.5).normalized()).toRotationMatrix();
+    const Mat3 rotation = Eigen::AngleAxisd(0.8, Vec3(1, 2, -0.5).normalized()).toRotationMatrix();
     Specimen level = above_ground(0.05, 0.3, 2.5e5, parallel);
     Specimen tilted = above_ground(0.05, 0.3, 2.5e5, parallel);
-    tilted.move([&](const Vec3& x) -> Vec3 { return turn * (x + Vec3(0, 0, 0.05 + 2 * spacing)); },
+    tilted.move([&](const Vec3& x) -> Vec3 { return rotation * (x + Vec3(0, 0, 0.05 + 2 * spacing)); },
                 [](const Vec3&) { return Vec3(0, 0, 0); });
-    tilted.input.gravity = turn * tilted.input.gravity;
-    tilted.ground = Ground{turn * Vec3::UnitZ(), 0, 0.3};
+    tilted.input.gravity = rotation * tilted.input.gravity;
+    tilted.ground = Ground{rotation * Vec3::UnitZ(), 0, 0.3};
     for (int k = 0; k < 60; ++k) {
         level.step(parallel);
         tilted.step(parallel);
     }
     for (std::size_t i = 0; i < level.phyxels.size(); ++i)
-        EXPECT_LT((tilted.phyxels.position[i] - turn * level.phyxels.position[i]).norm(), 2e-3);
+        EXPECT_LT((tilted.phyxels.position[i] - rotation * level.phyxels.position[i]).norm(), 2e-3);
 }
 
 }  // namespace

@@ -47,7 +47,7 @@ struct Holding {
     }
 };
 
-TEST(Step, RestStaysAtRestToTheBit) {
+TEST(Step, BodyAtRestStaysAtRestExactly) {
     const Parallel parallel(1);
     Specimen body = block(6, 5, 4, 0.05, soft(), parallel);
     fixtures::cut_randomly(body, 6, 0.1, 1, parallel);
@@ -80,7 +80,7 @@ TEST(Step, FallsFreely) {
     EXPECT_LT(fixtures::largest_strain(body), 1e-9);
 }
 
-// A free body spins on for 600 steps with the momenta it began with.
+// A free body rotates for 600 steps and keeps its initial momenta.
 void expect_spin_kept(Specimen& body, const Parallel& parallel, double strain_allowed) {
     body.move(stay, [](const Vec3& x) -> Vec3 { return Vec3(0.2, -0.1, 0.3) + Vec3(1, 2, 4.5).cross(x); });
     const Momenta before = total_momenta(body.phyxels);
@@ -115,7 +115,7 @@ TEST(Step, CutBodySpinsOnUnstrained) {
     }
 }
 
-TEST(Step, SpinOfEachPieceIsItsOwn) {
+TEST(Step, EachPieceKeepsItsOwnAngularMomentum) {
     const Parallel parallel(1);
     Specimen body = block(8, 4, 4, 0.05, soft(), parallel);
     for (std::size_t i = 0; i < body.phyxels.size(); ++i)
@@ -135,7 +135,7 @@ TEST(Step, SpinOfEachPieceIsItsOwn) {
     }
 }
 
-TEST(Step, MassDampingTakesMomentumAtItsRate) {
+TEST(Step, MassDampingReducesMomentumAtItsRate) {
     const Parallel parallel(1);
     Specimen body = block(4, 4, 4, 0.05, soft(), parallel);
     body.material.mass_damping = 2;
@@ -224,9 +224,9 @@ TEST(Step, FiniteForAnyStiffness) {
     }
 }
 
-// Four phyxels half a centimetre apart that the ground turns over within a step or two;
-// taken for linear, that turn would tear them apart.
-TEST(Step, ACrumbIsTumbledByTheGroundAndStaysWhole) {
+// Four phyxels half a centimetre apart that tip over on the ground within a step or two; a linearised
+// rotation of that size would distort them.
+TEST(Step, AFewPhyxelsTumbleOnTheGroundUndistorted) {
     const Parallel parallel(1);
     Random random(31);
     for (int trial = 0; trial < 20; ++trial) {
@@ -261,7 +261,7 @@ TEST(Step, HeldPhyxelsFollowTheirPath) {
             }
         }
     }
-    // The rest has been taken along.
+    // The free phyxels have followed.
     const Mat3 turn = Eigen::AngleAxisd(1.8, Vec3::UnitX()).toRotationMatrix();
     double off = 0;
     for (std::size_t i = 0; i < body.phyxels.size(); ++i)
@@ -275,7 +275,7 @@ TEST(Step, RandomPlacesRecover) {
         Specimen body = block(10, 10, 8, 0.05, soft(stiffness), parallel);
         Random random(7);
         for (Vec3& x : body.phyxels.position) x = random_vector(random, 0.25);
-        // Backward Euler: BDF2 finds back as well, but rings for long.
+        // Backward Euler: BDF2 also recovers, but rings for long.
         body.options.bdf2 = false;
         SolverReport report;
         for (int k = 0; k < 300; ++k) report = body.step(parallel);
@@ -321,7 +321,7 @@ TEST(Step, SameBitsForAnyThreadCount) {
     EXPECT_EQ(hashes[0], hashes[2]);
 }
 
-TEST(Step, StateIsInThePhyxels) {
+TEST(Step, AllStateIsInThePhyxels) {
     const Parallel parallel(1);
     Specimen body = block(6, 4, 4, 0.05, soft(), parallel);
     body.input.gravity = Vec3(0, 0, -9.81);

@@ -1,4 +1,4 @@
-// Rigid pieces: turning, falling, resting.
+// Rigid pieces: rotation, flight, contact and rest.
 #include "bodies.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace {
 
 using fixtures::random_vector;
 
-// A rod, plate or block of cubes with edges of 1 cm, with its corners as contact points.
+// A rod, plate or block of cubes with 1 cm edges, its corners as contact points.
 Phyxels bricks(const Vec3i& count, const Vec3& at) {
     std::vector<Vec3> rest;
     for (int z = 0; z < count.z(); ++z)
@@ -38,11 +38,11 @@ Phyxels bricks(const Vec3i& count, const Vec3& at) {
     return phyxels;
 }
 
-void turn(RigidPiece& body, const Vec3& omega) {
+void set_angular_velocity(RigidPiece& body, const Vec3& omega) {
     body.angular_momentum = body.rotation * body.inertia * body.rotation.transpose() * omega;
 }
 
-TEST(Rigid, CubesWeighAsTheBoxThatTheyFill) {
+TEST(Rigid, CubesHaveTheMassAndInertiaOfTheBoxTheyFill) {
     const RigidPiece body = bricks({3, 4, 5}, Vec3::Zero()).rigid.bodies[0];
     const double m = 0.06;
     EXPECT_NEAR(body.mass, m, 1e-15);
@@ -52,7 +52,7 @@ TEST(Rigid, CubesWeighAsTheBoxThatTheyFill) {
     EXPECT_LT((body.inertia - expected).norm(), 1e-12 * expected.norm());
 }
 
-// Euler's equations with a quaternion, by the classic Runge-Kutta method.
+// Reference: Euler's equations with a quaternion, by the classic Runge-Kutta method.
 struct Top {
     Quat q;
     Vec3 own;  // angular momentum in its own frame
@@ -62,25 +62,25 @@ Top derivative(const Top& top, const Mat3& inertia) {
     const Quat half = top.q * Quat(0, omega.x() / 2, omega.y() / 2, omega.z() / 2);
     return {half, top.own.cross(omega)};
 }
-Top ahead(const Top& top, const Top& rate, double h) {
+Top advanced_top(const Top& top, const Top& rate, double h) {
     Top out;
     out.q.coeffs() = top.q.coeffs() + h * rate.q.coeffs();
     out.own = top.own + h * rate.own;
     return out;
 }
 
-TEST(Rigid, AnAsymmetricBodyTumblesAsEulersEquationsSay) {
+TEST(Rigid, AsymmetricBodyFollowsEulersEquations) {
     Phyxels phyxels = bricks({2, 3, 5}, Vec3::Zero());
     RigidPiece& body = phyxels.rigid.bodies[0];
-    turn(body, Vec3(0.05, 3, 0.05));  // about the middle axis: it tips over
+    set_angular_velocity(body, Vec3(0.05, 3, 0.05));  // about the middle axis, which is unstable
     Top top{Quat(body.rotation), body.rotation.transpose() * body.angular_momentum};
     for (int step = 0; step < 4000; ++step) turn_freely(body, 1e-3);
     const double h = 2e-4;
     for (int step = 0; step < 20000; ++step) {
         const Top k1 = derivative(top, body.inertia);
-        const Top k2 = derivative(ahead(top, k1, h / 2), body.inertia);
-        const Top k3 = derivative(ahead(top, k2, h / 2), body.inertia);
-        const Top k4 = derivative(ahead(top, k3, h), body.inertia);
+        const Top k2 = derivative(advanced_top(top, k1, h / 2), body.inertia);
+        const Top k3 = derivative(advanced_top(top, k2, h / 2), body.inertia);
+        const Top k4 = derivative(advanced_top(top, k3, h), body.inertia);
         top.q.coeffs() += h / 6 * (k1.q.coeffs() + 2 * k2.q.coeffs() + 2 * k3.q.coeffs() + k4.q.coeffs());
         top.own += h / 6 * (k1.own + 2 * k2.own + 2 * k3.own + k4.own);
         top.q.normalize();
@@ -90,12 +90,12 @@ TEST(Rigid, AnAsymmetricBodyTumblesAsEulersEquationsSay) {
     EXPECT_LT((body.rotation.transpose() * body.angular_momentum - top.own).norm(), 1e-3 * top.own.norm());
 }
 
-TEST(Rigid, SpinAndEnergyStayAtAnyRate) {
+TEST(Rigid, AngularMomentumAndEnergyAreConservedAtAnyRate) {
     Random random(1);
     for (const double rate : {0.1, 5.0, 60.0, 400.0, 3e4, 1e9}) {
         Phyxels phyxels = bricks({1, 2, 6}, Vec3::Zero());
         RigidPiece& body = phyxels.rigid.bodies[0];
-        turn(body, rate * random_vector(random, 1));
+        set_angular_velocity(body, rate * random_vector(random, 1));
         const Vec3 angular_momentum = body.angular_momentum;
         const double energy = body.kinetic_energy();
         for (int step = 0; step < 500; ++step) {
@@ -107,11 +107,11 @@ TEST(Rigid, SpinAndEnergyStayAtAnyRate) {
     }
 }
 
-TEST(Rigid, FliesAlongItsParabola) {
+TEST(Rigid, FollowsItsParabola) {
     Phyxels phyxels = bricks({1, 1, 1}, Vec3(1, 2, 3));
     RigidPiece& body = phyxels.rigid.bodies[0];
     body.momentum = body.mass * Vec3(1, -2, 4);
-    turn(body, Vec3(3, 4, 5));
+    set_angular_velocity(body, Vec3(3, 4, 5));
     const Vec3 omega = body.angular_velocity();
     StepInput input;
     input.gravity = Vec3(0, 0.5, -9.81);
@@ -128,7 +128,7 @@ double rigid_energy_of(const RigidPiece& body, const Vec3& gravity) {
     return body.kinetic_energy() - body.mass * gravity.dot(body.centre);
 }
 
-// Through the origin, still.
+// A static plane through the origin.
 struct Plane {
     std::shared_ptr<const geometry::SignedDistance> solid;
     Obstacle obstacle;
@@ -147,7 +147,7 @@ TEST(Rigid, ComesToRestOnTheGroundAndStays) {
             RigidPiece& body = phyxels.rigid.bodies[0];
             body.rotation = Quat(1, 0.3, -0.2, 0.5).normalized().toRotationMatrix();
             body.momentum = body.mass * Vec3(0.3, 0.1, 0);
-            turn(body, random_vector(random, 8));
+            set_angular_velocity(body, random_vector(random, 8));
             StepInput input;
             input.dt = dt;
             input.gravity = Vec3(0, 0, -9.81);
@@ -173,7 +173,7 @@ TEST(Rigid, ComesToRestOnTheGroundAndStays) {
         }
 }
 
-TEST(Rigid, SlidesOnASlopeAsCoulombSays) {
+TEST(Rigid, SlidesOnASlopeByCoulombFriction) {
     const double angle = 0.5;  // rad, tan 0.546
     const Vec3 normal(std::sin(angle), 0, std::cos(angle));
     const Vec3 down(std::cos(angle), 0, -std::sin(angle));
@@ -195,23 +195,24 @@ TEST(Rigid, SlidesOnASlopeAsCoulombSays) {
     }
 }
 
-// A tray that is moved sideways by what friction bears, and turned half round, takes it along; one that is
-// pulled away faster does not.
-TEST(Rigid, RidesOnWhatMoves) {
+// A piece follows a tray that accelerates sideways within the friction limit, and slips on a tray that
+// accelerates faster.
+TEST(Rigid, FollowsAMovingTrayWithinFriction) {
     const auto tray = geometry::make_box_distance({1, 1, 0.1}, 0);
     for (const double acceleration : {2.0, 20.0}) {
         Phyxels phyxels = bricks({2, 2, 1}, Vec3(0.1, 0, 0.3));
         RigidPiece& body = phyxels.rigid.bodies[0];
         StepInput input;
         input.gravity = Vec3(0, 0, -9.81);
-        const auto place = [&](double time) {
+        const auto tray_motion = [&](double time) {
             Isometry out = Isometry::Identity();
             const double t = std::max(0.0, time - 1);
             out.translation() = Vec3(0.5 * acceleration * t * t, 0, 0);
             return out;
         };
         const auto step_to = [&](int step) {
-            const Obstacle obstacle{tray.get(), place(step * input.dt), place((step + 1) * input.dt), 0.5};
+            const Obstacle obstacle{tray.get(), tray_motion(step * input.dt),
+                                    tray_motion((step + 1) * input.dt), 0.5};
             input.obstacles = {&obstacle, 1};
             step_rigid(phyxels, input, 0);
         };
@@ -220,16 +221,16 @@ TEST(Rigid, RidesOnWhatMoves) {
         const Vec3 resting = body.centre;
         EXPECT_LT(body.kinetic_energy(), 1e-20);
         for (; step < 75; ++step) step_to(step);
-        const double way = place(step * input.dt).translation().x();
+        const double tray_displacement = tray_motion(step * input.dt).translation().x();
         const double t = 0.25;
-        const double expected = std::min(way, 0.5 * 0.5 * 9.81 * t * t);
+        const double expected = std::min(tray_displacement, 0.5 * 0.5 * 9.81 * t * t);
         EXPECT_NEAR((body.centre - resting).x(), expected, 0.1 * expected + 0.01) << acceleration;
         EXPECT_NEAR(body.centre.z(), resting.z(), 1e-3) << acceleration;
         EXPECT_TRUE(body.touching);
     }
 }
 
-// However fast it comes, it does not go through a plate thinner than its way in a step.
+// A fast piece does not pass through a plate that is thinner than its displacement in a step.
 TEST(Rigid, DoesNotGoThroughThinPlates) {
     const auto plate = geometry::make_box_distance({1, 1, 0.02}, 0.005);
     Phyxels phyxels = bricks({1, 2, 1}, Vec3(0, 0, 0.5));
@@ -244,7 +245,7 @@ TEST(Rigid, DoesNotGoThroughThinPlates) {
     EXPECT_LT(body.kinetic_energy(), 1e-20);
 }
 
-TEST(Rigid, HeldOnesGoAlong) {
+TEST(Rigid, HeldPiecesFollowTheirMotion) {
     Phyxels phyxels = bricks({1, 2, 3}, Vec3(0.1, 0, 0));
     RigidPiece& body = phyxels.rigid.bodies[0];
     RigidHold hold;
@@ -255,7 +256,7 @@ TEST(Rigid, HeldOnesGoAlong) {
     for (int step = 0; step < 30; ++step) step_rigid(phyxels, input, 0);
     EXPECT_LT((body.centre - Vec3(0.1 * std::cos(1.5), 0.1 * std::sin(1.5), 0.06)).norm(), 1e-12);
     EXPECT_LT((body.angular_velocity() - 3 * Vec3::UnitZ()).norm(), 1e-9);
-    // Let go, it flies off along the tangent.
+    // Released, it flies off along the tangent.
     input.rigid_holds = {};
     input.gravity.setZero();
     const Vec3 velocity = body.velocity();
@@ -264,10 +265,10 @@ TEST(Rigid, HeldOnesGoAlong) {
     EXPECT_EQ(body.velocity(), velocity);
 }
 
-TEST(Rigid, AnElasticSolverLeavesTheirPhyxelsToThem) {
+TEST(Rigid, ElasticSolversDoNotMoveRigidPhyxels) {
     for (const SolverKind kind : {SolverKind::implicit_steps, SolverKind::explicit_steps}) {
         Phyxels phyxels = bricks({2, 2, 2}, Vec3(0, 0, 1));
-        turn(phyxels.rigid.bodies[0], Vec3(5, 0, 3));
+        set_angular_velocity(phyxels.rigid.bodies[0], Vec3(5, 0, 3));
         phyxels.append(Vec3(0.01, 0.01, 0.01), 0.005);
         write_phyxels(phyxels);
         for (double& h : phyxels.support_radius) h = 0.03;

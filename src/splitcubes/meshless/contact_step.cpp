@@ -246,8 +246,8 @@ void ImplicitSolver::bind_pieces(const Job& job, const ContactInput& contacts, s
     const Phyxels& phyxels = job.phyxels;
     for (std::size_t i = 0; i < phyxels.size(); ++i)
         if (held_[i] != 0 || failed_[i] != 0) momenta_.bind(phyxels.piece[i]);
-    for (const HandleSpring& pull : contacts.handle_springs)
-        if (pull.part == part) momenta_.bind(phyxels.piece[pull.phyxel]);
+    for (const HandleSpring& handle_spring : contacts.handle_springs)
+        if (handle_spring.part == part) momenta_.bind(phyxels.piece[handle_spring.phyxel]);
     momenta_.join_touching(phyxels, contacts, part);
 }
 
@@ -280,7 +280,8 @@ void ImplicitSolver::restore_shared(Group& group, const ContactInput& contacts) 
         const std::size_t a = root(upper), b = root(lower);
         joined[std::max(a, b)] = std::min(a, b);
     }
-    for (const HandleSpring& pull : contacts.handle_springs) bound[slot_of(pull.part, pull.phyxel)] = 1;
+    for (const HandleSpring& handle_spring : contacts.handle_springs)
+        bound[slot_of(handle_spring.part, handle_spring.phyxel)] = 1;
     group.each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
         bound[first[k + 1] - 1] = 1;
         for (std::uint32_t i = 0; i < s.held_.size(); ++i)

@@ -176,9 +176,9 @@ void EnergyGuard::count_contacts(const Phyxels& phyxels, const ContactInput& con
     // displacement.
     if (!of_whole_step)
         for (double& work : contact_work_) work = std::max(0.0, work);
-    for (const HandleSpring& pull : contacts.handle_springs)
-        if (pull.part == part && is_counted(phyxels, pull.phyxel))
-            contact_work_[slot(phyxels, pull.phyxel)] = std::numeric_limits<double>::infinity();
+    for (const HandleSpring& handle_spring : contacts.handle_springs)
+        if (handle_spring.part == part && is_counted(phyxels, handle_spring.phyxel))
+            contact_work_[slot(phyxels, handle_spring.phyxel)] = std::numeric_limits<double>::infinity();
 }
 
 std::vector<double>& EnergyGuard::elastic_by_piece(const Phyxels& phyxels, std::span<const double> rows) {
@@ -224,11 +224,12 @@ void EnergyGuard::add_hold_work(const Phyxels& phyxels, const Neighbourhoods& ne
 bool EnergyGuard::was_pushed(const Material& material, const StepInput& input, std::size_t k) const {
     const Account& start = start_[k];
     if (start.held_mass > 0 || start.touches || end_[k].touches) return true;
-    const Vec3 pull = input.dt * start.mass * input.gravity;
-    const double size = start.linear.norm() + pull.norm();
+    const Vec3 gravity_impulse = input.dt * start.mass * input.gravity;
+    const double size = start.linear.norm() + gravity_impulse.norm();
     const double damping_share = std::min(1.0, material.mass_damping * input.dt);
     const double rounding = 1e-9 * std::sqrt(2 * start.mass * start.total_kinetic);
-    return !((end_[k].linear - start.linear - pull).norm() <= (push_share + damping_share) * size + rounding);
+    return !((end_[k].linear - start.linear - gravity_impulse).norm() <=
+             (push_share + damping_share) * size + rounding);
 }
 
 EnergyGuard::Balance EnergyGuard::find_balance(const Material& material, const StepInput& input,

@@ -285,8 +285,8 @@ void ExplicitSolver::drift(const Job& job, double h, double done) {
 void ExplicitSolver::restore_momenta(const Job& job) {
     for (std::size_t i = 0; i < job.phyxels.size(); ++i)
         if (held_[i] != 0 || failed_[i] != 0) momenta_.bind(job.phyxels.piece[i]);
-    for (const HandleSpring& pull : job.input.contacts.handle_springs)
-        momenta_.bind(job.phyxels.piece[pull.phyxel]);
+    for (const HandleSpring& handle_spring : job.input.contacts.handle_springs)
+        momenta_.bind(job.phyxels.piece[handle_spring.phyxel]);
     momenta_.join_touching(job.phyxels, job.input.contacts, 0);
     const double damping_factor = std::exp(-job.material.mass_damping * job.input.dt);
     if (damping_factor > 0)

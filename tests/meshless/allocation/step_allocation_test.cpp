@@ -8,7 +8,7 @@ namespace {
 
 using fixtures::Specimen;
 
-// Allocations in twenty steps after ten for warming up.
+// Returns the number of allocations in twenty steps, after ten warm-up steps.
 std::size_t allocations_of(Specimen& body, const Parallel& parallel) {
     for (int k = 0; k < 10; ++k) body.step(parallel);
     const std::size_t before = allocations;
@@ -16,33 +16,33 @@ std::size_t allocations_of(Specimen& body, const Parallel& parallel) {
     return allocations - before;
 }
 
-struct Way {
+struct StepKind {
     const char* name;
     SolverKind kind;
     bool moves, cut, on_ground;
 };
 
 TEST(Step, DoesNotAllocateOnceItIsWarm) {
-    const std::array<Way, 6> ways{{{"idle", SolverKind::implicit_steps, false, false, false},
-                                   {"implicit", SolverKind::implicit_steps, true, false, false},
-                                   {"implicit, cut", SolverKind::implicit_steps, true, true, false},
-                                   {"implicit, ground", SolverKind::implicit_steps, true, false, true},
-                                   {"explicit", SolverKind::explicit_steps, true, false, false},
-                                   {"explicit, cut", SolverKind::explicit_steps, true, true, false}}};
+    const std::array<StepKind, 6> kinds{{{"idle", SolverKind::implicit_steps, false, false, false},
+                                         {"implicit", SolverKind::implicit_steps, true, false, false},
+                                         {"implicit, cut", SolverKind::implicit_steps, true, true, false},
+                                         {"implicit, ground", SolverKind::implicit_steps, true, false, true},
+                                         {"explicit", SolverKind::explicit_steps, true, false, false},
+                                         {"explicit, cut", SolverKind::explicit_steps, true, true, false}}};
     for (const int threads : {1, 2}) {
         const Parallel parallel(threads);
-        for (const Way& way : ways) {
+        for (const StepKind& step_kind : kinds) {
             Specimen body = fixtures::block(12, 8, 8, 0.05, Material{}, parallel);
-            if (way.cut) fixtures::cut_randomly(body, 20, 0.15, 3, parallel);
-            body.options.kind = way.kind;
-            if (way.on_ground) {
+            if (step_kind.cut) fixtures::cut_randomly(body, 20, 0.15, 3, parallel);
+            body.options.kind = step_kind.kind;
+            if (step_kind.on_ground) {
                 body.input.gravity = Vec3(0, 0, -9.81);
                 body.ground = fixtures::Ground{Vec3::UnitZ(), -0.205, 0.4};
             }
-            if (way.moves)
+            if (step_kind.moves)
                 body.move([](const Vec3& x) -> Vec3 { return x; },
                           [](const Vec3& x) -> Vec3 { return Vec3(1, 2, 3).cross(x) + 0.5 * x; });
-            EXPECT_EQ(allocations_of(body, parallel), 0U) << way.name << ", threads: " << threads;
+            EXPECT_EQ(allocations_of(body, parallel), 0U) << step_kind.name << ", threads: " << threads;
         }
     }
 }
