@@ -31,10 +31,10 @@ struct System {
     void hold(const std::function<bool(const Vec3&)>& which) {
         for (std::size_t i = 0; i < size(); ++i) held[i] = which(body.phyxels.rest_position[i]);
     }
-    void take(const Parallel& parallel) {
+    void update(const Parallel& parallel) {
         aggregates.update(body.phyxels, body.neighbourhoods, held, parallel);
-        aggregates.weigh(body.neighbourhoods, 1, inertia, added, parallel);
-        elastic.take_state(body.neighbourhoods, body.material, configuration_of(body.phyxels), parallel);
+        aggregates.compute_weights(body.neighbourhoods, 1, inertia, added, parallel);
+        elastic.take_state(body.neighbourhoods, body.material, place_of(body.phyxels), parallel);
     }
     std::vector<Vec3> random_residual(Random& random) const {
         std::vector<Vec3> r(size(), Vec3::Zero());
@@ -103,7 +103,7 @@ System cut_system(const Parallel& parallel) {
     fixtures::cut_randomly(body, 6, 0.2, 3, parallel);
     System system(std::move(body), 1.0 / 90);
     system.hold([](const Vec3& x) { return x.x() < -0.28; });
-    system.take(parallel);
+    system.update(parallel);
     return system;
 }
 
@@ -155,7 +155,7 @@ TEST(Aggregates, DoNotReachAcrossACut) {
             body.pairs.visibility[p] = 0;
     body.neighbourhoods.rebuild(body.phyxels, body.pairs, body.material, parallel);
     System system(std::move(body), 1.0 / 90);
-    system.take(parallel);
+    system.update(parallel);
     Random random(8);
     std::vector<Vec3> r = system.random_residual(random);
     for (std::size_t i = 0; i < r.size(); ++i)
@@ -190,10 +190,10 @@ TEST(Aggregates, UpdateEqualsRebuild) {
         if (cut == 8)
             for (std::size_t i = 0; i < system.size(); ++i)
                 system.body.phyxels.piece[i] = system.body.phyxels.rest_position[i].z() > 0.1;
-        system.take(one);
+        system.update(one);
         Aggregates fresh;
         fresh.update(system.body.phyxels, system.body.neighbourhoods, system.held, three);
-        fresh.weigh(system.body.neighbourhoods, 1, system.inertia, system.added, three);
+        fresh.compute_weights(system.body.neighbourhoods, 1, system.inertia, system.added, three);
         expect_equal_products(system.aggregates, fresh, system, cut % 2 == 0 ? one : three);
     }
 }
@@ -202,7 +202,7 @@ TEST(Aggregates, UpdateEqualsRebuild) {
 TEST(Aggregates, CouplingsAreTheStiffnessAgainstATranslation) {
     const Parallel parallel(1);
     System system(block(16, 16, 16, 0.05, Material{}, parallel), 1.0 / 60);
-    system.take(parallel);
+    system.update(parallel);
     const Specimen& body = system.body;
     const Neighbourhoods& links = body.neighbourhoods;
     const auto moves = [&](std::size_t i) { return body.phyxels.rest_position[i].x() > 0; };
@@ -236,7 +236,7 @@ TEST(Aggregates, SaveIterationsAlsoForCutBodies) {
         if (c.cuts > 0) fixtures::cut_randomly(body, c.cuts, 0.3, 4, parallel);
         System system(std::move(body), 1.0 / 90);
         if (c.held) system.hold([](const Vec3& x) { return x.x() < -0.33; });
-        system.take(parallel);
+        system.update(parallel);
         // A body that begins to fall, plus noise.
         Random random(11);
         std::vector<Vec3> rhs = system.random_residual(random);

@@ -35,7 +35,7 @@ void Aggregates::bisect(std::span<const Vec3> rest, std::size_t begin, std::size
     struct Set {
         std::size_t begin, end, level;  // level: of the smallest box so far that contains the set
     };
-    std::vector<std::size_t> limits(levels_.size(), most);
+    std::vector<std::size_t> limits(levels_.size(), max_box_size);
     for (std::size_t l = 1; l < limits.size(); ++l) limits[l] = growth * limits[l - 1];
     limits.back() = end - begin;
     std::vector<Set> sets = {{begin, end, levels_.size()}};
@@ -62,17 +62,17 @@ void Aggregates::bisect(std::span<const Vec3> rest, std::size_t begin, std::size
         // Keeps a lattice plane at the exact middle on one side.
         const double middle = 0.5 * (low[axis] + high[axis]) + 1e-6 * (high[axis] - low[axis]);
         other_.clear();
-        std::size_t kept = set.begin;
+        std::size_t split = set.begin;
         for (std::size_t k = set.begin; k < set.end; ++k) {
             if (rest[member_[k]][axis] < middle)
-                member_[kept++] = member_[k];
+                member_[split++] = member_[k];
             else
                 other_.push_back(member_[k]);
         }
-        std::copy(other_.begin(), other_.end(), member_.begin() + static_cast<std::ptrdiff_t>(kept));
-        if (kept == set.begin || kept == set.end) kept = (set.begin + set.end) / 2;
-        sets.push_back({kept, set.end, set.level});
-        sets.push_back({set.begin, kept, set.level});
+        std::copy(other_.begin(), other_.end(), member_.begin() + static_cast<std::ptrdiff_t>(split));
+        if (split == set.begin || split == set.end) split = (set.begin + set.end) / 2;
+        sets.push_back({split, set.end, set.level});
+        sets.push_back({set.begin, split, set.level});
     }
 }
 
@@ -92,7 +92,7 @@ void Aggregates::bisect_pieces(const Phyxels& phyxels, const Neighbourhoods& nei
         begin = end;
     }
     std::size_t count = 1;
-    for (std::size_t size = most; size < largest; size *= growth) ++count;
+    for (std::size_t size = max_box_size; size < largest; size *= growth) ++count;
     levels_.resize(count);
     for (Level& level : levels_) level.box.clear();
     first_member_.assign(1, 0);
@@ -135,7 +135,7 @@ bool Aggregates::update_components(const Neighbourhoods& neighbourhoods, std::ui
     const std::uint32_t begin = first_member_[box], size = first_member_[box + 1] - begin;
     const std::span<std::uint32_t> members(member_.data() + begin, size);
     std::sort(members.begin(), members.end());
-    std::array<std::uint32_t, most> root{};
+    std::array<std::uint32_t, max_box_size> root{};
     const auto find = [&](std::uint32_t k) {
         while (root[k] != k) k = root[k];
         return k;
@@ -151,7 +151,7 @@ bool Aggregates::update_components(const Neighbourhoods& neighbourhoods, std::ui
             root[std::max(a, b)] = std::min(a, b);
         }
     }
-    std::array<std::uint32_t, most> component{};
+    std::array<std::uint32_t, max_box_size> component{};
     std::uint32_t count = 0;
     bool changed = false;
     for (std::uint32_t k = 0; k < size; ++k) {
@@ -222,7 +222,7 @@ void Aggregates::number_components() {
 // Builds the aggregates of level 0: components, with splinters joined to a neighbour.
 void Aggregates::join_splinters() {
     const std::size_t components = component_sum_.size();
-    const auto is_splinter = [&](std::uint32_t p) { return 3 * (first_[p + 1] - first_[p]) < most; };
+    const auto is_splinter = [&](std::uint32_t p) { return 3 * (first_[p + 1] - first_[p]) < max_box_size; };
     root_.resize(components);
     std::iota(root_.begin(), root_.end(), 0U);
     strongest_.assign(components, 0);
@@ -330,8 +330,9 @@ void Aggregates::update(const Phyxels& phyxels, const Neighbourhoods& neighbourh
     for (std::size_t l = 0; l < levels_.size(); ++l) build_level(l);
 }
 
-void Aggregates::weigh(const Neighbourhoods& neighbourhoods, double factor, std::span<const double> inertia,
-                       std::span<const double> added, const Parallel& parallel) {
+void Aggregates::compute_weights(const Neighbourhoods& neighbourhoods, double factor,
+                                 std::span<const double> inertia, std::span<const double> added,
+                                 const Parallel& parallel) {
     for_aggregates(parallel, component_sum_.size(), [&](std::size_t p) {
         double inertia_sum = 0, contacts = 0, links = 0;
         for (std::uint32_t k = first_[p]; k < first_[p + 1]; ++k) {

@@ -25,8 +25,8 @@ namespace splitcubes::meshless {
 /// at most 64 are left: a box of level 0. Boxes of level l are the first sets of at most 64 * 8^l phyxels in
 /// that bisection; those of the last level are the pieces. A connected component of the links within a box is
 /// an aggregate, so that the two sides of a cut do not move as one. A component of less than a third of 64
-/// phyxels (a splinter) joins the aggregate to which its links are stiffest: by itself, its correction would
-/// neglect these links and tear it off. Held phyxels belong to no aggregate.
+/// phyxels (a splinter) joins the aggregate to which its links are stiffest: on its own it would get a
+/// smaller correction than that aggregate, which would tear it off. Held phyxels belong to no aggregate.
 ///
 /// d_c, N/m, is the inertia and contact stiffness of its phyxels plus the stiffness of the links that leave
 /// it. The latter is link_coupling of Neighbourhoods: the stiffness against a translation of one side of a
@@ -37,17 +37,18 @@ namespace splitcubes::meshless {
 /// The stored state depends only on rest positions, pieces, held phyxels and links, and equals a rebuild bit
 /// for bit. The cost of a cut is proportional to the number of boxes whose links it changes. Sums run in a
 /// fixed order.
+///
 class Aggregates {
   public:
-    static constexpr std::size_t most = 64;  // phyxels per box of level 0
+    static constexpr std::size_t max_box_size = 64;  // phyxels per box of level 0
 
     /// Updates the aggregates to the current links and pieces. held: per phyxel, 1: does not move; or empty.
     void update(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
                 std::span<const std::uint8_t> held, const Parallel& parallel);
     /// Computes d_c and w_c from the diagonal terms, N/m per phyxel: `inertia` and `added` (contacts; may be
     /// empty). factor: multiplies the stiffness of the links.
-    void weigh(const Neighbourhoods& neighbourhoods, double factor, std::span<const double> inertia,
-               std::span<const double> added, const Parallel& parallel);
+    void compute_weights(const Neighbourhoods& neighbourhoods, double factor, std::span<const double> inertia,
+                         std::span<const double> added, const Parallel& parallel);
     /// Computes the corrections for a residual r (N, a row array of 3, zero where held) and returns their
     /// product with r.
     double correct(const float* r, const Parallel& parallel);
@@ -73,8 +74,8 @@ class Aggregates {
         std::vector<double> finer;                // N/m, sum of the diagonals of the level below
         std::vector<double> remaining;            // w_c
         std::vector<double> inverse;              // m/N, w_c / d_c
-        std::vector<Vec3>
-            sum;  // N, sum of the residual; then m, sum of its own and its ancestors' corrections
+        // N, sum of the residual; then m, sum of its own and its ancestors' corrections
+        std::vector<Vec3> sum;
         std::size_t size() const { return stiffness.size(); }
     };
     /// Summed links from a component of one box of level 0 to a component of another or the same box.
@@ -99,18 +100,17 @@ class Aggregates {
     template <class Do>
     void each_coupling(const Do& act) const;
 
-    std::uint64_t structure_ = 0;              // structure() of the neighbourhoods at the last bisection
-    std::uint64_t revision_ = 0;               // revision() of the neighbourhoods at the last update
-    std::vector<std::int32_t> piece_;          // per phyxel, at the last bisection
-    std::vector<std::uint8_t> held_;           // per phyxel, at the last bisection
-    std::vector<std::uint64_t> row_revision_;  // per phyxel, at the last update of its links
-    std::vector<std::uint32_t> member_;        // phyxels, sorted by box of level 0 and component
-    std::vector<std::uint32_t> other_;         // scratch of halve
-    std::vector<std::uint32_t> first_member_;  // per box of level 0; one extra entry
-    std::vector<std::uint32_t> box_;           // per phyxel, its box of level 0, or none
-    std::vector<std::uint32_t> component_;     // per phyxel, its component within the box
-    std::vector<std::uint32_t>
-        index_in_box_;  // per phyxel, index within its box, scratch of update_components
+    std::uint64_t structure_ = 0;                   // structure() of the neighbourhoods at the last bisection
+    std::uint64_t revision_ = 0;                    // revision() of the neighbourhoods at the last update
+    std::vector<std::int32_t> piece_;               // per phyxel, at the last bisection
+    std::vector<std::uint8_t> held_;                // per phyxel, at the last bisection
+    std::vector<std::uint64_t> row_revision_;       // per phyxel, at the last update of its links
+    std::vector<std::uint32_t> member_;             // phyxels, sorted by box of level 0 and component
+    std::vector<std::uint32_t> other_;              // scratch of halve
+    std::vector<std::uint32_t> first_member_;       // per box of level 0; one extra entry
+    std::vector<std::uint32_t> box_;                // per phyxel, its box of level 0, or none
+    std::vector<std::uint32_t> component_;          // per phyxel, its component within the box
+    std::vector<std::uint32_t> index_in_box_;       // per phyxel, scratch of update_components
     std::vector<std::uint32_t> component_count_;    // per box
     std::vector<std::vector<Coupling>> couplings_;  // per box
     std::vector<std::uint8_t> dirty_, relink_;      // per box: components, couplings to be rebuilt

@@ -147,8 +147,9 @@ ContactForces::ContactRow ContactForces::make_row(std::uint32_t index, const Cac
         row.rest_gap = cached->rest_gap;
         if (!contact.lower.is_collider() && cached->stiffness > 0) {
             // The gap jumped because another face is nearest now; that is no compressed spring either.
-            const double left = cached->rest_gap - cached->normal_force / cached->stiffness;
-            row.rest_gap += std::min(0.0, contact.gap - left + jump_share * contact.max_depenetration);
+            const double previous_gap = cached->rest_gap - cached->normal_force / cached->stiffness;
+            row.rest_gap +=
+                std::min(0.0, contact.gap - previous_gap + jump_share * contact.max_depenetration);
         }
         // Stiffening a loaded spring would create energy. Where that is needed, the spring keeps its force
         // with a shorter stretch.
@@ -402,9 +403,9 @@ bool ContactForces::revise_handle_springs(ConstField position) {
     for (HandleRow& s : handle_springs_) {
         const double limit = input_.handle_force_limits[s.given.handle];
         const double force = handle_forces_[s.given.handle].norm();
-        const double wanted = s.given.stiffness * (force > limit ? limit / force : 1);
-        changed = changed || std::abs(wanted - s.stiffness) > force_slack * wanted;
-        s.stiffness = wanted;
+        const double scaled_stiffness = s.given.stiffness * (force > limit ? limit / force : 1);
+        changed = changed || std::abs(scaled_stiffness - s.stiffness) > force_slack * scaled_stiffness;
+        s.stiffness = scaled_stiffness;
     }
     return changed;
 }
@@ -513,13 +514,13 @@ ContactForces::Ended ContactForces::end_row(ContactRow& row, ConstField position
     // A sliding contact keeps only the stretch that friction supports.
     const Vec3 tangential_displacement =
         row.tangential_displacement + along_plane(contact.normal, displacement);
-    const double kept = contact.friction > 0 ? tangent / row.normal : 0;
-    const double left =
+    const double kept_share = contact.friction > 0 ? tangent / row.normal : 0;
+    const double remaining_energy =
         spring_energy(row, contact.gap, row.tangential_displacement) - row.force.dot(displacement);
-    return {
-        {contact.key, kept * tangential_displacement, contact.normal.dot(row.force), row.force, row.normal,
-         row.rest_gap, left},
-        spring_energy(row, contact.gap + contact.normal.dot(displacement), kept * tangential_displacement)};
+    return {{contact.key, kept_share * tangential_displacement, contact.normal.dot(row.force), row.force,
+             row.normal, row.rest_gap, remaining_energy},
+            spring_energy(row, contact.gap + contact.normal.dot(displacement),
+                          kept_share * tangential_displacement)};
 }
 
 void ContactForces::finish(ConstField position, std::span<const std::span<std::uint8_t>> touching,

@@ -59,7 +59,7 @@ void ImplicitSolver::Group::clear_contacts() {
         });
     });
     spring_stiffness = 0;
-    diagonals_taken = false;
+    are_diagonals_set = false;
 }
 
 // Updates what depends on the springs: their forces at the base, and the diagonal of the preconditioner.
@@ -181,7 +181,7 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
     group.break_switched_histories(contacts);
     group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
         s.mark_force_jumps(job, *group.forces, contacts, k);
-        s.take_step(job);
+        s.update_phyxels(job);
         s.bind_pieces(job, contacts, k);
     });
     if (options.restore_momentum && members.size() > 1) restore_shared(group, contacts);
@@ -235,7 +235,7 @@ void ImplicitSolver::place_at_solution(const Job& job) {
     for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) { p_[i] = base_[i] + d_[i]; });
 }
 
-void ImplicitSolver::take_step(const Job& job) {
+void ImplicitSolver::update_phyxels(const Job& job) {
     for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) { finish_phyxel(job, i); });
     for (std::size_t i = 0; i < job.phyxels.size(); ++i) report_.non_finite += failed_[i];
 }
@@ -305,12 +305,13 @@ void ImplicitSolver::Group::restore(std::size_t set, const SetOf& set_of) {
         const auto every = [&](const auto& act) {
             each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
                 const double dt = job.input.dt;
-                const double kept = before ? 1 / (1 + dt * job.material.mass_damping) : 1;
+                const double damping_factor = before ? 1 / (1 + dt * job.material.mass_damping) : 1;
                 for (std::uint32_t i = 0; i < job.phyxels.size(); ++i) {
                     if (set_of(k, i) != set) continue;
                     const Vec3& x = before ? s.start_position_[i] : job.phyxels.position[i];
-                    const Vec3 v = before ? Vec3(kept * (s.start_velocity_[i] + dt * job.input.gravity))
-                                          : job.phyxels.velocity[i];
+                    const Vec3 v =
+                        before ? Vec3(damping_factor * (s.start_velocity_[i] + dt * job.input.gravity))
+                               : job.phyxels.velocity[i];
                     act(job.phyxels.mass[i], x, v);
                 }
             });
@@ -330,13 +331,13 @@ void ImplicitSolver::Group::restore(std::size_t set, const SetOf& set_of) {
         });
         return sum;
     };
-    const Momenta wanted = sum_up(true);
-    if (!(wanted.mass > 0)) return;
+    const Momenta target = sum_up(true);
+    if (!(target.mass > 0)) return;
     for (const bool moving : {true, false}) {
         const Momenta current = sum_up(false);
-        const Vec3 shift = (wanted.linear - current.linear) / current.mass;
+        const Vec3 shift = (target.linear - current.linear) / current.mass;
         const Vec3 rotation_rate =
-            angular_velocity(current.inertia, wanted.angular_momentum - current.angular_momentum);
+            angular_velocity(current.inertia, target.angular_momentum - current.angular_momentum);
         each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
             for (std::uint32_t i = 0; i < job.phyxels.size(); ++i) {
                 if (set_of(k, i) != set) continue;
@@ -356,8 +357,8 @@ void ImplicitSolver::finish(const Job& job) {
         momenta_.restore(phyxels, 1 / (1 + dt * job.material.mass_damping), dt * job.input.gravity, b_, dt,
                          job.parallel);
     phyxels.history_step = dt;
-    const bool taken = solution_is_taken_ && p_ == phyxels.position;
-    deform_and_flow(phyxels, job.neighbourhoods, job.material, dt, elastic_, job.parallel, taken);
+    const bool has_state = has_solution_state_ && p_ == phyxels.position;
+    deform_and_flow(phyxels, job.neighbourhoods, job.material, dt, elastic_, job.parallel, has_state);
     describe_(phyxels, job.neighbourhoods, elastic_, report_, job.parallel);
 }
 

@@ -446,11 +446,11 @@ void EnergyGuard::enforce(Phyxels& phyxels, const Neighbourhoods& neighbourhoods
         if (has_excess_strain) {
             relax_excess_strain(phyxels, neighbourhoods, material, input, parallel);
             // Momenta are kept, now about the new centres of mass.
-            const std::vector<Momenta> kept = after_;
+            const std::vector<Momenta> momenta = after_;
             find_rigid_motions(phyxels, parallel);
-            for (std::size_t k = 0; k < kept.size(); ++k) {
-                after_[k].linear = kept[k].linear;
-                after_[k].angular_momentum = kept[k].angular_momentum;
+            for (std::size_t k = 0; k < momenta.size(); ++k) {
+                after_[k].linear = momenta[k].linear;
+                after_[k].angular_momentum = momenta[k].angular_momentum;
             }
         }
         scale_velocities(phyxels, input);
@@ -458,8 +458,8 @@ void EnergyGuard::enforce(Phyxels& phyxels, const Neighbourhoods& neighbourhoods
         report.inverted = report.rank_deficient = 0;
         report.kinetic_energy = 0;
         describe_(phyxels, neighbourhoods, elastic_, report, parallel);
-        const double taken = before - report.kinetic_energy - report.elastic_energy;
-        report.energy_taken += std::isfinite(taken) ? std::max(taken, 0.0) : 0;
+        const double removed = before - report.kinetic_energy - report.elastic_energy;
+        report.energy_taken += std::isfinite(removed) ? std::max(removed, 0.0) : 0;
         sum_end_accounts(phyxels, input, false, parallel);
     }
     write_reserves(phyxels, parallel);
@@ -473,10 +473,10 @@ void EnergyGuard::write_reserves(Phyxels& phyxels, const Parallel& parallel) {
         if (!(start_[k].mass > 0) || !std::isfinite(balance_[k].budget)) continue;
         double current = end_[k].free_kinetic + end_[k].elastic;
         if (balance_[k].is_isolated) current -= end_[k].linear.squaredNorm() / (2 * end_[k].mass);
-        const double left = balance_[k].budget - current;
-        const bool has_deficit = left < 0 && end_[k].elastic > 0;
-        sum_[k] =
-            has_deficit ? left / end_[k].elastic : (left > 0 ? reserve_kept * left : left) / start_[k].mass;
+        const double unspent = balance_[k].budget - current;
+        const bool has_deficit = unspent < 0 && end_[k].elastic > 0;
+        sum_[k] = has_deficit ? unspent / end_[k].elastic
+                              : (unspent > 0 ? reserve_kept * unspent : unspent) / start_[k].mass;
     }
     for_phyxels(parallel, phyxels.size(), [&](std::size_t i) {
         phyxels.reserve[i] = 0;

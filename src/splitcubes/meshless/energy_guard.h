@@ -139,8 +139,8 @@ class EnergyGuard {
     std::vector<Account> start_, end_, chunk_accounts_;                          // per piece
     std::vector<Balance> balance_;                                               // per piece
     std::vector<double> extra_work_, contact_work_, hold_work_, sum_, scratch_;  // J, per piece
-    std::vector<Momenta> before_, after_,
-        partial_;  // per piece, only if something is corrected; before_ also: rigid velocities
+    // Per piece, only if something is corrected; before_ holds rigid velocities at times.
+    std::vector<Momenta> before_, after_, partial_;
     std::vector<std::uint8_t> is_relaxing_;  // per piece
     bool any_excess_ = false;
     double tolerance_ = 0;

@@ -165,11 +165,11 @@ int ExplicitSolver::substeps_for(const Job& job, int before, int iterations) {
     const Margin& margin = is_frame_sufficient(job.material) ? steady_margin : growing_margin;
     if (before > 0 && before >= substeps_at_limit / margin.max && before <= substeps_at_limit / margin.min)
         return before;
-    const double wanted = std::ceil(substeps_at_limit / margin.chosen);
-    if (!(wanted <= max_substeps_per_step))
+    const double needed_substeps = std::ceil(substeps_at_limit / margin.chosen);
+    if (!(needed_substeps <= max_substeps_per_step))
         throw JobError("the explicit solver needs over " + std::to_string(max_substeps_per_step) +
                        " substeps a time step; take the implicit one, or a softer material");
-    return std::max(1, static_cast<int>(wanted));
+    return std::max(1, static_cast<int>(needed_substeps));
 }
 
 // Takes the whole step; returns the number of substeps.
@@ -184,7 +184,7 @@ int ExplicitSolver::take_substeps(const Job& job) {
     elastic_.read_deformation(job.phyxels.deformation, job.phyxels.rotation, job.parallel);
     find_forces(job);
     double done = 0;  // share of the step
-    int taken = 0;
+    int substeps_taken = 0;
     while (done < 1) {
         const int count = std::max(1, static_cast<int>(std::ceil((1 - done) * per_step - 1e-6)));
         const double share = (1 - done) / count;
@@ -194,14 +194,14 @@ int ExplicitSolver::take_substeps(const Job& job) {
             ++k;
             substep(job, share * dt, k == count ? 1 : done + k * share);
         } while (k < count && (!changes || (k < substeps_between && largest_stretch(job) < bound)));
-        taken += k;
+        substeps_taken += k;
         done = k == count ? 1 : done + k * share;
         // Within a step substeps only become shorter.
         if (done < 1) per_step = std::max(per_step, substeps_for(job, per_step, further_iterations));
     }
     elastic_.read_deformation(job.phyxels.deformation, job.phyxels.rotation, job.parallel);
     job.phyxels.substeps = per_step;
-    return taken;
+    return substeps_taken;
 }
 
 // Returns the largest |F|^2 of any phyxel; the stiffness of St. Venant-Kirchhoff grows with it.

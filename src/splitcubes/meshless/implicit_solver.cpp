@@ -26,7 +26,7 @@ void ImplicitSolver::linearise(const Job& job) {
     elastic_.take_state(job.neighbourhoods, job.material,
                         {job.phyxels.rest_position, base_, job.phyxels.rotation, job.phyxels.plastic_strain},
                         job.parallel);
-    exact_is_taken_ = false;
+    is_exact_linearised_ = false;
     compute_rhs(job);
 }
 
@@ -35,7 +35,7 @@ void ImplicitSolver::linearise(const Job& job) {
 bool ImplicitSolver::has_new_distortion(const Job& job) {
     const Phyxels& phyxels = job.phyxels;
     const std::size_t n = phyxels.size();
-    solution_is_taken_ = false;
+    has_solution_state_ = false;
     const double far_count = sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
         double count = 0;
         for (std::size_t i = begin; i < end; ++i) {
@@ -52,7 +52,7 @@ bool ImplicitSolver::has_new_distortion(const Job& job) {
                         {phyxels.rest_position, p_, phyxels.rotation, phyxels.plastic_strain}, job.parallel);
     for (std::size_t i = 0; i < n; ++i)
         if (undistorted_[i] != 0 && elastic_.is_distorted(i)) return true;
-    solution_is_taken_ = true;
+    has_solution_state_ = true;
     return false;
 }
 
@@ -288,14 +288,14 @@ bool ImplicitSolver::is_at_base(const Job& job) {
 void ImplicitSolver::stiffness_times_solution(const Job& job, bool exact) {
     const std::size_t n = job.phyxels.size();
     const double factor = 1 + damping_ratio(job);
-    if (exact && !exact_is_taken_) {
+    if (exact && !is_exact_linearised_) {
         deformation_.resize(n);
         rotation_.resize(n);
         compute_deformation(job.neighbourhoods, job.phyxels.rest_position, base_, job.phyxels.rotation,
                             deformation_, rotation_, job.parallel);
         exact_.linearise(job.neighbourhoods, job.material,
                          {base_, deformation_, rotation_, job.phyxels.plastic_strain}, job.parallel);
-        exact_is_taken_ = true;
+        is_exact_linearised_ = true;
     }
     if (exact)
         exact_.apply_stiffness(job.neighbourhoods, job.material, factor, diagonal_, d_, q_, job.parallel);
@@ -360,9 +360,10 @@ void ImplicitSolver::filter() {
 }
 
 // Updates the coarse part of the preconditioner.
-void ImplicitSolver::weigh_aggregates(const Job& job) {
+void ImplicitSolver::compute_aggregate_weights(const Job& job) {
     aggregates_.update(job.phyxels, job.neighbourhoods, held_, job.parallel);
-    aggregates_.weigh(job.neighbourhoods, 1 + damping_ratio(job), diagonal_, spring_stiffness_, job.parallel);
+    aggregates_.compute_weights(job.neighbourhoods, 1 + damping_ratio(job), diagonal_, spring_stiffness_,
+                                job.parallel);
 }
 
 // Adds the correction that conjugate gradients found to d_ and stores their residual in r_.

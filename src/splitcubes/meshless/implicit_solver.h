@@ -102,7 +102,7 @@ class ImplicitSolver {
                           std::uint32_t part);
     void prepare(const Job& job);
     void place_at_solution(const Job& job);
-    void take_step(const Job& job);
+    void update_phyxels(const Job& job);
     void bind_pieces(const Job& job, const ContactInput& contacts, std::uint32_t part);
     void finish(const Job& job);
     static void restore_shared(Group& group, const ContactInput& contacts);
@@ -126,7 +126,7 @@ class ImplicitSolver {
     double residual_from_product(const Job& job, bool exact, double& noise);
     void load_residual(const Job& job);
     void add_correction(const Job& job);
-    void weigh_aggregates(const Job& job);
+    void compute_aggregate_weights(const Job& job);
     template <class Chunk>
     double sum_slices(const Job& job, const Chunk& chunk) {
         return slice_sum_(job.parallel, elastic_.slice_count(), slice_grain(elastic_.slice_count()),
@@ -158,16 +158,16 @@ class ImplicitSolver {
     std::vector<Mat3> rotation_;            // at base_; filled only for exact_
     std::vector<Vec3> rhs_;                 // N
     std::vector<Vec3> spring_force_;        // N, of contacts and attachment springs at base_
-    std::vector<Vec3> d_, r_, p_,
-        q_;  // x - base_ (m), residual (N), scratch: positions or accelerations, product A d_ (N)
-    FloatArray float_d_, float_r_, float_p_,
-        float_q_;  // of conjugate gradients, row arrays of 3: correction of d_, residual, direction p, A p
+    // x - base_ (m), residual (N), scratch: positions or accelerations, product A d_ (N).
+    std::vector<Vec3> d_, r_, p_, q_;
+    // Conjugate gradients, row arrays of 3: correction of d_, residual, direction p, A p.
+    FloatArray float_d_, float_r_, float_p_, float_q_;
     FloatArray float_diagonal_, float_inverse_;  // diagonal_ and inverse_ as row arrays
     std::vector<std::uint32_t> constrained_;     // held phyxels
     ChunkSumOf<double> slice_sum_;
     ChunkSumOf<ToleranceSums> wanted_sum_;
-    bool exact_is_taken_ = false;         // exact_ is linearised at base_
-    bool solution_is_taken_ = false;      // elastic_ holds the state at p_, the solution
+    bool is_exact_linearised_ = false;    // exact_ is linearised at base_
+    bool has_solution_state_ = false;     // elastic_ holds the state at p_, the solution
     std::vector<std::uint8_t> inverted_;  // per phyxel, det F <= 0 before the step
     bool any_inverted_ = false;
     std::vector<std::uint8_t> held_;               // per phyxel

@@ -22,7 +22,7 @@ constexpr double fall_share = 1e-2, max_loose_factor = 10;
 // a step, which only has to find the active contacts, and for later ones.
 constexpr double first_early_share = 0.2, early_share = 0.1;
 // Aggregates are weighed again if the spring stiffness changed by more than this share.
-constexpr double weighed_share = 0.1;
+constexpr double reweighing_share = 0.1;
 // Factor by which the squared residual may fall before single precision is exhausted and the residual is
 // recomputed in double precision.
 constexpr double single_precision_share = 1e-11;
@@ -43,11 +43,11 @@ double ImplicitSolver::Group::loose_square(double tight_square) const {
 }
 
 double ImplicitSolver::Group::wanted_residual() {
-    double wanted = 0;
+    double target_square = 0;
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        wanted += s.wanted_residual(job, tolerance());
+        target_square += s.wanted_residual(job, tolerance());
     });
-    return wanted;
+    return target_square;
 }
 
 // Computes r_ = b - A d_ of all bodies; returns its squared norm in the metric of the inverse diagonal.
@@ -73,10 +73,10 @@ double ImplicitSolver::Group::residual(bool exact, double& noise) {
 
 // Computes the residual from the solution, in double precision if rounding in single precision would
 // dominate.
-double ImplicitSolver::Group::first_residual(double wanted) {
+double ImplicitSolver::Group::first_residual(double target_square) {
     double noise = 0;
     double square = residual(false, noise);
-    if (noise > noise_share * wanted) square = residual(true, noise);
+    if (noise > noise_share * target_square) square = residual(true, noise);
     max_square = square;
     return square;
 }
@@ -91,10 +91,10 @@ double ImplicitSolver::Group::kept_residual() {
 
 // Weighs the aggregates again if the springs changed substantially; small changes hardly affect the coarse
 // part.
-void ImplicitSolver::Group::weigh() {
-    if (std::abs(spring_stiffness - weighed_stiffness) <= weighed_share * weighed_stiffness) return;
+void ImplicitSolver::Group::reweigh_aggregates() {
+    if (std::abs(spring_stiffness - weighed_stiffness) <= reweighing_share * weighed_stiffness) return;
     weighed_stiffness = spring_stiffness;
-    each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.weigh_aggregates(job); });
+    each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.compute_aggregate_weights(job); });
 }
 
 // Solves from d_; entries of held phyxels stay. from_solution: recomputes the residual from d_; otherwise r_
@@ -102,19 +102,21 @@ void ImplicitSolver::Group::weigh() {
 void ImplicitSolver::Group::solve(bool from_solution) {
     const double tight_square = wanted_residual();
     each([](ImplicitSolver& s, const Job&, std::uint32_t) { ++s.report_.solves; });
-    int left = jobs[0].options.max_iterations;
+    int iterations_left = jobs[0].options.max_iterations;
     double square = from_solution ? first_residual(tight_square) : kept_residual();
     const double early_factor = tolerance_factor > 1 ? (from_solution ? first_early_share : early_share) : 0;
-    const double wanted =
+    const double target_square =
         std::max({tight_square, loose_square(tight_square), early_factor * early_factor * square});
-    if (!from_solution && wanted < single_precision_share * max_square) square = first_residual(wanted);
+    if (!from_solution && target_square < single_precision_share * max_square)
+        square = first_residual(target_square);
     if (from_solution) weighed_stiffness = -1;
-    if (square > wanted) weigh();
-    for (int pass = 0; pass < max_refinements && square > wanted && left > 0; ++pass) {
+    if (square > target_square) reweigh_aggregates();
+    for (int pass = 0; pass < max_refinements && square > target_square && iterations_left > 0; ++pass) {
         // Limits the reduction to what single precision can reach at a time.
-        const bool is_in_reach = wanted >= single_precision_share * square;
+        const bool is_in_reach = target_square >= single_precision_share * square;
         const double before = square;
-        square = conjugate_gradients(is_in_reach ? wanted : single_precision_share * square, left);
+        square = conjugate_gradients(is_in_reach ? target_square : single_precision_share * square,
+                                     iterations_left);
         if (is_in_reach) break;
         double noise = 0;
         square = max_square = residual(true, noise);
@@ -122,7 +124,7 @@ void ImplicitSolver::Group::solve(bool from_solution) {
     }
     double reached = square > 0 && tight_square > 0 ? tolerance() * std::sqrt(square / tight_square) : 0;
     // A solve that reached its early target is reported as within the tolerance.
-    if (square <= wanted) reached = std::min(reached, jobs[0].options.tolerance);
+    if (square <= target_square) reached = std::min(reached, jobs[0].options.tolerance);
     each([&](ImplicitSolver& s, const Job&, std::uint32_t) { s.report_.residual = reached; });
 }
 
@@ -158,8 +160,8 @@ double ImplicitSolver::Group::apply_to_direction() {
 // Updates the list of springs for the products, and the diagonals that go with it.
 void ImplicitSolver::Group::list_springs() {
     if (forces->empty()) return;
-    if (!forces->list_springs() && diagonals_taken) return;
-    diagonals_taken = true;
+    if (!forces->list_springs() && are_diagonals_set) return;
+    are_diagonals_set = true;
     diagonals.clear();
     each([&](ImplicitSolver& s, const Job&, std::uint32_t) {
         diagonals.push_back({s.mobility_, s.inverse_, s.held_});
@@ -219,19 +221,19 @@ void ImplicitSolver::Group::turn_direction(float beta) {
 
 // Runs conjugate gradients until the squared residual r_ is at most `goal` and adds the correction to d_;
 // returns the squared residual reached.
-double ImplicitSolver::Group::conjugate_gradients(double goal, int& left) {
+double ImplicitSolver::Group::conjugate_gradients(double goal, int& iterations_left) {
     list_springs();
     double square = begin_direction();
     double rz = square + correct() + smooth();
     turn_direction(0);
-    while (square > goal && left > 0) {
+    while (square > goal && iterations_left > 0) {
         const double curvature = apply_to_direction();
         if (!(curvature > 0) || !std::isfinite(curvature)) break;
         const double next = advance(static_cast<float>(rz / curvature));
         if (!std::isfinite(next)) break;
         square = next;
         ++solvers[0]->report_.iterations;
-        --left;
+        --iterations_left;
         if (square <= goal) break;
         const double next_rz = square + correct() + smooth();
         turn_direction(static_cast<float>(next_rz / rz));

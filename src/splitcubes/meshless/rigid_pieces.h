@@ -15,11 +15,10 @@ struct Phyxels;
 /// One rigid body. The origin of its own frame is the centre of mass; a rest point X is at centre + rotation
 /// * shape * (X - rest_centre).
 struct RigidPiece {
-    std::int32_t piece = -1;          // index of the piece
-    double mass = 0;                  // kg, > 0
-    Vec3 rest_centre = Vec3::Zero();  // m, rest space
-    Mat3 shape =
-        Mat3::Identity();  // own frame from rest, symmetric: stretch frozen when the piece became rigid
+    std::int32_t piece = -1;               // index of the piece
+    double mass = 0;                       // kg, > 0
+    Vec3 rest_centre = Vec3::Zero();       // m, rest space
+    Mat3 shape = Mat3::Identity();         // own frame from rest, symmetric: frozen stretch
     Mat3 inertia = Mat3::Identity();       // kg m^2, about the centre, own frame, positive definite
     Vec3 centre = Vec3::Zero();            // m, world, centre of mass
     Mat3 rotation = Mat3::Identity();      // world from own frame, det = +1

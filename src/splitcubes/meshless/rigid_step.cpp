@@ -65,8 +65,8 @@ struct MovedObstacle {
 };
 
 double effective_mass(const RigidPiece& body, const Mat3& inverse, const Vec3& arm, const Vec3& direction) {
-    const Vec3 turn = arm.cross(direction);
-    return 1 / (1 / body.mass + turn.dot(inverse * turn));
+    const Vec3 lever = arm.cross(direction);
+    return 1 / (1 / body.mass + lever.dot(inverse * lever));
 }
 
 // Finds the contact points within reach of a substep. share: of the step at the start of the substep; h:
@@ -187,9 +187,9 @@ void move_among_obstacles(const RigidPieces& rigid, const StepInput& input, doub
     std::vector<double> depth;  // per obstacle, m, <= 0
     for (const Obstacle& obstacle : input.obstacles)
         depth.push_back(std::min(deepest(rigid, MovedObstacle(obstacle, 0), body).distance, 0.0));
-    const double turn = body.angular_velocity().norm() * input.dt;
+    const double angle = body.angular_velocity().norm() * input.dt;
     const int substeps = std::max(
-        1, static_cast<int>(std::min<double>(std::ceil(turn / max_substep_angle), max_contact_substeps)));
+        1, static_cast<int>(std::min<double>(std::ceil(angle / max_substep_angle), max_contact_substeps)));
     const double h = input.dt / substeps;
     const double substep_damping_factor = std::pow(damping_factor, 1.0 / substeps);
     for (int k = 0; k < substeps; ++k) {
@@ -213,11 +213,11 @@ void move_among_obstacles(const RigidPieces& rigid, const StepInput& input, doub
 
 void follow_motion(const Isometry& motion, double dt, RigidPiece& body) {
     const Vec3 centre = motion * body.centre;
-    const Eigen::AngleAxisd turn(motion.linear());
+    const Eigen::AngleAxisd rotation(motion.linear());
     body.momentum = body.mass * (centre - body.centre) / dt;
     body.rotation = Quat(Mat3(motion.linear() * body.rotation)).normalized().toRotationMatrix();
     body.angular_momentum =
-        body.rotation * body.inertia * body.rotation.transpose() * (turn.angle() / dt * turn.axis());
+        body.rotation * body.inertia * body.rotation.transpose() * (rotation.angle() / dt * rotation.axis());
     body.centre = centre;
 }
 

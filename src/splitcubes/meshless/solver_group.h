@@ -19,10 +19,10 @@ struct ImplicitSolver::Group {
     std::vector<ContactForces::Part> parts;
     std::vector<ContactProducts::RowPart> rows;
     std::vector<ContactProducts::Diagonal> diagonals;
-    double max_square = 0;          // largest squared residual since it was last computed from the solution
-    double spring_stiffness = 0;    // N/m, sum of the springs' contributions to the diagonals
-    bool diagonals_taken = false;   // set in products(), since the bodies' diagonals changed
-    double weighed_stiffness = -1;  // N/m, spring_stiffness when the aggregates were weighed; -1: never
+    double max_square = 0;           // largest squared residual since it was last computed from the solution
+    double spring_stiffness = 0;     // N/m, sum of the springs' contributions to the diagonals
+    bool are_diagonals_set = false;  // set in products(), since the bodies' diagonals changed
+    double weighed_stiffness = -1;   // N/m, spring_stiffness when the aggregates were weighed; -1: never
     std::vector<std::uint8_t> impact;         // per contact (find_impacts)
     std::vector<std::uint8_t> pushed_before;  // per contact (find_impacts)
 
@@ -62,14 +62,14 @@ struct ImplicitSolver::Group {
     double loose_square(double tight_square) const;
     double wanted_residual();
     double residual(bool exact, double& noise);
-    double first_residual(double wanted);
+    double first_residual(double target_square);
     double kept_residual();
-    double conjugate_gradients(double goal, int& left);
+    double conjugate_gradients(double goal, int& iterations_left);
     double begin_direction();
     double apply_to_direction();
     double advance(float alpha);
     double correct();
-    void weigh();
+    void reweigh_aggregates();
     void list_springs();
     void take_smoothing_rows();
     double smooth();

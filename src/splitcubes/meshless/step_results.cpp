@@ -11,11 +11,12 @@ namespace splitcubes::meshless {
 
 namespace {
 
-void check_length(std::size_t length, std::size_t wanted, const char* name) {
-    if (length == wanted) return;
-    throw InputError(std::string("StepInput.") + name,
-                     "has " + std::to_string(length) + " entries for " + std::to_string(wanted) + " phyxels",
-                     "give one a phyxel");
+void check_length(std::size_t length, std::size_t expected, const char* name) {
+    if (length == expected) return;
+    throw InputError(
+        std::string("StepInput.") + name,
+        "has " + std::to_string(length) + " entries for " + std::to_string(expected) + " phyxels",
+        "give one a phyxel");
 }
 
 }  // namespace
@@ -90,7 +91,7 @@ void MomentumKeeper::sum_groups(std::vector<Momenta>& momenta) {
     for (std::size_t k = 0; k < momenta.size(); ++k) momenta[k] = group_sum_[root(k)];
 }
 
-void MomentumKeeper::restore(Phyxels& phyxels, double kept, const Vec3& velocity,
+void MomentumKeeper::restore(Phyxels& phyxels, double factor, const Vec3& velocity,
                              std::span<const double> shift, double dt, const Parallel& parallel) {
     for (std::size_t k = 0; k < bound_.size(); ++k)
         if (bound_[k] != 0) bound_[root(k)] = 1;
@@ -99,12 +100,12 @@ void MomentumKeeper::restore(Phyxels& phyxels, double kept, const Vec3& velocity
     group_ = before_;
     sum_groups(group_);
     // First by moving (the error of the solver), then by velocities, to rounding.
-    if (!shift.empty()) correct(phyxels, kept, velocity, shift, 0, parallel);
-    correct(phyxels, kept, velocity, {}, dt, parallel);
+    if (!shift.empty()) correct(phyxels, factor, velocity, shift, 0, parallel);
+    correct(phyxels, factor, velocity, {}, dt, parallel);
 }
 
 // Applies a correction. dt: 0 leaves the centres where they are.
-void MomentumKeeper::correct(Phyxels& phyxels, double kept, const Vec3& velocity,
+void MomentumKeeper::correct(Phyxels& phyxels, double factor, const Vec3& velocity,
                              std::span<const double> shift, double dt, const Parallel& parallel) {
     piece_momenta(phyxels, static_cast<int>(before_.size()), after_, partial_, parallel);
     sum_groups(after_);
@@ -112,8 +113,8 @@ void MomentumKeeper::correct(Phyxels& phyxels, double kept, const Vec3& velocity
     for (std::size_t k = 0; k < before_.size(); ++k) {
         if (!(after_[k].mass > 0)) bound_[k] = 1;
         if (bound_[k] != 0) continue;
-        const Vec3 linear = kept * (group_[k].linear + group_[k].mass * velocity);
-        const Vec3 angular_momentum = kept * group_[k].angular_momentum;
+        const Vec3 linear = factor * (group_[k].linear + group_[k].mass * velocity);
+        const Vec3 angular_momentum = factor * group_[k].angular_momentum;
         if (dt > 0)
             centre_shift_[k] =
                 group_[k].centre - after_[k].centre + 0.5 * dt / group_[k].mass * (group_[k].linear + linear);
@@ -134,15 +135,16 @@ void MomentumKeeper::correct(Phyxels& phyxels, double kept, const Vec3& velocity
 }
 
 std::size_t deform_and_flow(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-                            double dt, SlicedElasticity& elastic, const Parallel& parallel, bool taken) {
-    std::size_t bad = 0;
+                            double dt, SlicedElasticity& elastic, const Parallel& parallel, bool has_state) {
+    std::size_t non_finite = 0;
     // The energy is only final if no plastic flow follows.
-    if (!taken && is_frame_sufficient(material))
-        bad = elastic.take_state_and_energy(neighbourhoods, material, configuration_of(phyxels), parallel);
-    else if (!taken)
-        bad = elastic.take_state(neighbourhoods, material, configuration_of(phyxels), parallel);
+    if (!has_state && is_frame_sufficient(material))
+        non_finite =
+            elastic.take_state_and_energy(neighbourhoods, material, configuration_of(phyxels), parallel);
+    else if (!has_state)
+        non_finite = elastic.take_state(neighbourhoods, material, configuration_of(phyxels), parallel);
     elastic.read_deformation(phyxels.deformation, phyxels.rotation, parallel);
-    if (!material.plasticity) return bad;
+    if (!material.plasticity) return non_finite;
     for_phyxels(parallel, phyxels.size(), [&](std::size_t i) {
         Mat3& plastic = phyxels.plastic_strain[i];
         const Mat3 projector = neighbourhoods.kept_directions(i);
@@ -151,7 +153,7 @@ std::size_t deform_and_flow(Phyxels& phyxels, const Neighbourhoods& neighbourhoo
         const Mat3 after = flow(*material.plasticity, projector * total * projector, projected, dt);
         plastic += after - projected;
     });
-    return bad;
+    return non_finite;
 }
 
 StateSums& StateSums::operator+=(const StateSums& other) {

@@ -26,10 +26,10 @@ class MomentumKeeper {
     /// Joins the pieces that contacts press together (those in the cached contacts that the step wrote) and
     /// excludes those in contact with anything but a piece of this part.
     void join_touching(const Phyxels& phyxels, const ContactInput& contacts, std::uint32_t part);
-    /// Gives every piece that is not excluded the momenta kept * (p + m velocity) and kept * L. If `shift`
-    /// (s, per phyxel) is given, phyxels first move by the change of velocity times it. The centre of mass
-    /// moves by the mean of the old and new velocities over dt seconds: along its parabola.
-    void restore(Phyxels& phyxels, double kept, const Vec3& velocity, std::span<const double> shift,
+    /// Gives every piece that is not excluded the momenta factor * (p + m velocity) and factor * L. If
+    /// `shift` (s, per phyxel) is given, phyxels first move by the change of velocity times it. The centre of
+    /// mass moves by the mean of the old and new velocities over dt seconds: along its parabola.
+    void restore(Phyxels& phyxels, double factor, const Vec3& velocity, std::span<const double> shift,
                  double dt, const Parallel& parallel);
 
   private:
@@ -40,7 +40,7 @@ class MomentumKeeper {
     }
     std::size_t root(std::size_t slot) const;
     void sum_groups(std::vector<Momenta>& momenta);
-    void correct(Phyxels& phyxels, double kept, const Vec3& velocity, std::span<const double> shift,
+    void correct(Phyxels& phyxels, double factor, const Vec3& velocity, std::span<const double> shift,
                  double dt, const Parallel& parallel);
 
     std::vector<std::uint8_t> bound_;  // 1: excluded; per piece, and one for phyxels without a piece
@@ -52,11 +52,11 @@ class MomentumKeeper {
 };
 
 /// Computes the deformation at the phyxels' positions, into `elastic` and the phyxels, then plastic flow over
-/// dt seconds. Returns the number of phyxels that were not finite. taken: `elastic` already holds that state,
-/// and 0 is returned.
+/// dt seconds. Returns the number of phyxels that were not finite. has_state: `elastic` already holds that
+/// state, and 0 is returned.
 std::size_t deform_and_flow(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                             double dt, SlicedElasticity& elastic, const Parallel& parallel,
-                            bool taken = false);
+                            bool has_state = false);
 
 /// Sums of StateDescriber.
 struct StateSums {
