@@ -106,7 +106,7 @@ class Aggregates {
     std::vector<std::uint8_t> held_;                // per phyxel, at the last bisection
     std::vector<std::uint64_t> row_revision_;       // per phyxel, at the last update of its links
     std::vector<std::uint32_t> member_;             // phyxels, sorted by box of level 0 and component
-    std::vector<std::uint32_t> other_;              // scratch of halve
+    std::vector<std::uint32_t> other_;              // scratch of bisect
     std::vector<std::uint32_t> first_member_;       // per box of level 0; one extra entry
     std::vector<std::uint32_t> box_;                // per phyxel, its box of level 0, or none
     std::vector<std::uint32_t> component_;          // per phyxel, its component within the box
