@@ -15,12 +15,12 @@ namespace {
 using meshless::Contact;
 using meshless::ContactSide;
 
-// In phyxel spacings: how far a contact is looked for beyond what speed asks for, and how much of an
-// overlap is undone in a step.
+// In phyxel spacings: speculative distance, beyond the displacement by speed; and maximum depenetration per
+// step.
 constexpr double margin_share = 0.05, depenetration_share = 0.02;
-constexpr double off_share = 0.5;  // of the drawn vertex off the point that its carriers move
-constexpr double most_weight = 4;  // sum of the weights' sizes
-// Of fresh samples, in place of the number of one before.
+constexpr double off_share = 0.5;  // spacings, max offset of a rendered vertex from its influences
+constexpr double most_weight = 4;  // bound on the sum of a side's absolute weights
+// Markers of fresh samples in place of a previous index.
 constexpr std::int32_t new_sample = -1, no_sample = -2;
 
 }  // namespace
@@ -70,8 +70,8 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
     listed_.swap(now_);
 }
 
-// Whether the sample that pushes for another one still does, after what this step has cut.
-// same_pieces: nothing has come apart.
+// Returns whether the sample `pushing` still represents the sample `vertex` after the cuts of this step.
+// same_pieces: nothing has separated.
 bool ContactFinder::pushes_for(const Body& body, std::uint32_t vertex, std::uint32_t pushing,
                                bool same_pieces) {
     const splitting::Surface& surface = body.surface();
@@ -82,8 +82,8 @@ bool ContactFinder::pushes_for(const Body& body, std::uint32_t vertex, std::uint
            pieces.piece_of(body.grid(), surface.influence(by));
 }
 
-// The vertex of the other lip that pushes for this one, if it is there after what this step has cut; else its
-// own.
+// Returns the vertex of the opposite cut face that searches for this sample too, if it still exists after the
+// cuts of this step; else the sample's own vertex.
 std::uint32_t ContactFinder::opposite_of(const Body& body, const ContactSample& point) {
     if (point.opposite == point.vertex) return point.vertex;
     const splitting::Surface& surface = body.surface();
@@ -95,8 +95,8 @@ std::uint32_t ContactFinder::opposite_of(const Body& body, const ContactSample& 
     return is_there ? point.opposite : point.vertex;
 }
 
-// Samples of a body's points begin .. end - 1, and which of them were samples before: both lists are in
-// order of vertices. first: of the body's fresh samples.
+// Fills the fresh samples of points begin .. end - 1 of a body and matches them with the previous samples;
+// both lists are sorted by vertex. first: index of the body's first fresh sample.
 void ContactFinder::list_points(const Body& body, std::uint32_t number, std::size_t first, std::size_t begin,
                                 std::size_t end) {
     const bool is_known = number < listed_.size();
@@ -109,7 +109,7 @@ void ContactFinder::list_points(const Body& body, std::uint32_t number, std::siz
     const bool same_numbers = is_known && now_[number].anew == listed_[number].anew;
     for (std::size_t k = begin; k < end; ++k) {
         const ContactSample& point = body.contact_samples()[k];
-        // The list is of the last step: this one may have cut there.
+        // The list dates from the last step: a cut of this step may have removed the vertex.
         const splitting::SurfaceVertex& vertex = body.surface().vertices()[point.vertex];
         if (!vertex.alive()) continue;
         while (old != old_end && old->vertex < point.vertex) ++old;
@@ -143,12 +143,12 @@ void ContactFinder::list_points(const Body& body, std::uint32_t number, std::siz
         old_[first + k] = static_cast<std::int32_t>(before);
         stays_[before] = 1;
         sample.slot = old->slot;
-        // One that is turned is another one to those who know what it is parted from.
+        // A changed normal invalidates known separations: the sample gets a new serial number.
         if (old->rest_normal == sample.rest_normal) sample.serial = old->serial;
     }
 }
 
-// What is no sample.
+// Removes the fresh entries that are no samples.
 void ContactFinder::squeeze_out() {
     std::size_t kept = 0;
     for (std::size_t b = 0, k = 0; b < now_.size(); ++b) {
@@ -166,15 +166,15 @@ void ContactFinder::squeeze_out() {
     old_.resize(kept);
 }
 
-// Starts the serial numbers again where they would not last.
+// Restarts the serial numbers before they overflow.
 void ContactFinder::renumber() {
     if (serials_ <= std::numeric_limits<std::uint32_t>::max() - fresh_.size() - 1) return;
     serials_ = 0;
     for (Sample& sample : fresh_) sample.serial = 0;
 }
 
-// What was found out about samples before stays with those that are carried by the same; what they are
-// parted from, where they are turned as they were.
+// Keeps the slots (cached data) of samples whose influences stay the same, drops known separations of samples
+// whose normal changed, and gives slots to new samples.
 void ContactFinder::keep_slots() {
     renumber();
     for (std::size_t k = 0; k < samples_.size(); ++k) {
@@ -219,20 +219,20 @@ ContactFinder::KnownSeparations& ContactFinder::take_known() {
     return known;
 }
 
-// What a phyxel may go in the step beyond the way that its velocity tells: as the velocity changed in the
-// last step, but for hits. What has no history may fall.
+// Returns how far a phyxel may go in the step beyond its velocity: its change of velocity in the last step,
+// limited to the share of gravity; without history, free fall. m, world.
 Vec3 ContactFinder::drift_of(const Task& task, const meshless::Phyxels& phyxels, std::size_t i) {
     const Vec3 fall = task.dt * task.gravity;
     const bool is_known = phyxels.history_step == task.dt && phyxels.history_broken[i] == 0;
     Vec3 change = is_known ? Vec3(phyxels.velocity[i] - phyxels.previous_velocity[i]) : fall;
-    // What shakes is no sign of where it goes.
+    // Limited because a vibrating phyxel's last acceleration predicts nothing.
     const double square = change.squaredNorm(), most = fall.squaredNorm();
     if (!(square <= most)) change *= std::sqrt(most / square);
     return task.dt * change;
 }
 
-// How fast phyxels are, where they go, and how far their bodies' samples go in the step at most; weights have
-// both signs.
+// Measures the mean displacement and, per body, the maximum displacement of a sample in the step. The factor
+// max_weight accounts for weights of both signs.
 void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
     way_.clear();
     spacing_.clear();
@@ -267,7 +267,7 @@ void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
     mean_way_ = task.dt / std::max(all, 1.0) * sum;
 }
 
-// How far a piece's phyxels go in the step at most, beside the mean of all: m.
+// Computes the maximum displacement of each piece's phyxels in the step, relative to the mean of all, m.
 void ContactFinder::measure_pieces(const Task& task, const Parallel& parallel) {
     piece_way_.resize(task.bodies.size());
     for (std::size_t b = 0; b < task.bodies.size(); ++b) {
@@ -277,7 +277,7 @@ void ContactFinder::measure_pieces(const Task& task, const Parallel& parallel) {
         parallel.for_each(velocity.size(), speed_grain, [&](std::size_t i) {
             square_[i] = (task.dt * velocity[i] - mean_way_).squaredNorm();
         });
-        // A piece without phyxels goes as the fastest.
+        // A piece without phyxels gets the maximum of its body.
         std::vector<double>& way = piece_way_[b];
         way.assign(task.bodies[b]->pieces().count(), -1);
         double top = 0;
@@ -290,14 +290,15 @@ void ContactFinder::measure_pieces(const Task& task, const Parallel& parallel) {
     }
 }
 
-// m, beside the mean of all, that a sample goes in the step at most, before it is known who carries it.
+// Returns the maximum displacement (m) of a sample in the step relative to the mean of all, without knowing
+// its influences.
 double ContactFinder::way_of_piece(const Sample& sample) const {
     const std::vector<double>& way = piece_way_[sample.body];
     const auto piece = static_cast<std::size_t>(sample.piece);
     return piece < way.size() ? way[piece] : std::numeric_limits<double>::infinity();
 }
 
-// Where they are drawn: where carriers take them, who meets something is told.
+// Places samples at the rendered vertices. Those that may touch are placed exactly later (place_exactly).
 void ContactFinder::place_samples(const Task& task, const Parallel& parallel) {
     position_.resize(samples_.size());
     normal_.resize(samples_.size());
@@ -327,16 +328,17 @@ void ContactFinder::place_sample(const Task& task, std::size_t k) {
     position_[k] = body.vertex_positions()[sample.vertex];
 }
 
-// Whether the phyxel that carries a sample without a row is the nearest of its piece. Pieces come apart, and
-// never together: who was the nearest is so as long as it is of the same piece.
+// Returns whether the phyxel that moves a sample without a kernel row is still the nearest of its piece.
+// Pieces only separate and never join, so the nearest phyxel stays the nearest as long as it is in the same
+// piece.
 bool ContactFinder::is_still_nearest(const meshless::Phyxels& phyxels, const Sample& sample,
                                      const Influence& influence) {
     return influence.among == phyxels.size() && phyxels.piece[influence.side.phyxel[0]] == sample.piece;
 }
 
-// Who carries a sample, and where they take it: the point whose way the solve knows, so that what
-// pushes it does the work that its way says. The drawn vertex is a little off, by how much the strain
-// changes between the two; a gap to it would make energy where a body rolls.
+// Finds a sample's influences and places it where they move it. The solver knows the motion of that point, so
+// the work of a contact force equals force times displacement. The rendered vertex differs by the change of
+// strain over the phyxels; measuring the gap there would create energy in a rolling body.
 void ContactFinder::find_influences(const Task& task, std::size_t k) {
     if (placed_[k]) return;
     const Sample& sample = samples_[k];
@@ -360,11 +362,11 @@ void ContactFinder::find_influences(const Task& task, std::size_t k) {
     Vec3 position = Vec3::Zero();
     for (std::uint32_t c = 0; c < side.count; ++c)
         position += side.weight[c] * phyxels.position[side.phyxel[c]];
-    // Not zero only where few phyxels lie in one plane.
+    // The offset is nonzero only if few phyxels lie in one plane.
     position_[k] = position + phyxels.deformation[side.phyxel[0]] * influence.offset;
 }
 
-// Whether the solid is further from all of these samples than they go.
+// Returns whether the solid is farther from all samples of the patch than they can move.
 bool ContactFinder::is_far(const Collider& collider, const ColliderPlaces& places, const Patch& patch) const {
     const Vec3 centre = patch.box.center();
     const double radius = 0.5 * patch.box.size().norm();
@@ -424,9 +426,8 @@ void ContactFinder::meet_colliders(const Task& task, const Parallel& parallel) {
     }
 }
 
-// Which of them does how much is a matter of chance. Each gets room for what all found in the last step, and
-// for as much around a sample as any has met, so that a later step need not allocate when the shares are
-// others.
+// The distribution of work over chunks is arbitrary. Each chunk gets capacity for everything found in the
+// last step and for the largest neighbourhood of any sample, so later steps do not allocate.
 void ContactFinder::warm_chunks(std::size_t threads) {
     while (chunks_.size() < threads) {
         chunks_.push_back(std::make_unique<Chunk>());
@@ -482,7 +483,7 @@ void ContactFinder::find(const Task& task, const Parallel& parallel, std::vector
     group(task, parallel, groups);
 }
 
-// By keys, digit by digit (counting sort from the lowest on): they are many, and most of their digits agree.
+// Sorts by key with an LSD radix sort: there are many keys, and most of their digits agree.
 void ContactFinder::sort_found() {
     constexpr unsigned bits = 11;
     std::uint64_t differ = 0;
@@ -501,7 +502,7 @@ void ContactFinder::sort_found() {
     }
 }
 
-// Bodies that push on each other together; which is whose number is in group_of_ and part_of_.
+// Groups bodies that push on each other (union-find); sets group_of_ and part_of_.
 void ContactFinder::form_groups(std::size_t bodies, std::vector<ContactIsland>& groups) {
     first_.resize(bodies);
     std::iota(first_.begin(), first_.end(), 0U);
@@ -538,7 +539,7 @@ void ContactFinder::group(const Task& task, const Parallel& parallel, std::vecto
     place_of_.resize(order_.size());
     for (std::size_t k = 0; k < order_.size(); ++k)
         place_of_[k] = static_cast<std::uint32_t>(group_size_[group_of(order_[k])]++);
-    // Not cleared before: all are written.
+    // Need not be cleared: every element is written below.
     for (std::size_t g = 0; g < groups.size(); ++g) groups[g].contacts.resize(group_size_[g]);
     parallel.for_each(order_.size(), 2 * grain, [&](std::size_t k) {
         Contact& c = groups[group_of(order_[k])].contacts[place_of_[k]] = *order_[k].contact;

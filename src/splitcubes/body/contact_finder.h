@@ -1,4 +1,4 @@
-// Which points of the bodies' skins may push on what within a step.
+// Search for contacts between bodies, pieces and colliders.
 #pragma once
 
 #include <splitcubes/body/body.h>
@@ -19,29 +19,29 @@
 
 namespace splitcubes::body {
 
-/// Bodies that step on their own, or together since they may push on each other.
+/// Bodies that are solved together because they may push on each other, or a single body.
 struct ContactIsland {
     std::vector<std::size_t> bodies;          // ascending; part k of the contacts is bodies[k]
     std::vector<meshless::Contact> contacts;  // sorted by key
 };
 
-/// The skin is sampled by vertices of the surface, about two a phyxel spacing. Each moves as
-/// the four phyxels do that carry most of it.
+/// Finds the contacts of a time step. The surface is sampled at its vertices, about two per phyxel spacing.
+/// Each sample moves with the few phyxels that have the largest influence on it.
 ///
-/// Colliders: the way that a sample will go by its velocity and gravity is followed in the
-/// collider's own, moving frame up to where it meets the solid, so that nothing is jumped over;
-/// a contact is the tangent plane there.
+/// Colliders: the path that a sample will take, by its velocity and gravity, is followed in the collider's
+/// own moving frame up to where it meets the solid, so fast samples do not tunnel. A contact is the tangent
+/// plane there.
 ///
-/// Pieces and bodies: of the samples of another piece around a sample, with normals that face
-/// it, the signed distance to the plane through each, averaged by nearness (implicit moving
-/// least squares, Kolluri 2005). Within one piece only what a cut parts at rest can meet:
-/// the segment between points just below the two samples crosses a surface.
+/// Pieces and bodies: the samples of another piece around a sample, with normals that face it, define the
+/// contact. The signed distances to the planes through them are averaged with weights that fall with distance
+/// (implicit moving least squares, Kolluri 2005). Two samples of one piece can meet only if a cut separates
+/// them at rest: the segment between points just below the two samples crosses a surface.
 ///
-/// Rigid pieces meet colliders on their own (meshless::step_rigid), and all else by RigidContacts; bodies
-/// that a deformation carries meet the ground only.
+/// Rigid pieces meet colliders on their own (meshless::step_rigid) and everything else by RigidContacts.
+/// Lattice-driven bodies meet the ground only.
 ///
-/// What a step finds depends on that step's bodies alone: samples and who carries them are kept
-/// from step to step only where nothing changed. Its buffers are kept from step to step.
+/// The contacts of a step depend only on the bodies in that step. Samples and their influences are cached
+/// only where nothing changed. Buffers are reused from step to step.
 class ContactFinder {
   public:
     struct Task {
@@ -52,12 +52,12 @@ class ContactFinder {
         double dt = 0;    // s
         Vec3 gravity = Vec3::Zero();
     };
-    /// One group for every body that has a part in none else; in order of their first bodies. The
-    /// groups are replaced; their memory is used again. The bodies must be the same from call to call, but
-    /// for what happened to them.
+    /// Finds the contacts and groups the bodies into islands, in order of their first bodies; a body that
+    /// touches no other one is an island by itself. Replaces the islands and reuses their memory. Every call
+    /// must get the same bodies, in whatever state they are.
     void find(const Task& task, const Parallel& parallel, std::vector<ContactIsland>& groups);
 
-    /// The samples of elastic skin, as the last find has left them.
+    /// Sample of elastic surface, as the last call of find listed it.
     struct SurfaceSample {
         std::uint32_t body, vertex;
         std::int32_t piece;
@@ -65,59 +65,59 @@ class ContactFinder {
     SurfaceSample surface_sample(std::size_t k) const {
         return {samples_[k].body, samples_[k].vertex, samples_[k].piece};
     }
-    /// Of each, m, world; and unit, outward.
+    /// Positions (m, world) and normals (unit, outward, world), by sample.
     std::span<const Vec3> sample_positions() const { return position_; }
     std::span<const Vec3> sample_normals() const { return normal_; }
 
   private:
-    /// One line of memory: those around a sample are read in no order of theirs.
+    /// Fills one cache line: neighbours of a sample are read in random order.
     struct alignas(64) Sample {
         Vec3 rest = Vec3::Zero();           // m, rest space
         Vec3f rest_normal = Vec3f::Zero();  // unit, outward
         std::int32_t piece = 0;
         std::uint32_t vertex = 0;
-        std::uint32_t node = 0;  // tracked, that carries it
-        std::uint32_t cell = 0;  // of the surface; that and which corners tell who carries it
+        std::uint32_t node = 0;  // tracked node with the largest influence on it
+        std::uint32_t cell = 0;  // of the surface; determines the influences together with the corners
         std::uint16_t body = 0;
         std::uint8_t corners = 0;
-        // As of ContactSample: whether it pushes on what is not its body's, and on its body.
+        // As in ContactSample: whether the sample pushes on other bodies and colliders, and on its own body.
         bool pushes : 1 = true;
         bool searches_own_body : 1 = true;
-        std::uint32_t serial = 0;  // as long as nothing above changes, and no other's
-        std::uint32_t slot = 0;    // of what is kept about it, as long as it is carried by the same
+        std::uint32_t serial = 0;  // unique; changes with any of the members above
+        std::uint32_t slot = 0;    // index of its cached data; kept while the influences stay the same
     };
-    /// Of one sample: which others, by serial numbers, a cut parts from it at rest.
+    /// Cache of one sample: which other samples, by serial number, a cut separates from it at rest.
     struct KnownSeparations {
-        static constexpr std::size_t size = 32;  // some seven are asked for in a step
+        static constexpr std::size_t size = 32;  // about seven are queried per step
 
         struct Answer {
             std::uint32_t is_separated : 1 = 0;
-            std::uint32_t when : 31 = 0;  // the last change of the surface that it knows of
-            // Which occluder parts them; where none does, what the occluders had counted then.
+            std::uint32_t when : 31 = 0;  // last change of the surface that is taken into account
+            // Id of the occluder that separates them; if none does, the occluders' change counter at that
+            // time.
             std::uint32_t witness = 0;
         };
-        std::array<std::uint32_t, size> other{};  // 0: none
+        std::array<std::uint32_t, size> other{};  // 0: empty
         std::array<Answer, size> answer{};
-        // Within the box of all that was looked along, m, rest space, nothing has changed after `from`, up to
-        // `until`: most samples need not ask for each other one.
+        // Nothing has changed after `from` and up to `until` within `along`, the bounding box (m, rest space)
+        // of all queried segments. So most samples need not check every other sample.
         geometry::Box along;
         std::uint32_t from = 0, until = 0;
     };
     struct Influence {
         meshless::ContactSide side;  // no phyxels: not known yet
-        Vec3 offset =
-            Vec3::Zero();  // m, rest space, from the carriers' mean; not zero only where few lie in a plane
-        std::uint64_t row = 0;  // NodeTracker::row_revision when it was found
-        std::size_t among = 0;  // of how many phyxels it was the nearest, where no row told; else 0
+        Vec3 offset = Vec3::Zero();  // m, rest space, from the weighted mean; zero unless few lie in a plane
+        std::uint64_t row = 0;       // NodeTracker::row_revision when it was found
+        std::size_t among = 0;       // without a row: phyxel count when the nearest one was found; else 0
     };
-    /// What a body's samples were listed from.
+    /// State of a body from which its samples were listed.
     struct Listed {
         std::uint64_t surface = 0, skin = 0;
         std::size_t pieces = 0, rigid = 0;
         std::uint32_t anew = 0;  // SurfaceChanges::last_full_change
-        std::size_t first = 0;   // of its samples
+        std::size_t first = 0;   // index of its first sample
 
-        /// Whether nodes are of the same pieces, and tracked by the same numbers.
+        /// Returns whether pieces and tracked node indices are the same.
         bool same_nodes(const Listed& o) const {
             return pieces == o.pieces && rigid == o.rigid && anew == o.anew;
         }
@@ -125,25 +125,25 @@ class ContactFinder {
             return surface == o.surface && skin == o.skin && same_nodes(o);
         }
     };
-    /// A sample of the face that another one lies before.
+    /// Sample of the face that another sample meets.
     struct Facing {
-        std::uint32_t index, place;  // among the samples; in the grid
-        double along, next;          // m, of the other one above the plane through it, now and after the step
+        std::uint32_t index, place;  // sample index; grid entry
+        double along, next;          // m, heights above the plane through this one, now and after the step
         double weight;               // in the mean
     };
     enum class May : std::uint8_t { unknown, no, yes };
-    /// What one thread works with and finds; which, is part of no result.
+    /// Work buffers and results of one thread. The assignment to threads does not affect the results.
     struct Chunk {
         std::vector<meshless::Contact> found;
-        std::vector<std::uint64_t> keys;  // of what is found
+        std::vector<std::uint64_t> keys;  // of `found`, by index
         std::vector<std::uint32_t> near;
-        std::vector<SampleGrid::Faced> faced;  // of one sample: all that face it
-        std::vector<May> may;                  // of each, whether it can meet
+        std::vector<SampleGrid::Faced> faced;  // all samples that face the current one
+        std::vector<May> may;                  // per entry of `faced`: whether it can meet the current one
         std::vector<std::uint64_t> order;
-        std::vector<Facing> face;  // of one sample: the face that it lies before, in order of the samples
+        std::vector<Facing> face;  // the face that the current sample meets, in order of the grid entries
         SideBetween between;
 
-        /// Of what is around one sample.
+        /// Capacities of the buffers for the neighbourhood of one sample.
         struct Room {
             std::size_t near = 0, faced = 0, may = 0, order = 0, face = 0, between = 0;
 
@@ -165,33 +165,33 @@ class ContactFinder {
             }
         };
     };
-    /// Samples that follow each other in their list.
+    /// Bounds of a range of consecutive samples.
     struct Patch {
         geometry::Box box;    // m, world
-        double spacing = 0;   // m, the widest of their bodies
-        double most_way = 0;  // m, that one of them goes in the step at most
+        double spacing = 0;   // m, maximum of their bodies
+        double most_way = 0;  // m, maximum displacement of a sample in the step
     };
     struct Speeds {
-        Vec3 sum = Vec3::Zero();  // m/s
-        double top = 0;           // m^2/s^2
+        Vec3 sum = Vec3::Zero();  // m/s, of velocities
+        double top = 0;           // m^2/s^2, maximum squared speed
     };
     struct Found {
         std::uint64_t key;
         const meshless::Contact* contact;
     };
-    /// A collider at the step's beginning and end.
+    /// Poses of a collider at the beginning and the end of the step.
     struct ColliderPlaces {
         Isometry before, after;        // world from own
         Isometry to_before, to_after;  // own from world
     };
     struct Reach {
-        double spacing;  // m, the widest
-        double radius;   // m, about a sample
-        double most;     // m, the same with all ways
-        double fall;     // m, that is allowed for what begins to fall
+        double spacing;  // m, maximum of all bodies
+        double radius;   // m, base search radius around a sample
+        double most;     // m, search radius including all displacements
+        double fall;     // m, allowance for phyxels that begin to fall
     };
 
-    // Samples, and phyxels, a work chunk; part of no result.
+    // Samples or phyxels per chunk of a parallel loop; they do not affect the results.
     static constexpr std::size_t grain = 64, list_grain = 256, speed_grain = 4096;
     static std::uint64_t key_of(std::uint32_t body, std::size_t other, std::uint32_t vertex) {
         return static_cast<std::uint64_t>(body) << 48 | static_cast<std::uint64_t>(other) << 32 | vertex;
@@ -204,7 +204,7 @@ class ContactFinder {
     const Influence& influence_of(std::size_t k) const { return influences_[samples_[k].slot]; }
     double spacing_of(const Sample& sample) const { return spacing_[sample.body]; }
     void give_back(Chunk& chunk);
-    /// Calls work(chunk, begin, end) for parts of [0, count).
+    /// Calls work(chunk, begin, end) for subranges of [0, count).
     template <class Work>
     void in_chunks(const Parallel& parallel, std::size_t count, const Work& work) {
         const auto with_chunk = [&](std::size_t begin, std::size_t end) {
@@ -212,7 +212,7 @@ class ContactFinder {
             work(chunk, begin, end);
             give_back(chunk);
         };
-        // By reference: a function object of its own would be allocated.
+        // Passed by reference because a copied function object would be allocated.
         parallel.for_chunks(count, grain, std::cref(with_chunk));
     }
     bool is_listed(const Task& task);
@@ -269,34 +269,34 @@ class ContactFinder {
     void group(const Task& task, const Parallel& parallel, std::vector<ContactIsland>& groups);
 
     std::vector<Sample> samples_, fresh_;
-    std::vector<std::uint32_t> opposite_, fresh_opposite_;  // per sample: vertex, as of ContactSample
-    // Per slot, which stays the same as samples come and go.
+    std::vector<std::uint32_t> opposite_, fresh_opposite_;  // per sample: vertex, as in ContactSample
+    // Per slot; a sample keeps its slot while others come and go.
     std::vector<Influence> influences_;
     std::vector<KnownSeparations*> separations_;  // nullptr: nothing is known
     std::vector<std::uint32_t> free_slots_;
-    std::deque<KnownSeparations> known_;  // grows only, and stays where it is
+    std::deque<KnownSeparations> known_;  // only grows; elements keep their addresses
     std::vector<KnownSeparations*> free_known_;
-    std::uint32_t serials_ = 0;  // given so far
-    // Per fresh sample: its number before, or -1; -2: no sample.
+    std::uint32_t serials_ = 0;  // last serial number
+    // Per fresh sample: its previous index, new_sample (-1) or no_sample (-2).
     std::vector<std::int32_t> old_;
-    std::vector<std::uint8_t> stays_;  // per sample before
+    std::vector<std::uint8_t> stays_;  // per previous sample: whether it is kept
     std::vector<Listed> listed_, now_;
     std::vector<Vec3> position_, normal_;         // m; unit, outward; world
     std::vector<std::uint16_t> owner_;            // body
-    std::vector<std::uint8_t> placed_;            // 1: the position is where the carriers take it
+    std::vector<std::uint8_t> placed_;            // 1: the position follows the phyxels exactly
     std::vector<Patch> patches_;                  // per `grain` samples
-    std::vector<double> spacing_;                 // per body: m
-    std::vector<double> way_;                     // per body: m, that a sample goes in the step at most
-    std::vector<Speeds> speeds_;                  // per part of a body's phyxels
-    Vec3 mean_way_ = Vec3::Zero();                // m, of all phyxels in the step
+    std::vector<double> spacing_;                 // m, per body
+    std::vector<double> way_;                     // m, per body: maximum displacement of a sample in the step
+    std::vector<Speeds> speeds_;                  // per range of a body's phyxels
+    Vec3 mean_way_ = Vec3::Zero();                // m, mean displacement of all phyxels in the step
     std::vector<double> square_;                  // m^2, per phyxel of a body
-    std::vector<std::vector<double>> piece_way_;  // m, see measure_pieces
+    std::vector<std::vector<double>> piece_way_;  // m, per body and piece: see measure_pieces
     std::vector<std::span<const Vec3>> velocity_;
-    std::vector<std::vector<Vec3>> drift_;  // per body and phyxel: m, see drift_of
+    std::vector<std::vector<Vec3>> drift_;  // m, per body and phyxel: see drift_of
     std::vector<SampleGrid::Way> way_of_;   // per sample that the grid keeps
     SampleGrid grid_;
-    std::mutex mutex_;                            // of chunks_ and known_
-    std::vector<std::unique_ptr<Chunk>> chunks_;  // contacts' part: number of the body
+    std::mutex mutex_;                            // guards chunks_ and known_
+    std::vector<std::unique_ptr<Chunk>> chunks_;  // `part` of their contacts is the index of the body
     std::vector<Chunk*> free_chunks_;
     std::vector<Found> order_, spare_order_;
     std::vector<std::uint32_t> first_, part_of_, place_of_;

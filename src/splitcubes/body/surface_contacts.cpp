@@ -1,4 +1,4 @@
-// Which skins of pieces and bodies may push on each other.
+// Contacts between the surfaces of pieces and bodies.
 #include <splitcubes/body/contact_finder.h>
 
 #include <algorithm>
@@ -12,49 +12,53 @@ namespace {
 
 using meshless::Contact;
 
-// In phyxel spacings: how far a contact is looked for beyond what speed asks for, the deepest
-// overlap that is believed, how far along the face a sample may be from another piece's
-// samples, and how much of an overlap is undone in a step.
+// In phyxel spacings: speculative distance, beyond the displacement by speed; maximum believed overlap;
+// maximum tangential distance to the partner sample; maximum depenetration per step.
+// A smaller speculative distance misses contacts of stiff splinters; a larger one lists contacts that never
+// push.
 constexpr double skin_margin_share = 0.05, deepest_share = 1, beside_share = 0.9,
                  surface_depenetration_share = 0.02;
 constexpr double reach_share = 1.25, most_reach_share = 3;
-// In spacings: what begins to fall within a step may come to overlap by so much before it is found.
+// In spacings: free fall in one step beyond this allowance widens the speculative distance. Bodies that begin
+// to fall may overlap by this much before they are found.
 constexpr double fallen_share = 0.15;
-// In spacings: how far is looked first, and how much farther than the nearest sample a face is followed.
+// In spacings: radius of the first, cheap search; how much farther than the nearest sample a face is
+// followed.
 constexpr double near_share = 0.95, face_share = 0.75;
-// In spacings, behind the plane of a face's sample than behind that of the partner.
+// In spacings: samples farther behind the plane than the partner by this much are checked for separation by a
+// cut themselves.
 constexpr double behind_share = 0.1;
-// In spacings: how far from each other a cut's samples in one cell may have come to tell the same.
+// In spacings: distance below which one of two opposite samples of a cut cell searches for both.
 constexpr double opposite_share = 0.5;
-// Skins that lie opposite; normals of one face.
+// Dot product of normals below which surfaces are opposite; above which samples belong to one face.
 constexpr double opposite_skins = -0.8, one_face = 0.8;
-// Points just below the skin, in cells; and the distance at rest, in spacings, beyond which two
-// places of one piece may meet though no cut parts them.
+// Depth of the points below the surface between which separation is tested, in cells; distance at rest, in
+// spacings, beyond which two points of one piece may meet without a cut between them.
 constexpr double below_skin = 0.6, far_at_rest = 4;
 constexpr double anywhere = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-// Answers since known.from hold after this.
+// Updates the interval in which answers hold: those since known.from are valid at change `now`.
 void ContactFinder::bring_up_to(const SurfaceChanges& changes, std::uint32_t now, KnownSeparations& known) {
     if (known.until == now) return;
     if (known.along.empty() || changes.since(known.along, known.until)) known.from = now;
     known.until = now;
 }
 
-// Whether a surface stands between points just below two samples of a body. Only one thread asks for
-// sample a at a time.
+// Returns whether a surface separates the points just below two samples of a body. At most one thread at a
+// time may query a given sample a.
 bool ContactFinder::are_separated(const Body& body, std::size_t a, std::size_t b) {
     KnownSeparations*& kept = separations_[samples_[a].slot];
     if (!kept) kept = &take_known();
     KnownSeparations& known = *kept;
     const std::uint32_t serial = samples_[b].serial;
-    // To the end, since vectors do it so.
+    // Without an early exit, so that the loop vectorises.
     std::size_t place = KnownSeparations::size;
     for (std::size_t n = 0; n < KnownSeparations::size; ++n) place = known.other[n] == serial ? n : place;
     const bool is_known = place < KnownSeparations::size;
     if (!is_known) {
-        // What is longest unasked gives way.
+        // Replaces the answer that was not used for the longest time.
         const auto oldest =
             std::min_element(known.answer.begin(), known.answer.end(),
                              [](const KnownSeparations::Answer& x, const KnownSeparations::Answer& y) {
@@ -79,8 +83,8 @@ bool ContactFinder::are_separated(const Body& body, std::size_t a, std::size_t b
     return answer.is_separated != 0;
 }
 
-// Brings an answer up to date. What is known tells where to look first: at what parted the two, or, where
-// nothing did, at what has come since.
+// Updates an answer. Tests first what is likely to decide it: the occluder that separated the two, or else
+// only the occluders that are newer than the answer.
 void ContactFinder::look(const Body& body, const Vec3& from, const Vec3& to, bool is_known,
                          KnownSeparations::Answer& answer) {
     const SurfaceChanges& changes = body.surface_changes();
@@ -91,32 +95,32 @@ void ContactFinder::look(const Body& body, const Vec3& from, const Vec3& to, boo
     answer.when = now;
     if (is_known && (!is_stale || (answer.is_separated && occluders.blocks(answer.witness, from, to))))
         return;
-    // After all changed at once the occluders count anew.
+    // After a full change the occluders restart their change counter.
     const bool was_open = is_known && !answer.is_separated && when >= changes.last_full_change();
     const std::uint32_t by = occluders.blocker(from, to, was_open ? answer.witness : 0);
     answer.is_separated = by != geometry::OccluderGrid::no_triangle;
     answer.witness = answer.is_separated ? by : occluders.changes();
 }
 
-// Whether two samples that face each other can be of skins that meet.
+// Returns whether two samples that face each other can touch.
 bool ContactFinder::may_meet(const Task& task, std::size_t a, std::size_t b) {
     const Sample &one = samples_[a], &other = samples_[b];
     if (one.body != other.body || one.piece != other.piece) return true;
-    // The two lips of a cut through a cell.
+    // The two faces of a cut through a cell.
     if (one.cell == other.cell && (one.corners & other.corners) == 0) return true;
     if ((one.rest - other.rest).norm() > far_at_rest * spacing_of(one)) return true;
     return are_separated(*task.bodies[one.body], a, b);
 }
 
-// The same of one that faces sample k, looked up once.
+// Returns the same for entry n of chunk.faced, evaluated once per sample k.
 bool ContactFinder::may_meet(const Task& task, std::size_t k, std::size_t n, Chunk& chunk) {
     if (chunk.may[n] == May::unknown)
         chunk.may[n] = may_meet(task, k, grid_.number(chunk.faced[n].place)) ? May::yes : May::no;
     return chunk.may[n] == May::yes;
 }
 
-// The nearest sample whose skin lies opposite, of equally near ones the first; only where there is none, an
-// edge's or a corner's.
+// Returns the nearest sample whose surface lies opposite, the first of equally near ones; samples of edges
+// and corners count only if there is none. nullptr if no sample can meet sample k.
 const SampleGrid::Faced* ContactFinder::partner_of(const Task& task, std::size_t k, Chunk& chunk) {
     const auto is_worse = [&](std::uint64_t a, std::uint64_t b) {
         const SampleGrid::Faced &one = chunk.faced[a], &other = chunk.faced[b];
@@ -126,7 +130,7 @@ const SampleGrid::Faced* ContactFinder::partner_of(const Task& task, std::size_t
         return grid_.number(one.place) > grid_.number(other.place);
     };
     if (chunk.faced.empty()) return nullptr;
-    // Mostly the first is taken: whether a cut parts the two is dear to know, and so is their order.
+    // The best candidate mostly passes; testing for separation and sorting are both expensive.
     std::uint64_t best = 0;
     for (std::uint64_t n = 1; n < chunk.faced.size(); ++n)
         if (is_worse(best, n)) best = n;
@@ -144,15 +148,16 @@ const SampleGrid::Faced* ContactFinder::partner_of(const Task& task, std::size_t
     return nullptr;
 }
 
-// m, the gap at the end of the step, by the two ways, below which a contact may come of it.
+// Returns the gap (m) at the end of the step, by the predicted displacements, below which a contact is
+// listed.
 double ContactFinder::soon(std::size_t k, const Reach& reach) const {
     return skin_margin_share * spacing_of(samples_[k]) + reach.fall;
 }
 
-// The samples within `radius` (m) that face this one; false where no contact can come of them.
+// Finds the samples within `radius` (m) that face this one. Returns false if they can make no contact.
 bool ContactFinder::find_facing(std::size_t place, double radius, const Reach& reach, Chunk& chunk) const {
     const std::size_t k = grid_.number(place);
-    // The gap will be a mean of heights above planes: where none of them will be low enough, nothing is met.
+    // The gap will be a mean of heights above planes: without one that is low enough there is no contact.
     const double enough = soon(k, reach) + 1e-6 * reach.radius;
     grid_.find_facing(place, radius, enough, chunk.near, chunk.faced);
     chunk.may.assign(chunk.faced.size(), May::unknown);
@@ -160,28 +165,28 @@ bool ContactFinder::find_facing(std::size_t place, double radius, const Reach& r
                        [&](const SampleGrid::Faced& other) { return !(other.next > enough); });
 }
 
-// How far from a sample the face that a partner is of is followed, m.
+// Returns how far from a sample the partner's face is followed, m.
 double ContactFinder::width_of(std::size_t k, const SampleGrid::Faced& partner, const Reach& reach) const {
     const double width =
         std::sqrt(partner.square) + face_share * spacing_of(samples_[grid_.number(partner.place)]);
     return std::min(width, reach.radius + way_of_[k].farther);
 }
 
-// The partner, and what faces the sample at least as far as its face is followed; nullptr where there is
-// none.
+// Returns the partner of a sample, or nullptr; fills chunk.faced at least as far as the partner's face is
+// followed.
 const SampleGrid::Faced* ContactFinder::find_partner(const Task& task, std::size_t place, const Reach& reach,
                                                      Chunk& chunk) {
     const std::size_t k = grid_.number(place);
     const double near = near_share * reach.spacing;
     const SampleGrid::Faced* const found =
         find_facing(place, near, reach, chunk) ? partner_of(task, k, chunk) : nullptr;
-    // What is farther off is no nearer partner.
+    // No farther sample can be a better partner.
     if (found && found->cosine < opposite_skins) return widen(place, *found, near, reach, chunk);
     return find_facing(place, anywhere, reach, chunk) ? partner_of(task, k, chunk) : nullptr;
 }
 
-// The same partner, with what faces the sample as far as its face is followed, where more than `near` (m) has
-// to be known for that.
+// Returns the same partner after extending chunk.faced to the width of its face, if that is more than `near`
+// (m).
 const SampleGrid::Faced* ContactFinder::widen(std::size_t place, const SampleGrid::Faced& partner,
                                               double near, const Reach& reach, Chunk& chunk) const {
     const double width = width_of(grid_.number(place), partner, reach);
@@ -193,9 +198,9 @@ const SampleGrid::Faced* ContactFinder::widen(std::size_t place, const SampleGri
     return found == chunk.faced.end() ? nullptr : &*found;
 }
 
-// Lists the samples of the face that the partner is of, with their weights. A cut that parts the
-// sample from its partner parts it from what lies beside that; what it is farther behind may be the other
-// side of its own wall.
+// Lists the samples of the partner's face with their weights. A cut between the sample and its partner also
+// separates the sample from the partner's neighbours, unless these lie farther behind: they may be the other
+// side of the sample's own wall.
 void ContactFinder::find_face(const Task& task, std::size_t k, const SampleGrid::Faced& chosen,
                               const Reach& reach, Chunk& chunk) {
     const double behind = chosen.along - behind_share * spacing_of(samples_[k]);
@@ -204,7 +209,7 @@ void ContactFinder::find_face(const Task& task, std::size_t k, const SampleGrid:
     const double width = width_of(k, chosen, reach);
     chunk.face.clear();
     for (std::size_t n = 0; n < chunk.faced.size(); ++n) {
-        // What is told by what lies side by side in memory first.
+        // Cheap tests first, on data that is contiguous in memory.
         const SampleGrid::Faced& near = chunk.faced[n];
         if (!(near.square < width * width) || !(grid_.normal(near.place).dot(partner_normal) > one_face))
             continue;
@@ -241,8 +246,7 @@ bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach
     normal.normalize();
     out.gap = distance;
     out.normal = normal;
-    // Faces that a cut parted lie on each other at rest, however curved: what looks like an overlap there is
-    // none.
+    // The faces of a cut coincide at rest even where they are curved: an apparent overlap there is not real.
     if (sample.body == partner.body && (sample.rest - partner.rest).norm() < 2 * spacing_of(sample))
         out.gap -= std::min(0.0, rest_distance / total);
     const double spacing = std::max(spacing_of(sample), spacing_of(partner));
@@ -257,8 +261,9 @@ bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach
     return push_on(task, position - distance * normal, total, grid_.number(chosen->place), chunk, out);
 }
 
-// What is pushed on is the point of the face that the sample lies before: what the planes' mean says of
-// its distance then is what the two sides' ways say. foot: m, world; total: of the weights.
+// Sets the lower side of the contact to the foot of the sample on the face, so that the change of the
+// averaged distance equals the relative displacement of the two sides. foot: m, world; total: sum of the
+// weights.
 bool ContactFinder::push_on(const Task& task, const Vec3& foot, double total, std::size_t partner,
                             Chunk& chunk, Contact& out) const {
     Vec3 middle = Vec3::Zero(), rest_middle = Vec3::Zero();
@@ -286,8 +291,8 @@ ContactFinder::Reach ContactFinder::reach_of(const Task& task) const {
     return out;
 }
 
-// Whether contacts of the sample are looked for. The lips of a cut fit each other, and there one sample a
-// spacing is enough of a flat face; what another body presses into it may be smaller than that.
+// Returns whether contacts of the sample are searched. Cut faces fit each other, so on flat cut faces one
+// sample per spacing is enough; against another body, whose features may be smaller, all samples search.
 bool ContactFinder::asks(const Task& task, std::size_t place) const {
     const std::uint32_t k = grid_.number(place);
     const Sample& sample = samples_[k];
@@ -296,7 +301,7 @@ bool ContactFinder::asks(const Task& task, std::size_t place) const {
     return grid_.may_face(place) && !influence_of(k).side.is_collider();
 }
 
-// Whether the sample of the other lip lies on this one, so that it is told the same.
+// Returns whether the opposite sample is so close that it finds the same contacts.
 bool ContactFinder::is_answered_by_opposite(const Task& task, std::size_t k) const {
     const Sample& sample = samples_[k];
     if (opposite_[k] == sample.vertex) return false;
@@ -306,7 +311,7 @@ bool ContactFinder::is_answered_by_opposite(const Task& task, std::size_t k) con
            nearest * nearest;
 }
 
-// Those that may meet one another, where their carriers take them now and within the step.
+// Places the samples that may meet others where their influences move them, now and within the step.
 void ContactFinder::place_exactly(const Task& task, std::span<const std::uint32_t> kept,
                                   const Parallel& parallel) {
     const auto place = [&](std::size_t begin, std::size_t end) {
