@@ -1,4 +1,4 @@
-// What a body shows to contact: who carries the samples of its skin, and its handles.
+// Influences of contact samples, and handles.
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/contact_sides.h>
 
@@ -15,7 +15,7 @@ std::uint32_t Body::dominant_node(std::uint32_t vertex) const {
     return surface_to_tracked_[influences.nodes[heaviest]];
 }
 
-// Of equally near ones the first; the count of all where the piece has none.
+// Returns the first of equally near phyxels; the phyxel count if the piece has none.
 std::uint32_t Body::nearest_of_piece(const Vec3& rest, std::int32_t piece) const {
     double nearest = std::numeric_limits<double>::infinity();
     auto best = static_cast<std::uint32_t>(phyxels_.size());
@@ -27,7 +27,7 @@ std::uint32_t Body::nearest_of_piece(const Vec3& rest, std::int32_t piece) const
         }
         return true;
     };
-    // What is within a radius is all there, so the nearest of it is the nearest of all.
+    // A radius query returns all phyxels within it, so the nearest of them is the nearest of all.
     constexpr int most_doublings = 4;
     double radius = 1.5 * spacing_;
     for (int k = 0; k < most_doublings && std::isinf(nearest); ++k, radius *= 2)
@@ -37,8 +37,8 @@ std::uint32_t Body::nearest_of_piece(const Vec3& rest, std::int32_t piece) const
     return best;
 }
 
-// The heaviest node that carries the vertex stands for all: a contact needs who is near, the
-// exact place is that of the surface.
+// Takes the influences of the vertex's dominant node: a contact needs the nearby phyxels, not the exact
+// interpolation of the vertex.
 meshless::ContactSide Body::influences_of(std::uint32_t vertex, std::uint32_t node, std::int32_t piece,
                                           std::uint32_t part) const {
     const splitting::SurfaceVertex& v = surface_->vertices()[vertex];
@@ -63,7 +63,7 @@ meshless::ContactSide Body::influences_of(std::uint32_t vertex, std::uint32_t no
             if (kernels.weight[k] > 0) take(kernels.phyxel[k], kernels.weight[k]);
     }
     if (side.count == 0) {
-        // A node that sees no phyxel of its own: the nearest one of the piece.
+        // The node has no visible phyxel: use the nearest one of the piece.
         side.phyxel[0] = nearest_of_piece(v.rest, piece);
         side.weight[0] = 1;
         side.count = side.phyxel[0] < phyxels_.size() ? 1 : 0;

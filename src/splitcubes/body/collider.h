@@ -1,4 +1,4 @@
-// Things that do not deform: bodies push against them.
+// Rigid colliders, contact options and handles.
 #pragma once
 
 #include <splitcubes/geometry/signed_distance.h>
@@ -9,32 +9,32 @@
 
 namespace splitcubes::body {
 
-/// A still or moving solid. It pushes bodies and is not pushed.
+/// A static or kinematic solid: it pushes bodies and is not pushed.
 struct Collider {
     std::string name;
     std::shared_ptr<const geometry::SignedDistance> solid;  // in its own frame
-    std::function<Isometry(double time)> motion;            // world from own; empty: never moves
+    std::function<Isometry(double time)> motion;            // world from own; empty: static
     double friction = 0.5;                                  // Coulomb coefficient, >= 0
 
     Isometry at(double time) const { return motion ? motion(time) : Isometry::Identity(); }
 };
 
-/// How pieces and bodies meet each other.
+/// Contact between pieces and bodies.
 struct ContactOptions {
-    bool pieces = false;    // push on each other, and cut faces of one piece on theirs
+    bool pieces = false;    // pieces and bodies push on each other, and cut faces of one piece, too
     double friction = 0.5;  // between them, Coulomb coefficient, >= 0
 };
 
-/// Pulls a region of a body along a path by springs of a limited force.
+/// Attachment of a region of a body to a moving frame by springs of limited total force.
 struct Handle {
     std::string name;
     std::function<bool(const Vec3& rest)> region;
-    /// World from rest for what is grabbed, at a time.
+    /// World from rest of the grabbed region at a time, s.
     std::function<Isometry(double time)> motion;
-    double stiffness = 1000;  // N/m, of the whole region
-    double limit = 1e300;     // N, of the whole force
-    double from = 0;          // s
-    double until = 1e300;     // s
+    double stiffness = 1000;  // N/m, sum over the region
+    double limit = 1e300;     // N, maximum of the total force
+    double from = 0;          // s, start time
+    double until = 1e300;     // s, end time
 };
 
 }  // namespace splitcubes::body

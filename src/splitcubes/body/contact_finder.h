@@ -34,8 +34,8 @@ struct ContactIsland {
 ///
 /// Pieces and bodies: the samples of another piece around a sample, with normals that face it, define the
 /// contact. The signed distances to the planes through them are averaged with weights that fall with distance
-/// (implicit moving least squares, Kolluri 2005). Two samples of one piece can meet only if a cut separates
-/// them at rest: the segment between points just below the two samples crosses a surface.
+/// (implicit moving least squares, Kolluri 2005). Two samples of one piece can meet only if they are far
+/// apart at rest or a cut separates them there: the segment between points just below them crosses a surface.
 ///
 /// Rigid pieces meet colliders on their own (meshless::step_rigid) and everything else by RigidContacts.
 /// Lattice-driven bodies meet the ground only.

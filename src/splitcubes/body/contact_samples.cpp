@@ -1,4 +1,4 @@
-// What a body shows to contact: the samples of its skin.
+// Contact samples of a body's surface.
 #include <splitcubes/body/body.h>
 
 #include <algorithm>
@@ -9,30 +9,33 @@ namespace splitcubes::body {
 
 namespace {
 
-// Normals' product above which the samples in a box of a spacing are of one flat face.
+// Dot product of normals above which the samples in a box of a phyxel spacing belong to one flat face. A
+// larger value makes more samples push on curved surfaces.
 constexpr float flat_face = 0.998F;
-// Spacings, that a box has at most: whole cells.
+// In spacings: maximum size of a box; boxes are whole cells.
 constexpr double widest_box = 1.15;
-// Normals' product above which two samples of lips in a box of a spacing are of one.
+// Dot product of normals above which two samples of cut faces in a box belong to one face.
 constexpr float one_cut_face = 0.7F;
-// Where in its box the sample of a flat face that pushes lies, as shares: of faces that look along an axis,
-// and against it. So those of the two lips of a cut do not lie on each other.
+// Preferred position of the pushing sample of a flat face in its box, as shares of the box: of faces that
+// look along an axis, and against it. They differ so that the samples of the two faces of a cut do not
+// coincide.
 constexpr float place_along = 0.2F, place_against = 0.8F;
 
-// Of a cell that hangs together, though a crack has come into it: its lips are one fan, which faces nowhere.
+// Corners of a cell that a cut entered without separating it: its cut faces are one fan, which has no usable
+// normal.
 constexpr std::uint8_t all_corners = 0xff;
 
-// A vertex that may stand for its box of rest space.
+// Vertex that may become the sample of its box in rest space.
 struct SampleCandidate {
-    std::uint64_t box;  // and the main direction of its normal
+    std::uint64_t box;  // and main direction of the vertex normal; see key_of
     ContactSample point;
 };
 
-// A box of so many cells along each side, and a main direction: 2 axis, and 1 where it points against the
+// Returns the key of a box of side^3 cells and a main direction: 2 axis, plus 1 if it points against the
 // axis.
 std::uint64_t key_of(const Vec3i& place, int side, int direction) {
     auto key = static_cast<std::uint64_t>(direction);
-    // 20 bits each: a grid has no more nodes along an axis.
+    // 20 bits each: a grid has at most 2^20 nodes along an axis.
     for (int k = 0; k < 3; ++k) key = key << 20 | static_cast<std::uint64_t>(place[k] / side);
     return key;
 }
@@ -43,11 +46,11 @@ int main_direction(const Vec3f& normal) {
     return 2 * axis + (normal[axis] < 0);
 }
 
-// Numbers boxes with a piece in the order in which they come: open addressing.
+// Hash table (open addressing) that gives each pair of box and piece an index, in order of first appearance.
 class BoxNumbers {
   public:
     explicit BoxNumbers(std::size_t most) : table_(std::bit_ceil(2 * most + 1), {0, -1, 0}) {}
-    /// A number that as many had before is new.
+    /// Returns the index of the pair; a new pair gets the number of pairs before it.
     std::size_t number_of(std::uint64_t box, std::int32_t piece) {
         Slot& slot = slot_of(box, piece);
         if (slot.piece < 0) slot = {box, piece, count_++};
@@ -72,17 +75,17 @@ class BoxNumbers {
     std::uint32_t count_ = 0;
 };
 
-// Samples of a piece in a box of a spacing that have one normal.
+// Samples of a piece in one box that share a normal.
 struct Face {
-    Vec3f normal;               // of the first
-    std::uint32_t best;         // of the samples: which pushes
-    float square;               // cells^2, how far that is from where it should be
-    std::uint32_t next = none;  // of the same box and main direction
+    Vec3f normal;               // of the first sample
+    std::uint32_t best;         // index of the sample that pushes
+    float square;               // cells^2, its squared distance from the preferred position
+    std::uint32_t next = none;  // next face of the same box and main direction
 
     static constexpr std::uint32_t none = ~0U;
 };
 
-// Squared, in cells, from so far along each side of its box.
+// Returns the squared distance, in cells, of a cell from the point at `share` along each side of its box.
 float share_distance(const Vec3i& place, int side, float share) {
     float square = 0;
     for (int k = 0; k < 3; ++k) {
@@ -94,8 +97,8 @@ float share_distance(const Vec3i& place, int side, float share) {
 
 }  // namespace
 
-// One vertex inside a surface cell for every fan, of those that fall into a box of half a phyxel
-// spacing the first of each piece and main direction of its normal.
+// Lists one vertex per surface cell and fan; in each box of half a phyxel spacing only the first one of each
+// piece and main direction of the normal.
 void Body::list_contact_samples(const Parallel& parallel) {
     constexpr std::size_t chunk = 4096;
     const double cell = grid_.rest().cell_size;
@@ -129,15 +132,15 @@ int Body::spacing_in_cells() const {
     return std::max(1, static_cast<int>(std::floor(widest_box * spacing_ / grid_.rest().cell_size)));
 }
 
-// Of a flat face one sample a spacing pushes: its phyxels have no finer motion that more of them would hold.
-// Where normals turn within a spacing, one for each of them.
+// Lets one sample per spacing push on a flat face: the phyxels have no finer motion that more samples could
+// constrain. Where normals vary within a spacing, one sample per normal pushes.
 void Body::choose_pushing_points() {
     const int side = spacing_in_cells();
     const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
     BoxNumbers numbers(contact_samples_.size());
     std::vector<Face> faces;
     std::vector<std::uint32_t> face_of(contact_samples_.size());
-    std::vector<std::uint32_t> first;  // face of each box
+    std::vector<std::uint32_t> first;  // per box: its first face
     for (std::uint32_t k = 0; k < contact_samples_.size(); ++k) {
         const splitting::SurfaceVertex& vertex = vertices[contact_samples_[k].vertex];
         const int direction = main_direction(vertex.normal);
@@ -153,7 +156,7 @@ void Body::choose_pushing_points() {
         const std::uint32_t number = is_new ? static_cast<std::uint32_t>(faces.size()) : *at;
         *at = number;
         face_of[k] = number;
-        // Done with `at`, which may point into what grows now.
+        // `at` is not used below: it may point into `faces`, which grows now.
         if (is_new) {
             faces.push_back({normal, k, square});
         } else if (square < faces[number].square) {
@@ -165,9 +168,9 @@ void Body::choose_pushing_points() {
         contact_samples_[k].by = contact_samples_[faces[face_of[k]].best].vertex;
 }
 
-// Samples that push in one cell, and whose corners are not the same, are of the two lips of a cut. Of a rough
-// lip, too, one a spacing is enough for the other lip, which fits it; and of two that lie at one place the
-// first tells for both.
+// Chooses which samples of cut faces push on each other. Pushing samples in one cell whose corners are
+// disjoint are on the two faces of a cut. The opposite face fits, so one sample per spacing is enough on
+// rough cut faces, too; and of two opposite samples the first searches for both.
 void Body::choose_among_cut_faces() {
     const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
     const auto cosine = [&](std::uint32_t a, std::uint32_t b) {
@@ -204,18 +207,19 @@ void Body::choose_among_cut_faces() {
         if (cut_face_of[k] == Face::none) continue;
         const std::uint32_t best = lips[cut_face_of[k]].best, other = opposite[k];
         contact_samples_[k].face_delegate = contact_samples_[best].vertex;
-        // Whom another one answers for answers for none.
+        // A sample that delegates to its opposite sample cannot be a delegate itself.
         if (best == k && other < k && lips[cut_face_of[other]].best == other &&
             contact_samples_[other].opposite == contact_samples_[other].vertex)
             contact_samples_[k].opposite = contact_samples_[other].vertex;
     }
 }
 
-// Of each point that pushes: one in its cell that a cut has parted from it there.
+// Returns, for each pushing sample, one in its cell that a cut has separated from it; Face::none if there is
+// none.
 std::vector<std::uint32_t> Body::opposite_points() const {
     const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
     BoxNumbers numbers(contact_samples_.size());
-    std::vector<std::uint32_t> last;  // in each cell
+    std::vector<std::uint32_t> last;  // per cell: its last sample so far
     std::vector<std::uint32_t> before(contact_samples_.size(), Face::none),
         out(contact_samples_.size(), Face::none);
     for (std::uint32_t k = 0; k < contact_samples_.size(); ++k) {

@@ -10,10 +10,10 @@ using meshless::ContactSide;
 
 namespace {
 
-// Spread of a side's phyxels along a direction, in squared spacings, below which nothing is
-// extrapolated along it.
+// In squared spacings: variance of a side's phyxels along an axis below which motion is hardly extrapolated
+// along it. A larger value reproduces less of the rotation; a smaller one gives larger weights.
 constexpr double least_spread = 0.005;
-// Of a phyxel among those of several sides: smaller weights carry nothing.
+// Share of the total weight below which a phyxel of a blended side is dropped.
 constexpr double least_weight = 1e-6;
 constexpr std::size_t least_slots = 256;  // a power of two
 
@@ -32,8 +32,8 @@ void reproduce_affine_motion(std::span<const Vec3> rest, const Vec3& place, doub
         arm[k] -= centre;
         spread += side.weight[k] * arm[k] * arm[k].transpose();
     }
-    // In squared spacings. Each of its values s takes the part 1 / s of what lies along its axis, s / (s^2 +
-    // least^2) where it is small (Tikhonov): as one matrix that needs no axes.
+    // In squared spacings. Each eigenvalue s contributes s / (s^2 + least_spread^2) instead of 1 / s
+    // (Tikhonov regularisation), as one matrix that needs no eigenvectors.
     spread /= spacing * spacing;
     const Mat3 damped = spread * spread + least_spread * least_spread * Mat3::Identity();
     const Vec3 slope = spread * (damped.inverse() * (place - centre)) / (spacing * spacing);
@@ -55,7 +55,7 @@ void SideBetween::add(const ContactSide& side, double weight) {
     }
 }
 
-// Where a phyxel's share is told, or is to be.
+// Returns the slot of a phyxel, or the empty slot where it belongs.
 std::size_t SideBetween::slot_of(std::uint32_t phyxel) const {
     const std::size_t mask = slots_.size() - 1;
     std::size_t at = phyxel & mask;
@@ -78,7 +78,7 @@ ContactSide SideBetween::take(std::span<const Vec3> rest, const Vec3& place, dou
     ContactSide out;
     out.part = part_;
     double total = 0;
-    // The heaviest in order, of equal ones the first phyxel.
+    // The largest weights in descending order; of equal ones the smaller phyxel index first.
     for (const Share& share : shares_) {
         total += share.weight;
         std::uint32_t at = out.count;

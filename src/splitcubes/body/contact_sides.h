@@ -1,4 +1,4 @@
-// Which phyxels stand for a point of the skin.
+// Phyxels and weights that represent a point of the surface.
 #pragma once
 
 #include <splitcubes/math/types.h>
@@ -10,26 +10,27 @@
 
 namespace splitcubes::body {
 
-/// Changes the weights so that the side's point goes where every affine motion of the body takes
-/// `place` (linear reproduction, as in moving least squares: weights times a linear function). The
-/// mean of the phyxels lies up to a spacing off the skin: a push there would have another arm than
-/// the skin's own motion, and make energy where a body rolls. rest: m, of the body's phyxels; place: m,
-/// rest space; spacing: m.
+/// Changes the weights so that the side's point follows every affine motion of the body like the material
+/// point `place` (linear reproduction, as in moving least squares: weights times a linear function). The
+/// weighted mean of the phyxels lies up to a spacing off the surface: a force there would have another lever
+/// arm than the motion of the surface, and create energy in a rolling body. rest: m, rest positions of the
+/// body's phyxels; place: m, rest space; spacing: m.
 void reproduce_affine_motion(std::span<const Vec3> rest, const Vec3& place, double spacing,
                              meshless::ContactSide& side);
 
-/// A side between several sides, with the memory that finding it takes.
+/// Weighted blend of contact sides, with its work memory.
 class SideBetween {
   public:
     bool empty() const { return shares_.empty(); }
-    /// For how many phyxels there is memory.
+    /// Number of phyxels that fit without allocation.
     std::size_t room() const { return slots_.size() / 2; }
-    /// For at least so many.
+    /// Allocates memory for at least this many phyxels.
     void make_room(std::size_t phyxels);
-    /// A side of the body and how much it counts, > 0. All that is added until take is of one body.
+    /// Adds a side with its weight, > 0. All sides until the next take must be of one body.
     void add(const meshless::ContactSide& side, double weight);
-    /// Of the phyxels that the added sides share, the heaviest, so that they carry `place` exactly; no
-    /// phyxels where none was added. Forgets what was added. Arguments as of reproduce_affine_motion.
+    /// Returns the blend, reduced to the phyxels with the largest weights and corrected to reproduce `place`
+    /// exactly; without phyxels if nothing was added. Clears the blend. Arguments as in
+    /// reproduce_affine_motion.
     meshless::ContactSide take(std::span<const Vec3> rest, const Vec3& place, double spacing);
 
   private:
@@ -38,12 +39,12 @@ class SideBetween {
         double weight;
     };
     struct Slot {
-        std::uint32_t phyxel = 0, number = 0;  // of its share, from 1; 0: none
+        std::uint32_t phyxel = 0, number = 0;  // 1 + index of its share; 0: empty
     };
     std::size_t slot_of(std::uint32_t phyxel) const;
 
     std::vector<Share> shares_;  // in the order of adding
-    // By the phyxels' indices, open addressing: few lines of memory, however many phyxels there are.
+    // Hash table by phyxel, open addressing: its size depends on the blend, not on the body.
     std::vector<Slot> slots_;
     std::uint32_t part_ = 0;
 };

@@ -1,9 +1,9 @@
-// Compiled once for each instruction set by Highway's foreach_target.h. What they round differently
-// is decided in double precision by those who ask.
+// Compiled once per instruction set by Highway's foreach_target.h. Callers decide in double precision what
+// instruction sets may round differently.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splitcubes/body/facing_lanes.cpp"
 #include <hwy/foreach_target.h>
-// Must come after it.
+// Must come after foreach_target.h.
 #include <hwy/highway.h>
 
 #include <splitcubes/body/facing_lanes.h>
@@ -50,7 +50,7 @@ std::size_t select(const FacingLanes& lanes, std::span<const FacingRange> ranges
                     hn::Sub(az, hn::LoadU(d, lanes.az + k)), ox, oy, oz);
             const auto next = hn::Add(dot(ex, ey, ez, ox, oy, oz), hn::Min(more, hn::Zero(d)));
             below = hn::Or(below, hn::And(chosen, hn::Le(next, height)));
-            // Within a register: straight to memory is slow on some processors.
+            // Compress in a register: CompressStore is slow on some processors.
             const auto packed = hn::Compress(hn::Iota(d_index, static_cast<std::uint32_t>(k)),
                                              hn::RebindMask(d_index, chosen));
             hn::StoreU(packed, d_index, out + count);

@@ -1,4 +1,4 @@
-// What rigid pieces may meet in a step.
+// Search for contacts of rigid fragments.
 #include <splitcubes/body/rigid_contacts.h>
 
 #include <Eigen/LU>
@@ -13,18 +13,19 @@ namespace {
 
 using meshless::RigidPiece;
 
-// In phyxel spacings, as of ContactFinder: how far skin is looked for, how deep an overlap is
-// believed, how far off a sample a point may lie along the face.
+// In phyxel spacings, as in ContactFinder: search radius for surfaces, maximum believed overlap, maximum
+// tangential distance of a point from a sample, and speculative distance.
 constexpr double fragment_reach_share = 1.25, fragment_deepest_share = 1, fragment_beside_share = 0.9,
                  fragment_margin_share = 0.05;
-// Of an overlap that was there before, what is undone in a step: in spacings, and in its depths.
+// Depenetration per step of an overlap that existed before: in spacings, plus this share of its depth. Faster
+// depenetration gains energy.
 constexpr double fragment_depenetration_share = 0.005, fragment_depth_share = 0.1;
-// In spacings: how far skin or a rigid piece is believed to go in a step.
+// In spacings: limit of the believed displacement of a surface or fragment per step. Bounds the search.
 constexpr double most_way = 2;
 constexpr double fragment_one_face = 0.8;
 // In spacings: how much farther than the nearest sample a face is followed.
 constexpr double fragment_face_share = 0.75;
-constexpr double absurdly_far = 1e90;  // m
+constexpr double absurdly_far = 1e90;  // m, clamp for the positions that the grid of balls can take
 
 }  // namespace
 
@@ -60,7 +61,7 @@ void RigidContacts::list_fragments(const Task& task) {
     }
 }
 
-// How far each piece's skin goes in the step at most.
+// Computes the maximum displacement of each piece's surface in the step.
 void RigidContacts::measure_skin(const Task& task) {
     const double fall = task.dt * task.dt * task.gravity.norm();
     most_skin_way_ = 0;
@@ -89,7 +90,8 @@ double RigidContacts::way_of(std::uint32_t body, std::int32_t piece) const {
     return at < skin_way_[body].size() ? skin_way_[body][at] : most_skin_way_;
 }
 
-// By the cells that their centres are in, as wide as the farthest that two can meet.
+// Sorts fragments by grid cell of their centre; cells are as wide as the largest distance at which two can
+// meet.
 void RigidContacts::sort_fragments() {
     double widest = 0;
     for (const Fragment& fragment : fragments_) widest = std::max(widest, fragment.radius + fragment.way);
@@ -120,7 +122,7 @@ void RigidContacts::visit_near(const Vec3& point, const Visit& visit) const {
         }
 }
 
-// Samples of elastic skin that rigid pieces may meet.
+// Lists the surface samples near each fragment.
 void RigidContacts::list_samples(const ContactFinder& skin, const Parallel& parallel) {
     constexpr std::size_t grain = 512;
     const std::span<const Vec3> positions = skin.sample_positions();
@@ -172,7 +174,7 @@ void RigidContacts::find(const Task& task, const ContactFinder& skin, const Para
     }
 }
 
-// Its points against the planes through samples.
+// Finds the contacts of a fragment's points with the planes through surface samples.
 void RigidContacts::meet_skin(const Task& task, const ContactFinder& skin, std::uint32_t number) {
     Fragment& fragment = fragments_[number];
     if (fragment.near.empty()) return;
@@ -199,7 +201,8 @@ void RigidContacts::meet_skin(const Task& task, const ContactFinder& skin, std::
     }
 }
 
-// The nearest sample that faces the point, or as many as there are; sets the distances' squares.
+// Returns the nearest sample that faces the point, or the number of samples if there is none; sets all
+// squared distances.
 std::size_t RigidContacts::partner_of(const Vec3& point, const Vec3& outwards, Planes& planes) {
     for (std::size_t n = 0; n < planes.all.size(); ++n)
         planes.square[n] = (planes.all[n].position - point).squaredNorm();
@@ -213,8 +216,8 @@ std::size_t RigidContacts::partner_of(const Vec3& point, const Vec3& outwards, P
     return partner;
 }
 
-// Sets how a point lies before the mean of the planes through the samples around its partner; false where it
-// will not come near.
+// Sets gap and normal of the point from the weighted mean of the planes around its partner. Returns false if
+// the point will not come near.
 bool RigidContacts::lies_before(const Task& task, const Vec3& point, std::size_t partner,
                                 const Planes& planes, Row& row) const {
     const Plane& face = planes.all[partner];
@@ -248,7 +251,7 @@ bool RigidContacts::lies_before(const Task& task, const Vec3& point, std::size_t
                                                  way_of(face.body, face.piece);
 }
 
-// The row's lower side is what carries the sample of skin; none where that is not told in numbers.
+// Sets the lower side to the sample's influences; to none if the offset is not finite.
 void RigidContacts::stand_on(const Body& body, const ContactFinder::SurfaceSample& partner, const Vec3& point,
                              Row& row) {
     row.side =
@@ -261,7 +264,8 @@ void RigidContacts::stand_on(const Body& body, const ContactFinder::SurfaceSampl
     if (!row.lower_own.allFinite()) row.side.count = 0;
 }
 
-// The face of the lower's box that the upper's points are farthest out of, or least within.
+// Returns the face of the lower fragment's box with the largest separation (or smallest penetration) from the
+// upper one's points.
 RigidContacts::Face RigidContacts::face_between(const Fragment& upper, const Fragment& lower) const {
     const RigidPiece& moving = piece_of(upper);
     const RigidPiece& box = piece_of(lower);
@@ -280,7 +284,8 @@ RigidContacts::Face RigidContacts::face_between(const Fragment& upper, const Fra
     return best;
 }
 
-// Points of one against a face of the other's box, of that which tells them apart best.
+// Finds the contacts of one fragment's points with the face of the other one's box that separates the two
+// best.
 void RigidContacts::meet_fragment(const Task& task, std::uint32_t first, std::uint32_t second) {
     const Fragment& a = fragments_[first];
     const Fragment& b = fragments_[second];
@@ -300,7 +305,7 @@ void RigidContacts::meet_fragment(const Task& task, std::uint32_t first, std::ui
     const Vec3 low = fragments_[lower].low - Vec3::Constant(fragment_margin_share * spacing);
     const Vec3 high = fragments_[lower].high + Vec3::Constant(fragment_margin_share * spacing);
     const std::size_t before = rows_.size();
-    // Where no point lies before the face itself, all do: edges cross.
+    // If no point lies in front of the face itself, all count: edges cross.
     for (const bool strict : {true, false}) {
         if (rows_.size() > before) break;
         for (const Vec3& own : phyxels_[fragments_[upper].body]->rigid.points_of(moving)) {

@@ -1,5 +1,4 @@
-// Rigid pieces against the skin of elastic ones, against each other, and between those and
-// colliders.
+// Contacts of rigid fragments with elastic pieces and with each other, supported by colliders.
 #pragma once
 
 #include <splitcubes/body/body.h>
@@ -16,16 +15,17 @@
 
 namespace splitcubes::body {
 
-/// Contacts of rigid pieces with what is no collider. They are found where things are at the
-/// start of a step, and act when everything has moved: what has passed by in the step is put back, and what
-/// is left of the approach is taken by impulses with Coulomb friction, inelastic, found by projected
-/// Gauss-Seidel on the velocities (Erleben 2007). A rigid piece is its contact points
-/// towards skin, and the box around them in its own frame towards other rigid pieces. An
-/// overlap at the start of the step stays but for a slow lift. Elastic pieces take the impulses as a
-/// whole, by their rigid motion: rigid pieces are light, and do not dent them. So both momenta go from
-/// one side to the other exactly, and kinetic energy is only taken, but for what moving colliders and skin
-/// that moves by itself give. What is held takes no impulse. No state of its own between steps. The pushes
-/// run on one thread.
+/// Contacts of rigid pieces with elastic pieces and with each other. They are found at the start of a step
+/// and resolved when everything has moved: penetration that arose in the step is undone by moving positions,
+/// and the remaining approach velocity is removed by inelastic impulses with Coulomb friction, found by
+/// projected Gauss-Seidel on the velocities (Erleben 2007).
+///
+/// Towards surfaces a rigid piece is its contact points; towards other rigid pieces it is the box around them
+/// in its own frame. An overlap at the start of the step remains but for a slow depenetration. Elastic pieces
+/// take the impulses by their rigid motion only: rigid pieces are light and do not dent them. So both momenta
+/// are exchanged exactly, and kinetic energy only decreases, except for what moving colliders and kinematic
+/// surfaces supply. Held pieces take no impulse. There is no state between steps. The impulses are solved on
+/// one thread.
 class RigidContacts {
   public:
     struct Task {
@@ -36,20 +36,21 @@ class RigidContacts {
         Vec3 gravity = Vec3::Zero();
     };
     struct Outcome {
-        double kinetic_energy = 0;  // J, change of it
-        std::size_t contacts = 0;   // that pushed
+        double kinetic_energy = 0;  // J, change by the impulses
+        std::size_t contacts = 0;   // number of those with an impulse
     };
-    /// Before the step of all bodies; skin: of the same bodies, as they are.
+    /// Finds the contacts, before any body steps. skin: the last search of the same bodies in the same state.
     void find(const Task& task, const ContactFinder& skin, const Parallel& parallel);
-    /// After it, before the node frames are taken.
+    /// Resolves the contacts, after all bodies have stepped and before the node frames are updated.
     Outcome push(const Task& task);
 
   private:
-    /// A sample of skin that lies near a crumb.
+    /// A surface sample near a fragment.
     struct Near {
         std::uint32_t sample, fragment;
     };
-    /// Of the samples near a crumb: planes, and of what they are; m^2, distances' squares from a point.
+    /// Tangent planes of the samples near a fragment; and their squared distances (m^2) from the current
+    /// point.
     struct Planes {
         struct Plane {
             Vec3 position, normal;
@@ -61,75 +62,79 @@ class RigidContacts {
     };
     using Plane = Planes::Plane;
     struct Row {
-        std::uint32_t upper = 0;               // crumb
-        std::int32_t lower = -1;               // crumb, -1: skin or an obstacle
-        std::int32_t whole = -1;               // among the elastic pieces: that which has the skin
-        meshless::ContactSide side;            // skin; its part is the body's number
-        Vec3 own = Vec3::Zero();               // m, upper's point in its own frame
-        Vec3 lower_own = Vec3::Zero();         // m, of a lower crumb in its frame; off the skin's sample
-        Vec3 carried = Vec3::Zero();           // m, where lower_own has gone in the step
-        Vec3 normal = Vec3::UnitZ();           // from lower to upper
-        Vec3 start = Vec3::Zero();             // m, upper less lower at the start of the step
-        double gap = 0;                        // m, at the start of the step
+        std::uint32_t upper = 0;     // fragment
+        std::int32_t lower = -1;     // fragment; -1: surface or obstacle
+        std::int32_t whole = -1;     // piece proxy that owns the surface; -1: none
+        meshless::ContactSide side;  // of the surface; its part is the index of the body
+        Vec3 own = Vec3::Zero();     // m, contact point in the upper fragment's frame
+        Vec3 lower_own =
+            Vec3::Zero();             // m, in the lower fragment's frame; else offset from the surface sample
+        Vec3 carried = Vec3::Zero();  // m, world, lower contact point on a surface at the end of the step
+        Vec3 normal = Vec3::UnitZ();  // from lower to upper
+        Vec3 start = Vec3::Zero();    // m, upper contact point minus lower one at the start of the step
+        double gap = 0;               // m, at the start of the step
         double max_depenetration = 0;          // m
         double friction = 0;                   // Coulomb coefficient
-        Vec3 surface_velocity = Vec3::Zero();  // m/s, of an obstacle
-        double min_normal_velocity = 0;        // m/s, normal velocity that it may have at least
-        Vec3 point = Vec3::Zero();             // m, world, where both sides are pushed
+        Vec3 surface_velocity = Vec3::Zero();  // m/s, of a moving obstacle
+        double min_normal_velocity = 0;        // m/s, minimum relative normal velocity after the impulses
+        Vec3 point = Vec3::Zero();             // m, world, application point of the impulses
     };
     struct Fragment {
         std::uint32_t body = 0, index = 0;  // index into RigidPieces::bodies
-        double radius = 0;                  // m, of its points about the centre
-        double way = 0;                     // m, that a point of it goes in the step at most
-        Vec3 low = Vec3::Zero();            // m, own frame, box of its points
+        double radius = 0;                  // m, of its contact points about the centre
+        double way = 0;                     // m, maximum displacement of its points in the step
+        Vec3 low = Vec3::Zero();            // m, own frame, bounding box of its points
         Vec3 high = Vec3::Zero();           // m
         bool held = false;                  // by a constraint
-        bool pushed = false;                // by something else than a collider
-        std::vector<std::uint32_t> near;    // samples of skin, ascending
-        std::vector<Row> rows;              // that it is the upper side of, against skin
-        std::vector<double> depth;          // m, <= 0, in each obstacle, after the step
+        bool pushed = false;                // by anything but a collider
+        std::vector<std::uint32_t> near;    // surface samples, ascending
+        std::vector<Row> rows;              // its contacts with surfaces
+        std::vector<double>
+            depth;  // m, <= 0, signed distance to each obstacle before positions are corrected
     };
-    /// A row as the rounds need it: of the upper mover, and of the lower one against it.
+    /// Contact as the solver needs it.
     struct Push {
-        std::uint32_t upper = 0, lower = 0;                 // movers
+        std::uint32_t upper = 0, lower = 0;                 // indices into movers_
         Vec3 normal = Vec3::UnitZ();                        // from lower to upper
-        Vec3 arm = Vec3::Zero(), lower_arm = Vec3::Zero();  // m, of the place, from their centres
-        // Of a push of 1 along the normal: m, its torque on each; 1/(kg m), the turning that comes of it.
+        Vec3 arm = Vec3::Zero(), lower_arm = Vec3::Zero();  // m, lever arms of the application point
+        // Of a unit impulse along the normal: torque on each side, m; and its change of angular velocity,
+        // 1/(kg m).
         Vec3 torque = Vec3::Zero(), lower_torque = Vec3::Zero();
         Vec3 turn = Vec3::Zero(), lower_turn = Vec3::Zero();
-        Vec3 skin_velocity = Vec3::Zero();     // m/s, before the pushes
+        Vec3 skin_velocity = Vec3::Zero();     // m/s, before the impulses
         Vec3 surface_velocity = Vec3::Zero();  // m/s, of an obstacle
-        double min_normal_velocity = 0;        // m/s, normal velocity that it may have at least
+        double min_normal_velocity = 0;        // m/s, minimum relative normal velocity after the impulses
         double friction = 0;                   // Coulomb coefficient
         double effective_normal_mass = 0;      // kg
         double tangential_mass = 0;            // kg
         double normal_impulse = 0;             // N s
         Vec3 friction_impulse = Vec3::Zero();  // N s
 
-        Vec3 impulse() const { return normal_impulse * normal + friction_impulse; }  // on the upper
+        Vec3 impulse() const { return normal_impulse * normal + friction_impulse; }  // on the upper mover
     };
-    /// An elastic piece, as the pushes move it.
+    /// Elastic piece as one rigid body.
     struct PieceProxy {
         std::uint32_t body = 0;
         std::int32_t piece = -1;
         bool held = false;
-        double mass = 0;                            // kg
-        Vec3 centre = Vec3::Zero();                 // m
-        Vec3 momentum = Vec3::Zero();               // kg m/s, before the pushes
-        Vec3 angular_momentum = Vec3::Zero();       // kg m^2/s, about the centre, before the pushes
-        Mat3 inertia = Mat3::Zero();                // kg m^2, about the centre
-        Mat3 inverse_inertia = Mat3::Zero();        // 1/(kg m^2), its inverse
-        Vec3 end_angular_velocity = Vec3::Zero();   // rad/s, after the step
-        Vec3 shift = Vec3::Zero();                  // m, of places
-        Vec3 angular_momentum_debt = Vec3::Zero();  // kg m^2/s, spin that putting apart has changed
-        Vec3 velocity = Vec3::Zero();               // m/s, change of it
-        Vec3 angular_velocity = Vec3::Zero();       // rad/s, change of it
+        double mass = 0;                           // kg
+        Vec3 centre = Vec3::Zero();                // m
+        Vec3 momentum = Vec3::Zero();              // kg m/s, before the impulses
+        Vec3 angular_momentum = Vec3::Zero();      // kg m^2/s, about the centre, before the impulses
+        Mat3 inertia = Mat3::Zero();               // kg m^2, about the centre
+        Mat3 inverse_inertia = Mat3::Zero();       // 1/(kg m^2)
+        Vec3 end_angular_velocity = Vec3::Zero();  // rad/s, at the end of the step
+        Vec3 shift = Vec3::Zero();                 // m, position correction
+        Vec3 angular_momentum_debt =
+            Vec3::Zero();                      // kg m^2/s, to compensate the change by position corrections
+        Vec3 velocity = Vec3::Zero();          // m/s, change by the impulses
+        Vec3 angular_velocity = Vec3::Zero();  // rad/s, change by the impulses
     };
 
-    /// What takes pushes: crumbs, then elastic pieces, of whose velocities it is what the pushes change; last
-    /// what takes none.
+    /// Body in the impulse solver: fragments, then elastic pieces (their velocities are changes), and last an
+    /// immovable one.
     struct Mover {
-        double mobility = 0;                   // 1/kg; 0: held
+        double mobility = 0;                   // 1/kg, inverse mass; 0: held
         Mat3 inverse_inertia = Mat3::Zero();   // 1/(kg m^2), world
         Vec3 velocity = Vec3::Zero();          // m/s, of the centre
         Vec3 angular_velocity = Vec3::Zero();  // rad/s
@@ -141,7 +146,7 @@ class RigidContacts {
         }
     };
 
-    /// A face of a box in its own frame.
+    /// Face of a bounding box in its own frame.
     struct Face {
         int axis = 2, sign = 1;
         double gap = -std::numeric_limits<double>::infinity();  // m
@@ -187,15 +192,16 @@ class RigidContacts {
     double kinetic_energy() const;
 
     std::vector<Fragment> fragments_;
-    std::vector<std::vector<Near>> near_;  // per part of the samples
-    std::vector<SphereGrid::Ball> balls_;  // per crumb: where skin may be that it meets
+    std::vector<std::vector<Near>> near_;  // per range of samples
+    std::vector<SphereGrid::Ball> balls_;  // per fragment: where it may meet surfaces
     SphereGrid grid_;
-    std::vector<std::pair<std::array<int, 3>, std::uint32_t>> sorted_;  // crumbs by cell of the centre
-    double cell_ = 0;                                                   // m
-    // Per body and piece: m, that skin goes in the step at most; and the most of all.
+    std::vector<std::pair<std::array<int, 3>, std::uint32_t>>
+        sorted_;       // fragments by the grid cell of their centre
+    double cell_ = 0;  // m, cell size
+    // m, per body and piece: maximum displacement of the surface in the step; and the maximum of all.
     std::vector<std::vector<double>> skin_way_;
     double most_skin_way_ = 0;
-    double spacing_ = 0;  // m, the largest
+    double spacing_ = 0;  // m, maximum of all bodies
     std::vector<Row> rows_;
     std::vector<PieceProxy> proxies_;
     std::vector<Mover> movers_;

@@ -1,4 +1,4 @@
-// How rigid pieces, and what they meet, push each other after a step.
+// Position correction and impulses of rigid fragments after a step.
 #include <splitcubes/body/rigid_contacts.h>
 
 #include <Eigen/LU>
@@ -11,13 +11,14 @@ namespace {
 
 using meshless::RigidPiece;
 
-// In lifts: passing by less is rounding.
+// Share of the max depenetration below which a penetration counts as rounding.
 constexpr double least_share = 1e-3;
-// In spacings: from how far an obstacle bears what is pushed towards it.
+// In spacings: distance below which obstacles and neighbours support a fragment that is pushed.
 constexpr double bearing_share = 0.02;
 constexpr int position_iterations = 30, max_iterations = 200;
-// Shares of the fastest approach: changes of velocity below this end the rounds; and below this, where so
-// many rounds do not bring them down to that share of what they were.
+// Shares of the fastest approach. Changes of velocity below the first one end the iterations. Changes below
+// the second one end them, too, if the last few_iterations did not reduce them to the third share of what
+// they were.
 constexpr double enough = 1e-3, little = 0.02, least_help = 0.75;
 constexpr int few_iterations = 10;
 
@@ -27,7 +28,7 @@ Mat3 cross_matrix(const Vec3& v) {
     return out;
 }
 
-// 1/kg, velocity of a mover's matter at a place for an impulse there.
+// Returns the change of velocity per impulse, 1/kg, of a mover at the same point; point: lever arm, m.
 template <class Mover>
 Mat3 mobility_at(const Mover& mover, const Vec3& point) {
     const Mat3 arm = cross_matrix(point);
@@ -36,7 +37,8 @@ Mat3 mobility_at(const Mover& mover, const Vec3& point) {
 
 }  // namespace
 
-// Where the skin of the rows has gone; what is carried beside a point of it turns with its piece.
+// Computes where the surface points of the rows are at the end of the step; their offsets rotate with the
+// piece.
 void RigidContacts::carry_rows() {
     for (Row& row : rows_) {
         if (row.whole < 0) continue;
@@ -51,7 +53,7 @@ Vec3 RigidContacts::lower_place(const Row& row) const {
     return row.carried + proxies_[static_cast<std::size_t>(row.whole)].shift;
 }
 
-// 1/kg, of the two sides' centres.
+// Returns the sum of the inverse masses of both sides, 1/kg.
 double RigidContacts::linear_mobility(const Row& row) const {
     const auto of = [](bool held, double mass) { return held || !(mass > 0) ? 0 : 1 / mass; };
     double sum = of(fragments_[row.upper].held, piece_of(fragments_[row.upper]).mass);
@@ -65,7 +67,7 @@ double RigidContacts::linear_mobility(const Row& row) const {
     return sum;
 }
 
-// m, negative inside, of the deepest point, and the normal there.
+// Returns the signed distance (m, negative inside) and the world normal at the fragment's deepest point.
 geometry::SignedDistance::Sample RigidContacts::deepest(const meshless::Obstacle& obstacle,
                                                         const Fragment& fragment) const {
     const RigidPiece& piece = piece_of(fragment);
@@ -86,7 +88,7 @@ void RigidContacts::note_depth(const Task& task, Fragment& fragment) const {
         fragment.depth.push_back(std::min(deepest(obstacle, fragment).distance, 0.0));
 }
 
-// Obstacles give no way to what is put apart. Returns whether one was in it.
+// Moves a fragment out of the obstacles, which do not yield. Returns whether it was in one.
 bool RigidContacts::push_out_of_obstacles(const Task& task, Fragment& fragment) {
     bool any = false;
     for (std::size_t k = 0; k < task.obstacles.size(); ++k) {
@@ -99,13 +101,13 @@ bool RigidContacts::push_out_of_obstacles(const Task& task, Fragment& fragment) 
     return any;
 }
 
-// m, how far the sides are from where they may be at least, now.
+// Returns the gap at the end of the step minus the smallest gap that is allowed, m.
 double RigidContacts::room(const Row& row) const {
     const Vec3 way = piece_of(fragments_[row.upper]).world_point(row.own) - lower_place(row) - row.start;
     return row.gap + row.normal.dot(way) - std::min(row.gap + row.max_depenetration, 0.0);
 }
 
-// One contact that has been passed in the step; returns whether it was.
+// Undoes the penetration of one contact that arose in the step. Returns whether there was one.
 bool RigidContacts::correct_position(const Task& task, const Row& row) {
     const double mobility = linear_mobility(row);
     const double missing = -room(row);
@@ -131,8 +133,8 @@ bool RigidContacts::correct_position(const Task& task, const Row& row) {
     return true;
 }
 
-// What has passed by in the step goes back to where it was; positions only. Of elastic
-// pieces the whole goes: what moves skin alone would strain them by energy that nothing put in.
+// Undoes penetrations that arose in the step, on positions only. Elastic pieces move as a whole: moving only
+// their surface would add strain energy.
 void RigidContacts::correct_positions(const Task& task) {
     bool any = true;
     for (int iteration = 0; iteration < position_iterations && any; ++iteration) {
@@ -143,10 +145,11 @@ void RigidContacts::correct_positions(const Task& task) {
     }
 }
 
-// After the step. `velocity` is that of the centre until the pushes begin.
+// Computes mass, inertia and momenta of the proxies after the step. `velocity` is that of the centre until
+// the impulses are solved.
 void RigidContacts::weigh_proxies(const Task& task) {
     std::vector<meshless::Momenta> momenta;
-    std::size_t summed = task.bodies.size();  // the body whose momenta these are
+    std::size_t summed = task.bodies.size();  // body that `momenta` belongs to
     for (PieceProxy& whole : proxies_) {
         const Body& body = *task.bodies[whole.body];
         const meshless::Phyxels& phyxels = body.phyxels();
@@ -170,8 +173,8 @@ void RigidContacts::weigh_proxies(const Task& task) {
     }
 }
 
-// The phyxels of elastic pieces go along. Their last step is moved with them: a push is no
-// acceleration that goes on.
+// Applies the motion of the proxies to the phyxels of their pieces. The previous state moves, too, so that
+// BDF2 does not take an impulse for an acceleration.
 void RigidContacts::move_proxies() {
     for (const PieceProxy& whole : proxies_) {
         if (whole.held) continue;
@@ -188,7 +191,7 @@ void RigidContacts::move_proxies() {
     }
 }
 
-// What bears a rigid piece while others push it.
+// Adds rows for the obstacles that support a fragment while others push it.
 void RigidContacts::meet_obstacles(const Task& task, std::uint32_t number) {
     const Fragment& fragment = fragments_[number];
     if (fragment.held) return;
@@ -258,7 +261,7 @@ void RigidContacts::weigh(Row& row) {
     push.lower_turn = lower.inverse_inertia * push.lower_torque;
     const Mat3 mobility = mobility_at(upper, push.arm) + mobility_at(lower, push.lower_arm);
     const double normal = row.normal.dot(mobility * row.normal);
-    // No more than the slowest of the two ways along the face needs: the rounds only take energy.
+    // Overestimates the mobility along both tangents: too small an impulse still only removes energy.
     const double along = mobility.trace() - normal;
     push.effective_normal_mass = normal > 0 ? 1 / normal : 0;
     push.tangential_mass = along > 0 ? 1 / along : 0;
@@ -268,13 +271,14 @@ void RigidContacts::weigh(Row& row) {
     pushes_.push_back(push);
 }
 
-// m/s, upper's less lower's at the place, without the drive.
+// Returns the relative velocity (m/s) at the contact point, upper minus lower, without the surface velocity
+// of obstacles.
 Vec3 RigidContacts::velocity_of(const Push& push) const {
     return movers_[push.upper].velocity_at(push.arm) - movers_[push.lower].velocity_at(push.lower_arm) -
            push.skin_velocity;
 }
 
-// Friction, after the pressure was found. largest: m/s, change of velocity.
+// Applies friction after the normal impulse is known. largest: m/s, maximum change of velocity so far.
 void RigidContacts::apply_friction(Push& push, double& largest) {
     Vec3 sliding_velocity = velocity_of(push) - push.surface_velocity;
     sliding_velocity -= push.normal * push.normal.dot(sliding_velocity);
@@ -288,7 +292,7 @@ void RigidContacts::apply_friction(Push& push, double& largest) {
     largest = std::max(largest, change.norm() / push.tangential_mass);
 }
 
-// Returns the largest change of velocity, m/s.
+// Solves one contact and returns its largest change of velocity, m/s.
 double RigidContacts::solve(Push& push) {
     if (!(push.effective_normal_mass > 0)) return 0;
     Mover &upper = movers_[push.upper], &lower = movers_[push.lower];
@@ -311,8 +315,9 @@ double RigidContacts::solve(Push& push) {
     return largest;
 }
 
-// Where skin closes on a rigid piece from two sides, no impulse of whole pieces opens it again, and rounds
-// would only press ever harder: they end where little is left and they no longer help.
+// Iterates over the contacts, forwards and backwards in turn. Where surfaces close on a fragment from two
+// sides, no impulse on whole pieces can separate them, and iterations would only increase the impulses: they
+// end when little is left and they no longer help.
 void RigidContacts::solve_all(double fastest) {
     const auto is_skin = [this](const Push& push) {
         return push.lower >= fragments_.size() && push.lower + 1 < movers_.size();
@@ -335,7 +340,7 @@ void RigidContacts::solve_all(double fastest) {
     }
 }
 
-// Both sides take the same impulse: momenta go from one to the other.
+// Applies the impulses to both sides, equal and opposite, so momenta are conserved.
 void RigidContacts::push_fragments() {
     for (std::size_t k = 0; k < rows_.size(); ++k) {
         const Row& row = rows_[k];
@@ -366,7 +371,7 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
     weigh_proxies(task);
     carry_rows();
     correct_positions(task);
-    // Those that others lie beside, too: one corner that was put back has lifted all.
+    // Keeps nearly touching contacts, too: moving one corner of a fragment lifts all others.
     std::erase_if(rows_, [&](Row& row) {
         const double left = room(row);
         row.min_normal_velocity = -std::max(left, 0.0) / task.dt;
@@ -379,7 +384,7 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
         whole.centre += whole.shift;
         whole.velocity.setZero();
     }
-    // Up and down in turn: what bears a heap is at its bottom.
+    // Sorted along gravity because the sweeps alternate in direction: a heap is supported from below.
     for (Row& row : rows_) row.point = piece_of(fragments_[row.upper]).world_point(row.own);
     std::stable_sort(rows_.begin(), rows_.end(), [&](const Row& a, const Row& b) {
         return task.gravity.dot(a.point) > task.gravity.dot(b.point);
@@ -402,7 +407,7 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
     return outcome;
 }
 
-// J, of rigid pieces; and what the pushes add to that of elastic ones, whatever else these do.
+// Returns the kinetic energy of the fragments plus what the impulses add to that of elastic pieces, J.
 double RigidContacts::kinetic_energy() const {
     double sum = 0;
     for (const Fragment& fragment : fragments_) sum += piece_of(fragment).kinetic_energy();

@@ -10,7 +10,7 @@ namespace splitcubes::body {
 
 namespace {
 
-// Corner (u, v in [-1, 1]) of a cube's side as a direction.
+// Returns the direction to the point (u, v in [-1, 1]) of a side of the cube [-1, 1]^3.
 Vec3 on_side(std::size_t side, double u, double v) {
     const auto axis = static_cast<int>(side / 2);
     Vec3 out;
@@ -20,21 +20,21 @@ Vec3 on_side(std::size_t side, double u, double v) {
     return out.normalized();
 }
 
-// Of the reach: what slow points add to it.
+// Share of the minimum reach that cells cover as extra reach of slow points; larger shares make larger cells.
 constexpr double slow_share = 0.04;
 
-// What is absurdly far is told apart in double precision only.
+// Clamps to a finite float; absurd distances are compared in double precision only.
 float to_float(double value) {
     constexpr double most = 1e30;
     return static_cast<float>(std::clamp(value, -most, most));
 }
 
-// Where a side of the cube is divided, along each of its axes. What looks along an axis is so within 11.2
-// degrees of it: skins at right angles to each other, as of boxes, do not face each other then.
+// Where each side of the cube is divided, along both of its axes. The middle part covers 11.2 degrees about
+// an axis: surfaces at right angles to each other, as of boxes, do not face each other then.
 constexpr double middle_part = 0.14;
 constexpr std::array<double, 4> part_ends{-1, -middle_part, middle_part, 1};
 
-// Of a normal's coordinate, by the main one.
+// Returns which part of the side a normal's coordinate falls into; main: the largest absolute coordinate.
 int part_of(double coordinate, double main) {
     return (coordinate >= -middle_part * main) + (coordinate > middle_part * main);
 }
@@ -49,8 +49,8 @@ std::uint8_t SampleGrid::bin_of(const Vec3& normal) {
     return static_cast<std::uint8_t>(9 * side + 3 * v + u);
 }
 
-// Per solid angle those that hold a direction which faces one of its own: the angle between the
-// middles and both half widths reach beyond the limit.
+// Per bin, the bins that hold a direction which faces one of its own: the angle between the bin centres plus
+// both half widths exceeds the limit.
 const std::array<std::uint64_t, SampleGrid::bin_count>& SampleGrid::facing_bins() {
     static const auto table = [] {
         std::array<Vec3, bin_count> middle;
@@ -77,7 +77,7 @@ const std::array<std::uint64_t, SampleGrid::bin_count>& SampleGrid::facing_bins(
     return table;
 }
 
-// Clamped as numbers, so that neither a far point nor one that is none overflows.
+// Clamps before the conversion, so that neither far points nor NaNs overflow.
 Vec3i SampleGrid::cell_at(const Vec3& point) const {
     Vec3i cell;
     for (int axis = 0; axis < 3; ++axis) {
@@ -94,17 +94,17 @@ void SampleGrid::lay_out(std::span<const Vec3> points, const Reach& reach) {
     origin_ = box.empty() ? Vec3(Vec3::Zero()) : box.min;
     const Vec3 extent = box.empty() ? Vec3(Vec3::Zero()) : Vec3(box.size());
     extent_ = extent.maxCoeff();
-    // What is within the reach of slow points is never two cells on.
+    // Points within reach of slow points are in adjacent cells.
     reach_ = reach;
     size_ = (1.0001 + 2 * slow_share) * reach.least;
-    // At most about eight cells a point, whatever the points' spread.
+    // At most about eight cells per point, however far the points are scattered.
     const double limit = 8.0 * static_cast<double>(points.size()) + 64;
     while (((extent / size_).array().floor() + 1).prod() > limit) size_ *= 1.5;
     count_ = (extent / size_).array().floor().cast<int>() + 1;
     cells_a_metre_ = 1 / size_;
 }
 
-// Axis by axis.
+// Works axis by axis (separable).
 template <class Value, class Join>
 void SampleGrid::spread(int rings, std::vector<Value>& values, std::vector<Value>& spare,
                         const Parallel& parallel, const Join& join) const {
@@ -126,8 +126,8 @@ void SampleGrid::spread(int rings, std::vector<Value>& values, std::vector<Value
     }
 }
 
-// Of each cell, what is added to the reach of those that are reached from it. Of two points the one that goes
-// farther reaches the other one's cell with twice its own.
+// Computes the extra reach of wide cells. The faster one of two points reaches the other one's cell with at
+// most twice its own extra reach.
 void SampleGrid::find_farther(std::span<const Way> ways, const Parallel& parallel) {
     double most = 0;
     for (const Way& way : ways) most = std::max(most, way.farther);
@@ -142,7 +142,7 @@ void SampleGrid::find_farther(std::span<const Way> ways, const Parallel& paralle
     spread(rings_, farther_, spare_farther_, parallel, [](float x, float y) { return std::max(x, y); });
 }
 
-// Of each point its cell and its normal's solid angle.
+// Computes each point's cell and bin.
 void SampleGrid::find_bins(std::span<const Vec3> points, std::span<const Vec3> normals,
                            const Parallel& parallel) {
     constexpr std::size_t grain = 1024;
@@ -155,7 +155,7 @@ void SampleGrid::find_bins(std::span<const Vec3> points, std::span<const Vec3> n
     });
 }
 
-// Of each cell the solid angles around.
+// Computes the bins within reach of each cell.
 void SampleGrid::find_bins_around(const Parallel& parallel) {
     bins_around_.assign(cell_index(0, 0, count_.z()), 0);
     for (std::size_t i = 0; i < cell_.size(); ++i) bins_around_[cell_[i]] |= std::uint64_t{1} << bin_[i];
@@ -167,7 +167,8 @@ void SampleGrid::find_bins_around(const Parallel& parallel) {
         if (farther_[c] > 0) bins_around_[c] = wide_bins_[c];
 }
 
-// Those that something may face. What faces one that is kept is kept: solid angles face each other both ways.
+// Keeps the points that another one may face. Facing bins are symmetric, so whatever faces a kept point is
+// kept.
 void SampleGrid::choose_kept(std::span<const Vec3> points, const Parallel& parallel, const Place& place) {
     constexpr std::size_t grain = 1024;
     const std::array<std::uint64_t, bin_count>& facing = facing_bins();
@@ -182,7 +183,7 @@ void SampleGrid::choose_kept(std::span<const Vec3> points, const Parallel& paral
     });
 }
 
-// By cells, and those of a cell in order of their numbers.
+// Sorts the kept points by cell, then by index.
 void SampleGrid::sort_points(std::span<const Vec3> points, std::span<const Vec3> normals,
                              std::span<const Way> ways, std::span<const std::uint16_t> owners,
                              const Parallel& parallel) {
@@ -217,7 +218,7 @@ void SampleGrid::sort_points(std::span<const Vec3> points, std::span<const Vec3>
     });
 }
 
-// Of what is kept in a cell and in those that are reached from it.
+// Returns the bounds of all kept points within reach of the cell.
 SampleGrid::Extent SampleGrid::extent_around(std::size_t cell) const {
     const Vec3i at(static_cast<int>(cell) % count_.x(), static_cast<int>(cell) / count_.x() % count_.y(),
                    static_cast<int>(cell) / count_.x() / count_.y());
@@ -265,11 +266,11 @@ void SampleGrid::build(std::span<const Vec3> points, std::span<const Vec3> norma
 
 void SampleGrid::find_facing(std::size_t of, double radius, double height,
                              std::vector<std::uint32_t>& scratch, std::vector<Faced>& out) const {
-    constexpr std::size_t most_ranges = 64;  // of seven by seven rows, for three times the reach
+    constexpr std::size_t most_ranges = 64;  // seven by seven rows, for three times the reach
     out.clear();
     const Vec3 point = sorted_[of].point, normal = sorted_[of].normal;
     const Way own = sorted_[of].way;
-    // More than what single precision loses of places, and of unit vectors' products.
+    // Exceeds the single-precision error of positions and of products of unit vectors.
     const double slack = 1e-6 * (extent_ + most_way_) + 1e-5 * reach_.least;
     const double reach = reach_.least + own.farther;
     radius = std::min({radius, reach_.most, reach + farther_of(sorted_[of].cell)});
@@ -307,7 +308,7 @@ void SampleGrid::find_facing(std::size_t of, double radius, double height,
                             lanes_[4].data(), lanes_[5].data(), lanes_[6].data(),  lanes_[7].data(),
                             lanes_[8].data(), lanes_[9].data(), lanes_[10].data(), lanes_[11].data(),
                             lanes_[12].data()};
-    // Grows only: what is in it is written anew.
+    // Only grows; its content is overwritten.
     if (scratch.size() < most + facing_padding) scratch.resize(most + facing_padding);
     bool is_low = false;
     const std::size_t found = select_facing(lanes, {ranges.data(), count}, query, scratch.data(), is_low);

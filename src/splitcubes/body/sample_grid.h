@@ -1,4 +1,4 @@
-// Samples of skins by place and by the way that they face.
+// Uniform grid that finds samples which face each other.
 #pragma once
 
 #include <splitcubes/core/parallel.h>
@@ -14,69 +14,68 @@
 
 namespace splitcubes::body {
 
-/// Normals' product below which skins face each other: an edge or a corner on a face does.
+/// Dot product of normals below which surfaces face each other; an edge or a corner faces a plane.
 inline constexpr double facing_cosine = -0.4;
 
-/// A uniform grid over points with normals, whose memory is kept from build to build. Of them it keeps those
-/// that another one around may face at all: normals are sorted into 54 solid angles, and those around a cell
-/// are a mask and a box. Where a solid is not cut, next to nothing is kept. Points are looked through in
-/// single precision, sixteen at a time where the machine can, and decided in double. Queries may run on
+/// Uniform grid over points with normals. It keeps only points that another point within reach may face:
+/// normals are binned into 54 solid angles, and each cell knows the bins (a bit mask) and normal bounds (a
+/// box) around it. An uncut solid keeps almost no points. Points are filtered in single precision, up to
+/// sixteen at a time, and confirmed in double. Memory is reused from build to build. Queries may run on
 /// several threads at once.
 ///
-/// Points go by their places in the grid's own order, cell by cell: what is near in space is then near in
+/// Kept points are addressed by entry, in order of the cells, so that neighbours in space are neighbours in
 /// memory.
 class SampleGrid {
   public:
-    /// m, in a step: that a point surely goes, and what it may go beyond that; and how much farther than the
-    /// least reach others have to be known for it.
+    /// Motion of a point within a step, m: its displacement, its possible additional displacement, and how
+    /// much it adds to the minimum reach.
     struct Way {
         Vec3 sure = Vec3::Zero(), more = Vec3::Zero();
         double farther = 0;
     };
-    /// m: two points are within reach of each other whose distance is less than `least` and what both ways
-    /// add to it, and less than `most`. 0 < least <= most <= 3 least.
+    /// m: two points are within reach of each other if their distance is less than `least` plus the `farther`
+    /// of both, and less than `most`. 0 < least <= most <= 3 least.
     struct Reach {
         double least = 1, most = 1;
     };
-    /// Called with the numbers of the points that are kept.
+    /// Gets the indices of the points that are kept.
     using Place = std::function<void(std::span<const std::uint32_t> kept)>;
 
-    /// points: m; normals: unit; ways: of each within the step; owners: whose each is. All are copied. Points
-    /// may be rough at first, and of their ways only a bound of `farther` be known: `place` is called with
-    /// those that are kept, and may move them, and set their ways, in the caller's lists. One by which
-    /// another one came within the reach less the two moves may be missed.
+    /// Rebuilds the grid. points: m; normals: unit; ways: motion within the step; owners: id of the owner of
+    /// each point. All are copied. The points may be approximate at first, and their motion only an upper
+    /// bound of `farther`: `place` gets the indices of the kept points and may update them and their motion
+    /// in the caller's arrays. A pair that comes within reach only by such an update may be missed.
     void build(std::span<const Vec3> points, std::span<const Vec3> normals, std::span<const Way> ways,
                std::span<const std::uint16_t> owners, const Reach& reach, const Parallel& parallel,
                const Place& place = {});
 
-    /// Of the points that are kept. What is not kept faces none within the reach.
+    /// Returns the number of kept points. A point that is not kept faces no point within its reach.
     std::size_t size() const { return number_.size(); }
-    /// Of the point at a place: its number in build's spans, itself (m), and its normal.
+    /// Index in the arrays of build, position (m) and normal of an entry.
     std::uint32_t number(std::size_t place) const { return number_[place]; }
     const Vec3& point(std::size_t place) const { return sorted_[place].point; }
     const Vec3& normal(std::size_t place) const { return sorted_[place].normal; }
 
-    /// False only where no point within the reach of the one at a place faces it.
+    /// Returns false only if no point within reach of the entry faces it.
     bool may_face(std::size_t place) const { return around_[sorted_[place].cell].may_face(normal(place)); }
 
-    /// True only where all points within the reach of the one at a place are its owner's, of those that may
-    /// face any.
+    /// Returns true only if all points within reach of the entry that may face any point have its owner.
     bool is_among_own(std::size_t place) const {
         const Extent& around = around_[sorted_[place].cell];
         return around.first_owner == around.last_owner;
     }
 
-    /// A point that faces another one, which asks for it.
+    /// A point that faces the queried one.
     struct Faced {
         std::uint32_t place;
-        double square;  // m^2, of the distance
-        double cosine;  // of the normals
-        double along;   // m, of the asking one above the plane through this one
-        double next;    // m, the same after both ways, and what these may be nearer by
+        double square;  // m^2, squared distance
+        double cosine;  // dot product of the normals
+        double along;   // m, height of the queried point above the plane through this one
+        double next;    // m, the same after the step; additional displacements count only if they reduce it
     };
-    /// The points that face the one at place `of`, are within its reach and nearer to it than `radius` (m),
-    /// in order of their places; `out` is replaced. It may be left empty where that one will lie farther than
-    /// `height` (m) above the planes through all of them. scratch: of the calling thread.
+    /// Finds the points that face the entry `of`, are within its reach and nearer to it than `radius` (m), in
+    /// order of their entries, and replaces `out`. Returns none if the entry will be farther than `height`
+    /// (m) above the planes through all of them. scratch: a buffer of the calling thread.
     void find_facing(std::size_t of, double radius, double height, std::vector<std::uint32_t>& scratch,
                      std::vector<Faced>& out) const;
 
@@ -90,7 +89,7 @@ class SampleGrid {
         std::uint16_t owner;
     };
 
-    /// Of some points' normals' coordinates, and owners.
+    /// Bounds of the normals' coordinates and of the owners of some points.
     struct Extent {
         std::array<float, 3> low{2, 2, 2}, high{-2, -2, -2};
         std::uint16_t first_owner = 0xffff, last_owner = 0;
@@ -103,7 +102,7 @@ class SampleGrid {
             first_owner = std::min(first_owner, other.first_owner);
             last_owner = std::max(last_owner, other.last_owner);
         }
-        /// Whether a normal within them faces this one.
+        /// Returns whether a normal within the bounds faces this one.
         bool may_face(const Vec3& normal) const {
             double least = 0;
             for (std::size_t k = 0; k < 3; ++k) {
@@ -126,12 +125,12 @@ class SampleGrid {
     void find_bins(std::span<const Vec3> points, std::span<const Vec3> normals, const Parallel& parallel);
     void find_bins_around(const Parallel& parallel);
     void find_farther(std::span<const Way> ways, const Parallel& parallel);
-    /// To each cell what `join` makes of its value and those up to `rings` cells from it.
+    /// Sets each cell to the result of `join` over all cells up to `rings` away.
     template <class Value, class Join>
     void spread(int rings, std::vector<Value>& values, std::vector<Value>& spare, const Parallel& parallel,
                 const Join& join) const;
     bool is_wide(std::size_t cell) const { return any_fast_ && farther_[cell] > 0; }
-    /// m, what a point that is reached from the cell adds to the reach at most.
+    /// Returns the maximum extra reach (m) of points that are reached from the cell.
     double farther_of(std::size_t cell) const {
         return is_wide(cell) ? farther_[cell] : 0.5 * (size_ - reach_.least);
     }
@@ -144,27 +143,27 @@ class SampleGrid {
     Vec3 origin_ = Vec3::Zero();  // m, low corner
     double size_ = 1;             // m, of a cell
     Reach reach_;
-    bool any_fast_ = false;  // whether a cell is wide: some point adds more to the reach than cells allow for
-    int rings_ = 1;          // cells around a wide one that are reached from it
+    bool any_fast_ = false;  // whether any cell is wide: some extra reach exceeds what the cell size covers
+    int rings_ = 1;          // cells that are reached from a wide one, in each direction
     double cells_a_metre_ = 1;
-    double extent_ = 0;    // m, of the points along an axis
-    double most_way_ = 0;  // m, of those that are kept, along an axis
+    double extent_ = 0;    // m, maximum extent of the points along an axis
+    double most_way_ = 0;  // m, maximum motion of the kept points along an axis
     Vec3i count_ = Vec3i::Ones();
-    // Per point, by numbers.
+    // Per point.
     std::vector<std::uint32_t> cell_;
     std::vector<std::uint8_t> bin_;
-    std::vector<std::uint32_t> kept_;  // numbers, ascending
-    // Per cell: of the solid angles of the normals in it and in those that are reached from it.
+    std::vector<std::uint32_t> kept_;  // indices, ascending
+    // Per cell: bit masks of the bins of all normals within reach of it.
     std::vector<std::uint64_t> bins_around_, wide_bins_, spare_bins_;
-    // Per cell, where any is wide: m, what a point that is reached from it adds to the reach at most; 0 where
-    // all are slow.
+    // m, per cell, if any is wide: maximum extra reach of points that are reached from it; 0 if all are slow.
     std::vector<float> farther_, spare_farther_;
-    std::vector<std::uint32_t> begin_, next_;  // per cell, first of its places; one more at the end
-    std::vector<std::uint32_t> number_;        // per place
-    std::vector<Point> sorted_;                // per place
-    // Per place, with room for a vector more: m from the origin; of unit normals; m, of ways.
+    std::vector<std::uint32_t> begin_, next_;  // per cell: its first entry; plus one at the end
+    std::vector<std::uint32_t> number_;        // per entry: index in the arrays of build
+    std::vector<Point> sorted_;                // per entry
+    // Per entry, padded by a vector: position from the origin, m; normal; displacement, additional
+    // displacement and extra reach, m.
     std::array<std::vector<float>, 13> lanes_;
-    // Per cell that has places: of the kept normals in it; and in those that are reached from it.
+    // Per nonempty cell: bounds of its own kept points; and of all within reach of it.
     std::vector<Extent> own_, around_;
 };
 

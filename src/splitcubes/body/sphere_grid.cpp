@@ -16,7 +16,7 @@ void SphereGrid::lay_out(std::span<const Ball> balls) {
     if (box_.empty()) return;
     const Vec3 extent = box_.size();
     if (!(size_ > 0)) size_ = 1;
-    // A few cells a ball, however far apart they are.
+    // Limits memory to a few cells per ball, however far apart they are.
     const double most = 64.0 + 8.0 * static_cast<double>(balls.size());
     while (((extent / size_).array().floor() + 1).prod() > most) size_ *= 1.5;
     count_ = (extent / size_).array().floor().cast<int>() + 1;

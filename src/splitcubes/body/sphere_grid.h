@@ -1,4 +1,4 @@
-// Balls by the cells of a grid that they reach into.
+// Uniform grid over balls.
 #pragma once
 
 #include <splitcubes/geometry/box.h>
@@ -11,18 +11,18 @@
 
 namespace splitcubes::body {
 
-/// Tells of a point in next to no time which of some balls it may lie in: most points lie in none. The cells
-/// are about as wide as the widest ball's radius, or wider where the balls are scattered. Memory is kept from
-/// build to build; queries may run on several threads at once.
+/// Uniform grid that finds the balls that may contain a point. Cells are about as wide as the largest radius,
+/// or wider if the balls are scattered. Memory is reused from build to build; queries may run on several
+/// threads at once.
 class SphereGrid {
   public:
     struct Ball {
         Vec3 centre;
         double radius;
     };
-    /// Lengths of one unit, at most 1e100; radii >= 0.
+    /// Rebuilds the grid. All lengths have one unit and are at most 1e100; radii >= 0.
     void build(std::span<const Ball> balls);
-    /// Numbers of all balls that the point may be in, and of some nearby; ascending.
+    /// Returns the indices, ascending, of all balls that contain the point, and possibly of some nearby.
     std::span<const std::uint32_t> near(const Vec3& point) const;
 
   private:
@@ -32,10 +32,10 @@ class SphereGrid {
     Vec3i place_at(const Vec3& point) const;
     void lay_out(std::span<const Ball> balls);
 
-    geometry::Box box_;  // around all
+    geometry::Box box_;  // around all balls
     double size_ = 1;    // of a cell
     Vec3i count_ = Vec3i::Ones();
-    std::vector<std::uint32_t> begin_, next_;  // per cell, of its numbers; one more at the end
+    std::vector<std::uint32_t> begin_, next_;  // per cell: first of its indices; plus one at the end
     std::vector<std::uint32_t> number_;
 };
 

@@ -7,9 +7,9 @@ namespace splitcubes::body {
 
 namespace {
 
-constexpr double cells_a_cube = 1;
-constexpr double most_cubes = 1 << 21;
-// Of a cube's side: what is asked for is widened by so much, far above the rounding of those who look.
+constexpr double cells_a_cube = 1;  // grid cells per side of a cube: larger ones report more false changes
+constexpr double most_cubes = 1 << 21;  // limits memory to 8 MiB per body
+// Share of a cube's side by which queried and marked boxes grow, to cover the callers' rounding errors.
 constexpr double margin = 1e-6;
 
 }  // namespace
@@ -23,7 +23,8 @@ SurfaceChanges::SurfaceChanges(const geometry::RestGrid& rest)
     last_.assign(index_of(0, 0, count_.z()), 0);
 }
 
-// What lies outside belongs to the cubes at the rim. Clamped as numbers, so that nothing overflows.
+// Boxes outside the grid belong to the cubes at its boundary. Clamps before the conversion, so that nothing
+// overflows.
 SurfaceChanges::Range SurfaceChanges::cubes_of(const geometry::Box& box) const {
     Range out;
     for (int axis = 0; axis < 3; ++axis) {
@@ -53,7 +54,7 @@ void SurfaceChanges::mark_all() {
     last_full_change_ = now_;
 }
 
-// By the changes after `when` as wholes.
+// Coarse test against the bounds of each change after `when`; true if that many are no longer stored.
 bool SurfaceChanges::may_have_changed(const Range& range, std::uint32_t when) const {
     if (now_ - when > recent_.size()) return true;
     for (std::uint32_t number = when + 1; number <= now_; ++number)

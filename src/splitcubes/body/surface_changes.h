@@ -1,4 +1,4 @@
-// Where in rest space a body's surface has changed, and when last.
+// Change counters of a body's surface by region of rest space.
 #pragma once
 
 #include <splitcubes/geometry/box.h>
@@ -11,29 +11,30 @@
 
 namespace splitcubes::body {
 
-/// Tells those who keep what they have seen between two places whether to look again. Rest space
-/// is cut into cubes of a cell (of more where there were too many), each with the number of its last change.
-/// Errs to "changed". The numbers count changes since this was made; they mean nothing to another body or
-/// run.
+/// Per-region change counters, by which caches of visibility between points find out what to update. Rest
+/// space is divided into cubes of a cell (larger ones for large grids), each with the number of its last
+/// change. May report changes where there were none, never the reverse. The numbers count changes since
+/// construction; they cannot be compared between bodies or runs.
 class SurfaceChanges {
   public:
     explicit SurfaceChanges(const geometry::RestGrid& rest);
 
-    /// The number of the last change.
+    /// Returns the number of the last change.
     std::uint32_t now() const { return now_; }
-    /// All marks that follow belong to one more change.
+    /// Starts a change: all following marks belong to it.
     void begin() {
         ++now_;
         recent_[now_ % recent_.size()] = {count_, -Vec3i::Ones()};
     }
-    /// box: m, rest space, holds all that was there before and is there now; an empty one marks nothing.
+    /// Marks a change of the surface. box: m, rest space, holds everything that was there before and is there
+    /// now; an empty box marks nothing.
     void mark(const geometry::Box& box);
-    /// What was seen before now may be different everywhere.
+    /// Marks a change of the whole surface.
     void mark_all();
-    /// The number of the last mark_all, 0 where there was none.
+    /// Returns the number of the last mark_all; 0 if there was none.
     std::uint32_t last_full_change() const { return last_full_change_; }
 
-    /// Whether something within the box (m, rest space) may have changed after the change `when`.
+    /// Returns whether anything within the box (m, rest space) may have changed after change `when`.
     bool since(const geometry::Box& box, std::uint32_t when) const;
 
   private:
@@ -56,9 +57,8 @@ class SurfaceChanges {
     Vec3 origin_;                      // m, low corner
     double side_;                      // m, of a cube
     Vec3i count_;                      // cubes
-    std::vector<std::uint32_t> last_;  // per cube
-    // Of the last changes, by their numbers, the cubes from the lowest to the highest: most changes are where
-    // a blade is.
+    std::vector<std::uint32_t> last_;  // per cube: its last change
+    // Ring buffer with the bounding range of cubes of each of the last changes: most changes are local.
     std::array<Range, 8> recent_;
     std::uint32_t now_ = 0, last_full_change_ = 0;
 };

@@ -1,4 +1,4 @@
-// What tools feel of what they cut.
+// Tool reaction forces.
 #include <splitcubes/body/world.h>
 
 #include <algorithm>
@@ -8,7 +8,7 @@ namespace splitcubes::body {
 
 namespace {
 
-// Square of the distance of a point from a polyline, m^2.
+// Returns the squared distance of a point from a polyline, m^2.
 double distance_to_line(const std::vector<Vec3>& line, const Vec3& point) {
     double nearest = 1e300;
     for (std::size_t k = 0; k + 1 < line.size(); ++k) {
@@ -27,7 +27,7 @@ void add_force(ToolForce& tool_force, const Isometry& tool, const Vec3& at, cons
 
 }  // namespace
 
-// One grid edge that the blade's edge has cut in the last interval of dt seconds.
+// Adds the resistance of one grid edge that the blade cut in the last interval of dt seconds.
 void Body::accumulate_cut_force(std::int32_t slot, double dt, const Isometry& tool_before,
                                 const Isometry& tool_now, ToolForce& tool_force) const {
     const splitting::Crossing& crossing = grid_.crossing(slot);
@@ -41,7 +41,7 @@ void Body::accumulate_cut_force(std::int32_t slot, double dt, const Isometry& to
     const Vec3 at = (1 - crossing.parameter) * frames_[static_cast<std::size_t>(a)].position +
                     crossing.parameter * frames_[static_cast<std::size_t>(b)].position;
     const Vec3 way = at - tool_before * (tool_now.inverse() * at);
-    // Slower than a micrometre a second there is no direction to resist in.
+    // Below a micrometre per second there is no direction of motion to resist.
     if (way.norm() > 1e-6 * dt) add_force(tool_force, tool_now, at, -work / way.squaredNorm() * way);
 }
 
@@ -60,7 +60,7 @@ void World::accumulate_side_friction(const Tool& tool, ToolForce& tool_force) co
         for (const std::vector<Vec3>& line : pose) nearest = std::min(nearest, distance_to_line(line, at));
         if (nearest > tool.sides.reach * tool.sides.reach) continue;
         const Vec3 way = at - before * (now.inverse() * at);
-        // Both sides of the blade rub.
+        // Both sides of the blade have friction.
         if (way.norm() > 1e-6 * settings_.time_step)
             add_force(tool_force, now, at,
                       -2 * tool.sides.friction * contact.normal_force * way.normalized());

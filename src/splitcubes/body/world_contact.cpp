@@ -1,4 +1,4 @@
-// The step of bodies that push on each other.
+// Time step of bodies that push on each other.
 #include <splitcubes/body/world.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace {
 using meshless::CachedContact;
 using meshless::ContactInput;
 
-// What is remembered of these contacts; both sorted by key.
+// Copies the cached contacts with the keys of `contacts`; all lists are sorted by key.
 void find_memory_of(std::span<const meshless::Contact> contacts, const std::vector<CachedContact>& all,
                     std::vector<CachedContact>& out) {
     meshless::CachedContactFinder finder(&all);
@@ -72,7 +72,7 @@ void World::integrate_group(const ContactIsland& group, const StepContext& conte
     }
 }
 
-// Implicit steps: one solve for all.
+// Implicit steps: one solve for all bodies.
 void World::step_together(const ContactIsland& group, const ContactInput& contacts,
                           const StepContext& context, StepReport& report) {
     GroupStep& step = group_step_;
@@ -95,8 +95,8 @@ void World::step_together(const ContactIsland& group, const ContactInput& contac
     }
 }
 
-// Explicit steps: each body with what touches it alone, then once, by impulses, the contacts
-// between bodies.
+// Explicit steps: each body with its own contacts and colliders; then the contacts between bodies, once per
+// step, by impulses.
 void World::step_apart(const ContactIsland& group, const ContactInput& contacts, const StepContext& context,
                        StepReport& report) {
     std::vector<meshless::Contact> between;
