@@ -1,4 +1,4 @@
-// No energy comes out of a contact: what falls, bounces, tips over and rolls only loses.
+// Contacts create no energy: bodies that fall, bounce, topple and roll only lose it.
 #include "rubber.h"
 
 #include <splitcubes/body/world.h>
@@ -40,11 +40,11 @@ double potential(const World& world) {
     return sum;
 }
 
-// Steps and holds the energy (kinetic, elastic, of height and of the contacts' springs) against the least
-// that there has been: it may rise by `share` of what it has lost by then, which the linear solve of a
-// turning body accounts for. `least`: J, of which nobody speaks on the way. Returns the last report.
-constexpr double least_at_end = 1e-5;
+constexpr double least_at_end = 1e-5;  // J, allowed at the end of a run
 
+// Runs the steps and compares the energy (kinetic, elastic, potential and in the contact springs) with its
+// minimum so far. It may rise by `share` of what was lost by then, the error of the linear solve for a
+// rotating body, plus `least` (J). Returns the last report.
 StepReport expect_only_losses(World& world, int steps, double share, double least) {
     double first = 0, lowest = 0, now = 0;
     StepReport report;
@@ -55,7 +55,7 @@ StepReport expect_only_losses(World& world, int steps, double share, double leas
         EXPECT_LT(now - lowest, least + share * (first - lowest)) << "step " << step;
         lowest = std::min(lowest, now);
     }
-    EXPECT_LT(now - lowest, least_at_end + share * (first - lowest)) << "what rose falls again";
+    EXPECT_LT(now - lowest, least_at_end + share * (first - lowest)) << "a rise must be temporary";
     return report;
 }
 
@@ -77,9 +77,9 @@ TEST(ContactEnergy, ABallBouncesLowerEachTime) {
     }
 }
 
-// A pear without a foot stands on a bottom rounder than its centre of mass is high: it tips over, falls, and
-// rolls and rocks on its side. With weights that are not those of the skin's own motion it sped up as it
-// rolled.
+// A pear without a foot stands on a bottom that curves more than its centre of mass is high: it topples,
+// falls, rolls and rocks on its side. It gained speed when the weights of contact sides did not reproduce
+// rigid motion.
 TEST(ContactEnergy, ATopplingPearRollsWithoutSpeedingUp) {
     for (const double friction : {0.0, 0.6}) {
         SCOPED_TRACE(friction);
@@ -93,7 +93,7 @@ TEST(ContactEnergy, ATopplingPearRollsWithoutSpeedingUp) {
     }
 }
 
-// A soft plate that is held all around, or at two ends only, which lets a ball roll off.
+// Adds a soft plate that is held all around, or at two ends only, which lets a ball roll off.
 void add_plate(World& world, double spacing, bool all_around) {
     Body& plate = world.add_body(geometry::make_box(Vec3(0.16, 0.1, 0.02)), soft_rubber(spacing));
     HoldConstraint edges;
@@ -108,7 +108,7 @@ struct Drop {
     double radius, height, density, youngs_modulus;
     Vec2 place;  // m, off the plate's centre
     bool all_around;
-    double least;  // J: a plate's sharp edge, that a ball rolls over, is samples a spacing apart
+    double least;  // J; larger for a sharp edge of a plate, which is a row of samples
 };
 
 TEST(ContactEnergy, ABallOnASoftPlateOnlyLoses) {
@@ -154,7 +154,7 @@ TEST(ContactEnergy, ABallInTheMiddleOfASoftPlateComesToRest) {
     EXPECT_LT(iterations, 20 * settings.solver.max_iterations) << "solves run out of iterations";
 }
 
-// Two arms, one above the other, on a spine at x = 0; the lower one's underside is z = 0.
+// Returns two arms, one above the other, on a spine at x = 0; the lower one's underside is z = 0.
 geometry::TriangleMesh make_folded(double length, double height, double thickness, double width) {
     const std::vector<Vec2> outline = {{0, 0},
                                        {length, 0},

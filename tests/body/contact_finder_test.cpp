@@ -1,4 +1,4 @@
-// What is kept from step to step changes no contact that is found.
+// Caches between steps do not change which contacts are found.
 #include "rubber.h"
 
 #include <splitcubes/body/contact_finder.h>
@@ -40,8 +40,7 @@ void expect_same(const std::vector<ContactIsland>& found, const std::vector<Cont
     }
 }
 
-// A block on the ground and a smaller one on it, through both of which a blade goes while the
-// lower one tears.
+// A blade cuts a block on the ground and a smaller one on top of it while the lower one tears.
 std::unique_ptr<World> make_searched_world(const std::shared_ptr<const Parallel>& parallel) {
     WorldSettings settings;
     settings.contact.pieces = true;
@@ -61,7 +60,7 @@ std::unique_ptr<World> make_searched_world(const std::shared_ptr<const Parallel>
     return world;
 }
 
-TEST(ContactFinder, FindsWhatOneFindsThatKnowsNothing) {
+TEST(ContactFinder, FindsTheSameContactsAsAFreshFinder) {
     const auto parallel = std::make_shared<const Parallel>(2);
     const std::unique_ptr<World> made = make_searched_world(parallel);
     World& world = *made;

@@ -1,4 +1,4 @@
-// The samples of the skin are those of the slow list.
+// The contact samples equal those of a reference implementation.
 #include <splitcubes/body/world.h>
 #include <splitcubes/geometry/shapes.h>
 
@@ -14,8 +14,8 @@
 namespace splitcubes::body {
 namespace {
 
-// The first vertex inside a cell, for each piece and direction, of those in a box of half a phyxel spacing;
-// none of cells that a cut has come into and left whole.
+// Reference: the first centre vertex of each piece and direction in each box of half a phyxel spacing; none
+// in cells that a cut entered without separating them.
 std::vector<std::pair<std::uint32_t, std::int32_t>> slow_list(const Body& body) {
     const int side = static_cast<int>(std::floor(0.5 * body.phyxel_spacing() / body.grid().rest().cell_size));
     std::set<std::tuple<int, int, int, std::int32_t, int>> seen;
@@ -45,7 +45,7 @@ geometry::TriangleMesh sheet(const Vec3& a, const Vec3& b, const Vec3& c) {
     return {{a, b, c}, {{0, 1, 2}}};
 }
 
-TEST(ContactSamples, AreThoseOfTheSlowList) {
+TEST(ContactSamples, EqualTheReferenceList) {
     for (const double spacing : {0.02, 0.045}) {
         const Parallel parallel(3);
         BodySettings settings;
@@ -60,14 +60,14 @@ TEST(ContactSamples, AreThoseOfTheSlowList) {
         EXPECT_EQ(list_of(body), slow_list(body));
         EXPECT_EQ(body.pieces().count(), 4U);
         EXPECT_GT(body.contact_samples().size(), before + 20);
-        // One that ends within the body.
+        // A cut that ends within the body.
         body.cut_with_sheet(sheet({-0.2, -0.061, -0.05}, {-0.03, -0.058, 0}, {-0.2, -0.062, 0.06}), 2,
                             parallel);
         EXPECT_EQ(list_of(body), slow_list(body));
     }
 }
 
-TEST(ContactSamples, PushOnceASpacingOnFlatFacesAndForEachNormalElsewhere) {
+TEST(ContactSamples, PushOncePerSpacingOnFlatFacesAndPerNormalElsewhere) {
     const Parallel parallel(2);
     BodySettings settings;
     settings.cell_size = 0.01;
@@ -75,7 +75,7 @@ TEST(ContactSamples, PushOnceASpacingOnFlatFacesAndForEachNormalElsewhere) {
     Body body(geometry::make_box(Vec3(0.3, 0.3, 0.3)), settings, parallel);
     body.cut_with_sheet(sheet({0.011, -1, -1}, {0.012, 1, -1}, {0.013, 0, 2}), 0, parallel);
     const auto& vertices = body.surface().vertices();
-    // Per box of a spacing, piece and direction: normals of those that push.
+    // Normals of the pushing samples, per box of a spacing, piece and direction.
     std::map<std::tuple<int, int, int, std::int32_t, int>, std::vector<Vec3f>> pushing;
     const auto box_of = [&](const ContactSample& point) {
         const splitting::SurfaceVertex& vertex = vertices[point.vertex];
@@ -94,7 +94,7 @@ TEST(ContactSamples, PushOnceASpacingOnFlatFacesAndForEachNormalElsewhere) {
         const std::vector<Vec3f>& normals = pushing[box_of(point)];
         EXPECT_TRUE(std::any_of(normals.begin(), normals.end(), [&](const Vec3f& normal) {
             return normal.dot(vertices[point.vertex].normal.normalized()) > 0.99F;
-        })) << "one that looks the same way pushes for it";
+        })) << "a sample with the same normal pushes for it";
     }
     for (const auto& [box, normals] : pushing)
         for (std::size_t a = 0; a < normals.size(); ++a)
@@ -104,10 +104,10 @@ TEST(ContactSamples, PushOnceASpacingOnFlatFacesAndForEachNormalElsewhere) {
     for (const ContactSample& point : body.contact_samples())
         if (point.pushes() && std::abs(vertices[point.vertex].rest.x() - 0.012) < 0.01)
             lips.insert(point.piece);
-    EXPECT_EQ(lips.size(), 2U) << "both lips push";
+    EXPECT_EQ(lips.size(), 2U) << "both cut faces push";
 }
 
-// A sheet across x that waves by `height` along y, and across z.
+// Returns a wavy sheet across x with the amplitude `height`.
 geometry::TriangleMesh waves(double height) {
     geometry::TriangleMesh mesh;
     constexpr std::uint32_t across = 60;
@@ -125,7 +125,7 @@ geometry::TriangleMesh waves(double height) {
     return mesh;
 }
 
-TEST(ContactSamples, OfRoughLipsOneASpacingAsksAndOneOfTwoInACell) {
+TEST(ContactSamples, OneSamplePerSpacingSearchesOnRoughCutFaces) {
     const Parallel parallel(2);
     BodySettings settings;
     settings.cell_size = 0.01;
@@ -141,12 +141,12 @@ TEST(ContactSamples, OfRoughLipsOneASpacingAsksAndOneOfTwoInACell) {
         const splitting::SurfaceVertex& vertex = vertices[point.vertex];
         const bool is_cut_face = vertex.rest.cwiseAbs().maxCoeff() < 0.14;
         if (!point.pushes()) {
-            EXPECT_EQ(point.face_delegate, point.vertex) << "another one pushes for it already";
+            EXPECT_EQ(point.face_delegate, point.vertex) << "it is represented already";
             continue;
         }
         const ContactSample& by = point_of.at(point.face_delegate);
         EXPECT_TRUE(by.pushes() && by.face_delegate == by.vertex && by.piece == point.piece);
-        EXPECT_EQ(vertices[by.vertex].place / 3, vertex.place / 3) << "in one box of a spacing";
+        EXPECT_EQ(vertices[by.vertex].place / 3, vertex.place / 3) << "in the same box";
         EXPECT_GT(vertices[by.vertex].normal.normalized().dot(vertex.normal.normalized()), 0);
         pushed += is_cut_face;
         asking += is_cut_face && point.face_delegate == point.vertex && point.opposite == point.vertex;
@@ -156,14 +156,14 @@ TEST(ContactSamples, OfRoughLipsOneASpacingAsksAndOneOfTwoInACell) {
         EXPECT_EQ(opposite.opposite, opposite.vertex);
         EXPECT_TRUE(point.face_delegate == point.vertex && opposite.face_delegate == opposite.vertex);
         EXPECT_EQ(vertices[opposite.vertex].place, vertex.place);
-        EXPECT_EQ(vertices[opposite.vertex].corners & vertex.corners, 0) << "of the other lip";
+        EXPECT_EQ(vertices[opposite.vertex].corners & vertex.corners, 0) << "on the opposite cut face";
     }
     EXPECT_GT(pushed, 800U);
     EXPECT_LT(asking, pushed / 3);
     EXPECT_GT(opposites, 30U);
 }
 
-TEST(ContactSamples, AreListedAgainOnlyForContacts) {
+TEST(ContactSamples, AreRebuiltOnlyIfContactsAreEnabled) {
     const auto parallel = std::make_shared<const Parallel>(2);
     for (const bool contacts : {false, true}) {
         WorldSettings world_settings;

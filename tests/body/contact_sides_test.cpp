@@ -1,4 +1,4 @@
-// Sides of contacts carry the point that they stand for.
+// Contact sides reproduce the motion of the point that they represent.
 #include <splitcubes/body/contact_sides.h>
 #include <splitcubes/core/random.h>
 #include <splitcubes/math/decompose.h>
@@ -18,7 +18,7 @@ Vec3 random_in(Random& random, double half) {
     return {random.uniform(-half, half), random.uniform(-half, half), random.uniform(-half, half)};
 }
 
-// Phyxels around a place, as spread along an axis as `thickness` says.
+// Returns phyxels around a point; `thickness` scales their spread along y.
 std::vector<Vec3> around(Random& random, const Vec3& place, double thickness) {
     std::vector<Vec3> out;
     for (std::size_t k = 0; k < ContactSide::most; ++k)
@@ -42,7 +42,7 @@ Vec3 mean(const ContactSide& side, const std::vector<Vec3>& of) {
     return out;
 }
 
-// The slow truth: axis by axis of the phyxels' spread.
+// Reference: works along the eigenvectors of the phyxels' covariance.
 void carry_by_axes(const std::vector<Vec3>& rest, const Vec3& place, ContactSide& side) {
     const Vec3 centre = mean(side, rest);
     Mat3 spread = Mat3::Zero();
@@ -62,13 +62,14 @@ void carry_by_axes(const std::vector<Vec3>& rest, const Vec3& place, ContactSide
         side.weight[k] *= 1 + slope.dot(rest[side.phyxel[k]] - centre);
 }
 
-TEST(ContactSides, AreCarriedAsAxisByAxis) {
+TEST(ContactSides, EqualTheReferenceAlongEigenvectors) {
     Random random(3);
     for (int trial = 0; trial < 500; ++trial) {
         const Vec3 place = random_in(random, 1);
-        // Also few phyxels, in a plane, on a line and all at one point.
+        // Includes few phyxels, in a plane, on a line and all at one point.
         const double thickness = trial % 3 == 0 ? 1 : trial % 3 == 1 ? 0.05 : 0;
-        // In a plane the damped matrix has a condition of 1e4, and what is off the plane loses digits.
+        // In a plane the damped matrix has a condition number of 1e4, and the part off the plane loses
+        // digits.
         const std::vector<Vec3> rest = around(random, place, thickness);
         ContactSide side = random_side(random, 1 + static_cast<std::uint32_t>(random.below(8)));
         ContactSide slow = side;
@@ -79,7 +80,7 @@ TEST(ContactSides, AreCarriedAsAxisByAxis) {
     }
 }
 
-TEST(ContactSides, GoWhereAnAffineMotionTakesTheirPoint) {
+TEST(ContactSides, ReproduceAffineMotion) {
     Random random(4);
     for (int trial = 0; trial < 200; ++trial) {
         const Vec3 place = random_in(random, 1);
@@ -87,7 +88,7 @@ TEST(ContactSides, GoWhereAnAffineMotionTakesTheirPoint) {
         ContactSide side = random_side(random, 8);
         reproduce_affine_motion(rest, place, spacing, side);
         EXPECT_NEAR(std::accumulate(side.weight.begin(), side.weight.end(), 0.0), 1, 1e-12);
-        // What is kept small along an axis takes a little off, the less the wider the phyxels are spread.
+        // The regularisation shifts the point slightly, less for phyxels that are spread wider.
         EXPECT_LT((mean(side, rest) - place).norm(), 0.1 * spacing);
         Mat3 turn;
         turn << 0.8, -0.5, 0.1, 0.4, 1.1, 0.2, -0.1, 0.3, 0.9;

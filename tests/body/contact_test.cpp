@@ -1,4 +1,4 @@
-// Laws of contact: bodies against colliders, pieces and each other; handles and tools.
+// Contact of bodies with colliders, pieces and each other; handles and tools.
 #include "rubber.h"
 
 #include <splitcubes/body/world.h>
@@ -57,7 +57,7 @@ double height_energy(const World& world) {
     return sum;
 }
 
-// Drops a cube on a solid and looks that it comes to rest above it.
+// Drops a cube on a solid and checks that it comes to rest above it.
 void expect_rest_on(std::shared_ptr<const geometry::SignedDistance> solid, const Vec3& from) {
     World world(falling(), thread_pool(1));
     Body& body = world.add_body(box_at(Vec3::Constant(0.06), from), rubber(0.015));
@@ -91,7 +91,7 @@ TEST(Contact, RestsOnTheMeshOfABox) {
                    Vec3(0, 0, 0.1));
 }
 
-// A block whose bottom is 12 spacings wide, after it has stood for a while; how many contacts push.
+// Lets a block with a bottom 12 spacings wide stand for a while; returns the number of active contacts.
 std::size_t contacts_below(World& world) {
     BodySettings settings = rubber(0.01, 2e5);
     settings.phyxel_spacing = 0.02;
@@ -101,23 +101,23 @@ std::size_t contacts_below(World& world) {
     return report.contacts;
 }
 
-TEST(Contact, AFlatFacePushesOnceASpacingOnAPlaneAndWithAllItsSamplesElsewhere) {
+TEST(Contact, AFlatFacePushesOncePerSpacingOnAPlaneAndWithAllSamplesElsewhere) {
     World plane(falling(), thread_pool(2)), box(falling(), thread_pool(2));
     plane.add_collider({"ground", geometry::make_plane_distance(Vec3::UnitZ(), 0), {}, 0.5});
     box.add_collider({"plate", geometry::make_box_distance(Vec3(1, 1, 0.1), 0),
                       [](double) { return Isometry(Eigen::Translation3d(0, 0, -0.05)); }, 0.5});
     const std::size_t on_plane = contacts_below(plane), on_box = contacts_below(box);
-    EXPECT_GT(on_plane, 100U) << "one a spacing";
+    EXPECT_GT(on_plane, 100U) << "one per spacing";
     EXPECT_LT(on_plane, 250U);
     EXPECT_GT(on_box, 2 * on_plane);
     EXPECT_NEAR(lowest(*plane.bodies()[0]), lowest(*box.bodies()[0]), 2e-4);
 }
 
-TEST(Contact, ACutThroughWhatStandsLosesNoneOfWhatBearsIt) {
+TEST(Contact, ACutThroughAStandingBlockKeepsItsSupportingContacts) {
     WorldSettings settings = falling();
     World world(settings, thread_pool(2));
     world.add_collider({"ground", geometry::make_plane_distance(Vec3::UnitZ(), 0), {}, 0.5});
-    // The blade goes through all of it within one step.
+    // The blade passes through the whole block within one step.
     const double then = 41 * settings.time_step;
     world.add_tool(cutting::Blade("blade", cutting::make_straight_blade({0, -0.2, 0}, {0, 0.2, 0}),
                                   {{then - 0.5 * settings.time_step, {0.0031, 0, 0.2}, Quat::Identity()},
@@ -129,7 +129,7 @@ TEST(Contact, ACutThroughWhatStandsLosesNoneOfWhatBearsIt) {
     EXPECT_GT(fewest + 3, before);
 }
 
-TEST(Contact, ABallCarriesWhatLiesOnItsTop) {
+TEST(Contact, ABlockRestsOnABall) {
     World world(falling(), thread_pool(1));
     Body& body = world.add_body(box_at(Vec3(0.08, 0.08, 0.03), Vec3(0, 0, 0.13)), rubber(0.015));
     const auto ball = geometry::make_sphere_distance(0.1);
@@ -167,15 +167,15 @@ TEST(Contact, PassesBesideAPlate) {
     EXPECT_NEAR(centre_of_piece(body, 0).z(), 0.15 - 5 * 6 / 60.0, 1e-9);
 }
 
-TEST(Contact, SlopeHoldsBelowItsFrictionAndSlidesAbove) {
+TEST(Contact, ABodySticksOrSlidesOnASlopeByItsFriction) {
     const double slope = 0.5;  // tangent of the angle
-    // Layers of phyxels on the contacts' own lattice, and off it.
+    // Phyxels aligned with the contact samples, and not.
     for (const auto& [friction, spacing] :
          {std::pair(0.7, 0.015), {0.7, 0.0125}, {0.2, 0.015}, {0.2, 0.0125}}) {
         WorldSettings settings = falling();
         const Vec3 normal = Vec3(-slope, 0, 1).normalized();
         settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, friction};
-        // The slope seen from the slope: gravity leans.
+        // In the frame of the slope: gravity is inclined.
         settings.gravity = 9.81 * Vec3(std::sqrt(1 - normal.z() * normal.z()), 0, -normal.z());
         World world(settings, thread_pool(1));
         Body& body = world.add_body(box_at(Vec3(0.09, 0.09, 0.03), Vec3(0, 0, 0.0151)), rubber(spacing, 5e5));
@@ -195,9 +195,9 @@ TEST(Contact, SlopeHoldsBelowItsFrictionAndSlidesAbove) {
     }
 }
 
-TEST(Contact, ABodySlidesOnAnotherAsCoulombSays) {
+TEST(Contact, SlidingBodiesObeyCoulombsLaw) {
     const double friction = 0.2, time = 0.25;
-    // On the contacts' own lattice, and off it.
+    // Phyxels aligned with the contact samples, and not.
     for (const double spacing : {0.015, 0.0125}) {
         WorldSettings settings = falling();
         settings.contact.friction = friction;
@@ -220,7 +220,7 @@ TEST(Contact, ABodySlidesOnAnotherAsCoulombSays) {
         const double lost = before.linear.x() - meshless::total_momenta(upper.phyxels()).linear.x();
         const double wanted = friction * 9.81 * before.mass * steps / 60;
         EXPECT_NEAR(lost, wanted, 0.05 * wanted) << "spacing " << spacing;
-        EXPECT_NEAR(report.momentum.x(), both, 1e-3 * both) << "the other takes it";
+        EXPECT_NEAR(report.momentum.x(), both, 1e-3 * both) << "the other body takes it";
         EXPECT_LT(iterations, 300);
     }
 }
@@ -243,7 +243,7 @@ TEST(Contact, AMovingColliderPushes) {
     EXPECT_GT(left, -0.05 + 0.2 + 0.01 - 0.05 * body.phyxel_spacing());
 }
 
-// Two pieces of one body, one of which is sent against the other, off centre.
+// One piece of a body is thrown against the other, off centre.
 TEST(Contact, CollidingPiecesKeepTheirMomentaAndGainNoEnergy) {
     World world(unsupported(), thread_pool(2));
     Body& body = world.add_body(geometry::make_box(Vec3(0.06, 0.06, 0.12)), rubber(0.015));
@@ -306,7 +306,7 @@ TEST(Contact, AFreshCutPushesNothing) {
 }
 
 TEST(Contact, ASlitThatEndsInsideDoesNotCloseThroughItself) {
-    // A bar that is slit from one side and bent so that the lips close.
+    // A bar with a slit from one side is bent so that the cut faces close.
     std::array<double, 2> through = {0, 0};
     for (const bool pieces : {false, true}) {
         WorldSettings settings = falling();
@@ -327,7 +327,7 @@ TEST(Contact, ASlitThatEndsInsideDoesNotCloseThroughItself) {
         ends.motion = [](double) { return Isometry::Identity(); };
         body.add_constraint(ends);
         for (int step = 0; step < 60; ++step) world.step();
-        // How far the lips' phyxels have gone through each other, below the slit's middle.
+        // Maximum overlap of phyxels on both sides of the slit, below its middle.
         double& most = through[pieces ? 1 : 0];
         const meshless::Phyxels& p = body.phyxels();
         for (std::size_t i = 0; i < p.size(); ++i)
@@ -339,7 +339,7 @@ TEST(Contact, ASlitThatEndsInsideDoesNotCloseThroughItself) {
                     most = std::max(most, p.rest_position[j].x() - p.rest_position[i].x() -
                                               (p.position[j].x() - p.position[i].x()));
     }
-    EXPECT_GT(through[0], 0.003) << "without contact the lips go through each other";
+    EXPECT_GT(through[0], 0.003) << "without contact the cut faces overlap";
     EXPECT_LT(through[1], 0.3 * through[0]);
 }
 
@@ -366,7 +366,7 @@ TEST(Contact, AStackOfThreeSlicesRests) {
         EXPECT_LT((centre_of_piece(body, k) - there[static_cast<std::size_t>(k)]).norm(), 1e-4 * 0.09)
             << k << ": creep in ten seconds";
     EXPECT_LT(kinetic, 1e-9) << "J: 0.05 mm/s of a body of 0.7 kg";
-    EXPECT_LT(most - first, 1e-5 * first) << "no energy comes";
+    EXPECT_LT(most - first, 1e-5 * first) << "energy does not increase";
     EXPECT_GT(lowest(body), -0.05 * body.phyxel_spacing());
 }
 
@@ -418,7 +418,7 @@ TEST(Contact, AHandlePullsUpToItsLimit) {
     }
 }
 
-TEST(Contact, ABladeFeelsItsResistance) {
+TEST(Contact, TheToolForceEqualsTheCuttingResistance) {
     for (const double resistance : {0.0, 200.0}) {
         World world(unsupported(), thread_pool(1));
         BodySettings block = rubber(0.0125);

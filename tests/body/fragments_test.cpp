@@ -1,4 +1,4 @@
-// Pieces too small to deform, through cuts.
+// Cuts that make pieces too small to deform.
 #include "laws/solids.h"
 #include "laws/worlds.h"
 
@@ -56,7 +56,7 @@ TEST(Fragments, CornersOfASpinningBodyGoOnAsTheyWent) {
     EXPECT_EQ(fragments, 12);
 }
 
-TEST(Fragments, ARigidPieceThatIsCutPartsIntoWhatItWas) {
+TEST(Fragments, ACutThroughARigidPieceConservesMassMomentaAndEnergy) {
     World world(free_space(), threads(2));
     Body& body = world.add_body(geometry::make_box(Vec3(0.2, 0.18, 0.16)), spinning_block(Vec3(3, -2, 4)));
     const Vec3 corner(0.1, 0.09, 0.08);
@@ -88,7 +88,7 @@ TEST(Fragments, ARigidPieceThatIsCutPartsIntoWhatItWas) {
     EXPECT_EQ(body.validate(), std::vector<std::string>{});
 }
 
-// Cut out between two layers of phyxels, it has none of its own at first.
+// A slab cut out between two layers of phyxels has none of its own at first.
 TEST(Fragments, ASlabThinnerThanThePhyxelSpacingKeepsItsMassAndMomentum) {
     for (const double low : {0.0, 0.02}) {
         World world(free_space(), threads(2));

@@ -1,4 +1,4 @@
-// Laws of rigid pieces that meet skin, each other and what lies below.
+// Rigid fragments in contact with surfaces, each other and colliders.
 #include "rubber.h"
 
 #include <splitcubes/body/world.h>
@@ -23,13 +23,13 @@ World make_crumbled_world(bool pieces, const Vec3& gravity) {
     return {settings, std::make_shared<const Parallel>(2)};
 }
 
-// Cuts the block's top off in columns: pieces of two cells a side, which are rigid.
+// Cuts the top of the block off in columns: pieces of two cells a side, which are rigid.
 void cut_fragments(World& world, Body& body, double top, int count) {
     geometry::TriangleMesh level = geometry::make_plane_sheet({0, 0, top}, Vec3::UnitZ(), 0.3);
     std::int32_t number = 0;
     for (int k = 0; k < count; ++k)
         for (int axis = 0; axis < 2; ++axis) {
-            // Upright sheets that end where the level one lies.
+            // Vertical sheets that end at the horizontal cut.
             const double at = (k - 0.5 * (count - 1)) * 0.0205 + 0.0002;
             geometry::TriangleMesh wall;
             for (const Vec2& p :
@@ -48,7 +48,7 @@ double lowest_fragment(const Body& body) {
     return out;
 }
 
-TEST(RigidContacts, CrumbsLieOnWhatTheyWereCutFrom) {
+TEST(RigidContacts, FragmentsRestOnTheBodyTheyWereCutFrom) {
     for (const bool pieces : {false, true}) {
         World world = make_crumbled_world(pieces, Vec3(0, 0, -9.81));
         Body& body = world.add_body(geometry::make_box(Vec3(0.08, 0.08, 0.08)), rubber(0.02));
@@ -59,7 +59,7 @@ TEST(RigidContacts, CrumbsLieOnWhatTheyWereCutFrom) {
         cut_fragments(world, body, 0.0204, 4);
         ASSERT_GT(body.phyxels().rigid.bodies.size(), 8U);
         const double before = lowest_fragment(body);
-        // Those at the rim may slide off.
+        // Fragments at the rim may slide off.
         std::vector<std::int32_t> inner;
         for (const meshless::RigidPiece& piece : body.phyxels().rigid.bodies)
             if (piece.centre.head<2>().cwiseAbs().maxCoeff() < 0.025) inner.push_back(piece.piece);
@@ -70,7 +70,7 @@ TEST(RigidContacts, CrumbsLieOnWhatTheyWereCutFrom) {
             for (const std::int32_t number : inner) {
                 const meshless::RigidPiece& piece =
                     body.phyxels().rigid.bodies[static_cast<std::size_t>(body.phyxels().rigid.index(number))];
-                EXPECT_GT(piece.centre.z(), before - 0.003) << "it lies";
+                EXPECT_GT(piece.centre.z(), before - 0.003) << "it rests";
                 EXPECT_LT(piece.velocity().norm(), 0.02) << "m/s";
             }
         } else {
@@ -79,7 +79,7 @@ TEST(RigidContacts, CrumbsLieOnWhatTheyWereCutFrom) {
     }
 }
 
-TEST(RigidContacts, AHeapOfCrumbsLiesOnTheGround) {
+TEST(RigidContacts, AHeapOfFragmentsRestsOnTheGround) {
     WorldSettings settings;
     settings.contact.pieces = true;
     settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0.6};
@@ -104,12 +104,12 @@ TEST(RigidContacts, AHeapOfCrumbsLiesOnTheGround) {
         for (std::size_t i = 0; i < body.phyxels().size(); ++i)
             now += 9.81 * body.phyxels().mass[i] * body.phyxels().position[i].z();
         if (step == 0) first = now;
-        // What turns into another is lifted out of it.
+        // Fragments that rotate into each other are lifted apart.
         EXPECT_LT(now, energy + 0.08 * first) << "step " << step;
         energy = std::min(energy, now);
     }
     EXPECT_LT(report.kinetic_energy, 1e-5);
-    // Pieces of 2 cm, five on each other.
+    // Pieces of 2 cm, stacked five high.
     const std::vector<meshless::RigidPiece>& pieces = body.phyxels().rigid.bodies;
     for (std::size_t k = 0; k < pieces.size(); ++k) {
         EXPECT_GT(pieces[k].centre.z(), 0.004) << "above the ground";
@@ -118,12 +118,12 @@ TEST(RigidContacts, AHeapOfCrumbsLiesOnTheGround) {
     }
 }
 
-TEST(RigidContacts, ACrumbThatHitsABodyKeepsTheMomenta) {
+TEST(RigidContacts, FragmentsThatHitABodyConserveMomenta) {
     World world = make_crumbled_world(true, Vec3::Zero());
     Body& body = world.add_body(geometry::make_box(Vec3(0.08, 0.08, 0.08)), rubber(0.02));
     cut_fragments(world, body, 0.0204, 4);
     ASSERT_GT(body.phyxels().rigid.bodies.size(), 8U);
-    // All are thrown back at it, each on a way of its own.
+    // All are thrown back at the body, on different paths.
     double speed = 0.8;
     for (meshless::RigidPiece& piece : body.phyxels().rigid.bodies) {
         piece.centre.z() += 0.03;
@@ -155,12 +155,12 @@ TEST(RigidContacts, ACrumbThatHitsABodyKeepsTheMomenta) {
     EXPECT_GT(contacts, 3U);
     const meshless::Momenta after = sums();
     EXPECT_LT((after.linear - before.linear).norm(), 1e-9 * before.linear.norm());
-    // What rigid pieces do to each other keeps it nearly.
+    // Contacts between fragments conserve it only approximately.
     EXPECT_LT((after.angular_momentum - before.angular_momentum).norm(),
               0.02 * before.angular_momentum.norm());
 }
 
-// A piece of two cells a side in the middle, cut out all around.
+// Cuts a piece of two cells a side out of the middle.
 void cut_core(World& world, Body& body) {
     constexpr double low = -0.01005, high = 0.01045;
     std::int32_t number = 0;
@@ -179,9 +179,9 @@ void cut_core(World& world, Body& body) {
         }
 }
 
-// No push of a whole piece keeps skin from closing on what it holds from all sides: it must not be thrown by
-// it.
-TEST(RigidContacts, WhatClosesOnACrumbFromAllSidesDoesNotThrowIt) {
+// Impulses on whole pieces cannot stop a surface from closing on a fragment that it encloses: the fragment
+// must not be thrown out.
+TEST(RigidContacts, AClosingSurfaceDoesNotThrowTheFragmentItEncloses) {
     World world = make_crumbled_world(true, Vec3::Zero());
     Body& body = world.add_body(geometry::make_box(Vec3(0.08, 0.08, 0.08)), rubber(0.02));
     cut_core(world, body);

@@ -1,4 +1,4 @@
-// What the search for contacts of skins rests on, against looking at everything.
+// The search for facing samples, compared with brute force.
 #include <splitcubes/body/sample_grid.h>
 #include <splitcubes/core/random.h>
 
@@ -16,7 +16,7 @@ Vec3 random_within(Random& random, double half) {
 
 constexpr double anywhere = std::numeric_limits<double>::infinity();
 
-// By how much the point `of` moves along a normal away from the point k in the step, at least.
+// Returns by how much the point `of` moves away from point k along a normal in the step, at least.
 double away(const std::vector<SampleGrid::Way>& ways, const Vec3& normal, std::size_t of, std::size_t k) {
     return normal.dot(ways[of].sure - ways[k].sure) + std::min(0.0, normal.dot(ways[of].more - ways[k].more));
 }
@@ -24,9 +24,9 @@ double away(const std::vector<SampleGrid::Way>& ways, const Vec3& normal, std::s
 struct Cloud {
     std::vector<Vec3> points, normals;
     std::vector<SampleGrid::Way> ways;
-    std::vector<std::uint16_t> owners;  // two patches' each, and anybody's
+    std::vector<std::uint16_t> owners;  // each owns two of the patches and a third of the other points
 
-    // Points of a few patches, whose normals are much alike, and some anywhere.
+    // Points of a few patches with similar normals, and some random ones.
     explicit Cloud(std::uint64_t seed) {
         Random random(seed);
         for (int patch = 0; patch < 6; ++patch) {
@@ -45,7 +45,7 @@ struct Cloud {
         for (std::size_t k = 0; k < points.size(); ++k)
             ways.push_back({random_within(random, 0.1), random_within(random, 0.1)});
     }
-    // One in `of` points has a way that others have to be known farther for: by up to `most`, m.
+    // Gives one in `of` points an extra reach of up to `most` (m), the others little.
     void make_fast(Random& random, int of, double most) {
         for (std::size_t k = 0; k < ways.size(); ++k)
             ways[k].farther =
@@ -64,7 +64,7 @@ struct Cloud {
     std::vector<std::uint32_t> facing(std::size_t of, double radius) const {
         return facing(of, radius, {radius, radius});
     }
-    // Of a point above the planes through others, after all ways.
+    // Returns the minimum height of a point above the planes through others, after the step.
     double least_height(std::size_t of, const std::vector<std::uint32_t>& others) const {
         double least = anywhere;
         for (const std::uint32_t k : others)
@@ -73,7 +73,7 @@ struct Cloud {
     }
 };
 
-// By the points' numbers, ascending.
+// Returns the indices of the points, ascending.
 std::vector<std::uint32_t> find_facing(const SampleGrid& grid, const std::vector<SampleGrid::Way>& ways,
                                        std::size_t place, double radius, double height) {
     std::vector<std::uint32_t> scratch, out;
@@ -93,7 +93,7 @@ std::vector<std::uint32_t> find_facing(const SampleGrid& grid, const std::vector
     return out;
 }
 
-TEST(SampleGrid, TellsWhereOthersMayLie) {
+TEST(SampleGrid, IsAmongOwnOnlyWhereNoOtherOwnerIsInReach) {
     SampleGrid grid;
     std::size_t among_own = 0, among_others = 0;
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
@@ -115,7 +115,7 @@ TEST(SampleGrid, TellsWhereOthersMayLie) {
     EXPECT_GT(among_others, 10U);
 }
 
-TEST(SampleGrid, VisitsAllThatFaceAPointAndNoneElse) {
+TEST(SampleGrid, FindsExactlyThePointsThatFaceAnother) {
     SampleGrid grid;
     Random random(77);
     std::size_t found = 0, passed_over = 0, left_out = 0, too_high = 0;
@@ -154,14 +154,14 @@ TEST(SampleGrid, VisitsAllThatFaceAPointAndNoneElse) {
                 ++left_out;
             }
         }
-    // None of them is so for want of cases.
+    // The cases occur often enough for the test to mean something.
     EXPECT_GT(too_high, 300U);
     EXPECT_GT(found, 1000U);
     EXPECT_GT(passed_over, 300U);
     EXPECT_GT(left_out, 1000U);
 }
 
-TEST(SampleGrid, LooksAsFarAsTheTwoWaysAsk) {
+TEST(SampleGrid, ExtendsTheReachByTheMotionOfBothPoints) {
     SampleGrid grid;
     Random random(5);
     std::size_t farther = 0, left_out = 0;
@@ -171,7 +171,7 @@ TEST(SampleGrid, LooksAsFarAsTheTwoWaysAsk) {
             const double least = random.uniform(0.03, 0.3);
             const SampleGrid::Reach reach{least, least * random.uniform(1.2, 3)};
             cloud.make_fast(random, of, random.uniform(0.1, 3) * least);
-            // Of a few points that lie far apart the cells are wider.
+            // A few distant points make the cells larger.
             if (seed > 3) cloud.points[seed] = cloud.points[0] + random_within(random, 40 * least);
             if (seed > 6) cloud.points[2 * seed] = cloud.points[0] + random_within(random, 150 * least);
             grid.build(cloud.points, cloud.normals, cloud.ways, cloud.owners, reach, Parallel(2));
@@ -200,7 +200,7 @@ TEST(SampleGrid, LooksAsFarAsTheTwoWaysAsk) {
     EXPECT_GT(left_out, 500U);
 }
 
-TEST(SampleGrid, BearsPointsThatAreNoneOrFarAway) {
+TEST(SampleGrid, ToleratesNaNAndFarPoints) {
     for (const double far : {1e6, 1e25, 1e300, -1e6, -1e25, -1e300}) {
         Cloud cloud(1);
         cloud.points[3].x() = std::numeric_limits<double>::quiet_NaN();

@@ -1,4 +1,4 @@
-// What a grid of balls tells, against looking at all of them.
+// SphereGrid compared with brute force.
 #include <splitcubes/body/sphere_grid.h>
 #include <splitcubes/core/random.h>
 
@@ -21,7 +21,7 @@ std::vector<SphereGrid::Ball> random_balls(Random& random, int count, double hal
     return out;
 }
 
-TEST(SphereGrid, NamesAllBallsThatAPointIsIn) {
+TEST(SphereGrid, FindsAllBallsThatContainAPoint) {
     SphereGrid grid;
     Random random(3);
     std::size_t inside = 0, named = 0, none = 0;
@@ -45,10 +45,10 @@ TEST(SphereGrid, NamesAllBallsThatAPointIsIn) {
         }
     EXPECT_GT(inside, 10000U);
     EXPECT_GT(none, 2000U);
-    EXPECT_LT(named, 20 * inside) << "it names few others";
+    EXPECT_LT(named, 20 * inside) << "few others are returned";
 }
 
-TEST(SphereGrid, BearsNoBallsAndBallsFarApart) {
+TEST(SphereGrid, ToleratesNoBallsAndBallsFarApart) {
     SphereGrid grid;
     grid.build({});
     EXPECT_TRUE(grid.near(Vec3::Zero()).empty());

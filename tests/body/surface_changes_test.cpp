@@ -1,4 +1,4 @@
-// Where the surface has changed is told, and what is elsewhere is not.
+// SurfaceChanges reports changes where they were, and none elsewhere.
 #include <splitcubes/body/surface_changes.h>
 #include <splitcubes/core/random.h>
 
@@ -15,7 +15,7 @@ Vec3 random_place(Random& random) {
     return {random.unit(), random.unit(), random.unit()};
 }
 
-TEST(SurfaceChanges, AreToldWhereAndOnlySince) {
+TEST(SurfaceChanges, AreReportedByRegionAndSinceAChange) {
     SurfaceChanges changes({Vec3::Zero(), cell, Vec3i::Constant(11)});
     const geometry::Box here{Vec3::Constant(0.1), Vec3::Constant(0.2)},
         there{Vec3::Constant(0.7), Vec3::Constant(0.8)};
@@ -31,15 +31,15 @@ TEST(SurfaceChanges, AreToldWhereAndOnlySince) {
     changes.begin();
     changes.mark({});
     EXPECT_FALSE(changes.since(here, marked));
-    // What is beyond the grid belongs to its rim.
+    // Boxes outside the grid belong to the cubes at its boundary.
     changes.mark({Vec3::Constant(-5), Vec3::Constant(-4)});
     EXPECT_TRUE(changes.since({Vec3::Constant(-9), Vec3::Constant(-8)}, marked));
     changes.mark_all();
     EXPECT_TRUE(changes.since(there, marked));
 }
 
-// Long ago as well as lately, in many places at once: what was changed is told, what is a cube away is not.
-TEST(SurfaceChanges, AreRememberedHoweverLongAgo) {
+// Recent and old changes, in many regions: every change is reported, and none more than a cube away.
+TEST(SurfaceChanges, AreReportedHoweverOldTheyAre) {
     SurfaceChanges changes({Vec3::Zero(), cell, Vec3i::Constant(11)});
     Random random{7};
     const auto random_box = [&] {

@@ -62,19 +62,18 @@ class RigidContacts {
     };
     using Plane = Planes::Plane;
     struct Row {
-        std::uint32_t upper = 0;     // fragment
-        std::int32_t lower = -1;     // fragment; -1: surface or obstacle
-        std::int32_t whole = -1;     // piece proxy that owns the surface; -1: none
-        meshless::ContactSide side;  // of the surface; its part is the index of the body
-        Vec3 own = Vec3::Zero();     // m, contact point in the upper fragment's frame
-        Vec3 lower_own =
-            Vec3::Zero();             // m, in the lower fragment's frame; else offset from the surface sample
-        Vec3 carried = Vec3::Zero();  // m, world, lower contact point on a surface at the end of the step
-        Vec3 normal = Vec3::UnitZ();  // from lower to upper
-        Vec3 start = Vec3::Zero();    // m, upper contact point minus lower one at the start of the step
-        double gap = 0;               // m, at the start of the step
-        double max_depenetration = 0;          // m
-        double friction = 0;                   // Coulomb coefficient
+        std::uint32_t upper = 0;        // fragment
+        std::int32_t lower = -1;        // fragment; -1: surface or obstacle
+        std::int32_t whole = -1;        // piece proxy that owns the surface; -1: none
+        meshless::ContactSide side;     // of the surface; its part is the index of the body
+        Vec3 own = Vec3::Zero();        // m, contact point in the upper fragment's frame
+        Vec3 lower_own = Vec3::Zero();  // m, in the lower fragment's frame; else from the surface sample
+        Vec3 carried = Vec3::Zero();    // m, world, lower contact point on a surface at the end of the step
+        Vec3 normal = Vec3::UnitZ();    // from lower to upper
+        Vec3 start = Vec3::Zero();      // m, upper contact point minus lower one at the start of the step
+        double gap = 0;                 // m, at the start of the step
+        double max_depenetration = 0;   // m
+        double friction = 0;            // Coulomb coefficient
         Vec3 surface_velocity = Vec3::Zero();  // m/s, of a moving obstacle
         double min_normal_velocity = 0;        // m/s, minimum relative normal velocity after the impulses
         Vec3 point = Vec3::Zero();             // m, world, application point of the impulses
@@ -89,8 +88,7 @@ class RigidContacts {
         bool pushed = false;                // by anything but a collider
         std::vector<std::uint32_t> near;    // surface samples, ascending
         std::vector<Row> rows;              // its contacts with surfaces
-        std::vector<double>
-            depth;  // m, <= 0, signed distance to each obstacle before positions are corrected
+        std::vector<double> depth;          // m, <= 0, per obstacle, before positions are corrected
     };
     /// Contact as the solver needs it.
     struct Push {
@@ -117,18 +115,17 @@ class RigidContacts {
         std::uint32_t body = 0;
         std::int32_t piece = -1;
         bool held = false;
-        double mass = 0;                           // kg
-        Vec3 centre = Vec3::Zero();                // m
-        Vec3 momentum = Vec3::Zero();              // kg m/s, before the impulses
-        Vec3 angular_momentum = Vec3::Zero();      // kg m^2/s, about the centre, before the impulses
-        Mat3 inertia = Mat3::Zero();               // kg m^2, about the centre
-        Mat3 inverse_inertia = Mat3::Zero();       // 1/(kg m^2)
-        Vec3 end_angular_velocity = Vec3::Zero();  // rad/s, at the end of the step
-        Vec3 shift = Vec3::Zero();                 // m, position correction
-        Vec3 angular_momentum_debt =
-            Vec3::Zero();                      // kg m^2/s, to compensate the change by position corrections
-        Vec3 velocity = Vec3::Zero();          // m/s, change by the impulses
-        Vec3 angular_velocity = Vec3::Zero();  // rad/s, change by the impulses
+        double mass = 0;                            // kg
+        Vec3 centre = Vec3::Zero();                 // m
+        Vec3 momentum = Vec3::Zero();               // kg m/s, before the impulses
+        Vec3 angular_momentum = Vec3::Zero();       // kg m^2/s, about the centre, before the impulses
+        Mat3 inertia = Mat3::Zero();                // kg m^2, about the centre
+        Mat3 inverse_inertia = Mat3::Zero();        // 1/(kg m^2)
+        Vec3 end_angular_velocity = Vec3::Zero();   // rad/s, at the end of the step
+        Vec3 shift = Vec3::Zero();                  // m, position correction
+        Vec3 angular_momentum_debt = Vec3::Zero();  // kg m^2/s, to compensate position corrections
+        Vec3 velocity = Vec3::Zero();               // m/s, change by the impulses
+        Vec3 angular_velocity = Vec3::Zero();       // rad/s, change by the impulses
     };
 
     /// Body in the impulse solver: fragments, then elastic pieces (their velocities are changes), and last an
@@ -195,9 +192,8 @@ class RigidContacts {
     std::vector<std::vector<Near>> near_;  // per range of samples
     std::vector<SphereGrid::Ball> balls_;  // per fragment: where it may meet surfaces
     SphereGrid grid_;
-    std::vector<std::pair<std::array<int, 3>, std::uint32_t>>
-        sorted_;       // fragments by the grid cell of their centre
-    double cell_ = 0;  // m, cell size
+    std::vector<std::pair<std::array<int, 3>, std::uint32_t>> sorted_;  // fragments by cell of the centre
+    double cell_ = 0;                                                   // m, cell size
     // m, per body and piece: maximum displacement of the surface in the step; and the maximum of all.
     std::vector<std::vector<double>> skin_way_;
     double most_skin_way_ = 0;
