@@ -19,10 +19,10 @@ Vec3 random_in(Random& random, double half) {
 }
 
 // Returns phyxels around a point; `thickness` scales their spread along y.
-std::vector<Vec3> around(Random& random, const Vec3& place, double thickness) {
+std::vector<Vec3> around(Random& random, const Vec3& point, double thickness) {
     std::vector<Vec3> out;
     for (std::size_t k = 0; k < ContactSide::most; ++k)
-        out.push_back(place + random_in(random, spacing).cwiseProduct(Vec3(1, thickness, 1)));
+        out.push_back(point + random_in(random, spacing).cwiseProduct(Vec3(1, thickness, 1)));
     return out;
 }
 
@@ -43,7 +43,7 @@ Vec3 mean(const ContactSide& side, const std::vector<Vec3>& of) {
 }
 
 // Reference: works along the eigenvectors of the phyxels' covariance.
-void carry_by_axes(const std::vector<Vec3>& rest, const Vec3& place, ContactSide& side) {
+void reproduce_along_axes(const std::vector<Vec3>& rest, const Vec3& point, ContactSide& side) {
     const Vec3 centre = mean(side, rest);
     Mat3 spread = Mat3::Zero();
     for (std::uint32_t k = 0; k < side.count; ++k) {
@@ -51,12 +51,12 @@ void carry_by_axes(const std::vector<Vec3>& rest, const Vec3& place, ContactSide
         spread += side.weight[k] * arm * arm.transpose();
     }
     const SymmetricEigen axes = eigen_symmetric(spread);
-    const double least = 0.005 * spacing * spacing;
+    const double min_spread = 0.005 * spacing * spacing;
     Vec3 slope = Vec3::Zero();
     for (int a = 0; a < 3; ++a) {
         const Vec3 axis = axes.vectors.col(a);
-        slope += axes.values[a] / (axes.values[a] * axes.values[a] + least * least) *
-                 axis.dot(place - centre) * axis;
+        slope += axes.values[a] / (axes.values[a] * axes.values[a] + min_spread * min_spread) *
+                 axis.dot(point - centre) * axis;
     }
     for (std::uint32_t k = 0; k < side.count; ++k)
         side.weight[k] *= 1 + slope.dot(rest[side.phyxel[k]] - centre);
@@ -65,36 +65,36 @@ void carry_by_axes(const std::vector<Vec3>& rest, const Vec3& place, ContactSide
 TEST(ContactSides, EqualTheReferenceAlongEigenvectors) {
     Random random(3);
     for (int trial = 0; trial < 500; ++trial) {
-        const Vec3 place = random_in(random, 1);
+        const Vec3 point = random_in(random, 1);
         // Includes few phyxels, in a plane, on a line and all at one point.
         const double thickness = trial % 3 == 0 ? 1 : trial % 3 == 1 ? 0.05 : 0;
         // In a plane the damped matrix has a condition number of 1e4, and the part off the plane loses
         // digits.
-        const std::vector<Vec3> rest = around(random, place, thickness);
+        const std::vector<Vec3> rest = around(random, point, thickness);
         ContactSide side = random_side(random, 1 + static_cast<std::uint32_t>(random.below(8)));
-        ContactSide slow = side;
-        const Vec3 carried = place + random_in(random, 0.5 * spacing);
-        reproduce_affine_motion(rest, carried, spacing, side);
-        carry_by_axes(rest, carried, slow);
-        for (std::uint32_t k = 0; k < side.count; ++k) EXPECT_NEAR(side.weight[k], slow.weight[k], 1e-8);
+        ContactSide reference = side;
+        const Vec3 target = point + random_in(random, 0.5 * spacing);
+        reproduce_affine_motion(rest, target, spacing, side);
+        reproduce_along_axes(rest, target, reference);
+        for (std::uint32_t k = 0; k < side.count; ++k) EXPECT_NEAR(side.weight[k], reference.weight[k], 1e-8);
     }
 }
 
 TEST(ContactSides, ReproduceAffineMotion) {
     Random random(4);
     for (int trial = 0; trial < 200; ++trial) {
-        const Vec3 place = random_in(random, 1);
-        const std::vector<Vec3> rest = around(random, place, 1);
+        const Vec3 point = random_in(random, 1);
+        const std::vector<Vec3> rest = around(random, point, 1);
         ContactSide side = random_side(random, 8);
-        reproduce_affine_motion(rest, place, spacing, side);
+        reproduce_affine_motion(rest, point, spacing, side);
         EXPECT_NEAR(std::accumulate(side.weight.begin(), side.weight.end(), 0.0), 1, 1e-12);
         // The regularisation shifts the point slightly, less for phyxels that are spread wider.
-        EXPECT_LT((mean(side, rest) - place).norm(), 0.1 * spacing);
-        Mat3 turn;
-        turn << 0.8, -0.5, 0.1, 0.4, 1.1, 0.2, -0.1, 0.3, 0.9;
+        EXPECT_LT((mean(side, rest) - point).norm(), 0.1 * spacing);
+        Mat3 linear;
+        linear << 0.8, -0.5, 0.1, 0.4, 1.1, 0.2, -0.1, 0.3, 0.9;
         std::vector<Vec3> moved;
-        for (const Vec3& p : rest) moved.emplace_back(turn * p + Vec3(3, 2, 1));
-        EXPECT_LT((mean(side, moved) - (turn * mean(side, rest) + Vec3(3, 2, 1))).norm(), 1e-12);
+        for (const Vec3& p : rest) moved.emplace_back(linear * p + Vec3(3, 2, 1));
+        EXPECT_LT((mean(side, moved) - (linear * mean(side, rest) + Vec3(3, 2, 1))).norm(), 1e-12);
     }
 }
 

@@ -24,7 +24,7 @@ std::vector<SphereGrid::Ball> random_balls(Random& random, int count, double hal
 TEST(SphereGrid, FindsAllBallsThatContainAPoint) {
     SphereGrid grid;
     Random random(3);
-    std::size_t inside = 0, named = 0, none = 0;
+    std::size_t inside = 0, returned = 0, none = 0;
     for (const int count : {1, 4, 40, 400})
         for (const double widest : {0.0, 0.02, 0.2, 3.0}) {
             const std::vector<SphereGrid::Ball> balls = random_balls(random, count, 1, widest);
@@ -39,13 +39,13 @@ TEST(SphereGrid, FindsAllBallsThatContainAPoint) {
                     ++inside;
                     ASSERT_TRUE(std::binary_search(near.begin(), near.end(), k)) << count << ' ' << widest;
                 }
-                named += near.size();
+                returned += near.size();
                 none += near.empty();
             }
         }
     EXPECT_GT(inside, 10000U);
     EXPECT_GT(none, 2000U);
-    EXPECT_LT(named, 20 * inside) << "few others are returned";
+    EXPECT_LT(returned, 20 * inside) << "few others are returned";
 }
 
 TEST(SphereGrid, ToleratesNoBallsAndBallsFarApart) {
@@ -54,12 +54,12 @@ TEST(SphereGrid, ToleratesNoBallsAndBallsFarApart) {
     EXPECT_TRUE(grid.near(Vec3::Zero()).empty());
     const std::vector<SphereGrid::Ball> balls = {{Vec3(0, 0, 0), 1}, {Vec3(1e90, -1e90, 3), 2}};
     grid.build(balls);
-    const auto is_named = [&](const Vec3& point, std::uint32_t ball) {
+    const auto is_returned = [&](const Vec3& point, std::uint32_t ball) {
         const std::span<const std::uint32_t> near = grid.near(point);
         return std::find(near.begin(), near.end(), ball) != near.end();
     };
-    EXPECT_TRUE(is_named(Vec3(0.5, 0, 0), 0));
-    EXPECT_TRUE(is_named(Vec3(1e90, -1e90, 2), 1));
+    EXPECT_TRUE(is_returned(Vec3(0.5, 0, 0), 0));
+    EXPECT_TRUE(is_returned(Vec3(1e90, -1e90, 2), 1));
     EXPECT_TRUE(grid.near(Vec3::Constant(std::numeric_limits<double>::quiet_NaN())).empty());
 }
 

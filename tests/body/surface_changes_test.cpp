@@ -11,7 +11,7 @@ namespace {
 
 constexpr double cell = 0.1;
 
-Vec3 random_place(Random& random) {
+Vec3 random_point(Random& random) {
     return {random.unit(), random.unit(), random.unit()};
 }
 
@@ -43,15 +43,15 @@ TEST(SurfaceChanges, AreReportedHoweverOldTheyAre) {
     SurfaceChanges changes({Vec3::Zero(), cell, Vec3i::Constant(11)});
     Random random{7};
     const auto random_box = [&] {
-        const Vec3 corner = random_place(random);
-        return geometry::Box{corner, corner + 0.15 * random_place(random)};
+        const Vec3 corner = random_point(random);
+        return geometry::Box{corner, corner + 0.15 * random_point(random)};
     };
     struct Mark {
-        std::uint32_t number;
+        std::uint32_t change;
         geometry::Box box;
     };
     std::vector<Mark> marks;
-    std::size_t told = 0, quiet = 0;
+    std::size_t reported = 0, unreported = 0;
     for (int step = 0; step < 40; ++step) {
         changes.begin();
         for (int k = step % 4; k > 0; --k) {
@@ -59,23 +59,23 @@ TEST(SurfaceChanges, AreReportedHoweverOldTheyAre) {
             changes.mark(marks.back().box);
         }
         for (int k = 0; k < 50; ++k) {
-            const geometry::Box asked = random_box();
-            const auto when = static_cast<std::uint32_t>(random.unit() * (changes.now() + 1));
-            bool touched = false, is_near = false;
+            const geometry::Box queried = random_box();
+            const auto change_id = static_cast<std::uint32_t>(random.unit() * (changes.now() + 1));
+            bool has_changed = false, is_near = false;
             for (const Mark& mark : marks) {
-                if (mark.number <= when) continue;
-                touched = touched || mark.box.meets(asked);
-                is_near = is_near || mark.box.grown(1.001 * cell).meets(asked);
+                if (mark.change <= change_id) continue;
+                has_changed = has_changed || mark.box.meets(queried);
+                is_near = is_near || mark.box.grown(1.001 * cell).meets(queried);
             }
-            const bool is_told = changes.since(asked, when);
-            EXPECT_TRUE(is_told || !touched);
-            EXPECT_TRUE(!is_told || is_near);
-            told += is_told;
-            quiet += !is_told;
+            const bool is_reported = changes.since(queried, change_id);
+            EXPECT_TRUE(is_reported || !has_changed);
+            EXPECT_TRUE(!is_reported || is_near);
+            reported += is_reported;
+            unreported += !is_reported;
         }
     }
-    EXPECT_GT(told, 100U);
-    EXPECT_GT(quiet, 100U);
+    EXPECT_GT(reported, 100U);
+    EXPECT_GT(unreported, 100U);
 }
 
 }  // namespace

@@ -28,9 +28,9 @@ std::uint32_t Body::nearest_of_piece(const Vec3& rest, std::int32_t piece) const
         return true;
     };
     // A radius query returns all phyxels within it, so the nearest of them is the nearest of all.
-    constexpr int most_doublings = 4;
+    constexpr int max_doublings = 4;
     double radius = 1.5 * spacing_;
-    for (int k = 0; k < most_doublings && std::isinf(nearest); ++k, radius *= 2)
+    for (int k = 0; k < max_doublings && std::isinf(nearest); ++k, radius *= 2)
         locator_.visit(rest, radius, take);
     if (std::isinf(nearest))
         for (std::uint32_t i = 0; i < phyxels_.size(); ++i) take(i);
@@ -92,7 +92,7 @@ void Body::add_handle_springs(const StepContext& context, std::uint32_t part,
     }
     for (std::size_t h = 0; h < handles_.size(); ++h) {
         const Handle& handle = handles_[h];
-        const auto number = static_cast<std::uint32_t>(limits.size());
+        const auto limit_index = static_cast<std::uint32_t>(limits.size());
         limits.push_back(handle.limit);
         if (context.time < handle.from || context.time >= handle.until) continue;
         const Isometry motion = handle.motion(context.time + context.dt);
@@ -102,7 +102,8 @@ void Body::add_handle_springs(const StepContext& context, std::uint32_t part,
         for (const std::uint32_t i : grabbed_[h]) {
             const double stiffness = handle.stiffness * phyxels_.mass[i] / mass;
             if (stiffness > 0)
-                handle_springs.push_back({part, i, number, motion * phyxels_.rest_position[i], stiffness});
+                handle_springs.push_back(
+                    {part, i, limit_index, motion * phyxels_.rest_position[i], stiffness});
         }
     }
 }

@@ -17,25 +17,25 @@ using meshless::ContactSide;
 
 // In phyxel spacings: speculative distance, beyond the displacement by speed; and maximum depenetration per
 // step.
-constexpr double margin_share = 0.05, depenetration_share = 0.02;
-constexpr double off_share = 0.5;  // spacings, max offset of a rendered vertex from its influences
-constexpr double most_weight = 4;  // bound on the sum of a side's absolute weights
+constexpr double collider_speculative_share = 0.05, depenetration_share = 0.02;
+constexpr double max_vertex_offset_share = 0.5;  // spacings, of a rendered vertex from its influences
+constexpr double max_weight_sum = 4;             // bound on the sum of a side's absolute weights
 // Markers of fresh samples in place of a previous index.
 constexpr std::int32_t new_sample = -1, no_sample = -2;
 
 }  // namespace
 
 bool ContactFinder::is_listed(const Task& task) {
-    now_.assign(task.bodies.size(), {});
-    bool same = listed_.size() == now_.size();
-    for (std::size_t b = 0; b < now_.size(); ++b) {
+    fresh_listed_.assign(task.bodies.size(), {});
+    bool same = listed_.size() == fresh_listed_.size();
+    for (std::size_t b = 0; b < fresh_listed_.size(); ++b) {
         const Body& body = *task.bodies[b];
-        now_[b].surface = body.surface().revision();
-        now_[b].skin = body.sample_revision();
-        now_[b].pieces = body.pieces().count();
-        now_[b].rigid = body.phyxels().rigid.bodies.size();
-        now_[b].anew = body.surface_changes().last_full_change();
-        same = same && now_[b].same_as(listed_[b]);
+        fresh_listed_[b].surface_revision = body.surface().revision();
+        fresh_listed_[b].sample_revision = body.sample_revision();
+        fresh_listed_[b].pieces = body.pieces().count();
+        fresh_listed_[b].rigid = body.phyxels().rigid.bodies.size();
+        fresh_listed_[b].full_change = body.surface_changes().last_full_change();
+        same = same && fresh_listed_[b].same_as(listed_[b]);
     }
     return same;
 }
@@ -50,11 +50,11 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
         count += body->is_lattice_driven() ? 0 : body->contact_samples().size();
     fresh_.resize(count);
     fresh_opposite_.resize(count);
-    old_.assign(count, no_sample);
-    stays_.assign(samples_.size(), 0);
+    previous_.assign(count, no_sample);
+    is_kept_.assign(samples_.size(), 0);
     std::size_t first = 0;
     for (std::uint32_t b = 0; b < task.bodies.size(); ++b) {
-        now_[b].first = first;
+        fresh_listed_[b].first = first;
         if (task.bodies[b]->is_lattice_driven()) continue;
         const std::size_t points = task.bodies[b]->contact_samples().size();
         const auto list = [&](std::size_t begin, std::size_t end) {
@@ -63,11 +63,11 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
         parallel.for_chunks(points, list_grain, std::cref(list));
         first += points;
     }
-    if (std::find(old_.begin(), old_.end(), no_sample) != old_.end()) squeeze_out();
+    if (std::find(previous_.begin(), previous_.end(), no_sample) != previous_.end()) compact();
     keep_slots();
     samples_.swap(fresh_);
     opposite_.swap(fresh_opposite_);
-    listed_.swap(now_);
+    listed_.swap(fresh_listed_);
 }
 
 // Returns whether the sample `pushing` still represents the sample `vertex` after the cuts of this step.
@@ -97,33 +97,36 @@ std::uint32_t ContactFinder::opposite_of(const Body& body, const ContactSample& 
 
 // Fills the fresh samples of points begin .. end - 1 of a body and matches them with the previous samples;
 // both lists are sorted by vertex. first: index of the body's first fresh sample.
-void ContactFinder::list_points(const Body& body, std::uint32_t number, std::size_t first, std::size_t begin,
-                                std::size_t end) {
-    const bool is_known = number < listed_.size();
-    const std::size_t last_old = number + 1 < listed_.size() ? listed_[number + 1].first : samples_.size();
-    auto old = samples_.begin() + static_cast<std::ptrdiff_t>(is_known ? listed_[number].first : last_old);
+void ContactFinder::list_points(const Body& body, std::uint32_t body_index, std::size_t first,
+                                std::size_t begin, std::size_t end) {
+    const bool is_known = body_index < listed_.size();
+    const std::size_t last_old =
+        body_index + 1 < listed_.size() ? listed_[body_index + 1].first : samples_.size();
+    auto old =
+        samples_.begin() + static_cast<std::ptrdiff_t>(is_known ? listed_[body_index].first : last_old);
     const auto old_end = samples_.begin() + static_cast<std::ptrdiff_t>(last_old);
     const auto is_before = [](const Sample& sample, std::uint32_t vertex) { return sample.vertex < vertex; };
     if (begin < end) old = std::lower_bound(old, old_end, body.contact_samples()[begin].vertex, is_before);
-    const bool same_nodes = is_known && now_[number].same_nodes(listed_[number]);
-    const bool same_numbers = is_known && now_[number].anew == listed_[number].anew;
+    const bool same_nodes = is_known && fresh_listed_[body_index].same_nodes(listed_[body_index]);
+    const bool same_indices =
+        is_known && fresh_listed_[body_index].full_change == listed_[body_index].full_change;
     for (std::size_t k = begin; k < end; ++k) {
         const ContactSample& point = body.contact_samples()[k];
         // The list dates from the last step: a cut of this step may have removed the vertex.
         const splitting::SurfaceVertex& vertex = body.surface().vertices()[point.vertex];
         if (!vertex.alive()) continue;
         while (old != old_end && old->vertex < point.vertex) ++old;
-        const bool was_one = old != old_end && old->vertex == point.vertex && old->rest == vertex.rest;
+        const bool was_sample = old != old_end && old->vertex == point.vertex && old->rest == vertex.rest;
         Sample& sample = fresh_[first + k];
         sample.rest = vertex.rest;
         sample.rest_normal = vertex.normal;
         sample.vertex = point.vertex;
         sample.cell = vertex.cell;
-        sample.body = static_cast<std::uint16_t>(number);
+        sample.body = static_cast<std::uint16_t>(body_index);
         sample.corners = vertex.corners;
         sample.serial = 0;
         const bool same_place =
-            was_one && same_numbers && old->cell == vertex.cell && old->corners == vertex.corners;
+            was_sample && same_indices && old->cell == vertex.cell && old->corners == vertex.corners;
         if (same_place && same_nodes) {
             sample.piece = old->piece;
         } else {
@@ -137,11 +140,11 @@ void ContactFinder::list_points(const Body& body, std::uint32_t number, std::siz
         sample.pushes = pushes(point.by);
         sample.searches_own_body = sample.pushes && pushes(point.face_delegate);
         fresh_opposite_[first + k] = opposite_of(body, point);
-        old_[first + k] = new_sample;
-        if (!was_one || old->node != sample.node || old->piece != sample.piece) continue;
+        previous_[first + k] = new_sample;
+        if (!was_sample || old->node != sample.node || old->piece != sample.piece) continue;
         const auto before = static_cast<std::size_t>(old - samples_.begin());
-        old_[first + k] = static_cast<std::int32_t>(before);
-        stays_[before] = 1;
+        previous_[first + k] = static_cast<std::int32_t>(before);
+        is_kept_[before] = 1;
         sample.slot = old->slot;
         // A changed normal invalidates known separations: the sample gets a new serial number.
         if (old->rest_normal == sample.rest_normal) sample.serial = old->serial;
@@ -149,44 +152,44 @@ void ContactFinder::list_points(const Body& body, std::uint32_t number, std::siz
 }
 
 // Removes the fresh entries that are no samples.
-void ContactFinder::squeeze_out() {
+void ContactFinder::compact() {
     std::size_t kept = 0;
-    for (std::size_t b = 0, k = 0; b < now_.size(); ++b) {
-        const std::size_t end = b + 1 < now_.size() ? now_[b + 1].first : fresh_.size();
-        now_[b].first = kept;
+    for (std::size_t b = 0, k = 0; b < fresh_listed_.size(); ++b) {
+        const std::size_t end = b + 1 < fresh_listed_.size() ? fresh_listed_[b + 1].first : fresh_.size();
+        fresh_listed_[b].first = kept;
         for (; k < end; ++k) {
-            if (old_[k] == no_sample) continue;
+            if (previous_[k] == no_sample) continue;
             fresh_[kept] = fresh_[k];
             fresh_opposite_[kept] = fresh_opposite_[k];
-            old_[kept++] = old_[k];
+            previous_[kept++] = previous_[k];
         }
     }
     fresh_.resize(kept);
     fresh_opposite_.resize(kept);
-    old_.resize(kept);
+    previous_.resize(kept);
 }
 
 // Restarts the serial numbers before they overflow.
-void ContactFinder::renumber() {
-    if (serials_ <= std::numeric_limits<std::uint32_t>::max() - fresh_.size() - 1) return;
-    serials_ = 0;
+void ContactFinder::restart_serials() {
+    if (last_serial_ <= std::numeric_limits<std::uint32_t>::max() - fresh_.size() - 1) return;
+    last_serial_ = 0;
     for (Sample& sample : fresh_) sample.serial = 0;
 }
 
 // Keeps the slots (cached data) of samples whose influences stay the same, drops known separations of samples
 // whose normal changed, and gives slots to new samples.
 void ContactFinder::keep_slots() {
-    renumber();
+    restart_serials();
     for (std::size_t k = 0; k < samples_.size(); ++k) {
-        if (stays_[k]) continue;
+        if (is_kept_[k]) continue;
         drop_known(samples_[k].slot);
         free_slots_.push_back(samples_[k].slot);
     }
     for (std::size_t k = 0; k < fresh_.size(); ++k) {
         Sample& sample = fresh_[k];
         if (sample.serial != 0) continue;
-        sample.serial = ++serials_;
-        if (old_[k] < 0)
+        sample.serial = ++last_serial_;
+        if (previous_[k] < 0)
             sample.slot = take_slot();
         else
             drop_known(sample.slot);
@@ -226,15 +229,15 @@ Vec3 ContactFinder::drift_of(const Task& task, const meshless::Phyxels& phyxels,
     const bool is_known = phyxels.history_step == task.dt && phyxels.history_broken[i] == 0;
     Vec3 change = is_known ? Vec3(phyxels.velocity[i] - phyxels.previous_velocity[i]) : fall;
     // Limited because a vibrating phyxel's last acceleration predicts nothing.
-    const double square = change.squaredNorm(), most = fall.squaredNorm();
-    if (!(square <= most)) change *= std::sqrt(most / square);
+    const double square = change.squaredNorm(), max_square = fall.squaredNorm();
+    if (!(square <= max_square)) change *= std::sqrt(max_square / square);
     return task.dt * change;
 }
 
 // Measures the mean displacement and, per body, the maximum displacement of a sample in the step. The factor
-// max_weight accounts for weights of both signs.
+// max_weight_sum accounts for weights of both signs.
 void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
-    way_.clear();
+    max_displacement_.clear();
     spacing_.clear();
     velocity_.clear();
     drift_.resize(task.bodies.size());
@@ -251,51 +254,52 @@ void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
             for (std::size_t i = begin; i < end; ++i) {
                 drift_[b][i] = drift_of(task, phyxels, i);
                 part.sum += phyxels.velocity[i];
-                part.top = std::max(part.top, phyxels.velocity[i].squaredNorm());
+                part.max_square = std::max(part.max_square, phyxels.velocity[i].squaredNorm());
             }
         };
         parallel.for_chunks(count, speed_grain, std::cref(measure));
-        double top = 0;
+        double max_square = 0;
         for (const Speeds& part : speeds_) {
             sum += part.sum;
-            top = std::max(top, part.top);
+            max_square = std::max(max_square, part.max_square);
         }
         all += static_cast<double>(count);
-        way_.push_back(task.dt * (most_weight * std::sqrt(top) + task.dt * task.gravity.norm()));
+        max_displacement_.push_back(task.dt *
+                                    (max_weight_sum * std::sqrt(max_square) + task.dt * task.gravity.norm()));
         spacing_.push_back(task.bodies[b]->phyxel_spacing());
     }
-    mean_way_ = task.dt / std::max(all, 1.0) * sum;
+    mean_displacement_ = task.dt / std::max(all, 1.0) * sum;
 }
 
 // Computes the maximum displacement of each piece's phyxels in the step, relative to the mean of all, m.
 void ContactFinder::measure_pieces(const Task& task, const Parallel& parallel) {
-    piece_way_.resize(task.bodies.size());
+    piece_displacement_.resize(task.bodies.size());
     for (std::size_t b = 0; b < task.bodies.size(); ++b) {
         const meshless::Phyxels& phyxels = task.bodies[b]->phyxels();
         const std::span<const Vec3> velocity = velocity_[b];
         square_.resize(velocity.size());
         parallel.for_each(velocity.size(), speed_grain, [&](std::size_t i) {
-            square_[i] = (task.dt * velocity[i] - mean_way_).squaredNorm();
+            square_[i] = (task.dt * velocity[i] - mean_displacement_).squaredNorm();
         });
         // A piece without phyxels gets the maximum of its body.
-        std::vector<double>& way = piece_way_[b];
-        way.assign(task.bodies[b]->pieces().count(), -1);
-        double top = 0;
+        std::vector<double>& displacement = piece_displacement_[b];
+        displacement.assign(task.bodies[b]->pieces().count(), -1);
+        double max_square = 0;
         for (std::size_t i = 0; i < square_.size(); ++i) {
             const auto piece = static_cast<std::size_t>(phyxels.piece[i]);
-            if (piece < way.size()) way[piece] = std::max(way[piece], square_[i]);
-            top = std::max(top, square_[i]);
+            if (piece < displacement.size()) displacement[piece] = std::max(displacement[piece], square_[i]);
+            max_square = std::max(max_square, square_[i]);
         }
-        for (double& square : way) square = std::sqrt(square < 0 ? top : square);
+        for (double& square : displacement) square = std::sqrt(square < 0 ? max_square : square);
     }
 }
 
 // Returns the maximum displacement (m) of a sample in the step relative to the mean of all, without knowing
 // its influences.
-double ContactFinder::way_of_piece(const Sample& sample) const {
-    const std::vector<double>& way = piece_way_[sample.body];
+double ContactFinder::piece_displacement(const Sample& sample) const {
+    const std::vector<double>& displacement = piece_displacement_[sample.body];
     const auto piece = static_cast<std::size_t>(sample.piece);
-    return piece < way.size() ? way[piece] : std::numeric_limits<double>::infinity();
+    return piece < displacement.size() ? displacement[piece] : std::numeric_limits<double>::infinity();
 }
 
 // Places samples at the rendered vertices. Those that may touch are placed exactly later (place_exactly).
@@ -303,18 +307,19 @@ void ContactFinder::place_samples(const Task& task, const Parallel& parallel) {
     position_.resize(samples_.size());
     normal_.resize(samples_.size());
     owner_.resize(samples_.size());
-    way_of_.resize(samples_.size());
+    motions_.resize(samples_.size());
     placed_.assign(samples_.size(), 0);
     patches_.resize((samples_.size() + grain - 1) / grain);
     const auto place = [&](std::size_t begin, std::size_t end) {
         Patch& patch = patches_[begin / grain] = {};
         for (std::size_t k = begin; k < end; ++k) {
             place_sample(task, k);
-            way_of_[k].farther = way_of_piece(samples_[k]);
+            motions_[k].extra_reach = piece_displacement(samples_[k]);
             patch.box.add(position_[k]);
             patch.spacing = std::max(patch.spacing, spacing_of(samples_[k]));
-            patch.most_way =
-                std::max(patch.most_way, way_[samples_[k].body] + off_share * spacing_of(samples_[k]));
+            patch.max_displacement =
+                std::max(patch.max_displacement, max_displacement_[samples_[k].body] +
+                                                     max_vertex_offset_share * spacing_of(samples_[k]));
         }
     };
     parallel.for_chunks(samples_.size(), grain, std::cref(place));
@@ -333,7 +338,8 @@ void ContactFinder::place_sample(const Task& task, std::size_t k) {
 // piece.
 bool ContactFinder::is_still_nearest(const meshless::Phyxels& phyxels, const Sample& sample,
                                      const Influence& influence) {
-    return influence.among == phyxels.size() && phyxels.piece[influence.side.phyxel[0]] == sample.piece;
+    return influence.phyxel_count == phyxels.size() &&
+           phyxels.piece[influence.side.phyxel[0]] == sample.piece;
 }
 
 // Finds a sample's influences and places it where they move it. The solver knows the motion of that point, so
@@ -351,7 +357,7 @@ void ContactFinder::find_influences(const Task& task, std::size_t k) {
     if (side.count == 0 || (has_row ? influence.row != row : !is_still_nearest(phyxels, sample, influence))) {
         side = body.influences_of(sample.vertex, sample.node, sample.piece, sample.body);
         influence.row = row;
-        influence.among = has_row ? 0 : phyxels.size();
+        influence.phyxel_count = has_row ? 0 : phyxels.size();
         Vec3 rest = Vec3::Zero();
         for (std::uint32_t c = 0; c < side.count; ++c)
             rest += side.weight[c] * phyxels.rest_position[side.phyxel[c]];
@@ -367,25 +373,25 @@ void ContactFinder::find_influences(const Task& task, std::size_t k) {
 }
 
 // Returns whether the solid is farther from all samples of the patch than they can move.
-bool ContactFinder::is_far(const Collider& collider, const ColliderPlaces& places, const Patch& patch) const {
+bool ContactFinder::is_far(const Collider& collider, const ColliderPoses& poses, const Patch& patch) const {
     const Vec3 centre = patch.box.center();
     const double radius = 0.5 * patch.box.size().norm();
-    const double moved = (places.to_after * centre - places.to_before * centre).norm() +
-                         (places.to_after.linear() - places.to_before.linear()).norm() * radius;
-    const double distance = collider.solid->at(places.to_before * centre).distance;
-    return distance - collider.solid->steepness() * radius > (1 + 1e-9) * (patch.most_way + moved);
+    const double moved = (poses.to_after * centre - poses.to_before * centre).norm() +
+                         (poses.to_after.linear() - poses.to_before.linear()).norm() * radius;
+    const double distance = collider.solid->at(poses.to_before * centre).distance;
+    return distance - collider.solid->steepness() * radius > (1 + 1e-9) * (patch.max_displacement + moved);
 }
 
-void ContactFinder::meet_collider(const Task& task, std::size_t number, const ColliderPlaces& places,
+void ContactFinder::meet_collider(const Task& task, std::size_t collider_index, const ColliderPoses& poses,
                                   std::size_t k, Chunk& chunk) {
-    const Collider& collider = task.colliders[number];
-    const auto& [before, after, to_before, to_after] = places;
+    const Collider& collider = task.colliders[collider_index];
+    const auto& [before, after, to_before, to_after] = poses;
     const Sample& s = samples_[k];
     if (!s.pushes && collider.solid->is_flat()) return;
     const Vec3& position = position_[k];
     const Body& body = *task.bodies[s.body];
     const double moved = (to_after * position - to_before * position).norm();
-    const double far = moved + way_[s.body] + off_share * spacing_of(s);
+    const double far = moved + max_displacement_[s.body] + max_vertex_offset_share * spacing_of(s);
     if (collider.solid->at(to_before * position).distance > far) return;
     find_influences(task, k);
     const Vec3 from = to_before * position;
@@ -394,15 +400,15 @@ void ContactFinder::meet_collider(const Task& task, std::size_t number, const Co
     own.part = 0;
     const Vec3 v = meshless::side_value(own, velocity);
     const Vec3 to = to_after * (position + task.dt * (v + task.dt * task.gravity));
-    const double margin = margin_share * spacing_of(s);
+    const double margin = collider_speculative_share * spacing_of(s);
     if (!(collider.solid->at(from).distance < (to - from).norm() + 2 * margin)) return;
     const double share = geometry::first_contact(*collider.solid, from, to, margin);
     if (!(share <= 1)) return;
-    const Vec3 place = from + share * (to - from);
-    const geometry::SignedDistance::Sample at = collider.solid->at(place);
-    const Vec3 touched = place - at.distance * at.normal;
+    const Vec3 hit = from + share * (to - from);
+    const geometry::SignedDistance::Sample at = collider.solid->at(hit);
+    const Vec3 touched = hit - at.distance * at.normal;
     Contact contact;
-    contact.key = key_of(s.body, number + 1, s.vertex);
+    contact.key = key_of(s.body, collider_index + 1, s.vertex);
     contact.upper = influence_of(k).side;
     contact.normal = after.linear() * at.normal;
     contact.gap = contact.normal.dot(position - before * touched);
@@ -418,33 +424,33 @@ void ContactFinder::meet_colliders(const Task& task, const Parallel& parallel) {
     for (std::size_t c = 0; c < task.colliders.size(); ++c) {
         const Collider& collider = task.colliders[c];
         const Isometry before = collider.at(task.time), after = collider.at(task.time + task.dt);
-        const ColliderPlaces places{before, after, before.inverse(), after.inverse()};
+        const ColliderPoses poses{before, after, before.inverse(), after.inverse()};
         in_chunks(parallel, samples_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
-            if (is_far(collider, places, patches_[begin / grain])) return;
-            for (std::size_t k = begin; k < end; ++k) meet_collider(task, c, places, k, chunk);
+            if (is_far(collider, poses, patches_[begin / grain])) return;
+            for (std::size_t k = begin; k < end; ++k) meet_collider(task, c, poses, k, chunk);
         });
     }
 }
 
 // The distribution of work over chunks is arbitrary. Each chunk gets capacity for everything found in the
 // last step and for the largest neighbourhood of any sample, so later steps do not allocate.
-void ContactFinder::warm_chunks(std::size_t threads) {
+void ContactFinder::reserve_chunks(std::size_t threads) {
     while (chunks_.size() < threads) {
         chunks_.push_back(std::make_unique<Chunk>());
         free_chunks_.push_back(chunks_.back().get());
     }
     std::size_t found = 0;
-    Chunk::Room room;
+    Chunk::Capacity capacity;
     for (const auto& chunk : chunks_) {
         found += chunk->found.size();
-        room.take_in(*chunk);
+        capacity.include(*chunk);
     }
     for (const auto& chunk : chunks_) {
         chunk->found.clear();
         chunk->keys.clear();
         chunk->found.reserve(std::bit_ceil(found + 1));
         chunk->keys.reserve(std::bit_ceil(found + 1));
-        room.give(*chunk);
+        capacity.reserve_in(*chunk);
     }
 }
 
@@ -465,8 +471,8 @@ void ContactFinder::give_back(Chunk& chunk) {
     free_chunks_.push_back(&chunk);
 }
 
-void ContactFinder::find(const Task& task, const Parallel& parallel, std::vector<ContactIsland>& groups) {
-    warm_chunks(static_cast<std::size_t>(parallel.thread_count()));
+void ContactFinder::find(const Task& task, const Parallel& parallel, std::vector<ContactIsland>& islands) {
+    reserve_chunks(static_cast<std::size_t>(parallel.thread_count()));
     if (task.options.pieces || !task.colliders.empty()) {
         list_samples(task, parallel);
         measure_speeds(task, parallel);
@@ -480,7 +486,7 @@ void ContactFinder::find(const Task& task, const Parallel& parallel, std::vector
         for (std::size_t n = 0; n < chunk->keys.size(); ++n)
             order_.push_back({chunk->keys[n], &chunk->found[n]});
     sort_found();
-    group(task, parallel, groups);
+    fill_islands(task, parallel, islands);
 }
 
 // Sorts by key with an LSD radix sort: there are many keys, and most of their digits agree.
@@ -503,11 +509,11 @@ void ContactFinder::sort_found() {
 }
 
 // Groups bodies that push on each other (union-find); sets group_of_ and part_of_.
-void ContactFinder::form_groups(std::size_t bodies, std::vector<ContactIsland>& groups) {
-    first_.resize(bodies);
-    std::iota(first_.begin(), first_.end(), 0U);
+void ContactFinder::form_islands(std::size_t bodies, std::vector<ContactIsland>& islands) {
+    parent_.resize(bodies);
+    std::iota(parent_.begin(), parent_.end(), 0U);
     const auto root = [&](std::uint32_t b) {
-        while (first_[b] != b) b = first_[b];
+        while (parent_[b] != b) b = parent_[b];
         return b;
     };
     if (bodies > 1)
@@ -515,34 +521,35 @@ void ContactFinder::form_groups(std::size_t bodies, std::vector<ContactIsland>& 
             const Contact& c = *f.contact;
             if (c.lower.is_collider() || c.lower.part == c.upper.part) continue;
             const std::uint32_t a = root(c.upper.part), b = root(c.lower.part);
-            first_[std::max(a, b)] = std::min(a, b);
+            parent_[std::max(a, b)] = std::min(a, b);
         }
-    for (ContactIsland& group : groups) group.bodies.clear();
+    for (ContactIsland& island : islands) island.bodies.clear();
     std::size_t count = 0;
-    group_of_.resize(bodies);
+    island_of_.resize(bodies);
     part_of_.resize(bodies);
     for (std::uint32_t b = 0; b < bodies; ++b) {
-        if (root(b) == b) group_of_[b] = count++;
-        group_of_[b] = group_of_[root(b)];
-        if (groups.size() < count) groups.emplace_back();
-        ContactIsland& group = groups[group_of_[b]];
-        part_of_[b] = static_cast<std::uint32_t>(group.bodies.size());
-        group.bodies.push_back(b);
+        if (root(b) == b) island_of_[b] = count++;
+        island_of_[b] = island_of_[root(b)];
+        if (islands.size() < count) islands.emplace_back();
+        ContactIsland& island = islands[island_of_[b]];
+        part_of_[b] = static_cast<std::uint32_t>(island.bodies.size());
+        island.bodies.push_back(b);
     }
-    groups.resize(count);
+    islands.resize(count);
 }
 
-void ContactFinder::group(const Task& task, const Parallel& parallel, std::vector<ContactIsland>& groups) {
-    form_groups(task.bodies.size(), groups);
-    const auto group_of = [this](const Found& found) { return group_of_[body_of(found.key)]; };
-    group_size_.assign(groups.size(), 0);
-    place_of_.resize(order_.size());
+void ContactFinder::fill_islands(const Task& task, const Parallel& parallel,
+                                 std::vector<ContactIsland>& islands) {
+    form_islands(task.bodies.size(), islands);
+    const auto island_of = [this](const Found& found) { return island_of_[body_of(found.key)]; };
+    island_size_.assign(islands.size(), 0);
+    index_in_island_.resize(order_.size());
     for (std::size_t k = 0; k < order_.size(); ++k)
-        place_of_[k] = static_cast<std::uint32_t>(group_size_[group_of(order_[k])]++);
+        index_in_island_[k] = static_cast<std::uint32_t>(island_size_[island_of(order_[k])]++);
     // Need not be cleared: every element is written below.
-    for (std::size_t g = 0; g < groups.size(); ++g) groups[g].contacts.resize(group_size_[g]);
+    for (std::size_t g = 0; g < islands.size(); ++g) islands[g].contacts.resize(island_size_[g]);
     parallel.for_each(order_.size(), 2 * grain, [&](std::size_t k) {
-        Contact& c = groups[group_of(order_[k])].contacts[place_of_[k]] = *order_[k].contact;
+        Contact& c = islands[island_of(order_[k])].contacts[index_in_island_[k]] = *order_[k].contact;
         c.upper.part = part_of_[c.upper.part];
         if (!c.lower.is_collider()) c.lower.part = part_of_[c.lower.part];
     });

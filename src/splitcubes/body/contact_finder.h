@@ -55,7 +55,7 @@ class ContactFinder {
     /// Finds the contacts and groups the bodies into islands, in order of their first bodies; a body that
     /// touches no other one is an island by itself. Replaces the islands and reuses their memory. Every call
     /// must get the same bodies, in whatever state they are.
-    void find(const Task& task, const Parallel& parallel, std::vector<ContactIsland>& groups);
+    void find(const Task& task, const Parallel& parallel, std::vector<ContactIsland>& islands);
 
     /// Sample of elastic surface, as the last call of find listed it.
     struct SurfaceSample {
@@ -92,43 +92,44 @@ class ContactFinder {
 
         struct Answer {
             std::uint32_t is_separated : 1 = 0;
-            std::uint32_t when : 31 = 0;  // last change of the surface that is taken into account
+            std::uint32_t last_change : 31 = 0;  // last change of the surface that is taken into account
             // Id of the occluder that separates them; if none does, the occluders' change counter at that
             // time.
             std::uint32_t witness = 0;
         };
         std::array<std::uint32_t, size> other{};  // 0: empty
         std::array<Answer, size> answer{};
-        // Nothing has changed after `from` and up to `until` within `along`, the bounding box (m, rest space)
-        // of all queried segments. So most samples need not check every other sample.
-        geometry::Box along;
+        // Nothing has changed after `from` and up to `until` within `bounds`, the bounding box (m, rest
+        // space) of all queried segments. So most samples need not check every other sample.
+        geometry::Box bounds;
         std::uint32_t from = 0, until = 0;
     };
     struct Influence {
         meshless::ContactSide side;  // no phyxels: not known yet
         Vec3 offset = Vec3::Zero();  // m, rest space, from the weighted mean; zero unless few lie in a plane
         std::uint64_t row = 0;       // NodeTracker::row_revision when it was found
-        std::size_t among = 0;       // without a row: phyxel count when the nearest one was found; else 0
+        std::size_t phyxel_count = 0;  // without a row: phyxel count when the nearest one was found; else 0
     };
     /// State of a body from which its samples were listed.
     struct Listed {
-        std::uint64_t surface = 0, skin = 0;
+        std::uint64_t surface_revision = 0, sample_revision = 0;
         std::size_t pieces = 0, rigid = 0;
-        std::uint32_t anew = 0;  // SurfaceChanges::last_full_change
-        std::size_t first = 0;   // index of its first sample
+        std::uint32_t full_change = 0;  // SurfaceChanges::last_full_change
+        std::size_t first = 0;          // index of its first sample
 
         /// Returns whether pieces and tracked node indices are the same.
         bool same_nodes(const Listed& o) const {
-            return pieces == o.pieces && rigid == o.rigid && anew == o.anew;
+            return pieces == o.pieces && rigid == o.rigid && full_change == o.full_change;
         }
         bool same_as(const Listed& o) const {
-            return surface == o.surface && skin == o.skin && same_nodes(o);
+            return surface_revision == o.surface_revision && sample_revision == o.sample_revision &&
+                   same_nodes(o);
         }
     };
     /// Sample of the face that another sample meets.
-    struct Facing {
-        std::uint32_t index, place;  // sample index; grid entry
-        double along, next;          // m, heights above the plane through this one, now and after the step
+    struct FaceSample {
+        std::uint32_t index, entry;  // sample index; grid entry
+        double height, end_height;   // m, heights above the plane through this one, now and after the step
         double weight;               // in the mean
     };
     enum class May : std::uint8_t { unknown, no, yes };
@@ -137,58 +138,58 @@ class ContactFinder {
         std::vector<meshless::Contact> found;
         std::vector<std::uint64_t> keys;  // of `found`, by index
         std::vector<std::uint32_t> near;
-        std::vector<SampleGrid::Faced> faced;  // all samples that face the current one
-        std::vector<May> may;                  // per entry of `faced`: whether it can meet the current one
+        std::vector<SampleGrid::FacingPoint> faced;  // all samples that face the current one
+        std::vector<May> may;  // per entry of `faced`: whether it can meet the current one
         std::vector<std::uint64_t> order;
-        std::vector<Facing> face;  // the face that the current sample meets, in order of the grid entries
-        SideBetween between;
+        std::vector<FaceSample> face;  // the face that the current sample meets, in order of the grid entries
+        SideBlend blend;
 
         /// Capacities of the buffers for the neighbourhood of one sample.
-        struct Room {
-            std::size_t near = 0, faced = 0, may = 0, order = 0, face = 0, between = 0;
+        struct Capacity {
+            std::size_t near = 0, faced = 0, may = 0, order = 0, face = 0, blend = 0;
 
-            void take_in(const Chunk& chunk) {
+            void include(const Chunk& chunk) {
                 near = std::max(near, chunk.near.size());
                 faced = std::max(faced, chunk.faced.capacity());
                 may = std::max(may, chunk.may.capacity());
                 order = std::max(order, chunk.order.capacity());
                 face = std::max(face, chunk.face.capacity());
-                between = std::max(between, chunk.between.room());
+                blend = std::max(blend, chunk.blend.capacity());
             }
-            void give(Chunk& chunk) const {
+            void reserve_in(Chunk& chunk) const {
                 chunk.near.resize(near);  // never shrinks
                 chunk.faced.reserve(faced);
                 chunk.may.reserve(may);
                 chunk.order.reserve(order);
                 chunk.face.reserve(face);
-                chunk.between.make_room(between);
+                chunk.blend.reserve(blend);
             }
         };
     };
     /// Bounds of a range of consecutive samples.
     struct Patch {
-        geometry::Box box;    // m, world
-        double spacing = 0;   // m, maximum of their bodies
-        double most_way = 0;  // m, maximum displacement of a sample in the step
+        geometry::Box box;            // m, world
+        double spacing = 0;           // m, maximum of their bodies
+        double max_displacement = 0;  // m, of a sample in the step
     };
     struct Speeds {
         Vec3 sum = Vec3::Zero();  // m/s, of velocities
-        double top = 0;           // m^2/s^2, maximum squared speed
+        double max_square = 0;    // m^2/s^2, maximum squared speed
     };
     struct Found {
         std::uint64_t key;
         const meshless::Contact* contact;
     };
     /// Poses of a collider at the beginning and the end of the step.
-    struct ColliderPlaces {
+    struct ColliderPoses {
         Isometry before, after;        // world from own
         Isometry to_before, to_after;  // own from world
     };
-    struct Reach {
-        double spacing;  // m, maximum of all bodies
-        double radius;   // m, base search radius around a sample
-        double most;     // m, search radius including all displacements
-        double fall;     // m, allowance for phyxels that begin to fall
+    struct SearchRange {
+        double spacing;     // m, maximum of all bodies
+        double radius;      // m, base search radius around a sample
+        double max_radius;  // m, search radius including all displacements
+        double fall;        // m, allowance for phyxels that begin to fall
     };
 
     // Samples or phyxels per chunk of a parallel loop; they do not affect the results.
@@ -197,7 +198,7 @@ class ContactFinder {
         return static_cast<std::uint64_t>(body) << 48 | static_cast<std::uint64_t>(other) << 32 | vertex;
     }
     static std::size_t body_of(std::uint64_t key) { return key >> 48; }
-    void warm_chunks(std::size_t threads);
+    void reserve_chunks(std::size_t threads);
     Chunk& take_chunk();
     KnownSeparations& take_known();
     Influence& influence_of(std::size_t k) { return influences_[samples_[k].slot]; }
@@ -218,55 +219,56 @@ class ContactFinder {
     bool is_listed(const Task& task);
     void list_samples(const Task& task, const Parallel& parallel);
     void relist(const Task& task, const Parallel& parallel);
-    void list_points(const Body& body, std::uint32_t number, std::size_t first, std::size_t begin,
+    void list_points(const Body& body, std::uint32_t body_index, std::size_t first, std::size_t begin,
                      std::size_t end);
     static bool pushes_for(const Body& body, std::uint32_t vertex, std::uint32_t by, bool same_pieces);
     static std::uint32_t opposite_of(const Body& body, const ContactSample& point);
-    void squeeze_out();
-    void renumber();
+    void compact();
+    void restart_serials();
     void keep_slots();
     void drop_known(std::uint32_t slot);
     std::uint32_t take_slot();
     static Vec3 drift_of(const Task& task, const meshless::Phyxels& phyxels, std::size_t i);
     void measure_speeds(const Task& task, const Parallel& parallel);
     void measure_pieces(const Task& task, const Parallel& parallel);
-    double way_of_piece(const Sample& sample) const;
+    double piece_displacement(const Sample& sample) const;
     void place_sample(const Task& task, std::size_t k);
     void place_samples(const Task& task, const Parallel& parallel);
     static bool is_still_nearest(const meshless::Phyxels& phyxels, const Sample& sample,
                                  const Influence& influence);
     void find_influences(const Task& task, std::size_t k);
     void meet_colliders(const Task& task, const Parallel& parallel);
-    void meet_collider(const Task& task, std::size_t number, const ColliderPlaces& places, std::size_t k,
-                       Chunk& chunk);
-    bool is_far(const Collider& collider, const ColliderPlaces& places, const Patch& patch) const;
+    void meet_collider(const Task& task, std::size_t collider_index, const ColliderPoses& poses,
+                       std::size_t k, Chunk& chunk);
+    bool is_far(const Collider& collider, const ColliderPoses& poses, const Patch& patch) const;
     void place_exactly(const Task& task, std::span<const std::uint32_t> kept, const Parallel& parallel);
     void meet_pieces(const Task& task, const Parallel& parallel);
     bool are_separated(const Body& body, std::size_t a, std::size_t b);
-    static void look(const Body& body, const Vec3& from, const Vec3& to, bool is_known,
-                     KnownSeparations::Answer& answer);
-    static void bring_up_to(const SurfaceChanges& changes, std::uint32_t now, KnownSeparations& known);
+    static void update_answer(const Body& body, const Vec3& from, const Vec3& to, bool is_known,
+                              KnownSeparations::Answer& answer);
+    static void update_interval(const SurfaceChanges& changes, std::uint32_t now, KnownSeparations& known);
     bool may_meet(const Task& task, std::size_t a, std::size_t b);
     bool may_meet(const Task& task, std::size_t k, std::size_t n, Chunk& chunk);
-    const SampleGrid::Faced* partner_of(const Task& task, std::size_t k, Chunk& chunk);
-    double soon(std::size_t k, const Reach& reach) const;
-    bool find_facing(std::size_t place, double radius, const Reach& reach, Chunk& chunk) const;
-    double width_of(std::size_t k, const SampleGrid::Faced& partner, const Reach& reach) const;
-    const SampleGrid::Faced* find_partner(const Task& task, std::size_t place, const Reach& reach,
-                                          Chunk& chunk);
-    const SampleGrid::Faced* widen(std::size_t place, const SampleGrid::Faced& partner, double near,
-                                   const Reach& reach, Chunk& chunk) const;
-    void find_face(const Task& task, std::size_t k, const SampleGrid::Faced& chosen, const Reach& reach,
-                   Chunk& chunk);
-    bool meet(const Task& task, std::size_t place, const Reach& reach, Chunk& chunk, meshless::Contact& out);
-    bool push_on(const Task& task, const Vec3& foot, double total, std::size_t partner, Chunk& chunk,
-                 meshless::Contact& out) const;
-    bool is_answered_by_opposite(const Task& task, std::size_t k) const;
-    bool asks(const Task& task, std::size_t place) const;
-    Reach reach_of(const Task& task) const;
+    const SampleGrid::FacingPoint* partner_of(const Task& task, std::size_t k, Chunk& chunk);
+    double speculative_gap(std::size_t k, const SearchRange& range) const;
+    bool find_facing(std::size_t entry, double radius, const SearchRange& range, Chunk& chunk) const;
+    double width_of(std::size_t k, const SampleGrid::FacingPoint& partner, const SearchRange& range) const;
+    const SampleGrid::FacingPoint* find_partner(const Task& task, std::size_t entry, const SearchRange& range,
+                                                Chunk& chunk);
+    const SampleGrid::FacingPoint* widen(std::size_t entry, const SampleGrid::FacingPoint& partner,
+                                         double near, const SearchRange& range, Chunk& chunk) const;
+    void find_face(const Task& task, std::size_t k, const SampleGrid::FacingPoint& chosen,
+                   const SearchRange& range, Chunk& chunk);
+    bool meet(const Task& task, std::size_t entry, const SearchRange& range, Chunk& chunk,
+              meshless::Contact& out);
+    bool set_lower_side(const Task& task, const Vec3& foot, double total, std::size_t partner, Chunk& chunk,
+                        meshless::Contact& out) const;
+    bool is_covered_by_opposite(const Task& task, std::size_t k) const;
+    bool searches(const Task& task, std::size_t entry) const;
+    SearchRange search_range(const Task& task) const;
     void sort_found();
-    void form_groups(std::size_t bodies, std::vector<ContactIsland>& groups);
-    void group(const Task& task, const Parallel& parallel, std::vector<ContactIsland>& groups);
+    void form_islands(std::size_t bodies, std::vector<ContactIsland>& islands);
+    void fill_islands(const Task& task, const Parallel& parallel, std::vector<ContactIsland>& islands);
 
     std::vector<Sample> samples_, fresh_;
     std::vector<std::uint32_t> opposite_, fresh_opposite_;  // per sample: vertex, as in ContactSample
@@ -276,31 +278,31 @@ class ContactFinder {
     std::vector<std::uint32_t> free_slots_;
     std::deque<KnownSeparations> known_;  // only grows; elements keep their addresses
     std::vector<KnownSeparations*> free_known_;
-    std::uint32_t serials_ = 0;  // last serial number
+    std::uint32_t last_serial_ = 0;  // last serial number
     // Per fresh sample: its previous index, new_sample (-1) or no_sample (-2).
-    std::vector<std::int32_t> old_;
-    std::vector<std::uint8_t> stays_;  // per previous sample: whether it is kept
-    std::vector<Listed> listed_, now_;
-    std::vector<Vec3> position_, normal_;         // m; unit, outward; world
-    std::vector<std::uint16_t> owner_;            // body
-    std::vector<std::uint8_t> placed_;            // 1: the position follows the phyxels exactly
-    std::vector<Patch> patches_;                  // per `grain` samples
-    std::vector<double> spacing_;                 // m, per body
-    std::vector<double> way_;                     // m, per body: maximum displacement of a sample in the step
-    std::vector<Speeds> speeds_;                  // per range of a body's phyxels
-    Vec3 mean_way_ = Vec3::Zero();                // m, mean displacement of all phyxels in the step
-    std::vector<double> square_;                  // m^2, per phyxel of a body
-    std::vector<std::vector<double>> piece_way_;  // m, per body and piece: see measure_pieces
+    std::vector<std::int32_t> previous_;
+    std::vector<std::uint8_t> is_kept_;  // per previous sample: whether it is kept
+    std::vector<Listed> listed_, fresh_listed_;
+    std::vector<Vec3> position_, normal_;                  // m; unit, outward; world
+    std::vector<std::uint16_t> owner_;                     // body
+    std::vector<std::uint8_t> placed_;                     // 1: the position follows the phyxels exactly
+    std::vector<Patch> patches_;                           // per `grain` samples
+    std::vector<double> spacing_;                          // m, per body
+    std::vector<double> max_displacement_;                 // m, per body: of a sample in the step
+    std::vector<Speeds> speeds_;                           // per range of a body's phyxels
+    Vec3 mean_displacement_ = Vec3::Zero();                // m, mean displacement of all phyxels in the step
+    std::vector<double> square_;                           // m^2, per phyxel of a body
+    std::vector<std::vector<double>> piece_displacement_;  // m, per body and piece: see measure_pieces
     std::vector<std::span<const Vec3>> velocity_;
-    std::vector<std::vector<Vec3>> drift_;  // m, per body and phyxel: see drift_of
-    std::vector<SampleGrid::Way> way_of_;   // per sample that the grid keeps
+    std::vector<std::vector<Vec3>> drift_;     // m, per body and phyxel: see drift_of
+    std::vector<SampleGrid::Motion> motions_;  // per sample that the grid keeps
     SampleGrid grid_;
     std::mutex mutex_;                            // guards chunks_ and known_
     std::vector<std::unique_ptr<Chunk>> chunks_;  // `part` of their contacts is the index of the body
     std::vector<Chunk*> free_chunks_;
     std::vector<Found> order_, spare_order_;
-    std::vector<std::uint32_t> first_, part_of_, place_of_;
-    std::vector<std::size_t> group_of_, group_size_;
+    std::vector<std::uint32_t> parent_, part_of_, index_in_island_;
+    std::vector<std::size_t> island_of_, island_size_;
 };
 
 }  // namespace splitcubes::body

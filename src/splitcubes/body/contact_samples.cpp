@@ -13,13 +13,13 @@ namespace {
 // larger value makes more samples push on curved surfaces.
 constexpr float flat_face = 0.998F;
 // In spacings: maximum size of a box; boxes are whole cells.
-constexpr double widest_box = 1.15;
+constexpr double max_box_share = 1.15;
 // Dot product of normals above which two samples of cut faces in a box belong to one face.
 constexpr float one_cut_face = 0.7F;
 // Preferred position of the pushing sample of a flat face in its box, as shares of the box: of faces that
 // look along an axis, and against it. They differ so that the samples of the two faces of a cut do not
 // coincide.
-constexpr float place_along = 0.2F, place_against = 0.8F;
+constexpr float preferred_along = 0.2F, preferred_against = 0.8F;
 
 // Corners of a cell that a cut entered without separating it: its cut faces are one fan, which has no usable
 // normal.
@@ -33,10 +33,10 @@ struct SampleCandidate {
 
 // Returns the key of a box of side^3 cells and a main direction: 2 axis, plus 1 if it points against the
 // axis.
-std::uint64_t key_of(const Vec3i& place, int side, int direction) {
+std::uint64_t key_of(const Vec3i& cell, int side, int direction) {
     auto key = static_cast<std::uint64_t>(direction);
     // 20 bits each: a grid has at most 2^20 nodes along an axis.
-    for (int k = 0; k < 3; ++k) key = key << 20 | static_cast<std::uint64_t>(place[k] / side);
+    for (int k = 0; k < 3; ++k) key = key << 20 | static_cast<std::uint64_t>(cell[k] / side);
     return key;
 }
 
@@ -47,21 +47,21 @@ int main_direction(const Vec3f& normal) {
 }
 
 // Hash table (open addressing) that gives each pair of box and piece an index, in order of first appearance.
-class BoxNumbers {
+class BoxIndices {
   public:
-    explicit BoxNumbers(std::size_t most) : table_(std::bit_ceil(2 * most + 1), {0, -1, 0}) {}
+    explicit BoxIndices(std::size_t count) : table_(std::bit_ceil(2 * count + 1), {0, -1, 0}) {}
     /// Returns the index of the pair; a new pair gets the number of pairs before it.
-    std::size_t number_of(std::uint64_t box, std::int32_t piece) {
+    std::size_t index_of(std::uint64_t box, std::int32_t piece) {
         Slot& slot = slot_of(box, piece);
         if (slot.piece < 0) slot = {box, piece, count_++};
-        return slot.number;
+        return slot.index;
     }
 
   private:
     struct Slot {
         std::uint64_t box;
         std::int32_t piece;  // -1: empty
-        std::uint32_t number;
+        std::uint32_t index;
     };
     Slot& slot_of(std::uint64_t box, std::int32_t piece) {
         const std::size_t mask = table_.size() - 1;
@@ -76,7 +76,7 @@ class BoxNumbers {
 };
 
 // Samples of a piece in one box that share a normal.
-struct Face {
+struct SampleFace {
     Vec3f normal;               // of the first sample
     std::uint32_t best;         // index of the sample that pushes
     float square;               // cells^2, its squared distance from the preferred position
@@ -86,10 +86,10 @@ struct Face {
 };
 
 // Returns the squared distance, in cells, of a cell from the point at `share` along each side of its box.
-float share_distance(const Vec3i& place, int side, float share) {
+float share_distance(const Vec3i& cell, int side, float share) {
     float square = 0;
     for (int k = 0; k < 3; ++k) {
-        const float off = static_cast<float>(place[k] % side) - share * static_cast<float>(side - 1);
+        const float off = static_cast<float>(cell[k] % side) - share * static_cast<float>(side - 1);
         square += off * off;
     }
     return square;
@@ -115,13 +115,13 @@ void Body::list_contact_samples(const Parallel& parallel) {
               static_cast<std::uint32_t>(v), static_cast<std::uint32_t>(v), static_cast<std::uint32_t>(v)}});
     };
     parallel.for_each(vertices.size(), chunk, look_at);
-    std::size_t most = 0;
-    for (const std::vector<SampleCandidate>& candidates : found) most += candidates.size();
-    BoxNumbers seen(most);
+    std::size_t count = 0;
+    for (const std::vector<SampleCandidate>& candidates : found) count += candidates.size();
+    BoxIndices seen(count);
     contact_samples_.clear();
     for (const std::vector<SampleCandidate>& candidates : found)
         for (const SampleCandidate& candidate : candidates)
-            if (seen.number_of(candidate.box, candidate.point.piece) == contact_samples_.size())
+            if (seen.index_of(candidate.box, candidate.point.piece) == contact_samples_.size())
                 contact_samples_.push_back(candidate.point);
     choose_pushing_points();
     choose_among_cut_faces();
@@ -129,7 +129,7 @@ void Body::list_contact_samples(const Parallel& parallel) {
 }
 
 int Body::spacing_in_cells() const {
-    return std::max(1, static_cast<int>(std::floor(widest_box * spacing_ / grid_.rest().cell_size)));
+    return std::max(1, static_cast<int>(std::floor(max_box_share * spacing_ / grid_.rest().cell_size)));
 }
 
 // Lets one sample per spacing push on a flat face: the phyxels have no finer motion that more samples could
@@ -137,31 +137,31 @@ int Body::spacing_in_cells() const {
 void Body::choose_pushing_points() {
     const int side = spacing_in_cells();
     const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
-    BoxNumbers numbers(contact_samples_.size());
-    std::vector<Face> faces;
+    BoxIndices indices(contact_samples_.size());
+    std::vector<SampleFace> faces;
     std::vector<std::uint32_t> face_of(contact_samples_.size());
     std::vector<std::uint32_t> first;  // per box: its first face
     for (std::uint32_t k = 0; k < contact_samples_.size(); ++k) {
         const splitting::SurfaceVertex& vertex = vertices[contact_samples_[k].vertex];
         const int direction = main_direction(vertex.normal);
         const std::size_t box =
-            numbers.number_of(key_of(vertex.place, side, direction), contact_samples_[k].piece);
-        if (box == first.size()) first.push_back(Face::none);
+            indices.index_of(key_of(vertex.place, side, direction), contact_samples_[k].piece);
+        if (box == first.size()) first.push_back(SampleFace::none);
         const Vec3f normal = vertex.normal.normalized();
         const float square =
-            share_distance(vertex.place, side, direction % 2 == 0 ? place_along : place_against);
+            share_distance(vertex.place, side, direction % 2 == 0 ? preferred_along : preferred_against);
         std::uint32_t* at = &first[box];
-        while (*at != Face::none && !(faces[*at].normal.dot(normal) > flat_face)) at = &faces[*at].next;
-        const bool is_new = *at == Face::none;
-        const std::uint32_t number = is_new ? static_cast<std::uint32_t>(faces.size()) : *at;
-        *at = number;
-        face_of[k] = number;
+        while (*at != SampleFace::none && !(faces[*at].normal.dot(normal) > flat_face)) at = &faces[*at].next;
+        const bool is_new_face = *at == SampleFace::none;
+        const std::uint32_t index = is_new_face ? static_cast<std::uint32_t>(faces.size()) : *at;
+        *at = index;
+        face_of[k] = index;
         // `at` is not used below: it may point into `faces`, which grows now.
-        if (is_new) {
+        if (is_new_face) {
             faces.push_back({normal, k, square});
-        } else if (square < faces[number].square) {
-            faces[number].best = k;
-            faces[number].square = square;
+        } else if (square < faces[index].square) {
+            faces[index].best = k;
+            faces[index].square = square;
         }
     }
     for (std::uint32_t k = 0; k < contact_samples_.size(); ++k)
@@ -180,35 +180,35 @@ void Body::choose_among_cut_faces() {
     };
     const std::vector<std::uint32_t> opposite = opposite_points();
     const int side = spacing_in_cells();
-    BoxNumbers numbers(contact_samples_.size());
-    std::vector<Face> lips;
-    std::vector<std::uint32_t> cut_face_of(contact_samples_.size(), Face::none), first;
+    BoxIndices indices(contact_samples_.size());
+    std::vector<SampleFace> cut_faces;
+    std::vector<std::uint32_t> cut_face_of(contact_samples_.size(), SampleFace::none), first;
     for (std::uint32_t k = 0; k < contact_samples_.size(); ++k) {
-        if (opposite[k] == Face::none) continue;
+        if (opposite[k] == SampleFace::none) continue;
         const splitting::SurfaceVertex& vertex = vertices[contact_samples_[k].vertex];
-        const std::size_t box = numbers.number_of(key_of(vertex.place, side, main_direction(vertex.normal)),
-                                                  contact_samples_[k].piece);
-        if (box == first.size()) first.push_back(Face::none);
+        const std::size_t box = indices.index_of(key_of(vertex.place, side, main_direction(vertex.normal)),
+                                                 contact_samples_[k].piece);
+        if (box == first.size()) first.push_back(SampleFace::none);
         const float square = share_distance(vertex.place, side, 0.5F);
-        std::uint32_t number = first[box];
-        while (number != Face::none && !(cosine(lips[number].best, k) > one_cut_face))
-            number = lips[number].next;
-        if (number == Face::none) {
-            number = static_cast<std::uint32_t>(lips.size());
-            lips.push_back({{}, k, square, first[box]});
-            first[box] = number;
-        } else if (square < lips[number].square) {
-            lips[number].best = k;
-            lips[number].square = square;
+        std::uint32_t index = first[box];
+        while (index != SampleFace::none && !(cosine(cut_faces[index].best, k) > one_cut_face))
+            index = cut_faces[index].next;
+        if (index == SampleFace::none) {
+            index = static_cast<std::uint32_t>(cut_faces.size());
+            cut_faces.push_back({{}, k, square, first[box]});
+            first[box] = index;
+        } else if (square < cut_faces[index].square) {
+            cut_faces[index].best = k;
+            cut_faces[index].square = square;
         }
-        cut_face_of[k] = number;
+        cut_face_of[k] = index;
     }
     for (std::uint32_t k = 0; k < contact_samples_.size(); ++k) {
-        if (cut_face_of[k] == Face::none) continue;
-        const std::uint32_t best = lips[cut_face_of[k]].best, other = opposite[k];
+        if (cut_face_of[k] == SampleFace::none) continue;
+        const std::uint32_t best = cut_faces[cut_face_of[k]].best, other = opposite[k];
         contact_samples_[k].face_delegate = contact_samples_[best].vertex;
         // A sample that delegates to its opposite sample cannot be a delegate itself.
-        if (best == k && other < k && lips[cut_face_of[other]].best == other &&
+        if (best == k && other < k && cut_faces[cut_face_of[other]].best == other &&
             contact_samples_[other].opposite == contact_samples_[other].vertex)
             contact_samples_[k].opposite = contact_samples_[other].vertex;
     }
@@ -218,19 +218,19 @@ void Body::choose_among_cut_faces() {
 // none.
 std::vector<std::uint32_t> Body::opposite_points() const {
     const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
-    BoxNumbers numbers(contact_samples_.size());
+    BoxIndices indices(contact_samples_.size());
     std::vector<std::uint32_t> last;  // per cell: its last sample so far
-    std::vector<std::uint32_t> before(contact_samples_.size(), Face::none),
-        out(contact_samples_.size(), Face::none);
+    std::vector<std::uint32_t> before(contact_samples_.size(), SampleFace::none),
+        out(contact_samples_.size(), SampleFace::none);
     for (std::uint32_t k = 0; k < contact_samples_.size(); ++k) {
         if (!contact_samples_[k].pushes()) continue;
         const splitting::SurfaceVertex& vertex = vertices[contact_samples_[k].vertex];
-        const std::size_t cell = numbers.number_of(key_of(vertex.place, 1, 0), 0);
-        if (cell == last.size()) last.push_back(Face::none);
-        for (std::uint32_t at = last[cell]; at != Face::none; at = before[at]) {
+        const std::size_t cell = indices.index_of(key_of(vertex.place, 1, 0), 0);
+        if (cell == last.size()) last.push_back(SampleFace::none);
+        for (std::uint32_t at = last[cell]; at != SampleFace::none; at = before[at]) {
             if ((vertices[contact_samples_[at].vertex].corners & vertex.corners) != 0) continue;
-            if (out[k] == Face::none) out[k] = at;
-            if (out[at] == Face::none) out[at] = k;
+            if (out[k] == SampleFace::none) out[k] = at;
+            if (out[at] == SampleFace::none) out[at] = k;
         }
         before[k] = last[cell];
         last[cell] = k;

@@ -12,14 +12,14 @@ namespace {
 
 // In squared spacings: variance of a side's phyxels along an axis below which motion is hardly extrapolated
 // along it. A larger value reproduces less of the rotation; a smaller one gives larger weights.
-constexpr double least_spread = 0.005;
+constexpr double min_spread = 0.005;
 // Share of the total weight below which a phyxel of a blended side is dropped.
-constexpr double least_weight = 1e-6;
-constexpr std::size_t least_slots = 256;  // a power of two
+constexpr double min_weight = 1e-6;
+constexpr std::size_t min_slot_count = 256;  // a power of two
 
 }  // namespace
 
-void reproduce_affine_motion(std::span<const Vec3> rest, const Vec3& place, double spacing,
+void reproduce_affine_motion(std::span<const Vec3> rest, const Vec3& rest_point, double spacing,
                              ContactSide& side) {
     std::array<Vec3, ContactSide::most> arm;
     Vec3 centre = Vec3::Zero();
@@ -32,41 +32,41 @@ void reproduce_affine_motion(std::span<const Vec3> rest, const Vec3& place, doub
         arm[k] -= centre;
         spread += side.weight[k] * arm[k] * arm[k].transpose();
     }
-    // In squared spacings. Each eigenvalue s contributes s / (s^2 + least_spread^2) instead of 1 / s
+    // In squared spacings. Each eigenvalue s contributes s / (s^2 + min_spread^2) instead of 1 / s
     // (Tikhonov regularisation), as one matrix that needs no eigenvectors.
     spread /= spacing * spacing;
-    const Mat3 damped = spread * spread + least_spread * least_spread * Mat3::Identity();
-    const Vec3 slope = spread * (damped.inverse() * (place - centre)) / (spacing * spacing);
+    const Mat3 damped = spread * spread + min_spread * min_spread * Mat3::Identity();
+    const Vec3 slope = spread * (damped.inverse() * (rest_point - centre)) / (spacing * spacing);
     for (std::uint32_t k = 0; k < side.count; ++k) side.weight[k] *= 1 + slope.dot(arm[k]);
 }
 
-void SideBetween::add(const ContactSide& side, double weight) {
+void SideBlend::add(const ContactSide& side, double weight) {
     part_ = side.part;
     for (std::uint32_t k = 0; k < side.count; ++k) {
         if (!(side.weight[k] > 0)) continue;
-        if (shares_.size() >= room()) make_room(shares_.size() + 1);
+        if (shares_.size() >= capacity()) reserve(shares_.size() + 1);
         const std::size_t at = slot_of(side.phyxel[k]);
         Slot& slot = slots_[at];
-        if (slot.number == 0) {
+        if (slot.share == 0) {
             shares_.push_back({side.phyxel[k], static_cast<std::uint32_t>(at), 0});
             slot = {side.phyxel[k], static_cast<std::uint32_t>(shares_.size())};
         }
-        shares_[slot.number - 1].weight += weight * side.weight[k];
+        shares_[slot.share - 1].weight += weight * side.weight[k];
     }
 }
 
 // Returns the slot of a phyxel, or the empty slot where it belongs.
-std::size_t SideBetween::slot_of(std::uint32_t phyxel) const {
+std::size_t SideBlend::slot_of(std::uint32_t phyxel) const {
     const std::size_t mask = slots_.size() - 1;
     std::size_t at = phyxel & mask;
-    while (slots_[at].number != 0 && slots_[at].phyxel != phyxel) at = (at + 1) & mask;
+    while (slots_[at].share != 0 && slots_[at].phyxel != phyxel) at = (at + 1) & mask;
     return at;
 }
 
-void SideBetween::make_room(std::size_t phyxels) {
-    if (phyxels <= room()) return;
-    slots_.assign(std::max(least_slots, std::bit_ceil(2 * phyxels)), {});
-    shares_.reserve(room());
+void SideBlend::reserve(std::size_t phyxel_count) {
+    if (phyxel_count <= capacity()) return;
+    slots_.assign(std::max(min_slot_count, std::bit_ceil(2 * phyxel_count)), {});
+    shares_.reserve(capacity());
     for (std::uint32_t k = 0; k < shares_.size(); ++k) {
         const std::size_t at = slot_of(shares_[k].phyxel);
         slots_[at] = {shares_[k].phyxel, k + 1};
@@ -74,7 +74,7 @@ void SideBetween::make_room(std::size_t phyxels) {
     }
 }
 
-ContactSide SideBetween::take(std::span<const Vec3> rest, const Vec3& place, double spacing) {
+ContactSide SideBlend::take(std::span<const Vec3> rest, const Vec3& rest_point, double spacing) {
     ContactSide out;
     out.part = part_;
     double total = 0;
@@ -97,12 +97,12 @@ ContactSide SideBetween::take(std::span<const Vec3> rest, const Vec3& place, dou
     for (const Share& share : shares_) slots_[share.slot] = {};
     shares_.clear();
     if (out.count == 0) return out;
-    while (out.count > 1 && !(out.weight[out.count - 1] > least_weight * total)) --out.count;
+    while (out.count > 1 && !(out.weight[out.count - 1] > min_weight * total)) --out.count;
     double kept = 0;
     for (std::uint32_t k = 0; k < out.count; ++k) kept += out.weight[k];
     for (std::uint32_t k = 0; k < out.count; ++k)
         out.weight[k] = kept > 0 ? out.weight[k] / kept : 1.0 / out.count;
-    reproduce_affine_motion(rest, place, spacing, out);
+    reproduce_affine_motion(rest, rest_point, spacing, out);
     return out;
 }
 

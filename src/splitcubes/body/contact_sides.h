@@ -11,27 +11,27 @@
 namespace splitcubes::body {
 
 /// Changes the weights so that the side's point follows every affine motion of the body like the material
-/// point `place` (linear reproduction, as in moving least squares: weights times a linear function). The
+/// point `rest_point` (linear reproduction, as in moving least squares: weights times a linear function). The
 /// weighted mean of the phyxels lies up to a spacing off the surface: a force there would have another lever
 /// arm than the motion of the surface, and create energy in a rolling body. rest: m, rest positions of the
-/// body's phyxels; place: m, rest space; spacing: m.
-void reproduce_affine_motion(std::span<const Vec3> rest, const Vec3& place, double spacing,
+/// body's phyxels; rest_point: m, rest space; spacing: m.
+void reproduce_affine_motion(std::span<const Vec3> rest, const Vec3& rest_point, double spacing,
                              meshless::ContactSide& side);
 
 /// Weighted blend of contact sides, with its work memory.
-class SideBetween {
+class SideBlend {
   public:
     bool empty() const { return shares_.empty(); }
     /// Number of phyxels that fit without allocation.
-    std::size_t room() const { return slots_.size() / 2; }
+    std::size_t capacity() const { return slots_.size() / 2; }
     /// Allocates memory for at least this many phyxels.
-    void make_room(std::size_t phyxels);
+    void reserve(std::size_t phyxel_count);
     /// Adds a side with its weight, > 0. All sides until the next take must be of one body.
     void add(const meshless::ContactSide& side, double weight);
-    /// Returns the blend, reduced to the phyxels with the largest weights and corrected to reproduce `place`
-    /// exactly; without phyxels if nothing was added. Clears the blend. Arguments as in
+    /// Returns the blend, reduced to the phyxels with the largest weights and corrected to reproduce
+    /// `rest_point` exactly; without phyxels if nothing was added. Clears the blend. Arguments as in
     /// reproduce_affine_motion.
-    meshless::ContactSide take(std::span<const Vec3> rest, const Vec3& place, double spacing);
+    meshless::ContactSide take(std::span<const Vec3> rest, const Vec3& rest_point, double spacing);
 
   private:
     struct Share {
@@ -39,7 +39,7 @@ class SideBetween {
         double weight;
     };
     struct Slot {
-        std::uint32_t phyxel = 0, number = 0;  // 1 + index of its share; 0: empty
+        std::uint32_t phyxel = 0, share = 0;  // 1 + index of its share; 0: empty
     };
     std::size_t slot_of(std::uint32_t phyxel) const;
 

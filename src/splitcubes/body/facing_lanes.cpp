@@ -37,8 +37,8 @@ std::size_t select(const FacingLanes& lanes, std::span<const FacingRange> ranges
             const auto wz = hn::Sub(z, hn::LoadU(d, lanes.z + k));
             const auto ox = hn::LoadU(d, lanes.nx + k), oy = hn::LoadU(d, lanes.ny + k);
             const auto oz = hn::LoadU(d, lanes.nz + k);
-            const auto most = hn::Min(radius, hn::Add(reach, hn::LoadU(d, lanes.farther + k)));
-            const auto near = hn::Lt(dot(wx, wy, wz, wx, wy, wz), hn::Mul(most, most));
+            const auto limit = hn::Min(radius, hn::Add(reach, hn::LoadU(d, lanes.extra_reach + k)));
+            const auto near = hn::Lt(dot(wx, wy, wz, wx, wy, wz), hn::Mul(limit, limit));
             const auto faces = hn::Lt(dot(nx, ny, nz, ox, oy, oz), cosine);
             const auto chosen = hn::And(hn::And(near, faces), hn::FirstN(d, range.end - k));
             if (hn::AllFalse(d, chosen)) continue;

@@ -10,7 +10,7 @@ namespace splitcubes::body {
 /// Points as structure of arrays: positions, normals, displacements (w), additional displacements (a), m, and
 /// extra reach, m. Each array is padded by facing_padding elements.
 struct FacingLanes {
-    const float *x, *y, *z, *nx, *ny, *nz, *wx, *wy, *wz, *ax, *ay, *az, *farther;
+    const float *x, *y, *z, *nx, *ny, *nz, *wx, *wy, *wz, *ax, *ay, *az, *extra_reach;
 };
 inline constexpr std::size_t facing_padding = 16;
 

@@ -15,14 +15,15 @@ using meshless::RigidPiece;
 
 // In phyxel spacings, as in ContactFinder: search radius for surfaces, maximum believed overlap, maximum
 // tangential distance of a point from a sample, and speculative distance.
-constexpr double fragment_reach_share = 1.25, fragment_deepest_share = 1, fragment_beside_share = 0.9,
-                 fragment_margin_share = 0.05;
+constexpr double fragment_reach_share = 1.25, fragment_overlap_share = 1, fragment_tangential_share = 0.9,
+                 fragment_speculative_share = 0.05;
 // Depenetration per step of an overlap that existed before: in spacings, plus this share of its depth. Faster
 // depenetration gains energy.
 constexpr double fragment_depenetration_share = 0.005, fragment_depth_share = 0.1;
 // In spacings: limit of the believed displacement of a surface or fragment per step. Bounds the search.
-constexpr double most_way = 2;
-constexpr double fragment_one_face = 0.8;
+constexpr double displacement_limit_share = 2;
+// Dot product of normals above which samples belong to one face.
+constexpr double fragment_one_face_cosine = 0.8;
 // In spacings: how much farther than the nearest sample a face is followed.
 constexpr double fragment_face_share = 0.75;
 constexpr double absurdly_far = 1e90;  // m, clamp for the positions that the grid of balls can take
@@ -55,47 +56,51 @@ void RigidContacts::list_fragments(const Task& task) {
                 fragment.high = fragment.high.cwiseMax(point);
             }
             const double speed = piece.velocity().norm() + piece.angular_velocity().norm() * fragment.radius;
-            fragment.way = std::min(task.dt * speed + fall, most_way * body.phyxel_spacing());
+            fragment.max_displacement =
+                std::min(task.dt * speed + fall, displacement_limit_share * body.phyxel_spacing());
             if (piece.centre.allFinite() && std::isfinite(speed)) fragments_.push_back(std::move(fragment));
         }
     }
 }
 
 // Computes the maximum displacement of each piece's surface in the step.
-void RigidContacts::measure_skin(const Task& task) {
+void RigidContacts::measure_surfaces(const Task& task) {
     const double fall = task.dt * task.dt * task.gravity.norm();
-    most_skin_way_ = 0;
-    skin_way_.resize(task.bodies.size());
+    max_surface_displacement_ = 0;
+    max_displacements_.resize(task.bodies.size());
     for (std::uint32_t b = 0; b < task.bodies.size(); ++b) {
         const Body& body = *task.bodies[b];
-        skin_way_[b].assign(body.pieces().count(), 0);
+        max_displacements_[b].assign(body.pieces().count(), 0);
         if (body.is_lattice_driven()) continue;
         const meshless::Phyxels& phyxels = body.phyxels();
         for (std::size_t i = 0; i < phyxels.size(); ++i) {
             const auto piece = static_cast<std::size_t>(phyxels.piece[i]);
-            if (piece < skin_way_[b].size())
-                skin_way_[b][piece] = std::max(skin_way_[b][piece], phyxels.velocity[i].squaredNorm());
+            if (piece < max_displacements_[b].size())
+                max_displacements_[b][piece] =
+                    std::max(max_displacements_[b][piece], phyxels.velocity[i].squaredNorm());
         }
-        for (std::size_t piece = 0; piece < skin_way_[b].size(); ++piece) {
-            double& way = skin_way_[b][piece];
-            way = std::min(task.dt * std::sqrt(way) + fall, most_way * body.phyxel_spacing());
+        for (std::size_t piece = 0; piece < max_displacements_[b].size(); ++piece) {
+            double& displacement = max_displacements_[b][piece];
+            displacement = std::min(task.dt * std::sqrt(displacement) + fall,
+                                    displacement_limit_share * body.phyxel_spacing());
             if (phyxels.rigid.index(static_cast<std::int32_t>(piece)) < 0)
-                most_skin_way_ = std::max(most_skin_way_, way);
+                max_surface_displacement_ = std::max(max_surface_displacement_, displacement);
         }
     }
 }
 
-double RigidContacts::way_of(std::uint32_t body, std::int32_t piece) const {
+double RigidContacts::max_displacement_of(std::uint32_t body, std::int32_t piece) const {
     const auto at = static_cast<std::size_t>(piece);
-    return at < skin_way_[body].size() ? skin_way_[body][at] : most_skin_way_;
+    return at < max_displacements_[body].size() ? max_displacements_[body][at] : max_surface_displacement_;
 }
 
 // Sorts fragments by grid cell of their centre; cells are as wide as the largest distance at which two can
 // meet.
 void RigidContacts::sort_fragments() {
     double widest = 0;
-    for (const Fragment& fragment : fragments_) widest = std::max(widest, fragment.radius + fragment.way);
-    cell_ = 2 * widest + fragment_margin_share * spacing_;
+    for (const Fragment& fragment : fragments_)
+        widest = std::max(widest, fragment.radius + fragment.max_displacement);
+    cell_ = 2 * widest + fragment_speculative_share * spacing_;
     sorted_.clear();
     for (std::uint32_t k = 0; k < fragments_.size(); ++k) {
         const Vec3& centre = piece_of(fragments_[k]).centre;
@@ -123,11 +128,12 @@ void RigidContacts::visit_near(const Vec3& point, const Visit& visit) const {
 }
 
 // Lists the surface samples near each fragment.
-void RigidContacts::list_samples(const ContactFinder& skin, const Parallel& parallel) {
+void RigidContacts::list_samples(const ContactFinder& finder, const Parallel& parallel) {
     constexpr std::size_t grain = 512;
-    const std::span<const Vec3> positions = skin.sample_positions();
+    const std::span<const Vec3> positions = finder.sample_positions();
     const auto farthest = [&](const Fragment& fragment) {
-        return fragment.radius + fragment.way + fragment_reach_share * spacing_ + most_skin_way_;
+        return fragment.radius + fragment.max_displacement + fragment_reach_share * spacing_ +
+               max_surface_displacement_;
     };
     balls_.clear();
     for (const Fragment& fragment : fragments_)
@@ -138,11 +144,12 @@ void RigidContacts::list_samples(const ContactFinder& skin, const Parallel& para
     for (std::vector<Near>& near : near_) near.clear();
     const auto list = [&](std::size_t begin, std::size_t end) {
         for (std::size_t k = begin; k < end; ++k)
-            for (const std::uint32_t number : grid_.near(positions[k])) {
-                const ContactFinder::SurfaceSample sample = skin.surface_sample(k);
-                const double far = balls_[number].radius - most_skin_way_ + way_of(sample.body, sample.piece);
-                if ((positions[k] - balls_[number].centre).squaredNorm() <= far * far)
-                    near_[begin / grain].push_back({static_cast<std::uint32_t>(k), number});
+            for (const std::uint32_t ball : grid_.near(positions[k])) {
+                const ContactFinder::SurfaceSample sample = finder.surface_sample(k);
+                const double far = balls_[ball].radius - max_surface_displacement_ +
+                                   max_displacement_of(sample.body, sample.piece);
+                if ((positions[k] - balls_[ball].centre).squaredNorm() <= far * far)
+                    near_[begin / grain].push_back({static_cast<std::uint32_t>(k), ball});
             }
     };
     parallel.for_chunks(positions.size(), grain, std::cref(list));
@@ -150,19 +157,19 @@ void RigidContacts::list_samples(const ContactFinder& skin, const Parallel& para
         for (const Near& near : part) fragments_[near.fragment].near.push_back(near.sample);
 }
 
-void RigidContacts::find(const Task& task, const ContactFinder& skin, const Parallel& parallel) {
+void RigidContacts::find(const Task& task, const ContactFinder& finder, const Parallel& parallel) {
     rows_.clear();
     proxies_.clear();
     list_fragments(task);
     if (fragments_.empty()) return;
-    measure_skin(task);
+    measure_surfaces(task);
     sort_fragments();
-    list_samples(skin, parallel);
+    list_samples(finder, parallel);
     parallel.for_each(fragments_.size(), 1,
-                      [&](std::size_t k) { meet_skin(task, skin, static_cast<std::uint32_t>(k)); });
+                      [&](std::size_t k) { meet_surface(task, finder, static_cast<std::uint32_t>(k)); });
     for (std::uint32_t k = 0; k < fragments_.size(); ++k) {
-        for (Row& row : fragments_[k].rows) {
-            row.whole = proxy_of(row.side.part, row.whole);
+        for (ContactRow& row : fragments_[k].rows) {
+            row.proxy = proxy_of(row.side.part, row.proxy);
             rows_.push_back(row);
         }
         std::vector<std::uint32_t> others;
@@ -175,15 +182,16 @@ void RigidContacts::find(const Task& task, const ContactFinder& skin, const Para
 }
 
 // Finds the contacts of a fragment's points with the planes through surface samples.
-void RigidContacts::meet_skin(const Task& task, const ContactFinder& skin, std::uint32_t number) {
-    Fragment& fragment = fragments_[number];
+void RigidContacts::meet_surface(const Task& task, const ContactFinder& finder,
+                                 std::uint32_t fragment_index) {
+    Fragment& fragment = fragments_[fragment_index];
     if (fragment.near.empty()) return;
     Planes planes;
     planes.all.reserve(fragment.near.size());
     for (const std::uint32_t k : fragment.near) {
-        const ContactFinder::SurfaceSample sample = skin.surface_sample(k);
+        const ContactFinder::SurfaceSample sample = finder.surface_sample(k);
         planes.all.push_back(
-            {skin.sample_positions()[k], skin.sample_normals()[k], sample.body, sample.piece});
+            {finder.sample_positions()[k], finder.sample_normals()[k], sample.body, sample.piece});
     }
     planes.square.resize(planes.all.size());
     const meshless::RigidPieces& rigid = phyxels_[fragment.body]->rigid;
@@ -191,12 +199,12 @@ void RigidContacts::meet_skin(const Task& task, const ContactFinder& skin, std::
         const Vec3 point = piece_of(fragment).world_point(own);
         const std::size_t partner = partner_of(point, piece_of(fragment).rotation * own, planes);
         if (partner == planes.all.size()) continue;
-        Row row;
-        row.upper = number;
+        ContactRow row;
+        row.upper = fragment_index;
         row.own = own;
-        if (lies_before(task, point, partner, planes, row))
-            stand_on(*task.bodies[planes.all[partner].body], skin.surface_sample(fragment.near[partner]),
-                     point, row);
+        if (set_gap(task, point, partner, planes, row))
+            set_lower_side(*task.bodies[planes.all[partner].body],
+                           finder.surface_sample(fragment.near[partner]), point, row);
         if (row.side.count > 0) fragment.rows.push_back(row);
     }
 }
@@ -218,8 +226,8 @@ std::size_t RigidContacts::partner_of(const Vec3& point, const Vec3& outwards, P
 
 // Sets gap and normal of the point from the weighted mean of the planes around its partner. Returns false if
 // the point will not come near.
-bool RigidContacts::lies_before(const Task& task, const Vec3& point, std::size_t partner,
-                                const Planes& planes, Row& row) const {
+bool RigidContacts::set_gap(const Task& task, const Vec3& point, std::size_t partner, const Planes& planes,
+                            ContactRow& row) const {
     const Plane& face = planes.all[partner];
     const double spacing = task.bodies[face.body]->phyxel_spacing();
     const double width = std::sqrt(planes.square[partner]) + fragment_face_share * spacing;
@@ -229,7 +237,7 @@ bool RigidContacts::lies_before(const Task& task, const Vec3& point, std::size_t
         if (!(planes.square[n] < width * width)) continue;
         const Plane& plane = planes.all[n];
         if (plane.body != face.body || plane.piece != face.piece) continue;
-        if (!(plane.normal.dot(face.normal) > fragment_one_face)) continue;
+        if (!(plane.normal.dot(face.normal) > fragment_one_face_cosine)) continue;
         const double share = 1 - planes.square[n] / (width * width);
         distance += share * share * plane.normal.dot(point - plane.position);
         normal += share * share * plane.normal;
@@ -239,24 +247,25 @@ bool RigidContacts::lies_before(const Task& task, const Vec3& point, std::size_t
     distance /= total;
     normal.normalize();
     const Vec3 off = point - face.position;
-    if (distance < -fragment_deepest_share * spacing ||
-        (off - normal.dot(off) * normal).norm() > fragment_beside_share * spacing)
+    if (distance < -fragment_overlap_share * spacing ||
+        (off - normal.dot(off) * normal).norm() > fragment_tangential_share * spacing)
         return false;
     row.normal = normal;
     row.gap = distance;
     row.max_depenetration =
         fragment_depenetration_share * spacing + fragment_depth_share * std::max(-distance, 0.0);
     row.friction = task.friction;
-    return normal.allFinite() && distance <= fragment_margin_share * spacing + fragments_[row.upper].way +
-                                                 way_of(face.body, face.piece);
+    return normal.allFinite() && distance <= fragment_speculative_share * spacing +
+                                                 fragments_[row.upper].max_displacement +
+                                                 max_displacement_of(face.body, face.piece);
 }
 
 // Sets the lower side to the sample's influences; to none if the offset is not finite.
-void RigidContacts::stand_on(const Body& body, const ContactFinder::SurfaceSample& partner, const Vec3& point,
-                             Row& row) {
+void RigidContacts::set_lower_side(const Body& body, const ContactFinder::SurfaceSample& partner,
+                                   const Vec3& point, ContactRow& row) {
     row.side =
         body.influences_of(partner.vertex, body.dominant_node(partner.vertex), partner.piece, partner.body);
-    row.whole = partner.piece;
+    row.proxy = partner.piece;
     Vec3 lower = Vec3::Zero();
     for (std::uint32_t k = 0; k < row.side.count; ++k)
         lower += row.side.weight[k] * body.phyxels().position[row.side.phyxel[k]];
@@ -266,7 +275,7 @@ void RigidContacts::stand_on(const Body& body, const ContactFinder::SurfaceSampl
 
 // Returns the face of the lower fragment's box with the largest separation (or smallest penetration) from the
 // upper one's points.
-RigidContacts::Face RigidContacts::face_between(const Fragment& upper, const Fragment& lower) const {
+RigidContacts::BoxFace RigidContacts::face_between(const Fragment& upper, const Fragment& lower) const {
     const RigidPiece& moving = piece_of(upper);
     const RigidPiece& box = piece_of(lower);
     Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
@@ -275,7 +284,7 @@ RigidContacts::Face RigidContacts::face_between(const Fragment& upper, const Fra
         low = low.cwiseMin(point);
         high = high.cwiseMax(point);
     }
-    Face best;
+    BoxFace best;
     for (int axis = 0; axis < 3; ++axis)
         for (const int sign : {-1, 1}) {
             const double gap = sign > 0 ? low[axis] - lower.high[axis] : lower.low[axis] - high[axis];
@@ -289,21 +298,22 @@ RigidContacts::Face RigidContacts::face_between(const Fragment& upper, const Fra
 void RigidContacts::meet_fragment(const Task& task, std::uint32_t first, std::uint32_t second) {
     const Fragment& a = fragments_[first];
     const Fragment& b = fragments_[second];
-    const double ways = a.way + b.way, far = a.radius + b.radius + ways;
+    const double displacements = a.max_displacement + b.max_displacement,
+                 far = a.radius + b.radius + displacements;
     if ((piece_of(a).centre - piece_of(b).centre).squaredNorm() > far * far) return;
     const double spacing =
         std::min(task.bodies[a.body]->phyxel_spacing(), task.bodies[b.body]->phyxel_spacing());
-    const double near = fragment_margin_share * spacing + ways;
-    const Face of_second = face_between(a, b), of_first = face_between(b, a);
+    const double near = fragment_speculative_share * spacing + displacements;
+    const BoxFace of_second = face_between(a, b), of_first = face_between(b, a);
     const bool takes_second = of_second.gap >= of_first.gap;
-    const Face face = takes_second ? of_second : of_first;
+    const BoxFace face = takes_second ? of_second : of_first;
     if (face.gap > near) return;
     const std::uint32_t upper = takes_second ? first : second, lower = takes_second ? second : first;
     const RigidPiece& moving = piece_of(fragments_[upper]);
     const RigidPiece& box = piece_of(fragments_[lower]);
     const Vec3 normal = face.sign * Vec3::Unit(face.axis);
-    const Vec3 low = fragments_[lower].low - Vec3::Constant(fragment_margin_share * spacing);
-    const Vec3 high = fragments_[lower].high + Vec3::Constant(fragment_margin_share * spacing);
+    const Vec3 low = fragments_[lower].low - Vec3::Constant(fragment_speculative_share * spacing);
+    const Vec3 high = fragments_[lower].high + Vec3::Constant(fragment_speculative_share * spacing);
     const std::size_t before = rows_.size();
     // If no point lies in front of the face itself, all count: edges cross.
     for (const bool strict : {true, false}) {
@@ -319,7 +329,7 @@ void RigidContacts::meet_fragment(const Task& task, std::uint32_t first, std::ui
                 beside =
                     beside || (axis != face.axis && (in_box[axis] < low[axis] || in_box[axis] > high[axis]));
             if (distance > near || (strict && beside)) continue;
-            Row row;
+            ContactRow row;
             row.upper = upper;
             row.lower = static_cast<std::int32_t>(lower);
             row.own = own;

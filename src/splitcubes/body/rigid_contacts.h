@@ -39,8 +39,9 @@ class RigidContacts {
         double kinetic_energy = 0;  // J, change by the impulses
         std::size_t contacts = 0;   // number of those with an impulse
     };
-    /// Finds the contacts, before any body steps. skin: the last search of the same bodies in the same state.
-    void find(const Task& task, const ContactFinder& skin, const Parallel& parallel);
+    /// Finds the contacts, before any body steps. finder: the last search of the same bodies in the same
+    /// state.
+    void find(const Task& task, const ContactFinder& finder, const Parallel& parallel);
     /// Resolves the contacts, after all bodies have stepped and before the node frames are updated.
     Outcome push(const Task& task);
 
@@ -61,19 +62,19 @@ class RigidContacts {
         std::vector<double> square;
     };
     using Plane = Planes::Plane;
-    struct Row {
-        std::uint32_t upper = 0;        // fragment
-        std::int32_t lower = -1;        // fragment; -1: surface or obstacle
-        std::int32_t whole = -1;        // piece proxy that owns the surface; -1: none
-        meshless::ContactSide side;     // of the surface; its part is the index of the body
-        Vec3 own = Vec3::Zero();        // m, contact point in the upper fragment's frame
-        Vec3 lower_own = Vec3::Zero();  // m, in the lower fragment's frame; else from the surface sample
-        Vec3 carried = Vec3::Zero();    // m, world, lower contact point on a surface at the end of the step
-        Vec3 normal = Vec3::UnitZ();    // from lower to upper
-        Vec3 start = Vec3::Zero();      // m, upper contact point minus lower one at the start of the step
-        double gap = 0;                 // m, at the start of the step
-        double max_depenetration = 0;   // m
-        double friction = 0;            // Coulomb coefficient
+    struct ContactRow {
+        std::uint32_t upper = 0;  // fragment
+        std::int32_t lower = -1;  // fragment; -1: surface or obstacle
+        std::int32_t proxy = -1;  // index of the piece proxy that owns the surface; its piece until find ends
+        meshless::ContactSide side;        // of the surface; its part is the index of the body
+        Vec3 own = Vec3::Zero();           // m, contact point in the upper fragment's frame
+        Vec3 lower_own = Vec3::Zero();     // m, in the lower fragment's frame; else from the surface sample
+        Vec3 end_position = Vec3::Zero();  // m, world, lower contact point on a surface after the step
+        Vec3 normal = Vec3::UnitZ();       // from lower to upper
+        Vec3 start = Vec3::Zero();         // m, upper contact point minus lower one at the start of the step
+        double gap = 0;                    // m, at the start of the step
+        double max_depenetration = 0;      // m
+        double friction = 0;               // Coulomb coefficient
         Vec3 surface_velocity = Vec3::Zero();  // m/s, of a moving obstacle
         double min_normal_velocity = 0;        // m/s, minimum relative normal velocity after the impulses
         Vec3 point = Vec3::Zero();             // m, world, application point of the impulses
@@ -81,13 +82,13 @@ class RigidContacts {
     struct Fragment {
         std::uint32_t body = 0, index = 0;  // index into RigidPieces::bodies
         double radius = 0;                  // m, of its contact points about the centre
-        double way = 0;                     // m, maximum displacement of its points in the step
+        double max_displacement = 0;        // m, maximum displacement of its points in the step
         Vec3 low = Vec3::Zero();            // m, own frame, bounding box of its points
         Vec3 high = Vec3::Zero();           // m
         bool held = false;                  // by a constraint
         bool pushed = false;                // by anything but a collider
         std::vector<std::uint32_t> near;    // surface samples, ascending
-        std::vector<Row> rows;              // its contacts with surfaces
+        std::vector<ContactRow> rows;       // its contacts with surfaces
         std::vector<double> depth;          // m, <= 0, per obstacle, before positions are corrected
     };
     /// Contact as the solver needs it.
@@ -99,7 +100,7 @@ class RigidContacts {
         // 1/(kg m).
         Vec3 torque = Vec3::Zero(), lower_torque = Vec3::Zero();
         Vec3 turn = Vec3::Zero(), lower_turn = Vec3::Zero();
-        Vec3 skin_velocity = Vec3::Zero();     // m/s, before the impulses
+        Vec3 lower_velocity = Vec3::Zero();    // m/s, before the impulses
         Vec3 surface_velocity = Vec3::Zero();  // m/s, of an obstacle
         double min_normal_velocity = 0;        // m/s, minimum relative normal velocity after the impulses
         double friction = 0;                   // Coulomb coefficient
@@ -144,43 +145,43 @@ class RigidContacts {
     };
 
     /// Face of a bounding box in its own frame.
-    struct Face {
+    struct BoxFace {
         int axis = 2, sign = 1;
         double gap = -std::numeric_limits<double>::infinity();  // m
     };
 
     void list_fragments(const Task& task);
-    void measure_skin(const Task& task);
-    double way_of(std::uint32_t body, std::int32_t piece) const;
-    void list_samples(const ContactFinder& skin, const Parallel& parallel);
+    void measure_surfaces(const Task& task);
+    double max_displacement_of(std::uint32_t body, std::int32_t piece) const;
+    void list_samples(const ContactFinder& finder, const Parallel& parallel);
     void sort_fragments();
     template <class Visit>
     void visit_near(const Vec3& point, const Visit& visit) const;
-    void meet_skin(const Task& task, const ContactFinder& skin, std::uint32_t fragment);
+    void meet_surface(const Task& task, const ContactFinder& finder, std::uint32_t fragment_index);
     static std::size_t partner_of(const Vec3& point, const Vec3& outwards, Planes& planes);
-    bool lies_before(const Task& task, const Vec3& point, std::size_t partner, const Planes& planes,
-                     Row& row) const;
-    static void stand_on(const Body& body, const ContactFinder::SurfaceSample& partner, const Vec3& point,
-                         Row& row);
-    Face face_between(const Fragment& upper, const Fragment& lower) const;
+    bool set_gap(const Task& task, const Vec3& point, std::size_t partner, const Planes& planes,
+                 ContactRow& row) const;
+    static void set_lower_side(const Body& body, const ContactFinder::SurfaceSample& partner,
+                               const Vec3& point, ContactRow& row);
+    BoxFace face_between(const Fragment& upper, const Fragment& lower) const;
     void meet_fragment(const Task& task, std::uint32_t first, std::uint32_t second);
-    void meet_obstacles(const Task& task, std::uint32_t fragment);
+    void meet_obstacles(const Task& task, std::uint32_t fragment_index);
     meshless::RigidPiece& piece_of(const Fragment& fragment) const;
-    double linear_mobility(const Row& row) const;
-    void carry_rows();
-    Vec3 lower_place(const Row& row) const;
+    double linear_mobility(const ContactRow& row) const;
+    void find_end_positions();
+    Vec3 lower_point(const ContactRow& row) const;
     std::int32_t proxy_of(std::uint32_t body, std::int32_t piece);
-    void weigh_proxies(const Task& task);
+    void measure_proxies(const Task& task);
     void move_proxies();
     void correct_positions(const Task& task);
     geometry::SignedDistance::Sample deepest(const meshless::Obstacle& obstacle,
                                              const Fragment& fragment) const;
-    void note_depth(const Task& task, Fragment& fragment) const;
+    void record_depth(const Task& task, Fragment& fragment) const;
     bool push_out_of_obstacles(const Task& task, Fragment& fragment);
-    double room(const Row& row) const;
-    bool correct_position(const Task& task, const Row& row);
+    double remaining_gap(const ContactRow& row) const;
+    bool correct_position(const Task& task, const ContactRow& row);
     void list_movers();
-    void weigh(Row& row);
+    void add_push(ContactRow& row);
     Vec3 velocity_of(const Push& push) const;
     void apply_friction(Push& push, double& largest);
     double solve(Push& push);
@@ -195,10 +196,10 @@ class RigidContacts {
     std::vector<std::pair<std::array<int, 3>, std::uint32_t>> sorted_;  // fragments by cell of the centre
     double cell_ = 0;                                                   // m, cell size
     // m, per body and piece: maximum displacement of the surface in the step; and the maximum of all.
-    std::vector<std::vector<double>> skin_way_;
-    double most_skin_way_ = 0;
+    std::vector<std::vector<double>> max_displacements_;
+    double max_surface_displacement_ = 0;
     double spacing_ = 0;  // m, maximum of all bodies
-    std::vector<Row> rows_;
+    std::vector<ContactRow> rows_;
     std::vector<PieceProxy> proxies_;
     std::vector<Mover> movers_;
     std::vector<Push> pushes_;                                   // per row

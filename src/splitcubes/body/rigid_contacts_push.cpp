@@ -12,15 +12,16 @@ namespace {
 using meshless::RigidPiece;
 
 // Share of the max depenetration below which a penetration counts as rounding.
-constexpr double least_share = 1e-3;
+constexpr double negligible_share = 1e-3;
 // In spacings: distance below which obstacles and neighbours support a fragment that is pushed.
-constexpr double bearing_share = 0.02;
+constexpr double support_share = 0.02;
+// Limits of the position and the velocity iterations: accuracy of deep heaps against time.
 constexpr int position_iterations = 30, max_iterations = 200;
 // Shares of the fastest approach. Changes of velocity below the first one end the iterations. Changes below
 // the second one end them, too, if the last few_iterations did not reduce them to the third share of what
 // they were.
-constexpr double enough = 1e-3, little = 0.02, least_help = 0.75;
-constexpr int few_iterations = 10;
+constexpr double converged_share = 1e-3, small_share = 0.02, stagnation_ratio = 0.75;
+constexpr int few_iterations = 10;  // between checks for stagnation
 
 Mat3 cross_matrix(const Vec3& v) {
     Mat3 out;
@@ -39,30 +40,31 @@ Mat3 mobility_at(const Mover& mover, const Vec3& point) {
 
 // Computes where the surface points of the rows are at the end of the step; their offsets rotate with the
 // piece.
-void RigidContacts::carry_rows() {
-    for (Row& row : rows_) {
-        if (row.whole < 0) continue;
-        const Vec3 turn = dt_ * proxies_[static_cast<std::size_t>(row.whole)].end_angular_velocity;
-        row.carried = meshless::side_value(row.side, positions_) + row.lower_own + turn.cross(row.lower_own);
+void RigidContacts::find_end_positions() {
+    for (ContactRow& row : rows_) {
+        if (row.proxy < 0) continue;
+        const Vec3 turn = dt_ * proxies_[static_cast<std::size_t>(row.proxy)].end_angular_velocity;
+        row.end_position =
+            meshless::side_value(row.side, positions_) + row.lower_own + turn.cross(row.lower_own);
     }
 }
 
-Vec3 RigidContacts::lower_place(const Row& row) const {
+Vec3 RigidContacts::lower_point(const ContactRow& row) const {
     if (row.lower >= 0)
         return piece_of(fragments_[static_cast<std::size_t>(row.lower)]).world_point(row.lower_own);
-    return row.carried + proxies_[static_cast<std::size_t>(row.whole)].shift;
+    return row.end_position + proxies_[static_cast<std::size_t>(row.proxy)].shift;
 }
 
 // Returns the sum of the inverse masses of both sides, 1/kg.
-double RigidContacts::linear_mobility(const Row& row) const {
+double RigidContacts::linear_mobility(const ContactRow& row) const {
     const auto of = [](bool held, double mass) { return held || !(mass > 0) ? 0 : 1 / mass; };
     double sum = of(fragments_[row.upper].held, piece_of(fragments_[row.upper]).mass);
     if (row.lower >= 0) {
         const Fragment& lower = fragments_[static_cast<std::size_t>(row.lower)];
         sum += of(lower.held, piece_of(lower).mass);
-    } else if (row.whole >= 0) {
-        const PieceProxy& whole = proxies_[static_cast<std::size_t>(row.whole)];
-        sum += of(whole.held, whole.mass);
+    } else if (row.proxy >= 0) {
+        const PieceProxy& proxy = proxies_[static_cast<std::size_t>(row.proxy)];
+        sum += of(proxy.held, proxy.mass);
     }
     return sum;
 }
@@ -82,7 +84,7 @@ geometry::SignedDistance::Sample RigidContacts::deepest(const meshless::Obstacle
     return lowest;
 }
 
-void RigidContacts::note_depth(const Task& task, Fragment& fragment) const {
+void RigidContacts::record_depth(const Task& task, Fragment& fragment) const {
     fragment.depth.clear();
     for (const meshless::Obstacle& obstacle : task.obstacles)
         fragment.depth.push_back(std::min(deepest(obstacle, fragment).distance, 0.0));
@@ -93,29 +95,30 @@ bool RigidContacts::push_out_of_obstacles(const Task& task, Fragment& fragment) 
     bool any = false;
     for (std::size_t k = 0; k < task.obstacles.size(); ++k) {
         const geometry::SignedDistance::Sample at = deepest(task.obstacles[k], fragment);
-        const double missing = fragment.depth[k] - at.distance;
-        if (!(missing > 1e-9 * fragment.radius)) continue;
-        piece_of(fragment).centre += missing * at.normal;
+        const double correction = fragment.depth[k] - at.distance;
+        if (!(correction > 1e-9 * fragment.radius)) continue;
+        piece_of(fragment).centre += correction * at.normal;
         any = true;
     }
     return any;
 }
 
 // Returns the gap at the end of the step minus the smallest gap that is allowed, m.
-double RigidContacts::room(const Row& row) const {
-    const Vec3 way = piece_of(fragments_[row.upper]).world_point(row.own) - lower_place(row) - row.start;
-    return row.gap + row.normal.dot(way) - std::min(row.gap + row.max_depenetration, 0.0);
+double RigidContacts::remaining_gap(const ContactRow& row) const {
+    const Vec3 offset = piece_of(fragments_[row.upper]).world_point(row.own) - lower_point(row) - row.start;
+    return row.gap + row.normal.dot(offset) - std::min(row.gap + row.max_depenetration, 0.0);
 }
 
 // Undoes the penetration of one contact that arose in the step. Returns whether there was one.
-bool RigidContacts::correct_position(const Task& task, const Row& row) {
+bool RigidContacts::correct_position(const Task& task, const ContactRow& row) {
     const double mobility = linear_mobility(row);
-    const double missing = -room(row);
-    if (!(missing > least_share * row.max_depenetration) || !(mobility > 0) || !std::isfinite(missing))
+    const double correction = -remaining_gap(row);
+    if (!(correction > negligible_share * row.max_depenetration) || !(mobility > 0) ||
+        !std::isfinite(correction))
         return false;
-    const Vec3 push = missing / mobility * row.normal;
+    const Vec3 push = correction / mobility * row.normal;
     const auto shift = [&](Fragment& fragment, double sign) {
-        if (!fragment.pushed) note_depth(task, fragment);
+        if (!fragment.pushed) record_depth(task, fragment);
         fragment.pushed = true;
         if (!fragment.held) piece_of(fragment).centre += sign / piece_of(fragment).mass * push;
     };
@@ -123,12 +126,12 @@ bool RigidContacts::correct_position(const Task& task, const Row& row) {
     if (row.lower >= 0) {
         shift(fragments_[static_cast<std::size_t>(row.lower)], -1);
     } else {
-        PieceProxy& whole = proxies_[static_cast<std::size_t>(row.whole)];
-        if (whole.held || !(whole.mass > 0)) return true;
-        whole.shift -= push / whole.mass;
+        PieceProxy& proxy = proxies_[static_cast<std::size_t>(row.proxy)];
+        if (proxy.held || !(proxy.mass > 0)) return true;
+        proxy.shift -= push / proxy.mass;
         if (!fragments_[row.upper].held)
-            whole.angular_momentum_debt -=
-                push.cross(piece_of(fragments_[row.upper]).velocity() - whole.velocity);
+            proxy.angular_momentum_debt -=
+                push.cross(piece_of(fragments_[row.upper]).velocity() - proxy.velocity);
     }
     return true;
 }
@@ -139,7 +142,7 @@ void RigidContacts::correct_positions(const Task& task) {
     bool any = true;
     for (int iteration = 0; iteration < position_iterations && any; ++iteration) {
         any = false;
-        for (const Row& row : rows_) any = correct_position(task, row) || any;
+        for (const ContactRow& row : rows_) any = correct_position(task, row) || any;
         for (Fragment& fragment : fragments_)
             if (fragment.pushed && !fragment.held) any = push_out_of_obstacles(task, fragment) || any;
     }
@@ -147,44 +150,44 @@ void RigidContacts::correct_positions(const Task& task) {
 
 // Computes mass, inertia and momenta of the proxies after the step. `velocity` is that of the centre until
 // the impulses are solved.
-void RigidContacts::weigh_proxies(const Task& task) {
+void RigidContacts::measure_proxies(const Task& task) {
     std::vector<meshless::Momenta> momenta;
     std::size_t summed = task.bodies.size();  // body that `momenta` belongs to
-    for (PieceProxy& whole : proxies_) {
-        const Body& body = *task.bodies[whole.body];
+    for (PieceProxy& proxy : proxies_) {
+        const Body& body = *task.bodies[proxy.body];
         const meshless::Phyxels& phyxels = body.phyxels();
-        if (summed != whole.body)
+        if (summed != proxy.body)
             meshless::piece_momenta(phyxels, static_cast<int>(body.pieces().count()), momenta);
-        summed = whole.body;
-        const meshless::Momenta& now = momenta[static_cast<std::size_t>(whole.piece)];
+        summed = proxy.body;
+        const meshless::Momenta& now = momenta[static_cast<std::size_t>(proxy.piece)];
         for (std::size_t i = 0; i < body.held().size(); ++i)
-            whole.held = whole.held || (phyxels.piece[i] == whole.piece && body.held()[i] != 0);
+            proxy.held = proxy.held || (phyxels.piece[i] == proxy.piece && body.held()[i] != 0);
         if (!(now.mass > 0)) continue;
-        whole.mass = now.mass;
-        whole.centre = now.centre;
-        whole.velocity = now.linear / now.mass;
-        whole.momentum = now.linear;
-        whole.angular_momentum = now.angular_momentum;
-        whole.inertia = now.inertia;
+        proxy.mass = now.mass;
+        proxy.centre = now.centre;
+        proxy.velocity = now.linear / now.mass;
+        proxy.momentum = now.linear;
+        proxy.angular_momentum = now.angular_momentum;
+        proxy.inertia = now.inertia;
         for (int axis = 0; axis < 3; ++axis)
-            whole.inverse_inertia.col(axis) = meshless::angular_velocity(now.inertia, Vec3::Unit(axis));
-        whole.inverse_inertia = (0.5 * (whole.inverse_inertia + whole.inverse_inertia.transpose())).eval();
-        whole.end_angular_velocity = whole.inverse_inertia * now.angular_momentum;
+            proxy.inverse_inertia.col(axis) = meshless::angular_velocity(now.inertia, Vec3::Unit(axis));
+        proxy.inverse_inertia = (0.5 * (proxy.inverse_inertia + proxy.inverse_inertia.transpose())).eval();
+        proxy.end_angular_velocity = proxy.inverse_inertia * now.angular_momentum;
     }
 }
 
 // Applies the motion of the proxies to the phyxels of their pieces. The previous state moves, too, so that
 // BDF2 does not take an impulse for an acceleration.
 void RigidContacts::move_proxies() {
-    for (const PieceProxy& whole : proxies_) {
-        if (whole.held) continue;
-        meshless::Phyxels& phyxels = *phyxels_[whole.body];
+    for (const PieceProxy& proxy : proxies_) {
+        if (proxy.held) continue;
+        meshless::Phyxels& phyxels = *phyxels_[proxy.body];
         for (std::size_t i = 0; i < phyxels.size(); ++i) {
-            if (phyxels.piece[i] != whole.piece) continue;
-            phyxels.position[i] += whole.shift;
-            phyxels.previous_position[i] += whole.shift;
+            if (phyxels.piece[i] != proxy.piece) continue;
+            phyxels.position[i] += proxy.shift;
+            phyxels.previous_position[i] += proxy.shift;
             const Vec3 change =
-                whole.velocity + whole.angular_velocity.cross(phyxels.position[i] - whole.centre);
+                proxy.velocity + proxy.angular_velocity.cross(phyxels.position[i] - proxy.centre);
             phyxels.velocity[i] += change;
             phyxels.previous_velocity[i] += change;
         }
@@ -192,20 +195,20 @@ void RigidContacts::move_proxies() {
 }
 
 // Adds rows for the obstacles that support a fragment while others push it.
-void RigidContacts::meet_obstacles(const Task& task, std::uint32_t number) {
-    const Fragment& fragment = fragments_[number];
+void RigidContacts::meet_obstacles(const Task& task, std::uint32_t fragment_index) {
+    const Fragment& fragment = fragments_[fragment_index];
     if (fragment.held) return;
     const RigidPiece& piece = piece_of(fragment);
     const meshless::RigidPieces& rigid = phyxels_[fragment.body]->rigid;
-    const double near = bearing_share * task.bodies[fragment.body]->phyxel_spacing();
+    const double near = support_share * task.bodies[fragment.body]->phyxel_spacing();
     for (const meshless::Obstacle& obstacle : task.obstacles) {
         const Isometry to_own = obstacle.after.inverse();
         for (const Vec3& own : rigid.points_of(piece)) {
             const Vec3 point = to_own * piece.world_point(own);
             const geometry::SignedDistance::Sample at = obstacle.solid->at(point);
             if (!(at.distance < near)) continue;
-            Row row;
-            row.upper = number;
+            ContactRow row;
+            row.upper = fragment_index;
             row.own = own;
             row.normal = obstacle.after.linear() * at.normal;
             row.friction = obstacle.friction;
@@ -229,16 +232,16 @@ void RigidContacts::list_movers() {
         mover.inverse_inertia = inverse_inertia;
     }
     for (std::size_t k = 0; k < proxies_.size(); ++k) {
-        const PieceProxy& whole = proxies_[k];
+        const PieceProxy& proxy = proxies_[k];
         Mover& mover = movers_[fragments_.size() + k];
-        mover.angular_velocity = whole.inverse_inertia * whole.angular_momentum_debt;
-        if (whole.held || !(whole.mass > 0)) continue;
-        mover.mobility = 1 / whole.mass;
-        mover.inverse_inertia = whole.inverse_inertia;
+        mover.angular_velocity = proxy.inverse_inertia * proxy.angular_momentum_debt;
+        if (proxy.held || !(proxy.mass > 0)) continue;
+        mover.mobility = 1 / proxy.mass;
+        mover.inverse_inertia = proxy.inverse_inertia;
     }
 }
 
-void RigidContacts::weigh(Row& row) {
+void RigidContacts::add_push(ContactRow& row) {
     Push push;
     push.upper = row.upper;
     push.lower = static_cast<std::uint32_t>(movers_.size() - 1);
@@ -247,12 +250,12 @@ void RigidContacts::weigh(Row& row) {
     if (row.lower >= 0) {
         push.lower = static_cast<std::uint32_t>(row.lower);
         push.lower_arm = row.point - piece_of(fragments_[push.lower]).centre;
-    } else if (row.whole >= 0) {
-        const PieceProxy& whole = proxies_[static_cast<std::size_t>(row.whole)];
-        push.lower = static_cast<std::uint32_t>(fragments_.size()) + static_cast<std::uint32_t>(row.whole);
-        push.lower_arm = row.point - whole.centre;
-        push.skin_velocity =
-            meshless::side_value(row.side, velocities_) + whole.end_angular_velocity.cross(row.lower_own);
+    } else if (row.proxy >= 0) {
+        const PieceProxy& proxy = proxies_[static_cast<std::size_t>(row.proxy)];
+        push.lower = static_cast<std::uint32_t>(fragments_.size()) + static_cast<std::uint32_t>(row.proxy);
+        push.lower_arm = row.point - proxy.centre;
+        push.lower_velocity =
+            meshless::side_value(row.side, velocities_) + proxy.end_angular_velocity.cross(row.lower_own);
     }
     const Mover &upper = movers_[push.upper], &lower = movers_[push.lower];
     push.torque = push.arm.cross(row.normal);
@@ -275,7 +278,7 @@ void RigidContacts::weigh(Row& row) {
 // of obstacles.
 Vec3 RigidContacts::velocity_of(const Push& push) const {
     return movers_[push.upper].velocity_at(push.arm) - movers_[push.lower].velocity_at(push.lower_arm) -
-           push.skin_velocity;
+           push.lower_velocity;
 }
 
 // Applies friction after the normal impulse is known. largest: m/s, maximum change of velocity so far.
@@ -297,7 +300,7 @@ double RigidContacts::solve(Push& push) {
     if (!(push.effective_normal_mass > 0)) return 0;
     Mover &upper = movers_[push.upper], &lower = movers_[push.lower];
     const double velocity =
-        push.normal.dot(upper.velocity - lower.velocity - push.skin_velocity - push.surface_velocity) +
+        push.normal.dot(upper.velocity - lower.velocity - push.lower_velocity - push.surface_velocity) +
         push.torque.dot(upper.angular_velocity) - push.lower_torque.dot(lower.angular_velocity);
     const double normal_impulse = std::max(
         0.0, push.normal_impulse + push.effective_normal_mass * (push.min_normal_velocity - velocity));
@@ -319,31 +322,33 @@ double RigidContacts::solve(Push& push) {
 // sides, no impulse on whole pieces can separate them, and iterations would only increase the impulses: they
 // end when little is left and they no longer help.
 void RigidContacts::solve_all(double fastest) {
-    const auto is_skin = [this](const Push& push) {
+    const auto is_proxy = [this](const Push& push) {
         return push.lower >= fragments_.size() && push.lower + 1 < movers_.size();
     };
-    double skin = 0, others = 0, before = std::numeric_limits<double>::infinity();
+    double proxy_change = 0, other_change = 0, before = std::numeric_limits<double>::infinity();
     for (int iteration = 0; iteration < max_iterations; ++iteration) {
         double largest = 0;
         for (std::size_t k = 0; k < pushes_.size(); ++k) {
             Push& push = pushes_[iteration % 2 == 0 ? k : pushes_.size() - 1 - k];
             const double change = solve(push);
-            double& most = is_skin(push) ? skin : others;
-            most = std::max(most, change);
+            double& max_change = is_proxy(push) ? proxy_change : other_change;
+            max_change = std::max(max_change, change);
             largest = std::max(largest, change);
         }
-        if (!(largest > enough * fastest)) break;
+        if (!(largest > converged_share * fastest)) break;
         if (iteration % few_iterations != few_iterations - 1) continue;
-        if (skin > others && skin < little * fastest && skin > least_help * before) break;
-        before = skin;
-        skin = others = 0;
+        if (proxy_change > other_change && proxy_change < small_share * fastest &&
+            proxy_change > stagnation_ratio * before)
+            break;
+        before = proxy_change;
+        proxy_change = other_change = 0;
     }
 }
 
 // Applies the impulses to both sides, equal and opposite, so momenta are conserved.
 void RigidContacts::push_fragments() {
     for (std::size_t k = 0; k < rows_.size(); ++k) {
-        const Row& row = rows_[k];
+        const ContactRow& row = rows_[k];
         const Vec3 impulse = pushes_[k].impulse();
         if (!fragments_[row.upper].held) piece_of(fragments_[row.upper]).push(row.point, impulse);
         if (row.lower < 0) continue;
@@ -368,32 +373,32 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
     }
     for (Fragment& fragment : fragments_)
         fragment.held = task.bodies[fragment.body]->holds_rigid(fragment.index);
-    weigh_proxies(task);
-    carry_rows();
+    measure_proxies(task);
+    find_end_positions();
     correct_positions(task);
     // Keeps nearly touching contacts, too: moving one corner of a fragment lifts all others.
-    std::erase_if(rows_, [&](Row& row) {
-        const double left = room(row);
+    std::erase_if(rows_, [&](ContactRow& row) {
+        const double left = remaining_gap(row);
         row.min_normal_velocity = -std::max(left, 0.0) / task.dt;
-        return !(left < bearing_share * spacing_) || !fragments_[row.upper].pushed;
+        return !(left < support_share * spacing_) || !fragments_[row.upper].pushed;
     });
     if (rows_.empty()) return outcome;
     for (std::uint32_t k = 0; k < fragments_.size(); ++k)
         if (fragments_[k].pushed) meet_obstacles(task, k);
-    for (PieceProxy& whole : proxies_) {
-        whole.centre += whole.shift;
-        whole.velocity.setZero();
+    for (PieceProxy& proxy : proxies_) {
+        proxy.centre += proxy.shift;
+        proxy.velocity.setZero();
     }
     // Sorted along gravity because the sweeps alternate in direction: a heap is supported from below.
-    for (Row& row : rows_) row.point = piece_of(fragments_[row.upper]).world_point(row.own);
-    std::stable_sort(rows_.begin(), rows_.end(), [&](const Row& a, const Row& b) {
+    for (ContactRow& row : rows_) row.point = piece_of(fragments_[row.upper]).world_point(row.own);
+    std::stable_sort(rows_.begin(), rows_.end(), [&](const ContactRow& a, const ContactRow& b) {
         return task.gravity.dot(a.point) > task.gravity.dot(b.point);
     });
     list_movers();
     pushes_.clear();
     double fastest = 0;
-    for (Row& row : rows_) {
-        weigh(row);
+    for (ContactRow& row : rows_) {
+        add_push(row);
         fastest = std::max(fastest, (velocity_of(pushes_.back()) - row.surface_velocity).norm());
     }
     solve_all(fastest);
@@ -411,11 +416,11 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
 double RigidContacts::kinetic_energy() const {
     double sum = 0;
     for (const Fragment& fragment : fragments_) sum += piece_of(fragment).kinetic_energy();
-    for (const PieceProxy& whole : proxies_) {
-        if (whole.held) continue;
-        const Vec3 &v = whole.velocity, &w = whole.angular_velocity;
-        sum += whole.momentum.dot(v) + 0.5 * whole.mass * v.squaredNorm();
-        sum += whole.angular_momentum.dot(w) + 0.5 * w.dot(whole.inertia * w);
+    for (const PieceProxy& proxy : proxies_) {
+        if (proxy.held) continue;
+        const Vec3 &v = proxy.velocity, &w = proxy.angular_velocity;
+        sum += proxy.momentum.dot(v) + 0.5 * proxy.mass * v.squaredNorm();
+        sum += proxy.angular_momentum.dot(w) + 0.5 * w.dot(proxy.inertia * w);
     }
     return sum;
 }

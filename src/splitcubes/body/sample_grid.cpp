@@ -25,8 +25,8 @@ constexpr double slow_share = 0.04;
 
 // Clamps to a finite float; absurd distances are compared in double precision only.
 float to_float(double value) {
-    constexpr double most = 1e30;
-    return static_cast<float>(std::clamp(value, -most, most));
+    constexpr double max_value = 1e30;
+    return static_cast<float>(std::clamp(value, -max_value, max_value));
 }
 
 // Where each side of the cube is divided, along both of its axes. The middle part covers 11.2 degrees about
@@ -81,7 +81,7 @@ const std::array<std::uint64_t, SampleGrid::bin_count>& SampleGrid::facing_bins(
 Vec3i SampleGrid::cell_at(const Vec3& point) const {
     Vec3i cell;
     for (int axis = 0; axis < 3; ++axis) {
-        const double at = (point[axis] - origin_[axis]) * cells_a_metre_;
+        const double at = (point[axis] - origin_[axis]) * cells_per_metre_;
         cell[axis] = at > 0 ? static_cast<int>(std::min<double>(at, count_[axis] - 1)) : 0;
     }
     return cell;
@@ -96,12 +96,12 @@ void SampleGrid::lay_out(std::span<const Vec3> points, const Reach& reach) {
     extent_ = extent.maxCoeff();
     // Points within reach of slow points are in adjacent cells.
     reach_ = reach;
-    size_ = (1.0001 + 2 * slow_share) * reach.least;
+    size_ = (1.0001 + 2 * slow_share) * reach.min;
     // At most about eight cells per point, however far the points are scattered.
     const double limit = 8.0 * static_cast<double>(points.size()) + 64;
     while (((extent / size_).array().floor() + 1).prod() > limit) size_ *= 1.5;
     count_ = (extent / size_).array().floor().cast<int>() + 1;
-    cells_a_metre_ = 1 / size_;
+    cells_per_metre_ = 1 / size_;
 }
 
 // Works axis by axis (separable).
@@ -112,12 +112,14 @@ void SampleGrid::spread(int rings, std::vector<Value>& values, std::vector<Value
     spare.resize(values.size());
     std::size_t stride = 1;
     for (int axis = 0; axis < 3; ++axis) {
-        const auto length = static_cast<std::size_t>(count_[axis]), most = static_cast<std::size_t>(rings);
+        const auto length = static_cast<std::size_t>(count_[axis]),
+                   max_steps = static_cast<std::size_t>(rings);
         parallel.for_each(values.size(), grain, [&](std::size_t c) {
             const std::size_t at = c / stride % length;
             Value value = values[c];
-            for (std::size_t n = 1; n <= std::min(most, at); ++n) value = join(value, values[c - n * stride]);
-            for (std::size_t n = 1; n <= std::min(most, length - 1 - at); ++n)
+            for (std::size_t n = 1; n <= std::min(max_steps, at); ++n)
+                value = join(value, values[c - n * stride]);
+            for (std::size_t n = 1; n <= std::min(max_steps, length - 1 - at); ++n)
                 value = join(value, values[c + n * stride]);
             spare[c] = value;
         });
@@ -128,18 +130,19 @@ void SampleGrid::spread(int rings, std::vector<Value>& values, std::vector<Value
 
 // Computes the extra reach of wide cells. The faster one of two points reaches the other one's cell with at
 // most twice its own extra reach.
-void SampleGrid::find_farther(std::span<const Way> ways, const Parallel& parallel) {
-    double most = 0;
-    for (const Way& way : ways) most = std::max(most, way.farther);
-    const auto is_fast = [this](double farther) { return reach_.least + 2 * farther > size_; };
-    any_fast_ = is_fast(most);
-    if (!any_fast_) return;
-    rings_ = static_cast<int>(std::ceil(std::min(reach_.least + 2 * most, reach_.most) / size_));
-    farther_.assign(cell_index(0, 0, count_.z()), 0);
-    for (std::size_t i = 0; i < ways.size(); ++i)
-        if (is_fast(ways[i].farther))
-            farther_[cell_[i]] = std::max(farther_[cell_[i]], to_float(ways[i].farther));
-    spread(rings_, farther_, spare_farther_, parallel, [](float x, float y) { return std::max(x, y); });
+void SampleGrid::find_extra_reach(std::span<const Motion> motions, const Parallel& parallel) {
+    double max_extra = 0;
+    for (const Motion& motion : motions) max_extra = std::max(max_extra, motion.extra_reach);
+    const auto is_fast = [this](double extra_reach) { return reach_.min + 2 * extra_reach > size_; };
+    any_wide_ = is_fast(max_extra);
+    if (!any_wide_) return;
+    rings_ = static_cast<int>(std::ceil(std::min(reach_.min + 2 * max_extra, reach_.max) / size_));
+    extra_reach_.assign(cell_index(0, 0, count_.z()), 0);
+    for (std::size_t i = 0; i < motions.size(); ++i)
+        if (is_fast(motions[i].extra_reach))
+            extra_reach_[cell_[i]] = std::max(extra_reach_[cell_[i]], to_float(motions[i].extra_reach));
+    spread(rings_, extra_reach_, spare_extra_reach_, parallel,
+           [](float x, float y) { return std::max(x, y); });
 }
 
 // Computes each point's cell and bin.
@@ -160,23 +163,24 @@ void SampleGrid::find_bins_around(const Parallel& parallel) {
     bins_around_.assign(cell_index(0, 0, count_.z()), 0);
     for (std::size_t i = 0; i < cell_.size(); ++i) bins_around_[cell_[i]] |= std::uint64_t{1} << bin_[i];
     spread(1, bins_around_, spare_bins_, parallel, std::bit_or<>{});
-    if (!any_fast_) return;
+    if (!any_wide_) return;
     wide_bins_ = bins_around_;
     spread(rings_ - 1, wide_bins_, spare_bins_, parallel, std::bit_or<>{});
-    for (std::size_t c = 0; c < farther_.size(); ++c)
-        if (farther_[c] > 0) bins_around_[c] = wide_bins_[c];
+    for (std::size_t c = 0; c < extra_reach_.size(); ++c)
+        if (extra_reach_[c] > 0) bins_around_[c] = wide_bins_[c];
 }
 
 // Keeps the points that another one may face. Facing bins are symmetric, so whatever faces a kept point is
 // kept.
-void SampleGrid::choose_kept(std::span<const Vec3> points, const Parallel& parallel, const Place& place) {
+void SampleGrid::choose_kept(std::span<const Vec3> points, const Parallel& parallel,
+                             const RefineCallback& refine) {
     constexpr std::size_t grain = 1024;
     const std::array<std::uint64_t, bin_count>& facing = facing_bins();
     kept_.clear();
     for (std::uint32_t i = 0; i < points.size(); ++i)
         if ((bins_around_[cell_[i]] & facing[bin_[i]]) != 0) kept_.push_back(i);
-    if (!place) return;
-    place(kept_);
+    if (!refine) return;
+    refine(kept_);
     parallel.for_each(kept_.size(), grain, [&](std::size_t k) {
         const Vec3i at = cell_at(points[kept_[k]]);
         cell_[kept_[k]] = static_cast<std::uint32_t>(cell_index(at.x(), at.y(), at.z()));
@@ -185,7 +189,7 @@ void SampleGrid::choose_kept(std::span<const Vec3> points, const Parallel& paral
 
 // Sorts the kept points by cell, then by index.
 void SampleGrid::sort_points(std::span<const Vec3> points, std::span<const Vec3> normals,
-                             std::span<const Way> ways, std::span<const std::uint16_t> owners,
+                             std::span<const Motion> motions, std::span<const std::uint16_t> owners,
                              const Parallel& parallel) {
     constexpr std::size_t grain = 1024;
     begin_.assign(bins_around_.size() + 1, 0);
@@ -193,28 +197,28 @@ void SampleGrid::sort_points(std::span<const Vec3> points, std::span<const Vec3>
     for (std::size_t c = 0; c + 1 < begin_.size(); ++c) begin_[c + 1] += begin_[c];
     const std::size_t count = begin_.back();
     next_.assign(begin_.begin(), begin_.end() - 1);
-    number_.resize(count);
-    most_way_ = 0;
+    index_.resize(count);
+    max_motion_ = 0;
     for (const std::uint32_t i : kept_) {
-        number_[next_[cell_[i]]++] = i;
-        most_way_ =
-            std::max({most_way_, ways[i].sure.cwiseAbs().maxCoeff(), ways[i].more.cwiseAbs().maxCoeff()});
+        index_[next_[cell_[i]]++] = i;
+        max_motion_ = std::max({max_motion_, motions[i].displacement.cwiseAbs().maxCoeff(),
+                                motions[i].drift.cwiseAbs().maxCoeff()});
     }
     sorted_.resize(count);
     for (std::vector<float>& lane : lanes_) lane.resize(count + facing_padding);
     parallel.for_each(count, grain, [&](std::size_t k) {
-        const std::uint32_t i = number_[k];
+        const std::uint32_t i = index_[k];
         const Vec3 &point = points[i], &normal = normals[i];
-        const Way& way = ways[i];
-        sorted_[k] = {point, normal, way, cell_[i], owners[i]};
+        const Motion& motion = motions[i];
+        sorted_[k] = {point, normal, motion, cell_[i], owners[i]};
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const auto a = static_cast<Eigen::Index>(axis);
             lanes_[axis][k] = to_float(point[a] - origin_[a]);
             lanes_[3 + axis][k] = static_cast<float>(normal[a]);
-            lanes_[6 + axis][k] = to_float(way.sure[a]);
-            lanes_[9 + axis][k] = to_float(way.more[a]);
+            lanes_[6 + axis][k] = to_float(motion.displacement[a]);
+            lanes_[9 + axis][k] = to_float(motion.drift[a]);
         }
-        lanes_[12][k] = to_float(way.farther);
+        lanes_[12][k] = to_float(motion.extra_reach);
     });
 }
 
@@ -252,38 +256,38 @@ void SampleGrid::find_extents(const Parallel& parallel) {
     });
 }
 
-void SampleGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals, std::span<const Way> ways,
-                       std::span<const std::uint16_t> owners, const Reach& reach, const Parallel& parallel,
-                       const Place& place) {
+void SampleGrid::build(std::span<const Vec3> points, std::span<const Vec3> normals,
+                       std::span<const Motion> motions, std::span<const std::uint16_t> owners,
+                       const Reach& reach, const Parallel& parallel, const RefineCallback& refine) {
     lay_out(points, reach);
     find_bins(points, normals, parallel);
-    find_farther(ways, parallel);
+    find_extra_reach(motions, parallel);
     find_bins_around(parallel);
-    choose_kept(points, parallel, place);
-    sort_points(points, normals, ways, owners, parallel);
+    choose_kept(points, parallel, refine);
+    sort_points(points, normals, motions, owners, parallel);
     find_extents(parallel);
 }
 
 void SampleGrid::find_facing(std::size_t of, double radius, double height,
-                             std::vector<std::uint32_t>& scratch, std::vector<Faced>& out) const {
-    constexpr std::size_t most_ranges = 64;  // seven by seven rows, for three times the reach
+                             std::vector<std::uint32_t>& scratch, std::vector<FacingPoint>& out) const {
+    constexpr std::size_t max_ranges = 64;  // seven by seven rows, for three times the reach
     out.clear();
     const Vec3 point = sorted_[of].point, normal = sorted_[of].normal;
-    const Way own = sorted_[of].way;
+    const Motion own = sorted_[of].motion;
     // Exceeds the single-precision error of positions and of products of unit vectors.
-    const double slack = 1e-6 * (extent_ + most_way_) + 1e-5 * reach_.least;
-    const double reach = reach_.least + own.farther;
-    radius = std::min({radius, reach_.most, reach + farther_of(sorted_[of].cell)});
+    const double slack = 1e-6 * (extent_ + max_motion_) + 1e-5 * reach_.min;
+    const double reach = reach_.min + own.extra_reach;
+    radius = std::min({radius, reach_.max, reach + max_extra_reach(sorted_[of].cell)});
     const Vec3i low = cell_at(point - Vec3::Constant(radius)), high = cell_at(point + Vec3::Constant(radius));
-    std::array<FacingRange, most_ranges> ranges;
-    std::size_t count = 0, most = 0;
+    std::array<FacingRange, max_ranges> ranges;
+    std::size_t count = 0, candidates = 0;
     for (int z = low.z(); z <= high.z(); ++z)
-        for (int y = low.y(); y <= high.y() && count < most_ranges; ++y) {
+        for (int y = low.y(); y <= high.y() && count < max_ranges; ++y) {
             const FacingRange range{begin_[cell_index(low.x(), y, z)],
                                     begin_[cell_index(high.x(), y, z) + 1]};
             if (range.begin == range.end) continue;
             ranges[count++] = range;
-            most += range.end - range.begin;
+            candidates += range.end - range.begin;
         }
     if (count == 0) return;
     const Vec3 at = point - origin_;
@@ -294,12 +298,12 @@ void SampleGrid::find_facing(std::size_t of, double radius, double height,
                             facing.x(),
                             facing.y(),
                             facing.z(),
-                            to_float(own.sure.x()),
-                            to_float(own.sure.y()),
-                            to_float(own.sure.z()),
-                            to_float(own.more.x()),
-                            to_float(own.more.y()),
-                            to_float(own.more.z()),
+                            to_float(own.displacement.x()),
+                            to_float(own.displacement.y()),
+                            to_float(own.displacement.z()),
+                            to_float(own.drift.x()),
+                            to_float(own.drift.y()),
+                            to_float(own.drift.z()),
                             to_float(radius + slack),
                             to_float(reach + slack),
                             static_cast<float>(facing_cosine + 1e-5),
@@ -309,20 +313,20 @@ void SampleGrid::find_facing(std::size_t of, double radius, double height,
                             lanes_[8].data(), lanes_[9].data(), lanes_[10].data(), lanes_[11].data(),
                             lanes_[12].data()};
     // Only grows; its content is overwritten.
-    if (scratch.size() < most + facing_padding) scratch.resize(most + facing_padding);
+    if (scratch.size() < candidates + facing_padding) scratch.resize(candidates + facing_padding);
     bool is_low = false;
     const std::size_t found = select_facing(lanes, {ranges.data(), count}, query, scratch.data(), is_low);
     if (!is_low) return;
     for (std::size_t n = 0; n < found; ++n) {
         const Point& other = sorted_[scratch[n]];
-        const Vec3 way = point - other.point;
-        const double square = way.squaredNorm(), cosine = normal.dot(other.normal);
-        const double limit = std::min(radius, reach + other.way.farther);
-        if (!(square < limit * limit && cosine < facing_cosine)) continue;
-        const double along = other.normal.dot(way);
-        const double nearer = other.normal.dot(own.sure - other.way.sure) +
-                              std::min(0.0, other.normal.dot(own.more - other.way.more));
-        out.push_back({scratch[n], square, cosine, along, along + nearer});
+        const Vec3 offset = point - other.point;
+        const double squared_distance = offset.squaredNorm(), cosine = normal.dot(other.normal);
+        const double limit = std::min(radius, reach + other.motion.extra_reach);
+        if (!(squared_distance < limit * limit && cosine < facing_cosine)) continue;
+        const double point_height = other.normal.dot(offset);
+        const double change = other.normal.dot(own.displacement - other.motion.displacement) +
+                              std::min(0.0, other.normal.dot(own.drift - other.motion.drift));
+        out.push_back({scratch[n], squared_distance, cosine, point_height, point_height + change});
     }
 }
 

@@ -27,64 +27,64 @@ inline constexpr double facing_cosine = -0.4;
 /// memory.
 class SampleGrid {
   public:
-    /// Motion of a point within a step, m: its displacement, its possible additional displacement, and how
-    /// much it adds to the minimum reach.
-    struct Way {
-        Vec3 sure = Vec3::Zero(), more = Vec3::Zero();
-        double farther = 0;
+    /// Motion of a point within a step, m: predicted displacement, possible further displacement, and
+    /// how much it adds to the minimum reach.
+    struct Motion {
+        Vec3 displacement = Vec3::Zero(), drift = Vec3::Zero();
+        double extra_reach = 0;
     };
-    /// m: two points are within reach of each other if their distance is less than `least` plus the `farther`
-    /// of both, and less than `most`. 0 < least <= most <= 3 least.
+    /// m: two points are within reach of each other if their distance is less than `min` plus the
+    /// `extra_reach` of both, and less than `max`. 0 < min <= max <= 3 min.
     struct Reach {
-        double least = 1, most = 1;
+        double min = 1, max = 1;
     };
     /// Gets the indices of the points that are kept.
-    using Place = std::function<void(std::span<const std::uint32_t> kept)>;
+    using RefineCallback = std::function<void(std::span<const std::uint32_t> kept)>;
 
-    /// Rebuilds the grid. points: m; normals: unit; ways: motion within the step; owners: id of the owner of
-    /// each point. All are copied. The points may be approximate at first, and their motion only an upper
-    /// bound of `farther`: `place` gets the indices of the kept points and may update them and their motion
-    /// in the caller's arrays. A pair that comes within reach only by such an update may be missed.
-    void build(std::span<const Vec3> points, std::span<const Vec3> normals, std::span<const Way> ways,
+    /// Rebuilds the grid. points: m; normals: unit; motions: motion within the step; owners: id of the owner
+    /// of each point. All are copied. The points may be approximate at first, and their motion only an upper
+    /// bound of `extra_reach`: `refine` gets the indices of the kept points and may update them and their
+    /// motion in the caller's arrays. A pair that comes within reach only by such an update may be missed.
+    void build(std::span<const Vec3> points, std::span<const Vec3> normals, std::span<const Motion> motions,
                std::span<const std::uint16_t> owners, const Reach& reach, const Parallel& parallel,
-               const Place& place = {});
+               const RefineCallback& refine = {});
 
     /// Returns the number of kept points. A point that is not kept faces no point within its reach.
-    std::size_t size() const { return number_.size(); }
+    std::size_t size() const { return index_.size(); }
     /// Index in the arrays of build, position (m) and normal of an entry.
-    std::uint32_t number(std::size_t place) const { return number_[place]; }
-    const Vec3& point(std::size_t place) const { return sorted_[place].point; }
-    const Vec3& normal(std::size_t place) const { return sorted_[place].normal; }
+    std::uint32_t index(std::size_t entry) const { return index_[entry]; }
+    const Vec3& point(std::size_t entry) const { return sorted_[entry].point; }
+    const Vec3& normal(std::size_t entry) const { return sorted_[entry].normal; }
 
     /// Returns false only if no point within reach of the entry faces it.
-    bool may_face(std::size_t place) const { return around_[sorted_[place].cell].may_face(normal(place)); }
+    bool may_face(std::size_t entry) const { return around_[sorted_[entry].cell].may_face(normal(entry)); }
 
     /// Returns true only if all points within reach of the entry that may face any point have its owner.
-    bool is_among_own(std::size_t place) const {
-        const Extent& around = around_[sorted_[place].cell];
+    bool is_among_own(std::size_t entry) const {
+        const Extent& around = around_[sorted_[entry].cell];
         return around.first_owner == around.last_owner;
     }
 
     /// A point that faces the queried one.
-    struct Faced {
-        std::uint32_t place;
-        double square;  // m^2, squared distance
-        double cosine;  // dot product of the normals
-        double along;   // m, height of the queried point above the plane through this one
-        double next;    // m, the same after the step; additional displacements count only if they reduce it
+    struct FacingPoint {
+        std::uint32_t entry;
+        double squared_distance;  // m^2
+        double cosine;            // dot product of the normals
+        double height;            // m, height of the queried point above the plane through this one
+        double end_height;        // m, the same after the step; drift counts only if it reduces it
     };
     /// Finds the points that face the entry `of`, are within its reach and nearer to it than `radius` (m), in
     /// order of their entries, and replaces `out`. Returns none if the entry will be farther than `height`
     /// (m) above the planes through all of them. scratch: a buffer of the calling thread.
     void find_facing(std::size_t of, double radius, double height, std::vector<std::uint32_t>& scratch,
-                     std::vector<Faced>& out) const;
+                     std::vector<FacingPoint>& out) const;
 
   private:
     static constexpr std::size_t bin_count = 54;  // 3 x 3 on each side of a cube
 
     struct Point {
         Vec3 point, normal;
-        Way way;
+        Motion motion;
         std::uint32_t cell;
         std::uint16_t owner;
     };
@@ -104,12 +104,12 @@ class SampleGrid {
         }
         /// Returns whether a normal within the bounds faces this one.
         bool may_face(const Vec3& normal) const {
-            double least = 0;
+            double min_dot = 0;
             for (std::size_t k = 0; k < 3; ++k) {
                 const double n = normal[static_cast<Eigen::Index>(k)];
-                least += n * static_cast<double>(n > 0 ? low[k] : high[k]);
+                min_dot += n * static_cast<double>(n > 0 ? low[k] : high[k]);
             }
-            return !(least > facing_cosine + 1e-6);
+            return !(min_dot > facing_cosine + 1e-6);
         }
     };
     static const std::array<std::uint64_t, bin_count>& facing_bins();
@@ -124,30 +124,31 @@ class SampleGrid {
     void lay_out(std::span<const Vec3> points, const Reach& reach);
     void find_bins(std::span<const Vec3> points, std::span<const Vec3> normals, const Parallel& parallel);
     void find_bins_around(const Parallel& parallel);
-    void find_farther(std::span<const Way> ways, const Parallel& parallel);
+    void find_extra_reach(std::span<const Motion> motions, const Parallel& parallel);
     /// Sets each cell to the result of `join` over all cells up to `rings` away.
     template <class Value, class Join>
     void spread(int rings, std::vector<Value>& values, std::vector<Value>& spare, const Parallel& parallel,
                 const Join& join) const;
-    bool is_wide(std::size_t cell) const { return any_fast_ && farther_[cell] > 0; }
+    bool is_wide(std::size_t cell) const { return any_wide_ && extra_reach_[cell] > 0; }
     /// Returns the maximum extra reach (m) of points that are reached from the cell.
-    double farther_of(std::size_t cell) const {
-        return is_wide(cell) ? farther_[cell] : 0.5 * (size_ - reach_.least);
+    double max_extra_reach(std::size_t cell) const {
+        return is_wide(cell) ? extra_reach_[cell] : 0.5 * (size_ - reach_.min);
     }
-    void choose_kept(std::span<const Vec3> points, const Parallel& parallel, const Place& place);
-    void sort_points(std::span<const Vec3> points, std::span<const Vec3> normals, std::span<const Way> ways,
-                     std::span<const std::uint16_t> owners, const Parallel& parallel);
+    void choose_kept(std::span<const Vec3> points, const Parallel& parallel, const RefineCallback& refine);
+    void sort_points(std::span<const Vec3> points, std::span<const Vec3> normals,
+                     std::span<const Motion> motions, std::span<const std::uint16_t> owners,
+                     const Parallel& parallel);
     void find_extents(const Parallel& parallel);
     Extent extent_around(std::size_t cell) const;
 
     Vec3 origin_ = Vec3::Zero();  // m, low corner
     double size_ = 1;             // m, of a cell
     Reach reach_;
-    bool any_fast_ = false;  // whether any cell is wide: some extra reach exceeds what the cell size covers
+    bool any_wide_ = false;  // whether any cell is wide: some extra reach exceeds what the cell size covers
     int rings_ = 1;          // cells that are reached from a wide one, in each direction
-    double cells_a_metre_ = 1;
-    double extent_ = 0;    // m, maximum extent of the points along an axis
-    double most_way_ = 0;  // m, maximum motion of the kept points along an axis
+    double cells_per_metre_ = 1;
+    double extent_ = 0;      // m, maximum extent of the points along an axis
+    double max_motion_ = 0;  // m, maximum motion of the kept points along an axis
     Vec3i count_ = Vec3i::Ones();
     // Per point.
     std::vector<std::uint32_t> cell_;
@@ -156,9 +157,9 @@ class SampleGrid {
     // Per cell: bit masks of the bins of all normals within reach of it.
     std::vector<std::uint64_t> bins_around_, wide_bins_, spare_bins_;
     // m, per cell, if any is wide: maximum extra reach of points that are reached from it; 0 if all are slow.
-    std::vector<float> farther_, spare_farther_;
+    std::vector<float> extra_reach_, spare_extra_reach_;
     std::vector<std::uint32_t> begin_, next_;  // per cell: its first entry; plus one at the end
-    std::vector<std::uint32_t> number_;        // per entry: index in the arrays of build
+    std::vector<std::uint32_t> index_;         // per entry: index in the arrays of build
     std::vector<Point> sorted_;                // per entry
     // Per entry, padded by a vector: position from the origin, m; normal; displacement, additional
     // displacement and extra reach, m.

@@ -17,12 +17,12 @@ void SphereGrid::lay_out(std::span<const Ball> balls) {
     const Vec3 extent = box_.size();
     if (!(size_ > 0)) size_ = 1;
     // Limits memory to a few cells per ball, however far apart they are.
-    const double most = 64.0 + 8.0 * static_cast<double>(balls.size());
-    while (((extent / size_).array().floor() + 1).prod() > most) size_ *= 1.5;
+    const double max_cells = 64.0 + 8.0 * static_cast<double>(balls.size());
+    while (((extent / size_).array().floor() + 1).prod() > max_cells) size_ *= 1.5;
     count_ = (extent / size_).array().floor().cast<int>() + 1;
 }
 
-Vec3i SphereGrid::place_at(const Vec3& point) const {
+Vec3i SphereGrid::cell_coordinates(const Vec3& point) const {
     Vec3i out;
     for (int axis = 0; axis < 3; ++axis) {
         const double at = (point[axis] - box_.min[axis]) / size_;
@@ -32,15 +32,15 @@ Vec3i SphereGrid::place_at(const Vec3& point) const {
 }
 
 std::size_t SphereGrid::cell_at(const Vec3& point) const {
-    const Eigen::Matrix<std::size_t, 3, 1> at = place_at(point).cast<std::size_t>(),
+    const Eigen::Matrix<std::size_t, 3, 1> at = cell_coordinates(point).cast<std::size_t>(),
                                            count = count_.cast<std::size_t>();
     return (at.z() * count.y() + at.y()) * count.x() + at.x();
 }
 
 template <class Visit>
 void SphereGrid::visit_cells(const Ball& ball, const Visit& visit) const {
-    const Vec3i low = place_at(ball.centre - Vec3::Constant(ball.radius)),
-                high = place_at(ball.centre + Vec3::Constant(ball.radius));
+    const Vec3i low = cell_coordinates(ball.centre - Vec3::Constant(ball.radius)),
+                high = cell_coordinates(ball.centre + Vec3::Constant(ball.radius));
     for (int z = low.z(); z <= high.z(); ++z)
         for (int y = low.y(); y <= high.y(); ++y) {
             const std::size_t row = (static_cast<std::size_t>(z) * static_cast<std::size_t>(count_.y()) +
@@ -57,15 +57,15 @@ void SphereGrid::build(std::span<const Ball> balls) {
     for (const Ball& ball : balls) visit_cells(ball, [&](std::size_t cell) { ++begin_[cell + 1]; });
     for (std::size_t c = 0; c < cells; ++c) begin_[c + 1] += begin_[c];
     next_.assign(begin_.begin(), begin_.end() - 1);
-    number_.resize(begin_.back());
+    ball_.resize(begin_.back());
     for (std::uint32_t k = 0; k < balls.size(); ++k)
-        visit_cells(balls[k], [&](std::size_t cell) { number_[next_[cell]++] = k; });
+        visit_cells(balls[k], [&](std::size_t cell) { ball_[next_[cell]++] = k; });
 }
 
 std::span<const std::uint32_t> SphereGrid::near(const Vec3& point) const {
     if (!box_.contains(point)) return {};
     const std::size_t cell = cell_at(point);
-    return {number_.data() + begin_[cell], begin_[cell + 1] - begin_[cell]};
+    return {ball_.data() + begin_[cell], begin_[cell + 1] - begin_[cell]};
 }
 
 }  // namespace splitcubes::body

@@ -29,14 +29,14 @@ class SphereGrid {
     template <class Visit>
     void visit_cells(const Ball& ball, const Visit& visit) const;
     std::size_t cell_at(const Vec3& point) const;
-    Vec3i place_at(const Vec3& point) const;
+    Vec3i cell_coordinates(const Vec3& point) const;
     void lay_out(std::span<const Ball> balls);
 
     geometry::Box box_;  // around all balls
     double size_ = 1;    // of a cell
     Vec3i count_ = Vec3i::Ones();
     std::vector<std::uint32_t> begin_, next_;  // per cell: first of its indices; plus one at the end
-    std::vector<std::uint32_t> number_;
+    std::vector<std::uint32_t> ball_;
 };
 
 }  // namespace splitcubes::body

@@ -7,18 +7,18 @@ namespace splitcubes::body {
 
 namespace {
 
-constexpr double cells_a_cube = 1;  // grid cells per side of a cube: larger ones report more false changes
-constexpr double most_cubes = 1 << 21;  // limits memory to 8 MiB per body
+constexpr double cells_per_cube = 1;   // grid cells per side of a cube: larger ones report more false changes
+constexpr double max_cubes = 1 << 21;  // limits memory to 8 MiB per body
 // Share of a cube's side by which queried and marked boxes grow, to cover the callers' rounding errors.
 constexpr double margin = 1e-6;
 
 }  // namespace
 
 SurfaceChanges::SurfaceChanges(const geometry::RestGrid& rest)
-    : origin_(rest.origin), side_(cells_a_cube * rest.cell_size) {
+    : origin_(rest.origin), cube_size_(cells_per_cube * rest.cell_size) {
     const Vec3 extent = rest.cell_size * rest.node_count.cast<double>();
-    while (((extent / side_).array().floor() + 1).prod() > most_cubes) side_ *= 2;
-    count_ = (extent / side_).array().floor().cast<int>() + 1;
+    while (((extent / cube_size_).array().floor() + 1).prod() > max_cubes) cube_size_ *= 2;
+    count_ = (extent / cube_size_).array().floor().cast<int>() + 1;
     recent_.fill({count_, -Vec3i::Ones()});
     last_.assign(index_of(0, 0, count_.z()), 0);
 }
@@ -28,11 +28,11 @@ SurfaceChanges::SurfaceChanges(const geometry::RestGrid& rest)
 SurfaceChanges::Range SurfaceChanges::cubes_of(const geometry::Box& box) const {
     Range out;
     for (int axis = 0; axis < 3; ++axis) {
-        const double most = count_[axis] - 1;
-        const double low = (box.min[axis] - origin_[axis]) / side_ - margin;
-        const double high = (box.max[axis] - origin_[axis]) / side_ + margin;
-        out.low[axis] = static_cast<int>(std::clamp(low, 0.0, most));
-        out.high[axis] = static_cast<int>(std::clamp(high, 0.0, most));
+        const double max_index = count_[axis] - 1;
+        const double low = (box.min[axis] - origin_[axis]) / cube_size_ - margin;
+        const double high = (box.max[axis] - origin_[axis]) / cube_size_ + margin;
+        out.low[axis] = static_cast<int>(std::clamp(low, 0.0, max_index));
+        out.high[axis] = static_cast<int>(std::clamp(high, 0.0, max_index));
     }
     return out;
 }
@@ -54,22 +54,22 @@ void SurfaceChanges::mark_all() {
     last_full_change_ = now_;
 }
 
-// Coarse test against the bounds of each change after `when`; true if that many are no longer stored.
-bool SurfaceChanges::may_have_changed(const Range& range, std::uint32_t when) const {
-    if (now_ - when > recent_.size()) return true;
-    for (std::uint32_t number = when + 1; number <= now_; ++number)
-        if (range.meets(recent_[number % recent_.size()])) return true;
+// Coarse test against the bounds of each change after `change_id`; true if that many are no longer stored.
+bool SurfaceChanges::may_have_changed(const Range& range, std::uint32_t change_id) const {
+    if (now_ - change_id > recent_.size()) return true;
+    for (std::uint32_t change = change_id + 1; change <= now_; ++change)
+        if (range.meets(recent_[change % recent_.size()])) return true;
     return false;
 }
 
-bool SurfaceChanges::since(const geometry::Box& box, std::uint32_t when) const {
-    if (when == now_) return false;
+bool SurfaceChanges::since(const geometry::Box& box, std::uint32_t change_id) const {
+    if (change_id == now_) return false;
     const Range range = cubes_of(box);
-    if (!may_have_changed(range, when)) return false;
+    if (!may_have_changed(range, change_id)) return false;
     for (int z = range.low.z(); z <= range.high.z(); ++z)
         for (int y = range.low.y(); y <= range.high.y(); ++y)
             for (int x = range.low.x(); x <= range.high.x(); ++x)
-                if (last_[index_of(x, y, z)] > when) return true;
+                if (last_[index_of(x, y, z)] > change_id) return true;
     return false;
 }
 

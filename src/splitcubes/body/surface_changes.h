@@ -34,8 +34,8 @@ class SurfaceChanges {
     /// Returns the number of the last mark_all; 0 if there was none.
     std::uint32_t last_full_change() const { return last_full_change_; }
 
-    /// Returns whether anything within the box (m, rest space) may have changed after change `when`.
-    bool since(const geometry::Box& box, std::uint32_t when) const;
+    /// Returns whether anything within the box (m, rest space) may have changed after change `change_id`.
+    bool since(const geometry::Box& box, std::uint32_t change_id) const;
 
   private:
     struct Range {
@@ -45,7 +45,7 @@ class SurfaceChanges {
             return (low.array() <= other.high.array()).all() && (other.low.array() <= high.array()).all();
         }
     };
-    bool may_have_changed(const Range& range, std::uint32_t when) const;
+    bool may_have_changed(const Range& range, std::uint32_t change_id) const;
     Range cubes_of(const geometry::Box& box) const;
     std::size_t index_of(int x, int y, int z) const {
         return (static_cast<std::size_t>(z) * static_cast<std::size_t>(count_.y()) +
@@ -55,7 +55,7 @@ class SurfaceChanges {
     }
 
     Vec3 origin_;                      // m, low corner
-    double side_;                      // m, of a cube
+    double cube_size_;                 // m, of a cube
     Vec3i count_;                      // cubes
     std::vector<std::uint32_t> last_;  // per cube: its last change
     // Ring buffer with the bounding range of cubes of each of the last changes: most changes are local.

@@ -16,9 +16,9 @@ using meshless::Contact;
 // maximum tangential distance to the partner sample; maximum depenetration per step.
 // A smaller speculative distance misses contacts of stiff splinters; a larger one lists contacts that never
 // push.
-constexpr double skin_margin_share = 0.05, deepest_share = 1, beside_share = 0.9,
+constexpr double speculative_share = 0.05, max_overlap_share = 1, max_tangential_share = 0.9,
                  surface_depenetration_share = 0.02;
-constexpr double reach_share = 1.25, most_reach_share = 3;
+constexpr double reach_share = 1.25, max_reach_share = 3;
 // In spacings: free fall in one step beyond this allowance widens the speculative distance. Bodies that begin
 // to fall may overlap by this much before they are found.
 constexpr double fallen_share = 0.15;
@@ -31,18 +31,19 @@ constexpr double behind_share = 0.1;
 // In spacings: distance below which one of two opposite samples of a cut cell searches for both.
 constexpr double opposite_share = 0.5;
 // Dot product of normals below which surfaces are opposite; above which samples belong to one face.
-constexpr double opposite_skins = -0.8, one_face = 0.8;
+constexpr double opposite_cosine = -0.8, one_face_cosine = 0.8;
 // Depth of the points below the surface between which separation is tested, in cells; distance at rest, in
 // spacings, beyond which two points of one piece may meet without a cut between them.
-constexpr double below_skin = 0.6, far_at_rest = 4;
-constexpr double anywhere = std::numeric_limits<double>::infinity();
+constexpr double depth_below_surface = 0.6, far_at_rest = 4;
+constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
 // Updates the interval in which answers hold: those since known.from are valid at change `now`.
-void ContactFinder::bring_up_to(const SurfaceChanges& changes, std::uint32_t now, KnownSeparations& known) {
+void ContactFinder::update_interval(const SurfaceChanges& changes, std::uint32_t now,
+                                    KnownSeparations& known) {
     if (known.until == now) return;
-    if (known.along.empty() || changes.since(known.along, known.until)) known.from = now;
+    if (known.bounds.empty() || changes.since(known.bounds, known.until)) known.from = now;
     known.until = now;
 }
 
@@ -54,49 +55,50 @@ bool ContactFinder::are_separated(const Body& body, std::size_t a, std::size_t b
     KnownSeparations& known = *kept;
     const std::uint32_t serial = samples_[b].serial;
     // Without an early exit, so that the loop vectorises.
-    std::size_t place = KnownSeparations::size;
-    for (std::size_t n = 0; n < KnownSeparations::size; ++n) place = known.other[n] == serial ? n : place;
-    const bool is_known = place < KnownSeparations::size;
+    std::size_t slot = KnownSeparations::size;
+    for (std::size_t n = 0; n < KnownSeparations::size; ++n) slot = known.other[n] == serial ? n : slot;
+    const bool is_known = slot < KnownSeparations::size;
     if (!is_known) {
         // Replaces the answer that was not used for the longest time.
         const auto oldest =
             std::min_element(known.answer.begin(), known.answer.end(),
                              [](const KnownSeparations::Answer& x, const KnownSeparations::Answer& y) {
-                                 return x.when < y.when;
+                                 return x.last_change < y.last_change;
                              });
-        place = static_cast<std::size_t>(oldest - known.answer.begin());
-        known.other[place] = serial;
+        slot = static_cast<std::size_t>(oldest - known.answer.begin());
+        known.other[slot] = serial;
     }
-    KnownSeparations::Answer& answer = known.answer[place];
+    KnownSeparations::Answer& answer = known.answer[slot];
     const std::uint32_t now = body.surface_changes().now() & ~(1U << 31);
-    bring_up_to(body.surface_changes(), now, known);
-    if (is_known && answer.when >= known.from) {
-        answer.when = now;
+    update_interval(body.surface_changes(), now, known);
+    if (is_known && answer.last_change >= known.from) {
+        answer.last_change = now;
         return answer.is_separated != 0;
     }
-    const double below = below_skin * body.grid().rest().cell_size;
+    const double below = depth_below_surface * body.grid().rest().cell_size;
     const Vec3 from = samples_[a].rest - below * samples_[a].rest_normal.cast<double>();
     const Vec3 to = samples_[b].rest - below * samples_[b].rest_normal.cast<double>();
-    look(body, from, to, is_known, answer);
-    known.along.add(from);
-    known.along.add(to);
+    update_answer(body, from, to, is_known, answer);
+    known.bounds.add(from);
+    known.bounds.add(to);
     return answer.is_separated != 0;
 }
 
 // Updates an answer. Tests first what is likely to decide it: the occluder that separated the two, or else
 // only the occluders that are newer than the answer.
-void ContactFinder::look(const Body& body, const Vec3& from, const Vec3& to, bool is_known,
-                         KnownSeparations::Answer& answer) {
+void ContactFinder::update_answer(const Body& body, const Vec3& from, const Vec3& to, bool is_known,
+                                  KnownSeparations::Answer& answer) {
     const SurfaceChanges& changes = body.surface_changes();
     const geometry::OccluderGrid& occluders = body.occluders();
     const std::uint32_t now = changes.now() & ~(1U << 31);
-    const bool is_stale = is_known && changes.since({from.cwiseMin(to), from.cwiseMax(to)}, answer.when);
-    const std::uint32_t when = answer.when;
-    answer.when = now;
+    const bool is_stale =
+        is_known && changes.since({from.cwiseMin(to), from.cwiseMax(to)}, answer.last_change);
+    const std::uint32_t last_change = answer.last_change;
+    answer.last_change = now;
     if (is_known && (!is_stale || (answer.is_separated && occluders.blocks(answer.witness, from, to))))
         return;
     // After a full change the occluders restart their change counter.
-    const bool was_open = is_known && !answer.is_separated && when >= changes.last_full_change();
+    const bool was_open = is_known && !answer.is_separated && last_change >= changes.last_full_change();
     const std::uint32_t by = occluders.blocker(from, to, was_open ? answer.witness : 0);
     answer.is_separated = by != geometry::OccluderGrid::no_triangle;
     answer.witness = answer.is_separated ? by : occluders.changes();
@@ -115,19 +117,20 @@ bool ContactFinder::may_meet(const Task& task, std::size_t a, std::size_t b) {
 // Returns the same for entry n of chunk.faced, evaluated once per sample k.
 bool ContactFinder::may_meet(const Task& task, std::size_t k, std::size_t n, Chunk& chunk) {
     if (chunk.may[n] == May::unknown)
-        chunk.may[n] = may_meet(task, k, grid_.number(chunk.faced[n].place)) ? May::yes : May::no;
+        chunk.may[n] = may_meet(task, k, grid_.index(chunk.faced[n].entry)) ? May::yes : May::no;
     return chunk.may[n] == May::yes;
 }
 
 // Returns the nearest sample whose surface lies opposite, the first of equally near ones; samples of edges
 // and corners count only if there is none. nullptr if no sample can meet sample k.
-const SampleGrid::Faced* ContactFinder::partner_of(const Task& task, std::size_t k, Chunk& chunk) {
+const SampleGrid::FacingPoint* ContactFinder::partner_of(const Task& task, std::size_t k, Chunk& chunk) {
     const auto is_worse = [&](std::uint64_t a, std::uint64_t b) {
-        const SampleGrid::Faced &one = chunk.faced[a], &other = chunk.faced[b];
-        const bool lies_opposite = one.cosine < opposite_skins;
-        if (lies_opposite != (other.cosine < opposite_skins)) return !lies_opposite;
-        if (one.square != other.square) return one.square > other.square;
-        return grid_.number(one.place) > grid_.number(other.place);
+        const SampleGrid::FacingPoint &one = chunk.faced[a], &other = chunk.faced[b];
+        const bool lies_opposite = one.cosine < opposite_cosine;
+        if (lies_opposite != (other.cosine < opposite_cosine)) return !lies_opposite;
+        if (one.squared_distance != other.squared_distance)
+            return one.squared_distance > other.squared_distance;
+        return grid_.index(one.entry) > grid_.index(other.entry);
     };
     if (chunk.faced.empty()) return nullptr;
     // The best candidate mostly passes; testing for separation and sorting are both expensive.
@@ -150,95 +153,100 @@ const SampleGrid::Faced* ContactFinder::partner_of(const Task& task, std::size_t
 
 // Returns the gap (m) at the end of the step, by the predicted displacements, below which a contact is
 // listed.
-double ContactFinder::soon(std::size_t k, const Reach& reach) const {
-    return skin_margin_share * spacing_of(samples_[k]) + reach.fall;
+double ContactFinder::speculative_gap(std::size_t k, const SearchRange& range) const {
+    return speculative_share * spacing_of(samples_[k]) + range.fall;
 }
 
 // Finds the samples within `radius` (m) that face this one. Returns false if they can make no contact.
-bool ContactFinder::find_facing(std::size_t place, double radius, const Reach& reach, Chunk& chunk) const {
-    const std::size_t k = grid_.number(place);
+bool ContactFinder::find_facing(std::size_t entry, double radius, const SearchRange& range,
+                                Chunk& chunk) const {
+    const std::size_t k = grid_.index(entry);
     // The gap will be a mean of heights above planes: without one that is low enough there is no contact.
-    const double enough = soon(k, reach) + 1e-6 * reach.radius;
-    grid_.find_facing(place, radius, enough, chunk.near, chunk.faced);
+    const double limit = speculative_gap(k, range) + 1e-6 * range.radius;
+    grid_.find_facing(entry, radius, limit, chunk.near, chunk.faced);
     chunk.may.assign(chunk.faced.size(), May::unknown);
     return std::any_of(chunk.faced.begin(), chunk.faced.end(),
-                       [&](const SampleGrid::Faced& other) { return !(other.next > enough); });
+                       [&](const SampleGrid::FacingPoint& other) { return !(other.end_height > limit); });
 }
 
 // Returns how far from a sample the partner's face is followed, m.
-double ContactFinder::width_of(std::size_t k, const SampleGrid::Faced& partner, const Reach& reach) const {
+double ContactFinder::width_of(std::size_t k, const SampleGrid::FacingPoint& partner,
+                               const SearchRange& range) const {
     const double width =
-        std::sqrt(partner.square) + face_share * spacing_of(samples_[grid_.number(partner.place)]);
-    return std::min(width, reach.radius + way_of_[k].farther);
+        std::sqrt(partner.squared_distance) + face_share * spacing_of(samples_[grid_.index(partner.entry)]);
+    return std::min(width, range.radius + motions_[k].extra_reach);
 }
 
 // Returns the partner of a sample, or nullptr; fills chunk.faced at least as far as the partner's face is
 // followed.
-const SampleGrid::Faced* ContactFinder::find_partner(const Task& task, std::size_t place, const Reach& reach,
-                                                     Chunk& chunk) {
-    const std::size_t k = grid_.number(place);
-    const double near = near_share * reach.spacing;
-    const SampleGrid::Faced* const found =
-        find_facing(place, near, reach, chunk) ? partner_of(task, k, chunk) : nullptr;
+const SampleGrid::FacingPoint* ContactFinder::find_partner(const Task& task, std::size_t entry,
+                                                           const SearchRange& range, Chunk& chunk) {
+    const std::size_t k = grid_.index(entry);
+    const double near = near_share * range.spacing;
+    const SampleGrid::FacingPoint* const found =
+        find_facing(entry, near, range, chunk) ? partner_of(task, k, chunk) : nullptr;
     // No farther sample can be a better partner.
-    if (found && found->cosine < opposite_skins) return widen(place, *found, near, reach, chunk);
-    return find_facing(place, anywhere, reach, chunk) ? partner_of(task, k, chunk) : nullptr;
+    if (found && found->cosine < opposite_cosine) return widen(entry, *found, near, range, chunk);
+    return find_facing(entry, unlimited, range, chunk) ? partner_of(task, k, chunk) : nullptr;
 }
 
 // Returns the same partner after extending chunk.faced to the width of its face, if that is more than `near`
 // (m).
-const SampleGrid::Faced* ContactFinder::widen(std::size_t place, const SampleGrid::Faced& partner,
-                                              double near, const Reach& reach, Chunk& chunk) const {
-    const double width = width_of(grid_.number(place), partner, reach);
+const SampleGrid::FacingPoint* ContactFinder::widen(std::size_t entry, const SampleGrid::FacingPoint& partner,
+                                                    double near, const SearchRange& range,
+                                                    Chunk& chunk) const {
+    const double width = width_of(grid_.index(entry), partner, range);
     if (width <= near) return &partner;
-    const std::uint32_t which = partner.place;
-    find_facing(place, width, reach, chunk);
-    const auto found = std::find_if(chunk.faced.begin(), chunk.faced.end(),
-                                    [&](const SampleGrid::Faced& other) { return other.place == which; });
+    const std::uint32_t which = partner.entry;
+    find_facing(entry, width, range, chunk);
+    const auto found =
+        std::find_if(chunk.faced.begin(), chunk.faced.end(),
+                     [&](const SampleGrid::FacingPoint& other) { return other.entry == which; });
     return found == chunk.faced.end() ? nullptr : &*found;
 }
 
 // Lists the samples of the partner's face with their weights. A cut between the sample and its partner also
 // separates the sample from the partner's neighbours, unless these lie farther behind: they may be the other
 // side of the sample's own wall.
-void ContactFinder::find_face(const Task& task, std::size_t k, const SampleGrid::Faced& chosen,
-                              const Reach& reach, Chunk& chunk) {
-    const double behind = chosen.along - behind_share * spacing_of(samples_[k]);
-    const Sample& partner = samples_[grid_.number(chosen.place)];
-    const Vec3& partner_normal = grid_.normal(chosen.place);
-    const double width = width_of(k, chosen, reach);
+void ContactFinder::find_face(const Task& task, std::size_t k, const SampleGrid::FacingPoint& chosen,
+                              const SearchRange& range, Chunk& chunk) {
+    const double behind = chosen.height - behind_share * spacing_of(samples_[k]);
+    const Sample& partner = samples_[grid_.index(chosen.entry)];
+    const Vec3& partner_normal = grid_.normal(chosen.entry);
+    const double width = width_of(k, chosen, range);
     chunk.face.clear();
     for (std::size_t n = 0; n < chunk.faced.size(); ++n) {
         // Cheap tests first, on data that is contiguous in memory.
-        const SampleGrid::Faced& near = chunk.faced[n];
-        if (!(near.square < width * width) || !(grid_.normal(near.place).dot(partner_normal) > one_face))
+        const SampleGrid::FacingPoint& near = chunk.faced[n];
+        if (!(near.squared_distance < width * width) ||
+            !(grid_.normal(near.entry).dot(partner_normal) > one_face_cosine))
             continue;
-        const std::uint32_t index = grid_.number(near.place);
+        const std::uint32_t index = grid_.index(near.entry);
         const Sample& other = samples_[index];
         if (other.body != partner.body || other.piece != partner.piece) continue;
-        if (near.along < behind && !may_meet(task, k, n, chunk)) continue;
-        const double share = 1 - near.square / (width * width);
-        chunk.face.push_back({index, near.place, near.along, near.next, share * share});
+        if (near.height < behind && !may_meet(task, k, n, chunk)) continue;
+        const double share = 1 - near.squared_distance / (width * width);
+        chunk.face.push_back({index, near.entry, near.height, near.end_height, share * share});
     }
 }
 
-bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach, Chunk& chunk,
+bool ContactFinder::meet(const Task& task, std::size_t entry, const SearchRange& range, Chunk& chunk,
                          Contact& out) {
-    const std::size_t k = grid_.number(place);
+    const std::size_t k = grid_.index(entry);
     const Sample& sample = samples_[k];
-    const Vec3& position = grid_.point(place);
-    const SampleGrid::Faced* const chosen = find_partner(task, place, reach, chunk);
+    const Vec3& position = grid_.point(entry);
+    const SampleGrid::FacingPoint* const chosen = find_partner(task, entry, range, chunk);
     if (!chosen) return false;
-    find_face(task, k, *chosen, reach, chunk);
-    const Sample& partner = samples_[grid_.number(chosen->place)];
-    double distance = 0, nearing = 0, rest_distance = 0, total = 0;
+    find_face(task, k, *chosen, range, chunk);
+    const Sample& partner = samples_[grid_.index(chosen->entry)];
+    double distance = 0, approach = 0, rest_distance = 0, total = 0;
     Vec3 normal = Vec3::Zero();
-    for (const Facing& near : chunk.face) {
+    for (const FaceSample& near : chunk.face) {
         const Sample& other = samples_[near.index];
-        distance += near.weight * near.along;
-        nearing += near.weight * (near.along - near.next);
+        distance += near.weight * near.height;
+        approach += near.weight * (near.height - near.end_height);
         rest_distance += near.weight * other.rest_normal.cast<double>().dot(sample.rest - other.rest);
-        normal += near.weight * grid_.normal(near.place);
+        normal += near.weight * grid_.normal(near.entry);
         total += near.weight;
     }
     if (!(total > 0) || !(normal.norm() > 0)) return false;
@@ -250,59 +258,59 @@ bool ContactFinder::meet(const Task& task, std::size_t place, const Reach& reach
     if (sample.body == partner.body && (sample.rest - partner.rest).norm() < 2 * spacing_of(sample))
         out.gap -= std::min(0.0, rest_distance / total);
     const double spacing = std::max(spacing_of(sample), spacing_of(partner));
-    const Vec3 way = position - grid_.point(chosen->place);
-    if (out.gap < -deepest_share * spacing) return false;
-    if (!(out.gap - nearing / total < soon(k, reach))) return false;
-    if ((way - normal.dot(way) * normal).norm() > beside_share * spacing) return false;
+    const Vec3 offset = position - grid_.point(chosen->entry);
+    if (out.gap < -max_overlap_share * spacing) return false;
+    if (!(out.gap - approach / total < speculative_gap(k, range))) return false;
+    if ((offset - normal.dot(offset) * normal).norm() > max_tangential_share * spacing) return false;
     out.key = key_of(sample.body, 0, sample.vertex);
     out.upper = influence_of(k).side;
     out.friction = task.options.friction;
     out.max_depenetration = surface_depenetration_share * std::min(spacing_of(sample), spacing_of(partner));
-    return push_on(task, position - distance * normal, total, grid_.number(chosen->place), chunk, out);
+    return set_lower_side(task, position - distance * normal, total, grid_.index(chosen->entry), chunk, out);
 }
 
 // Sets the lower side of the contact to the foot of the sample on the face, so that the change of the
 // averaged distance equals the relative displacement of the two sides. foot: m, world; total: sum of the
 // weights.
-bool ContactFinder::push_on(const Task& task, const Vec3& foot, double total, std::size_t partner,
-                            Chunk& chunk, Contact& out) const {
+bool ContactFinder::set_lower_side(const Task& task, const Vec3& foot, double total, std::size_t partner,
+                                   Chunk& chunk, Contact& out) const {
     Vec3 middle = Vec3::Zero(), rest_middle = Vec3::Zero();
-    for (const Facing& near : chunk.face) {
-        middle += near.weight * grid_.point(near.place);
+    for (const FaceSample& near : chunk.face) {
+        middle += near.weight * grid_.point(near.entry);
         rest_middle += near.weight * samples_[near.index].rest;
-        chunk.between.add(influence_of(near.index).side, near.weight);
+        chunk.blend.add(influence_of(near.index).side, near.weight);
     }
-    if (chunk.between.empty()) return false;
+    if (chunk.blend.empty()) return false;
     const double spacing = spacing_of(samples_[partner]);
     const meshless::Phyxels& phyxels = task.bodies[samples_[partner].body]->phyxels();
     Vec3 rest_foot =
         phyxels.deformation[influence_of(partner).side.phyxel[0]].inverse() * (foot - middle / total);
-    if (!(rest_foot.norm() < 2 * beside_share * spacing)) rest_foot.setZero();
-    out.lower = chunk.between.take(phyxels.rest_position, rest_middle / total + rest_foot, spacing);
+    if (!(rest_foot.norm() < 2 * max_tangential_share * spacing)) rest_foot.setZero();
+    out.lower = chunk.blend.take(phyxels.rest_position, rest_middle / total + rest_foot, spacing);
     return true;
 }
 
-ContactFinder::Reach ContactFinder::reach_of(const Task& task) const {
-    Reach out{};
+ContactFinder::SearchRange ContactFinder::search_range(const Task& task) const {
+    SearchRange out{};
     for (const Patch& patch : patches_) out.spacing = std::max(out.spacing, patch.spacing);
     out.radius = reach_share * out.spacing;
-    out.most = most_reach_share * out.spacing;
+    out.max_radius = max_reach_share * out.spacing;
     out.fall = std::max(0.0, task.gravity.norm() * task.dt * task.dt - fallen_share * out.spacing);
     return out;
 }
 
 // Returns whether contacts of the sample are searched. Cut faces fit each other, so on flat cut faces one
 // sample per spacing is enough; against another body, whose features may be smaller, all samples search.
-bool ContactFinder::asks(const Task& task, std::size_t place) const {
-    const std::uint32_t k = grid_.number(place);
+bool ContactFinder::searches(const Task& task, std::size_t entry) const {
+    const std::uint32_t k = grid_.index(entry);
     const Sample& sample = samples_[k];
-    if (grid_.is_among_own(place) && (!sample.searches_own_body || is_answered_by_opposite(task, k)))
+    if (grid_.is_among_own(entry) && (!sample.searches_own_body || is_covered_by_opposite(task, k)))
         return false;
-    return grid_.may_face(place) && !influence_of(k).side.is_collider();
+    return grid_.may_face(entry) && !influence_of(k).side.is_collider();
 }
 
 // Returns whether the opposite sample is so close that it finds the same contacts.
-bool ContactFinder::is_answered_by_opposite(const Task& task, std::size_t k) const {
+bool ContactFinder::is_covered_by_opposite(const Task& task, std::size_t k) const {
     const Sample& sample = samples_[k];
     if (opposite_[k] == sample.vertex) return false;
     const Body& body = *task.bodies[sample.body];
@@ -318,10 +326,11 @@ void ContactFinder::place_exactly(const Task& task, std::span<const std::uint32_
         for (std::size_t n = begin; n < end; ++n) {
             find_influences(task, kept[n]);
             const meshless::ContactSide& side = influence_of(kept[n]).side;
-            SampleGrid::Way& way = way_of_[kept[n]];
-            way.sure = task.dt * side_value(side, velocity_);
-            way.more = side_value(side, drift_);
-            way.farther = std::min(way.farther, (way.sure - mean_way_).norm());
+            SampleGrid::Motion& motion = motions_[kept[n]];
+            motion.displacement = task.dt * side_value(side, velocity_);
+            motion.drift = side_value(side, drift_);
+            motion.extra_reach =
+                std::min(motion.extra_reach, (motion.displacement - mean_displacement_).norm());
         }
     };
     parallel.for_chunks(kept.size(), grain, std::cref(place));
@@ -329,15 +338,15 @@ void ContactFinder::place_exactly(const Task& task, std::span<const std::uint32_
 
 void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
     if (samples_.empty()) return;
-    const Reach reach = reach_of(task);
+    const SearchRange range = search_range(task);
     const auto place_kept = [&](std::span<const std::uint32_t> kept) { place_exactly(task, kept, parallel); };
-    grid_.build(position_, normal_, way_of_, owner_, {reach.radius, reach.most}, parallel,
+    grid_.build(position_, normal_, motions_, owner_, {range.radius, range.max_radius}, parallel,
                 std::cref(place_kept));
     in_chunks(parallel, grid_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
-        for (std::size_t place = begin; place < end; ++place) {
-            if (!asks(task, place)) continue;
+        for (std::size_t entry = begin; entry < end; ++entry) {
+            if (!searches(task, entry)) continue;
             Contact& contact = chunk.found.emplace_back();
-            if (meet(task, place, reach, chunk, contact))
+            if (meet(task, entry, range, chunk, contact))
                 chunk.keys.push_back(contact.key);
             else
                 chunk.found.pop_back();

@@ -9,7 +9,7 @@ namespace splitcubes::body {
 namespace {
 
 // Returns the squared distance of a point from a polyline, m^2.
-double distance_to_line(const std::vector<Vec3>& line, const Vec3& point) {
+double squared_distance_to_polyline(const std::vector<Vec3>& line, const Vec3& point) {
     double nearest = 1e300;
     for (std::size_t k = 0; k + 1 < line.size(); ++k) {
         const Vec3 along = line[k + 1] - line[k];
@@ -20,9 +20,9 @@ double distance_to_line(const std::vector<Vec3>& line, const Vec3& point) {
     return nearest;
 }
 
-void add_force(ToolForce& tool_force, const Isometry& tool, const Vec3& at, const Vec3& force) {
+void add_force(ToolForce& tool_force, const Isometry& tool, const Vec3& point, const Vec3& force) {
     tool_force.force += force;
-    tool_force.torque += (at - tool.translation()).cross(force);
+    tool_force.torque += (point - tool.translation()).cross(force);
 }
 
 }  // namespace
@@ -38,11 +38,12 @@ void Body::accumulate_cut_force(std::int32_t slot, double dt, const Isometry& to
     tool_force.work += work;
     const std::int32_t a = tracker_.find(crossing.edge.node), b = tracker_.find(crossing.edge.upper());
     if (!(work > 0) || a < 0 || b < 0) return;
-    const Vec3 at = (1 - crossing.parameter) * frames_[static_cast<std::size_t>(a)].position +
-                    crossing.parameter * frames_[static_cast<std::size_t>(b)].position;
-    const Vec3 way = at - tool_before * (tool_now.inverse() * at);
+    const Vec3 point = (1 - crossing.parameter) * frames_[static_cast<std::size_t>(a)].position +
+                       crossing.parameter * frames_[static_cast<std::size_t>(b)].position;
+    const Vec3 displacement = point - tool_before * (tool_now.inverse() * point);
     // Below a micrometre per second there is no direction of motion to resist.
-    if (way.norm() > 1e-6 * dt) add_force(tool_force, tool_now, at, -work / way.squaredNorm() * way);
+    if (displacement.norm() > 1e-6 * dt)
+        add_force(tool_force, tool_now, point, -work / displacement.squaredNorm() * displacement);
 }
 
 void World::accumulate_side_friction(const Tool& tool, ToolForce& tool_force) const {
@@ -55,15 +56,16 @@ void World::accumulate_side_friction(const Tool& tool, ToolForce& tool_force) co
         const Body& body = *bodies_[contact.key >> 48];
         const auto vertex = static_cast<std::size_t>(contact.key & 0xffffffffU);
         if (vertex >= body.vertex_positions().size()) continue;
-        const Vec3 at = body.vertex_positions()[vertex];
+        const Vec3 point = body.vertex_positions()[vertex];
         double nearest = 1e300;
-        for (const std::vector<Vec3>& line : pose) nearest = std::min(nearest, distance_to_line(line, at));
+        for (const std::vector<Vec3>& line : pose)
+            nearest = std::min(nearest, squared_distance_to_polyline(line, point));
         if (nearest > tool.sides.reach * tool.sides.reach) continue;
-        const Vec3 way = at - before * (now.inverse() * at);
+        const Vec3 displacement = point - before * (now.inverse() * point);
         // Both sides of the blade have friction.
-        if (way.norm() > 1e-6 * settings_.time_step)
-            add_force(tool_force, now, at,
-                      -2 * tool.sides.friction * contact.normal_force * way.normalized());
+        if (displacement.norm() > 1e-6 * settings_.time_step)
+            add_force(tool_force, now, point,
+                      -2 * tool.sides.friction * contact.normal_force * displacement.normalized());
     }
 }
 

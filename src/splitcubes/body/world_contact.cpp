@@ -12,8 +12,8 @@ using meshless::CachedContact;
 using meshless::ContactInput;
 
 // Copies the cached contacts with the keys of `contacts`; all lists are sorted by key.
-void find_memory_of(std::span<const meshless::Contact> contacts, const std::vector<CachedContact>& all,
-                    std::vector<CachedContact>& out) {
+void copy_cached(std::span<const meshless::Contact> contacts, const std::vector<CachedContact>& all,
+                 std::vector<CachedContact>& out) {
     meshless::CachedContactFinder finder(&all);
     out.clear();
     for (const meshless::Contact& c : contacts)
@@ -37,7 +37,7 @@ void World::integrate_group(const ContactIsland& group, const StepContext& conte
     if (bodies_[group.bodies[0]]->is_lattice_driven())
         return bodies_[group.bodies[0]]->advance_deformation(context, report);
     GroupStep& step = group_step_;
-    find_memory_of(group.contacts, contact_memory_, step.cached);
+    copy_cached(group.contacts, contact_memory_, step.cached);
     step.handle_springs.clear();
     step.limits.clear();
     step.inputs.clear();
@@ -62,13 +62,13 @@ void World::integrate_group(const ContactIsland& group, const StepContext& conte
         step_apart(group, contacts, context, report);
     }
     next_memory_.insert(next_memory_.end(), step.cached.begin(), step.cached.end());
-    std::size_t number = 0;
+    std::size_t handle = 0;
     for (const std::size_t b : group.bodies) {
         std::size_t first = 0;
         for (std::size_t before = 0; before < b; ++before) first += bodies_[before]->handles().size();
-        for (std::size_t h = 0; h < bodies_[b]->handles().size(); ++h, ++number)
-            if (number < step.handle_forces.size())
-                report.handle_forces[first + h] = step.handle_forces[number];
+        for (std::size_t h = 0; h < bodies_[b]->handles().size(); ++h, ++handle)
+            if (handle < step.handle_forces.size())
+                report.handle_forces[first + h] = step.handle_forces[handle];
     }
 }
 
@@ -108,23 +108,23 @@ void World::step_apart(const ContactIsland& group, const ContactInput& contacts,
         Body& body = *bodies_[group.bodies[k]];
         std::vector<meshless::Contact> own;
         for (meshless::Contact c : contacts.contacts) {
-            const bool mine = c.upper.part == k && (c.lower.is_collider() || c.lower.part == k);
-            if (!mine && c.upper.part == k) between.push_back(c);
+            const bool is_own = c.upper.part == k && (c.lower.is_collider() || c.lower.part == k);
+            if (!is_own && c.upper.part == k) between.push_back(c);
             c.upper.part = c.lower.part = 0;
-            if (mine) own.push_back(c);
+            if (is_own) own.push_back(c);
         }
         std::vector<meshless::HandleSpring> handle_springs;
         std::vector<double> limits;
         body.add_handle_springs(context, 0, handle_springs, limits);
         std::vector<CachedContact> cached;
-        find_memory_of(own, *contacts.cached, cached);
-        std::vector<Vec3> pulled;
+        copy_cached(own, *contacts.cached, cached);
+        std::vector<Vec3> own_handle_forces;
         inputs.push_back(body.begin_step(context));
-        inputs[k].contacts = {own, handle_springs, limits, &cached, &pulled};
+        inputs[k].contacts = {own, handle_springs, limits, &cached, &own_handle_forces};
         solved.push_back(body.solver().step(body.phyxels(), body.neighbourhoods(), body.settings().material,
                                             inputs[k], context.solver, context.parallel));
         next.insert(next.end(), cached.begin(), cached.end());
-        forces.insert(forces.end(), pulled.begin(), pulled.end());
+        forces.insert(forces.end(), own_handle_forces.begin(), own_handle_forces.end());
     }
     *contacts.handle_forces = forces;
     push_between(group, between, inputs, context, next);
