@@ -40,22 +40,22 @@ double potential(const World& world) {
     return sum;
 }
 
-constexpr double least_at_end = 1e-5;  // J, allowed at the end of a run
+constexpr double end_tolerance = 1e-5;  // J, allowed at the end of a run
 
 // Runs the steps and compares the energy (kinetic, elastic, potential and in the contact springs) with its
 // minimum so far. It may rise by `share` of what was lost by then, the error of the linear solve for a
-// rotating body, plus `least` (J). Returns the last report.
-StepReport expect_only_losses(World& world, int steps, double share, double least) {
+// rotating body, plus `tolerance` (J). Returns the last report.
+StepReport expect_only_losses(World& world, int steps, double share, double tolerance) {
     double first = 0, lowest = 0, now = 0;
     StepReport report;
     for (int step = 0; step < steps; ++step) {
         report = world.step();
         now = report.kinetic_energy + report.elastic_energy + report.contact_energy + potential(world);
         if (step == 0) first = lowest = now;
-        EXPECT_LT(now - lowest, least + share * (first - lowest)) << "step " << step;
+        EXPECT_LT(now - lowest, tolerance + share * (first - lowest)) << "step " << step;
         lowest = std::min(lowest, now);
     }
-    EXPECT_LT(now - lowest, least_at_end + share * (first - lowest)) << "a rise must be temporary";
+    EXPECT_LT(now - lowest, end_tolerance + share * (first - lowest)) << "a rise must be temporary";
     return report;
 }
 
@@ -106,9 +106,9 @@ void add_plate(World& world, double spacing, bool all_around) {
 
 struct Drop {
     double radius, height, density, youngs_modulus;
-    Vec2 place;  // m, off the plate's centre
+    Vec2 offset;  // m, off the plate's centre
     bool all_around;
-    double least;  // J; larger for a sharp edge of a plate, which is a row of samples
+    double tolerance;  // J; larger for a sharp edge of a plate, which is a row of samples
 };
 
 TEST(ContactEnergy, ABallOnASoftPlateOnlyLoses) {
@@ -117,7 +117,7 @@ TEST(ContactEnergy, ABallOnASoftPlateOnlyLoses) {
                                      {0.026, 0.01, 1000, 1e5, {-0.02, 0.004}, true, 1e-5},
                                      {0.02, 0.01, 2000, 1e6, {0.01, 0.02}, false, 3e-3}};
     for (const Drop& drop : drops) {
-        SCOPED_TRACE(testing::Message() << drop.radius << " " << drop.place.transpose());
+        SCOPED_TRACE(testing::Message() << drop.radius << " " << drop.offset.transpose());
         WorldSettings settings = world_settings();
         settings.contact.pieces = true;
         World world(settings, one_thread());
@@ -126,8 +126,8 @@ TEST(ContactEnergy, ABallOnASoftPlateOnlyLoses) {
         ball.material.density = drop.density;
         const double height = 0.01 + drop.radius + drop.height;
         world.add_body(
-            at(geometry::make_sphere(drop.radius, 3), Vec3(drop.place.x(), drop.place.y(), height)), ball);
-        const StepReport last = expect_only_losses(world, 100, 0.01, drop.least);
+            at(geometry::make_sphere(drop.radius, 3), Vec3(drop.offset.x(), drop.offset.y(), height)), ball);
+        const StepReport last = expect_only_losses(world, 100, 0.01, drop.tolerance);
         if (drop.all_around) {
             EXPECT_GT(last.contacts, 0U);
         }

@@ -16,7 +16,7 @@ namespace {
 
 // Reference: the first centre vertex of each piece and direction in each box of half a phyxel spacing; none
 // in cells that a cut entered without separating them.
-std::vector<std::pair<std::uint32_t, std::int32_t>> slow_list(const Body& body) {
+std::vector<std::pair<std::uint32_t, std::int32_t>> reference_list(const Body& body) {
     const int side = static_cast<int>(std::floor(0.5 * body.phyxel_spacing() / body.grid().rest().cell_size));
     std::set<std::tuple<int, int, int, std::int32_t, int>> seen;
     std::vector<std::pair<std::uint32_t, std::int32_t>> out;
@@ -52,18 +52,18 @@ TEST(ContactSamples, EqualTheReferenceList) {
         settings.cell_size = 0.01;
         settings.phyxel_spacing = spacing;
         Body body(geometry::make_box(Vec3(0.2, 0.2, 0.2)), settings, parallel);
-        EXPECT_EQ(list_of(body), slow_list(body));
+        EXPECT_EQ(list_of(body), reference_list(body));
         body.cut_with_sheet(sheet({0.011, -1, -1}, {0.012, 1, -1}, {0.013, 0, 2}), 0, parallel);
-        EXPECT_EQ(list_of(body), slow_list(body));
+        EXPECT_EQ(list_of(body), reference_list(body));
         const std::size_t before = body.contact_samples().size();
         body.cut_with_sheet(sheet({-1, -1, 0.031}, {1, -1, 0.012}, {0, 2, 0.017}), 1, parallel);
-        EXPECT_EQ(list_of(body), slow_list(body));
+        EXPECT_EQ(list_of(body), reference_list(body));
         EXPECT_EQ(body.pieces().count(), 4U);
         EXPECT_GT(body.contact_samples().size(), before + 20);
         // A cut that ends within the body.
         body.cut_with_sheet(sheet({-0.2, -0.061, -0.05}, {-0.03, -0.058, 0}, {-0.2, -0.062, 0.06}), 2,
                             parallel);
-        EXPECT_EQ(list_of(body), slow_list(body));
+        EXPECT_EQ(list_of(body), reference_list(body));
     }
 }
 
@@ -100,11 +100,11 @@ TEST(ContactSamples, PushOncePerSpacingOnFlatFacesAndPerNormalElsewhere) {
         for (std::size_t a = 0; a < normals.size(); ++a)
             for (std::size_t b = 0; b < a; ++b) EXPECT_LT(normals[a].dot(normals[b]), 0.9999F);
     EXPECT_GT(others, 4 * pushed);
-    std::set<std::int32_t> lips;
+    std::set<std::int32_t> cut_faces;
     for (const ContactSample& point : body.contact_samples())
         if (point.pushes() && std::abs(vertices[point.vertex].rest.x() - 0.012) < 0.01)
-            lips.insert(point.piece);
-    EXPECT_EQ(lips.size(), 2U) << "both cut faces push";
+            cut_faces.insert(point.piece);
+    EXPECT_EQ(cut_faces.size(), 2U) << "both cut faces push";
 }
 
 // Returns a wavy sheet across x with the amplitude `height`.
@@ -134,9 +134,9 @@ TEST(ContactSamples, OneSamplePerSpacingSearchesOnRoughCutFaces) {
     body.cut_with_sheet(waves(0.02), 0, parallel);
     ASSERT_EQ(body.pieces().count(), 2U);
     const auto& vertices = body.surface().vertices();
-    std::map<std::uint32_t, ContactSample> point_of;
-    for (const ContactSample& point : body.contact_samples()) point_of.emplace(point.vertex, point);
-    std::size_t pushed = 0, asking = 0, opposites = 0;
+    std::map<std::uint32_t, ContactSample> sample_of;
+    for (const ContactSample& point : body.contact_samples()) sample_of.emplace(point.vertex, point);
+    std::size_t pushed = 0, searching = 0, opposite_count = 0;
     for (const ContactSample& point : body.contact_samples()) {
         const splitting::SurfaceVertex& vertex = vertices[point.vertex];
         const bool is_cut_face = vertex.rest.cwiseAbs().maxCoeff() < 0.14;
@@ -144,23 +144,24 @@ TEST(ContactSamples, OneSamplePerSpacingSearchesOnRoughCutFaces) {
             EXPECT_EQ(point.face_delegate, point.vertex) << "it is represented already";
             continue;
         }
-        const ContactSample& by = point_of.at(point.face_delegate);
-        EXPECT_TRUE(by.pushes() && by.face_delegate == by.vertex && by.piece == point.piece);
-        EXPECT_EQ(vertices[by.vertex].place / 3, vertex.place / 3) << "in the same box";
-        EXPECT_GT(vertices[by.vertex].normal.normalized().dot(vertex.normal.normalized()), 0);
+        const ContactSample& delegate = sample_of.at(point.face_delegate);
+        EXPECT_TRUE(delegate.pushes() && delegate.face_delegate == delegate.vertex &&
+                    delegate.piece == point.piece);
+        EXPECT_EQ(vertices[delegate.vertex].place / 3, vertex.place / 3) << "in the same box";
+        EXPECT_GT(vertices[delegate.vertex].normal.normalized().dot(vertex.normal.normalized()), 0);
         pushed += is_cut_face;
-        asking += is_cut_face && point.face_delegate == point.vertex && point.opposite == point.vertex;
+        searching += is_cut_face && point.face_delegate == point.vertex && point.opposite == point.vertex;
         if (point.opposite == point.vertex) continue;
-        ++opposites;
-        const ContactSample& opposite = point_of.at(point.opposite);
+        ++opposite_count;
+        const ContactSample& opposite = sample_of.at(point.opposite);
         EXPECT_EQ(opposite.opposite, opposite.vertex);
         EXPECT_TRUE(point.face_delegate == point.vertex && opposite.face_delegate == opposite.vertex);
         EXPECT_EQ(vertices[opposite.vertex].place, vertex.place);
         EXPECT_EQ(vertices[opposite.vertex].corners & vertex.corners, 0) << "on the opposite cut face";
     }
     EXPECT_GT(pushed, 800U);
-    EXPECT_LT(asking, pushed / 3);
-    EXPECT_GT(opposites, 30U);
+    EXPECT_LT(searching, pushed / 3);
+    EXPECT_GT(opposite_count, 30U);
 }
 
 TEST(ContactSamples, AreRebuiltOnlyIfContactsAreEnabled) {

@@ -123,10 +123,10 @@ TEST(Contact, ACutThroughAStandingBlockKeepsItsSupportingContacts) {
                                   {{then - 0.5 * settings.time_step, {0.0031, 0, 0.2}, Quat::Identity()},
                                    {then + 0.4 * settings.time_step, {0.0042, 0, -0.1}, Quat::Identity()}}));
     const std::size_t before = contacts_below(world);
-    std::size_t fewest = before;
-    for (int step = 0; step < 6; ++step) fewest = std::min(fewest, world.step().contacts);
+    std::size_t min_contacts = before;
+    for (int step = 0; step < 6; ++step) min_contacts = std::min(min_contacts, world.step().contacts);
     EXPECT_EQ(world.bodies()[0]->pieces().count(), 2U);
-    EXPECT_GT(fewest + 3, before);
+    EXPECT_GT(min_contacts + 3, before);
 }
 
 TEST(Contact, ABlockRestsOnABall) {
@@ -328,7 +328,7 @@ TEST(Contact, ASlitThatEndsInsideDoesNotCloseThroughItself) {
         body.add_constraint(ends);
         for (int step = 0; step < 60; ++step) world.step();
         // Maximum overlap of phyxels on both sides of the slit, below its middle.
-        double& most = through[pieces ? 1 : 0];
+        double& max_overlap = through[pieces ? 1 : 0];
         const meshless::Phyxels& p = body.phyxels();
         for (std::size_t i = 0; i < p.size(); ++i)
             for (std::size_t j = 0; j < p.size(); ++j)
@@ -336,8 +336,8 @@ TEST(Contact, ASlitThatEndsInsideDoesNotCloseThroughItself) {
                     p.rest_position[j].x() - p.rest_position[i].x() < 0.02 &&
                     std::abs(p.rest_position[i].y() - p.rest_position[j].y()) < 1e-6 &&
                     std::abs(p.rest_position[i].z() - p.rest_position[j].z()) < 1e-6)
-                    most = std::max(most, p.rest_position[j].x() - p.rest_position[i].x() -
-                                              (p.position[j].x() - p.position[i].x()));
+                    max_overlap = std::max(max_overlap, p.rest_position[j].x() - p.rest_position[i].x() -
+                                                            (p.position[j].x() - p.position[i].x()));
     }
     EXPECT_GT(through[0], 0.003) << "without contact the cut faces overlap";
     EXPECT_LT(through[1], 0.3 * through[0]);
@@ -352,21 +352,21 @@ TEST(Contact, AStackOfThreeSlicesRests) {
     body.cut_with_sheet(level_sheet(0.061, 0.2), 1, world.parallel());
     ASSERT_EQ(body.pieces().count(), 3U);
     for (int step = 0; step < 120; ++step) world.step();
-    std::vector<Vec3> there;
-    for (int k = 0; k < 3; ++k) there.push_back(centre_of_piece(body, k));
-    double kinetic = 0, first = 0, most = -1e300;
+    std::vector<Vec3> start;
+    for (int k = 0; k < 3; ++k) start.push_back(centre_of_piece(body, k));
+    double kinetic = 0, first = 0, max_energy = -1e300;
     for (int step = 0; step < 600; ++step) {
         const StepReport report = world.step();
         const double energy = report.kinetic_energy + report.elastic_energy + height_energy(world);
         if (step == 0) first = energy;
-        most = std::max(most, energy);
+        max_energy = std::max(max_energy, energy);
         kinetic = std::max(kinetic, report.kinetic_energy);
     }
     for (int k = 0; k < 3; ++k)
-        EXPECT_LT((centre_of_piece(body, k) - there[static_cast<std::size_t>(k)]).norm(), 1e-4 * 0.09)
+        EXPECT_LT((centre_of_piece(body, k) - start[static_cast<std::size_t>(k)]).norm(), 1e-4 * 0.09)
             << k << ": creep in ten seconds";
     EXPECT_LT(kinetic, 1e-9) << "J: 0.05 mm/s of a body of 0.7 kg";
-    EXPECT_LT(most - first, 1e-5 * first) << "energy does not increase";
+    EXPECT_LT(max_energy - first, 1e-5 * first) << "energy does not increase";
     EXPECT_GT(lowest(body), -0.05 * body.phyxel_spacing());
 }
 
@@ -428,16 +428,16 @@ TEST(Contact, TheToolForceEqualsTheCuttingResistance) {
         world.add_tool(cutting::Blade(
             "knife", cutting::make_straight_blade({0.001, -0.1, 0}, {0.001, 0.1, 0}),
             {{0, Vec3(0, 0, 0.06), Quat::Identity()}, {1, Vec3(0, 0, 0.06 - speed), Quat::Identity()}}));
-        double work = 0, area = 0, most = 0;
+        double work = 0, area = 0, max_torque = 0;
         for (int step = 0; step < 61; ++step) {
             const StepReport report = world.step();
             work -= report.tools[0].force.z() * -speed / 60;
             area += report.tools[0].area;
-            most = std::max(most, report.tools[0].torque.norm());
+            max_torque = std::max(max_torque, report.tools[0].torque.norm());
         }
         EXPECT_NEAR(area, 0.06 * 0.05, 0.2 * 0.06 * 0.05) << "the block's section";
         EXPECT_NEAR(work, resistance * area, 1e-3 * resistance * area);
-        EXPECT_LT(most, 0.02 * 200 * 0.06) << "the blade passes in its middle";
+        EXPECT_LT(max_torque, 0.02 * 200 * 0.06) << "the blade passes in its middle";
     }
 }
 

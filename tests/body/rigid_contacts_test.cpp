@@ -14,7 +14,7 @@ namespace {
 using fixtures::box_at;
 using fixtures::rubber;
 
-World make_crumbled_world(bool pieces, const Vec3& gravity) {
+World make_fragment_world(bool pieces, const Vec3& gravity) {
     WorldSettings settings;
     settings.gravity = gravity;
     settings.contact.pieces = pieces;
@@ -26,7 +26,7 @@ World make_crumbled_world(bool pieces, const Vec3& gravity) {
 // Cuts the top of the block off in columns: pieces of two cells a side, which are rigid.
 void cut_fragments(World& world, Body& body, double top, int count) {
     geometry::TriangleMesh level = geometry::make_plane_sheet({0, 0, top}, Vec3::UnitZ(), 0.3);
-    std::int32_t number = 0;
+    std::int32_t cut_id = 0;
     for (int k = 0; k < count; ++k)
         for (int axis = 0; axis < 2; ++axis) {
             // Vertical sheets that end at the horizontal cut.
@@ -36,9 +36,9 @@ void cut_fragments(World& world, Body& body, double top, int count) {
                  {Vec2(-0.3, top - 0.001), Vec2(0.3, top - 0.001), Vec2(0.3, 0.3), Vec2(-0.3, 0.3)})
                 wall.positions.push_back(axis == 0 ? Vec3(at, p.x(), p.y()) : Vec3(p.x(), at, p.y()));
             wall.triangles = {{0, 1, 2}, {0, 2, 3}};
-            body.cut_with_sheet(wall, number++, world.parallel());
+            body.cut_with_sheet(wall, cut_id++, world.parallel());
         }
-    body.cut_with_sheet(level, number, world.parallel());
+    body.cut_with_sheet(level, cut_id, world.parallel());
 }
 
 double lowest_fragment(const Body& body) {
@@ -50,7 +50,7 @@ double lowest_fragment(const Body& body) {
 
 TEST(RigidContacts, FragmentsRestOnTheBodyTheyWereCutFrom) {
     for (const bool pieces : {false, true}) {
-        World world = make_crumbled_world(pieces, Vec3(0, 0, -9.81));
+        World world = make_fragment_world(pieces, Vec3(0, 0, -9.81));
         Body& body = world.add_body(geometry::make_box(Vec3(0.08, 0.08, 0.08)), rubber(0.02));
         HoldConstraint foot;
         foot.region = [](const Vec3& rest) { return rest.z() < -0.03; };
@@ -67,9 +67,10 @@ TEST(RigidContacts, FragmentsRestOnTheBodyTheyWereCutFrom) {
         StepReport report;
         for (int step = 0; step < 90; ++step) report = world.step();
         if (pieces) {
-            for (const std::int32_t number : inner) {
+            for (const std::int32_t piece_id : inner) {
                 const meshless::RigidPiece& piece =
-                    body.phyxels().rigid.bodies[static_cast<std::size_t>(body.phyxels().rigid.index(number))];
+                    body.phyxels()
+                        .rigid.bodies[static_cast<std::size_t>(body.phyxels().rigid.index(piece_id))];
                 EXPECT_GT(piece.centre.z(), before - 0.003) << "it rests";
                 EXPECT_LT(piece.velocity().norm(), 0.02) << "m/s";
             }
@@ -86,13 +87,13 @@ TEST(RigidContacts, AHeapOfFragmentsRestsOnTheGround) {
     settings.validate_each_step = false;
     World world(settings, std::make_shared<const Parallel>(2));
     Body& body = world.add_body(box_at(Vec3(0.04, 0.04, 0.12), Vec3(0, 0, 0.0605)), rubber(0.02));
-    std::int32_t number = 0;
+    std::int32_t cut_id = 0;
     for (int k = 1; k < 5; ++k)
         body.cut_with_sheet(geometry::make_plane_sheet({0, 0, 0.024 * k + 0.0003}, Vec3::UnitZ(), 0.2),
-                            number++, world.parallel());
-    body.cut_with_sheet(geometry::make_plane_sheet({0.0003, 0, 0}, Vec3::UnitX(), 0.3), number++,
+                            cut_id++, world.parallel());
+    body.cut_with_sheet(geometry::make_plane_sheet({0.0003, 0, 0}, Vec3::UnitX(), 0.3), cut_id++,
                         world.parallel());
-    body.cut_with_sheet(geometry::make_plane_sheet({0, 0.0003, 0}, Vec3::UnitY(), 0.3), number++,
+    body.cut_with_sheet(geometry::make_plane_sheet({0, 0.0003, 0}, Vec3::UnitY(), 0.3), cut_id++,
                         world.parallel());
     const std::size_t count = body.phyxels().rigid.bodies.size();
     ASSERT_GE(count, 12U);
@@ -119,7 +120,7 @@ TEST(RigidContacts, AHeapOfFragmentsRestsOnTheGround) {
 }
 
 TEST(RigidContacts, FragmentsThatHitABodyConserveMomenta) {
-    World world = make_crumbled_world(true, Vec3::Zero());
+    World world = make_fragment_world(true, Vec3::Zero());
     Body& body = world.add_body(geometry::make_box(Vec3(0.08, 0.08, 0.08)), rubber(0.02));
     cut_fragments(world, body, 0.0204, 4);
     ASSERT_GT(body.phyxels().rigid.bodies.size(), 8U);
@@ -163,7 +164,7 @@ TEST(RigidContacts, FragmentsThatHitABodyConserveMomenta) {
 // Cuts a piece of two cells a side out of the middle.
 void cut_core(World& world, Body& body) {
     constexpr double low = -0.01005, high = 0.01045;
-    std::int32_t number = 0;
+    std::int32_t cut_id = 0;
     for (int axis = 0; axis < 3; ++axis)
         for (const double at : {low, high}) {
             geometry::TriangleMesh wall;
@@ -175,14 +176,14 @@ void cut_core(World& world, Body& body) {
                 wall.positions.push_back(point);
             }
             wall.triangles = {{0, 1, 2}, {0, 2, 3}};
-            body.cut_with_sheet(wall, number++, world.parallel());
+            body.cut_with_sheet(wall, cut_id++, world.parallel());
         }
 }
 
 // Impulses on whole pieces cannot stop a surface from closing on a fragment that it encloses: the fragment
 // must not be thrown out.
 TEST(RigidContacts, AClosingSurfaceDoesNotThrowTheFragmentItEncloses) {
-    World world = make_crumbled_world(true, Vec3::Zero());
+    World world = make_fragment_world(true, Vec3::Zero());
     Body& body = world.add_body(geometry::make_box(Vec3(0.08, 0.08, 0.08)), rubber(0.02));
     cut_core(world, body);
     ASSERT_EQ(body.phyxels().rigid.bodies.size(), 1U);

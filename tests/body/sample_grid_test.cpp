@@ -68,11 +68,11 @@ struct Cloud {
     }
     // Returns the minimum height of a point above the planes through others, after the step.
     double min_height(std::size_t of, const std::vector<std::uint32_t>& others) const {
-        double least = unlimited;
+        double min_found = unlimited;
         for (const std::uint32_t k : others)
-            least =
-                std::min(least, normals[k].dot(points[of] - points[k]) + away(motions, normals[k], of, k));
-        return least;
+            min_found = std::min(min_found,
+                                 normals[k].dot(points[of] - points[k]) + away(motions, normals[k], of, k));
+        return min_found;
     }
 };
 
@@ -171,24 +171,24 @@ TEST(SampleGrid, ExtendsTheReachByTheMotionOfBothPoints) {
     for (const int of : {1, 10, 100})
         for (std::uint64_t seed = 1; seed <= 12; ++seed) {
             Cloud cloud(seed);
-            const double least = random.uniform(0.03, 0.3);
-            const SampleGrid::Reach reach{least, least * random.uniform(1.2, 3)};
-            cloud.add_extra_reach(random, of, random.uniform(0.1, 3) * least);
+            const double min_reach = random.uniform(0.03, 0.3);
+            const SampleGrid::Reach reach{min_reach, min_reach * random.uniform(1.2, 3)};
+            cloud.add_extra_reach(random, of, random.uniform(0.1, 3) * min_reach);
             // A few distant points make the cells larger.
-            if (seed > 3) cloud.points[seed] = cloud.points[0] + random_within(random, 40 * least);
-            if (seed > 6) cloud.points[2 * seed] = cloud.points[0] + random_within(random, 150 * least);
+            if (seed > 3) cloud.points[seed] = cloud.points[0] + random_within(random, 40 * min_reach);
+            if (seed > 6) cloud.points[2 * seed] = cloud.points[0] + random_within(random, 150 * min_reach);
             grid.build(cloud.points, cloud.normals, cloud.motions, cloud.owners, reach, Parallel(2));
             std::vector<bool> is_kept(cloud.points.size());
             for (std::size_t entry = 0; entry < grid.size(); ++entry) {
                 const std::size_t of_point = grid.index(entry);
                 is_kept[of_point] = true;
-                for (const double radius : {0.7 * least, 0.8 * reach.max, unlimited}) {
+                for (const double radius : {0.7 * min_reach, 0.8 * reach.max, unlimited}) {
                     const std::vector<std::uint32_t> expected = cloud.facing(of_point, radius, reach);
                     ASSERT_EQ(find_facing(grid, cloud.motions, entry, radius, unlimited), expected)
                         << "seed " << seed << ", point " << of_point << ", radius " << radius;
                     ASSERT_TRUE(expected.empty() || grid.may_face(entry));
                     for (const std::uint32_t k : expected) {
-                        far_count += (cloud.points[k] - cloud.points[of_point]).norm() > 1.5 * least;
+                        far_count += (cloud.points[k] - cloud.points[of_point]).norm() > 1.5 * min_reach;
                         ASSERT_FALSE(cloud.owners[k] != cloud.owners[of_point] && grid.is_among_own(entry));
                     }
                 }

@@ -70,7 +70,7 @@ class ContactFinder {
     std::span<const Vec3> sample_normals() const { return normal_; }
 
   private:
-    /// Fills one cache line: neighbours of a sample are read in random order.
+    /// Contact sample. It fills one cache line because the neighbours of a sample are read in random order.
     struct alignas(64) Sample {
         Vec3 rest = Vec3::Zero();           // m, rest space
         Vec3f rest_normal = Vec3f::Zero();  // unit, outward
@@ -83,7 +83,7 @@ class ContactFinder {
         // As in ContactSample: whether the sample pushes on other bodies and colliders, and on its own body.
         bool pushes : 1 = true;
         bool searches_own_body : 1 = true;
-        std::uint32_t serial = 0;  // unique; changes with any of the members above
+        std::uint32_t serial = 0;  // unique; new if position, normal, piece or node changes
         std::uint32_t slot = 0;    // index of its cached data; kept while the influences stay the same
     };
     /// Cache of one sample: which other samples, by serial number, a cut separates from it at rest.
@@ -105,9 +105,9 @@ class ContactFinder {
         std::uint32_t from = 0, until = 0;
     };
     struct Influence {
-        meshless::ContactSide side;  // no phyxels: not known yet
-        Vec3 offset = Vec3::Zero();  // m, rest space, from the weighted mean; zero unless few lie in a plane
-        std::uint64_t row = 0;       // NodeTracker::row_revision when it was found
+        meshless::ContactSide side;    // no phyxels: not known yet
+        Vec3 offset = Vec3::Zero();    // m, rest space, from the weighted mean; nonzero for few in a plane
+        std::uint64_t row = 0;         // NodeTracker::row_revision when it was found
         std::size_t phyxel_count = 0;  // without a row: phyxel count when the nearest one was found; else 0
     };
     /// State of a body from which its samples were listed.
