@@ -17,8 +17,7 @@ using meshless::RigidPiece;
 // tangential distance of a point from a sample, and speculative distance.
 constexpr double fragment_reach_share = 1.25, fragment_overlap_share = 1, fragment_tangential_share = 0.9,
                  fragment_speculative_share = 0.05;
-// Depenetration per step of an overlap that existed before: in spacings, plus this share of its depth. Faster
-// depenetration gains energy.
+// Depenetration per step of an overlap that existed before: in spacings, plus this share of its depth.
 constexpr double fragment_depenetration_share = 0.005, fragment_depth_share = 0.1;
 // In spacings: limit of the believed displacement of a surface or fragment per step. Bounds the search.
 constexpr double displacement_limit_share = 2;

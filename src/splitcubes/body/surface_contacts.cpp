@@ -18,6 +18,7 @@ using meshless::Contact;
 // push.
 constexpr double speculative_share = 0.05, max_overlap_share = 1, max_tangential_share = 0.9,
                  surface_depenetration_share = 0.02;
+// In spacings: search radius without and with displacements; larger radii cost time.
 constexpr double reach_share = 1.25, max_reach_share = 3;
 // In spacings: free fall in one step beyond this allowance widens the speculative distance. Bodies that begin
 // to fall may overlap by this much before they are found.
