@@ -27,8 +27,8 @@ void check_settings(const BodySettings& s) {
         throw InputError(where, "velocities must be finite");
 }
 
-// How far a node's material reaches along an axis in all, in cells: to the
-// boundary where that is what cuts the edge, else half way to the next node.
+// Length of a node's material along an axis, in cells: in each direction up to the boundary if that crosses
+// the edge, else half way to the next node.
 double node_extent(const splitting::NodeGrid& grid, const Vec3i& node, int axis) {
     double extent = 0;
     for (const int step : {-1, 1}) {
@@ -45,7 +45,7 @@ double node_extent(const splitting::NodeGrid& grid, const Vec3i& node, int axis)
     return extent;
 }
 
-// About the bytes that phyxels take with their links and their share of the nodes; measured.
+// Estimated bytes of phyxels with their links and their share of the nodes; measured.
 double phyxel_memory(double count) {
     constexpr double per_phyxel = 14e3;
     return per_phyxel * count;
@@ -58,7 +58,7 @@ std::unique_ptr<occlusion::Criterion> criterion_of(const BodySettings& settings)
                                          : occlusion::make_cpu_backend(settings.visibility));
 }
 
-// Of long work outside loops, whether somebody wants it to end is asked every so many times.
+// Iterations of a long serial loop between two checks for cancellation.
 constexpr std::size_t between_checks = 4096;
 
 }  // namespace
@@ -88,7 +88,7 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
     parallel.begin("body '" + settings_.name + "': nodes");
     list_inside_nodes(parallel);
     parallel.begin("body '" + settings_.name + "': phyxels");
-    // Phyxels that only go along need not be many.
+    // A deformation model moves the phyxels, so few are enough.
     if (settings_.deformation) settings_.phyxel_count = std::min(settings_.phyxel_count, 64);
     sample(parallel);
     solid_phyxels_ = phyxels_.size();
@@ -106,8 +106,8 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
 
 Body::~Body() = default;
 
-// How far a node's material reaches down and up each axis, in cells: to what cuts the
-// edge, be it boundary or cut, else half way to the next node.
+// Extent of a node's material down and up each axis, in cells: up to the crossing, boundary or cut, if the
+// edge has one, else half way to the next node.
 std::pair<Vec3, Vec3> Body::node_reach(const Vec3i& node) const {
     Vec3 low = Vec3::Constant(0.5), high = low;
     for (int axis = 0; axis < 3; ++axis) {
@@ -125,19 +125,18 @@ void Body::build_occluders(const Parallel& parallel) {
     set_occluders(cells, parallel);
 }
 
-// Each cut edge of the cell gives its two triangles once, whichever side has a
-// quad: both sides lie at the same place.
-void Body::add_occluders(std::uint32_t cell_number, std::vector<geometry::OccluderTriangle>& out) const {
-    const std::span<const splitting::SurfaceQuad> quads = surface_->quads(surface_->cells()[cell_number]);
+// Adds two triangles for each cut edge of the cell, whichever side has a quad: both sides coincide at rest.
+void Body::add_occluders(std::uint32_t cell, std::vector<geometry::OccluderTriangle>& out) const {
+    const std::span<const splitting::SurfaceQuad> quads = surface_->quads(surface_->cells()[cell]);
     for (auto q = quads.begin(); q != quads.end(); ++q) {
         const auto same = [&](const splitting::SurfaceQuad& other) { return other.crossing == q->crossing; };
         if (std::any_of(quads.begin(), q, same)) continue;
         const splitting::Crossing& crossing = grid_.crossing(q->crossing);
-        // A gap between two inside nodes is a slit, not skin: it has no outside.
-        const bool skin = grid_.inside(crossing.edge.node) != grid_.inside(crossing.edge.upper());
+        // A crossing between two inside nodes is a cut, which has no outside.
+        const bool is_boundary = grid_.inside(crossing.edge.node) != grid_.inside(crossing.edge.upper());
         const auto at = [&](std::size_t k) { return surface_->vertices()[q->vertices[k]].rest; };
-        out.push_back({{at(0), at(1), at(2)}, skin});
-        out.push_back({{at(0), at(2), at(3)}, skin});
+        out.push_back({{at(0), at(1), at(2)}, is_boundary});
+        out.push_back({{at(0), at(2), at(3)}, is_boundary});
     }
 }
 
@@ -184,7 +183,7 @@ void Body::list_inside_nodes(const Parallel& parallel) {
         inside_volume_[i] = cell_volume * node_extent(grid_, node, 0) * node_extent(grid_, node, 1) *
                             node_extent(grid_, node, 2);
     });
-    // Scaled so that each piece's nodes own exactly what its surface encloses.
+    // Scales the volumes so that those of a piece's nodes sum to the volume that its surface encloses.
     const auto measures = splitting::measure_pieces(
         splitting::extract(grid_, *surface_, *pieces_, {}, {}, parallel), pieces_->count());
     std::vector<double> lumped(pieces_->count(), 0);
@@ -196,10 +195,10 @@ void Body::list_inside_nodes(const Parallel& parallel) {
     }
 }
 
-// The nearest inside node that sees the point and whose piece is welcome; among
-// equals the first in grid order. Where none of the nodes around is: the fallback.
+// Returns the nearest inside node that sees the point and whose piece is accepted; among equally near ones
+// the first in grid order; the fallback if none of the 27 nodes around is.
 Vec3i Body::owner_of(const Vec3& rest, const Vec3i& fallback,
-                     const std::function<bool(std::int32_t piece)>& welcome) const {
+                     const std::function<bool(std::int32_t piece)>& accepts) const {
     const Vec3 at = grid_.rest().to_grid(rest);
     const Vec3i base = at.array().round().cast<int>();
     Vec3i best = fallback;
@@ -209,7 +208,7 @@ Vec3i Body::owner_of(const Vec3& rest, const Vec3i& fallback,
         if (!grid_.rest().contains(node) || !grid_.inside(node)) continue;
         const double distance = (node.cast<double>() - at).squaredNorm();
         if (distance >= best_distance) continue;
-        if (!welcome(pieces_->piece_of(grid_, node))) continue;
+        if (!accepts(pieces_->piece_of(grid_, node))) continue;
         if (occluders_.segment_blocked(grid_.rest().node_position(node), rest)) continue;
         best = node;
         best_distance = distance;
@@ -217,9 +216,9 @@ Vec3i Body::owner_of(const Vec3& rest, const Vec3i& fallback,
     return best;
 }
 
-// A lattice point is taken where its nearest node is inside and sees it; else the
-// node itself stands in, so that thin parts are sampled too.
-std::optional<Vec3> Body::place_in_material(const Vec3& candidate) const {
+// Returns the candidate if its nearest node is inside and sees it; that node's position if the node is
+// inside but does not see it, so that thin parts are sampled too; else nothing.
+std::optional<Vec3> Body::point_in_material(const Vec3& candidate) const {
     const Vec3i node = grid_.rest().to_grid(candidate).array().round().cast<int>();
     if (!grid_.rest().contains(node) || !grid_.inside(node)) return std::nullopt;
     const Vec3 at_node = grid_.rest().node_position(node);
@@ -230,9 +229,9 @@ std::vector<Vec3> Body::sample_positions(double spacing, const Parallel& paralle
     geometry::Box box;
     for (const Vec3& rest : inside_rest_) box.add(rest);
     box = box.grown(0.5 * grid_.rest().cell_size);
-    // A lattice leaves no point farther than 0.87 spacings from a sample.
+    // No point of a full lattice is farther than 0.87 spacings from a sample.
     return meshless::sample_solid(
-        box, spacing, [this](const Vec3& candidate) { return place_in_material(candidate); }, inside_rest_,
+        box, spacing, [this](const Vec3& candidate) { return point_in_material(candidate); }, inside_rest_,
         0.95 * spacing, parallel);
 }
 
@@ -247,7 +246,7 @@ void Body::sample(const Parallel& parallel) {
     if (spacing_ > 0) {
         positions = sample_positions(spacing_, parallel);
     } else {
-        // Count goes with the inverse cube of the spacing; keeps the closest of a few tries.
+        // The count scales with the inverse cube of the spacing; the best of a few attempts is kept.
         double spacing = std::cbrt(volume / settings_.phyxel_count);
         double best_error = 1e300;
         for (int attempt = 0; attempt < 6; ++attempt) {
@@ -287,31 +286,33 @@ void Body::sample(const Parallel& parallel) {
     previous_deformation_ = phyxels_.deformation;
 }
 
-// A phyxel touches the ground when the skin nearest to it would.
+// Sets the contact radius of phyxels to their distance from the boundary, so that a phyxel touches the
+// ground when the boundary next to it would.
 void Body::set_contact_radii(std::size_t first, const Parallel& parallel) {
-    std::vector<Vec3> skin;
+    std::vector<Vec3> boundary;
     for (const splitting::Crossing& c : grid_.crossings())
-        if (c.origin == splitting::Origin::boundary) skin.push_back(grid_.crossing_position(c));
-    if (skin.empty()) return;
-    const double most = 0.75 * spacing_;
-    const meshless::PhyxelLocator near_skin(skin, most);
+        if (c.origin == splitting::Origin::boundary) boundary.push_back(grid_.crossing_position(c));
+    if (boundary.empty()) return;
+    const double max_radius = 0.75 * spacing_;
+    const meshless::PhyxelLocator near_boundary(boundary, max_radius);
     parallel.for_each(phyxels_.size() - first, 256, [&](std::size_t k) {
         const std::size_t i = first + k;
-        double distance = most;
-        near_skin.visit(phyxels_.rest_position[i], most, [&](std::uint32_t index) {
-            distance = std::min(distance, (skin[index] - phyxels_.rest_position[i]).norm());
+        double distance = max_radius;
+        near_boundary.visit(phyxels_.rest_position[i], max_radius, [&](std::uint32_t index) {
+            distance = std::min(distance, (boundary[index] - phyxels_.rest_position[i]).norm());
             return true;
         });
         phyxels_.contact_radius[i] = distance;
     });
 }
 
-// Everything that follows from which phyxels there are: supports, pairs, links.
+// Recomputes what depends on the set of phyxels: locator, support radii of new ones, pairs and their
+// visibility. Visibility that is already known is kept if the criterion allows it.
 void Body::rebuild_samples(const Parallel& parallel) {
     locator_ = meshless::PhyxelLocator(phyxels_.rest_position, 1.6 * spacing_);
-    std::size_t known = 0;
-    while (known < phyxels_.size() && phyxels_.support_radius[known] > 0) ++known;
-    meshless::compute_support_radii(phyxels_, locator_, parallel, {}, known);
+    std::size_t old_count = 0;
+    while (old_count < phyxels_.size() && phyxels_.support_radius[old_count] > 0) ++old_count;
+    meshless::compute_support_radii(phyxels_, locator_, parallel, {}, old_count);
     const meshless::Pairs before = std::move(pairs_);
     pairs_ = meshless::find_pairs(phyxels_, locator_, parallel);
     std::vector<std::uint32_t> unknown = meshless::carry_visibility(before, pairs_);

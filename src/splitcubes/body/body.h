@@ -1,5 +1,5 @@
-// One soft solid: its topology, its surface and its elastic samples, and the
-// stages of a step that keep the three together.
+// One soft solid: its topology, its surface and its elastic samples, and the stages of a step that keep
+// the three consistent.
 #pragma once
 
 #include <splitcubes/body/collider.h>
@@ -40,100 +40,102 @@ class Tearing;
 struct BodySettings {
     std::string name = "body";
     double cell_size = 0;       // m, > 0
-    double phyxel_spacing = 0;  // m; 0: chosen so that phyxel_count is met
-    int phyxel_count = 800;     // wished for, where no spacing is given
+    double phyxel_spacing = 0;  // m; 0: chosen to match phyxel_count
+    int phyxel_count = 800;     // target; used only if no spacing is given
     meshless::Material material;
     Vec3 velocity = Vec3::Zero();          // m/s, at time 0
     Vec3 angular_velocity = Vec3::Zero();  // rad/s, about the centre of mass, at time 0
     occlusion::VisibilityOptions visibility;
     occlusion::CriterionKind criterion = occlusion::CriterionKind::occlusion_disk;
-    /// Makes what computes the occlusion disks; empty: the CPU backend.
+    /// Creates the backend that evaluates the occlusion disks; empty: the CPU backend.
     std::function<std::unique_ptr<occlusion::VisibilityBackend>(const occlusion::VisibilityOptions&)>
         make_visibility_backend;
-    /// What moves the nodes in place of the phyxels' elasticity; empty: that. Such a
-    /// body cannot tear; its phyxels go along with their nodes.
+    /// Creates the deformation model that moves the nodes; empty: the phyxels' elasticity moves them. A body
+    /// with such a model cannot tear, and its phyxels follow their nodes.
     deformation::MakeDeformation deformation;
-    std::optional<TearSettings> tearing;  // none: whatever the stress, only tools cut
+    std::optional<TearSettings> tearing;  // none: the body never tears, only tools cut it
 };
 
-/// Holds the phyxels whose rest position is in a region, at rest or on a path.
+/// Prescribes the positions of the phyxels whose rest position is in a region: fixed, or along a path.
 struct HoldConstraint {
     std::function<bool(const Vec3& rest)> region;
-    /// World from rest for what is held, at a time; identity: stays where it is.
+    /// World from rest for the held phyxels at a time, s; identity: fixed.
     std::function<Isometry(double time)> motion;
     double from = 0;       // s
     double until = 1e300;  // s
 };
 
-/// What one step of one body is given.
+/// Input of one step of one body.
 struct StepContext {
     double time = 0;  // s, at the start of the step
     double dt = 0;    // s
     Vec3 gravity = Vec3::Zero();
-    std::optional<meshless::GroundPlane> ground;    // that deformations meet
-    std::span<const meshless::Obstacle> obstacles;  // that rigid pieces meet
+    std::optional<meshless::GroundPlane> ground;    // for bodies with a deformation model
+    std::span<const meshless::Obstacle> obstacles;  // for rigid pieces
     meshless::SolverOptions solver;
     const Parallel& parallel;
-    bool contacts = true;  // the step after looks for contacts, and so for the skin's samples
+    bool contacts = true;  // the next step searches for contacts and needs the contact samples
 };
 
-/// A place on the skin where contact is looked for.
+/// Surface vertex at which contacts are searched for.
 struct ContactSample {
     std::uint32_t vertex;  // of the surface
     std::int32_t piece;
-    std::uint32_t by;  // vertex that pushes for it on flat faces; its own where it does so itself
-    // Where the lips of a cut push on each other: vertex that does so for it; and one of the other lip, in
-    // the same cell, that does so for both while they lie on each other. Its own: none.
+    std::uint32_t by;  // vertex of the sample that represents it on flat faces; its own if it is active
+    // For contact between two cut faces: the vertex that represents it; and a vertex of the opposite cut
+    // face, in the same cell, that represents both while the two nearly coincide. Its own vertex: none.
     std::uint32_t face_delegate, opposite;
 
     bool pushes() const { return by == vertex; }
 };
 
-/// Rest space is the world at time 0: the mesh is taken where it is placed.
+/// One soft solid. Its rest space is the world at time 0: the mesh is used where it is placed.
 class Body {
   public:
-    /// Throws InputError for a mesh that encloses nothing and for settings out of range.
+    /// Throws InputError if the mesh encloses no volume or a setting is out of range.
     Body(const geometry::TriangleMesh& placed, const BodySettings& settings, const Parallel& parallel);
     ~Body();
 
     void add_constraint(HoldConstraint constraint);
     void add_handle(Handle handle);
     const std::vector<Handle>& handles() const { return handles_; }
-    void set_handle_motion(std::size_t number, std::function<Isometry(double time)> motion) {
-        handles_[number].motion = std::move(motion);
+    void set_handle_motion(std::size_t index, std::function<Isometry(double time)> motion) {
+        handles_[index].motion = std::move(motion);
     }
-    /// Appends the pulls of the handles at the end of the step, and one limit a handle.
+    /// Appends the springs of the active handles, with their targets at the end of the step, and one force
+    /// limit, N, per handle. part: index of this body in its contact island.
     void add_handle_springs(const StepContext& context, std::uint32_t part,
                             std::vector<meshless::HandleSpring>& handle_springs, std::vector<double>& limits);
     const std::vector<HoldConstraint>& constraints() const { return constraints_; }
-    void set_constraint_motion(std::size_t number, std::function<Isometry(double time)> motion) {
-        constraints_[number].motion = std::move(motion);
+    void set_constraint_motion(std::size_t index, std::function<Isometry(double time)> motion) {
+        constraints_[index].motion = std::move(motion);
     }
 
-    // The stages that World::step calls, in this order.
+    // The stages of a step. World::step calls them in this order.
 
-    /// Cuts the grid edges that the blades crossed during the last interval, edges
-    /// and blades both moving. last_normal: the stroke's, carried between steps. tool_before, tool_now:
-    /// the tool's frame at the ends of the interval; what its edge feels is added to `felt`.
+    /// Cuts the grid edges that the blades crossed during the last interval, in which both edges and blades
+    /// move. last_normal: of the stroke, kept between steps. tool_before, tool_now: frames of the tool at the
+    /// ends of the interval. Adds the cutting resistance to tool_force.
     void cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t cut_number, Vec3& last_normal,
                    const StepContext& context, StepReport& report, const Isometry& tool_before,
                    const Isometry& tool_now, ToolForce& tool_force);
-    /// Cuts the grid edges that cannot bear the stress of the last step.
+    /// Cuts the grid edges that the stress of the last step tears.
     void tear(const StepContext& context, StepReport& report);
     void retessellate(const Parallel& parallel, StepReport& report);
     void label_pieces(StepReport& report);
     void update_visibility(const StepContext& context, StepReport& report);
     void resample(const StepContext& context, StepReport& report);
     void rebuild_neighbourhoods(const StepContext& context);
-    /// The step's input but for its contacts; spans are of this body.
+    /// Returns the step's input without its contacts. Its spans refer to this body and are valid until the
+    /// next call.
     meshless::StepInput begin_step(const StepContext& context);
-    /// Takes the solver's report in, after the phyxels have been stepped.
+    /// Adds the solver's report to the step's, after the phyxels have been stepped.
     void end_step(const StepContext& context, const meshless::SolverReport& solved, StepReport& report);
     void update_node_frames(const StepContext& context, StepReport& report);
     void update_surface(const StepContext& context, StepReport& report);
 
-    /// Cuts the body at rest along a sheet, all stages but the integration included.
-    /// Returns the number of newly cut edges.
+    /// Cuts the body at rest along a sheet and runs all stages except the integration. Returns the number of
+    /// newly cut edges.
     std::size_t cut_with_sheet(const geometry::TriangleMesh& sheet, std::int32_t cut_number,
                                const Parallel& parallel);
 
@@ -146,22 +148,22 @@ class Body {
     const meshless::Phyxels& phyxels() const { return phyxels_; }
     meshless::Phyxels& phyxels() { return phyxels_; }
     meshless::TimeIntegrator& solver() { return solver_; }
-    /// Whether something else than its phyxels moves it: it has no part in contacts, and steps by
-    /// advance_deformation.
+    /// Whether a deformation model moves the body instead of its phyxels. Such a body takes no part in
+    /// contacts and steps by advance_deformation.
     bool is_lattice_driven() const { return deformation_ != nullptr; }
     void advance_deformation(const StepContext& context, StepReport& report);
-    /// Per phyxel, as of the last begin_step: 1 where a constraint prescribes its place.
+    /// Per phyxel, as of the last begin_step: 1 if a constraint prescribes its position.
     std::span<const std::uint8_t> held() const { return held_; }
-    /// Whether one did so to a rigid piece, by its number in RigidPieces::bodies.
+    /// Whether a constraint moves a rigid piece, as of the last begin_step. index: in RigidPieces::bodies.
     bool holds_rigid(std::size_t index) const {
         return std::any_of(rigid_holds_.begin(), rigid_holds_.end(),
                            [&](const meshless::RigidHold& hold) { return hold.body == index; });
     }
     const meshless::Pairs& pairs() const { return pairs_; }
     const meshless::Neighbourhoods& neighbourhoods() const { return neighbourhoods_; }
-    /// What can stand between phyxels, rest space.
+    /// The triangles that can block a line of sight between phyxels, in rest space.
     const geometry::OccluderGrid& occluders() const { return occluders_; }
-    /// Phyxels and pairs as the weights' criteria see them.
+    /// Returns phyxels and pairs as input for a visibility criterion; spans refer to this body.
     occlusion::PairSet pair_set() const {
         return {phyxels_.rest_position, phyxels_.support_radius, phyxels_.piece, pairs_.a, pairs_.b};
     }
@@ -170,44 +172,46 @@ class Body {
     /// Per surface vertex, world frame, as of the last update_surface.
     const std::vector<Vec3>& vertex_positions() const { return vertex_positions_; }
     const std::vector<Vec3>& vertex_normals() const { return vertex_normals_; }
-    /// The surface as it is now.
+    /// Returns the current surface, world frame.
     geometry::SurfaceMesh surface_mesh() const;
     std::size_t cut_edge_count() const { return cut_edge_count_; }
 
-    /// Samples of the skin, about two a phyxel spacing, as of the last update_surface
-    /// that was told of contacts.
+    /// Samples of the surface, about two per phyxel spacing, as of the last update_surface with
+    /// StepContext::contacts.
     const std::vector<ContactSample>& contact_samples() const { return contact_samples_; }
-    /// Another number for another list of them.
+    /// Changes whenever contact_samples() does.
     std::uint64_t sample_revision() const { return sample_revision_; }
-    /// The tracked node that carries most of a surface vertex.
+    /// Returns the tracked node with the largest weight at a surface vertex.
     std::uint32_t dominant_node(std::uint32_t vertex) const;
-    /// The phyxels that carry most of a surface vertex of a piece; never none. node: its dominant_node.
+    /// Returns the phyxels of a piece with the largest weights at a surface vertex; never empty. node: the
+    /// vertex's dominant_node. part: index of this body in its contact island.
     meshless::ContactSide influences_of(std::uint32_t vertex, std::uint32_t node, std::int32_t piece,
                                         std::uint32_t part) const;
-    /// Where what the occluders are made of may have changed.
+    /// Regions in which the occluders may have changed.
     const SurfaceChanges& surface_changes() const { return changes_; }
 
-    /// Steps that it has made.
     std::int64_t step_count() const { return step_; }
     void add_to_hash(StateHash& hash) const;
-    /// For checkpoints: all that a step reads and no settings tell, and cannot be derived.
+    /// Writes all state that a step reads and that neither follows from the settings nor from other state.
     void save(StateWriter& writer) const;
-    /// Takes it into a body that was made with the same settings, and has at most the cuts at rest that
-    /// came first. Throws DamagedState for what is no state of such a body, which must not be used then.
+    /// Restores saved state into a body made with the same settings, which has no cuts but those made at rest
+    /// before the first step. Throws DamagedState if the data is no state of such a body; the body must not
+    /// be used then.
     void load(StateReader& reader, const Parallel& parallel);
-    /// Empty where grid, surface, pieces and samples agree; for tests and debug builds.
+    /// Returns the inconsistencies between grid, surface, pieces and samples; empty: none. For tests and
+    /// debug builds.
     std::vector<std::string> validate() const;
 
   private:
     void list_inside_nodes(const Parallel& parallel);
     void sample(const Parallel& parallel);
     void build_occluders(const Parallel& parallel);
-    void add_occluders(std::uint32_t cell_number, std::vector<geometry::OccluderTriangle>& out) const;
+    void add_occluders(std::uint32_t cell, std::vector<geometry::OccluderTriangle>& out) const;
     void set_occluders(std::span<const std::uint32_t> cells, const Parallel& parallel);
     std::uint32_t nearest_of_piece(const Vec3& rest, std::int32_t piece) const;
     Vec3i owner_of(const Vec3& rest, const Vec3i& fallback,
-                   const std::function<bool(std::int32_t piece)>& welcome) const;
-    std::optional<Vec3> place_in_material(const Vec3& candidate) const;
+                   const std::function<bool(std::int32_t piece)>& accepts) const;
+    std::optional<Vec3> point_in_material(const Vec3& candidate) const;
     std::vector<Vec3> sample_positions(double spacing, const Parallel& parallel) const;
     void set_contact_radii(std::size_t first, const Parallel& parallel);
     void rebuild_samples(const Parallel& parallel);
@@ -219,7 +223,7 @@ class Body {
     std::vector<cutting::CandidateEdge> candidate_edges(std::span<const splitting::GridEdge> edges,
                                                         const StepContext& context);
     void make_deformation();
-    void carry_phyxels(double dt);
+    void move_phyxels_with_nodes(double dt);
     deformation::NodeEdge between_nodes(const splitting::GridEdge& edge) const;
     void notify_cut_edges();
     void restore_deformation(std::span<const double> state);
@@ -238,7 +242,7 @@ class Body {
     void load_pairs(StateReader& reader);
     void save_motion(StateWriter& writer) const;
     void load_motion(StateReader& reader);
-    void derive(const Parallel& parallel);
+    void rebuild_derived_state(const Parallel& parallel);
     void pick_frames(const std::vector<geometry::Frame>& nodes, std::vector<geometry::Frame>& out) const;
     void evaluate_frames_now(const TrackerContext& context);
     void evaluate_some_now(const TrackerContext& context, std::span<const std::uint32_t> nodes);
@@ -248,11 +252,11 @@ class Body {
     std::vector<std::uint32_t> pairs_to_reevaluate(std::span<const std::int32_t> piece_before,
                                                    const Parallel& parallel) const;
     std::size_t bridge(std::uint32_t phyxel, std::span<const std::uint32_t> ligament);
-    void bridge_ligaments(std::span<const std::uint32_t> asked);
+    void bridge_ligaments(std::span<const std::uint32_t> reevaluated);
     void track_surface_nodes();
-    /// What becomes of a piece in a step that parts some.
+    /// Treatment of a piece in a step in which pieces split (see kinds_of).
     enum class Kind : std::uint8_t { untouched, rigid, small, large };
-    /// Where the phyxels carry a node.
+    /// State of a node, interpolated from phyxels.
     struct NodeMotion {
         Vec3 position = Vec3::Zero();        // m, world
         Mat3 jacobian = Mat3::Zero();        // d world / d rest
@@ -267,17 +271,17 @@ class Body {
     void add_samples(std::int32_t piece, std::span<const std::uint32_t> nodes, std::size_t wanted,
                      double within);
     bool is_sparse(std::size_t phyxels, double length) const;
-    std::size_t widen(std::uint32_t phyxel, std::span<const std::uint32_t> nodes);
-    void refresh_links(const StepContext& context, std::size_t known);
+    std::size_t add_samples_around(std::uint32_t phyxel, std::span<const std::uint32_t> nodes);
+    void refresh_links(const StepContext& context, std::size_t old_count);
     void fill_pieces(const StepContext& context, std::span<const std::vector<std::uint32_t>> nodes,
                      std::span<const Kind> kinds);
     std::vector<std::size_t> phyxel_counts() const;
     std::vector<Kind> kinds_of(std::span<const std::vector<std::uint32_t>> nodes) const;
-    void reset_small_strains(std::span<const Kind> kinds, std::size_t known, const Parallel& parallel);
+    void reset_small_strains(std::span<const Kind> kinds, std::size_t old_count, const Parallel& parallel);
     void reset_strain(std::span<const std::size_t> members);
-    bool is_string(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
+    bool is_chain(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
     void weigh_nodes(std::span<const std::uint32_t> nodes, meshless::RigidPiece& body) const;
-    meshless::RigidPiece rigid_start(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
+    meshless::RigidPiece initial_rigid_piece(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
     std::vector<Vec3> contact_points(const meshless::RigidPiece& body,
                                      std::span<const std::uint32_t> nodes) const;
     void make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
@@ -304,7 +308,7 @@ class Body {
     std::vector<geometry::Box> occluder_box_;  // per surface cell: of its occluders, m, rest space
     std::unique_ptr<occlusion::Criterion> criterion_;
 
-    // Inside nodes, brick by brick, written at construction (pieces by label_pieces).
+    // Inside nodes, in brick order; set at construction (pieces: by label_pieces).
     std::vector<Vec3i> inside_nodes_;
     std::vector<Vec3> inside_rest_;      // m, rest space
     std::vector<double> inside_volume_;  // m^3
@@ -323,42 +327,44 @@ class Body {
     NodeTracker tracker_;
     std::vector<std::uint32_t> surface_to_tracked_;  // per surface node
     std::vector<geometry::Frame> frames_;            // per tracked node, now
-    std::vector<geometry::Frame> frames_before_;  // per tracked node, a step ago, where candidate_edges asked
+    std::vector<geometry::Frame> frames_before_;  // per tracked node, a step ago; set where candidate_edges
+                                                  // requested it
     MovingBricks moving_bricks_;
-    std::vector<Vec3> cut_position_;      // per tracked node, m, at its last cut_edges
-    std::vector<std::int64_t> cut_step_;  // per tracked node, the step of that
+    std::vector<Vec3> cut_position_;      // per tracked node, m, world, at its last cut_edges
+    std::vector<std::int64_t> cut_step_;  // per tracked node, step of cut_position_; -2: never
     std::int64_t step_ = 0;
     std::vector<geometry::AffineDisplacement> surface_motion_;  // per surface node, of this step
     std::vector<Vec3> vertex_positions_, vertex_normals_;
     std::size_t cut_edge_count_ = 0;
 
-    // What the mesh alone gave, and then each round of cuts, by what there was at its end: a checkpoint keeps
-    // what came after, and the surface and pieces come of the same rounds again.
+    // Counts of crossings and phyxels of the uncut body, and the number of cut edges after each stage that
+    // cut some. A checkpoint stores only later ones; loading repeats the stages to rebuild surface and
+    // pieces.
     std::size_t solid_crossings_ = 0, solid_phyxels_ = 0;
-    std::vector<std::uint32_t> cut_stage_ends_;  // crossings
+    std::vector<std::uint32_t> cut_stage_ends_;
 
-    // Where something other than the phyxels moves the nodes.
+    // Set if a deformation model moves the nodes.
     std::unique_ptr<deformation::Deformation> deformation_;
-    splitting::SlotMap<1> node_number_;                // of inside nodes, per grid node
+    splitting::SlotMap<1> node_index_;                 // of inside nodes, per grid node
     std::vector<geometry::Frame> node_frames_;         // per inside node, now
     std::vector<geometry::Frame> node_frames_before_;  // the same, a step ago
 
-    std::unique_ptr<Tearing> tearing_;     // none: does not tear
-    std::vector<std::uint8_t> tear_held_;  // per phyxel, scratch of tear
+    std::unique_ptr<Tearing> tearing_;     // null: does not tear
+    std::vector<std::uint8_t> tear_held_;  // per phyxel, 1: held in the last step; scratch of tear
 
     std::vector<HoldConstraint> constraints_;
-    std::vector<std::vector<std::uint32_t>> constrained_;  // per constraint: its phyxels
+    std::vector<std::vector<std::uint32_t>> constrained_;  // per constraint: its phyxels; empty: dirty
     std::vector<std::uint8_t> held_;                       // per phyxel, of this step
     std::vector<Vec3> held_position_;                      // per phyxel, m, world
     std::vector<meshless::RigidHold> rigid_holds_;         // of this step
 
     std::vector<Handle> handles_;
-    std::vector<std::vector<std::uint32_t>> grabbed_;  // per handle: its phyxels
+    std::vector<std::vector<std::uint32_t>> grabbed_;  // per handle: its phyxels; empty: dirty
     std::vector<ContactSample> contact_samples_;
-    std::uint64_t sample_revision_ = ~std::uint64_t{0};  // of the surface
+    std::uint64_t sample_revision_ = ~std::uint64_t{0};  // revision of the surface they were chosen on
 
-    // Passed from stage to stage within a step.
-    std::vector<std::int32_t> new_slots_;
+    // Passed between the stages of a step.
+    std::vector<std::int32_t> new_slots_;       // crossings of newly cut edges
     std::vector<geometry::Box> changed_boxes_;  // rest space, where the surface changed
     std::vector<splitting::PieceSplit> splits_;
     std::vector<std::uint32_t> changed_pairs_;

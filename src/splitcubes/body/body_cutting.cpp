@@ -1,4 +1,4 @@
-// The first stages of a step: which grid edges the blades crossed.
+// The first stage of a step, which finds and cuts the grid edges that blades crossed, and cuts at rest.
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/node_ties.h>
 #include <splitcubes/splitting/sheet_cut.h>
@@ -11,14 +11,14 @@ using splitting::GridEdge;
 
 namespace {
 
-void make_unique(std::vector<std::uint32_t>& numbers) {
-    std::sort(numbers.begin(), numbers.end());
-    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+void sort_unique(std::vector<std::uint32_t>& nodes) {
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
 }
 
 }  // namespace
 
-// The uncut edges between inside nodes that the blades may have met over the last interval.
+// Returns the uncut edges between inside nodes that the blades may have crossed in the last interval.
 std::vector<GridEdge> Body::edges_near(std::span<const cutting::SweptBlade> blades,
                                        const Parallel& parallel) {
     geometry::Box blade;
@@ -26,9 +26,9 @@ std::vector<GridEdge> Body::edges_near(std::span<const cutting::SweptBlade> blad
     if (blade.empty()) return {};
     if (deformation_) return uncut_edges_of(bricks_of_nodes_in(blade));
     const double cell = grid_.rest().cell_size;
-    // Whoever tests the edges is generous by far less than the margin.
+    // The margin is far larger than the tolerance of the exact edge tests that follow.
     const SweptBoxes swept(blades, 1e-3 * cell + 1e-5 * blade.size().norm());
-    // A node without a kernel of its own follows a neighbour.
+    // One cell of slack, because a node without a kernel follows a neighbouring node.
     return moving_bricks_.edges_near({grid_, phyxels_, previous_deformation_, cell}, swept, parallel);
 }
 
@@ -45,16 +45,16 @@ std::vector<GridEdge> Body::uncut_edges_of(std::span<const std::uint32_t> bricks
     return edges;
 }
 
-// The tracker's numbers of the edges' ends, ascending.
+// Tracks the edges' end nodes and returns their tracker indices, ascending.
 std::vector<std::uint32_t> Body::track_ends(std::span<const GridEdge> edges) {
     std::vector<std::uint32_t> nodes;
     for (const GridEdge& edge : edges)
         for (const Vec3i& node : {edge.node, edge.upper()}) nodes.push_back(tracker_.track(grid_, node));
-    make_unique(nodes);
+    sort_unique(nodes);
     return nodes;
 }
 
-// Each edge with its motion over the last interval.
+// Returns the edges with their motion over the last interval.
 std::vector<cutting::CandidateEdge> Body::candidate_edges(std::span<const GridEdge> edges,
                                                           const StepContext& context) {
     const std::vector<std::uint32_t> nodes = track_ends(edges);
@@ -62,18 +62,17 @@ std::vector<cutting::CandidateEdge> Body::candidate_edges(std::span<const GridEd
     tracker_.refresh(tracker);
     cut_position_.resize(tracker_.size(), Vec3::Zero());
     cut_step_.resize(tracker_.size(), -2);
-    // Where a node was at the start of the interval: as the last step saw it, so
-    // that intervals join without a gap; from the last state of the phyxels where
-    // it was not looked at.
-    std::vector<std::uint32_t> unseen;
+    // An edge starts where the last step's test ended, so that intervals join without a gap. For nodes that
+    // the last step did not test, the start is evaluated from the previous state of the phyxels.
+    std::vector<std::uint32_t> not_tested;
     for (const std::uint32_t node : nodes)
-        if (cut_step_[node] != step_ - 1) unseen.push_back(node);
-    evaluate_some_before(tracker, unseen);
-    // All that are awake have a frame: the tracker may have taken up others.
-    std::vector<std::uint32_t> asked = nodes;
-    asked.insert(asked.end(), tracker_.fresh().begin(), tracker_.fresh().end());
-    make_unique(asked);
-    evaluate_some_now(tracker, asked);
+        if (cut_step_[node] != step_ - 1) not_tested.push_back(node);
+    evaluate_some_before(tracker, not_tested);
+    // Every awake node needs a frame, also those that the tracker has woken meanwhile.
+    std::vector<std::uint32_t> needed = nodes;
+    needed.insert(needed.end(), tracker_.fresh().begin(), tracker_.fresh().end());
+    sort_unique(needed);
+    evaluate_some_now(tracker, needed);
 
     const auto start_of = [&](std::uint32_t node) {
         return cut_step_[node] == step_ - 1 ? cut_position_[node] : frames_before_[node].position;

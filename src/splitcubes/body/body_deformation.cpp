@@ -1,4 +1,4 @@
-// Bodies whose nodes something other than their phyxels moves.
+// Bodies whose nodes a deformation model moves instead of their phyxels.
 #include <splitcubes/body/body.h>
 
 #include <algorithm>
@@ -14,15 +14,15 @@ void Body::make_deformation() {
     nodes.velocity = settings_.velocity;
     nodes.angular_velocity = settings_.angular_velocity;
     for (const double mass : phyxels_.mass) nodes.mass += mass;
-    node_number_ = splitting::SlotMap<1>(grid_.bricks());
+    node_index_ = splitting::SlotMap<1>(grid_.bricks());
     for (std::size_t n = 0; n < inside_nodes_.size(); ++n)
-        node_number_.set(inside_nodes_[n], 0, static_cast<std::int32_t>(n));
+        node_index_.set(inside_nodes_[n], 0, static_cast<std::int32_t>(n));
     for (std::uint32_t n = 0; n < inside_nodes_.size(); ++n)
         for (int axis = 0; axis < 3; ++axis) {
             const GridEdge edge{inside_nodes_[n], axis};
             if (!grid_.has_edge(edge) || grid_.is_cut(edge) || !grid_.inside(edge.upper())) continue;
             nodes.uncut_edges.push_back(
-                {n, static_cast<std::uint32_t>(node_number_.get(edge.upper(), 0)), axis});
+                {n, static_cast<std::uint32_t>(node_index_.get(edge.upper(), 0)), axis});
         }
     deformation_ = settings_.deformation(std::move(nodes));
     const Parallel one(1);
@@ -51,7 +51,7 @@ void Body::advance_deformation(const StepContext& context, StepReport& report) {
     const deformation::MotionReport moved = deformation_->advance(motion);
     node_frames_before_ = node_frames_;
     deformation_->node_frames(node_frames_, context.parallel);
-    carry_phyxels(context.dt);
+    move_phyxels_with_nodes(context.dt);
     ++step_;
     report.substeps = std::max(report.substeps, moved.substeps);
     report.contacts += moved.contacts;
@@ -63,11 +63,11 @@ void Body::advance_deformation(const StepContext& context, StepReport& report) {
     if (!moved.finite) report.flags |= flag_non_finite;
 }
 
-void Body::carry_phyxels(double dt) {
+void Body::move_phyxels_with_nodes(double dt) {
     previous_deformation_ = phyxels_.deformation;
     phyxels_.previous_position = phyxels_.position;
     for (std::size_t i = 0; i < phyxels_.size(); ++i) {
-        const geometry::Frame& frame = node_frames_[static_cast<std::size_t>(node_number_.get(owner_[i], 0))];
+        const geometry::Frame& frame = node_frames_[static_cast<std::size_t>(node_index_.get(owner_[i], 0))];
         const Vec3 from_node = phyxels_.rest_position[i] - grid_.rest().node_position(owner_[i]);
         phyxels_.position[i] = frame.position + frame.jacobian * from_node;
         phyxels_.deformation[i] = frame.jacobian;
@@ -76,8 +76,8 @@ void Body::carry_phyxels(double dt) {
 }
 
 deformation::NodeEdge Body::between_nodes(const GridEdge& edge) const {
-    return {static_cast<std::uint32_t>(node_number_.get(edge.node, 0)),
-            static_cast<std::uint32_t>(node_number_.get(edge.upper(), 0)), edge.axis};
+    return {static_cast<std::uint32_t>(node_index_.get(edge.node, 0)),
+            static_cast<std::uint32_t>(node_index_.get(edge.upper(), 0)), edge.axis};
 }
 
 void Body::notify_cut_edges() {
@@ -98,7 +98,7 @@ void Body::restore_deformation(std::span<const double> state) {
 void Body::pick_frames(const std::vector<geometry::Frame>& nodes, std::vector<geometry::Frame>& out) const {
     out.resize(tracker_.size());
     for (std::size_t k = 0; k < out.size(); ++k)
-        out[k] = nodes[static_cast<std::size_t>(node_number_.get(tracker_.places()[k], 0))];
+        out[k] = nodes[static_cast<std::size_t>(node_index_.get(tracker_.places()[k], 0))];
 }
 
 void Body::evaluate_frames_now(const TrackerContext& context) {
@@ -107,7 +107,7 @@ void Body::evaluate_frames_now(const TrackerContext& context) {
     tracker_.evaluate(context, phyxels_.position, phyxels_.deformation, frames_);
 }
 
-// Of some tracked nodes.
+// Evaluates the current frames of the given tracked nodes.
 void Body::evaluate_some_now(const TrackerContext& context, std::span<const std::uint32_t> nodes) {
     if (deformation_) return pick_frames(node_frames_, frames_);
     tracker_.evaluate_some(context, nodes, phyxels_.position, phyxels_.deformation, frames_);
@@ -118,16 +118,16 @@ void Body::evaluate_some_before(const TrackerContext& context, std::span<const s
     tracker_.evaluate_some(context, nodes, phyxels_.previous_position, previous_deformation_, frames_before_);
 }
 
-// Bricks with an edge that may have been in the box, now or a step ago.
+// Returns the bricks with an edge that may be in the box, m, world, now or a step ago.
 std::vector<std::uint32_t> Body::bricks_of_nodes_in(const geometry::Box& box) const {
     std::vector<geometry::Box> of_brick(grid_.bricks().total());
     for (std::size_t n = 0; n < inside_nodes_.size(); ++n) {
-        // Edges go to the bricks of both ends.
+        // A node also belongs to the edges that come from the three lower nodes, whose bricks may differ.
         for (int axis = -1; axis < 3; ++axis) {
-            Vec3i place = inside_nodes_[n];
-            if (axis >= 0) --place[axis];
-            if ((place.array() < 0).any()) continue;
-            geometry::Box& own = of_brick[grid_.bricks().brick_of(place)];
+            Vec3i node = inside_nodes_[n];
+            if (axis >= 0) --node[axis];
+            if ((node.array() < 0).any()) continue;
+            geometry::Box& own = of_brick[grid_.bricks().brick_of(node)];
             own.add(node_frames_[n].position);
             own.add(node_frames_before_[n].position);
         }

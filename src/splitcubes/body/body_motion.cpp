@@ -1,12 +1,12 @@
-// The last stages of a step: the body moves, its surface follows.
+// The last stages of a step: integration of the body, then node frames and surface.
 #include <splitcubes/body/body.h>
 
 #include <algorithm>
 
 namespace splitcubes::body {
 
-// The rigid pieces of which a held region has a phyxel go along as a whole; the first
-// hold that has one counts.
+// Returns the prescribed motions of rigid pieces: a piece with a phyxel in a held region moves as a whole
+// with the first such constraint.
 std::vector<meshless::RigidHold> Body::rigid_holds(const StepContext& context) const {
     std::vector<meshless::RigidHold> holds;
     std::vector<std::uint8_t> found(phyxels_.rigid.bodies.size(), 0);
@@ -107,9 +107,9 @@ void Body::update_surface(const StepContext& context, StepReport& report) {
     report.triangles += surface_->triangle_count();
     report.pairs +=
         context.parallel.sum<std::size_t>(pairs_.size(), 1 << 15, 0, [&](std::size_t begin, std::size_t end) {
-            std::uint32_t seen = 0;
-            for (std::size_t k = begin; k < end; ++k) seen += std::uint32_t{pairs_.visibility[k] > 0};
-            return std::size_t{seen};
+            std::uint32_t visible = 0;
+            for (std::size_t k = begin; k < end; ++k) visible += std::uint32_t{pairs_.visibility[k] > 0};
+            return std::size_t{visible};
         });
     report.mass +=
         context.parallel.sum<double>(phyxels_.size(), 2048, 0, [&](std::size_t begin, std::size_t end) {

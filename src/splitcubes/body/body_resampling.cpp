@@ -1,4 +1,4 @@
-// What becomes of pieces that came off: phyxels enough to span space, or rigid motion.
+// Treatment of pieces after a split: each gets enough phyxels to span space, or becomes rigid.
 #include <splitcubes/body/body.h>
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/meshless/split_momentum.h>
@@ -10,23 +10,23 @@ namespace splitcubes::body {
 
 namespace {
 
-// Phyxels that a piece gets where it has the nodes for them, before ranks are looked at.
-constexpr std::size_t enough_phyxels = 8;
-// Rounds of further phyxels where neighbourhoods do not span space, and how many each
-// such phyxel gets in one.
+// Phyxels that a small piece gets, if it has as many nodes, before the ranks of neighbourhoods are checked.
+constexpr std::size_t min_phyxels = 8;
+// Iterations that add phyxels to neighbourhoods that do not span space, and phyxels added to each per
+// iteration. More cost time and phyxels; fewer leave more rank-deficient neighbourhoods.
 constexpr int rank_iterations = 3;
-constexpr int phyxels_per_round = 3;
-// A piece whose length is below so many phyxel spacings, about one support radius, is
-// rigid: all of its phyxels would see all of it, and its deformation would not be seen.
+constexpr int phyxels_per_iteration = 3;
+// Phyxel spacings, about one support radius. A shorter piece is rigid: each of its phyxels would have all
+// others as neighbours, and its deformation would hardly be visible.
 constexpr double rigid_length = 2;
-// A piece of fewer phyxels than this and less than so many spacings long is small: it is
-// filled up, and starts without strain where that, or the cut, would give it some.
+// Phyxels and phyxel spacings. A piece with fewer phyxels and of less length is small: it gets more phyxels,
+// and starts without strain if these, or the cut, would give it elastic energy.
 constexpr std::size_t few_phyxels = 64;
 constexpr double small_length = 6;
-// Strain that is not looked at.
+// Strain below which elastic energy counts as noise.
 constexpr double noise_strain = 1e-4;
 
-// Per piece, the family it belongs to: what was one piece before; -1 of untouched ones.
+// Returns per piece the family it belongs to, the pieces that were one before the split; -1: untouched.
 std::vector<std::int32_t> families_of(std::span<const splitting::PieceSplit> splits, std::size_t pieces) {
     std::vector<std::int32_t> family(pieces, -1);
     std::int32_t count = 0;
@@ -40,8 +40,8 @@ std::vector<std::int32_t> families_of(std::span<const splitting::PieceSplit> spl
 
 }  // namespace
 
-// The lengths of the box of even density that has the second moments of the piece's
-// nodes, each of them a cube of the grid; m, descending.
+// Returns the edge lengths, m, descending, of the homogeneous box with the second moments of the nodes'
+// volume, each node being a cube of the grid.
 Vec3 Body::extents_of(std::span<const std::uint32_t> nodes) const {
     double volume = 0;
     Vec3 centre = Vec3::Zero();
@@ -59,22 +59,22 @@ Vec3 Body::extents_of(std::span<const std::uint32_t> nodes) const {
     return (12 * eigen_symmetric(second).values).cwiseMax(0).cwiseSqrt();
 }
 
-// Where the old phyxels carry a node. Those that now belong to `side` go before others:
-// the rest has parted from it. The node's own kernel, which knows what it sees, goes
-// before the phyxels that hold its volume.
+// Interpolates the state of a node from the phyxels as they were before the split. Phyxels that now belong to
+// piece `side` are preferred, since the others have separated from it; then the node's kernel, which respects
+// visibility, is preferred to the phyxels among which its mass is lumped.
 Body::NodeMotion Body::motion_of(std::uint32_t node, std::int32_t side) const {
     const Vec3& rest = inside_rest_[node];
-    std::span<const std::uint32_t> seen, held{lumping_.phyxel};
-    std::span<const double> seen_weight, held_weight{lumping_.share};
+    std::span<const std::uint32_t> visible, lumped{lumping_.phyxel};
+    std::span<const double> visible_weight, lumped_weight{lumping_.share};
     const std::uint32_t begin = lumping_.offsets[node], count = lumping_.offsets[node + 1] - begin;
-    held = held.subspan(begin, count);
-    held_weight = held_weight.subspan(begin, count);
+    lumped = lumped.subspan(begin, count);
+    lumped_weight = lumped_weight.subspan(begin, count);
     const std::int32_t tracked = tracker_.find(inside_nodes_[node]);
     const meshless::NodeKernels& kernels = tracker_.kernels();
     if (tracked >= 0 && static_cast<std::size_t>(tracked) < kernels.size()) {
         const meshless::NodeKernels::Row& row = kernels.rows[static_cast<std::size_t>(tracked)];
-        seen = std::span{kernels.phyxel}.subspan(row.begin, row.count);
-        seen_weight = std::span{kernels.weight}.subspan(row.begin, row.count);
+        visible = std::span{kernels.phyxel}.subspan(row.begin, row.count);
+        visible_weight = std::span{kernels.weight}.subspan(row.begin, row.count);
     }
     const auto sum_over = [&](std::span<const std::uint32_t> row, std::span<const double> weights,
                               bool own_side) {
@@ -94,8 +94,8 @@ Body::NodeMotion Body::motion_of(std::uint32_t node, std::int32_t side) const {
     };
     NodeMotion sum;
     for (const bool own_side : {true, false}) {
-        if (!(sum.weight > 0)) sum = sum_over(seen, seen_weight, own_side);
-        if (!(sum.weight > 0)) sum = sum_over(held, held_weight, own_side);
+        if (!(sum.weight > 0)) sum = sum_over(visible, visible_weight, own_side);
+        if (!(sum.weight > 0)) sum = sum_over(lumped, lumped_weight, own_side);
     }
     if (!(sum.weight > 0)) return NodeMotion{rest, Mat3::Identity()};
     sum.position /= sum.weight;
@@ -120,45 +120,43 @@ void Body::add_sample(std::uint32_t node, std::int32_t piece) {
     previous_deformation_.push_back(start.deformation);
 }
 
-// New phyxels for a piece, at its own nodes, each as far as can be from those it has
-// (farthest-point order), until there are as many as wanted or all nodes are within a
-// distance, m, of one.
+// Adds phyxels to a piece at its own nodes in farthest-point order, until it has as many as wanted or each
+// node is closer to a phyxel than `within`, m (or half a cell, if that is more).
 void Body::add_samples(std::int32_t piece, std::span<const std::uint32_t> nodes, std::size_t wanted,
                        double within) {
-    std::vector<double> distance(nodes.size(), 1e300);
+    std::vector<double> distance(nodes.size(), 1e300);  // m^2
     std::size_t have = 0;
-    const auto take_in = [&](const Vec3& rest) {
+    const auto update_distances = [&](const Vec3& rest) {
         ++have;
         for (std::size_t k = 0; k < nodes.size(); ++k)
             distance[k] = std::min(distance[k], (inside_rest_[nodes[k]] - rest).squaredNorm());
     };
     for (std::size_t i = 0; i < phyxels_.size(); ++i)
-        if (phyxels_.piece[i] == piece) take_in(phyxels_.rest_position[i]);
+        if (phyxels_.piece[i] == piece) update_distances(phyxels_.rest_position[i]);
     const double half_cell = 0.5 * grid_.rest().cell_size;
-    const double least = std::max(within * within, half_cell * half_cell);
+    const double min_squared = std::max(within * within, half_cell * half_cell);
     while (have < wanted) {
         const auto far = std::max_element(distance.begin(), distance.end());
-        if (far == distance.end() || *far < least) return;
+        if (far == distance.end() || *far < min_squared) return;
         const std::uint32_t n = nodes[static_cast<std::size_t>(far - distance.begin())];
         add_sample(n, piece);
-        take_in(inside_rest_[n]);
+        update_distances(inside_rest_[n]);
     }
 }
 
-// Further phyxels around one whose neighbours do not span space: at nodes of its piece
-// within its reach that it sees, the farthest from all phyxels around first. Returns
-// how many.
-std::size_t Body::widen(std::uint32_t phyxel, std::span<const std::uint32_t> nodes) {
+// Adds phyxels around one whose neighbours do not span space, at visible nodes of its piece within its
+// support, those farthest from all phyxels around first. Returns the number added.
+std::size_t Body::add_samples_around(std::uint32_t phyxel, std::span<const std::uint32_t> nodes) {
     const Vec3 rest = phyxels_.rest_position[phyxel];
     const double reach = 0.9 * phyxels_.support_radius[phyxel];
-    const double least = 0.25 * grid_.rest().cell_size * grid_.rest().cell_size;
+    const double min_squared = 0.25 * grid_.rest().cell_size * grid_.rest().cell_size;
     std::vector<std::uint32_t> near;
     for (const std::uint32_t n : nodes)
         if ((inside_rest_[n] - rest).squaredNorm() < reach * reach &&
             !occluders_.segment_blocked(rest, inside_rest_[n]))
             near.push_back(n);
-    std::vector<double> distance(near.size(), 1e300);
-    const auto take_in = [&](const Vec3& at) {
+    std::vector<double> distance(near.size(), 1e300);  // m^2
+    const auto update_distances = [&](const Vec3& at) {
         for (std::size_t k = 0; k < near.size(); ++k)
             distance[k] = std::min(distance[k], (inside_rest_[near[k]] - at).squaredNorm());
     };
@@ -166,20 +164,20 @@ std::size_t Body::widen(std::uint32_t phyxel, std::span<const std::uint32_t> nod
     for (std::size_t i = 0; i < phyxels_.size(); ++i)
         if (phyxels_.piece[i] == piece &&
             (phyxels_.rest_position[i] - rest).squaredNorm() < 4 * reach * reach)
-            take_in(phyxels_.rest_position[i]);
+            update_distances(phyxels_.rest_position[i]);
     std::size_t added = 0;
-    for (int k = 0; k < phyxels_per_round; ++k) {
+    for (int k = 0; k < phyxels_per_iteration; ++k) {
         const auto far = std::max_element(distance.begin(), distance.end());
-        if (far == distance.end() || *far < least) break;
+        if (far == distance.end() || *far < min_squared) break;
         const std::uint32_t n = near[static_cast<std::size_t>(far - distance.begin())];
         add_sample(n, piece);
-        take_in(inside_rest_[n]);
+        update_distances(inside_rest_[n]);
         ++added;
     }
     return added;
 }
 
-// Mass, centre and inertia of a rigid body of these nodes, by its shape.
+// Sets mass, rest centre and inertia of a rigid piece of these nodes from its shape.
 void Body::weigh_nodes(std::span<const std::uint32_t> nodes, meshless::RigidPiece& body) const {
     std::vector<Vec3> rest;
     std::vector<double> mass;
@@ -190,12 +188,13 @@ void Body::weigh_nodes(std::span<const std::uint32_t> nodes, meshless::RigidPiec
     meshless::weigh({rest, mass, grid_.rest().cell_size}, body);
 }
 
-// The rigid body that a piece becomes. Of a rigid one it is a part, and moves as that
-// did. Else it is put as its nodes lie on average, without strain (they were carried by
-// phyxels on both sides of what was cut, so their places may be far apart), and makes
-// the rigid motion that fits the phyxels best that held its mass: its nodes span less
-// than those, so their angular momentum would make it whirl.
-meshless::RigidPiece Body::rigid_start(std::int32_t piece, std::span<const std::uint32_t> nodes) const {
+// Returns the rigid piece that a piece becomes. A part of a rigid piece continues that piece's motion. A part
+// of an elastic one is placed without strain at the best fit to its nodes (which were interpolated from
+// phyxels on both sides of the cut and may be far apart). Its velocity is the rigid motion that best fits the
+// phyxels that carried its mass; the nodes span less than these, so taking over the angular momentum would
+// overspin it.
+meshless::RigidPiece Body::initial_rigid_piece(std::int32_t piece,
+                                               std::span<const std::uint32_t> nodes) const {
     const double density = settings_.material.density;
     const double edge = grid_.rest().cell_size;
     meshless::RigidPiece body;
@@ -226,36 +225,36 @@ meshless::RigidPiece Body::rigid_start(std::int32_t piece, std::span<const std::
     body.centre /= total;
     body.shape = meshless::stretch_of(settings_.material, plastic_strain / total);
     weigh_nodes(nodes, body);
-    Mat3 turned = Mat3::Zero(), mean = Mat3::Zero();
+    Mat3 covariance = Mat3::Zero(), mean = Mat3::Zero();
     for (std::size_t k = 0; k < nodes.size(); ++k) {
         const Vec3 own = body.shape * (inside_rest_[nodes[k]] - body.rest_centre);
-        turned += mass[k] * (motions[k].position - body.centre) * own.transpose();
-        turned += mass[k] * edge * edge / 12 * motions[k].jacobian * body.shape;
+        covariance += mass[k] * (motions[k].position - body.centre) * own.transpose();
+        covariance += mass[k] * edge * edge / 12 * motions[k].jacobian * body.shape;
         mean += mass[k] / total * motions[k].jacobian;
     }
-    body.rotation = rotation_of(turned, rotation_of(mean));
+    body.rotation = rotation_of(covariance, rotation_of(mean));
 
     std::vector<meshless::Momenta> held;
     for (std::size_t k = 0; k < nodes.size(); ++k)
         for (std::uint32_t e = lumping_.offsets[nodes[k]]; e < lumping_.offsets[nodes[k] + 1]; ++e) {
             meshless::Momenta one;
-            // Who holds more is asked more, however it adds up: shares below zero fit nothing.
+            // Weighted by the absolute share: moment-corrected shares can be negative, which no fit allows.
             one.mass = mass[k] * std::abs(lumping_.share[e]);
             one.centre = phyxels_.position[lumping_.phyxel[e]];
             one.linear = one.mass * phyxels_.velocity[lumping_.phyxel[e]];
             held.push_back(one);
         }
     const meshless::Momenta sum = meshless::together(held);
-    // About axes along which they hardly spread they tell no turning.
-    const double least = 0.01 * sum.mass * edge * edge;
-    const Vec3 rotation_rate = meshless::angular_velocity(sum.inertia, sum.angular_momentum, least);
+    // About axes around which the phyxels hardly spread, their velocities determine no rotation.
+    const double min_inertia = 0.01 * sum.mass * edge * edge;
+    const Vec3 rotation_rate = meshless::angular_velocity(sum.inertia, sum.angular_momentum, min_inertia);
     body.momentum = body.mass * (sum.linear / sum.mass + rotation_rate.cross(body.centre - sum.centre));
     body.angular_momentum = body.rotation * body.inertia * body.rotation.transpose() * rotation_rate;
     return body;
 }
 
-// Where a rigid piece touches other things: its outermost corners, seen from 26 sides;
-// own frame, m.
+// Returns the contact points of a rigid piece: the extreme corners of its nodes' boxes in 26 directions; m,
+// in its own frame.
 std::vector<Vec3> Body::contact_points(const meshless::RigidPiece& body,
                                        std::span<const std::uint32_t> nodes) const {
     std::vector<Vec3> corners;
@@ -284,14 +283,16 @@ std::vector<Vec3> Body::contact_points(const meshless::RigidPiece& body,
     return points;
 }
 
-// A piece with fewer phyxels than spacings along its length: a slab, cut out between two
-// layers of them, may have none.
+// Whether a piece has fewer phyxels than its length, m, has spacings. A slab that is cut out between two
+// layers of phyxels may have none.
 bool Body::is_sparse(std::size_t phyxels, double length) const {
     return static_cast<double>(phyxels) * spacing_ < length;
 }
 
-void Body::refresh_links(const StepContext& context, std::size_t known) {
-    if (phyxels_.size() != known) {
+// Rebuilds pairs and neighbourhoods if phyxels were added since there were old_count; else updates them for
+// the changed pairs.
+void Body::refresh_links(const StepContext& context, std::size_t old_count) {
+    if (phyxels_.size() != old_count) {
         rebuild_samples(context.parallel);
         neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, context.parallel);
         constrained_.clear();
@@ -303,44 +304,44 @@ void Body::refresh_links(const StepContext& context, std::size_t known) {
     changed_pairs_.clear();
 }
 
-// Small elastic pieces of the families get phyxels until every neighbourhood spans space,
-// or there are no more nodes to put them at. In large ones the few at thin ends that lost
-// a direction go without it: what new ones would change in the strain around would be
-// released as energy.
+// Adds phyxels to small elastic pieces until every neighbourhood spans space or no nodes are left. Large
+// pieces get none: the few phyxels at their thin ends whose rank dropped stay so, because new phyxels would
+// change the strain around them and release elastic energy.
 void Body::fill_pieces(const StepContext& context, std::span<const std::vector<std::uint32_t>> nodes,
                        std::span<const Kind> kinds) {
-    std::size_t known = phyxels_.size();
+    std::size_t old_count = phyxels_.size();
     const std::vector<std::size_t> count = phyxel_counts();
     for (std::size_t k = 0; k < nodes.size(); ++k) {
-        const std::size_t wanted = kinds[k] == Kind::small   ? std::min(enough_phyxels, nodes[k].size())
+        const std::size_t wanted = kinds[k] == Kind::small   ? std::min(min_phyxels, nodes[k].size())
                                    : kinds[k] == Kind::rigid ? 1
                                                              : 0;
         if (count[k] < wanted) add_samples(static_cast<std::int32_t>(k), nodes[k], wanted, 0);
         if (kinds[k] == Kind::small && is_sparse(count[k], extents_of(nodes[k])[0]))
             add_samples(static_cast<std::int32_t>(k), nodes[k], nodes[k].size(), spacing_);
     }
-    refresh_links(context, known);
+    refresh_links(context, old_count);
     for (int iteration = 0; iteration < rank_iterations; ++iteration) {
-        known = phyxels_.size();
-        for (std::uint32_t i = 0; i < known; ++i) {
+        old_count = phyxels_.size();
+        for (std::uint32_t i = 0; i < old_count; ++i) {
             const auto piece = static_cast<std::size_t>(phyxels_.piece[i]);
-            if (kinds[piece] == Kind::small && neighbourhoods_.rank()[i] < 3) widen(i, nodes[piece]);
+            if (kinds[piece] == Kind::small && neighbourhoods_.rank()[i] < 3)
+                add_samples_around(i, nodes[piece]);
         }
-        if (phyxels_.size() == known) break;
-        refresh_links(context, known);
+        if (phyxels_.size() == old_count) break;
+        refresh_links(context, old_count);
     }
 }
 
-// Whether most of a piece does not span space and it is thin in two directions: it
-// would be a string of beads.
-bool Body::is_string(std::int32_t piece, std::span<const std::uint32_t> nodes) const {
-    std::size_t all = 0, flat = 0;
+// Whether a piece is a chain of phyxels: thin in two directions, with at least half of its neighbourhoods
+// rank-deficient.
+bool Body::is_chain(std::int32_t piece, std::span<const std::uint32_t> nodes) const {
+    std::size_t all = 0, deficient = 0;
     for (std::size_t i = 0; i < phyxels_.size(); ++i) {
         if (phyxels_.piece[i] != piece) continue;
         ++all;
-        flat += neighbourhoods_.rank()[i] < 3;
+        deficient += neighbourhoods_.rank()[i] < 3;
     }
-    return 2 * flat >= all && extents_of(nodes)[1] < rigid_length * spacing_;
+    return 2 * deficient >= all && extents_of(nodes)[1] < rigid_length * spacing_;
 }
 
 std::vector<std::size_t> Body::phyxel_counts() const {
@@ -349,10 +350,10 @@ std::vector<std::size_t> Body::phyxel_counts() const {
     return count;
 }
 
-// What becomes of the pieces; of those without nodes nothing.
+// Returns the treatment of each piece; pieces without listed nodes stay untouched.
 std::vector<Body::Kind> Body::kinds_of(std::span<const std::vector<std::uint32_t>> nodes) const {
     const std::vector<std::size_t> count = phyxel_counts();
-    // What is held stays where it is held: it cannot start without strain, so it is not filled up.
+    // A piece with held phyxels cannot have its strain reset, so it gets no new phyxels.
     std::vector<std::uint8_t> held(nodes.size(), 0);
     for (std::size_t i = 0; i < held_.size(); ++i)
         if (held_[i] != 0) held[static_cast<std::size_t>(phyxels_.piece[i])] = 1;
@@ -380,11 +381,11 @@ void Body::make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::sp
             all.put(body, old.points_of(body));
     for (std::size_t k = 0; k < nodes.size(); ++k) {
         if (kinds[k] != Kind::rigid) continue;
-        const meshless::RigidPiece body = rigid_start(static_cast<std::int32_t>(k), nodes[k]);
+        const meshless::RigidPiece body = initial_rigid_piece(static_cast<std::int32_t>(k), nodes[k]);
         all.put(body, contact_points(body, nodes[k]));
     }
     phyxels_.rigid = std::move(all);
-    // Nothing elastic is left within them.
+    // Rigid pieces have no elastic links.
     for (std::uint32_t k = 0; k < pairs_.size(); ++k) {
         if (!(pairs_.visibility[k] > 0) || phyxels_.rigid.index(phyxels_.piece[pairs_.a[k]]) < 0) continue;
         pairs_.visibility[k] = 0;
@@ -392,9 +393,9 @@ void Body::make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::sp
     }
 }
 
-// Small pieces that got phyxels, or whose strain has come to hold more energy by other
-// neighbours: they would release it, and it is none that they had.
-void Body::reset_small_strains(std::span<const Kind> kinds, std::size_t known, const Parallel& parallel) {
+// Resets the strain of small pieces that got phyxels, or whose elastic energy has grown by the change of
+// neighbours: releasing that energy would add it to the motion.
+void Body::reset_small_strains(std::span<const Kind> kinds, std::size_t old_count, const Parallel& parallel) {
     std::vector<Mat3> deformation(phyxels_.size()), rotation(phyxels_.size());
     meshless::compute_deformation(neighbourhoods_, phyxels_.rest_position, phyxels_.position,
                                   phyxels_.rotation, deformation, rotation, parallel);
@@ -405,7 +406,7 @@ void Body::reset_small_strains(std::span<const Kind> kinds, std::size_t known, c
         const auto piece = static_cast<std::size_t>(phyxels_.piece[i]);
         if (kinds[piece] != Kind::small) continue;
         members[piece].push_back(i);
-        if (i >= known) grown[piece] = 1;
+        if (i >= old_count) grown[piece] = 1;
         const auto energy = [&](const Mat3& F, const Mat3& R) {
             return phyxels_.volume[i] *
                    meshless::energy_density(settings_.material, F, R, phyxels_.plastic_strain[i]);
@@ -418,8 +419,8 @@ void Body::reset_small_strains(std::span<const Kind> kinds, std::size_t known, c
         if (grown[k] != 0 || after[k] > 1.01 * before[k] + noise[k]) reset_strain(members[k]);
 }
 
-// Puts phyxels as they would lie without strain; centre, momenta, mean rotation and mean
-// plastic strain stay.
+// Moves phyxels to where they lie without elastic strain. Keeps centre of mass, momenta, mean rotation and
+// mean plastic strain.
 void Body::reset_strain(std::span<const std::size_t> members) {
     std::vector<meshless::Momenta> parts;
     Vec3 rest = Vec3::Zero();
@@ -441,11 +442,11 @@ void Body::reset_strain(std::span<const std::size_t> members) {
     plastic_strain /= total;
     const meshless::Momenta sum = meshless::together(parts);
     const Mat3 stretch = meshless::stretch_of(settings_.material, plastic_strain);
-    Mat3 turned = 0.01 * spacing_ * spacing_ * mean * stretch;
+    Mat3 covariance = 0.01 * spacing_ * spacing_ * mean * stretch;
     for (const std::size_t i : members)
-        turned += phyxels_.mass[i] * (phyxels_.position[i] - sum.centre) *
-                  (stretch * (phyxels_.rest_position[i] - rest)).transpose();
-    const Mat3 rotation = rotation_of(turned, rotation_of(mean));
+        covariance += phyxels_.mass[i] * (phyxels_.position[i] - sum.centre) *
+                      (stretch * (phyxels_.rest_position[i] - rest)).transpose();
+    const Mat3 rotation = rotation_of(covariance, rotation_of(mean));
     Mat3 inertia = Mat3::Zero();
     for (const std::size_t i : members) {
         const Vec3 arm = rotation * stretch * (phyxels_.rest_position[i] - rest);
@@ -464,8 +465,8 @@ void Body::reset_strain(std::span<const std::size_t> members) {
     }
 }
 
-// Pieces that came off, and what they came off from: each gets phyxels enough to span
-// space, or moves as a rigid body from now on. Mass follows the nodes; momenta are kept.
+// Gives each piece of a split enough phyxels to span space or makes it rigid. Mass is lumped again from the
+// nodes; momenta are conserved.
 void Body::resample(const StepContext& context, StepReport& report) {
     volumes_changed_ = false;
     if (splits_.empty()) return;
@@ -477,21 +478,21 @@ void Body::resample(const StepContext& context, StepReport& report) {
         if (family[piece] >= 0) nodes[piece].push_back(n);
     }
     std::vector<Kind> kinds = kinds_of(nodes);
-    std::vector<std::int32_t> elastic_family = family;  // a rigid one's parts make it up exactly
+    std::vector<std::int32_t> elastic_family = family;  // -1 also for parts of rigid pieces: they conserve it
     for (std::size_t k = 0; k < nodes.size(); ++k)
         if (!nodes[k].empty() && phyxels_.rigid.index(lumping_.piece[nodes[k].front()]) >= 0)
             elastic_family[k] = -1;
-    const meshless::SplitMomentum parting(phyxels_, elastic_family, held_);
+    const meshless::SplitMomentum split_momentum(phyxels_, elastic_family, held_);
     fill_pieces(context, nodes, kinds);
     for (std::size_t k = 0; k < nodes.size(); ++k)
         if ((kinds[k] == Kind::small || kinds[k] == Kind::large) &&
-            is_string(static_cast<std::int32_t>(k), nodes[k]))
+            is_chain(static_cast<std::int32_t>(k), nodes[k]))
             kinds[k] = Kind::rigid;
     make_rigid(nodes, kinds);
     meshless::relump_after_split(lumping_, {inside_rest_, inside_volume_, inside_piece_},
                                  settings_.material.density, locator_, phyxels_, context.parallel);
     reset_small_strains(kinds, before, context.parallel);
-    parting.settle(phyxels_);
+    split_momentum.settle(phyxels_);
     meshless::write_phyxels(phyxels_);
     for (std::size_t i = 0; i < phyxels_.size(); ++i) {
         if (kinds[static_cast<std::size_t>(phyxels_.piece[i])] != Kind::rigid) continue;

@@ -1,6 +1,6 @@
-// What a checkpoint keeps of a body, and how it comes back. What follows from something else is not kept
-// but derived, so that it cannot contradict it: grid, surface and pieces from the cuts, masses from the
-// booking, kernels and vertices from phyxels and nodes. What is left is checked number by number.
+// Saves a body to a checkpoint and restores it. State that follows from other state is not stored but
+// derived, so that it cannot contradict it: grid, surface and pieces from the cuts, masses from the mass
+// lumping, kernels and vertices from phyxels and nodes. Every stored number is checked when it is read.
 #include <splitcubes/body/body.h>
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/math/state_numbers.h>
@@ -13,8 +13,9 @@ namespace splitcubes::body {
 
 namespace {
 
+// Largest deviation of a stored rotation of a phyxel from orthogonality.
 constexpr double rotation_tolerance = 1e-3;
-// Bytes of a cut edge, and of what moves of a phyxel.
+// Stored bytes of a cut edge, and least of a phyxel: bound the counts that are read.
 constexpr std::size_t bytes_of_cut = 44, bytes_of_phyxel = 338;
 
 // Whether an edge lies within the material and is uncut.
@@ -48,7 +49,7 @@ void Body::load(StateReader& reader, const Parallel& parallel) {
         load_pairs(reader);
         tracker_.load(reader, tracker_context(parallel));
         load_motion(reader);
-        derive(parallel);
+        rebuild_derived_state(parallel);
     } catch (const DamagedState& damaged) {
         throw DamagedState(std::string(damaged.what()) + " in body '" + settings_.name + "'");
     }
@@ -65,7 +66,7 @@ void Body::save_cuts(StateWriter& writer) const {
     writer.add(std::span<const std::uint32_t>(cut_stage_ends_));
 }
 
-// Cuts in the same rounds again, which gives the surface and pieces that the same cuts gave.
+// Repeats the cuts stage by stage, which reproduces surface and pieces.
 void Body::load_cuts(StateReader& reader) {
     const std::size_t count = reader.count(bytes_of_cut);
     const std::vector<std::uint64_t> edges = reader.numbers<std::uint64_t>(count);
@@ -74,18 +75,18 @@ void Body::load_cuts(StateReader& reader) {
     read_numbers(reader, count, normals, "a cut without a direction");
     const std::vector<std::int32_t> cuts = reader.numbers<std::int32_t>(
         count, 0, std::numeric_limits<std::int32_t>::max(), "a cut without a number");
-    const std::vector<std::uint32_t> rounds = reader.numbers<std::uint32_t>(reader.count(4));
-    require_state(rounds.empty() ? count == 0 : rounds.back() == count, "cuts of no step");
-    require_state(rounds.size() >= cut_stage_ends_.size() &&
-                      std::equal(cut_stage_ends_.begin(), cut_stage_ends_.end(), rounds.begin()),
+    const std::vector<std::uint32_t> stage_ends = reader.numbers<std::uint32_t>(reader.count(4));
+    require_state(stage_ends.empty() ? count == 0 : stage_ends.back() == count, "cuts of no step");
+    require_state(stage_ends.size() >= cut_stage_ends_.size() &&
+                      std::equal(cut_stage_ends_.begin(), cut_stage_ends_.end(), stage_ends.begin()),
                   "other cuts than those it was made with");
     for (std::size_t k = 0; k < cut_edge_count_; ++k)
         require_state(splitting::edge_id(grid_.crossings()[solid_crossings_ + k].edge) == edges[k],
                       "other cuts than those it was made with");
-    for (std::size_t r = cut_stage_ends_.size(); r < rounds.size(); ++r) {
-        require_state(rounds[r] > cut_edge_count_ && rounds[r] <= count, "cuts of no step");
+    for (std::size_t s = cut_stage_ends_.size(); s < stage_ends.size(); ++s) {
+        require_state(stage_ends[s] > cut_edge_count_ && stage_ends[s] <= count, "cuts of no step");
         std::vector<std::int32_t> slots;
-        for (std::size_t k = cut_edge_count_; k < rounds[r]; ++k) {
+        for (std::size_t k = cut_edge_count_; k < stage_ends[s]; ++k) {
             splitting::Crossing crossing;
             crossing.edge = splitting::edge_from_id(edges[k]);
             require_state(can_be_cut(grid_, crossing.edge), "a cut where there is nothing to cut");
@@ -98,9 +99,9 @@ void Body::load_cuts(StateReader& reader) {
         }
         surface_->retessellate(grid_, slots);
         pieces_->update(grid_, slots);
-        cut_edge_count_ = rounds[r];
+        cut_edge_count_ = stage_ends[s];
     }
-    cut_stage_ends_ = rounds;
+    cut_stage_ends_ = stage_ends;
     for (std::size_t n = 0; n < inside_nodes_.size(); ++n)
         inside_piece_[n] = pieces_->piece_of(grid_, inside_nodes_[n]);
 }
@@ -114,9 +115,9 @@ void Body::save_phyxels(StateWriter& writer) const {
     }
     writer.add(std::span(phyxels_.support_radius).subspan(solid_phyxels_));
     for (const Vec3i& node : owner_) writer.add(splitting::edge_id({node, 0}));
-    for (const auto* places :
+    for (const auto* vectors :
          {&phyxels_.position, &phyxels_.velocity, &phyxels_.previous_position, &phyxels_.previous_velocity})
-        writer.add(numbers_of(*places));
+        writer.add(numbers_of(*vectors));
     for (const auto* matrices : {&phyxels_.deformation, &phyxels_.rotation, &previous_deformation_})
         writer.add(numbers_of(*matrices));
     if (settings_.material.plasticity) writer.add(numbers_of(phyxels_.plastic_strain));
@@ -128,7 +129,7 @@ void Body::save_phyxels(StateWriter& writer) const {
     writer.add(std::int32_t{phyxels_.substeps});
 }
 
-// Those that came with pieces lie at nodes, none at one where another of them is.
+// Loads the phyxels that were added by resampling. Each lies at a node, no two at the same.
 void Body::load_new_phyxels(StateReader& reader, std::size_t count) {
     const std::size_t added = count - solid_phyxels_;
     const std::vector<std::uint64_t> ids = reader.numbers<std::uint64_t>(added);
@@ -155,15 +156,16 @@ void Body::load_new_phyxels(StateReader& reader, std::size_t count) {
     }
 }
 
-// A support is a multiple of the mean distance to the phyxels nearest when the phyxel came: not below that to
-// the nearest one there is now, nor above that to the nearest of the first that there were. Anything else
-// could make everybody a neighbour of everybody.
+// Checks the support radii of added phyxels. A radius is a multiple of the mean distance to the nearest
+// phyxels at the time when the phyxel was added: at least that multiple of the distance to the nearest phyxel
+// now, at most that of the mean distance to the nearest of the initial phyxels. Without the bounds, damaged
+// data could make all phyxels neighbours of each other.
 void Body::check_supports() const {
     constexpr double rounding = 1e-9;
     const meshless::SupportOptions options;
-    const auto counted = static_cast<std::size_t>(options.nearest_count);
+    const auto nearest_count = static_cast<std::size_t>(options.nearest_count);
     const std::span<const Vec3> rest = phyxels_.rest_position;
-    const std::size_t before = std::min(std::max(solid_phyxels_, counted + 1), rest.size());
+    const std::size_t before = std::min(std::max(solid_phyxels_, nearest_count + 1), rest.size());
     if (rest.size() == solid_phyxels_) return;
     const meshless::PhyxelLocator all(rest, 1.6 * spacing_), first(rest.first(before), 1.6 * spacing_);
     const double cell = grid_.rest().cell_size, widest = cell * grid_.rest().node_count.cast<double>().norm();
@@ -177,13 +179,13 @@ void Body::check_supports() const {
         const double support = phyxels_.support_radius[i];
         all.nearest(rest[i], 2, nearest);
         std::erase(nearest, static_cast<std::uint32_t>(i));
-        const double least =
+        const double min_support =
             nearest.empty() ? 0 : (1 - rounding) * options.factor * (rest[nearest[0]] - rest[i]).norm();
-        require_state(support >= std::max(least, 1e-3 * cell),
+        require_state(support >= std::max(min_support, 1e-3 * cell),
                       "a phyxel whose support does not reach its neighbours");
-        first.nearest(rest[i], counted, nearest);
-        const double most = i < before ? widest : std::min(widest, mean_distance(i));
-        require_state(support <= (1 + rounding) * options.factor * most,
+        first.nearest(rest[i], nearest_count, nearest);
+        const double max_distance = i < before ? widest : std::min(widest, mean_distance(i));
+        require_state(support <= (1 + rounding) * options.factor * max_distance,
                       "a phyxel whose support reaches too far");
     }
 }
@@ -202,9 +204,9 @@ void Body::load_phyxels(StateReader& reader) {
         owner_[i] = node;
         phyxels_.piece[i] = pieces_->piece_of(grid_, node);
     }
-    for (auto* places :
+    for (auto* vectors :
          {&phyxels_.position, &phyxels_.velocity, &phyxels_.previous_position, &phyxels_.previous_velocity})
-        read_numbers(reader, count, *places, "a phyxel that is nowhere");
+        read_numbers(reader, count, *vectors, "a phyxel that is nowhere");
     for (auto* matrices : {&phyxels_.deformation, &phyxels_.rotation, &previous_deformation_})
         read_numbers(reader, count, *matrices, "a phyxel whose deformation is no number");
     for (const Mat3& rotation : phyxels_.rotation)
@@ -231,7 +233,7 @@ void Body::save_lumping(StateWriter& writer) const {
     writer.add(std::span<const std::uint8_t>(lumping_.whole));
 }
 
-// Nodes are booked with phyxels of their own piece, in ascending order; shares sum to one.
+// Each node's mass is lumped to phyxels of its own piece, in ascending order, with shares that sum to one.
 void Body::load_lumping(StateReader& reader) {
     const std::size_t nodes = inside_nodes_.size();
     meshless::MassLumping lumping;
@@ -277,9 +279,9 @@ void Body::save_rigid(StateWriter& writer) const {
     }
 }
 
-// Mass and inertia are those of the piece's nodes.
+// Mass and inertia are recomputed from the piece's nodes.
 void Body::load_rigid(StateReader& reader) {
-    constexpr std::uint32_t most_points = 26;
+    constexpr std::uint32_t max_points = 26;
     phyxels_.rigid = {};
     const std::size_t count = reader.count(4 + 27 * sizeof(double));
     std::vector<std::vector<std::uint32_t>> nodes(count == 0 ? 0 : pieces_->count());
@@ -304,7 +306,7 @@ void Body::load_rigid(StateReader& reader) {
         require_state(is_rotation(body.rotation, 1e-6), "a rigid piece whose rotation is none");
         weigh_nodes(nodes[static_cast<std::size_t>(body.piece)], body);
         std::vector<Vec3> points;
-        read_numbers(reader, reader.number<std::uint32_t>(0, most_points, "a rigid piece of many points"),
+        read_numbers(reader, reader.number<std::uint32_t>(0, max_points, "a rigid piece of many points"),
                      points, "a point that is nowhere");
         for (const Vec3& point : points)
             require_state(point.norm() <= 2 * length * stretch[0], "a point far from its rigid piece");
@@ -343,17 +345,17 @@ void Body::load_pairs(StateReader& reader) {
 void Body::save_motion(StateWriter& writer) const {
     writer.add(numbers_of(frames_));
     writer.add(step_);
-    // Who was near a blade in the last step; what was before that is not asked for again.
+    // Only the positions of nodes that were near a blade in the last step are used again.
     std::vector<std::uint32_t> nodes;
-    std::vector<Vec3> places;
+    std::vector<Vec3> positions;
     for (std::uint32_t node = 0; node < cut_step_.size(); ++node) {
         if (cut_step_[node] != step_ - 1) continue;
         nodes.push_back(node);
-        places.push_back(cut_position_[node]);
+        positions.push_back(cut_position_[node]);
     }
     writer.add(std::uint64_t{nodes.size()});
     writer.add(std::span<const std::uint32_t>(nodes));
-    writer.add(numbers_of(places));
+    writer.add(numbers_of(positions));
     if (!deformation_) return;
     const std::vector<double> state = deformation_->state();
     writer.add(std::span<const double>(state));
@@ -366,13 +368,13 @@ void Body::load_motion(StateReader& reader) {
         reader.number<std::int64_t>(0, std::numeric_limits<std::int32_t>::max(), "a step that there is not");
     const std::size_t near_blades = reader.count(sizeof(Vec3) + sizeof(std::uint32_t));
     const std::vector<std::uint32_t> nodes = reader.numbers<std::uint32_t>(near_blades);
-    std::vector<Vec3> places;
-    read_numbers(reader, near_blades, places, "a node that is nowhere");
+    std::vector<Vec3> positions;
+    read_numbers(reader, near_blades, positions, "a node that is nowhere");
     cut_position_.assign(tracker_.size(), Vec3::Zero());
     cut_step_.assign(tracker_.size(), -2);
     for (std::size_t k = 0; k < near_blades; ++k) {
         require_state(nodes[k] < tracker_.size(), "a node that there is not");
-        cut_position_[nodes[k]] = places[k];
+        cut_position_[nodes[k]] = positions[k];
         cut_step_[nodes[k]] = step_ - 1;
     }
     if (!deformation_) return;
@@ -382,8 +384,8 @@ void Body::load_motion(StateReader& reader) {
     restore_deformation(state);
 }
 
-// All that follows from what has been read.
-void Body::derive(const Parallel& parallel) {
+// Rebuilds all state that is not stored.
+void Body::rebuild_derived_state(const Parallel& parallel) {
     occluders_ = geometry::OccluderGrid(grid_.rest().origin, grid_.rest().cell_size, grid_.rest().node_count);
     occluder_box_.clear();
     build_occluders(parallel);

@@ -1,4 +1,4 @@
-// The stage in which a body's material gives way.
+// The stage of a step in which a body tears.
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/tearing.h>
 #include <splitcubes/core/error.h>
@@ -17,13 +17,12 @@ void check_tearing(const TearSettings& s, const std::string& where) {
 
 void Body::tear(const StepContext& context, StepReport& report) {
     if (!tearing_) return;
-    // Which phyxels the last step held: from the constraints, not from that step's buffer,
-    // which a body that goes on from a checkpoint does not have.
+    // The phyxels held in the last step follow from the constraints: held_ is not in a checkpoint.
     std::vector<std::uint8_t>& held = tear_held_;
     held.assign(phyxels_.size(), 0);
-    const double then = context.time - context.dt;
+    const double last_time = context.time - context.dt;
     for (const HoldConstraint& constraint : constraints_) {
-        if (then < constraint.from || then >= constraint.until) continue;
+        if (last_time < constraint.from || last_time >= constraint.until) continue;
         context.parallel.for_each(held.size(), 1024, [&](std::size_t i) {
             if (constraint.region(phyxels_.rest_position[i])) held[i] = 1;
         });

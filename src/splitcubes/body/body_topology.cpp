@@ -1,4 +1,4 @@
-// The middle stages of a step: what follows from newly cut edges.
+// The middle stages of a step, which update topology, visibility and neighbourhoods after edges were cut.
 #include <splitcubes/body/body.h>
 
 #include <algorithm>
@@ -10,13 +10,13 @@ namespace splitcubes::body {
 
 namespace {
 
-// One box per brick of changed cells: few boxes, none much larger than what changed.
+// Returns one box per brick of changed cells: few boxes, none much larger than the changed region.
 std::vector<geometry::Box> boxes_of(const splitting::Surface& surface, std::span<const std::uint32_t> cells,
                                     std::span<const geometry::Box> changed) {
     std::map<std::array<int, 3>, geometry::Box> by_brick;
     for (std::size_t k = 0; k < cells.size(); ++k) {
-        const Vec3i place = surface.cells()[cells[k]].place;
-        by_brick[{place[2] >> 2, place[1] >> 2, place[0] >> 2}].add(changed[k]);
+        const Vec3i cell = surface.cells()[cells[k]].place;
+        by_brick[{cell[2] >> 2, cell[1] >> 2, cell[0] >> 2}].add(changed[k]);
     }
     std::vector<geometry::Box> out;
     for (const auto& [brick, box] : by_brick) out.push_back(box);
@@ -32,7 +32,7 @@ bool meets_any(const geometry::Box& box, std::span<const geometry::Box> boxes) {
 void Body::retessellate(const Parallel& parallel, StepReport& report) {
     changed_boxes_.clear();
     const std::vector<std::uint32_t>& changed = surface_->retessellate(grid_, new_slots_);
-    // What was there before and what is there now: both changed what is seen.
+    // A box covers the old and the new occluders of its cell: visibility changes near both.
     std::vector<geometry::Box> boxes;
     if (!changed.empty()) changes_.begin();
     for (const std::uint32_t c : changed)
@@ -44,7 +44,7 @@ void Body::retessellate(const Parallel& parallel, StepReport& report) {
     }
     changed_boxes_ = boxes_of(*surface_, changed, boxes);
     cut_edge_count_ += new_slots_.size();
-    // In the order in which they were cut, all of them: a checkpoint counts on it.
+    // Checkpoints rely on all crossings being stored in the order in which they were cut.
     assert(solid_crossings_ + cut_edge_count_ == grid_.crossings().size());
     assert(std::is_sorted(new_slots_.begin(), new_slots_.end()));
     if (!new_slots_.empty()) cut_stage_ends_.push_back(static_cast<std::uint32_t>(cut_edge_count_));
@@ -68,11 +68,11 @@ void Body::label_pieces(StepReport&) {
     tracker_.mark_pieces_changed();
 }
 
-// A phyxel belongs to the piece of the nearest node that sees it; near a new cut
-// that may be another node than before. It can go with a fragment that comes off
-// its piece now, but never over to a piece that has parted earlier and moved away.
+// Updates the owner of phyxels near changes: the nearest node that sees the phyxel, which near a new cut may
+// be another one than before. A phyxel can move to a piece that splits off its own piece in this step, but
+// never to one that separated earlier and has moved away.
 void Body::update_owners(std::span<const geometry::Box> boxes, const Parallel& parallel) {
-    const double reach = 1.8 * grid_.rest().cell_size;  // to the farthest of the nodes around
+    const double reach = 1.8 * grid_.rest().cell_size;  // > distance to the farthest candidate of owner_of
     geometry::Box all;
     for (const geometry::Box& box : boxes) all.add(box);
     all = all.grown(reach);
@@ -90,21 +90,21 @@ void Body::update_owners(std::span<const geometry::Box> boxes, const Parallel& p
 }
 
 void Body::evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& parallel) {
-    std::vector<std::uint32_t> asked;
+    std::vector<std::uint32_t> queried;
     for (const std::uint32_t k : pairs) {
         const std::int32_t piece = phyxels_.piece[pairs_.a[k]];
         if (piece != phyxels_.piece[pairs_.b[k]] || phyxels_.rigid.index(piece) >= 0) {
             pairs_.visibility[k] = 0;
             continue;
         }
-        asked.push_back(k);
+        queried.push_back(k);
     }
-    std::vector<float> visibility(asked.size());
-    criterion_->evaluate(occluders_, pair_set(), asked, visibility, parallel);
-    for (std::size_t q = 0; q < asked.size(); ++q) pairs_.visibility[asked[q]] = visibility[q];
+    std::vector<float> visibility(queried.size());
+    criterion_->evaluate(occluders_, pair_set(), queried, visibility, parallel);
+    for (std::size_t q = 0; q < queried.size(); ++q) pairs_.visibility[queried[q]] = visibility[q];
 }
 
-// The pairs, ascending, whose phyxels changed piece or whose factor a change can reach.
+// Returns the pairs, ascending, whose phyxels changed piece or whose visibility the changes can affect.
 std::vector<std::uint32_t> Body::pairs_to_reevaluate(std::span<const std::int32_t> piece_before,
                                                      const Parallel& parallel) const {
     constexpr std::size_t chunk = 1024;
@@ -116,7 +116,7 @@ std::vector<std::uint32_t> Body::pairs_to_reevaluate(std::span<const std::int32_
     const occlusion::PairSet pairs = pair_set();
     const std::span<const std::uint32_t> offsets = neighbourhoods_.offsets();
     std::vector<std::vector<std::uint32_t>> found((phyxels_.size() + chunk - 1) / chunk);
-    const auto look_at = [&](std::size_t a) {
+    const auto find_pairs_of = [&](std::size_t a) {
         const bool moved = phyxels_.piece[a] != piece_before[a];
         const bool near = reached.contains(phyxels_.rest_position[a]);
         if (!moved && !near) return;
@@ -131,14 +131,14 @@ std::vector<std::uint32_t> Body::pairs_to_reevaluate(std::span<const std::int32_
             if (changed) found[a / chunk].push_back(pair);
         }
     };
-    parallel.for_each(phyxels_.size(), chunk, look_at);
-    std::vector<std::uint32_t> asked;
+    parallel.for_each(phyxels_.size(), chunk, find_pairs_of);
+    std::vector<std::uint32_t> queried;
     for (const std::vector<std::uint32_t>& pairs_of : found)
-        asked.insert(asked.end(), pairs_of.begin(), pairs_of.end());
-    // They come in order, but for those of phyxels that changed piece.
-    if (!std::is_sorted(asked.begin(), asked.end())) std::sort(asked.begin(), asked.end());
-    asked.erase(std::unique(asked.begin(), asked.end()), asked.end());
-    return asked;
+        queried.insert(queried.end(), pairs_of.begin(), pairs_of.end());
+    // Only pairs of phyxels that changed piece can be out of order.
+    if (!std::is_sorted(queried.begin(), queried.end())) std::sort(queried.begin(), queried.end());
+    queried.erase(std::unique(queried.begin(), queried.end()), queried.end());
+    return queried;
 }
 
 void Body::update_visibility(const StepContext& context, StepReport& report) {
@@ -151,28 +151,30 @@ void Body::update_visibility(const StepContext& context, StepReport& report) {
     });
     if (phyxels_.piece != piece_before) tracker_.mark_pieces_changed();
 
-    const std::vector<std::uint32_t> asked = pairs_to_reevaluate(piece_before, context.parallel);
+    const std::vector<std::uint32_t> queried = pairs_to_reevaluate(piece_before, context.parallel);
     std::vector<float> before;
-    for (const std::uint32_t k : asked) before.push_back(pairs_.visibility[k]);
-    // What is dark stays so, and what comes off whole keeps its sights.
+    for (const std::uint32_t k : queried) before.push_back(pairs_.visibility[k]);
+    // Pairs at zero visibility stay at zero; pairs that split off together, away from the changes, keep
+    // theirs.
     const occlusion::PairSet pairs = pair_set();
-    std::vector<std::uint8_t> looks(asked.size(), 0);
-    context.parallel.for_each(asked.size(), 128, [&](std::size_t q) {
-        const std::uint32_t k = asked[q];
-        looks[q] = pairs_.visibility[k] > 0 && (phyxels_.piece[pairs_.a[k]] != phyxels_.piece[pairs_.b[k]] ||
-                                                meets_any(criterion_->region(pairs, k), changed_boxes_));
+    std::vector<std::uint8_t> must_evaluate(queried.size(), 0);
+    context.parallel.for_each(queried.size(), 128, [&](std::size_t q) {
+        const std::uint32_t k = queried[q];
+        must_evaluate[q] =
+            pairs_.visibility[k] > 0 && (phyxels_.piece[pairs_.a[k]] != phyxels_.piece[pairs_.b[k]] ||
+                                         meets_any(criterion_->region(pairs, k), changed_boxes_));
     });
-    std::vector<std::uint32_t> looking;
-    for (std::size_t q = 0; q < asked.size(); ++q)
-        if (looks[q] != 0) looking.push_back(asked[q]);
-    evaluate_pairs(looking, context.parallel);
-    // Cuts only add up: what moves within a cell that is cut again gives no sight back.
-    for (std::size_t q = 0; q < asked.size(); ++q)
-        pairs_.visibility[asked[q]] = std::min(pairs_.visibility[asked[q]], before[q]);
-    bridge_ligaments(asked);
-    for (std::size_t q = 0; q < asked.size(); ++q)
-        if (pairs_.visibility[asked[q]] != before[q]) changed_pairs_.push_back(asked[q]);
-    report.disks += looking.size();
+    std::vector<std::uint32_t> evaluated;
+    for (std::size_t q = 0; q < queried.size(); ++q)
+        if (must_evaluate[q] != 0) evaluated.push_back(queried[q]);
+    evaluate_pairs(evaluated, context.parallel);
+    // Visibility never grows, even if occluders shift within a cell that is cut again.
+    for (std::size_t q = 0; q < queried.size(); ++q)
+        pairs_.visibility[queried[q]] = std::min(pairs_.visibility[queried[q]], before[q]);
+    bridge_ligaments(queried);
+    for (std::size_t q = 0; q < queried.size(); ++q)
+        if (pairs_.visibility[queried[q]] != before[q]) changed_pairs_.push_back(queried[q]);
+    report.disks += evaluated.size();
 
     double reach = 0;
     for (const double h : phyxels_.support_radius) reach = std::max(reach, h);

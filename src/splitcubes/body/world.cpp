@@ -27,7 +27,7 @@ void World::add_tool(cutting::Blade blade, std::vector<std::size_t> bodies, cons
     tools_.push_back({std::move(blade), sides, std::move(bodies), {}});
 }
 
-// Where the colliders begin and end the step.
+// Returns the colliders with their frames at the start and the end of the step.
 std::vector<meshless::Obstacle> World::obstacles_now() const {
     std::vector<meshless::Obstacle> out;
     for (const Collider& collider : colliders_)
@@ -88,7 +88,7 @@ StepReport World::step() {
     done(Stage::rebuild_neighbourhoods);
     contact_finder_.find(
         {bodies_, colliders_, settings_.contact, time(), settings_.time_step, settings_.gravity}, *parallel_,
-        contact_groups_);
+        contact_islands_);
     const RigidContacts::Task rigid{bodies_, obstacles, settings_.contact.friction, settings_.time_step,
                                     settings_.gravity};
     if (settings_.contact.pieces) rigid_contacts_.find(rigid, contact_finder_, *parallel_);
@@ -131,8 +131,8 @@ geometry::SurfaceMesh World::surface_mesh() const {
 
 void World::save(StateWriter& writer) const {
     writer.add(step_count_);
-    writer.add(std::uint64_t{contact_memory_.size()});
-    for (const meshless::CachedContact& cached : contact_memory_) {
+    writer.add(std::uint64_t{cached_contacts_.size()});
+    for (const meshless::CachedContact& cached : cached_contacts_) {
         writer.add(cached.key);
         for (const Vec3* vector : {&cached.tangential_displacement, &cached.force})
             write_numbers(writer, *vector);
@@ -149,8 +149,8 @@ void World::save(StateWriter& writer) const {
 void World::load(StateReader& reader) {
     step_count_ =
         reader.number<std::int64_t>(0, std::numeric_limits<std::int32_t>::max(), "a step that there is not");
-    contact_memory_.assign(reader.count(sizeof(meshless::CachedContact)), {});
-    for (meshless::CachedContact& cached : contact_memory_) {
+    cached_contacts_.assign(reader.count(sizeof(meshless::CachedContact)), {});
+    for (meshless::CachedContact& cached : cached_contacts_) {
         cached.key = reader.number<std::uint64_t>();
         for (Vec3* vector : {&cached.tangential_displacement, &cached.force})
             read_numbers(reader, *vector, "a contact whose force is no number");
@@ -163,9 +163,9 @@ void World::load(StateReader& reader) {
     const auto by_key = [](const meshless::CachedContact& a, const meshless::CachedContact& b) {
         return a.key >= b.key;
     };
-    require_state(
-        std::adjacent_find(contact_memory_.begin(), contact_memory_.end(), by_key) == contact_memory_.end(),
-        "contacts out of order");
+    require_state(std::adjacent_find(cached_contacts_.begin(), cached_contacts_.end(), by_key) ==
+                      cached_contacts_.end(),
+                  "contacts out of order");
     for (Tool& tool : tools_) {
         const std::size_t count = reader.count(sizeof(Vec3));
         require_state(count == 0 || count == bodies_.size(), "tools of other bodies");
@@ -179,7 +179,7 @@ void World::load(StateReader& reader) {
 StateHash World::state_hash() const {
     StateHash hash;
     hash.add(step_count_);
-    for (const meshless::CachedContact& cached : contact_memory_) {
+    for (const meshless::CachedContact& cached : cached_contacts_) {
         hash.add(cached.key);
         hash.add(std::span<const double>(cached.tangential_displacement.data(), 3));
         hash.add(cached.normal_force);

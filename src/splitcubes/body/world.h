@@ -18,8 +18,8 @@ struct WorldSettings {
     std::optional<meshless::GroundPlane> ground;  // becomes the first collider
     ContactOptions contact;
     meshless::SolverOptions solver;
-    /// Checks all bodies from nothing after every step and throws JobError with the
-    /// first finding; on by default where NDEBUG is not defined.
+    /// Validates all bodies after every step and throws JobError with the first error; on by default if
+    /// NDEBUG is not defined.
 #ifdef NDEBUG
     bool validate_each_step = false;
 #else
@@ -27,9 +27,9 @@ struct WorldSettings {
 #endif
 };
 
-/// What the material feels of a blade but its edge.
+/// Sides of a blade behind its edge, on which the cut faces rub.
 struct BladeSides {
-    double reach = 0;     // m, how far the sides reach behind the edge
+    double reach = 0;     // m, width of the sides behind the edge
     double friction = 0;  // Coulomb coefficient
 };
 
@@ -37,8 +37,8 @@ struct BladeSides {
 struct Tool {
     cutting::Blade blade;
     BladeSides sides;
-    std::vector<std::size_t> bodies;  // numbers of the bodies it cuts; empty: all
-    std::vector<Vec3> last_normal;    // per body: the stroke's last normal, world
+    std::vector<std::size_t> bodies;  // indices of the bodies it cuts; empty: all
+    std::vector<Vec3> last_normal;    // per body: last normal of the stroke, world
 };
 
 class World {
@@ -48,15 +48,15 @@ class World {
     Body& add_body(const geometry::TriangleMesh& placed, const BodySettings& settings);
     void add_collider(Collider collider) { colliders_.push_back(std::move(collider)); }
     void add_tool(cutting::Blade blade, std::vector<std::size_t> bodies = {}, const BladeSides& sides = {});
-    /// Where a tool is now (world from own), between two steps: for tools that a hand or a
-    /// controller moves as time goes on. Its blade must have been made with samples.
+    /// Sets the current frame (world from own) of a tool, between two steps: for tools that a user or a
+    /// controller moves interactively. Its blade must have been made with a SampledMotion.
     void move_tool(std::size_t tool, const Isometry& frame) { tools_[tool].blade.move_to(time(), frame); }
-    /// Lets a tool go along samples from now on; it stays active when it was.
+    /// Makes a tool follow a path from now on; the times when it is active stay.
     void set_tool_path(std::size_t tool, const SampledMotion& path);
 
-    /// Advances everything by one time step. Tools cut what they crossed during the
-    /// interval that ended when the step began (both ends of it are known then), so
-    /// a blade's mark appears one step after it passed.
+    /// Advances everything by one time step. Tools cut the edges that they crossed during the interval that
+    /// ended when the step began, since both ends of that interval are known; so a cut appears one step after
+    /// the blade passed.
     StepReport step();
 
     double time() const { return static_cast<double>(step_count_) * settings_.time_step; }
@@ -67,17 +67,17 @@ class World {
     const std::vector<std::unique_ptr<Body>>& bodies() const { return bodies_; }
     const std::vector<Tool>& tools() const { return tools_; }
     const std::vector<Collider>& colliders() const { return colliders_; }
-    void set_collider_motion(std::size_t number, std::function<Isometry(double time)> motion) {
-        colliders_[number].motion = std::move(motion);
+    void set_collider_motion(std::size_t index, std::function<Isometry(double time)> motion) {
+        colliders_[index].motion = std::move(motion);
     }
-    /// The contacts that pushed in the last step, sorted by key.
-    const std::vector<meshless::CachedContact>& pushing_contacts() const { return contact_memory_; }
+    /// The contacts with a normal force in the last step, sorted by key.
+    const std::vector<meshless::CachedContact>& pushing_contacts() const { return cached_contacts_; }
 
-    /// All surfaces in one mesh; pieces are numbered through the bodies.
+    /// Returns all surfaces in one mesh; pieces are numbered consecutively over the bodies.
     geometry::SurfaceMesh surface_mesh() const;
-    /// Of the whole state: equal for equal runs, for any number of threads.
+    /// Returns a hash of the whole state. Equal runs have equal hashes, for any number of threads.
     StateHash state_hash() const;
-    /// For checkpoints (checkpoint.h), as Body's.
+    /// For checkpoints (checkpoint.h); see Body::save and Body::load.
     void save(StateWriter& writer) const;
     void load(StateReader& reader);
 
@@ -85,12 +85,12 @@ class World {
     std::vector<meshless::Obstacle> obstacles_now() const;
     void accumulate_side_friction(const Tool& tool, ToolForce& force) const;
     void integrate(const StepContext& context, StepReport& report);
-    void integrate_group(const ContactIsland& group, const StepContext& context, StepReport& report);
-    void step_together(const ContactIsland& group, const meshless::ContactInput& contacts,
+    void integrate_island(const ContactIsland& island, const StepContext& context, StepReport& report);
+    void step_together(const ContactIsland& island, const meshless::ContactInput& contacts,
                        const StepContext& context, StepReport& report);
-    void step_apart(const ContactIsland& group, const meshless::ContactInput& contacts,
-                    const StepContext& context, StepReport& report);
-    void push_between(const ContactIsland& group, std::vector<meshless::Contact>& between,
+    void step_separately(const ContactIsland& island, const meshless::ContactInput& contacts,
+                         const StepContext& context, StepReport& report);
+    void push_between(const ContactIsland& island, std::vector<meshless::Contact>& between,
                       std::span<const meshless::StepInput> inputs, const StepContext& context,
                       std::vector<meshless::CachedContact>& next);
 
@@ -100,11 +100,11 @@ class World {
     std::vector<Tool> tools_;
     std::vector<Collider> colliders_;
     ContactFinder contact_finder_;
-    std::vector<ContactIsland> contact_groups_;
+    std::vector<ContactIsland> contact_islands_;
     RigidContacts rigid_contacts_;
-    std::vector<meshless::CachedContact> contact_memory_;  // sorted by key
-    /// Of the group that steps, kept for its memory.
-    struct GroupStep {
+    std::vector<meshless::CachedContact> cached_contacts_;  // sorted by key
+    /// Buffers of the island that is being stepped, reused to avoid allocations.
+    struct IslandStep {
         std::vector<meshless::CachedContact> cached;
         std::vector<meshless::HandleSpring> handle_springs;
         std::vector<double> limits;
@@ -112,8 +112,8 @@ class World {
         std::vector<meshless::StepInput> inputs;
         std::vector<meshless::ImplicitSolver::Member> members;
     };
-    GroupStep group_step_;
-    std::vector<meshless::CachedContact> next_memory_;
+    IslandStep island_step_;
+    std::vector<meshless::CachedContact> next_cached_contacts_;
     std::int64_t step_count_ = 0;
 };
 

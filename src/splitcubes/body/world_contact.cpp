@@ -1,4 +1,4 @@
-// Time step of bodies that push on each other.
+// Integration of bodies, alone or in islands of bodies in contact.
 #include <splitcubes/body/world.h>
 
 #include <algorithm>
@@ -11,9 +11,9 @@ namespace {
 using meshless::CachedContact;
 using meshless::ContactInput;
 
-// Copies the cached contacts with the keys of `contacts`; all lists are sorted by key.
-void copy_cached(std::span<const meshless::Contact> contacts, const std::vector<CachedContact>& all,
-                 std::vector<CachedContact>& out) {
+// Collects the cached data of the given contacts; `contacts` and `all` are sorted by key.
+void find_cached_contacts(std::span<const meshless::Contact> contacts, const std::vector<CachedContact>& all,
+                          std::vector<CachedContact>& out) {
     meshless::CachedContactFinder finder(&all);
     out.clear();
     for (const meshless::Contact& c : contacts)
@@ -23,47 +23,47 @@ void copy_cached(std::span<const meshless::Contact> contacts, const std::vector<
 }  // namespace
 
 void World::integrate(const StepContext& context, StepReport& report) {
-    next_memory_.clear();
+    next_cached_contacts_.clear();
     std::size_t handles = 0;
     for (const auto& body : bodies_) handles += body->handles().size();
     report.handle_forces.assign(handles, Vec3::Zero());
-    for (const ContactIsland& group : contact_groups_) integrate_group(group, context, report);
-    std::sort(next_memory_.begin(), next_memory_.end(),
+    for (const ContactIsland& island : contact_islands_) integrate_island(island, context, report);
+    std::sort(next_cached_contacts_.begin(), next_cached_contacts_.end(),
               [](const CachedContact& a, const CachedContact& b) { return a.key < b.key; });
-    contact_memory_.swap(next_memory_);
+    cached_contacts_.swap(next_cached_contacts_);
 }
 
-void World::integrate_group(const ContactIsland& group, const StepContext& context, StepReport& report) {
-    if (bodies_[group.bodies[0]]->is_lattice_driven())
-        return bodies_[group.bodies[0]]->advance_deformation(context, report);
-    GroupStep& step = group_step_;
-    copy_cached(group.contacts, contact_memory_, step.cached);
+void World::integrate_island(const ContactIsland& island, const StepContext& context, StepReport& report) {
+    if (bodies_[island.bodies[0]]->is_lattice_driven())
+        return bodies_[island.bodies[0]]->advance_deformation(context, report);
+    IslandStep& step = island_step_;
+    find_cached_contacts(island.contacts, cached_contacts_, step.cached);
     step.handle_springs.clear();
     step.limits.clear();
     step.inputs.clear();
     step.handle_forces.clear();
-    for (std::uint32_t k = 0; k < group.bodies.size(); ++k) {
-        Body& body = *bodies_[group.bodies[k]];
+    for (std::uint32_t k = 0; k < island.bodies.size(); ++k) {
+        Body& body = *bodies_[island.bodies[k]];
         body.add_handle_springs(context, k, step.handle_springs, step.limits);
         step.inputs.push_back(body.begin_step(context));
     }
-    const ContactInput contacts{group.contacts, step.handle_springs, step.limits, &step.cached,
+    const ContactInput contacts{island.contacts, step.handle_springs, step.limits, &step.cached,
                                 &step.handle_forces};
-    if (group.bodies.size() == 1) {
-        Body& body = *bodies_[group.bodies[0]];
+    if (island.bodies.size() == 1) {
+        Body& body = *bodies_[island.bodies[0]];
         step.inputs[0].contacts = contacts;
         const meshless::SolverReport solved =
             body.solver().step(body.phyxels(), body.neighbourhoods(), body.settings().material,
                                step.inputs[0], context.solver, context.parallel);
         body.end_step(context, solved, report);
     } else if (context.solver.kind == meshless::SolverKind::implicit_steps) {
-        step_together(group, contacts, context, report);
+        step_together(island, contacts, context, report);
     } else {
-        step_apart(group, contacts, context, report);
+        step_separately(island, contacts, context, report);
     }
-    next_memory_.insert(next_memory_.end(), step.cached.begin(), step.cached.end());
-    std::size_t handle = 0;
-    for (const std::size_t b : group.bodies) {
+    next_cached_contacts_.insert(next_cached_contacts_.end(), step.cached.begin(), step.cached.end());
+    std::size_t handle = 0;  // within the island
+    for (const std::size_t b : island.bodies) {
         std::size_t first = 0;
         for (std::size_t before = 0; before < b; ++before) first += bodies_[before]->handles().size();
         for (std::size_t h = 0; h < bodies_[b]->handles().size(); ++h, ++handle)
@@ -72,13 +72,13 @@ void World::integrate_group(const ContactIsland& group, const StepContext& conte
     }
 }
 
-// Implicit steps: one solve for all bodies.
-void World::step_together(const ContactIsland& group, const ContactInput& contacts,
+// Implicit steps: solves one system for all bodies of the island.
+void World::step_together(const ContactIsland& island, const ContactInput& contacts,
                           const StepContext& context, StepReport& report) {
-    GroupStep& step = group_step_;
+    IslandStep& step = island_step_;
     step.members.clear();
-    for (std::size_t k = 0; k < group.bodies.size(); ++k) {
-        Body& body = *bodies_[group.bodies[k]];
+    for (std::size_t k = 0; k < island.bodies.size(); ++k) {
+        Body& body = *bodies_[island.bodies[k]];
         step.inputs[k] = body.solver().begin(body.phyxels(), body.settings().material, step.inputs[k]);
         body.solver().watch(body.phyxels(), body.neighbourhoods(), body.settings().material, step.inputs[k],
                             context.solver, context.parallel);
@@ -86,8 +86,8 @@ void World::step_together(const ContactIsland& group, const ContactInput& contac
                                 body.settings().material, step.inputs[k]});
     }
     meshless::ImplicitSolver::step_together(step.members, contacts, context.solver, context.parallel);
-    for (std::uint32_t k = 0; k < group.bodies.size(); ++k) {
-        Body& body = *bodies_[group.bodies[k]];
+    for (std::uint32_t k = 0; k < island.bodies.size(); ++k) {
+        Body& body = *bodies_[island.bodies[k]];
         body.solver().correct(body.phyxels(), body.neighbourhoods(), body.settings().material, step.inputs[k],
                               contacts, k, context.solver, step.members[k].report, context.parallel);
         body.solver().end(body.phyxels(), step.members[k].report);
@@ -95,17 +95,17 @@ void World::step_together(const ContactIsland& group, const ContactInput& contac
     }
 }
 
-// Explicit steps: each body with its own contacts and colliders; then the contacts between bodies, once per
-// step, by impulses.
-void World::step_apart(const ContactIsland& group, const ContactInput& contacts, const StepContext& context,
-                       StepReport& report) {
+// Explicit steps: steps each body with the contacts that involve it alone, then resolves the contacts between
+// bodies once by impulses.
+void World::step_separately(const ContactIsland& island, const ContactInput& contacts,
+                            const StepContext& context, StepReport& report) {
     std::vector<meshless::Contact> between;
     std::vector<CachedContact> next;
     std::vector<Vec3> forces;
     std::vector<meshless::SolverReport> solved;
     std::vector<meshless::StepInput> inputs;
-    for (std::uint32_t k = 0; k < group.bodies.size(); ++k) {
-        Body& body = *bodies_[group.bodies[k]];
+    for (std::uint32_t k = 0; k < island.bodies.size(); ++k) {
+        Body& body = *bodies_[island.bodies[k]];
         std::vector<meshless::Contact> own;
         for (meshless::Contact c : contacts.contacts) {
             const bool is_own = c.upper.part == k && (c.lower.is_collider() || c.lower.part == k);
@@ -117,23 +117,23 @@ void World::step_apart(const ContactIsland& group, const ContactInput& contacts,
         std::vector<double> limits;
         body.add_handle_springs(context, 0, handle_springs, limits);
         std::vector<CachedContact> cached;
-        copy_cached(own, *contacts.cached, cached);
-        std::vector<Vec3> own_handle_forces;
+        find_cached_contacts(own, *contacts.cached, cached);
+        std::vector<Vec3> own_forces;
         inputs.push_back(body.begin_step(context));
-        inputs[k].contacts = {own, handle_springs, limits, &cached, &own_handle_forces};
+        inputs[k].contacts = {own, handle_springs, limits, &cached, &own_forces};
         solved.push_back(body.solver().step(body.phyxels(), body.neighbourhoods(), body.settings().material,
                                             inputs[k], context.solver, context.parallel));
         next.insert(next.end(), cached.begin(), cached.end());
-        forces.insert(forces.end(), own_handle_forces.begin(), own_handle_forces.end());
+        forces.insert(forces.end(), own_forces.begin(), own_forces.end());
     }
     *contacts.handle_forces = forces;
-    push_between(group, between, inputs, context, next);
+    push_between(island, between, inputs, context, next);
     *contacts.cached = next;
-    for (std::size_t k = 0; k < group.bodies.size(); ++k)
-        bodies_[group.bodies[k]]->end_step(context, solved[k], report);
+    for (std::size_t k = 0; k < island.bodies.size(); ++k)
+        bodies_[island.bodies[k]]->end_step(context, solved[k], report);
 }
 
-void World::push_between(const ContactIsland& group, std::vector<meshless::Contact>& between,
+void World::push_between(const ContactIsland& island, std::vector<meshless::Contact>& between,
                          std::span<const meshless::StepInput> inputs, const StepContext& context,
                          std::vector<CachedContact>& next) {
     if (between.empty()) return;
@@ -142,8 +142,8 @@ void World::push_between(const ContactIsland& group, std::vector<meshless::Conta
     std::vector<meshless::ContactImpulses::Part> parts;
     std::vector<std::span<Vec3>> position, velocity;
     std::vector<std::span<std::uint8_t>> touching;
-    for (std::size_t k = 0; k < group.bodies.size(); ++k) {
-        meshless::Phyxels& phyxels = bodies_[group.bodies[k]]->phyxels();
+    for (std::size_t k = 0; k < island.bodies.size(); ++k) {
+        meshless::Phyxels& phyxels = bodies_[island.bodies[k]]->phyxels();
         parts.push_back({phyxels.previous_position, phyxels.mass, inputs[k].held});
         position.emplace_back(phyxels.position);
         velocity.emplace_back(phyxels.velocity);
