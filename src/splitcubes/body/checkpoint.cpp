@@ -9,7 +9,7 @@ namespace splitcubes::body {
 
 namespace {
 
-// Raised with every change of what is stored or of what a step makes of it.
+// The number is raised with every change of the stored data or of the results of a step.
 constexpr std::string_view any_signature = "Splitcubes checkpoint ";
 constexpr std::string_view signature = "Splitcubes checkpoint 4\n";
 

@@ -1,4 +1,4 @@
-// What a step did: the stages it went through and what it counted.
+// Report of a step: its stages with their times, and counts.
 #pragma once
 
 #include <splitcubes/math/types.h>
@@ -41,27 +41,26 @@ inline constexpr std::array<const char*, stage_count> stage_names = {"move_tools
                                                                      "update_node_frames",
                                                                      "update_surface"};
 
-/// Things that went wrong in a step and were mended; bits of StepReport::flags.
+/// Problems in a step that were detected and handled; bits of StepReport::flags.
 enum Flag : std::uint32_t {
-    flag_inverted = 1,         // phyxels turned inside out; their next step is backward Euler
+    flag_inverted = 1,         // inverted phyxels; their next step is backward Euler
     flag_not_converged = 2,    // the linear solve stopped at its iteration limit
-    flag_non_finite = 4,       // phyxels went on without elastic force for this step
-    flag_frame_fallback = 8,   // nodes that see no phyxel took a neighbour's frame
+    flag_non_finite = 4,       // phyxels that moved without elastic force in this step
+    flag_frame_fallback = 8,   // nodes without visible phyxels, which took a neighbour's frame
     flag_rank_deficient = 16,  // neighbourhoods that no longer span space
-    flag_energy_excess = 32,   // energy that nothing put in was taken (meshless::EnergyGuard)
+    flag_energy_excess = 32,   // energy that no source explains was removed (meshless::EnergyGuard)
 };
-/// Names of the flags that are set, separated by '|'; "-" for none.
+/// Returns the names of the set flags, separated by '|'; "-" for none.
 std::string flag_text(std::uint32_t flags);
 
-/// What a tool feels: force and torque of the bodies on it, averaged over the interval in which
-/// it moved, torque about the origin of its frame.
+/// Tool reaction: force and torque of the bodies on a tool, averaged over the interval in which it moved; the
+/// torque is about the origin of the tool's frame. Nothing acts back on the bodies.
 ///
-/// Of the edge: cutting resistance times the area cut for each length moved, against the
-/// motion. Each grid edge that is cut stands for the area cell^2 |n_axis| of the cut, which sums to a plane's
-/// area. Of the sides: friction times what the lips of the cut within the sides' reach of the
-/// edge press on each other with (with a blade between them they would press on it), against
-/// the motion. The blade's thickness and its wedging are not modelled, and what it feels does not
-/// act on the bodies.
+/// The blade's edge contributes the cutting resistance times the area cut per length moved, against the
+/// motion. Each cut grid edge stands for the area cell^2 |n_axis| of the cut, which sums to the area of a
+/// plane. The blade's sides contribute friction times the normal force between the cut faces within the
+/// sides' reach of the edge (which would press on a blade between them), against the motion. Thickness and
+/// wedging of the blade are not modelled.
 struct ToolForce {
     Vec3 force = Vec3::Zero();   // N, world
     Vec3 torque = Vec3::Zero();  // N m, world
@@ -74,7 +73,7 @@ struct StepReport {
     std::array<double, stage_count> seconds{};  // wall clock of each stage
     // Totals over all bodies, at the end of the step.
     std::size_t phyxels = 0;
-    std::size_t pairs = 0;      // undirected, that see each other
+    std::size_t pairs = 0;      // undirected, with visibility above 0
     std::size_t cut_edges = 0;  // between inside nodes
     std::size_t surface_cells = 0;
     std::size_t triangles = 0;
@@ -93,13 +92,13 @@ struct StepReport {
     std::size_t disks = 0;  // pairs whose visibility was evaluated
     std::size_t new_phyxels = 0;
     int solver_iterations = 0;
-    int substeps = 0;                 // of the explicit solver, the most of any body; 1 of the implicit one
-    std::size_t contacts = 0;         // that push
-    std::vector<ToolForce> tools;     // per tool
-    std::vector<Vec3> handle_forces;  // N, on the bodies, per handle, body by body
-    std::size_t energy_excess_pieces = 0;  // that had more energy than was put in
-    int retries = 0;                       // times a body's step was taken again in finer parts, all bodies
-    double energy_taken = 0;               // J, from overdrawn pieces
+    int substeps = 0;                      // maximum over the bodies; the implicit solver makes 1
+    std::size_t contacts = 0;              // with a normal force
+    std::vector<ToolForce> tools;          // per tool
+    std::vector<Vec3> handle_forces;       // N, on the bodies, per handle, body by body
+    std::size_t energy_excess_pieces = 0;  // pieces with an energy excess
+    int retries = 0;                       // steps of bodies that were repeated with smaller substeps
+    double energy_taken = 0;               // J, removed from pieces with an energy excess
     std::uint32_t flags = 0;
 
     double& stage_seconds(Stage stage) { return seconds[static_cast<std::size_t>(stage)]; }

@@ -1,4 +1,4 @@
-// How cracks go on, and which strands they leave.
+// Growth of cracks, and rupture of the ligaments that they leave.
 #include <splitcubes/body/tearing.h>
 
 #include <algorithm>
@@ -11,24 +11,25 @@ using splitting::NodeGrid;
 
 namespace {
 
+// Open edges per parallel task: a quarter of those in break_ligaments; those in find_proposals.
 constexpr std::size_t face_grain = 64, edge_grain = 16;
-// Share of the stress's direction in the normal of the next piece of a crack: the
-// phyxels' stress is noisy across a tip, and a crack that turns at once is rough.
+// Share of the principal direction in the normal of a crack's continuation. The phyxels' stress is noisy
+// around a tip, so a larger share makes cracks rough; a smaller one makes them turn late.
 constexpr double turning_share = 0.25;
 }  // namespace
 
-// Whether the edge of a crack's cell cannot bear its stress, and how it parts.
+// Returns whether the crack of a cell cuts the edge under this stress, and sets `out` to the cut.
 bool Tearing::propose(const NodeGrid& grid, const CrackCell& cell, const Stress& stress, double strength,
                       const GridEdge& edge, Proposal& out) const {
     const Tip& tip = cell.tip;
     const Vec3 a = grid.rest().node_position(edge.node), b = grid.rest().node_position(edge.upper());
-    Vec3 wanted = (stress.world_from_rest.transpose() * stress.direction).normalized();
-    if (wanted.dot(tip.normal) < 0) wanted = -wanted;
+    Vec3 principal = (stress.world_from_rest.transpose() * stress.direction).normalized();
+    if (principal.dot(tip.normal) < 0) principal = -principal;
     const double crack_opening = cell.opening_stress / strength;
     double load = stress.largest / strength;
     Vec3 turned = tip.normal;
-    if (load > settings_.propagation_ratio && wanted.dot(tip.normal) > min_opening_cosine)
-        turned = ((1 - turning_share) * tip.normal + turning_share * wanted).normalized();
+    if (load > settings_.propagation_ratio && principal.dot(tip.normal) > min_opening_cosine)
+        turned = ((1 - turning_share) * tip.normal + turning_share * principal).normalized();
     else if (load = crack_opening; !(load > 1))
         return false;
     Vec3 through = tip.centre;
@@ -45,7 +46,7 @@ bool Tearing::propose(const NodeGrid& grid, const CrackCell& cell, const Stress&
     return true;
 }
 
-// An edge that several cells would cut takes the mean of what they say.
+// Returns the cut of an edge: the mean of those that its crack cells propose. id == no_edge: none.
 Tearing::Proposal Tearing::propose(const NodeGrid& grid, const TearContext& context,
                                    const OpenEdge& open) const {
     Proposal mean;
@@ -57,7 +58,7 @@ Tearing::Proposal Tearing::propose(const NodeGrid& grid, const TearContext& cont
                     stress_at(context, grid, low, open.lower) + stress_at(context, grid, high, open.upper),
                     settings_.propagation_ratio * strength);
     const bool is_stressed = stress.largest > 0;
-    const auto opens = [&](std::uint32_t number) { return crack_cells_[number].opening_stress > strength; };
+    const auto opens = [&](std::uint32_t cell) { return crack_cells_[cell].opening_stress > strength; };
     if (!is_stressed && std::none_of(open.tips.begin(), open.tips.begin() + open.tip_count, opens))
         return mean;
     if (!is_large(context, context.pieces.piece_of(grid, low))) return mean;
@@ -78,13 +79,13 @@ Tearing::Proposal Tearing::propose(const NodeGrid& grid, const TearContext& cont
     return mean;
 }
 
-// What the front would cut, the most loaded first.
+// Lists the cuts that the front proposes, the most loaded first.
 void Tearing::find_proposals(const NodeGrid& grid, const TearContext& context) {
-    ask_edges(grid, context);
-    find_wanted(context, grid);
-    proposals_.resize(asked_.size());
-    context.parallel.for_each(asked_.size(), edge_grain, [&](std::size_t k) {
-        proposals_[k] = propose(grid, context, open_[asked_[k]]);
+    list_front_edges(grid, context);
+    find_requested_stresses(context, grid);
+    proposals_.resize(front_edges_.size());
+    context.parallel.for_each(front_edges_.size(), edge_grain, [&](std::size_t k) {
+        proposals_[k] = propose(grid, context, open_edges_[front_edges_[k]]);
     });
     std::erase_if(proposals_, [](const Proposal& p) { return p.id == no_edge; });
     std::sort(proposals_.begin(), proposals_.end(), [](const Proposal& a, const Proposal& b) {
@@ -92,7 +93,7 @@ void Tearing::find_proposals(const NodeGrid& grid, const TearContext& context) {
     });
 }
 
-// The cells around these cuts, each once, in order.
+// Lists the cells around the given cuts, each once, ascending.
 void Tearing::cells_of(const NodeGrid& grid, std::span<const std::int32_t> slots, std::vector<Key>& out) {
     out.clear();
     for (const std::int32_t slot : slots)
@@ -104,23 +105,24 @@ void Tearing::cells_of(const NodeGrid& grid, std::span<const std::int32_t> slots
 void Tearing::grow(NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots) {
     const double rings = std::clamp(crack_speed_ * context.dt / cell_size_, 1.0, 1000.0);
     for (int ring = 0; ring < static_cast<int>(rings) && !front_.empty(); ++ring) {
-        // One ring of cells around the front, and then those of what was cut.
+        // Grows the front by one ring of cells; the cells around the new cuts are the next front.
         find_proposals(grid, context);
         const std::size_t before = slots.size();
         for (const Proposal& proposal : proposals_) cut(grid, proposal, slots);
         note_crossings(grid);
-        cells_of(grid, std::span(slots).subspan(before), touched_);
+        cells_of(grid, std::span(slots).subspan(before), touched_cells_);
         front_.clear();
-        for (const Key& cell : touched_)
-            front_.push_back(static_cast<std::uint32_t>(crack_number_.get({cell[0], cell[1], cell[2]}, 0)));
+        for (const Key& cell : touched_cells_)
+            front_.push_back(
+                static_cast<std::uint32_t>(crack_cell_index_.get({cell[0], cell[1], cell[2]}, 0)));
     }
 }
 
-// Edges beside cracks that are stretched beyond all measure; of those that share a
-// node the most stretched one.
+// Cuts the open edges that are stretched above break_stretch_; of those that share a node, only the most
+// stretched.
 void Tearing::break_ligaments(NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots) {
-    context.parallel.for_each(open_.size(), 4 * face_grain, [&](std::size_t k) {
-        OpenEdge& open = open_[k];
+    context.parallel.for_each(open_edges_.size(), 4 * face_grain, [&](std::size_t k) {
+        OpenEdge& open = open_edges_[k];
         if (open.stretch < 0) return;
         open.stretch = -1;
         if (grid.is_cut(open.edge)) return;
@@ -130,27 +132,28 @@ void Tearing::break_ligaments(NodeGrid& grid, const TearContext& context, std::v
     });
     proposals_.clear();
     std::size_t cut = 0;
-    for (const OpenEdge& open : open_) {
+    for (const OpenEdge& open : open_edges_) {
         cut += open.stretch < 0;
         if (open.stretch > break_stretch_)
             proposals_.push_back(
                 {splitting::edge_id(open.edge), open.stretch, 0.5, Vec3::Unit(open.edge.axis)});
     }
-    if (2 * cut > open_.size()) forget_cut_edges();
+    if (2 * cut > open_edges_.size()) forget_cut_edges();
     std::sort(proposals_.begin(), proposals_.end(), [](const Proposal& x, const Proposal& y) {
         return x.load != y.load ? x.load > y.load : x.id < y.id;
     });
-    parted_.clear();
+    separated_nodes_.clear();
     for (const Proposal& proposal : proposals_) {
         const GridEdge edge = splitting::edge_from_id(proposal.id);
         const Vec3i low = edge.node, high = edge.upper();
         const Key a{low[0], low[1], low[2]}, b{high[0], high[1], high[2]};
         const auto has_separated = [&](const Key& node) {
-            return std::find(parted_.begin(), parted_.end(), node) != parted_.end();
+            return std::find(separated_nodes_.begin(), separated_nodes_.end(), node) !=
+                   separated_nodes_.end();
         };
         if (has_separated(a) || has_separated(b)) continue;
-        parted_.push_back(a);
-        parted_.push_back(b);
+        separated_nodes_.push_back(a);
+        separated_nodes_.push_back(b);
         const std::int32_t slot =
             grid.cut(edge, proposal.parameter, proposal.normal, splitting::Origin::cut, tear_cut_number);
         if (slot >= 0) slots.push_back(slot);

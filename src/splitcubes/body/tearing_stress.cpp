@@ -1,4 +1,4 @@
-// What the material around phyxels and edges bears, and what it has to.
+// Stress and strength around phyxels and edges.
 #include <splitcubes/body/stress_kernels.h>
 #include <splitcubes/body/tearing.h>
 #include <splitcubes/geometry/segment_fan.h>
@@ -18,23 +18,24 @@ using splitting::NodeGrid;
 
 namespace {
 
+// Phyxels and nodes per parallel task.
 constexpr std::size_t stress_grain = 256, node_grain = 32;
-// In place of the norm of a stress: what moves the phyxel is not its stress.
+// Value of stress_norm_ for a held phyxel, whose motion is prescribed. Other excluded phyxels have -1.
 constexpr double held_phyxel = -2;
-// Of a bound, for the rounding of what it bounds: relative, far above both.
+// Relative margin of bounds, far above the rounding error of the bound and of the bounded values.
 constexpr double bound_slack = 1e-6;
-// Of what is pressed to less than that share of its volume, or is inverted, the stress says nothing.
+// Volume at rest times this: a phyxel compressed below that, or inverted, is excluded.
 constexpr double min_volume = 0.05;
-// Of phyxels, in Tearing::is_strained_.
+// Bits of Tearing::is_strained_.
 constexpr std::uint8_t strained = 1, beside_strained = 2;
 
 }  // namespace
 
-// A weak region may be thinner than the phyxels' spacing: each answers for the
-// weakest node within half a spacing along each axis.
-void Tearing::find_weakest(const NodeGrid& grid, const TearContext& context) {
-    const std::size_t known = weakest_.size(), count = context.phyxels.size();
-    weakest_.resize(count, settings_.strength);
+// Sets the minimum strength of new phyxels over the nodes within half a spacing along each axis, because a
+// weak region may be thinner than the spacing.
+void Tearing::find_min_strengths(const NodeGrid& grid, const TearContext& context) {
+    const std::size_t known = min_strength_.size(), count = context.phyxels.size();
+    min_strength_.resize(count, settings_.strength);
     own_rank_.resize(count, 3);
     if (!settings_.strength_factor) return;
     context.parallel.for_each(count - known, stress_grain, [&](std::size_t k) {
@@ -47,18 +48,19 @@ void Tearing::find_weakest(const NodeGrid& grid, const TearContext& context) {
             for (int y = low[1]; y <= high[1]; ++y)
                 for (int x = low[0]; x <= high[0]; ++x)
                     weakest = std::min(weakest, strength_at(grid.rest().node_position({x, y, z})));
-        weakest_[known + k] = weakest;
+        min_strength_[known + k] = weakest;
     });
 }
 
-// Of those that have a say, which other materials than find_corotated_stresses knows.
-void Tearing::measure_one(const TearContext& context, std::size_t i, double least) {
+// Computes the stress of one phyxel, for materials that find_corotated_stresses does not support. On entry,
+// the norm is negative for an excluded phyxel.
+void Tearing::measure_phyxel(const TearContext& context, std::size_t i, double threshold) {
     const meshless::Phyxels& p = context.phyxels;
-    const bool has_say = size_[i] >= 0;
+    const bool is_included = stress_norm_[i] >= 0;
     stress_[i].setZero();
     is_strained_[i] = 0;
-    if (!has_say) return;
-    size_[i] = -1;
+    if (!is_included) return;
+    stress_norm_[i] = -1;
     const Mat3& F = p.deformation[i];
     const double volume = F.determinant();
     if (!(volume > min_volume)) return;
@@ -66,17 +68,18 @@ void Tearing::measure_one(const TearContext& context, std::size_t i, double leas
                         F.transpose() / volume;
     if (!cauchy.allFinite()) return;
     stress_[i] = 0.5 * (cauchy + cauchy.transpose());
-    size_[i] = stress_[i].norm();
-    is_strained_[i] = size_[i] >= least && !has_values_below(stress_[i], least - bound_slack * size_[i]);
+    stress_norm_[i] = stress_[i].norm();
+    is_strained_[i] = stress_norm_[i] >= threshold &&
+                      !has_values_below(stress_[i], threshold - bound_slack * stress_norm_[i]);
 }
 
-// Stresses, and which may have a principal one above `least`; returns the largest norm of a stress, an upper
-// bound of all principal stresses.
-double Tearing::measure_phyxels(const TearContext& context, double least) {
+// Computes the phyxels' stresses and marks those that may have a principal stress above the threshold, Pa.
+// Returns the largest norm, Pa, an upper bound of all principal stresses.
+double Tearing::measure_phyxels(const TearContext& context, double threshold) {
     const meshless::Phyxels& p = context.phyxels;
     const std::size_t count = p.size();
     stress_.resize(count);
-    size_.resize(count);
+    stress_norm_.resize(count);
     is_strained_.resize(count);
     chunk_largest_.resize((count + stress_grain - 1) / stress_grain);
     const auto rank = context.neighbourhoods.rank();
@@ -86,14 +89,15 @@ double Tearing::measure_phyxels(const TearContext& context, double least) {
                           !(material.volume_stiffness > 0);
     const auto measure = [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
-            size_[i] = some_held && context.held[i] ? held_phyxel : rank[i] < own_rank_[i] ? -1 : 0;
+            stress_norm_[i] = some_held && context.held[i] ? held_phyxel : rank[i] < own_rank_[i] ? -1 : 0;
         if (is_plain)
             find_corotated_stresses({p.deformation.data(), p.rotation.data(), begin, end, material.lame_mu(),
-                                     material.lame_lambda(), min_volume, least, bound_slack, stress_.data(),
-                                     size_.data(), is_strained_.data()});
+                                     material.lame_lambda(), min_volume, threshold, bound_slack,
+                                     stress_.data(), stress_norm_.data(), is_strained_.data()});
         else
-            for (std::size_t i = begin; i < end; ++i) measure_one(context, i, least);
-        chunk_largest_[begin / stress_grain] = *std::max_element(&size_[begin], &size_[end - 1] + 1);
+            for (std::size_t i = begin; i < end; ++i) measure_phyxel(context, i, threshold);
+        chunk_largest_[begin / stress_grain] =
+            *std::max_element(&stress_norm_[begin], &stress_norm_[end - 1] + 1);
     };
     context.parallel.for_chunks(count, stress_grain, std::cref(measure));
     double largest = 0;
@@ -101,14 +105,14 @@ double Tearing::measure_phyxels(const TearContext& context, double least) {
     return largest;
 }
 
-// Bounds of the phyxels' principal stresses, and next to whom one is above `least`. Most material is
-// pressed: what that is needs no principal values.
-void Tearing::bound_principal_stress(const TearContext& context, double least) {
+// Computes upper bounds of the phyxels' principal stresses and marks the neighbours of those above the
+// threshold, Pa. Most material is below it, which is decided without principal values.
+void Tearing::bound_principal_stress(const TearContext& context, double threshold) {
     const meshless::Neighbourhoods& n = context.neighbourhoods;
     const std::size_t count = context.phyxels.size();
     principal_.resize(count);
     context.parallel.for_each(count, 4 * stress_grain, [&](std::size_t i) {
-        principal_[i] = size_[i] < 0 ? -std::numeric_limits<double>::infinity() : least;
+        principal_[i] = stress_norm_[i] < 0 ? -std::numeric_limits<double>::infinity() : threshold;
         if (is_strained_[i] == strained) principal_[i] = greatest_value_bound(stress_[i]);
     });
     for (std::size_t i = 0; i < count; ++i) {
@@ -128,29 +132,29 @@ void Tearing::find_loads(const TearContext& context) {
     for (const double load : load_) top_load_ = std::max(top_load_, load);
 }
 
-// Of one phyxel; 0 where it is below the least that anything asks for.
+// Returns the load of one phyxel, or 0 if it is below the smallest load that matters.
 double Tearing::load_of(const TearContext& context, std::size_t i) const {
     const meshless::Neighbourhoods& n = context.neighbourhoods;
     const std::size_t begin = n.offsets()[i], end = n.offsets()[i + 1];
     const double own = meshless::kernel(0, context.phyxels.support_radius[i]);
-    const double least = min_load * settings_.propagation_ratio * weakest_[i];
-    // No principal stress of a mean is above the mean of the principal stresses.
-    double largest = size_[i], total = 0, top = 0;
+    const double threshold = min_load * settings_.propagation_ratio * min_strength_[i];
+    // The largest principal stress of a mean is at most the mean of the largest principal stresses.
+    double largest = stress_norm_[i], total = 0, top = 0;
     const auto bound = [&](std::size_t j, double weight) {
-        if (size_[j] < 0 || !(weight > 0)) return;
-        largest = std::max(largest, size_[j]);
+        if (stress_norm_[j] < 0 || !(weight > 0)) return;
+        largest = std::max(largest, stress_norm_[j]);
         top += weight * principal_[j];
         total += weight;
     };
     bound(i, own);
     for (std::size_t k = begin; k < end; ++k) bound(n.neighbour()[k], n.weight()[k]);
-    if (!(largest >= settings_.propagation_ratio * weakest_[i]) ||
-        top < (least - bound_slack * std::abs(least)) * total)
+    if (!(largest >= settings_.propagation_ratio * min_strength_[i]) ||
+        top < (threshold - bound_slack * std::abs(threshold)) * total)
         return 0;
     total = 0;
     Mat3 sum = Mat3::Zero();
     const auto add = [&](std::size_t j, double weight) {
-        if (size_[j] < 0) return;
+        if (stress_norm_[j] < 0) return;
         sum += weight * stress_[j];
         total += weight;
     };
@@ -158,23 +162,23 @@ double Tearing::load_of(const TearContext& context, std::size_t i) const {
     for (std::size_t k = begin; k < end; ++k) add(n.neighbour()[k], n.weight()[k]);
     if (!(total > 0)) return 0;
     const Mat3 mean = sum / total;
-    if (has_values_below(mean, least - bound_slack * mean.norm())) return 0;
-    return eigen_symmetric(mean).values[0] / std::max(weakest_[i], 1e-300);
+    if (has_values_below(mean, threshold - bound_slack * mean.norm())) return 0;
+    return eigen_symmetric(mean).values[0] / std::max(min_strength_[i], 1e-300);
 }
 
-// Whether the tracker knows who carries a node.
-bool Tearing::is_lattice_driven(const TearContext& context, std::int32_t index) {
+// Whether the tracker has the kernel of a node. index: its tracker index or -1.
+bool Tearing::has_kernel(const TearContext& context, std::int32_t index) {
     return index >= 0 && static_cast<std::size_t>(index) < context.nodes.kernels().size() &&
            context.nodes.is_awake(static_cast<std::uint32_t>(index));
 }
 
-// Calls use(phyxel, weight) for those that carry a node, of which `index` is what the tracker calls it, if it
-// does; returns the sum of the weights. What is not tracked looks around for itself.
+// Calls use(phyxel, weight) for the phyxels that influence a node and returns the sum of the weights. index:
+// tracker index of the node or -1; without a kernel there, the phyxels are searched.
 template <class Use>
 double Tearing::for_influences(const TearContext& context, const NodeGrid& grid, const Vec3i& node,
                                std::int32_t index, const Use& use) const {
     const meshless::NodeKernels& kernels = context.nodes.kernels();
-    if (is_lattice_driven(context, index)) {
+    if (has_kernel(context, index)) {
         const meshless::NodeKernels::Row& row = kernels.rows[static_cast<std::size_t>(index)];
         for (std::uint32_t k = row.begin; k < row.begin + row.count; ++k)
             use(kernels.phyxel[k], kernels.weight[k]);
@@ -183,12 +187,12 @@ double Tearing::for_influences(const TearContext& context, const NodeGrid& grid,
     const meshless::Phyxels& p = context.phyxels;
     const Vec3 rest = grid.rest().node_position(node);
     const std::int32_t piece = context.pieces.piece_of(grid, node);
-    geometry::SegmentFan sights(context.occluders, rest, reach_);
+    geometry::SegmentFan segments(context.occluders, rest, reach_);
     double total = 0;
     context.locator.visit(rest, reach_, [&](std::uint32_t i) {
-        const Vec3& place = p.rest_position[i];
-        const double weight = meshless::kernel((place - rest).squaredNorm(), p.support_radius[i]);
-        if (!(weight > 0) || p.piece[i] != piece || sights.blocked(place)) return true;
+        const Vec3& position = p.rest_position[i];
+        const double weight = meshless::kernel((position - rest).squaredNorm(), p.support_radius[i]);
+        if (!(weight > 0) || p.piece[i] != piece || segments.blocked(position)) return true;
         use(i, weight);
         total += weight;
         return true;
@@ -200,70 +204,70 @@ Tearing::StressSum Tearing::sum_stress(const TearContext& context, const NodeGri
                                        std::int32_t index) const {
     StressSum out;
     const double all = for_influences(context, grid, node, index, [&](std::uint32_t i, double weight) {
-        if (size_[i] == held_phyxel) out.held += weight;
-        if (size_[i] < 0) return;
+        if (stress_norm_[i] == held_phyxel) out.held += weight;
+        if (stress_norm_[i] < 0) return;
         out.stress += weight * stress_[i];
         out.total += weight;
     });
     return all > 0 ? StressSum{out.stress / all, out.total / all, out.held / all} : StressSum{};
 }
 
-// What was wanted is known.
+// Returns the stress sum of a node: the stored one if it is valid in this step, else computed.
 Tearing::StressSum Tearing::stress_at(const TearContext& context, const NodeGrid& grid, const Vec3i& node,
                                       std::int32_t index) const {
-    if (!is_lattice_driven(context, index)) return sum_stress(context, grid, node, index);
+    if (!has_kernel(context, index)) return sum_stress(context, grid, node, index);
     const NodeStress& known = node_stress_[static_cast<std::size_t>(index)];
     return known.step == step_ ? known.sum : sum_stress(context, grid, node, index);
 }
 
-// Of a tracked node, once a step.
-void Tearing::want_stress(const TearContext& context, std::int32_t index) {
-    if (!is_lattice_driven(context, index)) return;
+// Requests the stress of a tracked node, to be computed once per step by find_requested_stresses.
+void Tearing::request_stress(const TearContext& context, std::int32_t index) {
+    if (!has_kernel(context, index)) return;
     NodeStress& node = node_stress_[static_cast<std::size_t>(index)];
     if (node.step == step_) return;
     node.step = step_;
-    wanted_.push_back(static_cast<std::uint32_t>(index));
+    requested_nodes_.push_back(static_cast<std::uint32_t>(index));
 }
 
-void Tearing::find_wanted(const TearContext& context, const NodeGrid& grid) {
-    context.parallel.for_each(wanted_.size(), node_grain, [&](std::size_t k) {
-        const std::uint32_t index = wanted_[k];
+void Tearing::find_requested_stresses(const TearContext& context, const NodeGrid& grid) {
+    context.parallel.for_each(requested_nodes_.size(), node_grain, [&](std::size_t k) {
+        const std::uint32_t index = requested_nodes_[k];
         node_stress_[index].sum =
             sum_stress(context, grid, context.nodes.places()[index], static_cast<std::int32_t>(index));
     });
-    wanted_.clear();
+    requested_nodes_.clear();
 }
 
-// Of an edge whose nodes have this sum, and are so called by the tracker; none where it is below `least`
-// (Pa).
+// Returns the stress of an edge from the stress sum of its nodes; zero if the largest principal stress is
+// below the threshold, Pa. nodes: tracker indices of the ends or -1.
 Tearing::Stress Tearing::find_stress(const TearContext& context, const NodeGrid& grid, const GridEdge& edge,
                                      const std::array<std::int32_t, 2>& nodes, const StressSum& sum,
-                                     double least) const {
+                                     double threshold) const {
     if (!(sum.total > sum.held)) return {};
     const Mat3 mean = sum.stress / sum.total;
-    if (has_values_below(mean, least - bound_slack * (std::abs(least) + mean.norm()))) return {};
+    if (has_values_below(mean, threshold - bound_slack * (std::abs(threshold) + mean.norm()))) return {};
     const SymmetricEigen eigen = eigen_symmetric(mean);
     return {eigen.values[0], eigen.vectors.col(0), gradient_at(context, grid, edge, nodes)};
 }
 
-// Kernel mean of the deformation, of those that have a say.
+// Returns the kernel mean of the deformation gradient at an edge, over the phyxels that are not excluded.
 Mat3 Tearing::gradient_at(const TearContext& context, const NodeGrid& grid, const GridEdge& edge,
                           const std::array<std::int32_t, 2>& nodes) const {
     Mat3 gradient = Mat3::Zero();
     double total = 0;
     for (const int end : {0, 1}) {
         Mat3 sum = Mat3::Zero();
-        double part = 0;
+        double counted = 0;
         const auto add = [&](std::uint32_t i, double weight) {
-            if (size_[i] < 0) return;
+            if (stress_norm_[i] < 0) return;
             sum += weight * context.phyxels.deformation[i];
-            part += weight;
+            counted += weight;
         };
         const double all = for_influences(context, grid, end == 0 ? edge.node : edge.upper(),
                                           nodes[static_cast<std::size_t>(end)], add);
         if (!(all > 0)) continue;
         gradient += sum / all;
-        total += part / all;
+        total += counted / all;
     }
     return gradient / total;
 }

@@ -1,4 +1,4 @@
-// Seams: planes along which a material of uneven strength is weak.
+// Weak planes of a material whose strength varies.
 #include <splitcubes/body/tearing.h>
 #include <splitcubes/math/decompose.h>
 
@@ -6,17 +6,17 @@
 
 namespace splitcubes::body {
 
-// The plane along which the material around a place is weak, if it is so along a
-// plane: by the moments of the weakness over the nodes around.
-std::optional<Tearing::Plane> Tearing::weak_plane_at(const Vec3& rest) const {
+// Returns the plane along which the material radius a rest position is weak, if there is one: from the second
+// moments of the weakness (strongest over own strength, minus 1) at grid points radius.
+std::optional<Tearing::WeakPlane> Tearing::weak_plane_at(const Vec3& rest) const {
     if (!settings_.strength_factor) return std::nullopt;
-    constexpr int around = 3;  // cells
+    constexpr int radius = 3;  // cells
     std::vector<std::pair<Vec3, double>> samples;
     double strongest = 0;
-    for (int z = -around; z <= around; ++z)
-        for (int y = -around; y <= around; ++y)
-            for (int x = -around; x <= around; ++x) {
-                if (x * x + y * y + z * z > around * around) continue;
+    for (int z = -radius; z <= radius; ++z)
+        for (int y = -radius; y <= radius; ++y)
+            for (int x = -radius; x <= radius; ++x) {
+                if (x * x + y * y + z * z > radius * radius) continue;
                 const Vec3 offset = cell_size_ * Vec3(x, y, z);
                 samples.emplace_back(offset, settings_.strength_factor(rest + offset));
                 strongest = std::max(strongest, samples.back().second);
@@ -35,7 +35,7 @@ std::optional<Tearing::Plane> Tearing::weak_plane_at(const Vec3& rest) const {
     mean /= total;
     const SymmetricEigen eigen = eigen_symmetric(moment / total - mean * mean.transpose());
     if (!(eigen.values[2] < 0.6 * eigen.values[1])) return std::nullopt;
-    return Plane{rest + mean, eigen.vectors.col(2)};
+    return WeakPlane{rest + mean, eigen.vectors.col(2)};
 }
 
 }  // namespace splitcubes::body
