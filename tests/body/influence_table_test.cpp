@@ -111,7 +111,7 @@ TEST(InfluenceTable, EveryInstructionSetGivesTheSameBits) {
     const auto run = [&] {
         InfluenceTable own;
         own.append_from(all, 7, 291, {Vec3f(0.1F, 0, 0), 0.5F});
-        const Mat3 mean = own.take_out_mean();
+        const Mat3 mean = own.subtract_mean();
         const geometry::Box cube = own.box_of({Vec3f::Zero(), 0.5F}), node = own.box_of({Vec3f::Zero(), 0});
         return Found{own.size(), mean, cube.min, cube.max, node.min, node.max};
     };

@@ -55,7 +55,7 @@ TEST_P(NodeHullsOfSize, HoldWhatReachesANodeAndLittleElse) {
         const std::vector<HullInfluence> influences = random_hull_influences(random, 30, size);
         hulls.start(hull_cell);
         for (const HullInfluence& c : influences) hulls.add(c.from_centre, c.reach, c.now, c.before);
-        ASSERT_TRUE(hulls.settle());
+        ASSERT_TRUE(hulls.finish());
         for (int block = 0; block < NodeHulls::block_count; ++block) {
             hulls.choose_block(block);
             const geometry::Box whole = hulls.box_of_block().grown(1e-5 * largest);
@@ -90,7 +90,7 @@ TEST(NodeHulls, AreEmptyWhereNothingReaches) {
     hulls.start(hull_cell);
     EXPECT_TRUE(hulls.empty());
     hulls.add(Vec3::Constant(-2 * hull_cell), hull_cell, {}, {});
-    ASSERT_TRUE(hulls.settle());
+    ASSERT_TRUE(hulls.finish());
     hulls.choose_block(0);
     EXPECT_FALSE(hulls.box_of({0, 0, 0}).empty());
     EXPECT_TRUE(hulls.box_of({2, 2, 2}).empty());
@@ -98,7 +98,7 @@ TEST(NodeHulls, AreEmptyWhereNothingReaches) {
     EXPECT_TRUE(hulls.box_of_block().empty());
     hulls.start(hull_cell);
     hulls.add(Vec3::Zero(), hull_cell, {Vec3::Constant(1e31), Mat3::Zero()}, {});
-    EXPECT_FALSE(hulls.settle());
+    EXPECT_FALSE(hulls.finish());
 }
 
 }  // namespace

@@ -103,7 +103,7 @@ void Body::cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t c
     const std::vector<cutting::CandidateEdge> candidates = candidate_edges(edges, context);
     std::vector<cutting::EdgeCut> cuts =
         cutting::cut_edges(blades, candidates, last_normal, context.parallel);
-    settle_node_ties(grid_, cuts);
+    resolve_node_ties(grid_, cuts);
     for (const cutting::EdgeCut& cut : cuts) {
         const std::int32_t slot = grid_.cut(splitting::edge_from_id(cut.id), cut.parameter, cut.rest_normal,
                                             splitting::Origin::cut, cut_number);

@@ -98,7 +98,7 @@ void Body::restore_deformation(std::span<const double> state) {
 void Body::pick_frames(const std::vector<geometry::Frame>& nodes, std::vector<geometry::Frame>& out) const {
     out.resize(tracker_.size());
     for (std::size_t k = 0; k < out.size(); ++k)
-        out[k] = nodes[static_cast<std::size_t>(node_index_.get(tracker_.places()[k], 0))];
+        out[k] = nodes[static_cast<std::size_t>(node_index_.get(tracker_.nodes()[k], 0))];
 }
 
 void Body::evaluate_frames_now(const TrackerContext& context) {

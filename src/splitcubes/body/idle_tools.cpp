@@ -22,27 +22,28 @@ geometry::Box bounds_of(const Body& body) {
     return out;
 }
 
-// Where the material is that is at a point of the world, as the nearest phyxel moves.
+// Returns the rest position of a point of the world by the map of the nearest phyxel.
 Vec3 rest_of(const meshless::Phyxels& phyxels, const Vec3& point) {
     std::size_t nearest = 0;
-    double least = std::numeric_limits<double>::infinity();
+    double min_squared = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < phyxels.size(); ++i)
-        if (const double d = (phyxels.position[i] - point).squaredNorm(); d < least) {
-            least = d;
+        if (const double d = (phyxels.position[i] - point).squaredNorm(); d < min_squared) {
+            min_squared = d;
             nearest = i;
         }
     return phyxels.rest_position[nearest] +
            phyxels.deformation[nearest].inverse() * (point - phyxels.position[nearest]);
 }
 
-// The blade's lines in rest space, with points about every half phyxel spacing, at most `most` of each line.
+// Returns the blade's lines in rest space, sampled about every half phyxel spacing but not much finer than
+// max_points per line.
 std::vector<std::vector<Vec3>> rest_pose(const Body& body, const std::vector<std::vector<Vec3>>& pose) {
-    constexpr int most = 200;
+    constexpr int max_points = 200;
     std::vector<std::vector<Vec3>> out;
     for (const std::vector<Vec3>& line : pose) {
         double length = 0;
         for (std::size_t i = 0; i + 1 < line.size(); ++i) length += (line[i + 1] - line[i]).norm();
-        const double step = std::max(0.5 * body.phyxel_spacing(), length / most);
+        const double step = std::max(0.5 * body.phyxel_spacing(), length / max_points);
         std::vector<Vec3>& points = out.emplace_back();
         for (std::size_t i = 0; i + 1 < line.size(); ++i) {
             const int parts = std::max(1, static_cast<int>(std::ceil((line[i + 1] - line[i]).norm() / step)));
@@ -67,7 +68,8 @@ cutting::SweptBlade between(const std::vector<std::vector<Vec3>>& before,
     return out;
 }
 
-// More of one kind of edge is nearer to a cut than any of the next.
+// Rates how close a tool came to cutting: crossed uncut edges count more than cut ones, these more than edges
+// at the boundary, and more edges more than fewer.
 double nearness(const IdleTool& idle) {
     const auto share = [](std::size_t count) {
         return static_cast<double>(count) / (1 + static_cast<double>(count));
@@ -108,7 +110,7 @@ void IdleTools::observe(const World& world, const StepReport& report) {
         for (std::size_t b = 0; b < bounds.size(); ++b) {
             if (!may_cut(tool, b)) continue;
             Pair& pair = pairs_[k * bounds.size() + b];
-            std::vector<std::uint64_t> all;  // grows no further than to all edges of the body
+            std::vector<std::uint64_t> all;  // bounded by the number of the body's edges
             std::set_union(pair.before.begin(), pair.before.end(), pair.last.begin(), pair.last.end(),
                            std::back_inserter(all));
             pair.before = std::move(all);
@@ -119,7 +121,7 @@ void IdleTools::observe(const World& world, const StepReport& report) {
             }
             if (bounds[b].empty()) bounds[b] = bounds_of(*world.bodies()[b]);
             pair.bounds.add(bounds[b]);
-            // Near enough that the next step may bring them together.
+            // Close enough that tool and body may touch in the next step.
             const double near = 2 * world.bodies()[b]->grid().rest().cell_size + 0.5 * swept.size().norm();
             if (swept.grown(near).meets(bounds[b])) {
                 follow(world, k, b);
@@ -146,7 +148,7 @@ void IdleTools::follow(const World& world, std::size_t tool, std::size_t body) {
 }
 
 std::vector<IdleTool> IdleTools::idle(const World& world) const {
-    // By the marks once more: an edge that is parallel to its cut has no area.
+    // Also excludes tools with crossings in the grid: a cut parallel to its edge adds no area to the report.
     const std::vector<std::uint8_t> marked = IdleTools(world).has_cut_;
     std::vector<IdleTool> out;
     const std::size_t body_count = world.bodies().size();

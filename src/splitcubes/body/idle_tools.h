@@ -1,4 +1,4 @@
-// Why tools of a simulation cut nothing: watches them step by step, until each has cut.
+// Diagnoses tools that cut nothing in a simulation.
 #pragma once
 
 #include <splitcubes/body/world.h>
@@ -13,21 +13,22 @@ namespace splitcubes::body {
 /// A tool that cut no edge, and a body that it might have cut.
 struct IdleTool {
     std::size_t tool, body;
-    geometry::Box sweep;             // m, world: what the blade swept so far; empty: it was never active
-    geometry::Box bounds;            // m, world: of the body meanwhile
-    splitting::CrossedEdges before;  // that the blade crossed in the steps but the last
-    splitting::CrossedEdges last;    // in the last, whose marks would appear in the next
+    geometry::Box sweep;             // m, world, bounds of the blade's sweep so far; empty: never active
+    geometry::Box bounds;            // m, world, bounds of the body meanwhile
+    splitting::CrossedEdges before;  // edges that the blade crossed in all steps but the last
+    splitting::CrossedEdges last;    // edges crossed in the last step, which the next step would cut
 };
 
-/// Costs nothing once all tools have cut. One that has not is compared with the bounds of the bodies
-/// while it moves, and where they meet, its way through the body's rest space is followed.
+/// Watches tools step by step until each has cut; costs nothing after that. A tool that has not cut yet is
+/// compared with the bounds of the bodies; where these overlap, its path through the body's rest space is
+/// followed.
 class IdleTools {
   public:
-    /// Tools that have cut already, in an earlier part of the run, are known by their marks.
+    /// Recognises tools that have cut in an earlier part of the run by their crossings.
     explicit IdleTools(const World& world);
     /// To be called after each step.
     void observe(const World& world, const StepReport& report);
-    /// Of each idle tool the body that it came nearest to cutting.
+    /// Returns the idle tools, each with the body that it came closest to cutting.
     std::vector<IdleTool> idle(const World& world) const;
 
   private:

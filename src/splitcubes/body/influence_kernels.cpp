@@ -1,5 +1,5 @@
-// Compiled once for each instruction set by Highway's foreach_target.h. Multiply
-// and add stay apart (no fused operations), so the bits agree.
+// Compiled once per instruction set by Highway's foreach_target.h. Uses no fused multiply-add, so that the
+// results are bit-identical.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splitcubes/body/influence_kernels.cpp"
 #include <hwy/foreach_target.h>
@@ -16,13 +16,13 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-constexpr std::size_t parts = 16;
-constexpr hn::CappedTag<float, parts> d;
+constexpr std::size_t max_lanes = 16;
+constexpr hn::CappedTag<float, max_lanes> d;
 using V = hn::Vec<decltype(d)>;
 using M = hn::Mask<decltype(d)>;
 constexpr std::size_t lanes = hn::MaxLanes(d);
 
-// The lists of a table, see InfluenceTable.
+// Lists of a table; see InfluenceTable.
 constexpr std::size_t square_list = 3, first_state = 4, state_size = 12, matrix_list = 3;
 constexpr std::size_t list_count = first_state + 2 * state_size;
 
@@ -66,7 +66,7 @@ std::size_t choose(const InfluenceLists& from, const InfluenceTable::Cube& cube,
             for (std::size_t r = 0; r < 3; ++r) {
                 V off = list(state + r);
                 if (recentre) {
-                    // What it makes of the cube's centre: from the carrier by minus its offset.
+                    // Value of the map at the cube's centre, which is at -offset from the entry's position.
                     off = hn::Sub(off, hn::Mul(list(state + 3 + r), offset.x));
                     off = hn::Sub(off, hn::Mul(list(state + 6 + r), offset.y));
                     off = hn::Sub(off, hn::Mul(list(state + 9 + r), offset.z));
@@ -82,10 +82,10 @@ std::size_t choose(const InfluenceLists& from, const InfluenceTable::Cube& cube,
 void sum(const float* first, std::size_t stride, std::size_t count, std::span<float, 9> sums) {
     for (std::size_t f = 0; f < 9; ++f) {
         const float* list = first + f * stride;
-        HWY_ALIGN float part[parts];
-        for (std::size_t l = 0; l < parts; l += lanes) {
+        HWY_ALIGN float part[max_lanes];
+        for (std::size_t l = 0; l < max_lanes; l += lanes) {
             V total = hn::Zero(d);
-            for (std::size_t k = l; k < count; k += parts)
+            for (std::size_t k = l; k < count; k += max_lanes)
                 total = hn::Add(total, hn::IfThenElseZero(hn::FirstN(d, count - k), hn::LoadU(d, list + k)));
             hn::Store(total, d, part + l);
         }
@@ -98,13 +98,13 @@ template <bool is_point>
 void bound(const InfluenceLists& from, const InfluenceTable::Cube& cube, std::span<float, 3> low,
            std::span<float, 3> high) {
     constexpr float infinity = std::numeric_limits<float>::infinity();
-    const V most = hn::Set(d, infinity), least = hn::Set(d, -infinity);
+    const V max_value = hn::Set(d, infinity), min_value = hn::Set(d, -infinity);
     const V x = hn::Set(d, cube.centre[0]), y = hn::Set(d, cube.centre[1]), z = hn::Set(d, cube.centre[2]);
     const V half = hn::Set(d, cube.half);
     V lowest[3], highest[3];
     for (std::size_t r = 0; r < 3; ++r) {
-        lowest[r] = most;
-        highest[r] = least;
+        lowest[r] = max_value;
+        highest[r] = min_value;
     }
     for (std::size_t k = from.begin; k < from.end; k += lanes) {
         const M near = reaching(from, k, offset_of(from, k, cube.centre), cube.half);
@@ -124,8 +124,8 @@ void bound(const InfluenceLists& from, const InfluenceTable::Cube& cube, std::sp
                     under = hn::Sub(at, spread);
                     over = hn::Add(at, spread);
                 }
-                lowest[r] = hn::Min(lowest[r], hn::IfThenElse(near, under, most));
-                highest[r] = hn::Max(highest[r], hn::IfThenElse(near, over, least));
+                lowest[r] = hn::Min(lowest[r], hn::IfThenElse(near, under, max_value));
+                highest[r] = hn::Max(highest[r], hn::IfThenElse(near, over, min_value));
             }
     }
     for (std::size_t r = 0; r < 3; ++r) {

@@ -1,4 +1,4 @@
-// The loops of InfluenceTable over its lists. `stride` numbers are from one list to the next.
+// SIMD loops of InfluenceTable over its lists, which begin `stride` numbers apart.
 #pragma once
 
 #include <splitcubes/body/influence_table.h>
@@ -14,13 +14,15 @@ struct InfluenceLists {
     std::size_t stride, begin, end;
 };
 
-/// Writes those that reach the cube from `to` on, in their order; returns how many. With `recentre`,
-/// from the cube's centre. There must be room for sixteen more than are written.
+/// Copies the entries that reach the cube to `to` in their order and returns their number. recentre: makes
+/// positions and maps relative to the cube's centre. `to` needs capacity for sixteen entries more than are
+/// written.
 std::size_t choose_influences(const InfluenceLists& from, const InfluenceTable::Cube& cube, bool recentre,
                               float* to, std::size_t to_stride);
-/// Sums of nine lists, in sixteen parts that are added in order.
+/// Sums nine lists, each in sixteen partial sums that are added in order.
 void sum_lists(const float* first, std::size_t stride, std::size_t count, std::span<float, 9> sums);
-/// Low and high ends of what those that reach the cube make of it; both infinite where none does.
+/// Computes lower and upper bounds of the cube's points under the maps of the entries that reach it;
+/// +infinity and -infinity if none does.
 void bound_influences(const InfluenceLists& from, const InfluenceTable::Cube& cube, std::span<float, 3> low,
                       std::span<float, 3> high);
 

@@ -6,7 +6,7 @@
 
 namespace splitcubes::body {
 
-void InfluenceTable::make_room(std::size_t count) {
+void InfluenceTable::reserve(std::size_t count) {
     const std::size_t needed = count + 2 * width;
     if (needed <= stride_) return;
     const std::size_t stride = std::max(needed, 2 * stride_);
@@ -18,42 +18,42 @@ void InfluenceTable::make_room(std::size_t count) {
 }
 
 void InfluenceTable::resize(std::size_t count) {
-    make_room(count);
+    reserve(count);
     if (count > size_) std::fill(field(square) + size_, field(square) + count, -1.0F);
     size_ = count;
 }
 
-void InfluenceTable::set(std::size_t i, const Vec3& at, double square_of_reach, const State& now,
+void InfluenceTable::set(std::size_t i, const Vec3& position, double squared_reach, const State& now,
                          const State& before) {
     float* entry = numbers_.data() + i;
     const auto put = [&](double number) {
         *entry = static_cast<float>(number);
         entry += stride_;
     };
-    for (int k = 0; k < 3; ++k) put(at[k]);
-    put(square_of_reach);
-    // What single precision cannot hold is too large for any use, but stays finite.
-    constexpr double most = 1e30;
+    for (int k = 0; k < 3; ++k) put(position[k]);
+    put(squared_reach);
+    // Values beyond single precision are useless, but must stay finite.
+    constexpr double max_value = 1e30;
     for (const State* state : {&now, &before}) {
-        for (int k = 0; k < 3; ++k) put(std::clamp(state->off[k], -most, most));
-        for (int k = 0; k < 9; ++k) put(std::clamp(state->matrix.data()[k], -most, most));
+        for (int k = 0; k < 3; ++k) put(std::clamp(state->off[k], -max_value, max_value));
+        for (int k = 0; k < 9; ++k) put(std::clamp(state->matrix.data()[k], -max_value, max_value));
     }
 }
 
 void InfluenceTable::append_from(const InfluenceTable& from, std::size_t begin, std::size_t end,
                                  const Cube& cube) {
-    make_room(size_ + (end - begin));
+    reserve(size_ + (end - begin));
     size_ += choose_influences({from.numbers_.data(), from.stride_, begin, end}, cube, true,
                                numbers_.data() + size_, stride_);
 }
 
 void InfluenceTable::assign_from(const InfluenceTable& from, const Cube& cube) {
-    make_room(from.size());
+    reserve(from.size());
     size_ = choose_influences({from.numbers_.data(), from.stride_, 0, from.size()}, cube, false,
                               numbers_.data(), stride_);
 }
 
-Mat3 InfluenceTable::take_out_mean() {
+Mat3 InfluenceTable::subtract_mean() {
     if (size_ == 0) return Mat3::Zero();
     constexpr std::size_t matrix = first_state + 3;
     std::array<float, 9> mean;

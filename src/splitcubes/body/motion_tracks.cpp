@@ -10,7 +10,7 @@ namespace splitcubes::body {
 
 namespace {
 
-// The times of the step's ends as World::step computes them.
+// Times, s, of a step, computed exactly as in World::step.
 struct StepTimes {
     double begin, end;         // of the step
     double swept_from, swept;  // of the interval that tools cut; equal for the first step
@@ -27,7 +27,7 @@ SampledMotion sampled(const std::set<double>& times, const std::function<Isometr
     return out;
 }
 
-// Without the middle ones of samples that are the same.
+// Removes the inner samples of runs of equal ones.
 SampledMotion thinned(const SampledMotion& motion) {
     const auto& frames = motion.frames();
     SampledMotion out;
@@ -38,8 +38,8 @@ SampledMotion thinned(const SampledMotion& motion) {
     return out;
 }
 
-std::string constraint_name(const Body& body, std::size_t number) {
-    return body.name() + '/' + std::to_string(number);
+std::string constraint_name(const Body& body, std::size_t index) {
+    return body.name() + '/' + std::to_string(index);
 }
 
 }  // namespace
@@ -60,7 +60,7 @@ std::vector<MotionTrack> motion_tracks(const World& world, std::int64_t steps) {
             const std::vector<double> swept = cutting::sweep_times(tool.blade, at.swept_from, at.swept);
             times.insert(swept.begin(), swept.end());
         }
-        // Standing blades are not thinned: each sample ends a part of a sweep.
+        // Tracks of tools are never thinned: each sample ends a part of a sweep.
         out.push_back({Driven::tool, tool.blade.name(),
                        sampled(times, [&](double time) { return tool.blade.frame(time); })});
     }
@@ -80,23 +80,24 @@ std::vector<MotionTrack> motion_tracks(const World& world, std::int64_t steps) {
 void follow_tracks(World& world, const std::vector<MotionTrack>& tracks) {
     for (const MotionTrack& track : tracks) {
         bool fits = false;
-        const auto take = [&](Driven driven, const std::string& name) {
+        const auto matches = [&](Driven driven, const std::string& name) {
             const bool same = track.driven == driven && track.name == name;
             fits = fits || same;
             return same;
         };
         const auto motion = std::make_shared<const SampledMotion>(track.motion);
         for (std::size_t k = 0; k < world.tools().size(); ++k)
-            if (take(Driven::tool, world.tools()[k].blade.name())) world.set_tool_path(k, *motion);
+            if (matches(Driven::tool, world.tools()[k].blade.name())) world.set_tool_path(k, *motion);
         const auto at = [motion](double time) { return motion->at(time); };
         for (const auto& body : world.bodies()) {
             for (std::size_t k = 0; k < body->constraints().size(); ++k)
-                if (take(Driven::constraint, constraint_name(*body, k))) body->set_constraint_motion(k, at);
+                if (matches(Driven::constraint, constraint_name(*body, k)))
+                    body->set_constraint_motion(k, at);
             for (std::size_t k = 0; k < body->handles().size(); ++k)
-                if (take(Driven::handle, body->handles()[k].name)) body->set_handle_motion(k, at);
+                if (matches(Driven::handle, body->handles()[k].name)) body->set_handle_motion(k, at);
         }
         for (std::size_t k = 0; k < world.colliders().size(); ++k)
-            if (take(Driven::collider, world.colliders()[k].name)) world.set_collider_motion(k, at);
+            if (matches(Driven::collider, world.colliders()[k].name)) world.set_collider_motion(k, at);
         if (!fits)
             throw InputError("track '" + track.name + "'",
                              "there is nothing of this name that it could drive",

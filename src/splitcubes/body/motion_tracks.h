@@ -1,4 +1,4 @@
-// The motions that drive a world, as lists of places: recorded, and followed again.
+// Records the prescribed motions of a world as sampled tracks, and replays them.
 #pragma once
 
 #include <splitcubes/body/world.h>
@@ -9,24 +9,23 @@
 
 namespace splitcubes::body {
 
-/// What is moved from outside.
+/// Object whose motion is prescribed.
 enum class Driven { tool, constraint, handle, collider };
 
 struct MotionTrack {
     Driven driven = Driven::tool;
-    /// Its name; of a constraint: its body's name and its number there, "body/0".
+    /// Name of the object; of a constraint: name of its body and its index there, "body/0".
     std::string name;
     SampledMotion motion;  // world from own; of a constraint or a handle: world from rest
 };
 
-/// Where everything driven is at each time at which the world's first `steps` steps ask for
-/// it. Follows from the world's settings alone, so it may be asked before or after them.
+/// Returns the prescribed motions at all times at which the world's first `steps` steps evaluate them.
+/// Depends only on the world's settings, so it may be called before or after these steps.
 std::vector<MotionTrack> motion_tracks(const World& world, std::int64_t steps);
 
-/// Puts the tracks in place of the motions that the world was made with. A world of the same
-/// settings that follows the tracks of another gives, for as many steps, its states to the last
-/// bit. What no track names keeps its motion. Throws InputError, whose place is the track's
-/// name, for one that fits nothing.
+/// Replaces motions of the world by the tracks. A world of the same settings that follows the tracks of
+/// another has bit-identical states for as many steps. Objects without a track keep their motion. Throws
+/// InputError, located at the track's name, if a track names no object.
 void follow_tracks(World& world, const std::vector<MotionTrack>& tracks);
 
 }  // namespace splitcubes::body

@@ -13,16 +13,16 @@ namespace {
 
 static_assert(NodeHulls::side == brick_side);
 
-// Bricks whose edges one task lists.
+// Bricks per parallel task.
 constexpr std::size_t brick_grain = 4;
 
-// Of the nodes of a brick and the upper ends of its edges, rest space.
+// Returns the box of a brick's nodes and the upper ends of its edges; m, rest space.
 geometry::Box cube_of(const splitting::NodeGrid& grid, std::size_t brick) {
     const Vec3 low = grid.rest().node_position(grid.bricks().base(brick));
     return {low, low + Vec3::Constant(brick_side * grid.rest().cell_size)};
 }
 
-// Of the images of a box under p -> jacobian p + shift, each moved by what lies in `off`.
+// Returns the bounds of the images of a box under p -> jacobian p + shift + o, for all o in `off`.
 geometry::Box image_of(const geometry::Box& box, const Mat3& jacobian, const Vec3& shift,
                        const geometry::Box& off) {
     const Vec3 centre = jacobian * box.center() + shift;
@@ -30,20 +30,20 @@ geometry::Box image_of(const geometry::Box& box, const Mat3& jacobian, const Vec
     return {centre - half + off.min, centre + half + off.max};
 }
 
-// Bricks around one, no farther off along any axis: first and last, by their places.
+// Returns first and last grid position of the bricks at most `around` from one along each axis.
 std::pair<Vec3i, Vec3i> neighbours_of(const splitting::BrickLayout& layout, std::size_t brick, int around) {
     const Vec3i at = layout.base(brick) / brick_side;
     return {(at.array() - around).max(0), (at.array() + around).min(layout.brick_count.array() - 1)};
 }
 
-// How far from its rest position a phyxel carries nodes.
+// Returns the distance, m, from its rest position up to which a phyxel influences nodes.
 double reach_of(const MovingBricks::State& state, std::size_t i) {
     return state.phyxels.support_radius[i] + state.margin;
 }
 
 }  // namespace
 
-// By the brick that holds them; those outside the grid by the nearest one.
+// Sorts phyxels by brick; those outside the grid go to the nearest one.
 void MovingBricks::sort_phyxels(const State& state) {
     const splitting::BrickLayout& layout = state.grid.bricks();
     const std::vector<Vec3>& rest = state.phyxels.rest_position;
@@ -62,16 +62,16 @@ void MovingBricks::sort_phyxels(const State& state) {
     sorted_ = rest.size();
 }
 
-// How many bricks away a phyxel can lie that carries a node of a brick.
+// Returns the largest distance, in bricks, of a phyxel that can influence a brick's nodes.
 int MovingBricks::bricks_around(const State& state) const {
     return static_cast<int>(std::ceil(reach_ / (brick_side * state.grid.rest().cell_size)));
 }
 
-// Of what the phyxels make of a point. What is not finite does not count: any map would do,
-// this one is only near.
-MovingBricks::MapSum MovingBricks::sum_of(const State& state, std::span<const std::uint32_t> numbers) {
+// Sums the maps of phyxels without those that are not finite: the mean only needs to be close, any map would
+// do.
+MovingBricks::MapSum MovingBricks::sum_of(const State& state, std::span<const std::uint32_t> phyxels) {
     MapSum sum;
-    for (const std::size_t i : numbers) {
+    for (const std::size_t i : phyxels) {
         const Mat3& f = state.phyxels.deformation[i];
         const Vec3& x = state.phyxels.position[i];
         if (std::isfinite(f.sum() + x.sum())) sum += MapSum{f, x, state.phyxels.rest_position[i], 1};
@@ -93,10 +93,10 @@ MovingBricks::Map MovingBricks::MapSum::mean() const {
     return {matrix, (position - matrix * rest) / count};
 }
 
-// How far off the mean map its phyxels carry a node within reach, now and a step ago.
-void MovingBricks::take_boxes(const State& state, const Parallel& parallel) {
+// Computes per phyxel and brick the offsets from the mean map of nodes in reach, now and a step ago.
+void MovingBricks::find_boxes(const State& state, const Parallel& parallel) {
     const meshless::Phyxels& phyxels = state.phyxels;
-    // First in the order in which they lie in memory, which else could not keep up.
+    // First per phyxel in memory order, because this loop is bound by memory bandwidth.
     phyxel_box_.resize(phyxels.size());
     parallel.for_each(phyxels.size(), 512, [&](std::size_t i) {
         const Vec3 mapped = mean_.jacobian * phyxels.rest_position[i] + mean_.shift;
@@ -105,7 +105,7 @@ void MovingBricks::take_boxes(const State& state, const Parallel& parallel) {
         const auto add = [&](const Vec3& position, const Mat3& deformation) {
             const Vec3 spread = reach * (deformation - mean_.jacobian).rowwise().norm();
             const Vec3 off = position - mapped;
-            // What is not finite carries nothing that could be met.
+            // A state that is not finite cannot be cut.
             if (std::isfinite(spread.sum() + off.sum())) box.add(geometry::Box{off - spread, off + spread});
         };
         add(phyxels.position[i], phyxels.deformation[i]);
@@ -119,17 +119,17 @@ void MovingBricks::take_boxes(const State& state, const Parallel& parallel) {
     });
 }
 
-// Joins to each box those of up to `around` bricks before and behind it.
+// Extends each box by those of up to `around` bricks on either side along the axis.
 void MovingBricks::spread_boxes(const splitting::BrickLayout& layout, int around, int axis,
                                 const Parallel& parallel) {
     const auto count = static_cast<std::uint32_t>(layout.brick_count[axis]);
     std::uint32_t stride = 1;
     for (int k = 0; k < axis; ++k) stride *= static_cast<std::uint32_t>(layout.brick_count[k]);
-    const auto most = static_cast<std::uint32_t>(around);
+    const auto range = static_cast<std::uint32_t>(around);
     wider_.resize(boxes_.size());
     parallel.for_each(boxes_.size(), 256, [&](std::size_t b) {
         const std::uint32_t at = static_cast<std::uint32_t>(b) / stride % count;
-        const std::uint32_t first = at - std::min(at, most), last = std::min(at + most, count - 1);
+        const std::uint32_t first = at - std::min(at, range), last = std::min(at + range, count - 1);
         geometry::Box box;
         for (std::uint32_t k = first; k <= last; ++k) box.add(boxes_[b + k * stride - at * stride]);
         wider_[b] = box;
@@ -139,13 +139,13 @@ void MovingBricks::spread_boxes(const splitting::BrickLayout& layout, int around
 
 void MovingBricks::choose_bricks(const State& state, const SweptBoxes& swept, const Parallel& parallel) {
     const splitting::BrickLayout& layout = state.grid.bricks();
-    // Any map would do: the mean of some is as near as that of all.
-    constexpr std::size_t some = 32;
+    // The mean of every 32nd phyxel is close enough.
+    constexpr std::size_t sample_stride = 32;
     MapSum sum;
-    for (std::size_t k = 0; k < phyxels_.size(); k += some)
+    for (std::size_t k = 0; k < phyxels_.size(); k += sample_stride)
         sum += sum_of(state, std::span(phyxels_).subspan(k, 1));
     mean_ = sum.mean();
-    take_boxes(state, parallel);
+    find_boxes(state, parallel);
     for (int axis = 0; axis < 3; ++axis) spread_boxes(layout, bricks_around(state), axis, parallel);
     meets_.assign(layout.total(), 0);
     parallel.for_each(layout.total(), 256, [&](std::size_t b) {
@@ -158,12 +158,12 @@ void MovingBricks::choose_bricks(const State& state, const SweptBoxes& swept, co
         if (meets_[b] != 0) chosen_.push_back(b);
 }
 
-double MovingBricks::place_error(const State& state) const {
+double MovingBricks::position_error(const State& state) const {
     const geometry::RestGrid& rest = state.grid.rest();
     return 1e-7 * rest.cell_size * static_cast<double>(rest.node_count.maxCoeff() + brick_side);
 }
 
-// Of the phyxels that can reach the chosen bricks.
+// Fills the table with the phyxels that can reach the chosen bricks.
 void MovingBricks::list_influences(const State& state, const Parallel& parallel) {
     const splitting::BrickLayout& layout = state.grid.bricks();
     listed_.assign(layout.total(), 0);
@@ -179,23 +179,24 @@ void MovingBricks::list_influences(const State& state, const Parallel& parallel)
                 }
     }
     influences_.resize(phyxels_.size());
-    const double error = place_error(state);
+    const double error = position_error(state);
     parallel.for_each(bricks.size(), 16, [&](std::size_t b) {
         for (std::uint32_t k = begin_[bricks[b]]; k < begin_[bricks[b] + 1]; ++k) {
             const std::uint32_t i = phyxels_[k];
             const Vec3& rest = state.phyxels.rest_position[i];
             const Vec3 mapped = mean_.jacobian * rest + mean_.shift;
-            const auto made = [&](const Vec3& position, const Mat3& deformation) {
+            const auto relative_state = [&](const Vec3& position, const Mat3& deformation) {
                 return InfluenceTable::State{position - mapped, deformation - mean_.jacobian};
             };
-            const InfluenceTable::State now = made(state.phyxels.position[i], state.phyxels.deformation[i]);
+            const InfluenceTable::State now =
+                relative_state(state.phyxels.position[i], state.phyxels.deformation[i]);
             const InfluenceTable::State before =
-                made(state.phyxels.previous_position[i], state.previous_deformation[i]);
-            const double numbers = now.off.sum() + now.matrix.sum() + before.off.sum() + before.matrix.sum();
-            // A little more, so that rounding leaves none out.
+                relative_state(state.phyxels.previous_position[i], state.previous_deformation[i]);
+            const double sum = now.off.sum() + now.matrix.sum() + before.off.sum() + before.matrix.sum();
+            // Enlarged so that rounding excludes none.
             const double reach = (1 + 1e-5) * reach_of(state, i) + 2 * error;
-            influences_.set(k, rest - state.grid.rest().origin, std::isfinite(numbers) ? reach * reach : -1,
-                            now, before);
+            influences_.set(k, rest - state.grid.rest().origin, std::isfinite(sum) ? reach * reach : -1, now,
+                            before);
         }
     });
 }
@@ -204,7 +205,7 @@ void MovingBricks::start_hulls(const State& state, std::uint32_t brick, NodeHull
     const splitting::BrickLayout& layout = state.grid.bricks();
     const Vec3f centre = (cube_of(state.grid, brick).center() - state.grid.rest().origin).cast<float>();
     const auto [low, high] = neighbours_of(layout, brick, bricks_around(state));
-    hulls.start(state.grid.rest().cell_size, place_error(state));
+    hulls.start(state.grid.rest().cell_size, position_error(state));
     for (int z = low.z(); z <= high.z(); ++z)
         for (int y = low.y(); y <= high.y(); ++y)
             hulls.add_from(influences_, begin_[layout.brick_of(brick_side * Vec3i(low.x(), y, z))],
@@ -216,7 +217,7 @@ void MovingBricks::add_edges(const State& state, std::uint32_t brick, const Swep
     NodeHulls& hulls = scratch.hulls;
     start_hulls(state, brick, hulls);
     if (hulls.empty()) return;
-    const bool closely = hulls.settle();
+    const bool closely = hulls.finish();
     const geometry::Box cube = cube_of(state.grid, brick);
     Bound bound{{mean_.jacobian + hulls.mean(), mean_.shift - hulls.mean() * cube.center()},
                 hulls.box_of_cube()};
@@ -226,7 +227,8 @@ void MovingBricks::add_edges(const State& state, std::uint32_t brick, const Swep
         add_block_edges(state, brick, block, bound, closely, swept, scratch, out);
 }
 
-// The uncut edges of the brick's nodes of one block. Not closely: by the brick's bound alone.
+// Appends the uncut edges of one block of a brick's nodes that may meet the boxes. closely: bounds of blocks
+// and nodes are used, not only the brick's.
 void MovingBricks::add_block_edges(const State& state, std::uint32_t brick, int block, const Bound& bound,
                                    bool closely, const SweptBoxes& swept, Scratch& scratch,
                                    std::vector<GridEdge>& out) const {
@@ -238,16 +240,16 @@ void MovingBricks::add_block_edges(const State& state, std::uint32_t brick, int 
     geometry::Box off = bound.off;
     if (closely) {
         scratch.hulls.choose_block(block);
-        // What no phyxel reaches goes with the others.
+        // Nodes that no phyxel reaches keep the brick's bound.
         if (const geometry::Box box = scratch.hulls.box_of_block(); !box.empty()) off = box;
         const Vec3 half = Vec3::Constant(0.5 * NodeHulls::block_side);
         if (!swept.any_meets(image_of({-half, half}, step, corner + step * half, off), scratch.boxes)) return;
     }
-    const auto moved = [&](const Vec3i& local, const geometry::Box& by) {
+    const auto moved = [&](const Vec3i& local, const geometry::Box& offset) {
         const Vec3 at = corner + step * (local - low).cast<double>();
-        return geometry::Box{at + by.min, at + by.max};
+        return geometry::Box{at + offset.min, at + offset.max};
     };
-    const auto place_of = [&](const Vec3i& local) {
+    const auto node_bounds = [&](const Vec3i& local) {
         const geometry::Box& own = scratch.hulls.box_of(local);
         return moved(local, own.empty() ? bound.off : own);
     };
@@ -263,8 +265,8 @@ void MovingBricks::add_block_edges(const State& state, std::uint32_t brick, int 
             moving.add(moved(upper, off));
             if (!swept.any_meets(moving, scratch.boxes)) continue;
             if (closely) {
-                moving = place_of(local);
-                moving.add(place_of(upper));
+                moving = node_bounds(local);
+                moving.add(node_bounds(upper));
                 if (!swept.any_meets(moving, scratch.boxes)) continue;
             }
             out.push_back(edge);

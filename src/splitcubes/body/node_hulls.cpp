@@ -4,17 +4,17 @@
 
 namespace splitcubes::body {
 
-void NodeHulls::start(double cell, double place_error) {
+void NodeHulls::start(double cell, double position_error) {
     influences_.resize(0);
     known_.fill(false);
     cell_ = static_cast<float>(cell);
-    place_error_ = place_error;
+    position_error_ = position_error;
 }
 
 void NodeHulls::add(const Vec3& from_centre, double reach, const State& now, const State& before) {
     const std::size_t i = influences_.size();
     influences_.resize(i + 1);
-    // A little more, so that rounding leaves none out.
+    // Enlarged so that rounding excludes none.
     influences_.set(i, from_centre, reach * reach * (1 + 1e-5) + 1e-6 * from_centre.squaredNorm(), now,
                     before);
 }
@@ -24,16 +24,16 @@ void NodeHulls::add_from(const InfluenceTable& table, std::size_t begin, std::si
     influences_.append_from(table, begin, end, {centre, 0.5F * side * cell_});
 }
 
-bool NodeHulls::settle() {
-    mean_ = influences_.take_out_mean();
+bool NodeHulls::finish() {
+    mean_ = influences_.subtract_mean();
     const float half = 0.5F * side * cell_;
-    whole_ = influences_.box_of({Vec3f::Zero(), half});
-    const double largest = std::max(whole_.max.cwiseAbs().maxCoeff(), whole_.min.cwiseAbs().maxCoeff());
-    // Seven roundings of terms that together are no larger than the largest, of which no row of a matrix
-    // makes more over the cube than that.
+    cube_box_ = influences_.box_of({Vec3f::Zero(), half});
+    const double largest = std::max(cube_box_.max.cwiseAbs().maxCoeff(), cube_box_.min.cwiseAbs().maxCoeff());
+    // Bounds seven rounding errors of terms whose sum, and each matrix row's part over the cube, is at most
+    // the largest.
     const double rows = largest / static_cast<double>(half) + mean_.cwiseAbs().rowwise().sum().maxCoeff();
-    slack_ = 1e-6 * largest + 2 * place_error_ * rows;
-    whole_ = widened(whole_);
+    slack_ = 1e-6 * largest + 2 * position_error_ * rows;
+    cube_box_ = widened(cube_box_);
     return largest < 1e25;
 }
 
@@ -50,7 +50,7 @@ geometry::Box NodeHulls::box_of_block() const {
 
 const geometry::Box& NodeHulls::box_of(const Vec3i& node) {
     const auto index =
-        static_cast<std::size_t>(node.x() + nodes_a_side * (node.y() + nodes_a_side * node.z()));
+        static_cast<std::size_t>(node.x() + nodes_per_side * (node.y() + nodes_per_side * node.z()));
     if (known_[index]) return box_[index];
     known_[index] = true;
     if (!is_near_known_) near_.assign_from(influences_, block_);

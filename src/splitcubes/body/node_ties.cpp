@@ -12,31 +12,31 @@ namespace {
 using cutting::EdgeCut;
 using splitting::GridEdge;
 
-// Share of an edge within which a hit is one of the node at its end.
+// Share of an edge from its end within which a hit counts as a hit of the node.
 constexpr double at_node = 1e-4;
-// Component of a unit normal below which an edge lies in the cut.
+// Component of a unit normal along an edge below which the edge lies in the cut.
 constexpr double in_cut = 1e-6;
 
-using Place = std::array<int, 3>;
+using TieKey = std::array<int, 3>;
 
-Place key(const Vec3i& node) {
+TieKey key(const Vec3i& node) {
     return {node[2], node[1], node[0]};
 }
 
-// The side of a cut that its nodes go to: nodes of one flat cut all to the same.
+// Returns the side of a cut to which its nodes are assigned, 1 or -1; the same for all nodes of a flat cut.
 double side_of(const Vec3& normal) {
-    static const Vec3 towards = Vec3(0.61, 0.53, 0.59);  // along no axis, diagonal or plane of the grid
+    static const Vec3 towards = Vec3(0.61, 0.53, 0.59);  // not along any axis, diagonal or plane of the grid
     const double along = normal.dot(towards);
     return std::abs(along) > in_cut ? std::copysign(1.0, along) : 0.0;
 }
 
 struct Tie {
     Vec3 normal = Vec3::Zero();  // unit, rest space, towards the node's side
+    // Per axis: whether the edge below and the edge above are hit at the node.
     std::array<std::array<bool, 2>, 3> hit{};
-    // Per axis, whether the edge below and the one above are hit at the node.
 };
 
-using Ties = std::map<Place, Tie>;
+using Ties = std::map<TieKey, Tie>;
 
 bool is_open(const splitting::NodeGrid& grid, const GridEdge& edge) {
     return (edge.node.array() >= 0).all() && grid.has_edge(edge) && grid.inside(edge.node) &&
@@ -92,7 +92,7 @@ bool is_redundant(const EdgeCut& cut, const Ties& ties) {
 
 }  // namespace
 
-void settle_node_ties(const splitting::NodeGrid& grid, std::vector<EdgeCut>& cuts) {
+void resolve_node_ties(const splitting::NodeGrid& grid, std::vector<EdgeCut>& cuts) {
     const Ties ties = ties_of(grid, cuts);
     if (ties.empty()) return;
     cuts.erase(

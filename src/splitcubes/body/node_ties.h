@@ -1,4 +1,4 @@
-// Blades that pass through grid nodes themselves.
+// Resolves cuts by blades that pass exactly through grid nodes.
 #pragma once
 
 #include <splitcubes/cutting/sweep.h>
@@ -8,13 +8,13 @@
 
 namespace splitcubes::body {
 
-/// What a blade meets at a node it meets on every edge there, and so it would cut the
-/// node off from both sides. Where all uncut edges of a node that lead across the cut
-/// are hit at the node, the node goes to one side: the edges to the other stay
-/// cut, those to its own do not, nor those between two such nodes that lie in the
-/// cut. Where one of them is not hit nothing is changed, so that no strand is left.
+/// Removes redundant cuts at nodes through which a blade passes. Such a blade hits every edge at the node and
+/// would cut it off from both sides. If all uncut edges across the cut are hit at the node, the node is
+/// assigned to one side: edges to the other side stay cut, edges to its own side and edges between two such
+/// nodes that lie in the cut are not cut. If one of the edges is not hit, nothing is changed, so that no
+/// ligament is left.
 ///
-/// cuts: of one interval, ids those of splitting::edge_id; the order is kept.
-void settle_node_ties(const splitting::NodeGrid& grid, std::vector<cutting::EdgeCut>& cuts);
+/// cuts: of one interval, with ids of splitting::edge_id; their order is kept.
+void resolve_node_ties(const splitting::NodeGrid& grid, std::vector<cutting::EdgeCut>& cuts);
 
 }  // namespace splitcubes::body

@@ -12,15 +12,15 @@ using splitting::GridEdge;
 
 namespace {
 
-// A segment that many boxes are compared with.
+// Segment, prepared for tests against many boxes.
 class BoxSegment {
   public:
     BoxSegment(const Vec3& a, const Vec3& b) : a_(a) {
         for (int k = 0; k < 3; ++k) {
-            const double way = b[k] - a[k];
-            // On an axis along which it does not go, it is far within or far without: boxes that it is
-            // compared with have a little room around what they hold.
-            inverse_[k] = way == 0 ? 1e300 : 1 / way;
+            const double extent = b[k] - a[k];
+            // Along an axis without extent the slab test decides inside or outside; the tested boxes are
+            // slightly enlarged, so that rounding does not matter.
+            inverse_[k] = extent == 0 ? 1e300 : 1 / extent;
         }
     }
     bool meets(const geometry::Box& box) const {
@@ -42,17 +42,17 @@ bool within(const Vec3& point, const geometry::Box& box, double radius) {
 std::uint32_t NodeTracker::track(const splitting::NodeGrid& grid, const Vec3i& node) {
     std::int32_t index = index_.get(node, 0);
     if (index < 0) {
-        index = static_cast<std::int32_t>(places_.size());
+        index = static_cast<std::int32_t>(nodes_.size());
         index_.set(node, 0, index);
-        places_.push_back(node);
+        nodes_.push_back(node);
         rest_.push_back(grid.rest().node_position(node));
         piece_.push_back(-1);
-        task_.push_back(Task::build);
+        pending_.push_back(KernelUpdate::build);
         use_.push_back(Use::lately);
         links_.emplace_back();
     }
     const auto i = static_cast<std::uint32_t>(index);
-    if (use_[i] == Use::none) task_[i] = Task::build;
+    if (use_[i] == Use::none) pending_[i] = KernelUpdate::build;
     use_[i] = std::max(use_[i], Use::lately);
     return i;
 }
@@ -64,7 +64,7 @@ std::uint32_t NodeTracker::hold(const splitting::NodeGrid& grid, const Vec3i& no
 }
 
 void NodeTracker::let_sleep() {
-    // Who takes the frame of another needs it for as long as it has none.
+    // Sources of fallback frames stay awake as long as they are needed.
     for (const Fallback& fallback : fallbacks_)
         use_[fallback.source] = std::max(use_[fallback.source], Use::lately);
     for (std::size_t i = 0; i < use_.size(); ++i) {
@@ -72,7 +72,7 @@ void NodeTracker::let_sleep() {
             use_[i] = Use::before;
         } else if (use_[i] == Use::before) {
             use_[i] = Use::none;
-            task_[i] = Task::none;
+            pending_[i] = KernelUpdate::none;
             links_[i].clear();
             if (i < kernels_.size()) kernels_.rows[i].count = 0;
         }
@@ -81,8 +81,8 @@ void NodeTracker::let_sleep() {
 }
 
 void NodeTracker::mark_all() {
-    for (std::size_t i = 0; i < task_.size(); ++i)
-        if (use_[i] != Use::none) task_[i] = Task::build;
+    for (std::size_t i = 0; i < pending_.size(); ++i)
+        if (use_[i] != Use::none) pending_[i] = KernelUpdate::build;
 }
 
 void NodeTracker::mark_near(std::span<const geometry::Box> boxes, double radius, std::uint32_t changes,
@@ -94,62 +94,62 @@ void NodeTracker::mark_near(std::span<const geometry::Box> boxes, double radius,
     if (all.empty()) return;
     all = all.grown(radius);
     parallel.for_each(rest_.size(), 2048, [&](std::size_t i) {
-        if (use_[i] == Use::none || task_[i] >= Task::look || !all.contains(rest_[i])) return;
+        if (use_[i] == Use::none || pending_[i] >= KernelUpdate::look || !all.contains(rest_[i])) return;
         const auto near = [&](const geometry::Box& box) { return within(rest_[i], box, radius); };
-        if (std::any_of(boxes.begin(), boxes.end(), near)) task_[i] = Task::look;
+        if (std::any_of(boxes.begin(), boxes.end(), near)) pending_[i] = KernelUpdate::look;
     });
 }
 
 void NodeTracker::refresh(const TrackerContext& context) {
     if (pieces_changed_) {
-        for (std::size_t i = 0; i < places_.size(); ++i) {
+        for (std::size_t i = 0; i < nodes_.size(); ++i) {
             if (use_[i] == Use::none) continue;
-            piece_[i] = context.pieces.piece_of(context.grid, places_[i]);
-            if (task_[i] == Task::none) task_[i] = Task::filter;
+            piece_[i] = context.pieces.piece_of(context.grid, nodes_[i]);
+            if (pending_[i] == KernelUpdate::none) pending_[i] = KernelUpdate::filter;
         }
         pieces_changed_ = false;
     }
     work_.clear();
-    for (std::uint32_t i = 0; i < task_.size(); ++i)
-        if (task_[i] != Task::none) work_.push_back(i);
+    for (std::uint32_t i = 0; i < pending_.size(); ++i)
+        if (pending_[i] != KernelUpdate::none) work_.push_back(i);
     if (work_.empty()) return;
     reach_ = 0;
     for (const double h : context.phyxels.support_radius) reach_ = std::max(reach_, h);
-    do_tasks(context);
+    update_kernels(context);
     boxes_.clear();
     known_changes_ = marked_changes_;
     find_fallbacks(context);
 }
 
-// The nodes of work_. Rows get their place in the pool first, one after the
-// other; then nothing is shared.
-void NodeTracker::do_tasks(const TrackerContext& context) {
-    kernels_.rows.resize(places_.size());
-    row_revision_.resize(places_.size(), 0);
-    ++writings_;
+// Updates the kernels of the nodes of work_. Rows are allocated in the pool serially, then filled in
+// parallel.
+void NodeTracker::update_kernels(const TrackerContext& context) {
+    kernels_.rows.resize(nodes_.size());
+    row_revision_.resize(nodes_.size(), 0);
+    ++revision_;
     for (const std::uint32_t i : work_)
-        if (task_[i] == Task::build) fresh_.push_back(i);
+        if (pending_[i] == KernelUpdate::build) fresh_.push_back(i);
     context.parallel.for_chunks(work_.size(), 32, [&](std::size_t begin, std::size_t end) {
         std::vector<std::uint32_t> near;
         std::vector<geometry::Box> near_boxes;
         for (std::size_t k = begin; k < end; ++k) {
             const std::uint32_t i = work_[k];
-            piece_[i] = context.pieces.piece_of(context.grid, places_[i]);
-            if (task_[i] == Task::build) build_links(context, i, near);
-            if (task_[i] == Task::look) look_again(context, i, near_boxes);
-            task_[i] = Task::none;
+            piece_[i] = context.pieces.piece_of(context.grid, nodes_[i]);
+            if (pending_[i] == KernelUpdate::build) build_links(context, i, near);
+            if (pending_[i] == KernelUpdate::look) update_visibility(context, i, near_boxes);
+            pending_[i] = KernelUpdate::none;
         }
     });
     for (const std::uint32_t i : work_) {
         meshless::NodeKernels::Row& row = kernels_.rows[i];
-        // Room for one at least: a node may be bound to a phyxel that does not reach it.
-        const auto wanted = static_cast<std::uint32_t>(std::max<std::size_t>(links_[i].size(), 1));
-        if (wanted <= row.capacity) continue;
+        // At least one entry: a node may be bound to a phyxel that does not reach it.
+        const auto capacity = static_cast<std::uint32_t>(std::max<std::size_t>(links_[i].size(), 1));
+        if (capacity <= row.capacity) continue;
         kernels_.unused += row.capacity;
         row.begin = static_cast<std::uint32_t>(kernels_.phyxel.size());
-        row.capacity = wanted;
-        kernels_.phyxel.resize(kernels_.phyxel.size() + wanted);
-        kernels_.weight.resize(kernels_.weight.size() + wanted);
+        row.capacity = capacity;
+        kernels_.phyxel.resize(kernels_.phyxel.size() + capacity);
+        kernels_.weight.resize(kernels_.weight.size() + capacity);
     }
     context.parallel.for_each(work_.size(), 64, [&](std::size_t k) { write_row(context, work_[k]); });
 }
@@ -159,17 +159,17 @@ void NodeTracker::build_links(const TrackerContext& context, std::size_t node,
     links_[node].clear();
     context.locator.near(rest_[node], reach_, near);
     links_[node].reserve(near.size());
-    geometry::SegmentFan sights(context.occluders, rest_[node], reach_);
+    geometry::SegmentFan segments(context.occluders, rest_[node], reach_);
     for (const std::uint32_t i : near) {
         const Vec3& phyxel = context.phyxels.rest_position[i];
         const double weight =
             meshless::kernel((phyxel - rest_[node]).squaredNorm(), context.phyxels.support_radius[i]);
-        if (weight > 0) links_[node].push_back({i, !sights.blocked(phyxel), weight});
+        if (weight > 0) links_[node].push_back({i, !segments.blocked(phyxel), weight});
     }
 }
 
-void NodeTracker::look_again(const TrackerContext& context, std::size_t node,
-                             std::vector<geometry::Box>& near) {
+void NodeTracker::update_visibility(const TrackerContext& context, std::size_t node,
+                                    std::vector<geometry::Box>& near) {
     near.clear();
     geometry::Box all;
     for (const geometry::Box& box : boxes_)
@@ -179,21 +179,21 @@ void NodeTracker::look_again(const TrackerContext& context, std::size_t node,
         }
     for (Link& link : links_[node]) {
         const Vec3& phyxel = context.phyxels.rest_position[link.phyxel];
-        // Most go another way.
+        // Cheap test first: most segments miss all boxes.
         if (!all.meets({rest_[node].cwiseMin(phyxel), rest_[node].cwiseMax(phyxel)})) continue;
         const BoxSegment segment(rest_[node], phyxel);
         if (segment.meets(all) &&
             std::any_of(near.begin(), near.end(), [&](const auto& box) { return segment.meets(box); }))
-            // What it saw through before, only what is new can stand in the way of.
-            link.sees =
-                !context.occluders.segment_blocked(rest_[node], phyxel, link.sees ? known_changes_ : 0);
+            // A visible phyxel can only be hidden by occluders changed since the last test.
+            link.visible =
+                !context.occluders.segment_blocked(rest_[node], phyxel, link.visible ? known_changes_ : 0);
     }
 }
 
-// Most rows that are looked at again stay as they are: who keeps something by the revision keeps it then.
+// Most rows do not change when they are rewritten; then the revision stays, so that caches remain valid.
 void NodeTracker::write_row(const TrackerContext& context, std::size_t node) {
     meshless::NodeKernels::Row& row = kernels_.rows[node];
-    const auto is_influence = [&](const Link& link) { return carries(context.phyxels, node, link); };
+    const auto is_influence = [&](const Link& link) { return is_influenced_by(context.phyxels, node, link); };
     double total = 0;
     for (const Link& link : links_[node])
         if (is_influence(link)) total += link.weight;
@@ -209,12 +209,12 @@ void NodeTracker::write_row(const TrackerContext& context, std::size_t node) {
         weight = share;
         ++count;
     }
-    if (is_new || count != row.count) row_revision_[node] = writings_;
+    if (is_new || count != row.count) row_revision_[node] = revision_;
     row.count = count;
 }
 
-// Sources may be nodes that were not tracked before; they are tracked from now on,
-// and those of them that see nothing either are passed over.
+// Finds the source of the frame of each node without a kernel. Nodes that the search reaches are tracked from
+// now on; those without visible phyxels are skipped as sources.
 void NodeTracker::find_fallbacks(const TrackerContext& context) {
     fallbacks_.clear();
     for (std::uint32_t i = 0; i < kernels_.rows.size(); ++i)
@@ -223,13 +223,14 @@ void NodeTracker::find_fallbacks(const TrackerContext& context) {
     std::erase_if(fallbacks_, [](const Fallback& f) { return f.source == f.node; });
 }
 
-// Breadth first over uncut edges, in a fixed order of directions.
+// Breadth-first search over uncut edges, in a fixed order of directions. Returns the node itself if it finds
+// none.
 std::uint32_t NodeTracker::nearest_source(const TrackerContext& context, std::uint32_t node) {
     const splitting::NodeGrid& grid = context.grid;
-    std::deque<Vec3i> queue{places_[node]};
-    std::set<std::uint64_t> seen{splitting::edge_id({places_[node], 0})};
+    std::deque<Vec3i> queue{nodes_[node]};
+    std::set<std::uint64_t> visited{splitting::edge_id({nodes_[node], 0})};
     constexpr std::size_t search_limit = 4096;
-    while (!queue.empty() && seen.size() < search_limit) {
+    while (!queue.empty() && visited.size() < search_limit) {
         const Vec3i at = queue.front();
         queue.pop_front();
         for (int axis = 0; axis < 3; ++axis)
@@ -238,12 +239,12 @@ std::uint32_t NodeTracker::nearest_source(const TrackerContext& context, std::ui
                 next[axis] += step;
                 const GridEdge edge{step > 0 ? at : next, axis};
                 if (!grid.rest().contains(next) || !grid.inside(next) || grid.is_cut(edge)) continue;
-                if (!seen.insert(splitting::edge_id({next, 0})).second) continue;
+                if (!visited.insert(splitting::edge_id({next, 0})).second) continue;
                 queue.push_back(next);
                 const std::uint32_t index = track(grid, next);
-                if (task_[index] != Task::none) {
+                if (pending_[index] != KernelUpdate::none) {
                     work_.assign(1, index);
-                    do_tasks(context);
+                    update_kernels(context);
                 }
                 if (kernels_.rows[index].count > 0) return index;
             }
@@ -252,7 +253,7 @@ std::uint32_t NodeTracker::nearest_source(const TrackerContext& context, std::ui
     return node;
 }
 
-// No node of the piece sees a phyxel: the piece's nearest phyxel carries the node.
+// Binds a node to the nearest phyxel of its piece, if no node of the piece sees one.
 void NodeTracker::bind_to_nearest(const TrackerContext& context, std::uint32_t node) {
     const meshless::Phyxels& phyxels = context.phyxels;
     std::size_t best = phyxels.size();
@@ -265,18 +266,18 @@ void NodeTracker::bind_to_nearest(const TrackerContext& context, std::uint32_t n
             best_distance = distance;
         }
     }
-    if (best == phyxels.size()) return;  // no phyxel yet: resampling gives the piece one
+    if (best == phyxels.size()) return;  // a new piece without phyxels: resampling adds one
     meshless::NodeKernels::Row& row = kernels_.rows[node];
     row.count = 1;
     row_revision_.resize(kernels_.size(), 0);
-    row_revision_[node] = ++writings_;
+    row_revision_[node] = ++revision_;
     kernels_.phyxel[row.begin] = static_cast<std::uint32_t>(best);
     kernels_.weight[row.begin] = 1;
 }
 
 void NodeTracker::evaluate(const TrackerContext& context, std::span<const Vec3> position,
                            std::span<const Mat3> deformation, std::vector<geometry::Frame>& out) {
-    out.resize(places_.size());
+    out.resize(nodes_.size());
     evaluator_(kernels_, rest_, context.phyxels.rest_position, position, deformation, out, context.parallel);
     for (const Fallback& fallback : fallbacks_) take_frame(fallback, out);
 }
@@ -284,27 +285,27 @@ void NodeTracker::evaluate(const TrackerContext& context, std::span<const Vec3> 
 void NodeTracker::evaluate_some(const TrackerContext& context, std::span<const std::uint32_t> nodes,
                                 std::span<const Vec3> position, std::span<const Mat3> deformation,
                                 std::vector<geometry::Frame>& out) {
-    out.resize(places_.size());
+    out.resize(nodes_.size());
     const auto evaluate_of = [&](std::span<const std::uint32_t> some) {
         evaluator_.evaluate_some(some, kernels_, rest_, context.phyxels.rest_position, position, deformation,
                                  out, context.parallel);
     };
     evaluate_of(nodes);
     if (fallbacks_.empty()) return;
-    std::vector<Fallback> asked;  // fallbacks_ is in the order of its nodes
+    std::vector<Fallback> needed;  // fallbacks_ is sorted by node
     std::vector<std::uint32_t> sources;
     for (const std::uint32_t node : nodes) {
         const auto found =
             std::lower_bound(fallbacks_.begin(), fallbacks_.end(), node,
-                             [](const Fallback& f, std::uint32_t wanted) { return f.node < wanted; });
+                             [](const Fallback& f, std::uint32_t value) { return f.node < value; });
         if (found == fallbacks_.end() || found->node != node) continue;
-        asked.push_back(*found);
+        needed.push_back(*found);
         sources.push_back(found->source);
     }
     std::sort(sources.begin(), sources.end());
     sources.erase(std::unique(sources.begin(), sources.end()), sources.end());
     evaluate_of(sources);
-    for (const Fallback& fallback : asked) take_frame(fallback, out);
+    for (const Fallback& fallback : needed) take_frame(fallback, out);
 }
 
 void NodeTracker::take_frame(const Fallback& fallback, std::vector<geometry::Frame>& out) const {

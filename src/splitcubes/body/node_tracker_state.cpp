@@ -1,5 +1,5 @@
-// What a checkpoint keeps of the tracked nodes: who is awake, which phyxels reach each and which of them it
-// sees. Rest positions, weights and kernels follow.
+// Saves and restores the tracked nodes: which are awake, which phyxels reach each and which of these are
+// visible. Rest positions, weights and kernels are derived.
 #include <splitcubes/body/node_tracker.h>
 #include <splitcubes/meshless/kernel.h>
 
@@ -7,20 +7,20 @@
 
 namespace splitcubes::body {
 
-// Whether its row is one of bind_to_nearest, which no link stands behind.
+// Whether the node's row comes from bind_to_nearest, so that no link accounts for it.
 bool NodeTracker::is_bound(const meshless::Phyxels& phyxels, std::size_t node) const {
     if (!has_row(static_cast<std::uint32_t>(node))) return false;
     return std::none_of(links_[node].begin(), links_[node].end(),
-                        [&](const Link& link) { return carries(phyxels, node, link); });
+                        [&](const Link& link) { return is_influenced_by(phyxels, node, link); });
 }
 
 void NodeTracker::save(StateWriter& writer, const meshless::Phyxels& phyxels) const {
     writer.add(std::uint64_t{size()});
-    for (std::size_t i = 0; i < size(); ++i) writer.add(splitting::edge_id({places_[i], 0}));
+    for (std::size_t i = 0; i < size(); ++i) writer.add(splitting::edge_id({nodes_[i], 0}));
     for (std::size_t i = 0; i < size(); ++i) writer.add(static_cast<std::uint8_t>(use_[i]));
     for (std::size_t i = 0; i < size(); ++i) writer.add(static_cast<std::uint32_t>(links_[i].size()));
     for (const std::vector<Link>& links : links_)
-        for (const Link& link : links) writer.add(link.phyxel << 1 | std::uint32_t{link.sees});
+        for (const Link& link : links) writer.add(link.phyxel << 1 | std::uint32_t{link.visible});
     std::vector<std::uint32_t> bonds;
     for (std::uint32_t i = 0; i < size(); ++i)
         if (is_bound(phyxels, i)) bonds.insert(bonds.end(), {i, kernels_.phyxel[kernels_.rows[i].begin]});
@@ -38,7 +38,7 @@ void NodeTracker::load(StateReader& reader, const TrackerContext& context) {
     load_links(reader, context);
     make_rows(context);
     load_bonds(reader, context);
-    task_.assign(size(), Task::none);
+    pending_.assign(size(), KernelUpdate::none);
     fresh_.clear();
     boxes_.clear();
     pieces_changed_ = false;
@@ -52,19 +52,19 @@ void NodeTracker::load_nodes(StateReader& reader, const TrackerContext& context)
     const std::vector<std::uint8_t> uses =
         reader.numbers<std::uint8_t>(count, 0, static_cast<std::uint8_t>(Use::always), "a node of no kind");
     index_ = splitting::SlotMap<1>(grid.bricks());
-    places_.clear();
+    nodes_.clear();
     rest_.clear();
     piece_.clear();
     use_.clear();
     for (std::size_t i = 0; i < count; ++i) {
-        const auto [place, axis] = splitting::edge_from_id(ids[i]);
-        require_state(axis == 0 && grid.rest().contains(place) && grid.inside(place),
+        const auto [node, axis] = splitting::edge_from_id(ids[i]);
+        require_state(axis == 0 && grid.rest().contains(node) && grid.inside(node),
                       "a node outside the body");
-        require_state(index_.get(place, 0) < 0, "a node that is tracked twice");
-        index_.set(place, 0, static_cast<std::int32_t>(i));
-        places_.push_back(place);
-        rest_.push_back(grid.rest().node_position(place));
-        piece_.push_back(context.pieces.piece_of(grid, place));
+        require_state(index_.get(node, 0) < 0, "a node that is tracked twice");
+        index_.set(node, 0, static_cast<std::int32_t>(i));
+        nodes_.push_back(node);
+        rest_.push_back(grid.rest().node_position(node));
+        piece_.push_back(context.pieces.piece_of(grid, node));
         use_.push_back(static_cast<Use>(uses[i]));
     }
 }
@@ -95,20 +95,20 @@ void NodeTracker::make_rows(const TrackerContext& context) {
     std::uint32_t end = 0;
     for (std::size_t i = 0; i < size(); ++i) {
         if (use_[i] == Use::none) continue;
-        const auto room = static_cast<std::uint32_t>(std::max<std::size_t>(links_[i].size(), 1));
-        kernels_.rows[i] = {end, 0, room};
-        end += room;
+        const auto capacity = static_cast<std::uint32_t>(std::max<std::size_t>(links_[i].size(), 1));
+        kernels_.rows[i] = {end, 0, capacity};
+        end += capacity;
     }
     kernels_.phyxel.resize(end);
     kernels_.weight.resize(end);
     row_revision_.assign(size(), 0);
-    writings_ = 1;
+    revision_ = 1;
     context.parallel.for_each(size(), 256, [&](std::size_t i) {
         if (use_[i] != Use::none) write_row(context, i);
     });
 }
 
-// The nodes that see no phyxel: those that one was bound to, and those that take another's frame.
+// Loads the nodes without visible phyxels: those bound to a phyxel, and those with the frame of another node.
 void NodeTracker::load_bonds(StateReader& reader, const TrackerContext& context) {
     const auto is_bare = [&](std::uint32_t node) {
         return node < size() && use_[node] != Use::none && kernels_.rows[node].count == 0;

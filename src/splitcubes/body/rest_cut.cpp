@@ -14,9 +14,8 @@ using geometry::MovingSegment;
 using splitting::GridEdge;
 using splitting::NodeGrid;
 
-// Collects the edges near what a blade sweeps. A moving segment sweeps a bilinear
-// patch, which lies in the box of its four corners: patches are halved along
-// their longer sides until their boxes are small.
+// Collects the edges near the sweep of a blade. A moving segment sweeps a bilinear patch, which lies in the
+// box of its four corners; patches are halved along their longer sides until their boxes are small.
 class Candidates {
   public:
     enum class Wanted { uncut_inside, all_of_the_body };
@@ -30,13 +29,13 @@ class Candidates {
         const geometry::RestGrid& rest = grid_.rest();
         MovingSegment in_cells{rest.to_grid(s.a0), rest.to_grid(s.b0), rest.to_grid(s.a1),
                                rest.to_grid(s.b1)};
-        // geometry::first_hit counts as touching what is nearer than 1e-7 of the lengths.
+        // geometry::first_hit has a tolerance of 1e-7 of the lengths.
         const double length = (in_cells.b0 - in_cells.a0).norm() + (in_cells.b1 - in_cells.a1).norm() + 1;
         margin_ = 1e-6 * length;
         add_patch(in_cells, 0);
     }
 
-    // Each once, in order.
+    // Returns the edges, each once, ascending by edge_id, and clears the collection.
     std::vector<cutting::CandidateEdge> take() {
         std::sort(ids_.begin(), ids_.end());
         ids_.erase(std::unique(ids_.begin(), ids_.end()), ids_.end());
@@ -53,8 +52,8 @@ class Candidates {
     }
 
   private:
-    static constexpr double small = 2;   // cells
-    static constexpr int deepest = 100;  // halvings; so many only where coordinates are absurd
+    static constexpr double small = 2;   // cells, size of boxes that are not halved further
+    static constexpr int deepest = 100;  // halvings; reached only by extreme coordinates
 
     void add_patch(const MovingSegment& s, int depth) {
         const Box box = geometry::bounds_of(s).grown(margin_);
@@ -75,7 +74,7 @@ class Candidates {
     }
 
     void add_edges(const Box& box) {
-        // An edge that reaches into the box has its lower node in the same cell or later.
+        // The lower node of an edge that reaches into the box is not below the cell of the box's low corner.
         const Vec3i low = box.min.cwiseMax(space_.min).array().floor().cast<int>();
         const Vec3i high = box.max.cwiseMin(space_.max).array().floor().cast<int>();
         for (int z = low[2]; z <= high[2]; ++z)
@@ -100,13 +99,12 @@ class Candidates {
 
     const NodeGrid& grid_;
     Wanted wanted_;
-    Box space_;  // cells: what the grid covers
+    Box space_;  // cells, bounds of the grid
     double margin_ = 0;
     std::vector<std::uint64_t> ids_;
 };
 
-// The times between which the path is one span: ends of the active interval and
-// the keyframes within it.
+// Returns the ends of the path's spans, s: the ends of the active interval and the keyframes within it.
 std::vector<double> span_times(const cutting::Blade& blade) {
     std::vector<double> times = {blade.active_from()};
     for (const cutting::Keyframe& key : blade.keyframes())
@@ -131,7 +129,7 @@ std::vector<std::int32_t> cut_with_blade(NodeGrid& grid, const cutting::Blade& b
         const std::vector<cutting::CandidateEdge> candidates = near.take();
         if (candidates.empty()) continue;
         std::vector<cutting::EdgeCut> cuts = cutting::cut_edges(swept, candidates, last_normal, parallel);
-        settle_node_ties(grid, cuts);
+        resolve_node_ties(grid, cuts);
         for (const cutting::EdgeCut& cut : cuts) {
             const std::int32_t slot = grid.cut(splitting::edge_from_id(cut.id), cut.parameter,
                                                cut.rest_normal, splitting::Origin::cut, cut_number);

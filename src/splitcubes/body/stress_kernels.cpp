@@ -1,5 +1,5 @@
-// Compiled once for each instruction set by Highway's foreach_target.h. Multiply
-// and add stay apart (no fused operations), so the bits agree.
+// Compiled once per instruction set by Highway's foreach_target.h. Uses no fused multiply-add, so that the
+// results are bit-identical.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splitcubes/body/stress_kernels.cpp"
 #include <hwy/foreach_target.h>
@@ -17,12 +17,12 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Phyxels that are turned over into lists at once.
+// Phyxels per block, which is transposed into lists.
 constexpr std::size_t block = 16;
 constexpr hn::CappedTag<double, block> d;
 using V = hn::Vec<decltype(d)>;
 
-// Entries by columns, as Mat3 has them.
+// 3 x 3 matrices, column-major like Mat3.
 struct Matrix {
     V entry[9];
 
@@ -37,7 +37,7 @@ HWY_INLINE Matrix load(const double (&lists)[9][block], std::size_t lane) {
     return out;
 }
 
-// Sums, here and below, in the order in which Eigen adds up with two lanes.
+// Sums here and below are in the order of Eigen's two-lane code.
 HWY_INLINE V sum_of(const V (&m)[9]) {
     const V even = hn::Add(hn::Add(m[0], m[2]), hn::Add(m[4], m[6]));
     const V odd = hn::Add(hn::Add(m[1], m[3]), hn::Add(m[5], m[7]));
@@ -83,7 +83,7 @@ HWY_INLINE Matrix symmetric(const Matrix& m) {
     return out;
 }
 
-// As has_values_below.
+// Same test as has_values_below.
 HWY_INLINE hn::Mask<decltype(d)> is_below(const Matrix& m, V limit) {
     const V zero = hn::Zero(d);
     const V first = hn::Sub(limit, m(0, 0));
@@ -108,11 +108,11 @@ void find_lanes(const StressTask& task, Lists& lists, std::size_t lane) {
     const Matrix F = load(lists.deformation, lane), R = load(lists.rotation, lane);
     const V volume = determinant_of(F);
     const Matrix cauchy = cauchy_of(F, piola_of(F, R, task), volume), stress = symmetric(cauchy);
-    const V given = hn::Load(d, lists.size + lane);
-    auto has_say = hn::And(hn::Ge(given, zero), hn::Gt(volume, hn::Set(d, task.min_volume)));
-    // Less than infinite: neither that nor not a number.
+    const V input_size = hn::Load(d, lists.size + lane);
+    auto is_included = hn::And(hn::Ge(input_size, zero), hn::Gt(volume, hn::Set(d, task.min_volume)));
+    // Excludes infinity and NaN.
     const V infinity = hn::Set(d, std::numeric_limits<double>::infinity());
-    for (const V& entry : cauchy.entry) has_say = hn::And(has_say, hn::Lt(hn::Abs(entry), infinity));
+    for (const V& entry : cauchy.entry) is_included = hn::And(is_included, hn::Lt(hn::Abs(entry), infinity));
     V squares[9];
     for (std::size_t k = 0; k < 9; ++k) squares[k] = hn::Mul(stress.entry[k], stress.entry[k]);
     const V size = hn::Sqrt(sum_of(squares));
@@ -120,19 +120,19 @@ void find_lanes(const StressTask& task, Lists& lists, std::size_t lane) {
     const auto low =
         hn::Or(hn::Lt(size, limit), is_below(stress, hn::Sub(limit, hn::Mul(hn::Set(d, task.slack), size))));
     for (std::size_t k = 0; k < 9; ++k)
-        hn::Store(hn::IfThenElse(has_say, stress.entry[k], zero), d, lists.stress[k] + lane);
-    const V none = hn::IfThenElse(hn::Lt(given, zero), given, hn::Set(d, -1));
-    hn::Store(hn::IfThenElse(has_say, size, none), d, lists.size + lane);
-    hn::Store(hn::IfThenElse(hn::AndNot(low, has_say), hn::Set(d, 1), zero), d, lists.is_above + lane);
+        hn::Store(hn::IfThenElse(is_included, stress.entry[k], zero), d, lists.stress[k] + lane);
+    const V none = hn::IfThenElse(hn::Lt(input_size, zero), input_size, hn::Set(d, -1));
+    hn::Store(hn::IfThenElse(is_included, size, none), d, lists.size + lane);
+    hn::Store(hn::IfThenElse(hn::AndNot(low, is_included), hn::Set(d, 1), zero), d, lists.is_above + lane);
 }
 
 void find_stresses(const StressTask& task) {
     Lists lists;
-    for (std::size_t from = task.begin; from < task.end; from += block) {
-        const std::size_t count = std::min(block, task.end - from);
-        // Behind the last one stand others once more.
+    for (std::size_t first = task.begin; first < task.end; first += block) {
+        const std::size_t count = std::min(block, task.end - first);
+        // The last phyxel is repeated to fill the block.
         for (std::size_t lane = 0; lane < block; ++lane) {
-            const std::size_t i = from + std::min(lane, count - 1);
+            const std::size_t i = first + std::min(lane, count - 1);
             const double *F = task.deformation[i].data(), *R = task.rotation[i].data();
             for (std::size_t k = 0; k < 9; ++k) lists.deformation[k][lane] = F[k];
             for (std::size_t k = 0; k < 9; ++k) lists.rotation[k][lane] = R[k];
@@ -140,10 +140,10 @@ void find_stresses(const StressTask& task) {
         }
         for (std::size_t lane = 0; lane < count; lane += hn::Lanes(d)) find_lanes(task, lists, lane);
         for (std::size_t lane = 0; lane < count; ++lane) {
-            double* stress = task.stress[from + lane].data();
+            double* stress = task.stress[first + lane].data();
             for (std::size_t k = 0; k < 9; ++k) stress[k] = lists.stress[k][lane];
-            task.size[from + lane] = lists.size[lane];
-            task.is_above[from + lane] = lists.is_above[lane] != 0;
+            task.size[first + lane] = lists.size[lane];
+            task.is_above[first + lane] = lists.is_above[lane] != 0;
         }
     }
 }

@@ -6,16 +6,17 @@ namespace splitcubes::body {
 
 namespace {
 
-// Rows: along the segment, along its way across itself, across both.
+// Returns orthonormal axes as rows: along the segment, along the part of its motion normal to it, normal to
+// both.
 Mat3 axes_of(const geometry::MovingSegment& s) {
     const Vec3 along = (s.b0 - s.a0) + (s.b1 - s.a1);
     const double length = along.norm();
     const Vec3 u = length > 0 ? Vec3(along / length) : Vec3::UnitX();
-    Vec3 way = (s.a1 - s.a0) + (s.b1 - s.b0);
-    way -= way.dot(u) * u;
-    const double distance = way.norm();
-    // A way that is next to nothing beside the segment has no direction worth keeping.
-    const Vec3 v = distance > 1e-9 * length ? Vec3(way / distance) : u.unitOrthogonal();
+    Vec3 motion = (s.a1 - s.a0) + (s.b1 - s.b0);
+    motion -= motion.dot(u) * u;
+    const double distance = motion.norm();
+    // The direction of a motion that is tiny compared with the segment is only rounding.
+    const Vec3 v = distance > 1e-9 * length ? Vec3(motion / distance) : u.unitOrthogonal();
     Mat3 axes;
     axes << u.transpose(), v.transpose(), u.cross(v).transpose();
     return axes;
@@ -38,9 +39,9 @@ SweptBoxes::SweptBoxes(std::span<const cutting::SweptBlade> blades, double margi
 
 bool SweptBoxes::meets(const Oriented& swept, const geometry::Box& box) {
     if (!swept.bounds.meets(box)) return false;
-    const Vec3 apart = swept.axes * box.center() - swept.centre;
-    const Vec3 room = swept.half + swept.axes.cwiseAbs() * (0.5 * box.size());
-    return !(apart.array().abs() > room.array()).any();
+    const Vec3 distance = swept.axes * box.center() - swept.centre;
+    const Vec3 reach = swept.half + swept.axes.cwiseAbs() * (0.5 * box.size());
+    return !(distance.array().abs() > reach.array()).any();
 }
 
 void SweptBoxes::meeting(const geometry::Box& box, std::vector<std::uint32_t>& out) const {

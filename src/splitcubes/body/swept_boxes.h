@@ -1,4 +1,4 @@
-// What a blade sweeps, held by boxes that lie along its segments.
+// Oriented bounding boxes of what a blade sweeps.
 #pragma once
 
 #include <splitcubes/cutting/sweep.h>
@@ -10,19 +10,19 @@
 
 namespace splitcubes::body {
 
-/// A box for each moving segment of a blade, one axis along the segment and one along its
-/// way: a thin blade keeps thin boxes however it is turned.
+/// One oriented box per moving segment of a blade, with one axis along the segment and one along its motion,
+/// so that boxes are thin whatever the blade's orientation.
 class SweptBoxes {
   public:
     /// margin: m, added on every side.
     SweptBoxes(std::span<const cutting::SweptBlade> blades, double margin);
 
-    /// Axis-aligned, of all boxes; m, world.
+    /// Axis-aligned bounds of all boxes; m, world.
     const geometry::Box& bounds() const { return bounds_; }
     std::size_t size() const { return boxes_.size(); }
-    /// Numbers of those that may meet the box (m, world). `out` is replaced.
+    /// Replaces `out` by the indices of the boxes that may meet a box (m, world).
     void meeting(const geometry::Box& box, std::vector<std::uint32_t>& out) const;
-    /// Whether one of `among` may meet the box. Never false where one does.
+    /// Whether one of the boxes `among` may meet a box. Conservative: never false if one does.
     bool any_meets(const geometry::Box& box, std::span<const std::uint32_t> among) const;
 
   private:

@@ -233,7 +233,7 @@ void Tearing::find_requested_stresses(const TearContext& context, const NodeGrid
     context.parallel.for_each(requested_nodes_.size(), node_grain, [&](std::size_t k) {
         const std::uint32_t index = requested_nodes_[k];
         node_stress_[index].sum =
-            sum_stress(context, grid, context.nodes.places()[index], static_cast<std::int32_t>(index));
+            sum_stress(context, grid, context.nodes.nodes()[index], static_cast<std::int32_t>(index));
     });
     requested_nodes_.clear();
 }

@@ -8,9 +8,10 @@ namespace splitcubes::body {
 
 namespace {
 
-constexpr double most_points = 1e6;
+// Lattice points; larger grids are subsampled. More are more accurate but take more time and memory.
+constexpr double max_lattice_points = 1e6;
 
-// The grid's nodes, or every few of them, with a layer outside around.
+// The grid's nodes, or a subsample of them, with a layer of outside points around.
 struct Lattice {
     Vec3i count;
     double step;  // m
@@ -18,8 +19,8 @@ struct Lattice {
 
     explicit Lattice(const splitting::NodeGrid& grid) {
         const Vec3i nodes = grid.rest().node_count;
-        const int stride =
-            std::max(1, static_cast<int>(std::ceil(std::cbrt(nodes.cast<double>().prod() / most_points))));
+        const int stride = std::max(
+            1, static_cast<int>(std::ceil(std::cbrt(nodes.cast<double>().prod() / max_lattice_points))));
         count = (nodes.array() - 1) / stride + 2;
         step = stride * grid.rest().cell_size;
         for (int z = 0; z < count[2]; ++z)
@@ -39,13 +40,13 @@ ThinParts thin_parts(const splitting::NodeGrid& grid, double thickness) {
     std::transform(lattice.inside.begin(), lattice.inside.end(), outside.begin(),
                    [](std::uint8_t is) { return !is; });
     const std::vector<float> out = geometry::squared_distances(lattice.count, outside);
-    // The skin lies about halfway between the last point inside and the first outside.
+    // The boundary lies about halfway between the last inside point and the first outside point.
     const auto depth = [&](std::size_t k) { return lattice.step * (std::sqrt(out[k]) - 0.5); };
     const double radius = 0.5 * thickness;
     std::vector<std::uint8_t> core(out.size());
     for (std::size_t k = 0; k < core.size(); ++k) core[k] = lattice.inside[k] && depth(k) >= radius;
     const std::vector<float> from_core = geometry::squared_distances(lattice.count, core);
-    // A corner is as far from the ball that fits into it as sqrt(3) radii.
+    // A cube's corner is sqrt(3) radii away from the centre of the ball that fits into it.
     const double far = std::sqrt(3.0) * radius + lattice.step;
     std::size_t all = 0;
     std::vector<double> depths;
@@ -55,7 +56,8 @@ ThinParts thin_parts(const splitting::NodeGrid& grid, double thickness) {
         if (lattice.step * std::sqrt(from_core[k]) > far) depths.push_back(depth(k));
     }
     if (depths.empty()) return {};
-    // Its middle is as deep as half of it, but for the few places that are thicker.
+    // The depth at the middle of a thin part is half its thickness; the percentile ignores the few thicker
+    // points.
     const auto middle =
         depths.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(depths.size() - 1));
     std::nth_element(depths.begin(), middle, depths.end());
