@@ -1,4 +1,4 @@
-// One body at rest: its samples, its surface and its pieces agree, whatever is cut.
+// One body at rest: its samples, surface and pieces stay consistent under any cuts.
 #include <splitcubes/body/body.h>
 
 #include "laws/solids.h"
@@ -31,7 +31,7 @@ Body block(int phyxels = 200) {
     return {geometry::make_box(Vec3(0.2, 0.16, 0.14)), soft(0.2 / 14, phyxels), two_threads()};
 }
 
-// Links that carry force between two pieces, by the phyxels' own places.
+// Checks that no link transmits force between two pieces, by the phyxels' own positions.
 void expect_no_link_across(const Body& body) {
     const meshless::Neighbourhoods& links = body.neighbourhoods();
     const meshless::Phyxels& phyxels = body.phyxels();
@@ -47,7 +47,7 @@ void expect_no_link_across(const Body& body) {
         }
 }
 
-TEST(Body, IsSampledAsAskedAndWeighsWhatItEncloses) {
+TEST(Body, HasTheRequestedSamplesAndTheMassOfItsVolume) {
     for (const int count : {50, 200, 1000}) {
         const Body body = block(count);
         EXPECT_EQ(body.validate(), nothing_wrong);
@@ -59,7 +59,7 @@ TEST(Body, IsSampledAsAskedAndWeighsWhatItEncloses) {
     }
 }
 
-TEST(Body, BeginsWhereItIsPlaced) {
+TEST(Body, StartsWhereItIsPlaced) {
     const Body body = block();
     EXPECT_EQ(body.phyxels().position, body.phyxels().rest_position);
     const auto& vertices = body.surface().vertices();
@@ -85,8 +85,8 @@ TEST(Body, APlaneLeavesNoLinkAcross) {
             ASSERT_EQ(body.validate(), nothing_wrong);
             expect_no_link_across(body);
             EXPECT_NEAR(total_mass(body), mass, 1e-12 * mass);
-            // The pieces of the phyxels are the sides of the plane; at its rim, where cut
-            // and skin share cells, the surface decides, within a cell.
+            // The phyxels' pieces are the sides of the plane. Within a cell of its rim, where cut and
+            // boundary share cells, the surface decides.
             std::array<double, 2> height{0, 0};
             for (std::size_t i = 0; i < body.phyxels().size(); ++i)
                 height[static_cast<std::size_t>(body.phyxels().piece[i])] +=
@@ -100,14 +100,14 @@ TEST(Body, APlaneLeavesNoLinkAcross) {
                 const bool deep = grid.cell_inside(cell) == 255;
                 ASSERT_GT(side, (deep ? -0.03 : -1) * grid.rest().cell_size);
             }
-            // Again nothing is left to cut.
+            // The same sheet cuts nothing a second time.
             EXPECT_EQ(body.cut_with_sheet(geometry::make_plane_sheet(center, normal, 1), 1, two_threads()),
                       0U);
             EXPECT_EQ(body.validate(), nothing_wrong);
         }
 }
 
-TEST(Body, ManySheetsLeaveItWhole) {
+TEST(Body, StaysValidUnderManySheetCuts) {
     Random random(2);
     Body body = block(300);
     const double mass = total_mass(body);
@@ -125,7 +125,7 @@ TEST(Body, ManySheetsLeaveItWhole) {
     }
     EXPECT_EQ(body.cut_edge_count(), edges);
     EXPECT_GT(pieces, 8U);
-    // Closed pieces whose mass is their volume's.
+    // Each piece is a valid closed mesh.
     const geometry::SurfaceMesh whole = body.surface_mesh();
     for (std::size_t piece = 0; piece < pieces; ++piece)
         EXPECT_TRUE(
@@ -133,7 +133,7 @@ TEST(Body, ManySheetsLeaveItWhole) {
                 .valid());
 }
 
-TEST(Body, ASlitHidesWhatIsBehindIt) {
+TEST(Body, ASlitBlocksTheVisibilityOfPairsAcross) {
     Body body = block(400);
     std::size_t before = 0, after = 0;
     for (const float v : body.pairs().visibility) before += v > 0;
@@ -144,7 +144,7 @@ TEST(Body, ASlitHidesWhatIsBehindIt) {
     EXPECT_EQ(body.validate(), nothing_wrong);
 }
 
-TEST(Body, StartsWithTheMotionItIsGiven) {
+TEST(Body, StartsWithTheGivenMotion) {
     BodySettings settings = soft(0.02, 150);
     settings.velocity = Vec3(1, 2, 3);
     settings.angular_velocity = Vec3(-4, 0, 2);
@@ -181,8 +181,8 @@ TEST(Body, RefusesSettingsThatAreNotPhysical) {
         InputError);
 }
 
-TEST(Body, OfOneCellWorks) {
-    // So coarse that it is one node, one phyxel.
+TEST(Body, ABodyOfOneCellWorks) {
+    // So coarse that there is one node and one phyxel.
     Body body(box_between(Vec3::Zero(), Vec3::Ones()), soft(1, 5), two_threads());
     EXPECT_EQ(body.validate(), nothing_wrong);
     EXPECT_GE(body.phyxels().size(), 1U);

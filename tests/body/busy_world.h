@@ -1,4 +1,4 @@
-// A small world in which everything happens that a checkpoint has to keep.
+// A small world that has every kind of state that a checkpoint stores.
 #pragma once
 
 #include <splitcubes/deformation/mass_spring.h>
@@ -17,14 +17,14 @@ inline geometry::TriangleMesh box_at(const Vec3& size, const Vec3& centre) {
     return mesh;
 }
 
-/// small: as few nodes as let all of it happen.
+/// small: the smallest number of nodes that still exercises everything.
 enum class Size { usual, small };
 
 inline double cell_of(Size size) {
     return size == Size::usual ? 0.02 : 0.03;
 }
 
-// Turns while it falls on the ground, and is cut by three blades, in the end into crumbs.
+// Adds a rotating block that falls on the ground and is cut by three blades, finally into rigid fragments.
 inline void add_block(World& world, Size size) {
     BodySettings block = soft(cell_of(size), 50);
     block.name = "block";
@@ -32,7 +32,7 @@ inline void add_block(World& world, Size size) {
     world.add_body(box_at(Vec3(0.16, 0.12, 0.1), Vec3(0, 0, 0.08)), block);
 }
 
-// Is held at one end, and bent past yield by the other.
+// Adds a bar that is held at one end and bent past yield at the other.
 inline void add_bar(World& world, Size size) {
     BodySettings bar = soft(cell_of(size), 30);
     bar.name = "bar";
@@ -48,7 +48,7 @@ inline void add_bar(World& world, Size size) {
     body.add_handle(handle);
 }
 
-// Is pulled apart until it tears.
+// Adds a body that is pulled until it tears.
 inline void add_strip(World& world) {
     BodySettings strip = soft(0.02, 30);
     strip.name = "strip";
@@ -61,7 +61,7 @@ inline void add_strip(World& world) {
     body.add_constraint(pull);
 }
 
-// Springs on the grid's nodes; a blade goes through it.
+// Adds a body of springs between grid nodes, which a blade cuts.
 inline void add_jelly(World& world, Size size) {
     BodySettings jelly = soft(cell_of(size), 30);
     jelly.name = "jelly";

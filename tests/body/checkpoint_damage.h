@@ -1,4 +1,4 @@
-// Checkpoints that were damaged by somebody who knows their checksum.
+// Damages checkpoints but keeps their checksum valid.
 #pragma once
 
 #include <splitcubes/core/random.h>
@@ -12,7 +12,7 @@
 
 namespace splitcubes::body::damage {
 
-// The head: a line of text, then three numbers: identity, length and checksum of the payload.
+// The header is a line of text and three numbers: identity, length and checksum of the payload.
 inline std::size_t payload_begin(std::string_view checkpoint) {
     return checkpoint.find('\n') + 1 + 3 * sizeof(std::uint64_t);
 }
@@ -28,7 +28,7 @@ inline std::uint64_t checksum(std::string_view bytes) {
     return hash.value();
 }
 
-/// Makes length and checksum fit the payload again.
+/// Updates length and checksum to the payload.
 inline void reseal(std::string& checkpoint) {
     const std::size_t begin = payload_begin(checkpoint);
     const std::string_view payload = std::string_view(checkpoint).substr(begin);
@@ -36,7 +36,7 @@ inline void reseal(std::string& checkpoint) {
     std::memcpy(checkpoint.data() + begin - sizeof words, words, sizeof words);
 }
 
-/// Changes the payload somewhere: a bit, a byte, a word of 4 or 8 bytes, or its length.
+/// Makes one random change of the payload: a bit, a byte, a word of 4 or 8 bytes, or its length.
 inline void damage(std::string& checkpoint, Random& random) {
     const std::size_t begin = payload_begin(checkpoint);
     const auto length = static_cast<std::uint32_t>(checkpoint.size() - begin);
@@ -47,7 +47,7 @@ inline void damage(std::string& checkpoint, Random& random) {
     static constexpr std::uint64_t words[] = {
         0,          1,          0xffffffffULL,         0x7fffffffULL,        ~0ULL,
         1ULL << 40, 1ULL << 63, 0x7ff0000000000000ULL, 0x7ff8000000000000ULL};
-    // Most of what a state holds starts at multiples of 4 bytes.
+    // Most values of a state start at multiples of 4 bytes.
     if (random.below(4) != 0) at = begin + (at - begin) / 4 * 4;
     switch (random.below(8)) {
         case 0:
@@ -68,7 +68,7 @@ inline void damage(std::string& checkpoint, Random& random) {
         case 5:
             put(random.below(1000));
             break;
-        case 6: {  // what stands elsewhere
+        case 6: {  // bytes from elsewhere in the payload
             const std::size_t from = begin + random.below(length - 8) / 4 * 4;
             std::memmove(checkpoint.data() + at, checkpoint.data() + from, random.below(2) == 0 ? 4 : 8);
             break;

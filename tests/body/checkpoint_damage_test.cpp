@@ -1,5 +1,5 @@
-// Laws of checkpoints that were damaged by somebody who knows their checksum: each is refused in one line, or
-// is a state from which the world goes on.
+// Damaged checkpoints with a valid checksum are rejected with a one-line message, or are states from which
+// the world can continue.
 #include <splitcubes/body/checkpoint.h>
 #include <splitcubes/core/error.h>
 
@@ -23,8 +23,9 @@ std::string checkpoint_after(int steps, meshless::SolverKind kind) {
     return encode_checkpoint(*world, identity, "page");
 }
 
-// What restoring says; empty: it is taken, and the world has made two steps since.
-std::string answer(const std::string& checkpoint, meshless::SolverKind kind) {
+// Restores a checkpoint and returns the error message; empty: it was accepted, and the world has made two
+// steps.
+std::string restore_message(const std::string& checkpoint, meshless::SolverKind kind) {
     const auto world = busy::make(kind, busy::Size::small);
     try {
         restore_checkpoint(*world, checkpoint, identity, "x.bin");
@@ -34,52 +35,53 @@ std::string answer(const std::string& checkpoint, meshless::SolverKind kind) {
     try {
         for (int step = 0; step < 2; ++step) world->step();
     } catch (const JobError&) {
-        // Explicit steps that would be divided into too many.
+        // Explicit steps may need too many substeps.
     }
     return "";
 }
 
 class DamagedCheckpoint : public testing::TestWithParam<meshless::SolverKind> {};
 
-TEST_P(DamagedCheckpoint, IsRefusedInOneLineOrGoesOn) {
+TEST_P(DamagedCheckpoint, IsRejectedWithOneLineOrContinues) {
     const std::string good = checkpoint_after(20, GetParam());
-    ASSERT_EQ(answer(good, GetParam()), "");
-    int refused = 0;
+    ASSERT_EQ(restore_message(good, GetParam()), "");
+    int rejected = 0;
     constexpr int trials = 150;
     for (int trial = 0; trial < trials; ++trial) {
         Random random(static_cast<std::uint64_t>(trial));
         std::string damaged = good;
         for (std::uint32_t k = 0; k <= random.below(2); ++k) damage(damaged, random);
         reseal(damaged);
-        const std::string said = answer(damaged, GetParam());
-        refused += !said.empty();
-        if (said.empty()) continue;
-        EXPECT_THAT(said, testing::StartsWith("x.bin: is damaged: it holds ")) << trial;
-        EXPECT_THAT(said, testing::Not(testing::HasSubstr("\n"))) << trial;
+        const std::string message = restore_message(damaged, GetParam());
+        rejected += !message.empty();
+        if (message.empty()) continue;
+        EXPECT_THAT(message, testing::StartsWith("x.bin: is damaged: it holds ")) << trial;
+        EXPECT_THAT(message, testing::Not(testing::HasSubstr("\n"))) << trial;
     }
-    // Neither everything nor nothing.
-    EXPECT_GT(refused, trials / 4);
-    EXPECT_LT(refused, trials);
+    // Some damage is rejected, some accepted.
+    EXPECT_GT(rejected, trials / 4);
+    EXPECT_LT(rejected, trials);
 }
 
-TEST_P(DamagedCheckpoint, CutOffAnywhereItIsRefused) {
+TEST_P(DamagedCheckpoint, TruncatedAnywhereItIsRejected) {
     const std::string good = checkpoint_after(20, GetParam());
     const std::size_t begin = payload_begin(good);
     for (std::size_t part = 0; part < 40; ++part) {
         std::string damaged = good.substr(0, begin + (good.size() - begin) * part / 40);
         reseal(damaged);
-        EXPECT_THAT(answer(damaged, GetParam()), testing::HasSubstr("x.bin: is damaged: it holds ")) << part;
+        EXPECT_THAT(restore_message(damaged, GetParam()), testing::HasSubstr("x.bin: is damaged: it holds "))
+            << part;
     }
     std::string longer = good + "1234";
     reseal(longer);
-    EXPECT_THAT(answer(longer, GetParam()), testing::HasSubstr("more than belongs to it"));
+    EXPECT_THAT(restore_message(longer, GetParam()), testing::HasSubstr("more than belongs to it"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Solvers, DamagedCheckpoint,
                          testing::Values(meshless::SolverKind::implicit_steps,
                                          meshless::SolverKind::explicit_steps));
 
-TEST(BusyWorld, HasAllThatACheckpointKeeps) {
+TEST(BusyWorld, HasAllStateThatACheckpointStores) {
     const auto world = busy::make(meshless::SolverKind::implicit_steps, busy::Size::small);
     std::size_t torn = 0, contacts = 0;
     for (int step = 0; step < 20; ++step) {

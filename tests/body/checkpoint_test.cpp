@@ -1,4 +1,4 @@
-// Laws of checkpoints: what goes on from one equals what was never stopped.
+// Checkpoints: a restored world continues exactly like one that was never interrupted.
 #include <splitcubes/body/checkpoint.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/random.h>
@@ -18,8 +18,8 @@ using namespace laws;
 
 constexpr int last_step = 40;
 
-// A turning block that three blades cut, the last into crumbs, while it falls on the ground,
-// on which a ball rolls into it, and a bar that is bent past yield and pulled at its end.
+// A rotating block that falls on the ground while three blades cut it, the last into rigid fragments, and a
+// ball rolls into it; and a bar that is bent past yield and pulled at its end.
 std::unique_ptr<World> eventful_world(meshless::SolverKind solver, int thread_count) {
     WorldSettings settings = free_space();
     settings.validate_each_step = false;
@@ -73,7 +73,7 @@ std::string surface_hash(const World& world) {
 
 class Checkpoint : public testing::TestWithParam<meshless::SolverKind> {};
 
-TEST_P(Checkpoint, GoesOnToTheLastBit) {
+TEST_P(Checkpoint, ContinuesBitIdentically) {
     const auto uninterrupted = eventful_world(GetParam(), 2);
     std::vector<std::string> checkpoints, hashes;
     for (int step = 0; step <= last_step; ++step) {
@@ -101,7 +101,7 @@ INSTANTIATE_TEST_SUITE_P(Solvers, Checkpoint,
                          testing::Values(meshless::SolverKind::implicit_steps,
                                          meshless::SolverKind::explicit_steps));
 
-TEST(CheckpointErrors, AreToldApart) {
+TEST(CheckpointErrors, HaveDistinctMessages) {
     const auto world = eventful_world(meshless::SolverKind::implicit_steps, 1);
     const std::string good = encode_checkpoint(*world, "a scene");
     const auto error_of = [&](const std::string& bytes, const std::string& identity) -> std::string {

@@ -1,4 +1,4 @@
-// Why a tool cut nothing, in worlds where it is plain.
+// Diagnosis of idle tools in simple worlds.
 #include <splitcubes/body/idle_tools.h>
 #include <splitcubes/body/rest_cut.h>
 
@@ -12,7 +12,7 @@ namespace {
 
 using namespace laws;
 
-// A block of 0.2 x 0.16 x 0.14 m about the origin, cells of about 14 mm.
+// Block of 0.2 x 0.16 x 0.14 m around the origin, with cells of about 14 mm.
 struct Scene {
     World world{free_space(), threads(2)};
 
@@ -21,7 +21,7 @@ struct Scene {
         settings.velocity = velocity;
         world.add_body(geometry::make_box(Vec3(0.2, 0.16, 0.14)), settings);
     }
-    // An edge along y that goes from above to below within a tenth of a second.
+    // Blade edge along y that moves from above to below within a tenth of a second.
     void add(double x, double t0 = 0, const Vec3& up = Vec3(0, 0, 0.2)) {
         world.add_tool(moving_blade(Vec3(x, -0.3, 0), Vec3(x, 0.3, 0), up, -up, t0, t0 + 0.1));
     }
@@ -35,14 +35,14 @@ struct Scene {
     }
 };
 
-TEST(IdleTools, OneThatCutsIsNotIdle) {
+TEST(IdleTools, AToolThatCutsIsNotIdle) {
     Scene scene;
     scene.add(0.01);
     EXPECT_TRUE(scene.after(12).empty());
     EXPECT_TRUE(IdleTools(scene.world).idle(scene.world).empty()) << "by its marks alone";
 }
 
-TEST(IdleTools, OneThatMissesSaysBothBoxes) {
+TEST(IdleTools, AToolThatMissesReportsBothBoxes) {
     Scene scene;
     scene.add(0.3);
     const std::vector<IdleTool> idle = scene.after(12);
@@ -54,7 +54,7 @@ TEST(IdleTools, OneThatMissesSaysBothBoxes) {
     EXPECT_NEAR(idle[0].bounds.max[0], 0.1, 2e-3);
 }
 
-TEST(IdleTools, OneInACutThatIsThereFindsTheEdgesCut) {
+TEST(IdleTools, AToolInAnExistingCutReportsCutEdges) {
     Scene scene;
     scene.add(0.01);
     scene.add(0.012, 0.2);
@@ -65,7 +65,7 @@ TEST(IdleTools, OneInACutThatIsThereFindsTheEdgesCut) {
     EXPECT_GT(idle[0].before.cut, 50U);
 }
 
-TEST(IdleTools, OneCloserToTheSurfaceThanACellFindsTheSkin) {
+TEST(IdleTools, AToolWithinACellOfTheSurfaceReportsBoundaryEdges) {
     Scene scene;
     scene.add(0.0985);
     const std::vector<IdleTool> idle = scene.after(12);
@@ -74,7 +74,7 @@ TEST(IdleTools, OneCloserToTheSurfaceThanACellFindsTheSkin) {
     EXPECT_GT(idle[0].before.skin, 50U);
 }
 
-TEST(IdleTools, OneThatWaitsSweepsNothing) {
+TEST(IdleTools, AnInactiveToolSweepsNothing) {
     Scene scene;
     scene.add(0.01, 5);
     const std::vector<IdleTool> idle = scene.after(12);
@@ -82,7 +82,7 @@ TEST(IdleTools, OneThatWaitsSweepsNothing) {
     EXPECT_TRUE(idle[0].sweep.empty());
 }
 
-TEST(IdleTools, OneThatArrivesInTheLastStepHasCutNothingYet) {
+TEST(IdleTools, AToolThatArrivesInTheLastStepIsStillIdle) {
     for (int steps = 1; steps < 12; ++steps) {
         Scene scene;
         scene.add(0.01);
@@ -99,8 +99,8 @@ TEST(IdleTools, OneThatArrivesInTheLastStepHasCutNothingYet) {
     FAIL() << "it never cuts";
 }
 
-TEST(IdleTools, ABodyThatMovesIsFollowed) {
-    // The same cut, made twice, while the body flies along; and one that it flies away from.
+TEST(IdleTools, FollowsAMovingBody) {
+    // The same cut twice, while the body moves along; and a blade from which it moves away.
     Scene scene(Vec3(1, 0, 0));
     for (const double t0 : {0.0, 0.2}) {
         const Vec3 begin(t0, 0, 0.2), end(t0 + 0.1, 0, -0.2);
@@ -116,7 +116,7 @@ TEST(IdleTools, ABodyThatMovesIsFollowed) {
     EXPECT_GT(idle[1].bounds.max[0], 0.4) << "where it was meanwhile";
 }
 
-TEST(IdleTools, WatchingChangesNothing) {
+TEST(IdleTools, ObservingDoesNotChangeTheWorld) {
     Scene watched, alone;
     for (Scene* scene : {&watched, &alone}) {
         scene->add(0.01, 0.05);
@@ -127,7 +127,7 @@ TEST(IdleTools, WatchingChangesNothing) {
     EXPECT_EQ(watched.world.state_hash().text(), alone.world.state_hash().text());
 }
 
-TEST(CrossedEdges, OfASheetAndOfTheBladeThatSweepsItAreTheSame) {
+TEST(CrossedEdges, AreEqualForASheetAndTheBladeThatSweepsIt) {
     Body body(geometry::make_box(Vec3(0.2, 0.16, 0.14)), soft(0.2 / 14, 50), *threads(2));
     splitting::NodeGrid grid = body.grid();
     const geometry::TriangleMesh half{

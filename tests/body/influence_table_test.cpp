@@ -1,4 +1,4 @@
-// Lists of carriers, cut down to what reaches a cube.
+// Tables of influences, reduced to those that reach a cube.
 #include <splitcubes/body/influence_table.h>
 #include <splitcubes/core/random.h>
 
@@ -10,7 +10,7 @@
 namespace splitcubes::body {
 namespace {
 
-struct Carrier {
+struct Influence {
     Vec3 place;
     double reach;
     InfluenceTable::State now, before;
@@ -27,15 +27,15 @@ InfluenceTable::State random_state(Random& random) {
     return state;
 }
 
-std::vector<Carrier> random_influences(Random& random, int count) {
-    std::vector<Carrier> out;
+std::vector<Influence> random_influences(Random& random, int count) {
+    std::vector<Influence> out;
     for (int k = 0; k < count; ++k)
         out.push_back({random_within_half(random, 1), random.uniform(0.1, 0.4), random_state(random),
                        random_state(random)});
     return out;
 }
 
-InfluenceTable table_of(const std::vector<Carrier>& influences) {
+InfluenceTable table_of(const std::vector<Influence>& influences) {
     InfluenceTable table;
     table.resize(influences.size());
     for (std::size_t i = 0; i < influences.size(); ++i)
@@ -44,7 +44,7 @@ InfluenceTable table_of(const std::vector<Carrier>& influences) {
     return table;
 }
 
-bool reaches(const Carrier& c, const Vec3& centre, double half) {
+bool reaches(const Influence& c, const Vec3& centre, double half) {
     return ((c.place - centre).cwiseAbs() - Vec3::Constant(half)).cwiseMax(0).norm() <= c.reach;
 }
 
@@ -58,23 +58,24 @@ TEST(InfluenceTable, NewEntriesReachNothing) {
     EXPECT_EQ(table.box_of({Vec3f::Zero(), 10}).min, Vec3(1, 2, 3));
 }
 
-// Wherever a table is cut down to a larger cube first, a smaller one within it gets the same box.
-TEST(InfluenceTable, KeepsWhatReachesACube) {
+// A table that was first reduced to a larger cube gives the same box for a smaller one in it.
+TEST(InfluenceTable, KeepsExactlyTheEntriesThatReachACube) {
     Random random(1);
     for (int round = 0; round < 50; ++round) {
-        const std::vector<Carrier> influences = random_influences(random, static_cast<int>(random.below(90)));
+        const std::vector<Influence> influences =
+            random_influences(random, static_cast<int>(random.below(90)));
         const InfluenceTable all = table_of(influences);
         const Vec3 centre = random_within_half(random, 0.6);
         const double half = random.uniform(0.1, 0.3);
         InfluenceTable near, own;
         near.assign_from(all, {centre.cast<float>(), static_cast<float>(half)});
-        // In two parts, as rows of bricks come.
+        // In two calls, like rows of bricks.
         const std::size_t middle = random.below(static_cast<std::uint32_t>(influences.size() + 1));
         for (const auto& [begin, end] :
              {std::pair(std::size_t{0}, middle), std::pair(middle, influences.size())})
             own.append_from(all, begin, end, {centre.cast<float>(), static_cast<float>(half)});
         std::size_t expected = 0;
-        for (const Carrier& c : influences) expected += reaches(c, centre, half) ? 1 : 0;
+        for (const Influence& c : influences) expected += reaches(c, centre, half) ? 1 : 0;
         EXPECT_EQ(near.size(), expected);
         EXPECT_EQ(own.size(), expected);
         for (int query = 0; query < 10; ++query) {
@@ -84,9 +85,9 @@ TEST(InfluenceTable, KeepsWhatReachesACube) {
             EXPECT_EQ(box.min, same.min);
             EXPECT_EQ(box.max, same.max);
             geometry::Box exact;
-            for (const Carrier& c : influences)
+            for (const Influence& c : influences)
                 if (reaches(c, centre + arm, 0)) {
-                    // In the table cut down last, points count from the centre, and so do the carriers.
+                    // In `own`, points and influences are relative to the centre.
                     exact.add(c.now.off + c.now.matrix * (arm - (c.place - centre)));
                     exact.add(c.before.off + c.before.matrix * (arm - (c.place - centre)));
                 }

@@ -1,4 +1,4 @@
-// Laws of recorded motions: what follows them comes to the same states, to the last bit.
+// Recorded motions: a world that replays them has bit-identical states.
 #include <splitcubes/body/motion_tracks.h>
 #include <splitcubes/core/error.h>
 
@@ -20,7 +20,7 @@ Quat turn(const Vec3& axis, double angle) {
     return Quat(Eigen::AngleAxisd(angle, axis.normalized()));
 }
 
-// Cuts on a curve, turning by more than a part of a sweep may in a step.
+// Blade on a curve that rotates within a step by more than one part of a sweep may.
 cutting::Blade curved_blade() {
     std::vector<cutting::Keyframe> keys;
     for (int k = 0; k <= 7; ++k)
@@ -32,12 +32,12 @@ cutting::Blade curved_blade() {
             {.interpolation = cutting::PathInterpolation::smooth, .active_from = 0.05}};
 }
 
-// A handle and a collider, each on its way where they move.
+// Adds a handle and a collider; they_move: each follows a path.
 void add_pushers(World& world, Body& body, bool they_move) {
-    const auto swing = [they_move](const Vec3& way) {
-        return [they_move, way](double time) {
+    const auto swing = [they_move](const Vec3& amplitude) {
+        return [they_move, amplitude](double time) {
             Isometry out = Isometry::Identity();
-            if (they_move) out.translation() = std::sin(9 * time) * way;
+            if (they_move) out.translation() = std::sin(9 * time) * amplitude;
             return out;
         };
     };
@@ -50,13 +50,13 @@ void add_pushers(World& world, Body& body, bool they_move) {
     Collider ball;
     ball.name = "ball";
     ball.solid = geometry::make_sphere_distance(0.05);
-    ball.motion = [way = swing(Vec3(0.01, 0, 0.03))](double time) {
-        return Isometry(Eigen::Translation3d(-0.05, 0, -0.13) * way(time));
+    ball.motion = [motion = swing(Vec3(0.01, 0, 0.03))](double time) {
+        return Isometry(Eigen::Translation3d(-0.05, 0, -0.13) * motion(time));
     };
     world.add_collider(ball);
 }
 
-// A held block that is shaken while a blade goes through it.
+// Held block, shaken if `shaken`, that a blade cuts.
 std::unique_ptr<World> shaken_world(cutting::Blade blade, bool shaken, int thread_count = 1) {
     auto world = std::make_unique<World>(free_space(), threads(thread_count));
     Body& body = world->add_body(geometry::make_box(Vec3(0.2, 0.16, 0.14)), soft(0.02, 100));
@@ -78,14 +78,14 @@ std::string state_after(World& world, int count) {
     return world.state_hash().text();
 }
 
-TEST(MotionTracks, FollowedGiveTheSameState) {
+TEST(MotionTracks, ReplayGivesTheSameState) {
     const auto first = shaken_world(curved_blade(), true);
     state_after(*first, 15);
     ASSERT_FALSE(first->pushing_contacts().empty()) << "the ball touches";
     const std::string state = state_after(*first, steps - 15);
     ASSERT_GT(first->bodies()[0]->cut_edge_count(), 20U);
     for (const int thread_count : {1, 2}) {
-        // Made with other motions: the tracks alone tell.
+        // Made with other motions, which the tracks replace.
         const cutting::Blade still("knife", curved_blade().shape(), {{0, Vec3(0, 0, 9), Quat::Identity()}},
                                    {.active_from = 0.05, .active_until = curved_blade().active_until()});
         const auto again = shaken_world(still, false, thread_count);
@@ -94,7 +94,7 @@ TEST(MotionTracks, FollowedGiveTheSameState) {
     }
 }
 
-TEST(MotionTracks, FollowFromTheSettingsAlone) {
+TEST(MotionTracks, DependOnTheSettingsOnly) {
     const auto stepped = shaken_world(curved_blade(), true), fresh = shaken_world(curved_blade(), true);
     state_after(*stepped, 5);
     const auto a = motion_tracks(*stepped, steps), b = motion_tracks(*fresh, steps);
@@ -109,7 +109,7 @@ TEST(MotionTracks, FollowFromTheSettingsAlone) {
     EXPECT_EQ(a[3].name, "ball");
 }
 
-TEST(MotionTracks, TracksOfTracksAreTheSame) {
+TEST(MotionTracks, RecordingAReplayGivesTheSameTracks) {
     const auto first = shaken_world(curved_blade(), true), second = shaken_world(curved_blade(), true);
     const auto once = motion_tracks(*first, steps);
     follow_tracks(*second, once);
@@ -117,8 +117,8 @@ TEST(MotionTracks, TracksOfTracksAreTheSame) {
     for (std::size_t k = 0; k < once.size(); ++k) EXPECT_EQ(once[k].motion.times(), twice[k].motion.times());
 }
 
-// A hand moves the tool as time goes on; what it did can be repeated.
-TEST(MotionTracks, OfAToolMovedByHand) {
+// The motion of a tool that a user moves can be replayed.
+TEST(MotionTracks, RecordAToolMovedInteractively) {
     const auto hand = [](double time) {
         Isometry out = Isometry::Identity();
         out.linear() = turn(Vec3(0, 1, 1), 2 * time).toRotationMatrix();
@@ -138,7 +138,7 @@ TEST(MotionTracks, OfAToolMovedByHand) {
     EXPECT_EQ(state_after(*again, steps), live->state_hash().text());
 }
 
-TEST(MotionTracks, OfNothingThatIsThereAreRefused) {
+TEST(MotionTracks, TracksOfUnknownObjectsAreRejected) {
     const auto world = shaken_world(curved_blade(), true);
     SampledMotion motion;
     motion.add(0, Isometry::Identity());

@@ -1,4 +1,4 @@
-// No edge that a blade meets is passed over, whatever the body has been bent to.
+// Every edge that a blade crosses is found, for any deformation of the body.
 #include <splitcubes/body/body.h>
 #include <splitcubes/core/random.h>
 #include <splitcubes/geometry/shapes.h>
@@ -21,7 +21,7 @@ struct Bent {
     std::vector<Mat3> previous_deformation;
 };
 
-// Twisted, bent and shaken, now and a step ago.
+// Returns the body's phyxels twisted, bent and perturbed, now and a step ago.
 Bent bent(const Body& body, double twist, Random& random) {
     Bent out{body.phyxels(), {}};
     meshless::Phyxels& phyxels = out.phyxels;
@@ -31,15 +31,16 @@ Bent bent(const Body& body, double twist, Random& random) {
     };
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
         const Vec3& rest = phyxels.rest_position[i];
-        const auto place = [&](double rate, const Vec3& way, Vec3& position, Mat3& deformation) {
+        const auto deform = [&](double rate, const Vec3& shift, Vec3& position, Mat3& deformation) {
             const Mat3 turn = Eigen::AngleAxisd(rate * rest.z(), Vec3::UnitZ()).toRotationMatrix();
-            position = turn * rest + way + shaken(0.01);
+            position = turn * rest + shift + shaken(0.01);
             deformation = turn;
             deformation.col(2) += rate * Vec3::UnitZ().cross(turn * rest);
             for (int k = 0; k < 3; ++k) deformation.col(k) += shaken(0.05);
         };
-        place(twist, Vec3(0.3, -0.2, 1), phyxels.position[i], phyxels.deformation[i]);
-        place(0.9 * twist, Vec3(0.28, -0.2, 1.04), phyxels.previous_position[i], out.previous_deformation[i]);
+        deform(twist, Vec3(0.3, -0.2, 1), phyxels.position[i], phyxels.deformation[i]);
+        deform(0.9 * twist, Vec3(0.28, -0.2, 1.04), phyxels.previous_position[i],
+               out.previous_deformation[i]);
     }
     return out;
 }
@@ -62,7 +63,7 @@ std::vector<geometry::Frame> frames_of(const std::vector<Vec3>& rest, const Bent
 
 class MovingBricksAtTwist : public testing::TestWithParam<double> {};
 
-TEST_P(MovingBricksAtTwist, HoldEveryEdgeThatABladeMeets) {
+TEST_P(MovingBricksAtTwist, ListEveryEdgeThatABladeCrosses) {
     const Parallel parallel(2);
     BodySettings settings;
     settings.cell_size = 0.05;
@@ -92,41 +93,41 @@ TEST_P(MovingBricksAtTwist, HoldEveryEdgeThatABladeMeets) {
     const auto upper_now = frames_of(upper, now, body, true, parallel);
 
     MovingBricks bricks;
-    std::size_t met = 0, named = 0;
+    std::size_t met = 0, listed = 0;
     for (int stroke = 0; stroke < 30; ++stroke) {
         const auto point = [&](double size) {
             return Vec3(size * random.uniform(-1, 1), size * random.uniform(-1, 1),
                         size * random.uniform(-1, 1));
         };
         cutting::SweptBlade blade;
-        const Vec3 a = Vec3(0.3, -0.2, 1) + point(0.5), b = a + point(1.0), way = point(0.05);
-        blade.segments.push_back({a, b, a + way, b + way + point(0.02)});
+        const Vec3 a = Vec3(0.3, -0.2, 1) + point(0.5), b = a + point(1.0), shift = point(0.05);
+        blade.segments.push_back({a, b, a + shift, b + shift + point(0.02)});
         blade.bounds = geometry::bounds_of(blade.segments.front());
         const SweptBoxes swept(std::span(&blade, 1), 1e-5);
         const std::vector<GridEdge> near =
             bricks.edges_near({grid, now.phyxels, now.previous_deformation, 0}, swept, parallel);
-        std::set<std::uint64_t> names;
+        std::set<std::uint64_t> ids;
         for (const GridEdge& edge : near) {
-            names.insert(splitting::edge_id(edge));
+            ids.insert(splitting::edge_id(edge));
             EXPECT_FALSE(grid.is_cut(edge));
         }
-        EXPECT_EQ(names.size(), near.size());
-        named += near.size();
+        EXPECT_EQ(ids.size(), near.size());
+        listed += near.size();
         for (std::size_t e = 0; e < edges.size(); ++e) {
             const geometry::MovingSegment motion{lower_before[e].position, upper_before[e].position,
                                                  lower_now[e].position, upper_now[e].position};
             if (!geometry::first_hit(blade.segments.front(), motion)) continue;
             ++met;
-            EXPECT_TRUE(names.contains(splitting::edge_id(edges[e])));
+            EXPECT_TRUE(ids.contains(splitting::edge_id(edges[e])));
         }
     }
     EXPECT_GT(met, 100U);
-    EXPECT_LT(named, 30 * edges.size() / 4);  // it is a choice
+    EXPECT_LT(listed, 30 * edges.size() / 4);  // most edges are excluded
 }
 
 INSTANTIATE_TEST_SUITE_P(Twists, MovingBricksAtTwist, testing::Values(0.0, 0.4, 2.0));
 
-TEST(SweptBoxes, HoldWhatTheSegmentSweepsAndLittleElse) {
+TEST(SweptBoxes, ContainTheSweepTightly) {
     const geometry::MovingSegment slanted{{0, 0, 0}, {1, 1, 1}, {0.1, -0.1, 0}, {1.1, 0.9, 1}};
     cutting::SweptBlade blade;
     blade.segments.push_back(slanted);
@@ -140,7 +141,7 @@ TEST(SweptBoxes, HoldWhatTheSegmentSweepsAndLittleElse) {
             swept.meeting(around(geometry::moving_point(part.a0, part.b0, s)), found);
             EXPECT_EQ(found.size(), 1U);
         }
-    // Within the axis-aligned box, but off the plane that is swept.
+    // Inside the axis-aligned bounds but off the swept plane.
     swept.meeting(around({0.2, 0.8, 0.5}), found);
     EXPECT_TRUE(found.empty());
     EXPECT_TRUE(swept.bounds().contains({0.2, 0.8, 0.5}));

@@ -1,4 +1,4 @@
-// What phyxels make of a node lies in the node's hull.
+// The maps of phyxels in reach of a node lie in the node's hull.
 #include <splitcubes/body/node_hulls.h>
 #include <splitcubes/core/random.h>
 
@@ -46,7 +46,7 @@ Vec3i first_of(int block) {
 
 class NodeHullsOfSize : public testing::TestWithParam<double> {};
 
-TEST_P(NodeHullsOfSize, HoldWhatReachesANodeAndLittleElse) {
+TEST_P(NodeHullsOfSize, ContainTheMapsOfPhyxelsInReachTightly) {
     Random random(5);
     NodeHulls hulls;
     const double size = GetParam(), largest = size + 1.5 * hull_cell;
@@ -85,7 +85,7 @@ TEST_P(NodeHullsOfSize, HoldWhatReachesANodeAndLittleElse) {
 
 INSTANTIATE_TEST_SUITE_P(Sizes, NodeHullsOfSize, testing::Values(0.001, 0.1, 1e4));
 
-TEST(NodeHulls, AreEmptyWhereNothingReaches) {
+TEST(NodeHulls, AreEmptyWhereNoPhyxelReaches) {
     NodeHulls hulls;
     hulls.start(hull_cell);
     EXPECT_TRUE(hulls.empty());

@@ -1,4 +1,4 @@
-// Rows of nodes and their revisions.
+// Revisions of the rows of tracked nodes.
 #include <splitcubes/body/body.h>
 #include <splitcubes/geometry/shapes.h>
 
@@ -30,13 +30,13 @@ Rows rows_of(const NodeTracker& nodes) {
     return out;
 }
 
-// A triangle from beyond the face x = -0.1 to `depth`, at the height z.
+// Triangle from outside the face x = -0.1 to x = depth, at height z.
 geometry::TriangleMesh notch(double depth, double z) {
     return {{Vec3(-1, -2, z), Vec3(-1, 2, z + 0.001), Vec3(depth, 0, z)}, {{0, 1, 2}}};
 }
 
-// Who keeps something by a row's revision looks again where the row is another one, and only there.
-TEST(NodeTracker, RevisionsTellWhichRowsAreOthers) {
+// Caches keyed by a row's revision are refreshed where the row changed, and only there.
+TEST(NodeTracker, RevisionsChangeExactlyWithTheRows) {
     const Parallel parallel(2);
     BodySettings settings;
     settings.cell_size = 0.01;
@@ -44,17 +44,17 @@ TEST(NodeTracker, RevisionsTellWhichRowsAreOthers) {
     Body body(geometry::make_box(Vec3(0.2, 0.2, 0.2)), settings, parallel);
     Rows before = rows_of(body.nodes());
     std::size_t changed = 0, kept = 0;
-    int number = 0;
+    int cut_number = 0;
     for (const double z : {0.011, -0.0312, 0.0511, -0.0713}) {
         const std::size_t phyxels = body.phyxels().size();
-        body.cut_with_sheet(notch(0.03 + z, z), number++, parallel);
+        body.cut_with_sheet(notch(0.03 + z, z), cut_number++, parallel);
         ASSERT_EQ(body.phyxels().size(), phyxels);
         Rows now = rows_of(body.nodes());
         for (std::size_t i = 0; i < before.row.size(); ++i) {
-            const bool is_other = now.row[i] != before.row[i];
-            EXPECT_EQ(now.revision[i] != before.revision[i], is_other) << i;
-            changed += is_other;
-            kept += !is_other;
+            const bool is_changed = now.row[i] != before.row[i];
+            EXPECT_EQ(now.revision[i] != before.revision[i], is_changed) << i;
+            changed += is_changed;
+            kept += !is_changed;
         }
         before = std::move(now);
     }

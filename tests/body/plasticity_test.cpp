@@ -1,4 +1,4 @@
-// Plastic strain through cutting and resampling.
+// Plastic strain is kept through cutting and resampling.
 #include "laws/worlds.h"
 
 #include <gtest/gtest.h>
@@ -11,8 +11,7 @@ namespace {
 
 using namespace laws;
 
-// A block that has flowed everywhere alike and stands still in the shape that is
-// without stress.
+// Block with uniform plastic strain at rest in its stress-free shape.
 struct Flowed {
     Flowed(meshless::MaterialModel model, meshless::SolverKind solver) {
         WorldSettings settings = free_space();
@@ -37,7 +36,7 @@ struct Flowed {
     Mat3 strain;
 };
 
-TEST(PlasticBody, CutsAndCrumbsTakeTheirStrainAlong) {
+TEST(PlasticBody, PlasticStrainSurvivesCutsAndFragmentation) {
     int remade = 0;
     for (const auto model :
          {meshless::MaterialModel::corotated, meshless::MaterialModel::st_venant_kirchhoff})
@@ -57,7 +56,7 @@ TEST(PlasticBody, CutsAndCrumbsTakeTheirStrainAlong) {
                 for (int step = 0; step < 5; ++step) {
                     const StepReport report = flowed.world->step();
                     ASSERT_LT(report.elastic_energy, 1e-12) << "nothing was released";
-                    // What single precision makes of the strain.
+                    // Strain within single precision.
                     ASSERT_LT(report.top_speed, 5e-6);
                 }
             }

@@ -1,4 +1,4 @@
-// A blade on its path cuts a body at rest as the sheet that it sweeps.
+// A blade on its path cuts a body at rest like the sheet that it sweeps.
 #include <splitcubes/body/rest_cut.h>
 
 #include "laws/solids.h"
@@ -61,7 +61,7 @@ Blade straight(const Vec3& from, const Vec3& to, const Vec3& move, std::vector<d
     return Blade("knife", cutting::make_straight_blade(from, to), keys);
 }
 
-TEST(RestCut, AStraightBladeOnAStraightWayCutsLikeTheSheetItSweeps) {
+TEST(RestCut, AStraightBladeOnAStraightPathCutsLikeTheSweptSheet) {
     Random random(21);
     std::size_t edges = 0;
     for (int trial = 0; trial < 20; ++trial) {
@@ -73,7 +73,7 @@ TEST(RestCut, AStraightBladeOnAStraightWayCutsLikeTheSheetItSweeps) {
         for (const std::int32_t slot : slots) ASSERT_EQ(by_blade.crossing(slot).cut, 3);
         const TriangleMesh sheet{{from, to, from + move, to + move}, {{0, 1, 2}, {1, 3, 2}}};
         EXPECT_EQ(splitting::cut_with_sheet(by_sheet, sheet, 3).size(), slots.size());
-        // The sheet is snapped to 2^-20 cells, half a step each of four corners.
+        // The sheet is snapped to 2^-20 cells: half a step for each of four corners.
         expect_same_cuts(by_blade, by_sheet, 1e-4);
         EXPECT_TRUE(splitting::validate(by_blade).empty());
         edges += slots.size();
@@ -81,7 +81,7 @@ TEST(RestCut, AStraightBladeOnAStraightWayCutsLikeTheSheetItSweeps) {
     EXPECT_GT(edges, 2000U);
 }
 
-TEST(RestCut, KeyframesMoreOnTheSameWayChangeNothing) {
+TEST(RestCut, FurtherKeyframesOnTheSamePathChangeNothing) {
     Random random(22);
     for (int trial = 0; trial < 6; ++trial) {
         SCOPED_TRACE(trial);
@@ -96,7 +96,7 @@ TEST(RestCut, KeyframesMoreOnTheSameWayChangeNothing) {
     }
 }
 
-// A bent blade that turns on a winding way.
+// Bent blade that rotates along a winding path.
 Blade curved(cutting::PathInterpolation interpolation) {
     BladeShape shape = cutting::make_arc_blade(Vec3(0, 0.1, 0), 0.45, Vec3::UnitZ(), -1.2, 1.9, 12);
     shape.polylines.push_back({{-0.2, 0.3, 0.1}, {0.1, 0.2, -0.1}, {0.3, 0.31, 0.05}});
@@ -110,14 +110,14 @@ Blade curved(cutting::PathInterpolation interpolation) {
                  {.interpolation = interpolation, .active_from = 0.11, .active_until = 1.2});
 }
 
-TEST(RestCut, NoEdgeThatTheBladeMeetsIsPassedOver) {
+TEST(RestCut, CutsEveryEdgeThatTheBladeCrosses) {
     for (const auto interpolation :
          {cutting::PathInterpolation::linear, cutting::PathInterpolation::smooth}) {
         const Blade blade = curved(interpolation);
         NodeGrid grid = ball(), all = grid;
         const auto slots = cut_with_blade(grid, blade, 0, two);
         EXPECT_GT(slots.size(), 500U);
-        // All edges of the grid are candidates, span by span.
+        // Reference: all edges of the grid are candidates in each span.
         Vec3 normal = Vec3::Zero();
         for (const auto& [t0, t1] : {std::pair{0.11, 0.4}, std::pair{0.4, 1.2}}) {
             std::vector<cutting::CandidateEdge> candidates;
@@ -145,7 +145,7 @@ TEST(RestCut, SameBitsForAnyNumberOfThreads) {
     expect_same_cuts(one, other, 0);
 }
 
-TEST(RestCut, ALoopTakesOutACore) {
+TEST(RestCut, AClosedPathCutsOutACore) {
     NodeGrid grid = solid(geometry::make_box(Vec3(1, 1, 0.5)), 24);
     const BladeShape loop =
         cutting::make_arc_blade(Vec3::Zero(), 0.25, Vec3::UnitZ(), 0.1, 0.1 + 2 * std::numbers::pi, 48);
@@ -160,8 +160,8 @@ TEST(RestCut, ALoopTakesOutACore) {
                 0.005);
 }
 
-// Planes through nodes: along one axis, two and three of the grid.
-TEST(RestCut, ABladeThroughTheNodesThemselvesMakesTwoPieces) {
+// Planes through nodes, normal to one axis of the grid and to diagonals of two and three.
+TEST(RestCut, ABladeThroughGridNodesMakesTwoPieces) {
     const NodeGrid whole = solid(geometry::make_box(Vec3(1, 0.8, 0.6)), 20);
     const Vec3 node = whole.rest().node_position(whole.rest().node_count / 2);
     for (const Vec3& normal : {Vec3(0, 0, 1), Vec3(0, 1, 0), Vec3(1, 0, 0), Vec3(0, 1, 1), Vec3(1, -1, 0)}) {
@@ -178,28 +178,28 @@ TEST(RestCut, ABladeThroughTheNodesThemselvesMakesTwoPieces) {
     }
 }
 
-TEST(RestCut, NothingWhereThereIsNothingToCut) {
+TEST(RestCut, CutsNothingOutsideTheBodyOrTwice) {
     NodeGrid grid = ball();
     EXPECT_TRUE(cut_with_blade(grid, straight({2, 0, 0}, {3, 0, 0}, {0, 0, 1}), 0, two).empty());
     EXPECT_TRUE(cut_with_blade(grid, straight({1e7, -1e7, 0}, {1e7, 1e7, 3}, {0, 0, 1e7}), 0, two).empty());
-    // Smaller than a cell, between the nodes.
+    // A path smaller than a cell, between the nodes.
     const Vec3 at = grid.rest().node_position(grid.rest().node_count / 2) + Vec3::Constant(0.3) / 24;
     EXPECT_TRUE(
         cut_with_blade(grid, straight(at, at + Vec3(0.002, 0.001, 0), {0, 0, 0.003}), 0, two).empty());
     EXPECT_TRUE(cuts_of(grid).empty());
-    // Large as it is, it cuts, and where it was cut already it does not cut again.
+    // A large path cuts, but not again where the body is cut already.
     const Blade huge = straight({-1e6, 0.01, -1e6}, {1e6, 0.02, -1e6}, {0.1, 0.1, 2e6});
     EXPECT_FALSE(cut_with_blade(grid, huge, 0, two).empty());
     EXPECT_TRUE(cut_with_blade(grid, huge, 1, two).empty());
 }
 
-TEST(RestCut, StopsBetweenSpansWhenToldTo) {
+TEST(RestCut, StopsBetweenSpansOnRequest) {
     NodeGrid grid = ball(), part = grid;
     const Blade blade = straight({-1, 0, -0.6}, {1, 0.1, -0.6}, {0, 0, 1.2}, {0, 0.25, 0.5, 0.75, 1});
     const std::size_t all = cut_with_blade(grid, blade, 0, two).size();
-    int asked = 0;
-    const std::size_t some = cut_with_blade(part, blade, 0, two, [&] { return ++asked > 2; }).size();
-    EXPECT_EQ(asked, 3);
+    int calls = 0;
+    const std::size_t some = cut_with_blade(part, blade, 0, two, [&] { return ++calls > 2; }).size();
+    EXPECT_EQ(calls, 3);
     EXPECT_GT(some, 0U);
     EXPECT_LT(some, all);
 }

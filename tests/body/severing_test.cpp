@@ -1,4 +1,4 @@
-// A blade that goes all the way through leaves no bridge, however both move.
+// A blade that passes all the way through a body leaves no ligament, however both move.
 #include "laws/solids.h"
 #include "laws/worlds.h"
 
@@ -17,7 +17,7 @@ using namespace laws;
 
 struct Passage {
     double time_step = 1.0 / 60;
-    double duration = 0.2;  // s, of the blade's way through
+    double duration = 0.2;  // s, of the blade's passage
     int subdivisions = 1;   // of edge and path
     bool falls = false;
     Vec3 turning = Vec3::Zero();  // rad/s
@@ -29,7 +29,7 @@ std::string text_of(const Passage& p) {
            std::to_string(p.turning.norm()) + " rad/s";
 }
 
-// The blade goes along with the fall, so that it comes out on the other side.
+// The blade moves along with the fall, so that it comes out on the other side.
 void expect_two_pieces(const Passage& p) {
     SCOPED_TRACE(text_of(p));
     WorldSettings settings = free_space(p.time_step);
@@ -56,26 +56,26 @@ void expect_two_pieces(const Passage& p) {
     for (const Vec3& position : mesh.mesh.positions) ASSERT_TRUE(position.allFinite());
 }
 
-TEST(Severing, AtAnySpeedAndTimeStep) {
+TEST(Severing, SeparatesAtAnySpeedAndTimeStep) {
     for (const double time_step : {1.0 / 30, 1.0 / 60, 1.0 / 240})
         for (const double duration : {0.02, 0.1, 0.5})
             expect_two_pieces({.time_step = time_step, .duration = duration});
 }
 
-TEST(Severing, HoweverFineTheBladeIsDivided) {
+TEST(Severing, SeparatesForAnySubdivisionOfTheBlade) {
     for (const int subdivisions : {1, 2, 3, 7, 16, 50}) {
         expect_two_pieces({.subdivisions = subdivisions});
         expect_two_pieces({.duration = 0.08, .subdivisions = subdivisions, .falls = true});
     }
 }
 
-TEST(Severing, WhatFalls) {
+TEST(Severing, SeparatesAFallingBody) {
     for (const double time_step : {1.0 / 30, 1.0 / 60, 1.0 / 240})
         for (const double duration : {0.03, 0.1, 0.4})
             expect_two_pieces({.time_step = time_step, .duration = duration, .falls = true});
 }
 
-TEST(Severing, WhatTurns) {
+TEST(Severing, SeparatesARotatingBody) {
     for (const double time_step : {1.0 / 60, 1.0 / 240})
         for (const double duration : {0.03, 0.1, 0.25})
             for (const Vec3& turning : {Vec3(3, 0, 0), Vec3(0, 3, 0), Vec3(0, 0, 3), Vec3(2, -2, 2)})
@@ -86,8 +86,8 @@ TEST(Severing, WhatTurns) {
                                    .turning = turning});
 }
 
-TEST(Severing, ARoundBladePath) {
-    // A wire that goes round in a closed circle cuts out a core.
+TEST(Severing, SeparatesAlongACircularPath) {
+    // A wire on a closed circle cuts out a core.
     for (const double time_step : {1.0 / 60, 1.0 / 240})
         for (const int keyframes : {16, 64}) {
             WorldSettings settings = free_space(time_step);
@@ -105,7 +105,7 @@ TEST(Severing, ARoundBladePath) {
         }
 }
 
-TEST(Severing, TwoBladesAtOnce) {
+TEST(Severing, SeparatesByTwoBladesAtOnce) {
     WorldSettings settings = free_space();
     World world(settings, threads(2));
     BodySettings block = soft(0.014, 200);
@@ -120,7 +120,7 @@ TEST(Severing, TwoBladesAtOnce) {
     for (const double share : piece_shares(body)) EXPECT_GT(share, 0.2);
 }
 
-TEST(Severing, ABladeThatStopsHalfWayLeavesABridge) {
+TEST(Severing, ABladeThatStopsHalfwayLeavesALigament) {
     World world(free_space(), threads(2));
     Body& body = world.add_body(geometry::make_box(Vec3(0.2, 0.16, 0.14)), soft(0.014, 200));
     world.add_tool(moving_blade(Vec3(0, 0, -1), Vec3(0, 0, 1), Vec3(0, -0.3, 0), Vec3::Zero(), 0.02, 0.2));

@@ -1,4 +1,4 @@
-// Stresses of many phyxels side by side against one after the other.
+// SIMD stresses of many phyxels against the scalar computation.
 #include <splitcubes/body/stress_kernels.h>
 #include <splitcubes/core/random.h>
 #include <splitcubes/math/decompose.h>
@@ -18,7 +18,7 @@ constexpr double min_volume = 0.05, limit = 4e3, slack = 1e-6;
 
 struct Phyxels {
     std::vector<Mat3> deformation, rotation;
-    std::vector<double> given;  // sizes, negative: no say
+    std::vector<double> given;  // input of StressTask::size; negative: excluded
 };
 
 Mat3 random_matrix(Random& random, double half) {
@@ -27,7 +27,7 @@ Mat3 random_matrix(Random& random, double half) {
     return out;
 }
 
-// Some are held, inverted, infinite or not a number.
+// Returns phyxels of which some are excluded, inverted, huge or not a number.
 Phyxels random_phyxels(std::size_t count) {
     Random random(11);
     Phyxels out;
@@ -59,9 +59,9 @@ Stresses stresses_of(const Phyxels& phyxels, const meshless::Material& material,
     return out;
 }
 
-// Whether the phyxel has a say.
-bool expect_that_of_one(const Phyxels& phyxels, const meshless::Material& material, const Stresses& found,
-                        std::size_t i) {
+// Compares one phyxel with the scalar computation. Returns whether it is included.
+bool expect_scalar_stress(const Phyxels& phyxels, const meshless::Material& material, const Stresses& found,
+                          std::size_t i) {
     const Mat3& F = phyxels.deformation[i];
     const double volume = F.determinant();
     const Mat3 cauchy =
@@ -73,7 +73,7 @@ bool expect_that_of_one(const Phyxels& phyxels, const meshless::Material& materi
         return false;
     }
     const Mat3 expected = 0.5 * (cauchy + cauchy.transpose());
-    // The largest of the terms that cancel: strains are differences of what is near 1.
+    // Scaled by the largest of the cancelling terms: strains are differences of numbers near 1.
     const double rounding = 1e-13 * material.youngs_modulus * (1 + F.squaredNorm() * F.norm()) / volume;
     EXPECT_LT((found.stress[i] - expected).norm(), rounding) << i;
     EXPECT_EQ(found.stress[i], found.stress[i].transpose()) << i;
@@ -84,20 +84,20 @@ bool expect_that_of_one(const Phyxels& phyxels, const meshless::Material& materi
     return true;
 }
 
-TEST(StressKernels, GiveWhatOnePhyxelAfterTheOtherGives) {
+TEST(StressKernels, EqualTheScalarComputation) {
     const Phyxels phyxels = random_phyxels(500);
     const meshless::Material material;
     const Stresses found = stresses_of(phyxels, material, 0, phyxels.given.size());
-    int have_say = 0, are_above = 0;
+    int included = 0, are_above = 0;
     for (std::size_t i = 0; i < phyxels.given.size(); ++i) {
-        have_say += expect_that_of_one(phyxels, material, found, i);
+        included += expect_scalar_stress(phyxels, material, found, i);
         are_above += found.is_above[i];
     }
-    EXPECT_GT(have_say, are_above + 10);
+    EXPECT_GT(included, are_above + 10);
     EXPECT_GT(are_above, 10);
 }
 
-TEST(StressKernels, AreTheSameForEveryInstructionSetAndRange) {
+TEST(StressKernels, SameBitsForEveryInstructionSetAndRange) {
     const Phyxels phyxels = random_phyxels(100);
     const meshless::Material material;
     const Stresses all = stresses_of(phyxels, material, 0, phyxels.given.size());
@@ -106,10 +106,10 @@ TEST(StressKernels, AreTheSameForEveryInstructionSetAndRange) {
         for (const auto& [begin, end] : {std::pair{0U, 100U}, {3U, 10U}, {17U, 18U}, {40U, 73U}}) {
             const Stresses found = stresses_of(phyxels, material, begin, end);
             for (std::size_t i = 0; i < phyxels.given.size(); ++i) {
-                const bool is_asked = i >= begin && i < end;
-                EXPECT_EQ(found.stress[i], is_asked ? all.stress[i] : Mat3::Constant(7)) << i;
-                EXPECT_EQ(found.size[i], is_asked ? all.size[i] : phyxels.given[i]) << i;
-                EXPECT_EQ(found.is_above[i], is_asked ? all.is_above[i] : 9) << i;
+                const bool is_in_range = i >= begin && i < end;
+                EXPECT_EQ(found.stress[i], is_in_range ? all.stress[i] : Mat3::Constant(7)) << i;
+                EXPECT_EQ(found.size[i], is_in_range ? all.size[i] : phyxels.given[i]) << i;
+                EXPECT_EQ(found.is_above[i], is_in_range ? all.is_above[i] : 9) << i;
             }
         }
     }

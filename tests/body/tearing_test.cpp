@@ -1,4 +1,4 @@
-// Tearing: where it begins, how it goes on, what it keeps.
+// Tearing: initiation, propagation, conservation laws.
 #include "laws/worlds.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ TearSettings of_strength(double strength, double propagation_ratio = 0.6, double
     return out;
 }
 
-// A bar along x that is pulled at both ends, each by `rate` m/s.
+// Bar along x, both ends of which are pulled outwards at `rate` m/s.
 struct PulledBar {
     PulledBar(double cell_size, int phyxels, const TearSettings& tearing, double rate = 0.03,
               int thread_count = 2, const Vec3& size = bar_size) {
@@ -47,11 +47,11 @@ struct PulledBar {
             body->add_constraint(hold);
         }
     }
-    // Steps until the first edge tears; the number of steps.
-    int run_until_torn(int most) {
-        for (int step = 1; step <= most; ++step)
+    // Steps until the first edge tears and returns the number of steps; max_steps + 1 if none tears.
+    int run_until_torn(int max_steps) {
+        for (int step = 1; step <= max_steps; ++step)
             if (world->step().torn_edges > 0) return step;
-        return most + 1;
+        return max_steps + 1;
     }
     void run(int steps) {
         for (int k = 0; k < steps; ++k) torn += world->step().torn_edges;
@@ -61,7 +61,7 @@ struct PulledBar {
     std::size_t torn = 0;
 };
 
-std::vector<Vec3> torn_places(const Body& body) {
+std::vector<Vec3> torn_points(const Body& body) {
     std::vector<Vec3> out;
     for (const splitting::Crossing& c : body.grid().crossings())
         if (c.cut == tear_cut_number) out.push_back(body.grid().crossing_position(c));
@@ -69,8 +69,8 @@ std::vector<Vec3> torn_places(const Body& body) {
 }
 
 TEST(Tearing, BelowItsStrengthABarNeverTearsAtAnyResolution) {
-    // Pulled to a strain of 2 * 0.02 / 0.2 = 0.2: a stress of about 0.2 E = 40 kPa;
-    // at the corners of what is held up to twice that.
+    // The bar is pulled to a strain of 2 * 0.02 / 0.2 = 0.2, a stress of about 0.2 E = 40 kPa; at the corners
+    // of the held parts it is up to twice that.
     for (const auto& [cell, phyxels] : {std::pair(0.02, 40), {0.012, 150}, {0.01, 500}}) {
         PulledBar bar(cell, phyxels, of_strength(1.2e5));
         bar.run(40);
@@ -79,7 +79,8 @@ TEST(Tearing, BelowItsStrengthABarNeverTearsAtAnyResolution) {
 }
 
 TEST(Tearing, UnderItsOwnWeightABodyNeverTears) {
-    // A bar that hangs from its end bears rho g l = 2.4 kPa there, on the ground less.
+    // A bar that hangs from its end has a stress of rho g l = 2.4 kPa there; one that stands on the ground
+    // less.
     for (const auto& [cell, phyxels] : {std::pair(0.02, 40), {0.012, 150}, {0.01, 400}}) {
         WorldSettings settings = free_space();
         settings.gravity = Vec3(-9.81, 0, 0);
@@ -95,7 +96,7 @@ TEST(Tearing, UnderItsOwnWeightABodyNeverTears) {
     }
 }
 
-TEST(Tearing, PastItsStrengthABarPartsAcross) {
+TEST(Tearing, AboveItsStrengthABarTearsAcross) {
     PulledBar bar(0.01, 500, of_strength(3e4));
     bar.run(60);
     ASSERT_GE(bar.body->pieces().count(), 2U);
@@ -108,21 +109,21 @@ TEST(Tearing, PastItsStrengthABarPartsAcross) {
 
 TEST(Tearing, ANotchedBarTearsFromItsNotch) {
     PulledBar bar(0.01, 500, of_strength(6e4));
-    // From above to a third of the height, at x = 0.03.
+    // Notch at x = 0.03 from above down to a third of the height.
     geometry::TriangleMesh sheet;
     sheet.positions = {{0.03, -0.1, 0.01}, {0.03, 0.1, 0.01}, {0.03, 0.1, 0.1}, {0.03, -0.1, 0.1}};
     sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
     ASSERT_GT(bar.body->cut_with_sheet(sheet, 0, bar.world->parallel()), 5U);
     ASSERT_EQ(bar.body->pieces().count(), 1U);
     bar.run(60);
-    const std::vector<Vec3> places = torn_places(*bar.body);
-    ASSERT_GT(places.size(), 10U);
-    for (const Vec3& place : places) EXPECT_NEAR(place[0], 0.03, 0.021);
+    const std::vector<Vec3> points = torn_points(*bar.body);
+    ASSERT_GT(points.size(), 10U);
+    for (const Vec3& point : points) EXPECT_NEAR(point[0], 0.03, 0.021);
     EXPECT_GE(bar.body->pieces().count(), 2U);
 }
 
-// A plate of two layers of phyxels with a notch from below through half of it at x = 0, bent at its ends
-// so that the notch opens; where it tears.
+// Bends a plate of two layers of phyxels at its ends so that its notch, from below through half of it at x =
+// 0, opens. Returns the rest positions of torn edges.
 std::vector<Vec3> bend_plate(double strength, std::size_t& pieces) {
     World world(free_space(), threads(2));
     BodySettings settings = soft(0.008, 300);
@@ -146,20 +147,20 @@ std::vector<Vec3> bend_plate(double strength, std::size_t& pieces) {
     EXPECT_GT(body.cut_with_sheet(sheet, 0, world.parallel()), 5U);
     for (int k = 0; k < 80; ++k) world.step();
     pieces = body.pieces().count();
-    return torn_places(body);
+    return torn_points(body);
 }
 
 TEST(Tearing, ABentPlateOfTwoLayersBreaksThroughFromItsNotch) {
-    // The skin above the notch bears compression, and so does the only layer of phyxels there; but
-    // its lips open by half of 0.2 * 0.02 or so.
+    // The material above the notch, with the only layer of phyxels there, is under compression; but the crack
+    // faces open by about half of 0.2 * 0.02.
     std::size_t pieces = 0;
-    for (const Vec3& place : bend_plate(1000, pieces)) EXPECT_NEAR(place[0], 0, 0.013);
+    for (const Vec3& point : bend_plate(1000, pieces)) EXPECT_NEAR(point[0], 0, 0.013);
     EXPECT_EQ(pieces, 2U);
     EXPECT_TRUE(bend_plate(4000, pieces).empty());
     EXPECT_EQ(pieces, 1U);
 }
 
-TEST(Tearing, ASeamTearsAlongItself) {
+TEST(Tearing, ACrackFollowsAWeakPlane) {
     TearSettings tearing = of_strength(1.5e5);
     const Vec3 normal = Vec3(1, 0, 0.3).normalized();
     tearing.strength_factor = [normal](const Vec3& rest) {
@@ -167,9 +168,9 @@ TEST(Tearing, ASeamTearsAlongItself) {
     };
     PulledBar bar(0.01, 500, tearing);
     bar.run(60);
-    const std::vector<Vec3> places = torn_places(*bar.body);
-    ASSERT_GT(places.size(), 20U);
-    for (const Vec3& place : places) EXPECT_LT(std::abs((place - Vec3(0.03, 0, 0)).dot(normal)), 0.0131);
+    const std::vector<Vec3> points = torn_points(*bar.body);
+    ASSERT_GT(points.size(), 20U);
+    for (const Vec3& point : points) EXPECT_LT(std::abs((point - Vec3(0.03, 0, 0)).dot(normal)), 0.0131);
     EXPECT_EQ(bar.body->pieces().count(), 2U);
 }
 
@@ -185,7 +186,7 @@ TEST(Tearing, SameBitsForAnyNumberOfThreads) {
     }
 }
 
-// A block that flies, turns, and is thrown open along x so that it tears.
+// Block that flies, rotates, and expands along x so fast that it tears.
 struct Burst {
     explicit Burst(double speed, double strength = 2e4) {
         WorldSettings settings = free_space(1.0 / 240);
@@ -206,14 +207,14 @@ struct Burst {
     Body* body = nullptr;
 };
 
-TEST(Tearing, MomentaAreKeptInFreeFlight) {
+TEST(Tearing, MomentaAreConservedInFreeFlight) {
     Burst burst(4, 1e4);
     const meshless::Momenta before = meshless::total_momenta(burst.body->phyxels());
     const double scale = before.angular_momentum.norm() + before.mass * 0.05 * 4;
     std::size_t torn = 0, torn_whole = 0;
     for (int k = 0; k < 60; ++k) {
         torn += burst.world->step().torn_edges;
-        // What parts is booked anew, and crumbs too small to spin keep no spin.
+        // A split relumps mass, and fragments that are too small lose their angular momentum.
         if (burst.body->pieces().count() > 1) continue;
         torn_whole = torn;
         const meshless::Momenta now = meshless::total_momenta(burst.body->phyxels());
@@ -253,7 +254,7 @@ TEST(Tearing, SmallPiecesDoNotTearToDust) {
     EXPECT_LT(bar.body->pieces().count(), 40U);
 }
 
-TEST(Tearing, SettingsOutOfRangeAreRefused) {
+TEST(Tearing, SettingsOutOfRangeAreRejected) {
     EXPECT_THROW(check_tearing(of_strength(0), "x"), InputError);
     EXPECT_THROW(check_tearing(of_strength(std::nan("")), "x"), InputError);
     EXPECT_THROW(check_tearing(of_strength(1, 0), "x"), InputError);

@@ -35,7 +35,7 @@ TEST(ThinParts, EdgesAndCornersOfThickSolidsAreNotThin) {
     }
 }
 
-TEST(ThinParts, APlateAndABarAreThinAllOverWhicheverWayTheyLie) {
+TEST(ThinParts, PlatesAndBarsAreThinEverywhereInAnyOrientation) {
     const Vec3 plate(1, 1, 0.1), bar(1, 0.15, 0.1);
     for (const Vec3& size : {plate, bar})
         for (const double angle : {0.0, 0.3, 0.785}) {

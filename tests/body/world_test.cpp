@@ -1,4 +1,4 @@
-// Laws of a world in motion.
+// Laws of a world in motion: conservation, determinism, constraints.
 #include <splitcubes/body/world.h>
 
 #include "laws/solids.h"
@@ -85,7 +85,7 @@ TEST(World, AFreeHalfFallsWhileTheOtherIsHeld) {
         EXPECT_NEAR(drop, 0.5 * 9.81 * 0.25, 0.01 * 0.5 * 9.81 * 0.25);
         EXPECT_NEAR(after[lower].linear[2] / after[lower].mass, -9.81 * 0.5, 0.01 * 9.81 * 0.5);
         EXPECT_LT((after[1 - lower].centre - before[1 - lower].centre).norm(), 0.01) << "the held half sags";
-        // It falls without turning or stretching.
+        // It falls without rotation or stretch.
         EXPECT_LT(std::abs(after[lower].centre[0] - before[lower].centre[0]), 1e-9);
         EXPECT_LT(after[lower].angular_momentum.norm(), 1e-9);
     }
@@ -116,7 +116,7 @@ TEST(World, ASpinningBodyKeepsItsMomenta) {
     EXPECT_EQ(body.validate(), std::vector<std::string>{});
 }
 
-// A block that falls on the ground while a blade parts it.
+// Returns the state hash of a block that falls on the ground while a blade cuts it in two.
 std::string hash_of_cutting(int thread_count, StepReport& last) {
     WorldSettings settings = free_space();
     settings.gravity = Vec3(0, 0, -9.81);
@@ -131,7 +131,7 @@ std::string hash_of_cutting(int thread_count, StepReport& last) {
     return world.state_hash().text();
 }
 
-TEST(World, ThreadsDoNotMatter) {
+TEST(World, SameBitsForAnyNumberOfThreads) {
     StepReport report;
     const std::string one = hash_of_cutting(1, report);
     EXPECT_EQ(report.pieces, 2U);
@@ -142,7 +142,7 @@ TEST(World, ThreadsDoNotMatter) {
     EXPECT_EQ(hash_of_cutting(3, report), one);
 }
 
-TEST(World, StateHashTellsStatesApart) {
+TEST(World, StateHashDiffersForDifferentStates) {
     World a(free_space(), threads(1)), b(free_space(), threads(1));
     BodySettings settings = soft(0.03, 60);
     a.add_body(geometry::make_box(Vec3(0.2, 0.16, 0.12)), settings);
@@ -154,8 +154,8 @@ TEST(World, StateHashTellsStatesApart) {
     EXPECT_NE(a.state_hash().text(), before);
 }
 
-// A block that spins in place, its corners at about 0.3 m/s, while twenty blades
-// go through it or into it.
+// Returns a world with a block that spins in place, its corners at about 0.3 m/s, while twenty blades cut
+// through or into it.
 std::unique_ptr<World> shredder(std::uint64_t seed, bool validated) {
     Random random(seed);
     WorldSettings settings = free_space();
@@ -176,7 +176,7 @@ std::unique_ptr<World> shredder(std::uint64_t seed, bool validated) {
     return world;
 }
 
-TEST(World, MassAndMomentumStayWhileTwentyBladesCut) {
+TEST(World, MassAndMomentumAreConservedWhileTwentyBladesCut) {
     const std::unique_ptr<World> world = shredder(20, true);
     const meshless::Momenta before = momenta_of(*world);
     StepReport report;
@@ -191,13 +191,13 @@ TEST(World, MassAndMomentumStayWhileTwentyBladesCut) {
 
 struct Shredded {
     std::uint64_t seed;
-    std::size_t strays = 0;                    // phyxels that went over to a piece that was there before
-    double first_energy = 0, most_energy = 0;  // J, after the first step; of all steps
-    double most_kinetic = 0;                   // J, of all steps
-    int step = 0;                              // of the most energy
+    std::size_t strays = 0;                   // phyxels that moved to a piece that existed before the step
+    double first_energy = 0, max_energy = 0;  // J, after the first step; maximum over all steps
+    double max_kinetic = 0;                   // J, maximum over all steps
+    int step = 0;                             // of max_energy
 };
 
-// Run once for the two laws that follow.
+// Runs the worlds once, for the two tests that follow.
 const std::vector<Shredded>& shredded() {
     static const std::vector<Shredded> all = [] {
         std::vector<Shredded> out;
@@ -215,9 +215,9 @@ const std::vector<Shredded>& shredded() {
                 }
                 const double energy = report.kinetic_energy + report.elastic_energy;
                 if (step == 0) one.first_energy = energy;
-                if (energy > one.most_energy) one.step = step;
-                one.most_energy = std::max(one.most_energy, energy);
-                one.most_kinetic = std::max(one.most_kinetic, report.kinetic_energy);
+                if (energy > one.max_energy) one.step = step;
+                one.max_energy = std::max(one.max_energy, energy);
+                one.max_kinetic = std::max(one.max_kinetic, report.kinetic_energy);
             }
         }
         return out;
@@ -225,23 +225,23 @@ const std::vector<Shredded>& shredded() {
     return all;
 }
 
-TEST(World, MaterialNeverGoesOverToAPieceThatHasParted) {
-    // A phyxel stays in its piece or goes with a fragment that comes off just now:
-    // any other piece has moved away from where it was next to it.
+TEST(World, MaterialNeverMovesToAPieceThatSeparatedEarlier) {
+    // A phyxel stays in its piece or moves to a fragment that splits off in this step. Any other piece has
+    // moved away.
     for (const Shredded& one : shredded()) EXPECT_EQ(one.strays, 0U) << "seed " << one.seed;
 }
 
-TEST(World, EnergyDoesNotComeFromCutting) {
-    // Mass that is booked anew moves a little inwards, and what spins gains by it.
+TEST(World, CuttingAddsNoEnergy) {
+    // Relumped mass moves slightly inwards, by which a spinning body gains a little energy.
     for (const Shredded& one : shredded()) {
-        EXPECT_LT(one.most_kinetic, 1.05 * one.first_energy) << "seed " << one.seed;
-        EXPECT_LT(one.most_energy, 1.06 * one.first_energy) << "seed " << one.seed << ", step " << one.step;
+        EXPECT_LT(one.max_kinetic, 1.05 * one.first_energy) << "seed " << one.seed;
+        EXPECT_LT(one.max_energy, 1.06 * one.first_energy) << "seed " << one.seed << ", step " << one.step;
     }
 }
 
-TEST(World, SmallPiecesOfASpinningBodyFlyHardlyFasterThanItSpun) {
-    // Corners of one node and of a few, which have one phyxel or a handful: spin
-    // that such a piece cannot hold must not become speed.
+TEST(World, SmallPiecesOfASpinningBodyAreHardlyFasterThanIt) {
+    // Corners of one or few nodes, with few phyxels. Angular momentum that such a piece cannot take up must
+    // not become linear speed.
     Random random(21);
     for (int trial = 0; trial < 24; ++trial) {
         const double depth = 1.2 + trial % 4;
@@ -265,7 +265,7 @@ TEST(World, SmallPiecesOfASpinningBodyFlyHardlyFasterThanItSpun) {
     }
 }
 
-TEST(World, MomentumStaysWhenPiecesPartInFreeFlight) {
+TEST(World, MomentumIsConservedWhenPiecesSeparateInFreeFlight) {
     WorldSettings settings = free_space();
     World world(settings, threads(2));
     BodySettings flying = soft(0.014, 250);
@@ -276,23 +276,23 @@ TEST(World, MomentumStaysWhenPiecesPartInFreeFlight) {
                                 0.05, 0.4, 3));
     const meshless::Momenta before = momenta_of(world);
     const Vec3 spin_before = meshless::total_momenta(body.phyxels()).angular_momentum;
-    std::size_t most = 1;
+    std::size_t max_pieces = 1;
     for (int step = 0; step < 60; ++step) {
         const StepReport report = world.step();
-        most = std::max(most, report.pieces);
+        max_pieces = std::max(max_pieces, report.pieces);
         ASSERT_LT((report.momentum - before.linear).norm(), 1e-6 * before.linear.norm()) << "step " << step;
-        // About the centre of mass: that itself moves a little when mass is booked anew.
+        // About the centre of mass, which itself moves slightly when mass is relumped.
         const Vec3 angular_momentum = meshless::total_momenta(body.phyxels()).angular_momentum;
         ASSERT_LT((angular_momentum - spin_before).norm(), 1e-5 * spin_before.norm()) << "step " << step;
     }
-    EXPECT_GE(most, 2U);
-    // They drift apart: what turned together now flies on along its tangents.
+    EXPECT_GE(max_pieces, 2U);
+    // The pieces separate, because they continue along the tangents of their rotation.
     std::vector<meshless::Momenta> pieces;
     meshless::piece_momenta(body.phyxels(), static_cast<int>(body.pieces().count()), pieces);
     EXPECT_GT((pieces[0].linear / pieces[0].mass - pieces[1].linear / pieces[1].mass).norm(), 0.05);
 }
 
-TEST(World, GravityGivesTheMomentumOfTheFall) {
+TEST(World, MomentumGrowsByGravityOnly) {
     WorldSettings settings = free_space();
     settings.gravity = Vec3(0, 0, -9.81);
     World world(settings, threads(2));
@@ -326,7 +326,7 @@ TEST(World, ToolsCutOnlyTheirBodies) {
     EXPECT_EQ(*std::max_element(all.vertex_piece.begin(), all.vertex_piece.end()), 2);
 }
 
-TEST(World, ABladeThatStandsStillCutsWhatFallsOnIt) {
+TEST(World, AStandingBladeCutsABodyThatFallsOnIt) {
     WorldSettings settings = free_space();
     settings.gravity = Vec3(0, 0, -9.81);
     World world(settings, threads(2));
@@ -342,7 +342,7 @@ TEST(World, ABladeThatStandsStillCutsWhatFallsOnIt) {
     for (const double share : piece_shares(body)) EXPECT_GT(share, 0.4);
 }
 
-TEST(World, ItStandsOnTheGround) {
+TEST(World, ABodyRestsOnTheGround) {
     WorldSettings settings = free_space();
     settings.gravity = Vec3(0, 0, -9.81);
     settings.ground = meshless::GroundPlane{Vec3::UnitZ(), -0.2, 0.5};
@@ -379,7 +379,7 @@ TEST(World, HeldMaterialFollowsItsPath) {
         const Vec3 expected = rest[0] > 0 ? Vec3(where * rest) : rest;
         ASSERT_LT((body.phyxels().position[i] - expected).norm(), 1e-12);
     }
-    // Let go, it springs back.
+    // It springs back after the release.
     const auto mean_x = [&] {
         double sum = 0;
         for (const Vec3& p : body.phyxels().position)
