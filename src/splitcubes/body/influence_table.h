@@ -46,7 +46,7 @@ class InfluenceTable {
 
   private:
     // Lists of numbers: position, squared reach, and per state the offset and the matrix by columns.
-    static constexpr std::size_t place = 0, square = 3, state_size = 12, first_state = 4;
+    static constexpr std::size_t position_list = 0, square = 3, state_size = 12, first_state = 4;
     static constexpr std::size_t fields = first_state + 2 * state_size;
     // Entries that are read at once at most; as many padding entries, which reach nothing, follow the last.
     static constexpr std::size_t width = 16;
