@@ -11,23 +11,23 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// The rows of one chunk of points, before they have a place in the pool.
+// Rows of one chunk of points, before they are copied to the pool.
 struct ChunkRows {
     std::vector<std::uint32_t> count, phyxel;
     std::vector<double> weight;
 };
 
 // Appends the row of one point.
-void add_row(const Vec3& point, std::int32_t piece, std::size_t number, double reach, const Phyxels& phyxels,
-             const PhyxelLocator& locator, const Visible& visible, std::vector<std::uint32_t>& near,
-             ChunkRows& rows) {
+void add_row(const Vec3& point, std::int32_t piece, std::size_t point_index, double reach,
+             const Phyxels& phyxels, const PhyxelLocator& locator, const Visible& visible,
+             std::vector<std::uint32_t>& near, ChunkRows& rows) {
     locator.near(point, reach, near);
     const std::size_t begin = rows.phyxel.size();
     double total = 0;
     for (const std::uint32_t i : near) {
         if (phyxels.piece[i] != piece) continue;
         double w = kernel((phyxels.rest_position[i] - point).squaredNorm(), phyxels.support_radius[i]);
-        if (w > 0 && visible) w *= visible(number, i);
+        if (w > 0 && visible) w *= visible(point_index, i);
         if (!(w > 0)) continue;
         rows.phyxel.push_back(i);
         rows.weight.push_back(w);
@@ -37,7 +37,7 @@ void add_row(const Vec3& point, std::int32_t piece, std::size_t number, double r
     rows.count.push_back(static_cast<std::uint32_t>(rows.phyxel.size() - begin));
 }
 
-// Moves all rows together, in order.
+// Removes the unused pool entries; rows stay in order.
 void compact(NodeKernels& kernels) {
     NodeKernels packed;
     packed.rows.reserve(kernels.rows.size());
@@ -51,21 +51,21 @@ void compact(NodeKernels& kernels) {
     kernels = std::move(packed);
 }
 
-// Frames of a chunk of points, whose numbers number_of(k) gives, from the displacements of their phyxels.
-template <class NumberOf>
-void evaluate_chunk(const NodeKernels& kernels, std::size_t begin, std::size_t end, const NumberOf& number_of,
+// Evaluates the frames of the points index_of(k), k in [begin, end), from the displacements of their phyxels.
+template <class IndexOf>
+void evaluate_chunk(const NodeKernels& kernels, std::size_t begin, std::size_t end, const IndexOf& index_of,
                     std::span<const Vec3> rest_points, std::span<const geometry::AffineDisplacement> affine,
                     std::span<geometry::Frame> out) {
     std::array<geometry::AffineRow, phyxel_grain> rows;
     std::array<geometry::AffineDisplacement, phyxel_grain> sums;
     for (std::size_t k = begin; k < end; ++k) {
-        const NodeKernels::Row& row = kernels.rows[number_of(k)];
+        const NodeKernels::Row& row = kernels.rows[index_of(k)];
         rows[k - begin] = {row.begin, row.count};
     }
     geometry::sum_affine(std::span(rows).first(end - begin), kernels.phyxel.data(), kernels.weight.data(),
                          affine.data(), sums.data());
     for (std::size_t k = begin; k < end; ++k) {
-        const std::size_t p = number_of(k);
+        const std::size_t p = index_of(k);
         if (kernels.rows[p].count == 0) continue;
         out[p].position = sums[k - begin].image(rest_points[p]);
         out[p].jacobian = sums[k - begin].jacobian();
@@ -138,26 +138,26 @@ void FrameEvaluator::operator()(const NodeKernels& kernels, std::span<const Vec3
     });
 }
 
-// Phyxels that carry one of the points are many times fewer than terms.
+// Each phyxel occurs in many rows, so its displacement is computed once.
 void FrameEvaluator::evaluate_some(std::span<const std::uint32_t> subset, const NodeKernels& kernels,
                                    std::span<const Vec3> rest_points, std::span<const Vec3> rest_position,
                                    std::span<const Vec3> position, std::span<const Mat3> deformation,
                                    std::span<geometry::Frame> out, const Parallel& parallel) {
     assert(rest_points.size() == kernels.size() && out.size() == kernels.size());
     affine_.resize(rest_position.size());
-    is_asked_.resize(rest_position.size(), 0);
-    asked_.clear();
+    is_needed_.resize(rest_position.size(), 0);
+    needed_.clear();
     for (const std::uint32_t p : subset) {
         const NodeKernels::Row& row = kernels.rows[p];
         for (std::uint32_t k = row.begin; k < row.begin + row.count; ++k) {
-            std::uint8_t& is_asked = is_asked_[kernels.phyxel[k]];
-            if (is_asked == 0) asked_.push_back(kernels.phyxel[k]);
-            is_asked = 1;
+            std::uint8_t& is_needed = is_needed_[kernels.phyxel[k]];
+            if (is_needed == 0) needed_.push_back(kernels.phyxel[k]);
+            is_needed = 1;
         }
     }
-    for_phyxels(parallel, asked_.size(), [&](std::size_t k) {
-        const std::uint32_t i = asked_[k];
-        is_asked_[i] = 0;
+    for_phyxels(parallel, needed_.size(), [&](std::size_t k) {
+        const std::uint32_t i = needed_[k];
+        is_needed_[i] = 0;
         affine_[i] = geometry::AffineDisplacement(rest_position[i], position[i], deformation[i]);
     });
     for_phyxel_chunks(parallel, subset.size(), [&](std::size_t begin, std::size_t end) {

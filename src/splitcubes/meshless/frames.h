@@ -1,4 +1,4 @@
-// The motion of rest points that are no phyxels: the nodes of the surface's grid.
+// Motion of rest points that are not phyxels: the nodes of the surface's grid.
 #pragma once
 
 #include <splitcubes/core/parallel.h>
@@ -13,11 +13,11 @@
 
 namespace splitcubes::meshless {
 
-/// Share of a phyxel in a point, before normalisation: 0 unseen .. 1 seen.
+/// Visibility factor of a phyxel's weight at a point, before normalisation: 0 hidden .. 1 visible.
 using Visible = std::function<double(std::size_t point, std::uint32_t phyxel)>;
 
-/// The phyxels that carry each point and their weights. Rows of variable length
-/// in one pool; a row rebuilt longer than its place moves to the pool's end.
+/// Interpolation weights of each point over phyxels. Rows of variable length lie in
+/// one pool; a row that outgrows its capacity moves to the pool's end.
 struct NodeKernels {
     struct Row {
         std::uint32_t begin = 0, count = 0, capacity = 0;  // into phyxel and weight
@@ -27,7 +27,7 @@ struct NodeKernels {
             archive(begin, count, capacity);
         }
     };
-    std::vector<Row> rows;              // per point; count 0: nothing carries it
+    std::vector<Row> rows;              // per point; count 0: no phyxel influences it
     std::vector<std::uint32_t> phyxel;  // pool
     std::vector<double> weight;         // pool; a row sums to 1
     std::size_t unused = 0;             // pool entries that no row owns
@@ -40,24 +40,24 @@ struct NodeKernels {
     }
 };
 
-/// Rows for all points (m, rest space): phyxels of the point's piece whose
-/// support reaches it, by kernel weight times visible(point, phyxel).
-/// `visible` may be empty (all seen); it is called from several threads.
+/// Builds the rows of all points (m, rest space): phyxels of the point's piece whose
+/// support reaches it, weighted by the kernel times visible(point, phyxel).
+/// `visible` may be empty (all visible); it is called from several threads.
 /// `locator` holds all rest positions of the phyxels.
 NodeKernels build_kernels(std::span<const Vec3> points, std::span<const std::int32_t> piece,
                           const Phyxels& phyxels, const PhyxelLocator& locator, const Visible& visible,
                           const Parallel& parallel);
 
-/// Rebuilds the rows of `subset` (point numbers, no repetitions; numbers beyond
-/// the present rows extend them). Spans are over all points. Equal to a full build.
+/// Rebuilds the rows of `subset` (point indices without repetitions; indices past
+/// the existing rows extend them). Spans are over all points. Equal to a full build.
 void rebuild_kernels(NodeKernels& kernels, std::span<const std::uint32_t> subset,
                      std::span<const Vec3> points, std::span<const std::int32_t> piece,
                      const Phyxels& phyxels, const PhyxelLocator& locator, const Visible& visible,
                      const Parallel& parallel);
 
-/// Frames of the points: position sum_i w_i (x_i + F_i (X - X_i)), Jacobian
-/// sum_i w_i F_i (Splitting Cubes, eq. 5). Rows without phyxels leave their
-/// frame as it is. Exact at rest.
+/// Evaluates the frames of the points: position sum_i w_i (x_i + F_i (X - X_i)), Jacobian
+/// sum_i w_i F_i (Splitting Cubes, eq. 5). Frames of rows without phyxels are left
+/// unchanged. Exact at rest.
 class FrameEvaluator {
   public:
     void operator()(const NodeKernels& kernels, std::span<const Vec3> rest_points,
@@ -65,7 +65,7 @@ class FrameEvaluator {
                     std::span<const Mat3> deformation, std::span<geometry::Frame> out,
                     const Parallel& parallel);
 
-    /// The same of some points only: those of `subset`. The same bits as of all of them.
+    /// Evaluates only the points of `subset`; bitwise equal to an evaluation of all.
     void evaluate_some(std::span<const std::uint32_t> subset, const NodeKernels& kernels,
                        std::span<const Vec3> rest_points, std::span<const Vec3> rest_position,
                        std::span<const Vec3> position, std::span<const Mat3> deformation,
@@ -73,8 +73,8 @@ class FrameEvaluator {
 
   private:
     std::vector<geometry::AffineDisplacement> affine_;  // per phyxel
-    std::vector<std::uint32_t> asked_;                  // scratch of evaluate_some: phyxels
-    std::vector<std::uint8_t> is_asked_;                // the same, per phyxel
+    std::vector<std::uint32_t> needed_;                 // scratch of evaluate_some: phyxels
+    std::vector<std::uint8_t> is_needed_;               // the same, per phyxel
 };
 
 /// The same with a buffer of its own.

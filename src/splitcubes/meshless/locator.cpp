@@ -18,7 +18,7 @@ PhyxelLocator::PhyxelLocator(std::span<const Vec3> points, double cell_size)
     geometry::Box box;
     for (const Vec3& point : points) box.add(point);
     origin_ = box.min;
-    // At most about eight cells a point, whatever the points' spread.
+    // At most about eight cells per point, whatever their spread.
     const double limit = 8.0 * static_cast<double>(points.size()) + 64;
     const auto cells = [&] { return Vec3((box.size() / cell_size_).array().floor() + 1); };
     while (cells().prod() > limit) cell_size_ *= 1.5;
@@ -39,7 +39,7 @@ PhyxelLocator::PhyxelLocator(std::span<const Vec3> points, double cell_size)
 
 Vec3i PhyxelLocator::cell_of(const Vec3& point) const {
     const Vec3 cell = ((point - origin_) / cell_size_).array().floor();
-    // Clamped as numbers: a far point would overflow an int.
+    // Clamped before the cast: a far point would overflow an int.
     return cell.cwiseMax(Vec3::Zero()).cwiseMin((count_ - Vec3i::Ones()).cast<double>()).cast<int>();
 }
 
@@ -64,7 +64,7 @@ void PhyxelLocator::nearest(const Vec3& point, std::size_t count, std::vector<st
         });
     };
     double radius = cell_size_;
-    // A radius that reaches every point from anywhere ends the search.
+    // The search ends with a radius that reaches every point.
     const Vec3 extent = count_.cast<double>() * cell_size_;
     const double all = (point - origin_).norm() + extent.norm() + cell_size_;
     for (gather(radius); out.size() < wanted && radius <= all; gather(radius)) radius *= 2;

@@ -1,4 +1,4 @@
-// Which points lie near a place.
+// Nearest-neighbour and range queries among points.
 #pragma once
 
 #include <splitcubes/math/types.h>
@@ -9,23 +9,23 @@
 
 namespace splitcubes::meshless {
 
-/// Uniform grid over points of rest space, by counting sort. Queries may run on
+/// Uniform grid over points in rest space, built by counting sort. Queries may run on
 /// several threads at once, each with its own output.
 class PhyxelLocator {
   public:
     PhyxelLocator() = default;
     /// points: m, copied; cell_size: m, > 0, best near the usual query radius
-    /// (enlarged where the points would need too many cells).
+    /// (enlarged if the grid would have too many cells).
     PhyxelLocator(std::span<const Vec3> points, double cell_size);
 
     std::size_t size() const { return points_.size(); }
-    /// Indices of the points with |p - point| < radius, ascending. `out` is replaced.
+    /// Writes the indices of the points with |p - point| < radius, ascending. `out` is replaced.
     void near(const Vec3& point, double radius, std::vector<std::uint32_t>& out) const;
-    /// Calls use(index) for the same points, in another order that is always the same, until it returns
-    /// false; returns whether it never did.
+    /// Calls use(index) for the same points, in another but deterministic order, until it returns false.
+    /// Returns whether all calls returned true.
     template <class Use>
     bool visit(const Vec3& point, double radius, const Use& use) const;
-    /// The `count` points nearest to `point` (all, where there are fewer), nearest
+    /// Writes the `count` points nearest to `point` (all, if there are fewer), nearest
     /// first, equal distances by index. `out` is replaced.
     void nearest(const Vec3& point, std::size_t count, std::vector<std::uint32_t>& out) const;
 
@@ -41,9 +41,9 @@ class PhyxelLocator {
     std::vector<Vec3> points_;            // m, rest space
     Vec3 origin_ = Vec3::Zero();          // m, low corner of the grid
     double cell_size_ = 1;                // m
-    Vec3i count_ = Vec3i::Zero();         // cells an axis
+    Vec3i count_ = Vec3i::Zero();         // cells per axis
     std::vector<std::uint32_t> begin_;    // per cell, first entry of indices_; one more at the end
-    std::vector<std::uint32_t> indices_;  // point numbers, cell by cell, ascending in a cell
+    std::vector<std::uint32_t> indices_;  // point indices, cell by cell, ascending in a cell
 };
 
 template <class Use>

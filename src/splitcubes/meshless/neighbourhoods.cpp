@@ -12,13 +12,13 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// Directions whose eigenvalue is below this share of the largest are dropped.
+// Directions whose eigenvalue is below this fraction of the largest are dropped.
 constexpr double rank_threshold = 1e-3;
-// c_i = this * zero_energy * mu V_i / trace A_i: with five, zero_energy 0.1 brings a
-// body back whose phyxels start at random places, and 0.02 leaves it crumpled.
+// c_i = this * zero_energy * mu V_i / trace A_i. With 5, zero_energy 0.1 restores the shape of a body whose
+// phyxels start at random positions; 0.02 leaves it crumpled.
 constexpr double penalty_factor = 5;
 
-// Pa: of a gradient e n^T, n a unit vector, the mean over unit vectors e of what its energy is twice.
+// Pa, twice the energy density of a gradient e n^T with unit vectors e and n, averaged over e.
 double mean_modulus(const Material& material) {
     return (4 * material.lame_mu() + material.lame_lambda() + material.volume_stiffness) / 3;
 }
@@ -45,8 +45,8 @@ void Neighbourhoods::build_structure(const Phyxels& phyxels, const Pairs& pairs,
     pair_.resize(links);
     std::vector<std::uint32_t> link_to_lower(pairs.size());  // b -> a of each pair
     std::vector<std::uint32_t> next(offsets_.begin(), offsets_.end() - 1);
-    // Pairs are sorted by (a, b): the lower neighbours of a row, where it is b,
-    // come in ascending order of a; they must stand before its higher ones.
+    // Pairs are sorted by (a, b), so the lower neighbours of a row (as b) come in
+    // ascending order of a; they must precede the higher ones.
     for (const bool lower : {true, false})
         for (std::size_t p = 0; p < pairs.size(); ++p) {
             const std::uint32_t from = lower ? pairs.b[p] : pairs.a[p];
@@ -102,7 +102,7 @@ void Neighbourhoods::compute_row(const Pairs& pairs, std::size_t i) {
     while (kept < 3 && eigen.values[kept] > rank_threshold * eigen.values[0]) ++kept;
     Mat3& basis = basis_[i];
     basis = eigen.vectors;
-    // The same expression as completes F, so that at rest the completion is exact.
+    // Uses the expression that completes F, so that the completion is exact at rest.
     if (kept == 2) basis.col(2) = Vec3(basis.col(0)).cross(Vec3(basis.col(1))).normalized();
     Mat3 inverse = Mat3::Zero();
     for (int k = 0; k < kept; ++k) inverse += basis.col(k) * basis.col(k).transpose() / eigen.values[k];
@@ -119,8 +119,8 @@ void Neighbourhoods::compute_row(const Pairs& pairs, std::size_t i) {
     }
 }
 
-// Of rank 1, F turns about its line as it likes: unless all neighbours are on the
-// line, a rigid rotation would make a force.
+// With rank 1 the rotation of F about its line is arbitrary: unless all neighbours are on
+// the line, a rigid rotation would cause a penalty force.
 bool Neighbourhoods::has_resolved_gradient(std::size_t i) const {
     if (rank_[i] != 1) return rank_[i] > 0;
     const Vec3 line = basis_[i].col(0);
@@ -132,15 +132,16 @@ bool Neighbourhoods::has_resolved_gradient(std::size_t i) const {
 }
 
 void Neighbourhoods::set_penalty(const Material& material, std::size_t i) {
-    const bool told = base_trace_[i] > 0 && has_resolved_gradient(i);
+    const bool is_resolved = base_trace_[i] > 0 && has_resolved_gradient(i);
     penalty_[i] =
-        told ? penalty_factor * material.zero_energy * material.lame_mu() * volume_[i] / base_trace_[i] : 0;
+        is_resolved ? penalty_factor * material.zero_energy * material.lame_mu() * volume_[i] / base_trace_[i]
+                    : 0;
     const double trace = moment_[i].trace();
     coupling_[i] = trace > 0 ? 1.5 * mean_modulus(material) * volume_[i] / trace + 0.5 * penalty_[i] : 0;
     row_revision_[i] = revision_;
 }
 
-// What row i's links say, from gradients and penalties on both sides.
+// Writes the data of row i's links from gradients and penalties on both sides.
 void Neighbourhoods::link_row(std::size_t i) {
     for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
         reverse_gradient_[l] = gradient_[reverse_[l]];
@@ -149,7 +150,7 @@ void Neighbourhoods::link_row(std::size_t i) {
     }
 }
 
-// What the links that come to i from rows that keep their own gradients say of it.
+// Updates the links to i from unchanged rows.
 void Neighbourhoods::link_back(std::size_t i) {
     for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
         if (mark_[neighbour_[l]] == 1) continue;
@@ -161,8 +162,8 @@ void Neighbourhoods::link_back(std::size_t i) {
 }
 
 void Neighbourhoods::finish_row(const Material& material, std::size_t i) {
-    // Of the penalty's second derivative by x_i, own and neighbours' terms: since A g = w x
-    // in the directions kept, the sums of squares come down to these.
+    // The penalty's second derivative by x_i, own and neighbours' terms, simplified by A g = w x in the
+    // kept directions.
     double squares = volume_[i] * gradient_sum_[i].squaredNorm();  // m
     double penalties = 0;                                          // N/m
     for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
@@ -211,7 +212,7 @@ void Neighbourhoods::refresh_volumes(const Phyxels& phyxels, const Material& mat
     for (const std::uint32_t i : ring_) mark_[i] = 0;
 }
 
-// The marked rows and those beside them.
+// Collects the marked rows and their neighbours in ring_.
 void Neighbourhoods::add_ring() {
     ring_.assign(rows_.begin(), rows_.end());
     for (const std::uint32_t i : rows_)

@@ -1,4 +1,4 @@
-// Who is whose neighbour, and the moving least squares gradients that follow.
+// Neighbour pairs of phyxels and their moving least squares gradients.
 #pragma once
 
 #include <splitcubes/core/parallel.h>
@@ -14,10 +14,10 @@
 
 namespace splitcubes::meshless {
 
-/// Undirected pairs of phyxels in each other's reach. a < b, sorted by (a, b).
+/// Undirected pairs of phyxels within each other's support. a < b, sorted by (a, b).
 struct Pairs {
-    std::vector<std::uint32_t> a, b;  // phyxel numbers
-    std::vector<float> visibility;    // 0 (cut apart) .. 1 (see each other)
+    std::vector<std::uint32_t> a, b;  // phyxel indices
+    std::vector<float> visibility;    // 0 (cut apart) .. 1 (visible to each other)
 
     std::size_t size() const { return a.size(); }
     /// For checkpoints.
@@ -35,34 +35,34 @@ struct SupportOptions {
 };
 
 /// Writes support_radius of the phyxels first..size-1 from their rest positions
-/// (Mueller et al. 2004, section 3.1, with another factor). A phyxel that is
-/// alone gets factor times its contact_radius. `locator` holds all rest positions.
+/// (Mueller et al. 2004, section 3.1, with another factor). A single phyxel gets
+/// factor times its contact_radius. `locator` holds all rest positions.
 void compute_support_radii(Phyxels& phyxels, const PhyxelLocator& locator, const Parallel& parallel,
                            const SupportOptions& options = {}, std::size_t first = 0);
 
-/// All pairs of one piece with |X_j - X_i| < max(h_i, h_j), visibility 1.
+/// Returns all pairs within a piece with |X_j - X_i| < max(h_i, h_j), visibility 1.
 Pairs find_pairs(const Phyxels& phyxels, const PhyxelLocator& locator, const Parallel& parallel);
 
 /// Copies the visibility of the pairs that `from` and `to` share. Returns the
-/// indices (ascending) of the pairs of `to` that `from` does not know.
+/// indices (ascending) of the pairs of `to` that are not in `from`.
 std::vector<std::uint32_t> carry_visibility(const Pairs& from, Pairs& to);
 
 /// Moving least squares gradients of every phyxel and the penalties on zero-energy
 /// modes, as rows of directed links (CSR). Row i holds its neighbours in ascending
-/// order. A pair that no longer sees itself keeps its links, with zero weight. The same
-/// in single precision, as the solvers read it, is in `slices`.
+/// order. A pair with visibility 0 keeps its links, with zero weight. `slices` holds
+/// the same data in single precision for the solvers.
 class Neighbourhoods {
   public:
-    /// From scratch. O(pairs).
+    /// Builds everything from scratch. O(pairs).
     void rebuild(const Phyxels& phyxels, const Pairs& pairs, const Material& material,
                  const Parallel& parallel);
-    /// After visibilities of `changed_pairs` changed in the same pair list: costs
-    /// by the rows these pairs touch and their neighbours; equal to a rebuild bit
-    /// for bit. Does not allocate.
+    /// Updates after visibilities of `changed_pairs` changed in the same pair list. The cost grows with the
+    /// rows that these pairs touch and their neighbours; the result equals a rebuild bit for bit. Does not
+    /// allocate.
     void update(const Phyxels& phyxels, const Pairs& pairs, std::span<const std::uint32_t> changed_pairs,
                 const Material& material, const Parallel& parallel);
-    /// After phyxels.volume (pieces parted) or the material changed: costs by the rows
-    /// whose volume is another, where the material is as it was.
+    /// Updates after phyxels.volume (pieces separated) or the material changed. With the same material only
+    /// rows whose volume changed are recomputed.
     void refresh_volumes(const Phyxels& phyxels, const Material& material, const Parallel& parallel);
 
     std::size_t size() const { return rank_.size(); }
@@ -71,12 +71,12 @@ class Neighbourhoods {
     // Per phyxel.
     /// size + 1 entries: row i is [offsets[i], offsets[i + 1]).
     std::span<const std::uint32_t> offsets() const { return offsets_; }
-    /// Directions in which the neighbours spread: 0..3.
+    /// Number of independent directions of the neighbours: 0..3.
     std::span<const std::uint8_t> rank() const { return rank_; }
     /// Columns: the kept directions first, then the dropped ones; rest space,
     /// right-handed.
     std::span<const Mat3> basis() const { return basis_; }
-    /// The projection onto the kept directions of phyxel i; the identity exactly with rank 3.
+    /// Returns the projection onto the kept directions of phyxel i; exactly the identity with rank 3.
     Mat3 kept_directions(std::size_t i) const {
         if (rank_[i] == 3) return Mat3::Identity();
         Mat3 projection = Mat3::Zero();
@@ -87,19 +87,19 @@ class Neighbourhoods {
     std::span<const Vec3> gradient_sum() const { return gradient_sum_; }
     /// m^3, as of the last rebuild, update or refresh.
     std::span<const double> volume() const { return volume_; }
-    /// Mean of the diagonal of the stiffness matrix's 3x3 block, N/m: exact for corotated
-    /// phyxels that are turned alike. For the preconditioner.
+    /// Mean of the diagonal of the stiffness matrix's 3x3 block, N/m, for the preconditioner. Exact for
+    /// corotated phyxels with equal rotations.
     std::span<const double> stiffness_diagonal() const { return diagonal_; }
-    /// What the link of phyxel i adds to the stiffness, N/m, of a shift of what is on its one side against
-    /// what is on the other: of a plane through a lattice the mean over the shift's directions is exact,
-    /// since both sides' gradients see half of each jump. The same of the link back.
+    /// Returns the contribution of a link of phyxel i to the stiffness, N/m, against shifting one of its ends
+    /// relative to the other. Summed over a plane through a lattice, the mean over shift directions is exact,
+    /// since the gradients of both sides see half of each jump. Symmetric in the two directions of the link.
     double link_coupling(std::size_t link, std::size_t i) const {
         return coupling_[i] * weight_[link] + coupling_[neighbour_[link]] * weight_[reverse_[link]];
     }
     /// A_i = sum_j w_ij x_ij x_ij^T, 1/m.
     std::span<const Mat3> moment() const { return moment_; }
     /// c_i of the penalty c_i w_ij / 2 |F_i x_ij - (x_j - x_i)|^2, N m^2. Zero where the
-    /// neighbours do not tell F_i well enough.
+    /// neighbours do not determine F_i well enough.
     std::span<const double> penalty() const { return penalty_; }
 
     // Per link i -> j.
@@ -115,21 +115,21 @@ class Neighbourhoods {
     /// The link j -> i.
     std::span<const std::uint32_t> reverse() const { return reverse_; }
 
-    /// Whether phyxel i is of rank 2 with neighbours off its plane.
+    /// Returns whether phyxel i has rank 2 and neighbours off its plane.
     bool leans(std::size_t i) const { return leans_[i] != 0; }
 
-    /// The link's pair, in the list that was given.
+    /// Index of the link's pair in the given Pairs.
     std::span<const std::uint32_t> pair() const { return pair_; }
 
     const LinkSlices& slices() const { return slices_; }
-    /// Another number after every change; equal numbers mean equal contents.
+    /// Changes with every update; equal revisions mean equal contents.
     std::uint64_t revision() const { return revision_; }
-    /// The same of what is said of phyxel i's own links, and of who is whose neighbour.
+    /// The same for the weights and penalty of each row, and for the list of neighbours.
     std::span<const std::uint64_t> row_revision() const { return row_revision_; }
     std::uint64_t structure() const { return structure_; }
 
   private:
-    /// What of the material the penalties and diagonals depend on.
+    /// The material parameters that penalties and diagonals depend on.
     struct MaterialKey {
         double zero_energy = -1, mu = -1, lambda = -1, volume_stiffness = -1;
         bool operator==(const MaterialKey&) const = default;
@@ -162,14 +162,14 @@ class Neighbourhoods {
     StreamArray<Mat3> basis_;               // per phyxel
     std::vector<Vec3> gradient_sum_;        // per phyxel, 1/m
     StreamArray<Mat3> moment_;              // per phyxel, 1/m
-    StreamArray<Mat3> inverse_moment_;      // per phyxel, of the directions kept, m
+    StreamArray<Mat3> inverse_moment_;      // per phyxel, pseudo-inverse in the kept directions, m
     std::vector<double> base_trace_;        // per phyxel, trace of the moment before any cut, 1/m
     std::vector<double> penalty_;           // per phyxel, N m^2
     std::vector<double> volume_;            // per phyxel, m^3
     std::vector<double> diagonal_;          // per phyxel, N/m
-    std::vector<double> coupling_;          // per phyxel, N m^2, of a unit of weight
+    std::vector<double> coupling_;          // per phyxel, link_coupling per unit of weight, N m^2
     std::vector<std::uint64_t> row_revision_;
-    std::vector<std::uint8_t> mark_;          // scratch of update: 1 own row, 2 beside one
+    std::vector<std::uint8_t> mark_;          // scratch of update: 1 changed row, 2 neighbour of one
     std::vector<std::uint32_t> rows_, ring_;  // scratch of update
     LinkSlices slices_;
     MaterialKey material_key_;  // of the penalties and diagonals

@@ -46,7 +46,7 @@ Pairs find_pairs(const Phyxels& phyxels, const PhyxelLocator& locator, const Par
                 if (j <= i || phyxels.piece[j] != phyxels.piece[i]) return true;
                 const double reach = std::max(phyxels.support_radius[i], phyxels.support_radius[j]);
                 const double distance_squared = (phyxels.rest_position[j] - here).squaredNorm();
-                // Coincident phyxels say nothing of each other's gradient.
+                // Coincident phyxels contribute nothing to each other's gradient.
                 if (distance_squared < reach * reach && distance_squared > 0) near.push_back(j);
                 return true;
             });

@@ -8,8 +8,8 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// Sums are taken in two passes, the second about the centre of mass and in its
-// motion: a body far from the origin or fast loses no digits of its spin.
+// Momenta are summed in two passes, the second relative to the centre of mass and its velocity, so that a
+// fast body or one far from the origin loses no digits of its angular momentum.
 void add_linear(const Phyxels& phyxels, std::size_t i, Momenta& sum) {
     sum.mass += phyxels.mass[i];
     sum.centre += phyxels.mass[i] * phyxels.position[i];  // kg m until divided by mass
@@ -96,7 +96,7 @@ void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>
     constexpr std::size_t grain = 1024;
     const auto pieces = static_cast<std::size_t>(piece_count);
     const std::size_t chunks = (phyxels.size() + grain - 1) / grain;
-    // With many pieces, as where some are rigid, the chunks' sums would cost more than they save.
+    // With many pieces the partial sums would cost more than the threads save.
     if (chunks < 2 || pieces > 64 || !phyxels.rigid.empty()) return piece_momenta(phyxels, piece_count, out);
     partial.resize(chunks * pieces);
     const auto each = [&](const auto& add) {

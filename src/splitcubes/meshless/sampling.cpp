@@ -10,15 +10,15 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// Points in the cells of a grid over a box, so that points can be added while it is asked. Points beside
-// the box count to the cells at its rim.
+// Grid of points over a box that allows insertion between queries. Points outside the box go to the nearest
+// boundary cell.
 class GrowingGrid {
   public:
     GrowingGrid(const geometry::Box& box, double cell_size) : origin_(box.min), cell_size_(cell_size) {
-        // Where the box is large for its points the cells are larger, which costs time only.
-        constexpr double most_cells = 0x1p24;
+        // Limits memory in large boxes; larger cells cost only time.
+        constexpr double max_cells = 0x1p24;
         const auto cells = [&] { return Vec3((box.size() / cell_size_).array().floor() + 1); };
-        while (cells().prod() > most_cells) cell_size_ *= 1.5;
+        while (cells().prod() > max_cells) cell_size_ *= 1.5;
         count_ = cells().cast<int>();
         head_.assign(static_cast<std::size_t>(count_.prod()), -1);
     }
@@ -91,20 +91,20 @@ std::vector<Vec3> sample_solid(const geometry::Box& box, double spacing,
     GrowingGrid samples(box, std::max(0.5 * spacing, cover_radius));
     const auto lattice_size = static_cast<std::size_t>(n.prod());
     const auto nx = static_cast<std::size_t>(n.x()), ny = static_cast<std::size_t>(n.y());
-    constexpr std::size_t most_at_once = std::size_t{1} << 18, grain = 256;
-    std::vector<std::optional<Vec3>> placed(std::min(lattice_size, most_at_once));
-    for (std::size_t first = 0; first < lattice_size; first += most_at_once) {
-        const std::size_t count = std::min(lattice_size - first, most_at_once);
+    constexpr std::size_t batch_size = std::size_t{1} << 18, grain = 256;
+    std::vector<std::optional<Vec3>> placed(std::min(lattice_size, batch_size));
+    for (std::size_t first = 0; first < lattice_size; first += batch_size) {
+        const std::size_t count = std::min(lattice_size - first, batch_size);
         parallel.for_each(count, grain, [&](std::size_t k) {
             const std::size_t i = first + k;
-            const Vec3 place(static_cast<double>(i % nx), static_cast<double>(i / nx % ny),
-                             static_cast<double>(i / nx / ny));
-            placed[k] = place_in_material(low + spacing * place);
+            const Vec3 lattice_point(static_cast<double>(i % nx), static_cast<double>(i / nx % ny),
+                                     static_cast<double>(i / nx / ny));
+            placed[k] = place_in_material(low + spacing * lattice_point);
         });
         for (std::size_t k = 0; k < count; ++k)
             if (placed[k] && !samples.any_within(*placed[k], 0.5 * spacing)) samples.add(*placed[k]);
     }
-    // What is covered stays so: only the others are asked again, one after the other.
+    // Covered points stay covered: only the others are tested again, in order.
     std::vector<std::uint8_t> covered(must_cover.size());
     parallel.for_each(must_cover.size(), grain,
                       [&](std::size_t k) { covered[k] = samples.any_within(must_cover[k], cover_radius); });

@@ -1,4 +1,4 @@
-// Where the phyxels of a solid are put.
+// Placement of the phyxels of a solid.
 #pragma once
 
 #include <splitcubes/core/parallel.h>
@@ -11,13 +11,13 @@
 
 namespace splitcubes::meshless {
 
-/// Returns the point of the material to use for a candidate, or nothing. Called on several threads at once.
+/// Returns the point of the material to use for a candidate, or nullopt. Called on several threads at once.
 using PlaceInMaterial = std::function<std::optional<Vec3>(const Vec3&)>;
 
-/// Rest positions (m) for the phyxels of a solid: a regular lattice of the given
-/// spacing centred in `box` (x fastest), each candidate passed to
-/// `place_in_material`, no two samples closer than half the spacing (the earlier
-/// stays); then, in order, each point of `must_cover` that has no sample within
+/// Returns rest positions (m) for the phyxels of a solid. Candidates form a regular
+/// lattice of the given spacing centred in `box` (x fastest); each is passed to
+/// `place_in_material`, and of two samples closer than half the spacing the earlier
+/// is kept. Then, in order, each point of `must_cover` that has no sample within
 /// `cover_radius` becomes a sample itself.
 /// Throws InputError when the box is empty, spacing or cover_radius is not
 /// positive or the lattice would have more than 2^27 points.

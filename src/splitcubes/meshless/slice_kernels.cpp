@@ -1,11 +1,9 @@
-// Compiled once for each instruction set by Highway's foreach_target.h. Multiply
-// and add stay apart (no fused operations) and every lane does the same
-// operations in the same order on each, so the bits agree.
+// Highway compiles this file per instruction set. The order of operations is fixed and none are fused, so
+// results are the same bits on all of them.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splitcubes/meshless/slice_kernels.cpp"
+#include <hwy/cache_control.h>  // must come after foreach_target.h
 #include <hwy/foreach_target.h>
-// Must come after it.
-#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <splitcubes/meshless/flush_tiny.h>
@@ -22,19 +20,13 @@ using DI = hn::RebindToSigned<D>;
 using V = hn::Vec<D>;
 using M = hn::Mask<D>;
 constexpr D d;
-
-// |X^T X - I|^2 beyond which Newton and Schulz are not asked, and below which one
-// more step is exact.
-constexpr float far_from_rotation = 0.5F;
-constexpr float near_rotation = 8e-8F;
-constexpr int most_rotation_steps = 8;
-
+constexpr float far_from_rotation = 0.5F;  // |X^T X - I|^2 above which Newton-Schulz is not used
+constexpr float near_rotation = 8e-8F;     // |X^T X - I|^2 below which one more step is exact
+constexpr int max_rotation_steps = 8;
 struct Three {
     V x, y, z;
 };
-
-// Row by row.
-struct Nine {
+struct Nine {  // 3x3 matrix, row-major
     V m[9];
 };
 
@@ -46,18 +38,16 @@ HWY_INLINE Three load3(const float* from, std::size_t stride) {
     return {hn::LoadU(d, from), hn::LoadU(d, from + stride), hn::LoadU(d, from + 2 * stride)};
 }
 
-// Of what is read once, one column after the other: what stands so many numbers on is asked for as well.
-// Processors that look ahead by themselves stop where a page of memory ends, and wait there.
-constexpr std::size_t ahead = 2048;
+constexpr std::size_t prefetch_distance = 2048;  // floats; hardware prefetchers stop at page boundaries
 
-HWY_INLINE V load_passing(const float* from) {
-    hwy::Prefetch(from + ahead);
+HWY_INLINE V load_streamed(const float* from) {
+    hwy::Prefetch(from + prefetch_distance);
     return hn::LoadU(d, from);
 }
 
-HWY_INLINE Three load3_passing(const float* from) {
-    return {load_passing(from), load_passing(from + LinkSlices::lanes),
-            load_passing(from + 2 * LinkSlices::lanes)};
+HWY_INLINE Three load3_streamed(const float* from) {
+    return {load_streamed(from), load_streamed(from + LinkSlices::lanes),
+            load_streamed(from + 2 * LinkSlices::lanes)};
 }
 
 HWY_INLINE Nine load9(const float* from, std::size_t stride) {
@@ -90,7 +80,7 @@ HWY_INLINE Nine product(const Nine& A, const Nine& B) {
     return out;
 }
 
-// The values of a column's neighbours: in sequence, or by an index a lane.
+// Readers of the values of a column's neighbours: contiguous, or one index per lane.
 struct RunReader {
     std::size_t at;
     HWY_INLINE V operator()(const float* values) const { return hn::LoadU(d, values + at); }
@@ -121,8 +111,7 @@ struct Gathered {
     Three penalty;
 };
 
-// row += a b^T
-HWY_INLINE void add_products(V* row, V a, const Three& b) {
+HWY_INLINE void add_products(V* row, V a, const Three& b) {  // row += a b^T
     row[0] = add_product(row[0], a, b.x);
     row[1] = add_product(row[1], a, b.y);
     row[2] = add_product(row[2], a, b.z);
@@ -130,8 +119,8 @@ HWY_INLINE void add_products(V* row, V a, const Three& b) {
 
 HWY_INLINE void add_link(const float* link, V x, V y, V z, Gathered& sum) {
     constexpr std::size_t lanes = LinkSlices::lanes;
-    const Three g = load3_passing(link);
-    const V m = load_passing(link + 3 * lanes);
+    const Three g = load3_streamed(link);
+    const V m = load_streamed(link + 3 * lanes);
     add_products(sum.gradient.m, x, g);
     add_products(sum.gradient.m + 3, y, g);
     add_products(sum.gradient.m + 6, z, g);
@@ -139,7 +128,7 @@ HWY_INLINE void add_link(const float* link, V x, V y, V z, Gathered& sum) {
                    add_product(sum.penalty.z, m, z)};
 }
 
-HWY_INLINE Gathered nothing() {
+HWY_INLINE Gathered zero_sums() {
     Gathered sum;
     const V zero = hn::Zero(d);
     for (V& m : sum.gradient.m) m = zero;
@@ -147,14 +136,13 @@ HWY_INLINE Gathered nothing() {
     return sum;
 }
 
-// Sums over the differences of a displacement in two parts: close ones differ
-// exactly, however far the body has gone.
+// The displacement is high + low: differences of nearby phyxels are exact however far the body has moved.
 HWY_INLINE Gathered gather_state(const LinkSlices& slices, std::size_t slice, std::size_t lane,
                                  const float* high, const float* low) {
     const std::size_t n = slices.stride();
     const std::size_t row = slice * LinkSlices::lanes + lane;
     const Three u = load3(high + row, n), rest = load3(low + row, n);
-    Gathered sum = nothing();
+    Gathered sum = zero_sums();
     for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
         const V x = hn::Add(hn::Sub(read(high), u.x), hn::Sub(read(low), rest.x));
         const V y = hn::Add(hn::Sub(read(high + n), u.y), hn::Sub(read(low + n), rest.y));
@@ -168,7 +156,7 @@ HWY_INLINE Gathered gather_direction(const LinkSlices& slices, std::size_t slice
                                      const float* p) {
     const std::size_t n = slices.stride();
     const Three u = load3(p + slice * LinkSlices::lanes + lane, n);
-    Gathered sum = nothing();
+    Gathered sum = zero_sums();
     for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
         const V x = hn::Sub(read(p), u.x), y = hn::Sub(read(p + n), u.y), z = hn::Sub(read(p + 2 * n), u.z);
         add_link(slices.forward() + column * 4 * LinkSlices::lanes + lane, x, y, z, sum);
@@ -176,7 +164,7 @@ HWY_INLINE Gathered gather_direction(const LinkSlices& slices, std::size_t slice
     return sum;
 }
 
-// X^T X - I of X = I + Y, without the digits that I would cost.
+// X^T X - I of X = I + Y, without the cancellation of forming X.
 HWY_INLINE Nine error_of(const Nine& Y) {
     Nine E = product<true>(Y, Y);
     for (int r = 0; r < 3; ++r)
@@ -191,8 +179,7 @@ HWY_INLINE V squared_norm(const Nine& A) {
     return sum;
 }
 
-// det(I + Y)
-HWY_INLINE V determinant(const Nine& Y) {
+HWY_INLINE V determinant(const Nine& Y) {  // det(I + Y)
     const V one = hn::Set(d, 1.0F);
     const V a = hn::Add(one, Y.m[0]), e = hn::Add(one, Y.m[4]), i = hn::Add(one, Y.m[8]);
     const V first = hn::Mul(a, hn::Sub(hn::Mul(e, i), hn::Mul(Y.m[5], Y.m[7])));
@@ -201,14 +188,13 @@ HWY_INLINE V determinant(const Nine& Y) {
     return hn::Add(hn::Sub(first, second), third);
 }
 
-// R - I of F = I + H by the iteration of Newton and Schulz, X - X (X^T X - I) / 2. A lane
-// stops where it is done, so its result does not depend on those beside it. Returns
-// the lanes that are done.
+// Computes Y = R - I of F = I + H by Newton-Schulz, X - X (X^T X - I) / 2; each lane stops when it has
+// converged, independently of the others. Returns the lanes that converged.
 HWY_INLINE M rotate(const Nine& H, Nine& Y) {
     Y = H;
     M done = hn::Lt(hn::Zero(d), hn::Zero(d)), lost = hn::Not(hn::Gt(determinant(H), hn::Zero(d)));
     const V half = hn::Set(d, 0.5F);
-    for (int step = 0; step < most_rotation_steps; ++step) {
+    for (int step = 0; step < max_rotation_steps; ++step) {
         const Nine E = error_of(Y);
         const V error = squared_norm(E);
         lost = hn::Or(lost, hn::And(hn::Not(done), hn::Not(hn::Lt(error, hn::Set(d, far_from_rotation)))));
@@ -224,8 +210,7 @@ HWY_INLINE M rotate(const Nine& H, Nine& Y) {
     return hn::And(done, hn::Not(lost));
 }
 
-// From its upper triangle.
-HWY_INLINE Nine symmetric_at(const float* moment, std::size_t stride) {
+HWY_INLINE Nine symmetric_at(const float* moment, std::size_t stride) {  // from its upper triangle
     const V xx = hn::LoadU(d, moment), xy = hn::LoadU(d, moment + stride),
             xz = hn::LoadU(d, moment + 2 * stride);
     const V yy = hn::LoadU(d, moment + 3 * stride), yz = hn::LoadU(d, moment + 4 * stride);
@@ -233,7 +218,7 @@ HWY_INLINE Nine symmetric_at(const float* moment, std::size_t stride) {
     return {{xx, xy, xz, xy, yy, yz, xz, yz, zz}};
 }
 
-// 2 mu (F - R) + lambda tr(R^T F - I) R, where D = F - R is exact.
+// 2 mu (F - R) + lambda tr(R^T F - I) R; F - R = H - Y has no cancellation.
 HWY_INLINE Nine corotated_stress(const Nine& H, const Nine& Y, const Lame& lame, V& distortion) {
     Nine strain;
     for (int k = 0; k < 9; ++k) strain.m[k] = hn::Sub(H.m[k], Y.m[k]);
@@ -280,7 +265,7 @@ HWY_INLINE Nine tension_of(const LinkSlices& slices, std::size_t row, const Nine
     return T;
 }
 
-// To memory; returns the lanes that are finite.
+// Returns the lanes that are finite.
 HWY_INLINE M store_tension(const LinkSlices& slices, std::size_t row, const Nine& stress, const Nine& H,
                            float* tension) {
     const Nine T = tension_of(slices, row, stress, H);
@@ -335,29 +320,30 @@ void direction_slices(const LinkSlices& slices, const SliceRange& range, const f
         }
 }
 
-// x_ij of a column.
-HWY_INLINE Three edge_of(const LinkSlices& slices, std::size_t column, std::size_t lane) {
+HWY_INLINE Three edge_of(const LinkSlices& slices, std::size_t column, std::size_t lane) {  // x_ij
     const std::int32_t at = slices.edge_at()[column];
     if (at < 0) return load3(slices.edge() + ~at + lane, LinkSlices::lanes);
     const float* const edge = slices.edge() + at;
     return {hn::Set(d, edge[0]), hn::Set(d, edge[1]), hn::Set(d, edge[2])};
 }
 
-// H = (sum_j w_ij (p_j - p_i) x_ij^T) A_i^+ and the penalties' sums.
+// H = (sum_j w_ij (p_j - p_i) x_ij^T) A_i^+, and the penalty sums.
 HWY_INLINE Gathered gather_weighted(const LinkSlices& slices, std::size_t slice, std::size_t lane,
                                     const float* p) {
     const std::size_t n = slices.stride();
     const std::size_t row = slice * LinkSlices::lanes + lane;
     const Three u = load3(p + row, n);
-    Gathered sum = nothing();
+    Gathered sum = zero_sums();
     for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
         const float* const link = slices.pull() + column * 2 * LinkSlices::lanes + lane;
-        const V w = load_passing(link), m = load_passing(link + LinkSlices::lanes);
+        const V w = load_streamed(link), m = load_streamed(link + LinkSlices::lanes);
         const Three x = edge_of(slices, column, lane);
-        const V way[3] = {hn::Sub(read(p), u.x), hn::Sub(read(p + n), u.y), hn::Sub(read(p + 2 * n), u.z)};
-        for (int k = 0; k < 3; ++k) add_products(sum.gradient.m + 3 * k, hn::Mul(w, way[k]), x);
-        sum.penalty = {add_product(sum.penalty.x, m, way[0]), add_product(sum.penalty.y, m, way[1]),
-                       add_product(sum.penalty.z, m, way[2])};
+        const V difference[3] = {hn::Sub(read(p), u.x), hn::Sub(read(p + n), u.y),
+                                 hn::Sub(read(p + 2 * n), u.z)};
+        for (int k = 0; k < 3; ++k) add_products(sum.gradient.m + 3 * k, hn::Mul(w, difference[k]), x);
+        sum.penalty = {add_product(sum.penalty.x, m, difference[0]),
+                       add_product(sum.penalty.y, m, difference[1]),
+                       add_product(sum.penalty.z, m, difference[2])};
     });
     sum.gradient = product<false>(sum.gradient, symmetric_at(slices.inverse_moment() + row, n));
     return sum;
@@ -383,13 +369,13 @@ void weighted_direction_slices(const LinkSlices& slices, const SliceRange& range
         }
 }
 
-// sum_j w_ji T_j A_j^+ x_ij, T being T A^+.
+// sum_j w_ji T_j x_ij, where T holds T A^+.
 HWY_INLINE Three gather_weighted_tension(const LinkSlices& slices, std::size_t slice, std::size_t lane,
                                          const float* T) {
     const std::size_t n = slices.stride();
     V sum[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
     for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
-        const V w = load_passing(slices.push() + column * LinkSlices::lanes + lane);
+        const V w = load_streamed(slices.push() + column * LinkSlices::lanes + lane);
         const Three x = edge_of(slices, column, lane);
         for (std::size_t k = 0; k < 3; ++k) {
             const V first = hn::Mul(read(T + 3 * k * n), x.x);
@@ -400,7 +386,7 @@ HWY_INLINE Three gather_weighted_tension(const LinkSlices& slices, std::size_t s
     return {sum[0], sum[1], sum[2]};
 }
 
-// T_i G_i - sum_j T_j g_ji + penalty from T A^+.
+// T_i G_i - sum_j T_j g_ji + penalty, computed from T A^+.
 void weighted_force_slices(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
                            float* force) {
     const std::size_t n = slices.stride();
@@ -425,7 +411,7 @@ HWY_INLINE Three gather_tension(const LinkSlices& slices, std::size_t slice, std
     constexpr std::size_t lanes = LinkSlices::lanes;
     Three sum{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
     for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
-        const Three g = load3_passing(slices.backward() + column * 3 * lanes + lane);
+        const Three g = load3_streamed(slices.backward() + column * 3 * lanes + lane);
         const auto part = [&](std::size_t k) HWY_ATTR {
             const V first = hn::Mul(read(T + 3 * k * n), g.x);
             const V second = add_product(first, read(T + (3 * k + 1) * n), g.y);
@@ -483,7 +469,7 @@ const char* own_target() {
     return hwy::TargetName(HWY_TARGET);
 }
 
-// sum_j c_i w_ij |H_i x_ij - (u_j - u_i)|^2, c_i w_ij |x_ij|^2 being (c_i A_i g_ij) . x_ij.
+// sum_j c_i w_ij |H_i x_ij - (u_j - u_i)|^2, by c_i w_ij |x_ij|^2 = (c_i A_i g_ij) . x_ij.
 HWY_INLINE V penalties(const LinkSlices& slices, std::size_t slice, std::size_t lane, const SliceState& state,
                        const Nine& H) {
     const std::size_t n = slices.stride();
@@ -494,17 +480,17 @@ HWY_INLINE V penalties(const LinkSlices& slices, std::size_t slice, std::size_t 
     const Nine A = symmetric_at(slices.penalty_moment() + row, n);
     V sum = hn::Zero(d);
     for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
-        const Three g = load3_passing(slices.forward() + column * 4 * LinkSlices::lanes + lane);
+        const Three g = load3_streamed(slices.forward() + column * 4 * LinkSlices::lanes + lane);
         const V x[3] = {hn::Sub(read(rest), X.x), hn::Sub(read(rest + n), X.y),
                         hn::Sub(read(rest + 2 * n), X.z)};
-        const V way[3] = {hn::Add(hn::Sub(read(high), u.x), hn::Sub(read(low), v.x)),
-                          hn::Add(hn::Sub(read(high + n), u.y), hn::Sub(read(low + n), v.y)),
-                          hn::Add(hn::Sub(read(high + 2 * n), u.z), hn::Sub(read(low + 2 * n), v.z))};
+        const V difference[3] = {hn::Add(hn::Sub(read(high), u.x), hn::Sub(read(low), v.x)),
+                                 hn::Add(hn::Sub(read(high + n), u.y), hn::Sub(read(low + n), v.y)),
+                                 hn::Add(hn::Sub(read(high + 2 * n), u.z), hn::Sub(read(low + 2 * n), v.z))};
         V error = hn::Zero(d), weight = hn::Zero(d), length = hn::Set(d, 1e-30F);
         for (int k = 0; k < 3; ++k) {
             const V fitted = add_product(add_product(hn::Mul(H.m[3 * k], x[0]), H.m[3 * k + 1], x[1]),
                                          H.m[3 * k + 2], x[2]);
-            const V off = hn::Sub(fitted, way[k]);
+            const V off = hn::Sub(fitted, difference[k]);
             error = add_product(error, off, off);
             const V Ag =
                 add_product(add_product(hn::Mul(A.m[3 * k], g.x), A.m[3 * k + 1], g.y), A.m[3 * k + 2], g.z);

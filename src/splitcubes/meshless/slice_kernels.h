@@ -1,6 +1,5 @@
-// Loops over slices of links, in single precision, compiled for several instruction
-// sets and chosen when the program runs. All give the same bits: one lane a row, the
-// same operations in the same order, no fused ones.
+// Single-precision loops over slices of links, compiled for several instruction sets and dispatched at
+// run time. All give the same bits: one row per lane, the same operations in the same order, none fused.
 #pragma once
 
 #include <splitcubes/meshless/link_slices.h>
@@ -10,19 +9,19 @@
 
 namespace splitcubes::meshless {
 
-/// Arrays over rows; component k of row i is at k * stride + i. Those of nine hold
-/// matrices, row by row.
+/// Arrays over rows; component k of row i is at k * stride + i. Arrays of nine components hold 3x3
+/// matrices, row-major.
 struct SliceState {
-    // Where the body is: displacement u, as the sum of two numbers, m.
+    // Displacement u = high + low, m.
     const float* high = nullptr;  // 3
     const float* low = nullptr;   // 3
-    // What the state pass finds.
+    // Results of state_pass.
     float* gradient = nullptr;     // 9, H = sum_j (u_j - u_i) g_ij^T
     float* turn = nullptr;         // 9, R - I, of corotated material
-    float* majorizer = nullptr;    // 1, Tangent::turning
+    float* majorizer = nullptr;    // 1, Tangent::majorizer
     float* tension = nullptr;      // 9, N m
     float* penalty = nullptr;      // 3, sum_j m_ij (u_j - u_i), N
-    std::uint16_t* odd = nullptr;  // per slice, a bit a row: not done, rank or rotation
+    std::uint16_t* odd = nullptr;  // per slice, a bit per row: left to double precision (rank or rotation)
 };
 
 /// Lame's constants, Pa.
@@ -30,66 +29,67 @@ struct Lame {
     float mu = 0, lambda = 0;
 };
 
-/// Chunk of slices [begin, end).
+/// Range of slices [begin, end).
 struct SliceRange {
     std::size_t begin = 0, end = 0;
 };
 
-/// H and the penalties' sums; with `corotated` rotations and tensions too, but those of `odd` rows.
+/// Computes H and the penalty sums; with `corotated` also the rotations and tensions of all rows that are
+/// not `odd`.
 void state_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state, bool corotated,
                 const Lame& lame);
 
-/// The same of a direction p (3 per row, m): gradients, and with `corotated` tensions by the
-/// tangents that `turn` and `turning` stand for.
+/// Computes the gradients and penalty sums of a direction p (3 per row, m); with `corotated` also the
+/// tensions by the tangents that `turn` and `majorizer` define.
 void direction_pass(const LinkSlices& slices, const SliceRange& range, const float* p,
                     const SliceState& state, bool corotated, const Lame& lame);
 
-/// force = T_i G_i - sum_j T_j g_ji + penalty, 3 per row, N.
+/// Computes force = T_i G_i - sum_j T_j g_ji + penalty, 3 per row, N.
 void force_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state, float* force);
 
-/// The same two from weights instead of gradients, of corotated material: a third of what is read of links
-/// where LinkSlices::weights_pay. The first leaves T A^+ in `tension`. Where a neighbourhood is nearly flat
-/// single precision loses digits as (largest over least eigenvalue)^(1/2) of A: for solving, not for the
-/// state.
+/// The same two passes from weights instead of gradients, for corotated material: with
+/// LinkSlices::weights_pay they read a third of the link data. The first leaves T A^+ in `tension`. In nearly
+/// flat neighbourhoods the relative error grows with the square root of the condition number of A, so they
+/// serve the linear solve, not the state.
 void weighted_direction_pass(const LinkSlices& slices, const SliceRange& range, const float* p,
                              const SliceState& state, const Lame& lame);
 void weighted_force_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
                          float* force);
 
-/// Energy of the rows that are not `odd` after a state pass with `corotated`, J. Each row's own
-/// goes to `rows`, a row array; of `odd` ones it means nothing.
+/// Returns the energy of the rows that are not `odd`, J, after state_pass with `corotated`. Writes each
+/// row's energy to the row array `rows`; entries of `odd` rows are undefined.
 double energy_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
                    const Lame& lame, float* rows);
 
-/// q = diagonal p - factor force, in place of `force`; returns p . q.
+/// Computes q = diagonal p - factor force, in place of `force`; returns p . q.
 double finish_product(std::size_t stride, const SliceRange& range, const float* diagonal, float factor,
                       const float* p, float* force);
 
-/// to += alpha p, r -= alpha q; returns r . inverse r.
+/// Computes to += alpha p, r -= alpha q; returns r . inverse r.
 double advance(std::size_t stride, const SliceRange& range, float alpha, const float* inverse, const float* p,
                const float* q, float* to, float* r);
 
-/// What a preconditioner adds that is the same for all rows of an aggregate.
+/// Coarse-level correction of a preconditioner, the same for all rows of an aggregate.
 struct CoarsePart {
     const std::int32_t* index = nullptr;  // per row
     const float* value = nullptr;         // component k of aggregate c at k * stride + c
     std::size_t stride = 0;
 };
 
-/// p = inverse r + coarse + beta p.
+/// Computes p = inverse r + coarse + beta p.
 void turn_direction(std::size_t stride, const SliceRange& range, float beta, const float* inverse,
                     const float* r, const CoarsePart& coarse, float* p);
 
-/// Sum of r . inverse r; p is set to inverse r.
+/// Sets p to inverse r; returns r . inverse r.
 double begin_direction(std::size_t stride, const SliceRange& range, const float* inverse, const float* r,
                        float* p);
 
-/// The two gathers of a product and nothing else, from weights where they pay, to measure what the
-/// machine allows: sums over neighbours of p (9 per row), then of tensions (3 per row).
+/// The two gathers of a stiffness product alone, by weights if weights_pay, as a baseline for benchmarks:
+/// sums over neighbours of p (9 per row), then of tensions (3 per row).
 void bare_gradients(const LinkSlices& slices, const SliceRange& range, const float* p, float* gradient);
 void bare_forces(const LinkSlices& slices, const SliceRange& range, const float* tension, float* force);
 
-/// What was chosen, AVX3 or AVX2, say.
+/// Returns the name of the instruction set in use, for example "AVX2".
 const char* instruction_set();
 
 }  // namespace splitcubes::meshless
