@@ -9,11 +9,11 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// Principal stretches of a tangent's frame are at least this: at 0.58 the force of St.
-// Venant-Kirchhoff under compression is largest, and below it falls.
-constexpr double least_stretch = 0.7;
-// Least sum of two principal stretches in a plastic stress.
-constexpr double least_stretch_sum = 0.2;
+// Lower bound of the principal stretches in a tangent's frame: the compressive force of St.
+// Venant-Kirchhoff is largest at a stretch of 0.58 and falls below it.
+constexpr double min_stretch = 0.7;
+// Lower bound of the sum of two principal stretches in a plastic stress.
+constexpr double min_stretch_sum = 0.2;
 
 Mat3 symmetric(const Mat3& A) {
     return 0.5 * (A + A.transpose());
@@ -23,14 +23,14 @@ bool is_plastic(const Material& material, const Mat3& plastic_strain) {
     return material.plasticity && !plastic_strain.isZero(0);
 }
 
-// The symmetric T with T S + S T = 2 e: X : dS = (T/2) : d(S^2), so that F T is the
-// stress of an energy whose derivative by S is e.
-Mat3 over_stretch(const Mat3& S, const Mat3& e) {
+// Solves T S + S T = 2 e for symmetric T. Since e : dS = (T/2) : d(S^2), F T is the stress
+// of an energy whose derivative by S is e.
+Mat3 stress_over_stretch(const Mat3& S, const Mat3& e) {
     const SymmetricEigen eigen = eigen_symmetric(S);
     Mat3 T = eigen.vectors.transpose() * e * eigen.vectors;
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j)
-            T(i, j) *= 2 / std::max(eigen.values[i] + eigen.values[j], least_stretch_sum);
+            T(i, j) *= 2 / std::max(eigen.values[i] + eigen.values[j], min_stretch_sum);
     return symmetric(eigen.vectors * T * eigen.vectors.transpose());
 }
 
@@ -46,7 +46,7 @@ Mat3 elastic_green(const Material& material, const Mat3& F, const Mat3& plastic_
     return E;
 }
 
-// A with its eigenvalues replaced by change(eigenvalue).
+// Returns A with each eigenvalue replaced by change(eigenvalue).
 template <class Change>
 Mat3 with_eigenvalues(const Mat3& A, const Change& change) {
     const SymmetricEigen eigen = eigen_symmetric(A);
@@ -93,7 +93,7 @@ Mat3 piola_stress(const Material& material, const Mat3& F, const Mat3& R, const 
         stress = 2 * material.lame_mu() * (F - R) + material.lame_lambda() * stretch * R;
         if (is_plastic(material, plastic_strain)) {
             const Mat3 S = symmetric(R.transpose() * F);
-            stress -= F * over_stretch(S, 2 * material.lame_mu() * plastic_strain);
+            stress -= F * stress_over_stretch(S, 2 * material.lame_mu() * plastic_strain);
             stress -= material.lame_lambda() * plastic_strain.trace() * R;
         }
     }
@@ -110,15 +110,15 @@ Tangent tangent(const Material& material, const Mat3& F, const Mat3& R, const Ma
     if (material.model == MaterialModel::corotated && !material.plasticity) return out;
     const SymmetricEigen stretch = eigen_symmetric(symmetric(R.transpose() * F));
     if (material.model == MaterialModel::corotated) {
-        const Vec3 s = stretch.values.cwiseMax(0.5 * least_stretch_sum);
+        const Vec3 s = stretch.values.cwiseMax(0.5 * min_stretch_sum);
         out.axes = stretch.vectors;
         out.frame = R * stretch.vectors * s.asDiagonal();
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j) out.weights(i, j) = 2 / (s[i] + s[j]);
         return out;
     }
-    if (stretch.values[2] < least_stretch) {
-        const Vec3 raised = stretch.values.cwiseMax(least_stretch);
+    if (stretch.values[2] < min_stretch) {
+        const Vec3 raised = stretch.values.cwiseMax(min_stretch);
         out.frame = R * stretch.vectors * raised.asDiagonal() * stretch.vectors.transpose();
     } else {
         out.frame = F;

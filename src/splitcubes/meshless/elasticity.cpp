@@ -8,7 +8,7 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// The completed F and its rotation from H = sum_j (u_j - u_i) g_ij^T, u = x - X.
+// Computes the completed F and its rotation from H = sum_j (u_j - u_i) g_ij^T, u = x - X.
 void complete(const Mat3& H, int rank, const Mat3& basis, const Mat3& last, Mat3& F, Mat3& R) {
     if (rank == 0) {
         F = R = last;
@@ -51,7 +51,7 @@ std::size_t compute_deformation(const Neighbourhoods& neighbourhoods, std::span<
                                 const Parallel& parallel) {
     const std::size_t n = neighbourhoods.size();
     assert(position.size() == n && deformation.size() == n && rotation.size() == n);
-    // Displacements rather than positions: at rest F is the identity exactly.
+    // Uses displacements, not positions: F is exactly the identity at rest.
     const auto displacement_gradient = [&](std::size_t i) {
         const Vec3 here = position[i] - rest_position[i];
         Mat3 sum = Mat3::Zero();
@@ -101,7 +101,7 @@ double ElasticForces::energy(const Neighbourhoods& neighbourhoods, const Materia
     return sum_(parallel, neighbourhoods.size(), [&](std::size_t begin, std::size_t end) {
         double energy = 0;
         for (std::size_t i = begin; i < end; ++i)
-            // One without neighbours is as it was left: nothing works against it.
+            // A phyxel without neighbours has no restoring force, so no energy.
             if (neighbourhoods.rank()[i] > 0)
                 energy += neighbourhoods.volume()[i] *
                               energy_density(material, state.deformation[i], state.rotation[i],
@@ -112,7 +112,7 @@ double ElasticForces::energy(const Neighbourhoods& neighbourhoods, const Materia
     });
 }
 
-// Sum over the links of row i of body(link, neighbour).
+// Calls body(link, neighbour) for the links of row i.
 template <class Body>
 inline void for_links(const Neighbourhoods& neighbourhoods, std::size_t i, const Body& body) {
     const std::uint32_t* const neighbour = neighbourhoods.neighbour().data();
@@ -120,7 +120,7 @@ inline void for_links(const Neighbourhoods& neighbourhoods, std::size_t i, const
     for (std::uint32_t l = neighbourhoods.offsets()[i]; l < end; ++l) body(l, neighbour[l]);
 }
 
-// T_i G_i - sum_j T_j g_ji + sum_j (c_j w_ji e_ji - c_i w_ij e_ij): the force on i, gathered.
+// Returns the force on i, T_i G_i - sum_j T_j g_ji + sum_j (c_j w_ji e_ji - c_i w_ij e_ij).
 Vec3 ElasticForces::gather_force(const Neighbourhoods& neighbourhoods, std::size_t i,
                                  std::span<const Mat3> gradient, std::span<const Vec3> displacement) const {
     Vec3 force = tension_[i] * neighbourhoods.gradient_sum()[i];
@@ -179,7 +179,7 @@ double ElasticForces::apply_stiffness(const Neighbourhoods& neighbourhoods, cons
     gradient_.resize(n);
     tension_.resize(n);
     for_phyxels(parallel, n, [&](std::size_t i) {
-        // Differences first: a translation gives exactly zero.
+        // Sums differences, so that a translation gives exactly zero.
         Mat3 dF = Mat3::Zero();
         for_links(neighbourhoods, i, [&](std::uint32_t l, std::uint32_t j) {
             dF += (dx[j] - dx[i]) * neighbourhoods.gradient()[l].transpose();

@@ -1,4 +1,4 @@
-// How the processor treats numbers too small to be stored whole.
+// Flushing of denormal floating-point numbers to zero.
 #pragma once
 
 #if defined(__SSE2__)
@@ -7,8 +7,8 @@
 
 namespace splitcubes::meshless {
 
-// Numbers below 1e-38, which a residual leaves far from where it began, count as zero while
-// this lives: the processor would take a hundred times as long for them.
+// Flushes denormals (below 1e-38) to zero on this thread during its lifetime. Residuals far from a
+// disturbance reach that range, where operations take about a hundred times as long.
 class FlushTiny {
   public:
 #if defined(__SSE2__)

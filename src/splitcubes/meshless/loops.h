@@ -9,17 +9,19 @@
 
 namespace splitcubes::meshless {
 
-/// Phyxels a chunk: some ten microseconds of work. Part of the result (sums are
+/// Phyxels per chunk: about ten microseconds of work. Results depend on it (sums are
 /// added chunk by chunk), so it is a constant.
 inline constexpr std::size_t phyxel_grain = 128;
 
-/// parallel.for_chunks by reference: std::function would copy a large closure to the heap.
+/// Calls parallel.for_chunks with a reference to `body`: std::function would copy a large closure to the
+/// heap.
 template <class Body>
 void for_phyxel_chunks(const Parallel& parallel, std::size_t count, const Body& body) {
     parallel.for_chunks(count, phyxel_grain, std::cref(body));
 }
 
-/// body(i) of each. Chunks are of no account for the result: few enough that handing them out costs little.
+/// Calls body(i) for each index. The result must not depend on the chunks, which are few enough that their
+/// overhead is small.
 template <class Body>
 void for_phyxels(const Parallel& parallel, std::size_t count, const Body& body) {
     const auto chunk = [&](std::size_t begin, std::size_t end) {
@@ -28,11 +30,11 @@ void for_phyxels(const Parallel& parallel, std::size_t count, const Body& body) 
     parallel.for_chunks(count, std::clamp<std::size_t>(count / 64, phyxel_grain, 1024), std::cref(chunk));
 }
 
-/// Sums in chunk order, with a buffer that is kept. Value: what is summed; Value{} is zero.
+/// Deterministic parallel sum in chunk order, with a persistent buffer. Value{} must be zero.
 template <class Value>
 class ChunkSumOf {
   public:
-    /// chunk_value(begin, end) -> Value; may write per-index results on the way.
+    /// chunk_value(begin, end) -> Value; it may also write results per index.
     template <class ChunkValue>
     Value operator()(const Parallel& parallel, std::size_t count, std::size_t grain,
                      const ChunkValue& chunk_value) {
@@ -50,7 +52,7 @@ class ChunkSumOf {
     std::vector<Value> partial_;
 };
 
-/// The same of numbers, over phyxels.
+/// The same for doubles over phyxels, in chunks of phyxel_grain.
 class ChunkSum {
   public:
     template <class ChunkValue>

@@ -11,22 +11,22 @@ namespace splitcubes::meshless {
 
 namespace {
 
-constexpr std::size_t moments_grain = 64;
-// Of a phyxel's volume, what has to be left of it.
+constexpr std::size_t moments_grain = 64;  // nodes per chunk
+// Fraction of a phyxel's uncorrected volume that the correction must leave.
 constexpr double min_volume = 0.3;
-// The sum of what a row's shares may change by.
-constexpr double most_change = 3;
-// Squares are small where coordinates are below one: so much larger, both weigh alike.
+// Upper bound of the summed absolute changes of a row's shares.
+constexpr double max_change = 3;
+// Scales the quadratic monomials to the size of the linear ones: coordinates are below one.
 constexpr double square_scale = 3;
-// Against directions in which a row's phyxels hardly spread; those in which they do have variances
-// of 0.05 and more. What it leaves undone is done again.
+// Regularises directions in which a row's phyxels hardly spread (normal variances are 0.05 and more).
+// Iterative refinement removes most of its bias.
 constexpr double moments_damping = 0.005;
 constexpr int refinements = 2;
 
 using Moments = Eigen::Matrix<double, 9, 1>;
 using Products = Eigen::Matrix<double, 9, 9>;
 
-// The linear and quadratic monomials at an offset in shares of the support.
+// Returns the linear and quadratic monomials at an offset in units of the support radius.
 Moments monomials(const Vec3& d) {
     Moments out;
     out << d, square_scale * d.cwiseProduct(d), square_scale * d[0] * d[1], square_scale * d[1] * d[2],
@@ -66,7 +66,7 @@ class Row {
     void apply(const Moments& mean, const Moments& change) {
         double all = 0;
         for (std::size_t k = 0; k < share_.size(); ++k) all += share_[k] * std::abs(change.dot(at(k) - mean));
-        const double part = all > most_change ? most_change / all : 1;
+        const double part = all > max_change ? max_change / all : 1;
         double sum = 0;
         for (std::size_t k = 0; k < share_.size(); ++k) {
             share_[k] *= 1 + part * change.dot(at(k) - mean);
@@ -82,9 +82,9 @@ class Row {
     double scale_ = 0;  // m
 };
 
-// Whether the shares of a row were found before; then they are written.
-bool take_known(const MassLumping& last, std::size_t node, std::span<const std::uint32_t> phyxel,
-                std::span<double> share) {
+// Copies the shares of a row from `last` if it has the same phyxels; returns whether it did.
+bool copy_known_shares(const MassLumping& last, std::size_t node, std::span<const std::uint32_t> phyxel,
+                       std::span<double> share) {
     if (node >= last.node_count() || last.whole[node] == 0) return false;
     const std::uint32_t begin = last.offsets[node], count = last.offsets[node + 1] - begin;
     const auto known = std::span(last.phyxel).subspan(begin, count);
@@ -94,7 +94,7 @@ bool take_known(const MassLumping& last, std::size_t node, std::span<const std::
     return true;
 }
 
-// Takes back as much of each piece's changes as leaves its phyxels enough volume.
+// Scales back the changes of each piece such that its phyxels keep at least min_volume.
 void keep_volumes(const MaterialNodes& nodes, const Phyxels& phyxels, std::span<const std::uint8_t> chosen,
                   std::span<const double> plain, MassLumping& lumping) {
     std::vector<double> volume(phyxels.size(), 0), before(phyxels.size(), 0);
@@ -134,7 +134,7 @@ void keep_moments(const MaterialNodes& nodes, const Phyxels& phyxels, std::span<
         if (chosen[b] == 0 || count < 2) return;
         const auto phyxel = std::span(lumping.phyxel).subspan(begin, count);
         const auto share = std::span(lumping.share).subspan(begin, count);
-        if (!take_known(last, b, phyxel, share))
+        if (!copy_known_shares(last, b, phyxel, share))
             Row(nodes.rest_position[b], phyxels, phyxel, share).keep_moments();
     });
     keep_volumes(nodes, phyxels, chosen, plain, lumping);

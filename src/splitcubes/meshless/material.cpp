@@ -18,7 +18,7 @@ void require(bool good, const std::string& where, double value, const std::strin
 }  // namespace
 
 double largest_plastic_strain(MaterialModel model) {
-    // Below the strain of nothing at all, -1/2 of Green's and -1 of the stretch.
+    // Below the strain at zero length: 1/2 for Green's strain, 1 for S - I.
     return model == MaterialModel::st_venant_kirchhoff ? 0.45 : 0.9;
 }
 

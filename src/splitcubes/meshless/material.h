@@ -1,4 +1,4 @@
-// What the body is made of.
+// Elastic and plastic material parameters.
 #pragma once
 
 #include <cstdint>
@@ -8,20 +8,20 @@
 
 namespace splitcubes::meshless {
 
-/// How stress follows from strain.
+/// Constitutive model.
 enum class MaterialModel : std::uint8_t {
-    corotated,            // linear in the stretch F = R S: resists compression to nothing
-    st_venant_kirchhoff,  // quadratic in F; gives way below half the length
+    corotated,            // linear in the stretch S of F = R S; resists compression down to zero length
+    st_venant_kirchhoff,  // Green strain; softens and collapses below about half the rest length
 };
 
-/// Strain that stays (Mueller and Gross 2004). Strains are measured as the model
-/// measures them: S - I of F = R S for the corotated one, (F^T F - I)/2 for St.
-/// Venant-Kirchhoff; norms are Frobenius norms.
+/// Plastic flow (Mueller and Gross 2004). Strain is the model's own measure: S - I with
+/// F = R S for corotated, (F^T F - I)/2 for St. Venant-Kirchhoff; norms are Frobenius
+/// norms.
 struct Plasticity {
     double yield = 0.02;  // |elastic strain| above which it flows, > 0
-    /// Rate of flow, 1/s; infinite: at once, so that no elastic strain is ever above `yield`.
+    /// Rate of flow, 1/s; infinite: instantaneous, elastic strain never exceeds `yield`.
     double creep = std::numeric_limits<double>::infinity();
-    double maximum = 0.4;  // of |plastic strain|, > 0
+    double maximum = 0.4;  // bound of |plastic strain|, > 0
     bool operator==(const Plasticity&) const = default;
 };
 
@@ -31,16 +31,16 @@ struct Material {
     double density = 1000;        // kg/m^3
     double youngs_modulus = 1e5;  // Pa
     double poisson_ratio = 0.3;
-    /// Pa, k of the further energy k/2 (det F - 1)^2 (Mueller et al. 2004, section 3.4):
-    /// keeps St. Venant-Kirchhoff from turning inside out.
+    /// Pa, k of the additional energy k/2 (det F - 1)^2 (Mueller et al. 2004, section 3.4):
+    /// keeps St. Venant-Kirchhoff from inverting.
     double volume_stiffness = 0;
     double mass_damping = 0;       // 1/s, force -mass_damping * m * v
     double stiffness_damping = 0;  // s, stress stiffness_damping * rate of the elastic stress
-    /// Stiffness against the modes that the gradients do not see, as a share of
-    /// the shear modulus; 0.05 to 0.2, 0 switches it off.
+    /// Stiffness of zero-energy modes as a fraction of the shear modulus; 0.05 to 0.2,
+    /// 0 disables it.
     double zero_energy = 0.1;
     std::optional<Plasticity> plasticity;  // none: elastic
-    double cutting_resistance = 0;         // J/m^2, work of a blade for each area at rest that it cuts
+    double cutting_resistance = 0;         // J/m^2, work of a blade per rest area that it cuts
 
     double lame_lambda() const {
         return youngs_modulus * poisson_ratio / ((1 + poisson_ratio) * (1 - 2 * poisson_ratio));
@@ -48,14 +48,14 @@ struct Material {
     double lame_mu() const { return youngs_modulus / (2 * (1 + poisson_ratio)); }
 };
 
-/// Largest plasticity.maximum of a model: of more, a compressive strain would have
-/// no stretch that belongs to it.
+/// Returns the largest plasticity.maximum that a model allows: beyond it, a compressive strain would have
+/// no corresponding stretch.
 double largest_plastic_strain(MaterialModel model);
 
-/// Throws InputError(where + ".density", ...) and so on for what is not finite
-/// or not physical: density, youngs_modulus > 0, 0 <= poisson_ratio < 0.5 and the
-/// volume stiffness, the dampings and zero_energy >= 0; yield, creep > 0 (creep may
-/// be infinite), 0 < maximum <= largest_plastic_strain.
+/// Throws InputError(where + ".density", ...) and so on unless all parameters are finite
+/// and physical: density, youngs_modulus > 0, 0 <= poisson_ratio < 0.5; volume_stiffness,
+/// dampings and zero_energy >= 0; yield, creep > 0 (creep may be infinite),
+/// 0 < maximum <= largest_plastic_strain.
 void check_material(const Material& material, const std::string& where);
 
 }  // namespace splitcubes::meshless

@@ -1,8 +1,8 @@
-// The vectors of conjugate gradients, compiled as slice_kernels.cpp is.
+// Vector operations of conjugate gradients, compiled per instruction set like slice_kernels.cpp.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splitcubes/meshless/slice_vectors.cpp"
 #include <hwy/foreach_target.h>
-// Must come after it.
+// Must come after foreach_target.h.
 #include <hwy/highway.h>
 
 #include <splitcubes/meshless/flush_tiny.h>
@@ -16,7 +16,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr hn::CappedTag<float, LinkSlices::lanes> d;
 
-// Sums of products in double precision, sixteen of them side by side on any machine.
+// Sixteen double-precision partial sums, whatever the machine's vector width, so results are the same bits.
 class LaneSums {
   public:
     template <class Product>

@@ -33,15 +33,15 @@ std::vector<Momenta> SplitMomentum::of_families(const Phyxels& phyxels) const {
 
 void SplitMomentum::settle(Phyxels& phyxels) const {
     struct Change {
-        Vec3 centre, way, velocity, angular_velocity;  // m, m, m/s, rad/s
+        Vec3 centre, translation, velocity, angular_velocity;  // m, m, m/s, rad/s
     };
     const std::vector<Momenta> after = of_families(phyxels);
     std::vector<Change> changes;
     for (std::size_t k = 0; k < after.size(); ++k) {
         Change change{after[k].centre, Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
         if (after[k].mass > 0 && before_[k].mass > 0) {
-            // Of that mass: what is booked in sum may differ by rounding.
-            if (moves_[k] != 0) change.way = before_[k].centre - after[k].centre;
+            // Divided by each mass: the lumped totals may differ by rounding.
+            if (moves_[k] != 0) change.translation = before_[k].centre - after[k].centre;
             change.velocity = before_[k].linear / before_[k].mass - after[k].linear / after[k].mass;
             change.angular_velocity =
                 angular_velocity(after[k].inertia, before_[k].angular_momentum - after[k].angular_momentum);
@@ -58,15 +58,15 @@ void SplitMomentum::settle(Phyxels& phyxels) const {
         if (change == nullptr || phyxels.rigid.index(phyxels.piece[i]) >= 0) continue;
         phyxels.velocity[i] +=
             change->velocity + change->angular_velocity.cross(phyxels.position[i] - change->centre);
-        phyxels.position[i] += change->way;
-        phyxels.previous_position[i] += change->way;
+        phyxels.position[i] += change->translation;
+        phyxels.previous_position[i] += change->translation;
     }
     for (RigidPiece& body : phyxels.rigid.bodies) {
         const Change* change = change_of(body.piece);
         if (change == nullptr) continue;
         body.momentum +=
             body.mass * (change->velocity + change->angular_velocity.cross(body.centre - change->centre));
-        body.centre += change->way;
+        body.centre += change->translation;
         body.angular_momentum +=
             body.rotation * body.inertia * body.rotation.transpose() * change->angular_velocity;
     }

@@ -1,4 +1,4 @@
-// Keeps the momenta of what parts together over a change of phyxels, masses and kinds.
+// Conserves momenta when pieces split and are resampled, relumped or made rigid.
 #pragma once
 
 #include <splitcubes/meshless/phyxels.h>
@@ -9,22 +9,23 @@
 
 namespace splitcubes::meshless {
 
-/// A family is a piece as it was and all that came off it. While pieces are resampled,
-/// booked anew and made rigid, its momenta change a little: a rigid piece holds the
-/// spin of its nodes, its phyxels before it that of samples an h wide. The difference
-/// goes to the family as a whole, as one rigid velocity, so that none of it is spun up;
-/// its centre, which moves when mass does, is put back by moving all of it.
+/// Restores the momenta of families after a split. A family is an old piece and all pieces
+/// that separated from it. Resampling, relumping and the change to rigid pieces alter its
+/// momenta a little: for example, a rigid piece has the inertia of its nodes, its phyxels
+/// had that of coarser samples. The difference is applied to the whole family as one rigid
+/// velocity, so that no piece is spun up; a shift of its centre of mass is undone by
+/// translating the family.
 class SplitMomentum {
   public:
-    /// Notes the momenta. `family`: per piece, its family's number, or -1 where it stays
-    /// as it is; phyxels.piece are the new pieces, masses and velocities those of before.
-    /// `held`: per phyxel, 1 where it is held (or shorter: the rest is not); such families
-    /// are not moved, nor are those that are at rest.
+    /// Records the momenta. `family`: per piece, the index of its family, or -1 if it is
+    /// unchanged. phyxels.piece holds the new pieces, masses and velocities are the old
+    /// ones. `held`: per phyxel, 1 if it is kinematic (missing entries: 0). Families with
+    /// held phyxels are not translated, nor are those at rest.
     SplitMomentum(const Phyxels& phyxels, std::vector<std::int32_t> family,
                   std::span<const std::uint8_t> held = {});
 
-    /// Gives every family back its centre of mass, its linear momentum and its angular
-    /// momentum about that centre, to rounding.
+    /// Restores every family's centre of mass, linear momentum and angular momentum about
+    /// that centre, up to rounding.
     void settle(Phyxels& phyxels) const;
 
   private:
@@ -32,7 +33,7 @@ class SplitMomentum {
 
     std::vector<std::int32_t> family_;  // per piece
     std::vector<Momenta> before_;       // per family
-    std::vector<std::uint8_t> moves_;   // per family, 1: its centre is put back
+    std::vector<std::uint8_t> moves_;   // per family, 1: its centre is restored
 };
 
 }  // namespace splitcubes::meshless
