@@ -121,8 +121,10 @@ void expect_equal(const Neighbourhoods& a, const Neighbourhoods& b) {
     const std::size_t values = one.column_count() * LinkSlices::lanes;
     expect_same(std::span(one.forward(), 4 * values), std::span(other.forward(), 4 * values), "forward");
     expect_same(std::span(one.backward(), 3 * values), std::span(other.backward(), 3 * values), "backward");
-    expect_same(std::span(one.pull(), 2 * values), std::span(other.pull(), 2 * values), "weights");
-    expect_same(std::span(one.push(), values), std::span(other.push(), values), "weights back");
+    expect_same(std::span(one.forward_weight(), 2 * values), std::span(other.forward_weight(), 2 * values),
+                "weights");
+    expect_same(std::span(one.backward_weight(), values), std::span(other.backward_weight(), values),
+                "weights back");
     expect_same(one.edge_at(), other.edge_at(), "edges");
     const std::size_t rows = one.stride();
     expect_same(std::span(one.volume(), rows), std::span(other.volume(), rows), "volume");

@@ -8,11 +8,11 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// Lanes that must share a distance for a run: an index a lane costs more than
-// twice the loads of a run.
-constexpr std::size_t least_run = 8;
-// Edges that differ by no more than this share of their length are one: rounding of places.
-constexpr double same_edge = 3e-7;
+// Minimum number of lanes that share an index offset to form a run: indexed lanes cost
+// more than twice the loads of a run.
+constexpr std::size_t min_run = 8;
+// Relative tolerance for equal edges: covers rounding of positions.
+constexpr double edge_tolerance = 3e-7;
 
 struct Entry {
     std::int64_t distance;  // neighbour less row
@@ -28,13 +28,13 @@ void LinkSlices::build(std::span<const std::uint32_t> offsets, std::span<const s
     const std::size_t slices = (rows_ + lanes - 1) / lanes;
     run_.clear();
     index_.clear();
-    place_.assign(neighbour.size(), 0);
-    first_column_.assign(slices + 1, 0);  // the stride is known from here on
+    slot_.assign(neighbour.size(), 0);
+    first_column_.assign(slices + 1, 0);  // stride() is valid from here on
     for (std::size_t slice = 0; slice < slices; ++slice) build_slice(offsets, neighbour, slice);
     forward_.assign(run_.size() * 4 * lanes, 0);
     backward_.assign(run_.size() * 3 * lanes, 0);
-    pull_.assign(run_.size() * 2 * lanes, 0);
-    push_.assign(run_.size() * lanes, 0);
+    forward_weight_.assign(run_.size() * 2 * lanes, 0);
+    backward_weight_.assign(run_.size() * lanes, 0);
     build_edges(offsets, neighbour, rest_position);
     for (FloatArray* array : {&volume_, &penalty_}) array->assign(stride(), 0);
     rest_position_.assign(3 * stride(), 0);
@@ -54,7 +54,7 @@ void LinkSlices::build_edges(std::span<const std::uint32_t> offsets, std::span<c
     std::vector<std::uint16_t> filled(run_.size(), 0);
     for (std::size_t i = 0; i < rows_; ++i)
         for (std::uint32_t l = offsets[i]; l < offsets[i + 1]; ++l) {
-            const std::size_t column = place_[l] / lanes, lane = place_[l] % lanes;
+            const std::size_t column = slot_[l] / lanes, lane = slot_[l] % lanes;
             edges[column][lane] = rest_position[neighbour[l]] - rest_position[i];
             filled[column] = static_cast<std::uint16_t>(filled[column] | 1U << lane);
         }
@@ -66,7 +66,7 @@ void LinkSlices::build_edges(std::span<const std::uint32_t> offsets, std::span<c
         bool same = true;
         for (std::size_t lane = 0; lane < lanes; ++lane) {
             if ((filled[column] >> lane & 1U) == 0) edges[column][lane] = edge;
-            same = same && (edges[column][lane] - edge).norm() <= same_edge * edge.norm();
+            same = same && (edges[column][lane] - edge).norm() <= edge_tolerance * edge.norm();
         }
         const auto at = static_cast<std::int32_t>(edge_.size());
         edge_at_.push_back(same ? at : ~at);
@@ -74,8 +74,9 @@ void LinkSlices::build_edges(std::span<const std::uint32_t> offsets, std::span<c
             for (std::size_t lane = 0; lane < (same ? 1 : lanes); ++lane)
                 edge_.push_back(static_cast<float>(edges[column][lane][k]));
     }
-    // Edges are read for the gradients and again for the forces.
-    weights_pay_ = 2 * edge_.size() + pull_.size() + push_.size() < forward_.size() + backward_.size();
+    // Edges are read twice: for gradients and for forces.
+    weights_pay_ = 2 * edge_.size() + forward_weight_.size() + backward_weight_.size() <
+                   forward_.size() + backward_.size();
 }
 
 void LinkSlices::build_slice(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> neighbour,
@@ -97,10 +98,10 @@ void LinkSlices::build_slice(std::span<const std::uint32_t> offsets, std::span<c
         const std::int64_t base = static_cast<std::int64_t>(first) + entries[begin].distance;
         const bool in_range =
             base >= 0 && base + static_cast<std::int64_t>(lanes) <= static_cast<std::int64_t>(stride());
-        const bool is_run = in_range && end - begin >= least_run;
+        const bool is_run = in_range && end - begin >= min_run;
         for (std::size_t k = begin; k < end; ++k) {
             if (is_run)
-                place_[entries[k].link] = static_cast<std::uint32_t>(run_.size() * lanes) + entries[k].lane;
+                slot_[entries[k].link] = static_cast<std::uint32_t>(run_.size() * lanes) + entries[k].lane;
             else
                 left[entries[k].lane].push_back(entries[k].link);
         }
@@ -115,7 +116,7 @@ void LinkSlices::build_slice(std::span<const std::uint32_t> offsets, std::span<c
                 index_.push_back(static_cast<std::int32_t>(first + lane));
                 continue;
             }
-            place_[left[lane][k]] = static_cast<std::uint32_t>(run_.size() * lanes + lane);
+            slot_[left[lane][k]] = static_cast<std::uint32_t>(run_.size() * lanes + lane);
             index_.push_back(static_cast<std::int32_t>(neighbour[left[lane][k]]));
         }
         run_.push_back(~static_cast<std::int32_t>(index_.size() / lanes - 1));
@@ -124,32 +125,32 @@ void LinkSlices::build_slice(std::span<const std::uint32_t> offsets, std::span<c
 }
 
 void LinkSlices::set_link(std::size_t link, const Link& value) {
-    const std::size_t column = place_[link] / lanes, lane = place_[link] % lanes;
+    const std::size_t column = slot_[link] / lanes, lane = slot_[link] % lanes;
     float* const forward = forward_.data() + column * 4 * lanes + lane;
     for (std::size_t k = 0; k < 3; ++k)
         forward[k * lanes] = static_cast<float>(value.gradient[static_cast<int>(k)]);
     forward[3 * lanes] = static_cast<float>(value.penalty);
-    float* const pull = pull_.data() + column * 2 * lanes + lane;
-    pull[0] = static_cast<float>(value.weight);
-    pull[lanes] = static_cast<float>(value.penalty);
+    float* const forward_weight = forward_weight_.data() + column * 2 * lanes + lane;
+    forward_weight[0] = static_cast<float>(value.weight);
+    forward_weight[lanes] = static_cast<float>(value.penalty);
     set_reverse(link, value.reverse, value.reverse_weight);
 }
 
 void LinkSlices::set_reverse(std::size_t link, const Vec3& reverse, double reverse_weight) {
-    const std::size_t column = place_[link] / lanes, lane = place_[link] % lanes;
+    const std::size_t column = slot_[link] / lanes, lane = slot_[link] % lanes;
     float* const backward = backward_.data() + column * 3 * lanes + lane;
     for (std::size_t k = 0; k < 3; ++k)
         backward[k * lanes] = static_cast<float>(reverse[static_cast<int>(k)]);
-    push_[place_[link]] = static_cast<float>(reverse_weight);
+    backward_weight_[slot_[link]] = static_cast<float>(reverse_weight);
 }
 
 void LinkSlices::set_penalty(std::size_t link, double penalty) {
-    const std::size_t column = place_[link] / lanes, lane = place_[link] % lanes;
+    const std::size_t column = slot_[link] / lanes, lane = slot_[link] % lanes;
     forward_[column * 4 * lanes + 3 * lanes + lane] = static_cast<float>(penalty);
-    pull_[column * 2 * lanes + lanes + lane] = static_cast<float>(penalty);
+    forward_weight_[column * 2 * lanes + lanes + lane] = static_cast<float>(penalty);
 }
 
-// Its upper triangle.
+// Stores the upper triangle.
 void LinkSlices::set_symmetric(FloatArray& array, std::size_t row, const Mat3& value) const {
     constexpr std::array<std::array<int, 2>, 6> upper{{{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
     for (std::size_t k = 0; k < 6; ++k)
@@ -175,8 +176,9 @@ void LinkSlices::set_rank(std::size_t row, bool full) {
 }
 
 std::size_t LinkSlices::bytes() const {
-    const std::size_t values = weights_pay_ ? 2 * edge_.size() + pull_.size() + push_.size() + run_.size()
-                                            : forward_.size() + backward_.size();
+    const std::size_t values =
+        weights_pay_ ? 2 * edge_.size() + forward_weight_.size() + backward_weight_.size() + run_.size()
+                     : forward_.size() + backward_.size();
     return sizeof(float) * values + sizeof(std::int32_t) * (2 * run_.size() + 2 * index_.size());
 }
 

@@ -10,7 +10,7 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// Numbers from 0 up stand for pieces; -1 for none.
+// Returns one more than the largest piece id; -1 stands for no piece.
 std::size_t piece_limit(std::span<const std::int32_t> a, std::span<const std::int32_t> b) {
     std::int32_t highest = -1;
     for (const std::int32_t piece : a) highest = std::max(highest, piece);
@@ -18,9 +18,9 @@ std::size_t piece_limit(std::span<const std::int32_t> a, std::span<const std::in
     return static_cast<std::size_t>(highest + 1);
 }
 
-constexpr std::size_t lump_grain = 512;  // nodes a chunk
+constexpr std::size_t lump_grain = 512;  // nodes per chunk
 
-// Rows of some consecutive nodes.
+// Rows of a chunk of consecutive nodes.
 struct Rows {
     std::vector<std::uint32_t> count, phyxel;
     std::vector<double> share;
@@ -28,7 +28,7 @@ struct Rows {
     std::size_t unlumped = 0;
 };
 
-// Books nodes, any number of them at a time on several threads, each with its own rows.
+// Lumps single nodes. Several threads may use it at once, each with its own rows.
 class Lumper {
   public:
     Lumper(const Phyxels& phyxels, const PhyxelLocator& locator) : phyxels_(phyxels), locator_(locator) {
@@ -41,21 +41,21 @@ class Lumper {
     }
 
     void add(const Vec3& node, std::int32_t piece, Rows& rows) const {
-        // Those that the kernel reaches are few of those around; only they are put in order.
+        // Few of the visited phyxels have a weight; only these are sorted.
         rows.near.clear();
         locator_.visit(node, reach_, [&](std::uint32_t i) {
             if (phyxels_.piece[i] == piece && weight(i, node) > 0) rows.near.push_back(i);
             return true;
         });
         std::sort(rows.near.begin(), rows.near.end());
-        if (!share_out(node, piece, rows.near, rows)) add_nearest(node, piece, rows);
+        if (!add_weighted(node, piece, rows.near, rows)) add_nearest(node, piece, rows);
     }
 
-    // The same for a node whose row held `row`, ascending, where no phyxel or support is another since:
-    // pieces part and never join, so nobody else can have come to it. Reading them spares the search.
+    // The same for a node with the old row `row`, ascending, if phyxels and supports are unchanged: pieces
+    // separate and never join, so no other phyxel can reach the node and no search is needed.
     void add_again(const Vec3& node, std::int32_t piece, std::span<const std::uint32_t> row,
                    Rows& rows) const {
-        if (!share_out(node, piece, row, rows)) add(node, piece, rows);
+        if (!add_weighted(node, piece, row, rows)) add(node, piece, rows);
     }
 
     void copy(std::span<const std::uint32_t> row, std::span<const double> shares, Rows& rows) const {
@@ -70,9 +70,9 @@ class Lumper {
         return kernel((phyxels_.rest_position[i] - node).squaredNorm(), phyxels_.support_radius[i]);
     }
 
-    // By kernel weight; false, and nothing, where none of them reaches the node.
-    bool share_out(const Vec3& node, std::int32_t piece, std::span<const std::uint32_t> candidates,
-                   Rows& rows) const {
+    // Appends a row of kernel weights. Returns false, without a row, if no candidate reaches the node.
+    bool add_weighted(const Vec3& node, std::int32_t piece, std::span<const std::uint32_t> candidates,
+                      Rows& rows) const {
         double total = 0;
         const std::size_t begin = rows.phyxel.size();
         for (const std::uint32_t i : candidates) {
@@ -90,16 +90,16 @@ class Lumper {
     }
 
     void add_nearest(const Vec3& node, std::int32_t piece, Rows& rows) const {
-        double least = std::numeric_limits<double>::infinity();
+        double min_distance_squared = std::numeric_limits<double>::infinity();
         std::uint32_t nearest = 0;
         if (piece >= 0 && static_cast<std::size_t>(piece) < members_.size())
             for (const std::uint32_t i : members_[static_cast<std::size_t>(piece)]) {
                 const double distance_squared = (phyxels_.rest_position[i] - node).squaredNorm();
-                if (!(distance_squared < least)) continue;
-                least = distance_squared;
+                if (!(distance_squared < min_distance_squared)) continue;
+                min_distance_squared = distance_squared;
                 nearest = i;
             }
-        const bool found = least < std::numeric_limits<double>::infinity();
+        const bool found = min_distance_squared < std::numeric_limits<double>::infinity();
         if (found) {
             rows.phyxel.push_back(nearest);
             rows.share.push_back(1);
@@ -114,7 +114,7 @@ class Lumper {
     std::vector<std::vector<std::uint32_t>> members_;  // per piece, its phyxels ascending
 };
 
-// Calls add(node, rows) for every node and puts the rows together in order.
+// Calls add(node, rows) for every node and concatenates the rows in order.
 template <class Add>
 void lump_all(std::size_t nodes, const Add& add, MassLumping& lumping, const Parallel& parallel) {
     std::vector<Rows> chunks((nodes + lump_grain - 1) / lump_grain);
@@ -137,8 +137,8 @@ void lump_all(std::size_t nodes, const Add& add, MassLumping& lumping, const Par
     }
 }
 
-// What the nodes of a piece carry, about a reference that moves along.
-struct Carried {
+// Mass and momenta of the nodes of a piece, relative to a moving reference.
+struct NodeMomenta {
     double mass = 0;              // kg
     Vec3 moment = Vec3::Zero();   // kg m, about the origin
     Vec3 linear = Vec3::Zero();   // kg m/s
@@ -150,20 +150,20 @@ struct Reference {
     Vec3 velocity = Vec3::Zero();  // m/s
 };
 
-using Fates = std::vector<std::uint8_t>;  // per new piece, 1 = nodes or phyxels differ from the old piece
+using PieceFlags = std::vector<std::uint8_t>;  // per new piece, 1: nodes or phyxels differ from the old piece
 
-// Per phyxel, 1 where a row names it; else it is new to the booking, or was without share.
+// Returns 1 per phyxel that occurs in a row; 0: it is new, or had no share.
 std::vector<std::uint8_t> lumped_phyxels(const MassLumping& lumping, std::size_t phyxels) {
     std::vector<std::uint8_t> lumped(phyxels, 0);
     for (const std::uint32_t i : lumping.phyxel) lumped[i] = 1;
     return lumped;
 }
 
-// The new pieces that are not one old piece as it was.
-Fates changed_pieces(const MassLumping& lumping, const MaterialNodes& nodes, const Phyxels& phyxels,
-                     std::span<const std::uint8_t> lumped, std::size_t piece_count,
-                     std::vector<std::int32_t>& old_piece) {
-    Fates changed(piece_count, 0);
+// Finds the new pieces that differ from an old piece; writes the old piece of each new one, or -1.
+PieceFlags changed_pieces(const MassLumping& lumping, const MaterialNodes& nodes, const Phyxels& phyxels,
+                          std::span<const std::uint8_t> lumped, std::size_t piece_count,
+                          std::vector<std::int32_t>& old_piece) {
+    PieceFlags changed(piece_count, 0);
     old_piece.assign(piece_count, -1);
     const std::size_t known = lumping.node_count();
     std::vector<std::size_t> new_size(piece_count, 0);
@@ -190,12 +190,12 @@ Fates changed_pieces(const MassLumping& lumping, const MaterialNodes& nodes, con
     return changed;
 }
 
-// Centre of mass and velocity of every old piece, from what its nodes carried.
+// Returns centre of mass and velocity of every old piece, from the masses and shares of its nodes.
 std::vector<Reference> references(const MassLumping& lumping, const MaterialNodes& nodes, double density,
                                   const Phyxels& phyxels) {
-    std::vector<Carried> sums(piece_limit(lumping.piece, {}));
+    std::vector<NodeMomenta> sums(piece_limit(lumping.piece, {}));
     for (std::size_t b = 0; b < lumping.node_count(); ++b) {
-        Carried& sum = sums[static_cast<std::size_t>(lumping.piece[b])];
+        NodeMomenta& sum = sums[static_cast<std::size_t>(lumping.piece[b])];
         for (std::uint32_t e = lumping.offsets[b]; e < lumping.offsets[b + 1]; ++e) {
             const double m = density * nodes.volume[b] * lumping.share[e];
             sum.mass += m;
@@ -217,10 +217,10 @@ MassLumping lump(const MaterialNodes& nodes, const Phyxels& phyxels, const Phyxe
     assert(nodes.piece.size() == nodes.rest_position.size());
     MassLumping lumping;
     lumping.piece.assign(nodes.piece.begin(), nodes.piece.end());
-    const Lumper keeper(phyxels, locator);
+    const Lumper lumper(phyxels, locator);
     lump_all(
         nodes.piece.size(),
-        [&](std::size_t b, Rows& rows) { keeper.add(nodes.rest_position[b], nodes.piece[b], rows); }, lumping,
+        [&](std::size_t b, Rows& rows) { lumper.add(nodes.rest_position[b], nodes.piece[b], rows); }, lumping,
         parallel);
     keep_moments(nodes, phyxels, std::vector<std::uint8_t>(nodes.piece.size(), 1), {}, lumping, parallel);
     return lumping;
@@ -241,13 +241,13 @@ void relump_after_split(MassLumping& lumping, const MaterialNodes& nodes, double
     const std::size_t piece_count = piece_limit(nodes.piece, phyxels.piece);
     std::vector<std::int32_t> old_piece;
     const std::vector<std::uint8_t> lumped = lumped_phyxels(lumping, phyxels.size());
-    const Fates changed = changed_pieces(lumping, nodes, phyxels, lumped, piece_count, old_piece);
+    const PieceFlags changed = changed_pieces(lumping, nodes, phyxels, lumped, piece_count, old_piece);
     const std::vector<Reference> reference = references(lumping, nodes, density, phyxels);
     const auto reference_of = [&](std::size_t piece) {
         return old_piece[piece] < 0 ? Reference{} : reference[static_cast<std::size_t>(old_piece[piece])];
     };
 
-    std::vector<Carried> carried(piece_count);
+    std::vector<NodeMomenta> node_momenta(piece_count);
     for (std::size_t b = 0; b < lumping.node_count(); ++b) {
         const auto piece = static_cast<std::size_t>(nodes.piece[b]);
         const Reference about = reference_of(piece);
@@ -255,33 +255,33 @@ void relump_after_split(MassLumping& lumping, const MaterialNodes& nodes, double
             const double m = density * nodes.volume[b] * lumping.share[e];
             const Vec3& x = phyxels.position[lumping.phyxel[e]];
             const Vec3& v = phyxels.velocity[lumping.phyxel[e]];
-            carried[piece].mass += m;
-            carried[piece].linear += m * v;
-            carried[piece].angular += m * (x - about.centre).cross(v - about.velocity);
+            node_momenta[piece].mass += m;
+            node_momenta[piece].linear += m * v;
+            node_momenta[piece].angular += m * (x - about.centre).cross(v - about.velocity);
         }
     }
 
     MassLumping fresh;
     fresh.piece.assign(nodes.piece.begin(), nodes.piece.end());
-    const Lumper keeper(phyxels, locator);
+    const Lumper lumper(phyxels, locator);
     const bool any_new = std::find(lumped.begin(), lumped.end(), 0) != lumped.end();
-    std::vector<std::uint8_t> again(nodes.piece.size());
+    std::vector<std::uint8_t> relump(nodes.piece.size());
     const auto add = [&](std::size_t b, Rows& rows) {
         const std::int32_t piece = nodes.piece[b];
-        again[b] = b >= lumping.node_count() || changed[static_cast<std::size_t>(piece)] != 0;
-        if (b >= lumping.node_count()) return keeper.add(nodes.rest_position[b], piece, rows);
+        relump[b] = b >= lumping.node_count() || changed[static_cast<std::size_t>(piece)] != 0;
+        if (b >= lumping.node_count()) return lumper.add(nodes.rest_position[b], piece, rows);
         const std::uint32_t begin = lumping.offsets[b], count = lumping.offsets[b + 1] - begin;
         const auto row = std::span<const std::uint32_t>(lumping.phyxel).subspan(begin, count);
-        if (again[b] == 0)
-            keeper.copy(row, std::span<const double>(lumping.share).subspan(begin, count), rows);
+        if (relump[b] == 0)
+            lumper.copy(row, std::span<const double>(lumping.share).subspan(begin, count), rows);
         else if (any_new)
-            keeper.add(nodes.rest_position[b], piece, rows);
+            lumper.add(nodes.rest_position[b], piece, rows);
         else
-            keeper.add_again(nodes.rest_position[b], piece, row, rows);
+            lumper.add_again(nodes.rest_position[b], piece, row, rows);
     };
     lump_all(nodes.piece.size(), add, fresh, parallel);
-    keep_moments(nodes, phyxels, again, lumping, fresh, parallel);
-    std::vector<double> old_mass(piece_count, 0);  // of each piece's phyxels, as booked so far
+    keep_moments(nodes, phyxels, relump, lumping, fresh, parallel);
+    std::vector<double> old_mass(piece_count, 0);  // kg, of each piece's phyxels before
     for (std::size_t i = 0; i < phyxels.size(); ++i)
         if (phyxels.piece[i] >= 0) old_mass[static_cast<std::size_t>(phyxels.piece[i])] += phyxels.mass[i];
     lumping = std::move(fresh);
@@ -296,25 +296,26 @@ void relump_after_split(MassLumping& lumping, const MaterialNodes& nodes, double
         members[static_cast<std::size_t>(phyxels.piece[i])] += 1;
     }
     for (std::size_t k = 0; k < piece_count; ++k) {
-        if (changed[k] == 0 || !(now[k].mass > 0) || !(carried[k].mass > 0)) continue;
+        if (changed[k] == 0 || !(now[k].mass > 0) || !(node_momenta[k].mass > 0)) continue;
         const Reference about = reference_of(k);
-        const Vec3 relative = carried[k].linear - carried[k].mass * about.velocity;
-        const Vec3 angular_momentum = carried[k].angular - (now[k].centre - about.centre).cross(relative);
-        now[k].linear = (carried[k].linear - now[k].linear) / now[k].mass;
-        // A crumb whose few phyxels lie nearly in a line cannot hold the spin that its
-        // nodes carried about that line: it would be flung to pieces.
-        const double least_gyration = 0.15 * support[k] / std::max(members[k], 1.0);
-        // And one of new phyxels alone is smaller than the old ones, far apart, that
-        // held its angular momentum: taken over, it would make the crumb whirl.
+        const Vec3 relative = node_momenta[k].linear - node_momenta[k].mass * about.velocity;
+        const Vec3 angular_momentum =
+            node_momenta[k].angular - (now[k].centre - about.centre).cross(relative);
+        now[k].linear = (node_momenta[k].linear - now[k].linear) / now[k].mass;
+        // A fragment whose few phyxels lie nearly on a line cannot take over the angular momentum
+        // of its nodes about that line: its angular velocity would be huge.
+        const double min_gyration = 0.15 * support[k] / std::max(members[k], 1.0);
+        // A fragment of new phyxels alone is smaller than the old phyxels' spacing, so their
+        // angular momentum would make it spin too fast.
         now[k].angular_momentum =
             old_mass[k] > 0 ? angular_velocity(now[k].inertia, angular_momentum - now[k].angular_momentum,
-                                               now[k].mass * least_gyration * least_gyration)
+                                               now[k].mass * min_gyration * min_gyration)
                             : Vec3::Zero();
     }
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
         if (phyxels.piece[i] < 0) continue;
         const auto k = static_cast<std::size_t>(phyxels.piece[i]);
-        if (changed[k] == 0 || !(now[k].mass > 0) || !(carried[k].mass > 0)) continue;
+        if (changed[k] == 0 || !(now[k].mass > 0) || !(node_momenta[k].mass > 0)) continue;
         phyxels.velocity[i] +=
             now[k].linear + now[k].angular_momentum.cross(phyxels.position[i] - now[k].centre);
         phyxels.history_broken[i] = 1;

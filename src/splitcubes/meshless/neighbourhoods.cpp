@@ -63,7 +63,7 @@ void Neighbourhoods::build_structure(const Phyxels& phyxels, const Pairs& pairs,
     for (auto* array : {&base_weight_, &weight_}) array->assign(links, 0);
     for (auto* array : {&rest_edge_, &gradient_, &reverse_gradient_}) array->assign(links, Vec3::Zero());
     rank_.assign(n, 0);
-    leans_.assign(n, 0);
+    off_plane_.assign(n, 0);
     basis_.assign(n, Mat3::Identity());
     gradient_sum_.assign(n, Vec3::Zero());
     moment_.assign(n, Mat3::Zero());
@@ -108,10 +108,10 @@ void Neighbourhoods::compute_row(const Pairs& pairs, std::size_t i) {
     for (int k = 0; k < kept; ++k) inverse += basis.col(k) * basis.col(k).transpose() / eigen.values[k];
     inverse_moment_[i] = inverse;
     rank_[i] = static_cast<std::uint8_t>(kept);
-    leans_[i] = 0;
+    off_plane_[i] = 0;
     for (std::uint32_t l = offsets_[i]; kept == 2 && l < offsets_[i + 1]; ++l)
         if (weight_[l] > 0 && std::abs(basis.col(2).dot(rest_edge_[l])) > 1e-9 * rest_edge_[l].norm())
-            leans_[i] = 1;
+            off_plane_[i] = 1;
     gradient_sum_[i].setZero();
     for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
         gradient_[l] = weight_[l] > 0 ? Vec3(weight_[l] * (inverse * rest_edge_[l])) : Vec3(Vec3::Zero());

@@ -116,7 +116,7 @@ class Neighbourhoods {
     std::span<const std::uint32_t> reverse() const { return reverse_; }
 
     /// Returns whether phyxel i has rank 2 and neighbours off its plane.
-    bool leans(std::size_t i) const { return leans_[i] != 0; }
+    bool has_neighbours_off_plane(std::size_t i) const { return off_plane_[i] != 0; }
 
     /// Index of the link's pair in the given Pairs.
     std::span<const std::uint32_t> pair() const { return pair_; }
@@ -158,7 +158,7 @@ class Neighbourhoods {
     StreamArray<double> base_weight_;       // per link, w_ij, 1/m^3
     StreamArray<double> weight_;            // per link, w_ij * visibility, 1/m^3
     std::vector<std::uint8_t> rank_;        // per phyxel
-    std::vector<std::uint8_t> leans_;       // per phyxel
+    std::vector<std::uint8_t> off_plane_;   // per phyxel
     StreamArray<Mat3> basis_;               // per phyxel
     std::vector<Vec3> gradient_sum_;        // per phyxel, 1/m
     StreamArray<Mat3> moment_;              // per phyxel, 1/m

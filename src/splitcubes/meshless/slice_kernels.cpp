@@ -279,7 +279,7 @@ void state_slices(const LinkSlices& slices, const SliceRange& range, const Slice
                   const Lame& lame) {
     const std::size_t n = slices.stride();
     for (std::size_t slice = range.begin; slice < range.end; ++slice) {
-        std::uint32_t odd = corotated ? slices.deficient()[slice] : 0xffffU;
+        std::uint32_t fallback = corotated ? slices.deficient()[slice] : 0xffffU;
         for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d)) {
             const std::size_t row = slice * LinkSlices::lanes + lane;
             const Gathered sum = gather_state(slices, slice, lane, state.high, state.low);
@@ -295,9 +295,9 @@ void state_slices(const LinkSlices& slices, const SliceRange& range, const Slice
             const V majorizer =
                 hn::IfThenElse(hn::Gt(distortion, hn::Set(d, 0.5F)), hn::Set(d, 1.0F), hn::Zero(d));
             hn::StoreU(majorizer, d, state.majorizer + row);
-            odd |= bits_of(hn::Not(hn::And(rotated, finite))) << lane;
+            fallback |= bits_of(hn::Not(hn::And(rotated, finite))) << lane;
         }
-        state.odd[slice] = static_cast<std::uint16_t>(odd);
+        state.fallback[slice] = static_cast<std::uint16_t>(fallback);
     }
 }
 
@@ -335,7 +335,7 @@ HWY_INLINE Gathered gather_weighted(const LinkSlices& slices, std::size_t slice,
     const Three u = load3(p + row, n);
     Gathered sum = zero_sums();
     for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
-        const float* const link = slices.pull() + column * 2 * LinkSlices::lanes + lane;
+        const float* const link = slices.forward_weight() + column * 2 * LinkSlices::lanes + lane;
         const V w = load_streamed(link), m = load_streamed(link + LinkSlices::lanes);
         const Three x = edge_of(slices, column, lane);
         const V difference[3] = {hn::Sub(read(p), u.x), hn::Sub(read(p + n), u.y),
@@ -375,7 +375,7 @@ HWY_INLINE Three gather_weighted_tension(const LinkSlices& slices, std::size_t s
     const std::size_t n = slices.stride();
     V sum[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
     for_columns(slices, slice, lane, [&](std::size_t column, const auto& read) HWY_ATTR {
-        const V w = load_streamed(slices.push() + column * LinkSlices::lanes + lane);
+        const V w = load_streamed(slices.backward_weight() + column * LinkSlices::lanes + lane);
         const Three x = edge_of(slices, column, lane);
         for (std::size_t k = 0; k < 3; ++k) {
             const V first = hn::Mul(read(T + 3 * k * n), x.x);
@@ -525,7 +525,7 @@ double energy_slices(const LinkSlices& slices, const SliceRange& range, const Sl
                        energy + lane);
         }
         for (std::size_t lane = 0; lane < LinkSlices::lanes; ++lane)
-            if ((state.odd[slice] >> lane & 1U) == 0) total += static_cast<double>(energy[lane]);
+            if ((state.fallback[slice] >> lane & 1U) == 0) total += static_cast<double>(energy[lane]);
     }
     return total;
 }

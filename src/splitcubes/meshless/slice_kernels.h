@@ -16,12 +16,13 @@ struct SliceState {
     const float* high = nullptr;  // 3
     const float* low = nullptr;   // 3
     // Results of state_pass.
-    float* gradient = nullptr;     // 9, H = sum_j (u_j - u_i) g_ij^T
-    float* turn = nullptr;         // 9, R - I, of corotated material
-    float* majorizer = nullptr;    // 1, Tangent::majorizer
-    float* tension = nullptr;      // 9, N m
-    float* penalty = nullptr;      // 3, sum_j m_ij (u_j - u_i), N
-    std::uint16_t* odd = nullptr;  // per slice, a bit per row: left to double precision (rank or rotation)
+    float* gradient = nullptr;   // 9, H = sum_j (u_j - u_i) g_ij^T
+    float* turn = nullptr;       // 9, R - I, of corotated material
+    float* majorizer = nullptr;  // 1, Tangent::majorizer
+    float* tension = nullptr;    // 9, N m
+    float* penalty = nullptr;    // 3, sum_j m_ij (u_j - u_i), N
+    std::uint16_t* fallback =
+        nullptr;  // per slice, a bit per row: left to double precision (rank or rotation)
 };
 
 /// Lame's constants, Pa.
@@ -35,7 +36,7 @@ struct SliceRange {
 };
 
 /// Computes H and the penalty sums; with `corotated` also the rotations and tensions of all rows that are
-/// not `odd`.
+/// not `fallback`.
 void state_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state, bool corotated,
                 const Lame& lame);
 
@@ -56,8 +57,8 @@ void weighted_direction_pass(const LinkSlices& slices, const SliceRange& range, 
 void weighted_force_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
                          float* force);
 
-/// Returns the energy of the rows that are not `odd`, J, after state_pass with `corotated`. Writes each
-/// row's energy to the row array `rows`; entries of `odd` rows are undefined.
+/// Returns the energy of the rows that are not `fallback`, J, after state_pass with `corotated`. Writes each
+/// row's energy to the row array `rows`; entries of `fallback` rows are undefined.
 double energy_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
                    const Lame& lame, float* rows);
 

@@ -10,8 +10,8 @@ namespace splitcubes::meshless {
 namespace {
 
 constexpr std::size_t lanes = LinkSlices::lanes;
-// m; squares of what is farther would overflow.
-constexpr double farthest = 1e15;
+// m, clamp of displacement components: squares of larger ones would overflow in single precision.
+constexpr double max_displacement = 1e15;
 
 }  // namespace
 
@@ -24,7 +24,7 @@ SliceState SlicedElasticity::arrays() {
     state.majorizer = majorizer_.data();
     state.tension = tension_.data();
     state.penalty = penalty_.data();
-    state.odd = odd_.data();
+    state.fallback = fallback_.data();
     return state;
 }
 
@@ -41,7 +41,7 @@ void SlicedElasticity::size_buffers(const Neighbourhoods& neighbourhoods, const 
     for (FloatArray* array : {&high_, &low_, &penalty_, &direction_, &force_}) size(*array, 3 * n);
     for (FloatArray* array : {&gradient_, &turn_, &tension_}) size(*array, 9 * n);
     for (FloatArray* array : {&majorizer_, &diagonal_, &energy_}) size(*array, n);
-    odd_.resize(slice_count());
+    fallback_.resize(slice_count());
     row_energy_.resize(n);
     deformation_.resize(neighbourhoods.size());
     rotation_.resize(neighbourhoods.size());
@@ -62,7 +62,7 @@ void SlicedElasticity::set_matrix(FloatArray& array, std::size_t i, const Mat3& 
         array[k * n + i] = static_cast<float>(matrix(static_cast<int>(k / 3), static_cast<int>(k % 3)));
 }
 
-// In two parts, relative to the first phyxel's: what is left is exact to some 48 bits.
+// Stores displacements relative to the first phyxel's as high + low, exact to about 48 bits.
 void SlicedElasticity::take_displacement(const Configuration& configuration, const Parallel& parallel) {
     const std::size_t rows = slices_->row_count(), n = stride();
     if (rows == 0) return;
@@ -71,7 +71,7 @@ void SlicedElasticity::take_displacement(const Configuration& configuration, con
         for (int k = 0; k < 3; ++k) {
             const double u =
                 std::clamp(configuration.position[i][k] - configuration.rest_position[i][k] - first[k],
-                           -farthest, farthest);
+                           -max_displacement, max_displacement);
             const auto high = static_cast<float>(u);
             const std::size_t at = static_cast<std::size_t>(k) * n + i;
             high_[at] = high;
@@ -80,7 +80,7 @@ void SlicedElasticity::take_displacement(const Configuration& configuration, con
     });
 }
 
-// One phyxel in double precision: its F, R and tension. False where it is not finite.
+// Computes F, R and tension of one phyxel in double precision. Returns false if they are not finite.
 bool SlicedElasticity::take_row(const Configuration& configuration, std::size_t i) {
     const Mat3 H = matrix_at(gradient_, i);
     bool finite = complete_deformation(*neighbourhoods_, i, H, configuration.last_rotation[i],
@@ -110,8 +110,8 @@ void SlicedElasticity::take_rows(const Configuration& configuration, const Slice
     const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
     state_pass(*slices_, range, arrays(), corotated_, lame);
     for (std::size_t slice = range.begin; slice < range.end; ++slice)
-        for (unsigned odd = odd_[slice]; odd != 0; odd &= odd - 1) {
-            const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(odd));
+        for (unsigned fallback = fallback_[slice]; fallback != 0; fallback &= fallback - 1) {
+            const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(fallback));
             if (i < slices_->row_count()) bad += !take_row(configuration, i);
         }
 }
@@ -155,7 +155,7 @@ std::size_t SlicedElasticity::take_state_and_energy(const Neighbourhoods& neighb
 void SlicedElasticity::read_deformation(std::span<Mat3> deformation, std::span<Mat3> rotation,
                                         const Parallel& parallel) const {
     for_phyxels(parallel, slices_->row_count(), [&](std::size_t i) {
-        if ((odd_[i / lanes] >> i % lanes & 1U) != 0) {
+        if ((fallback_[i / lanes] >> i % lanes & 1U) != 0) {
             deformation[i] = deformation_[i];
             rotation[i] = rotation_[i];
             return;
@@ -166,7 +166,7 @@ void SlicedElasticity::read_deformation(std::span<Mat3> deformation, std::span<M
 }
 
 double SlicedElasticity::row_energy(const Configuration& configuration, std::size_t i) const {
-    // One without neighbours is as it was left: nothing works against it.
+    // A phyxel without neighbours has no restoring force, so no energy.
     if (neighbourhoods_->rank()[i] == 0) return 0;
     return neighbourhoods_->volume()[i] *
                energy_density(
@@ -181,8 +181,8 @@ double SlicedElasticity::range_energy(const Configuration& configuration, const 
     for (std::size_t i = range.begin * lanes; i < range.end * lanes; ++i)
         row_energy_[i] = static_cast<double>(energy_[i]);
     for (std::size_t slice = range.begin; slice < range.end; ++slice)
-        for (unsigned odd = odd_[slice]; odd != 0; odd &= odd - 1) {
-            const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(odd));
+        for (unsigned fallback = fallback_[slice]; fallback != 0; fallback &= fallback - 1) {
+            const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(fallback));
             if (i >= slices_->row_count()) continue;
             row_energy_[i] = row_energy(configuration, i);
             energy += row_energy_[i];
@@ -202,14 +202,14 @@ double SlicedElasticity::energy(const Configuration& configuration, const Parall
     });
 }
 
-// Of phyxels that know a plane only, their neighbours off it: what the plane's normal says of
-// those, which the fitted gradient does not.
-void SlicedElasticity::add_leaning(float* force) const {
+// Adds the penalty forces of rank 2 phyxels on neighbours off their plane: F maps these by the completed
+// normal, which the fitted gradient does not contain.
+void SlicedElasticity::add_off_plane_forces(float* force) const {
     const std::size_t n = stride();
     for (std::size_t slice = 0; slice < slice_count(); ++slice)
         for (unsigned bits = slices_->deficient()[slice]; bits != 0; bits &= bits - 1) {
             const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(bits));
-            if (!neighbourhoods_->leans(i)) continue;
+            if (!neighbourhoods_->has_neighbours_off_plane(i)) continue;
             const Vec3 dropped = neighbourhoods_->basis()[i].col(2);
             const Vec3 turned = neighbourhoods_->penalty()[i] * (deformation_[i] * dropped - dropped);
             for (std::uint32_t l = neighbourhoods_->offsets()[i]; l < neighbourhoods_->offsets()[i + 1];
@@ -228,7 +228,7 @@ void SlicedElasticity::add_leaning(float* force) const {
 const float* SlicedElasticity::forces(const Parallel& parallel) {
     for_slices(parallel, slice_count(),
                [&](const SliceRange& range) { force_pass(*slices_, range, arrays(), force_.data()); });
-    add_leaning(force_.data());
+    add_off_plane_forces(force_.data());
     return force_.data();
 }
 
@@ -241,7 +241,7 @@ void SlicedElasticity::forces(std::span<Vec3> force, const Parallel& parallel) {
     });
 }
 
-// Of materials other than plain corotated: tensions from the gradients of a direction.
+// Computes tensions from the gradients of a direction for materials without the vector path.
 void SlicedElasticity::change_stress(const SliceRange& range) {
     const std::size_t end = std::min(range.end * lanes, slices_->row_count());
     for (std::size_t i = range.begin * lanes; i < end; ++i) {
