@@ -20,7 +20,7 @@ struct Ground {
     double friction = 0;
 };
 
-/// A body with all that a step needs.
+/// A body with everything that a step needs.
 struct Specimen {
     Phyxels phyxels;
     Pairs pairs;
@@ -42,7 +42,7 @@ struct Specimen {
     std::vector<Contact> contacts;
     std::vector<CachedContact> cached;
 
-    /// Each phyxel against the ground, where it may reach it in a step.
+    /// Contacts of phyxels with the ground that are possible within a step.
     void find_contacts() {
         contacts.clear();
         for (std::uint32_t i = 0; ground && i < phyxels.size(); ++i) {
@@ -104,7 +104,7 @@ inline Mat3 random_rotation(Random& random) {
     return Eigen::AngleAxisd(random.uniform(0, std::numbers::pi), axis).toRotationMatrix();
 }
 
-/// Removes the sight of pairs that a plane through `point` parts. Returns them.
+/// Sets the visibility of pairs that a plane through `point` separates to zero. Returns them.
 inline std::vector<std::uint32_t> cut_by_plane(Specimen& body, const Vec3& point, const Vec3& normal) {
     std::vector<std::uint32_t> changed;
     for (std::size_t p = 0; p < body.pairs.size(); ++p) {
@@ -128,7 +128,7 @@ inline void cut_randomly(Specimen& body, int count, double reach, std::uint64_t 
     body.neighbourhoods.rebuild(body.phyxels, body.pairs, body.material, parallel);
 }
 
-/// Largest |F - R| over the phyxels' present positions.
+/// Returns the largest |F - R| at the phyxels' current positions.
 inline double largest_strain(const Specimen& body) {
     double largest = 0;
     for (std::size_t i = 0; i < body.phyxels.size(); ++i)

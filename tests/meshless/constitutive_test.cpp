@@ -1,5 +1,5 @@
-// One phyxel's material: energies against their stresses, stresses against their
-// tangents, flow.
+// Constitutive laws of one phyxel: stress is the derivative of energy, tangent that of
+// stress; plastic flow.
 #include "bodies.h"
 
 #include <gtest/gtest.h>
@@ -71,11 +71,11 @@ TEST(Constitutive, StressIsTheDerivativeOfTheEnergy) {
         }
 }
 
-TEST(Constitutive, StressMakesNoTorqueAndTurnsAlong) {
+TEST(Constitutive, StressHasNoTorqueAndIsObjective) {
     Random random(2);
     for (const Material& material : all_materials())
         for (int trial = 0; trial < 100; ++trial) {
-            // Of any shape, flat and inverted ones included.
+            // Arbitrary shapes, including flat and inverted ones.
             const Mat3 F = random_matrix(random, 1.5);
             const Mat3 plastic = random_symmetric(random, 0.3);
             const Mat3 P = stress_at(material, F, plastic);
@@ -86,7 +86,7 @@ TEST(Constitutive, StressMakesNoTorqueAndTurnsAlong) {
         }
 }
 
-TEST(Constitutive, ShapeOfThePlasticStrainIsWithoutStress) {
+TEST(Constitutive, StretchOfThePlasticStrainIsStressFree) {
     Random random(3);
     for (const MaterialModel model : {MaterialModel::corotated, MaterialModel::st_venant_kirchhoff}) {
         Material material;
@@ -114,8 +114,8 @@ TEST(Constitutive, BothModelsAreLinearElasticityForSmallStrains) {
     }
 }
 
-// A body of this model under uniaxial strain: the published weakness and its mending.
-TEST(Constitutive, StVenantKirchhoffGivesWayBelow58PerCent) {
+// St. Venant-Kirchhoff under uniaxial compression: the known instability and its remedy.
+TEST(Constitutive, StVenantKirchhoffSoftensBelow58PerCent) {
     Material material;
     material.model = MaterialModel::st_venant_kirchhoff;
     const auto force_at = [&](double stretch) {
@@ -128,11 +128,11 @@ TEST(Constitutive, StVenantKirchhoffGivesWayBelow58PerCent) {
     EXPECT_LT(force_at(0.01), force_at(0.4));
 }
 
-TEST(Constitutive, TangentIsTheDerivativeOfTheStressWhereThereIsNone) {
+TEST(Constitutive, TangentIsExactAtZeroStress) {
     Random random(5);
     for (const Material& material : all_materials())
         for (const bool flowed : {false, true}) {
-            // With volume stiffness a plastic shape is not without stress.
+            // With volume stiffness a plastic shape is not stress-free.
             if (flowed && (!material.plasticity || material.volume_stiffness > 0)) continue;
             const Mat3 plastic = random_symmetric(random, flowed ? 0.2 : 0);
             const Mat3 R = random_rotation(random);
@@ -153,7 +153,7 @@ TEST(Constitutive, TangentOfStVenantKirchhoffIsExactUnderTension) {
     material.model = MaterialModel::st_venant_kirchhoff;
     material.plasticity = Plasticity{};
     for (int trial = 0; trial < 30; ++trial) {
-        // Far enough from the plastic strain in every direction to be pulled.
+        // Far enough from the plastic strain to be in tension in every direction.
         const Mat3 plastic = random_symmetric(random, 0.05);
         const Mat3 F = random_rotation(random) * (1.5 * Mat3::Identity() + random_symmetric(random, 0.2));
         const Tangent t = tangent(material, F, rotation_of(F), plastic);
@@ -164,9 +164,9 @@ TEST(Constitutive, TangentOfStVenantKirchhoffIsExactUnderTension) {
     }
 }
 
-// The corotated tangent leaves the rotation's derivative out: away from rest it is not
-// the derivative, but symmetric, positive and blind to turning.
-TEST(Constitutive, TangentIsSymmetricAndPositiveEverywhere) {
+// The corotated tangent leaves out the derivative of R: away from rest it is not exact,
+// but symmetric positive semi-definite and without resistance to rotation.
+TEST(Constitutive, TangentIsSymmetricPositiveSemidefinite) {
     Random random(7);
     for (const Material& material : all_materials())
         for (int trial = 0; trial < 200; ++trial) {
@@ -190,7 +190,7 @@ TEST(Constitutive, TangentIsSymmetricAndPositiveEverywhere) {
         }
 }
 
-TEST(Flow, BelowTheYieldNothingStays) {
+TEST(Flow, DoesNotOccurBelowTheYield) {
     Random random(8);
     Plasticity plasticity;
     plasticity.yield = 0.1;
@@ -225,7 +225,7 @@ TEST(Flow, StopsAtTheYieldAndAtTheMaximum) {
     }
 }
 
-TEST(Flow, GoesAtTheRateOfTheCreep) {
+TEST(Flow, FollowsTheCreepRate) {
     const Plasticity plasticity{0.01, 2, 0.4};
     const Mat3 total = Vec3(0.3, -0.1, 0).asDiagonal();
     Mat3 plastic = Mat3::Zero();

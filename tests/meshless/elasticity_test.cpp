@@ -51,7 +51,7 @@ void strain_plastically(Specimen& body, double size, Random& random) {
     }
 }
 
-// The force that a unit strain makes at one phyxel: what zero is measured against.
+// The force of a unit strain at one phyxel: the scale for forces that should be zero.
 double force_scale(const Specimen& body) {
     double scale = 0;
     for (std::size_t i = 0; i < body.phyxels.size(); ++i)
@@ -71,7 +71,7 @@ void expect_rigid_motion_free(const Specimen& body, const Mat3& turn, const Para
     }
 }
 
-TEST(Elasticity, RigidMotionsAreFree) {
+TEST(Elasticity, RigidMotionsCauseNoForce) {
     const Parallel parallel(1);
     Random random(1);
     const Specimen body = block(6, 5, 4, 0.05, Material{}, parallel);
@@ -83,7 +83,7 @@ TEST(Elasticity, RigidMotionsAreFree) {
     }
 }
 
-TEST(Elasticity, RigidMotionsOfFragmentsAreFree) {
+TEST(Elasticity, RigidMotionsOfFragmentsCauseNoForce) {
     const Parallel parallel(1);
     Random random(2);
     std::array<int, 4> ranks{};
@@ -93,7 +93,7 @@ TEST(Elasticity, RigidMotionsOfFragmentsAreFree) {
             body = block(6, 6, 5, 0.05, Material{}, parallel);
             fixtures::cut_randomly(body, 5 + trial, 0.15, static_cast<std::uint64_t>(trial), parallel);
         } else {
-            // Loose handfuls, down to one phyxel, flattened or drawn out at random.
+            // Small random sets of phyxels, down to one, some flattened or elongated.
             const Vec3 shape(1, random.unit() < 0.5 ? 1 : 0.01, random.unit() < 0.5 ? 1 : 0.01);
             const Mat3 turn = fixtures::random_rotation(random);
             const int count = 1 + static_cast<int>(random.below(12));
@@ -136,7 +136,7 @@ TEST(Elasticity, UniformStretchHasTheAnalyticStress) {
     EXPECT_NEAR(state.energy, density * 512 * std::pow(0.05, 3), 1e-9 * density);
 }
 
-TEST(Elasticity, ForceIsMinusTheEnergysGradient) {
+TEST(Elasticity, ForceIsTheNegativeEnergyGradient) {
     const Parallel parallel(1);
     Random random(4);
     for (int kind = 0; kind < 8; ++kind) {
@@ -165,7 +165,7 @@ TEST(Elasticity, ForceIsMinusTheEnergysGradient) {
     }
 }
 
-TEST(Elasticity, ForcesKeepMomentum) {
+TEST(Elasticity, ForcesConserveMomentum) {
     const Parallel parallel(1);
     Random random(5);
     for (const MaterialModel model : {MaterialModel::corotated, MaterialModel::st_venant_kirchhoff})
@@ -191,7 +191,7 @@ TEST(Elasticity, ForcesKeepMomentum) {
         }
 }
 
-TEST(Stiffness, IsTheForcesDerivativeWhereThereIsNoStrain) {
+TEST(Stiffness, IsTheDerivativeOfTheForcesWithoutStrain) {
     const Parallel parallel(1);
     Random random(6);
     const Specimen body = block(4, 4, 4, 0.05, Material{}, parallel);
@@ -209,7 +209,7 @@ TEST(Stiffness, IsTheForcesDerivativeWhereThereIsNoStrain) {
     linearise(elastic, body, position, state, parallel);
     const double product =
         elastic.apply_stiffness(body.neighbourhoods, body.material, 1, none, dx, out, parallel);
-    // Rotations are taken anew on both sides: this is the true derivative.
+    // Rotations are recomputed on both sides: this is the true derivative.
     const std::vector<Vec3> up = state_of(body, high, parallel).force;
     const std::vector<Vec3> down = state_of(body, low, parallel).force;
     double scale = 0, sum = 0;
@@ -221,9 +221,9 @@ TEST(Stiffness, IsTheForcesDerivativeWhereThereIsNoStrain) {
     EXPECT_NEAR(product, sum, 1e-12 * sum);
 }
 
-// Of St. Venant-Kirchhoff it is the derivative wherever nothing is compressed; pulled
-// by a quarter all ways, with the phyxels shaken, nothing is.
-TEST(Stiffness, OfStVenantKirchhoffIsTheForcesDerivativeUnderTension) {
+// The tangent of St. Venant-Kirchhoff is exact where nothing is compressed: here all
+// directions are stretched by a quarter and phyxels are perturbed.
+TEST(Stiffness, OfStVenantKirchhoffIsTheDerivativeOfTheForcesUnderTension) {
     const Parallel parallel(1);
     Random random(16);
     Material material;
@@ -250,7 +250,7 @@ TEST(Stiffness, OfStVenantKirchhoffIsTheForcesDerivativeUnderTension) {
     for (std::size_t i = 0; i < n; ++i) EXPECT_LT((out[i] + 0.5 * (up[i] - down[i])).norm(), 1e-6 * scale);
 }
 
-TEST(Stiffness, IsSymmetricAndPositive) {
+TEST(Stiffness, IsSymmetricPositiveSemidefinite) {
     const Parallel parallel(1);
     Random random(7);
     for (const int cuts : {0, 6, 40, -6}) {
@@ -290,7 +290,7 @@ TEST(Stiffness, IsSymmetricAndPositive) {
     }
 }
 
-TEST(Stiffness, DoesNotResistTurning) {
+TEST(Stiffness, DoesNotResistRotation) {
     const Parallel parallel(1);
     Random random(9);
     const Specimen body = block(5, 5, 4, 0.05, Material{}, parallel);
@@ -309,7 +309,7 @@ TEST(Stiffness, DoesNotResistTurning) {
     for (const Vec3& force : out) EXPECT_LT(force.norm(), 1e-9 * force_scale(body));
 }
 
-TEST(Stiffness, DiagonalIsTheTrueOne) {
+TEST(Stiffness, DiagonalIsExact) {
     const Parallel parallel(1);
     const Specimen body = block(5, 5, 5, 0.05, Material{}, parallel);
     const std::size_t n = body.phyxels.size();

@@ -33,7 +33,7 @@ TEST(Kernel, IntegratesToOneAndEndsSmoothly) {
     EXPECT_GT(kernel(0, h), kernel(0.1, h));
 }
 
-TEST(Frames, FollowAffineMotionsAndRestExactly) {
+TEST(Frames, AreExactForAffineMotionsAndAtRest) {
     const Parallel parallel(2);
     Specimen body = block(7, 6, 5, 0.05, Material{}, parallel);
     const PhyxelLocator locator(body.phyxels.rest_position, 0.08);
@@ -60,7 +60,7 @@ TEST(Frames, FollowAffineMotionsAndRestExactly) {
     }
 }
 
-TEST(Frames, EqualTheFormula) {
+TEST(Frames, MatchTheFormula) {
     const Parallel parallel(1);
     Specimen body = block(5, 5, 5, 0.05, Material{}, parallel);
     Random random(3);
@@ -150,7 +150,7 @@ TEST(Sampling, LatticeCoversTheBoxEvenly) {
     EXPECT_EQ(sample_solid(box, 10, everywhere, {}, 1).size(), 1U) << "a small solid has one phyxel at least";
 }
 
-TEST(Sampling, KeepsDistanceAndCovers) {
+TEST(Sampling, KeepsMinimumDistanceAndCoverage) {
     const geometry::Box box{Vec3::Constant(-1), Vec3::Constant(1)};
     const double spacing = 0.2, cover = 0.25;
     // Candidates just outside a ball are pulled onto it: many come close together.

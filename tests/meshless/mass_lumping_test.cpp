@@ -10,7 +10,7 @@ using fixtures::random_vector;
 
 const Parallel threads(2);
 
-/// Phyxels at random in a box and the nodes of a grid over it, cut at x = 0 when asked.
+/// Random phyxels in a box and the nodes of a grid over it, optionally cut at x = 0.
 struct Scene {
     Phyxels phyxels;
     std::vector<Vec3> nodes;
@@ -66,7 +66,7 @@ TEST(MassLumping, SharesSumToOneWithinThePiece) {
     }
 }
 
-// A lattice of phyxels in a box and four nodes a spacing, in one piece or parted by a slanting plane.
+// A lattice of phyxels in a box with four nodes per spacing, whole or cut by a slanted plane.
 struct Lattice {
     Phyxels phyxels;
     std::vector<Vec3> nodes;
@@ -121,7 +121,7 @@ TEST(MassLumping, PhyxelsHaveTheMomentsOfTheirNodes) {
     }
 }
 
-TEST(MassLumping, RebookTakesOverWhatBookingFromNothingFinds) {
+TEST(MassLumping, RelumpingEqualsLumpingFromScratch) {
     Lattice lattice({8, 6, 5}, 1e9);
     const Lattice parted({8, 6, 5}, 0.4);
     const MaterialNodes nodes{parted.nodes, parted.volumes, parted.pieces};
@@ -135,7 +135,7 @@ TEST(MassLumping, RebookTakesOverWhatBookingFromNothingFinds) {
     EXPECT_EQ(lumping.whole, fresh.whole);
 }
 
-TEST(MassLumping, EveryPieceWeighsWhatItsNodesWeigh) {
+TEST(MassLumping, EveryPieceHasTheMassOfItsNodes) {
     Scene scene(2);
     scene.part(0.01, 1);
     apply(lump(scene.material_nodes(), scene.phyxels, scene.locator, threads), scene.volumes, scene.density,
@@ -148,7 +148,7 @@ TEST(MassLumping, EveryPieceWeighsWhatItsNodesWeigh) {
     }
 }
 
-TEST(MassLumping, NodesOutOfReachGoToTheNearest) {
+TEST(MassLumping, NodesOutOfReachGoToTheNearestPhyxel) {
     Phyxels phyxels;
     for (const double x : {0.0, 1.0, 3.0}) phyxels.append(Vec3(x, 0, 0), 0.1, x > 2);
     for (double& h : phyxels.support_radius) h = 0.1;
@@ -162,7 +162,7 @@ TEST(MassLumping, NodesOutOfReachGoToTheNearest) {
     EXPECT_EQ(lumping.unlumped, 1U) << "a piece without phyxels";
 }
 
-TEST(MassLumping, RebookKeepsMassMomentumAndSpin) {
+TEST(MassLumping, RelumpingKeepsMassMomentumAndAngularMomentum) {
     Scene scene(3);
     MassLumping lumping = lump(scene.material_nodes(), scene.phyxels, scene.locator, threads);
     apply(lumping, scene.volumes, scene.density, scene.phyxels);
@@ -178,7 +178,7 @@ TEST(MassLumping, RebookKeepsMassMomentumAndSpin) {
     Vec3 total_spin = Vec3::Zero(), total_linear = Vec3::Zero();
     double total_mass = 0;
     for (std::size_t k = 0; k < 2; ++k) {
-        // What the piece's nodes carried under the old shares.
+        // Momenta of the piece's nodes under the old shares.
         Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
         for (std::size_t b = 0; b < scene.nodes.size(); ++b) {
             if (scene.pieces[b] != static_cast<std::int32_t>(k)) continue;
@@ -202,7 +202,7 @@ TEST(MassLumping, RebookKeepsMassMomentumAndSpin) {
     EXPECT_LT((total_spin - whole.angular_momentum).norm(), 1e-12 * whole.mass);
 }
 
-TEST(MassLumping, RebookDoesNotDependOnTheFrameOfMotion) {
+TEST(MassLumping, RelumpingIsGalileanInvariant) {
     Scene still(4), fast(4);
     const Vec3 boost(0, 20, -30);
     for (Vec3& v : fast.phyxels.velocity) v += boost;
@@ -217,7 +217,7 @@ TEST(MassLumping, RebookDoesNotDependOnTheFrameOfMotion) {
         EXPECT_LT((fast.phyxels.velocity[i] - boost - still.phyxels.velocity[i]).norm(), 1e-11);
 }
 
-TEST(MassLumping, RebookLeavesUnchangedPiecesAlone) {
+TEST(MassLumping, RelumpingLeavesUnchangedPiecesAlone) {
     Scene scene(5);
     scene.part(0.1, 1);
     MassLumping lumping = lump(scene.material_nodes(), scene.phyxels, scene.locator, threads);
@@ -232,14 +232,14 @@ TEST(MassLumping, RebookLeavesUnchangedPiecesAlone) {
             EXPECT_EQ(scene.phyxels.velocity[i], before.velocity[i]);
         }
     }
-    // Nothing parted: nothing at all changes.
+    // Without a split nothing changes.
     const Phyxels again = scene.phyxels;
     relump_after_split(lumping, scene.material_nodes(), scene.density, scene.locator, scene.phyxels, threads);
     EXPECT_EQ(scene.phyxels.mass, again.mass);
     EXPECT_EQ(scene.phyxels.velocity, again.velocity);
 }
 
-TEST(MassLumping, RebookAfterResamplingKeepsWhatThePieceCarried) {
+TEST(MassLumping, RelumpingAfterResamplingKeepsMomenta) {
     Scene scene(6);
     MassLumping lumping = lump(scene.material_nodes(), scene.phyxels, scene.locator, threads);
     apply(lumping, scene.volumes, scene.density, scene.phyxels);

@@ -17,7 +17,7 @@ Specimen scattered(int count, std::uint64_t seed, const Parallel& parallel) {
     return body;
 }
 
-TEST(Locator, FindsWhatASearchOfAllFinds) {
+TEST(Locator, EqualsBruteForce) {
     Random random(1);
     std::vector<Vec3> points;
     for (int i = 0; i < 400; ++i)
@@ -46,7 +46,7 @@ TEST(Locator, FindsWhatASearchOfAllFinds) {
     EXPECT_EQ(found.size(), points.size());
 }
 
-TEST(Pairs, AreThoseInReachOfOneSideAndOfOnePiece) {
+TEST(Pairs, AreWithinTheLargerSupportAndOnePiece) {
     const Parallel parallel(2);
     const Specimen body = scattered(300, 2, parallel);
     const Phyxels& p = body.phyxels;
@@ -64,7 +64,7 @@ TEST(Pairs, AreThoseInReachOfOneSideAndOfOnePiece) {
     EXPECT_EQ(k, body.pairs.size());
 }
 
-TEST(Pairs, LatticeHasTheUsualNumber) {
+TEST(Pairs, LatticeHasTheUsualNeighbourCount) {
     const Parallel parallel(1);
     const Specimen body = block(10, 10, 8, 0.05, Material{}, parallel);
     const double mean = static_cast<double>(body.neighbourhoods.link_count()) / 800;
@@ -144,7 +144,7 @@ TEST(Neighbourhoods, UpdateEqualsRebuild) {
     for (int cut = 0; cut < 12; ++cut) {
         std::vector<std::uint32_t> changed = fixtures::cut_by_plane(
             body, fixtures::random_vector(random, 0.1), fixtures::random_vector(random, 1));
-        // Partial sight too, and a pair named twice.
+        // Includes partial visibility and a pair listed twice.
         const auto p =
             static_cast<std::uint32_t>(random.below(static_cast<std::uint32_t>(body.pairs.size())));
         body.pairs.visibility[p] *= 0.5F;
@@ -199,7 +199,7 @@ TEST(Neighbourhoods, GradientsAreExactForLinearFields) {
     EXPECT_GT(full, 300U);
 }
 
-TEST(Neighbourhoods, RankOfLinesPlanesAndPoints) {
+TEST(Neighbourhoods, RankCountsTheIndependentDirections) {
     const Parallel parallel(1);
     EXPECT_EQ(block(1, 1, 1, 0.1, Material{}, parallel).neighbourhoods.rank()[0], 0);
     const Specimen line = block(6, 1, 1, 0.1, Material{}, parallel);
@@ -210,7 +210,7 @@ TEST(Neighbourhoods, RankOfLinesPlanesAndPoints) {
     for (const auto rank : solid.neighbourhoods.rank()) EXPECT_EQ(rank, 3);
 }
 
-TEST(Material, RejectsWhatIsNotPhysical) {
+TEST(Material, RejectsUnphysicalParameters) {
     EXPECT_NO_THROW(check_material(Material{}, "body"));
     const auto rejects = [](auto change) {
         Material material;

@@ -1,4 +1,4 @@
-// Plastic bodies: what stays bent, what springs back, what flow must not touch.
+// Plastic bodies: permanent deformation, springback, conservation.
 #include "bodies.h"
 
 #include <gtest/gtest.h>
@@ -13,22 +13,23 @@ using fixtures::block;
 using fixtures::random_vector;
 using fixtures::Specimen;
 
-struct Way {
+struct Variant {
     MaterialModel model;
     SolverKind solver;
 };
-const std::vector<Way> ways = {{MaterialModel::corotated, SolverKind::implicit_steps},
-                               {MaterialModel::corotated, SolverKind::explicit_steps},
-                               {MaterialModel::st_venant_kirchhoff, SolverKind::implicit_steps},
-                               {MaterialModel::st_venant_kirchhoff, SolverKind::explicit_steps}};
+const std::vector<Variant> variants = {{MaterialModel::corotated, SolverKind::implicit_steps},
+                                       {MaterialModel::corotated, SolverKind::explicit_steps},
+                                       {MaterialModel::st_venant_kirchhoff, SolverKind::implicit_steps},
+                                       {MaterialModel::st_venant_kirchhoff, SolverKind::explicit_steps}};
 
-Specimen plastic_block(int nx, int ny, int nz, const Way& way, double yield, const Parallel& parallel) {
+Specimen plastic_block(int nx, int ny, int nz, const Variant& variant, double yield,
+                       const Parallel& parallel) {
     Material material;
-    material.model = way.model;
+    material.model = variant.model;
     material.youngs_modulus = 1e5;
     material.plasticity = Plasticity{yield, 1e300, 0.4};
     Specimen body = block(nx, ny, nz, 0.05, material, parallel);
-    body.options.kind = way.solver;
+    body.options.kind = variant.solver;
     return body;
 }
 
@@ -38,9 +39,9 @@ double largest_plastic_strain_of(const Specimen& body) {
     return largest;
 }
 
-// Holds one end of a bar, pushes the other down by `way` within half a second, lets go
-// and waits until it is at rest. Returns how far the end stays down, as a share.
-double bend_left_over(Specimen& body, double way, const Parallel& parallel) {
+// Holds one end of a bar, moves the other down by `deflection` (m) within half a second,
+// releases it and waits for rest. Returns the remaining deflection as a fraction.
+double bend_left_over(Specimen& body, double deflection, const Parallel& parallel) {
     body.material.mass_damping = 10;
     body.material.stiffness_damping = 0.002;
     std::vector<std::uint8_t> held(body.phyxels.size());
@@ -53,7 +54,7 @@ double bend_left_over(Specimen& body, double way, const Parallel& parallel) {
             const Vec3& rest = body.phyxels.rest_position[i];
             const bool moved = k <= 30 && rest.x() > 0.2;
             held[i] = rest.x() < -0.2 || moved;
-            place[i] = moved ? Vec3(rest - Vec3(0, 0, way * k / 30)) : rest;
+            place[i] = moved ? Vec3(rest - Vec3(0, 0, deflection * k / 30)) : rest;
         }
         body.step(parallel);
     }
@@ -62,16 +63,16 @@ double bend_left_over(Specimen& body, double way, const Parallel& parallel) {
         end += body.phyxels.rest_position[i].z() - body.phyxels.position[i].z();
         ++count;
     }
-    return end / count / way;
+    return end / count / deflection;
 }
 
 TEST(Plasticity, ABarBentPastYieldKeepsItsBendOneBentLessSpringsBack) {
     const Parallel parallel(1);
-    for (const Way& way : ways) {
-        Specimen past = plastic_block(10, 3, 3, way, 0.02, parallel);
+    for (const Variant& variant : variants) {
+        Specimen past = plastic_block(10, 3, 3, variant, 0.02, parallel);
         EXPECT_GT(bend_left_over(past, 0.15, parallel), 0.4);
         EXPECT_GT(largest_plastic_strain_of(past), 0.01);
-        Specimen below = plastic_block(10, 3, 3, way, 0.02, parallel);
+        Specimen below = plastic_block(10, 3, 3, variant, 0.02, parallel);
         EXPECT_LT(std::abs(bend_left_over(below, 0.005, parallel)), 0.01);
         EXPECT_EQ(largest_plastic_strain_of(below), 0);
     }
@@ -79,8 +80,8 @@ TEST(Plasticity, ABarBentPastYieldKeepsItsBendOneBentLessSpringsBack) {
 
 TEST(Plasticity, StrainStaysWithinItsBounds) {
     const Parallel parallel(1);
-    for (const Way& way : ways) {
-        Specimen body = plastic_block(10, 3, 3, way, 0.02, parallel);
+    for (const Variant& variant : variants) {
+        Specimen body = plastic_block(10, 3, 3, variant, 0.02, parallel);
         body.material.plasticity->maximum = 0.1;
         bend_left_over(body, 0.3, parallel);
         EXPECT_NEAR(largest_plastic_strain_of(body), 0.1, 1e-3) << "it was bent as far as that";
@@ -105,7 +106,7 @@ TEST(Plasticity, FlowLeavesMomentumAndTakesEnergy) {
         SolverReport report;
         for (int k = 0; k < 60; ++k) report = body.step(parallel);
         EXPECT_GT(largest_plastic_strain_of(body), 0.05) << "it has flowed";
-        // To the single precision of the forces.
+        // Up to the single precision of the forces.
         EXPECT_LT((report.momentum - before.linear).norm(), 1e-6 * before.linear.norm());
         EXPECT_LT((total_momenta(body.phyxels).angular_momentum - before.angular_momentum).norm(),
                   1e-5 * before.angular_momentum.norm());
@@ -115,10 +116,10 @@ TEST(Plasticity, FlowLeavesMomentumAndTakesEnergy) {
 
 TEST(Plasticity, RigidMotionDoesNotMakeItFlow) {
     const Parallel parallel(1);
-    for (const Way& way : ways) {
-        Specimen body = plastic_block(6, 4, 4, way, 1e-3, parallel);
-        // Turned at once, then moving on and turning slowly: the pull outwards stays
-        // below the yield.
+    for (const Variant& variant : variants) {
+        Specimen body = plastic_block(6, 4, 4, variant, 1e-3, parallel);
+        // Rotated at once, then translating and rotating slowly: the centrifugal strain
+        // stays below the yield.
         Random random(3);
         const Mat3 turn = fixtures::random_rotation(random);
         body.move([&](const Vec3& x) -> Vec3 { return turn * x; },
@@ -128,13 +129,13 @@ TEST(Plasticity, RigidMotionDoesNotMakeItFlow) {
     }
 }
 
-// A body that has flowed is turned and moved as a whole: strain and force are those
-// of before, turned along.
-TEST(Plasticity, WhatHasFlowedTurnsFreely) {
+// A plastically deformed body under a rigid motion: strains stay the same, forces rotate
+// with it.
+TEST(Plasticity, DeformedBodyRotatesFreely) {
     const Parallel parallel(1);
     Random random(4);
-    for (const Way& way : ways) {
-        Specimen body = plastic_block(6, 4, 4, way, 0.02, parallel);
+    for (const Variant& variant : variants) {
+        Specimen body = plastic_block(6, 4, 4, variant, 0.02, parallel);
         body.material.plasticity->yield = 10;
         for (Mat3& strain : body.phyxels.plastic_strain) strain = Vec3(0.1, -0.05, 0.02).asDiagonal();
         const Mat3 shape = stretch_of(body.material, body.phyxels.plastic_strain[0]);
@@ -153,7 +154,7 @@ TEST(Plasticity, CreepFollowsItsRate) {
     const Parallel parallel(1);
     std::vector<double> left;
     for (const double creep : {0.2, 2.0, 200.0}) {
-        Specimen body = plastic_block(10, 3, 3, ways[0], 0.02, parallel);
+        Specimen body = plastic_block(10, 3, 3, variants[0], 0.02, parallel);
         body.material.plasticity->creep = creep;
         left.push_back(bend_left_over(body, 0.15, parallel));
     }

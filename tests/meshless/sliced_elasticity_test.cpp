@@ -70,7 +70,7 @@ double largest(const std::vector<Vec3>& values) {
     return size;
 }
 
-// tolerance: of forces, relative to the largest.
+// tolerance: of forces, relative to the largest force.
 void expect_close(const Found& a, const Found& b, double tolerance) {
     const double force = largest(a.force), product = largest(a.product);
     for (std::size_t i = 0; i < a.F.size(); ++i) {
@@ -91,8 +91,8 @@ Specimen scattered_specimen(int count, std::uint64_t seed, const Parallel& paral
     return body;
 }
 
-// Lattices of every shape, cut ones and loose points; gentle motions and such as turn
-// phyxels inside out.
+// Lattices of all shapes, cut ones and scattered points; gentle motions and ones that
+// invert phyxels.
 TEST(Sliced, EqualsDoublePrecision) {
     const Parallel parallel(2);
     Random random(1);
@@ -112,8 +112,8 @@ TEST(Sliced, EqualsDoublePrecision) {
     }
 }
 
-// Strains of a thousandth, of bodies that are turned: rounding is a share of 1e-4 of them.
-TEST(Sliced, FlatAndThinHandfulsEqualDoublePrecision) {
+// Strains of 0.001 in rotated bodies: the rounding error relative to them is 1e-4.
+TEST(Sliced, FlatAndThinFragmentsEqualDoublePrecision) {
     const Parallel parallel(1);
     Random random(2);
     int deficient = 0;
@@ -130,7 +130,7 @@ TEST(Sliced, FlatAndThinHandfulsEqualDoublePrecision) {
     EXPECT_GT(deficient, 40);
 }
 
-TEST(Sliced, NothingIsFeltWhereNothingIsStrained) {
+TEST(Sliced, ForcesAreZeroWithoutStrain) {
     const Parallel parallel(1);
     Specimen body = block(7, 6, 5, 0.05, Material{}, parallel);
     fixtures::cut_randomly(body, 8, 0.1, 7, parallel);
@@ -141,7 +141,7 @@ TEST(Sliced, NothingIsFeltWhereNothingIsStrained) {
             motion.position[i] = body.phyxels.rest_position[i];
         if (shift.norm() > 0)
             for (Vec3& x : motion.position) x += shift;
-        // Positions themselves are rounded where the body has moved.
+        // Positions of moved bodies are themselves rounded.
         const double rounding = shift.norm() * 1e-16 / 0.05;
         const double size = body.material.youngs_modulus * 0.05 * 0.05;
         EXPECT_LE(largest(sliced(body, motion, parallel).force), 100 * rounding * size);
@@ -151,8 +151,9 @@ TEST(Sliced, NothingIsFeltWhereNothingIsStrained) {
     EXPECT_LT(largest(found.force), 3e-6 * body.material.youngs_modulus * 0.05 * 0.05) << "turned";
 }
 
-// Turned inside out and torn ones too; what is asked later is of the state, whatever was multiplied since.
-TEST(Sliced, EnergyTakenWithTheStateIsThatTakenAfterwards) {
+// Includes inverted and torn bodies. The energy must be that of the state even after products with the
+// stiffness.
+TEST(Sliced, EnergyComputedWithTheStateEqualsALaterEvaluation) {
     const Parallel one(1), two(2);
     Random random(5);
     for (const MaterialModel model : {MaterialModel::corotated, MaterialModel::st_venant_kirchhoff}) {
@@ -175,7 +176,7 @@ TEST(Sliced, EnergyTakenWithTheStateIsThatTakenAfterwards) {
         if (model == MaterialModel::corotated)
             together.apply_stiffness(1, motion.diagonal, motion.direction, product, two);
         EXPECT_EQ(together.energy(configuration, two), energy);
-        // Another place is not taken for the one before.
+        // A new configuration must not reuse the old energy.
         const Motion moved = shaken(body, Mat3::Identity(), 0.01, random);
         const SlicedElasticity::Configuration next{body.phyxels.rest_position, moved.position, last,
                                                    body.phyxels.plastic_strain};
@@ -190,7 +191,7 @@ bool same(const Found& a, const Found& b) {
            a.square == b.square;
 }
 
-TEST(Sliced, EveryInstructionSetAndNumberOfThreadsGivesTheSameBits) {
+TEST(Sliced, SameBitsForAnyInstructionSetAndThreadCount) {
     Random random(4);
     Specimen body;
     Motion motion;
@@ -232,14 +233,14 @@ TEST(Sliced, EveryInstructionSetAndNumberOfThreadsGivesTheSameBits) {
     EXPECT_GT(tried, 1);
 }
 
-TEST(Slices, LatticesAreReadInRuns) {
+TEST(Slices, LatticesUseContiguousRuns) {
     const Parallel parallel(1);
     const Specimen body = block(20, 20, 20, 0.05, Material{}, parallel);
     const LinkSlices& slices = body.neighbourhoods.slices();
     const double links = static_cast<double>(body.neighbourhoods.link_count());
     EXPECT_LT(static_cast<double>(slices.column_count() * LinkSlices::lanes), 1.15 * links);
     EXPECT_LT(10 * slices.gather_count(), slices.column_count());
-    // Twelve bytes of a link's values where its gradients take twenty-eight.
+    // Weights need 12 bytes per link, gradients 28.
     EXPECT_TRUE(slices.weights_pay());
     EXPECT_LT(static_cast<double>(slices.bytes()), 18 * links);
 }

@@ -8,7 +8,7 @@ namespace {
 
 using fixtures::Specimen;
 
-// Returns the number of allocations in twenty steps, after ten warm-up steps.
+// Returns the allocations in twenty steps, after ten warm-up steps.
 std::size_t allocations_of(Specimen& body, const Parallel& parallel) {
     for (int k = 0; k < 10; ++k) body.step(parallel);
     const std::size_t before = allocations;
