@@ -1,4 +1,4 @@
-// Affine motions that are added up with weights.
+// Affine displacements for weighted sums.
 #pragma once
 
 #include <splitcubes/geometry/frame.h>
@@ -7,14 +7,14 @@
 
 namespace splitcubes::geometry {
 
-/// Displacement of rest points by an affine motion: point p goes to p + gradient p + shift. All twelve
-/// numbers in one array, so that a weighted sum is one loop without a branch; nothing is added at rest.
+/// Displacement of rest points by an affine motion: point p moves to p + gradient p + shift. All twelve
+/// numbers are in one array, so a weighted sum is one loop without branches; at rest all are zero.
 class AffineDisplacement {
   public:
     static constexpr std::size_t entry_count = 12;
 
     AffineDisplacement() = default;
-    /// Of the motion that carries the point `rest` (m) as the frame says.
+    /// Creates the motion whose frame at the point `rest` (m) is `frame`.
     AffineDisplacement(const Vec3& rest, const Frame& frame)
         : AffineDisplacement(rest, frame.position, frame.jacobian) {}
     AffineDisplacement(const Vec3& rest, const Vec3& position, const Mat3& jacobian) {
@@ -27,7 +27,7 @@ class AffineDisplacement {
     void scale(double factor) { entries_ *= factor; }
 
     Mat3 jacobian() const { return Mat3::Identity() + Eigen::Map<const Mat3>(entries_.data()); }
-    /// Where it carries a rest point, m.
+    /// Returns the deformed position of a rest point, m.
     Vec3 image(const Vec3& point) const {
         return point + (entries_.tail<3>() + Eigen::Map<const Mat3>(entries_.data()) * point);
     }

@@ -1,9 +1,9 @@
-// Compiled once for each instruction set by Highway's foreach_target.h. Multiply
-// and add stay apart (no fused operations), so the bits agree.
+// Highway's foreach_target.h compiles this file once per instruction set. There are no
+// fused operations, so results are the same bits.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splitcubes/geometry/affine_sums.cpp"
 #include <hwy/foreach_target.h>
-// Must come after it.
+// Must come after foreach_target.h.
 #include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
@@ -22,9 +22,9 @@ using V = hn::Vec<decltype(d)>;
 constexpr std::size_t lanes = hn::MaxLanes(d);
 constexpr std::size_t vectors = AffineDisplacement::entry_count / lanes;
 
-constexpr std::size_t ahead = 512;
+constexpr std::size_t prefetch_terms = 512;  // prefetch distance, in terms
 
-// A sum on its way. Its additions wait for each other; those of several rows do not.
+// A running sum. Its additions depend on each other; sums of several rows run in parallel.
 struct Sum {
     V part[vectors];
     std::uint32_t next, end;
@@ -33,9 +33,9 @@ struct Sum {
         for (V& p : part) p = hn::Zero(d);
     }
     HWY_INLINE void add(const std::uint32_t* index, const double* weight, const AffineDisplacement* motions) {
-        // Long lists pass by, further than processors look ahead; past an end nothing is read.
-        hwy::Prefetch(weight + next + ahead);
-        hwy::Prefetch(index + next + ahead);
+        // Further than hardware prefetches; a prefetch past the end is harmless.
+        hwy::Prefetch(weight + next + prefetch_terms);
+        hwy::Prefetch(index + next + prefetch_terms);
         const V w = hn::Set(d, weight[next]);
         const double* motion = motions[index[next]].entries();
         for (std::size_t v = 0; v < vectors; ++v)
@@ -75,7 +75,7 @@ void sum_rows(std::span<const AffineRow> rows, const std::uint32_t* index, const
     }
 }
 
-// Points side by side, a lane each.
+// One point per lane.
 constexpr hn::CappedTag<double, carried_width> wide;
 using W = hn::Vec<decltype(wide)>;
 
@@ -83,7 +83,7 @@ struct Three {
     W v[3];
 };
 
-// Sums of three as Eigen adds them up in a product of a 3 x 3 matrix and a vector: the last row's
+// Sums three terms in the order of Eigen's product of a 3x3 matrix and a vector: the last row is summed
 // from its end.
 HWY_INLINE W row_sum(int row, W a, W b, W c) {
     return row < 2 ? hn::Add(hn::Add(a, b), c) : hn::Add(a, hn::Add(b, c));
@@ -112,7 +112,7 @@ HWY_INLINE void store(const Three& v, std::size_t count, Vec3* out) {
     for (std::size_t k = 0; k < count; ++k) out[k] = Vec3(lists[0][k], lists[1][k], lists[2][k]);
 }
 
-// The normal by the cofactor matrix, whose columns are cross products of the other two of the Jacobian.
+// Transforms the normal by the cofactor matrix; its columns are cross products of the Jacobian's other two.
 HWY_INLINE Three turned(const W (&jacobian)[3][3], const Three& normal) {
     W cofactor[3][3];
     for (int k = 0; k < 3; ++k)

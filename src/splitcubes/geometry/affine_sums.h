@@ -1,4 +1,4 @@
-// Many weighted sums of affine motions at once.
+// Vectorised weighted sums of affine motions.
 #pragma once
 
 #include <splitcubes/geometry/affine_displacement.h>
@@ -10,30 +10,30 @@
 
 namespace splitcubes::geometry {
 
-/// The terms of one sum, in the lists that all sums share.
+/// The terms of one sum, as a range of the lists shared by all sums.
 struct AffineRow {
     std::uint32_t begin = 0, count = 0;
 };
 
-/// out[r] = sum over the terms k of rows[r], in their order, of weight[k] motions[index[k]]: what
-/// AffineDisplacement::add gives one after the other, to the last bit, for every instruction set.
-/// `out` has room for as many as there are rows.
+/// Computes out[r] = sum over the terms k of rows[r], in order, of weight[k] motions[index[k]]. The same
+/// bits as successive AffineDisplacement::add, for every instruction set. `out` must hold rows.size()
+/// entries.
 void sum_affine(std::span<const AffineRow> rows, const std::uint32_t* index, const double* weight,
                 const AffineDisplacement* motions, AffineDisplacement* out);
 
 inline constexpr std::size_t carried_width = 8;
 
-/// Points of rest space with normals that go along with motions, coordinate by coordinate; each list has room
-/// for a whole number of `carried_width` of them, and so have the motions.
+/// Rest points and normals to be transformed by motions, as one array per coordinate. The capacity of each
+/// array, and of the motions, must be a multiple of `carried_width`.
 struct CarriedPoints {
     std::array<const double*, 3> point;   // m, rest space
     std::array<const double*, 3> normal;  // rest space
-    const double* factor;                 // of the motion's numbers
+    const double* factor;                 // scales the entries of the motion
 };
 
-/// positions[k] = image of point k by motions[k] times factor[k]; normals[k] = its normal by the cofactor
-/// matrix of that motion's Jacobian, unit, or as it was where nothing is left of it. To the last bit what
-/// AffineDisplacement and Eigen's products give one by one, for every instruction set.
+/// Computes positions[k] = image of point k under motions[k] scaled by factor[k], and normals[k] = its normal
+/// transformed by the cofactor matrix of that motion's Jacobian, normalised, or unchanged if it vanishes. The
+/// same bits as AffineDisplacement and Eigen's products one by one, for every instruction set.
 void carry_points(std::size_t count, const AffineDisplacement* motions, const CarriedPoints& points,
                   Vec3* positions, Vec3* normals);
 

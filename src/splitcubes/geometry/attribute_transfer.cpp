@@ -14,7 +14,7 @@ std::array<float, n> mixed(const std::array<std::array<float, n>, 3>& corners,
                            const std::array<double, 3>& weights) {
     std::array<float, n> out;
     for (std::size_t i = 0; i < n; ++i) {
-        // Between equal values stands that value, to the last bit.
+        // Interpolating equal values gives exactly that value.
         const double base = corners[0][i];
         out[i] = static_cast<float>(base + weights[1] * (corners[1][i] - base) +
                                     weights[2] * (corners[2][i] - base));
@@ -45,13 +45,13 @@ std::array<Vec3, 3> rest_corners(const SurfaceMesh& surface, std::size_t t) {
     return {rest[tri[0]], rest[tri[1]], rest[tri[2]]};
 }
 
-/// Finds a surface's boundary triangles by their corners at rest, bit for bit. A
-/// triangle's share in a transfer depends on these alone.
-class PlacesAtRest {
+/// Hash table of a surface's boundary triangles by their exact rest corners, on which
+/// alone a triangle's result depends.
+class RestTriangleTable {
   public:
     static constexpr std::size_t none = static_cast<std::size_t>(-1);
 
-    explicit PlacesAtRest(const SurfaceMesh& surface) : surface_(surface) {
+    explicit RestTriangleTable(const SurfaceMesh& surface) : surface_(surface) {
         const std::size_t count = surface.mesh.triangles.size();
         if (count == 0) return;
         table_.assign(std::bit_ceil(2 * count), empty);
@@ -77,7 +77,7 @@ class PlacesAtRest {
         std::uint64_t h = 0;
         for (const Vec3& corner : corners)
             for (const double x : corner) {
-                // 0 and -0 are equal, so they must hash alike; the constant is SplitMix64's.
+                // 0 and -0 are equal, so they must have the same hash; the constant is SplitMix64's.
                 h = (h ^ std::bit_cast<std::uint64_t>(x + 0.0)) * 0x9e3779b97f4a7c15ULL;
                 h ^= h >> 29;
             }
@@ -146,7 +146,7 @@ MeshAttributes AttributeTransfer::prepared(const SurfaceMesh& surface, std::int3
     const bool bare = own.empty() || std::find(own.begin(), own.end(), -1) != own.end();
     const std::int32_t boundary =
         bare ? material_named(out.materials, boundary_material, coloured ? white : boundary_colour) : 0;
-    // With vertex colours the cut's colour is in them, which more programs show.
+    // With vertex colours these hold the cut colour, since more programs display them.
     if (any_origin(surface, Origin::cut))
         cut = material_named(out.materials, cut_material, coloured ? white : cut_colour);
     Rgba cut_srgb = cut_colour;
@@ -166,7 +166,7 @@ MeshAttributes AttributeTransfer::onto(const SurfaceMesh& surface, const Paralle
     if (attributes_.empty()) return {};
     std::int32_t cut = -1;
     MeshAttributes out = prepared(surface, cut);
-    const PlacesAtRest places(before);
+    const RestTriangleTable places(before);
     parallel.for_chunks(surface.mesh.triangles.size(), 256, [&](std::size_t begin, std::size_t end) {
         std::uint32_t guess = NearestPoint::none;
         for (std::size_t t = begin; t < end; ++t) {
@@ -176,7 +176,7 @@ MeshAttributes AttributeTransfer::onto(const SurfaceMesh& surface, const Paralle
             }
             const std::array<Vec3, 3> rest = rest_corners(surface, t);
             const std::size_t same = places.find(rest);
-            if (same == PlacesAtRest::none) {
+            if (same == RestTriangleTable::none) {
                 carry(rest, t, out, guess);
                 continue;
             }

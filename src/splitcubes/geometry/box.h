@@ -7,7 +7,7 @@
 
 namespace splitcubes::geometry {
 
-/// Closed axis-aligned box; empty when min > max on an axis, which is how it starts.
+/// Closed axis-aligned box; empty if min > max on an axis, as by default.
 struct Box {
     Vec3 min = Vec3::Constant(std::numeric_limits<double>::infinity());
     Vec3 max = Vec3::Constant(-std::numeric_limits<double>::infinity());

@@ -1,4 +1,4 @@
-// How large coordinates may be.
+// Upper bound of coordinates.
 #pragma once
 
 #include <string>
@@ -7,12 +7,12 @@ namespace splitcubes::geometry {
 
 struct TriangleMesh;
 
-/// m, and numbers of a mesh file in whatever unit. Fourth powers, the squares of areas, still fit single
-/// precision, in which surfaces are drawn and disks rasterised; neighbouring doubles there are 1e-7 apart.
+/// Bound of |coordinate|, in m, and of numbers in mesh files in any unit. Fourth powers (squared areas) still
+/// fit single precision, which rendering and rasterised disks use; the spacing of doubles there is 1e-7.
 inline constexpr double largest_coordinate = 1e9;
 
-/// Throws InputError with `where` as its place for the first vertex with a coordinate that is beyond
-/// largest_coordinate or not finite. after: what follows the coordinate, " with --scale 10" say.
+/// Throws InputError with the location `where` for the first vertex with a coordinate beyond
+/// largest_coordinate or not finite. after: text after the coordinate, such as " with --scale 10".
 void require_coordinates(const TriangleMesh& mesh, const std::string& where, const std::string& after = "");
 
 }  // namespace splitcubes::geometry

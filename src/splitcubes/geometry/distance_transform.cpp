@@ -10,10 +10,10 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-// The lower envelope of parabolas that stand on the points of a line.
+// The lower envelope of parabolas rooted at the points of a line.
 class Line {
   public:
-    explicit Line(std::size_t longest) : values_(longest), places_(longest), ends_(longest) {}
+    explicit Line(std::size_t longest) : values_(longest), roots_(longest), starts_(longest) {}
 
     void transform(float* first, std::size_t stride, std::size_t count) {
         std::size_t parabolas = 0;
@@ -22,33 +22,33 @@ class Line {
             if (values_[i] == infinity) continue;
             double from = -1;
             while (parabolas > 0) {
-                from = meeting(places_[parabolas - 1], i);
-                if (from > ends_[parabolas - 1]) break;
+                from = intersection(roots_[parabolas - 1], i);
+                if (from > starts_[parabolas - 1]) break;
                 --parabolas;
             }
-            places_[parabolas] = i;
-            ends_[parabolas] = parabolas == 0 ? -1 : from;
+            roots_[parabolas] = i;
+            starts_[parabolas] = parabolas == 0 ? -1 : from;
             ++parabolas;
         }
         if (parabolas == 0) return;
         std::size_t at = 0;
         for (std::size_t i = 0; i < count; ++i) {
-            while (at + 1 < parabolas && ends_[at + 1] < static_cast<double>(i)) ++at;
-            const double way = static_cast<double>(i) - static_cast<double>(places_[at]);
-            first[i * stride] = static_cast<float>(way * way) + values_[places_[at]];
+            while (at + 1 < parabolas && starts_[at + 1] < static_cast<double>(i)) ++at;
+            const double offset = static_cast<double>(i) - static_cast<double>(roots_[at]);
+            first[i * stride] = static_cast<float>(offset * offset) + values_[roots_[at]];
         }
     }
 
   private:
-    // Where the parabolas of two points meet.
-    double meeting(std::size_t a, std::size_t b) const {
+    // Returns the coordinate at which the parabolas of two points intersect.
+    double intersection(std::size_t a, std::size_t b) const {
         const auto x = static_cast<double>(a), y = static_cast<double>(b);
         return (values_[b] + y * y - values_[a] - x * x) / (2 * (y - x));
     }
 
     std::vector<float> values_;
-    std::vector<std::size_t> places_;  // of the parabolas
-    std::vector<double> ends_;         // where each begins to be the lowest
+    std::vector<std::size_t> roots_;  // roots of the parabolas
+    std::vector<double> starts_;      // start of the interval in which each is the lowest
 };
 
 }  // namespace

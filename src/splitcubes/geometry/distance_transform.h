@@ -1,4 +1,4 @@
-// Distances over a lattice of points.
+// Distance transform over a lattice of points.
 #pragma once
 
 #include <splitcubes/math/types.h>
@@ -9,9 +9,9 @@
 
 namespace splitcubes::geometry {
 
-/// From each point of a lattice, x fastest, to the nearest point that is marked, squared, in steps of the
-/// lattice; infinity everywhere where none is marked. Exact, in time proportional to the points
-/// (Felzenszwalb and Huttenlocher 2012).
+/// Returns the squared distance, in lattice steps, from each point of a lattice (x fastest) to the nearest
+/// marked point; infinity everywhere if none is marked. Exact and O(points) (Felzenszwalb and Huttenlocher
+/// 2012).
 std::vector<float> squared_distances(const Vec3i& count, std::span<const std::uint8_t> marked);
 
 }  // namespace splitcubes::geometry

@@ -1,11 +1,11 @@
-// The local affine motion at a rest point.
+// Local affine motion at a rest point.
 #pragma once
 
 #include <splitcubes/math/types.h>
 
 namespace splitcubes::geometry {
 
-/// Where a rest point X is now and how its surroundings are carried along:
+/// World position of a rest point X and the affine motion of its surroundings:
 /// a point p near X moves to position + jacobian (p - X).
 struct Frame {
     Vec3 position = Vec3::Zero();      // m, world

@@ -15,14 +15,14 @@ using Lattice = Eigen::Matrix<Int, 3, 1>;
 
 constexpr int lattice_bits = 20;
 constexpr Int steps_per_cell = Int{1} << lattice_bits;
-// Products of three differences must fit in 127 bits.
+// Bound of lattice coordinates: products of three differences must fit in 127 bits.
 constexpr double max_lattice = 0x1.0p38;
 
 int sign_of(Wide value) {
     return value > 0 ? 1 : value < 0 ? -1 : 0;
 }
 
-// Sign of `value` after the grid is shifted by (e1, e2, e3), `slope` being the
+// Returns the sign of `value` after the grid is shifted by (e1, e2, e3); `slope` is the
 // derivative of the value along x, y and z.
 int perturbed_sign(Wide value, const Wide (&slope)[3]) {
     if (value != 0) return sign_of(value);
@@ -31,8 +31,8 @@ int perturbed_sign(Wide value, const Wide (&slope)[3]) {
     return 0;
 }
 
-// Side of the line from q to r, in the projection along `axis`, on which the
-// point (pu, pv) lies: +1 left, -1 right; 0 only where q and r coincide there.
+// Returns on which side of the line from q to r, projected along `axis`, the point
+// (pu, pv) lies: +1 left, -1 right; 0 only if q and r coincide there.
 int edge_side(const Lattice& q, const Lattice& r, Int pu, Int pv, int axis) {
     const int u = (axis + 1) % 3;
     const int v = (axis + 2) % 3;
@@ -86,9 +86,9 @@ class Sweeper {
     }
 
   private:
-    // The lines of one family that the triangle covers. A line shifted by an
-    // infinitesimal may meet a triangle that ends just at it, so the range is
-    // closed at both ends and edge_side decides.
+    // Adds the lines of one family that cross the triangle. A line shifted by an
+    // infinitesimal may meet a triangle that ends exactly at it, so the range is closed at
+    // both ends and edge_side decides.
     void add_lines(const Lattice (&corner)[3], const Plane& plane, const Lattice& low, const Lattice& high,
                    int axis, int direction, std::uint32_t triangle) {
         const int u = (axis + 1) % 3;
@@ -112,8 +112,8 @@ class Sweeper {
         }
     }
 
-    // Finds the edge of the line that the plane crosses, by an estimate in double
-    // that exact comparisons correct.
+    // Finds the edge of the line that the plane crosses: an estimate in double precision,
+    // corrected by exact comparisons.
     void add_crossing(const Plane& plane, int axis, int direction, int i, int j, std::uint32_t triangle) {
         Lattice at;
         at[(axis + 1) % 3] = lattice_of_node(i);
@@ -150,9 +150,9 @@ class Sweeper {
     GridCrossings& out_;
 };
 
-// Clips a polygon (grid coordinates, in lattice steps) to the slab |x_axis| <=
-// limit. The point where an edge is cut is computed from its ends in a fixed
-// order, so that two triangles that share the edge share the point.
+// Clips a polygon (grid coordinates, in lattice steps) to the half space side * x_axis <=
+// bound. The point where an edge is cut is computed from its ends in a fixed order, so
+// that two triangles that share the edge share the point.
 void clip_axis(std::vector<Vec3>& polygon, int axis, double bound, double side) {
     std::vector<Vec3> kept;
     const auto excess = [&](const Vec3& p) { return side * p[axis] - bound; };
@@ -198,7 +198,7 @@ void sweep_triangle(const RestGrid& grid, const TriangleMesh& mesh, std::uint32_
     }
 }
 
-// Sorts by line with one counting pass, then each line by itself.
+// Sorts by line with one counting pass, then each line separately.
 void sort_by_line(const RestGrid& grid, const std::vector<GridCrossings>& parts, GridCrossings& out,
                   const Parallel& parallel) {
     const Vec3i n = grid.node_count;
@@ -233,7 +233,7 @@ void sort_by_line(const RestGrid& grid, const std::vector<GridCrossings>& parts,
     for (std::size_t axis = 0; axis <= 3; ++axis) out.axis_begin[axis] = begin[first_line[axis]];
 }
 
-// A cut of a few triangles must not cost a pass over all lines of a large grid.
+// Sorts few crossings without a pass over all lines of a large grid.
 void sort_few(std::vector<GridCrossings>& parts, GridCrossings& out) {
     for (GridCrossings& part : parts) {
         out.beyond_grid += part.beyond_grid;
@@ -278,8 +278,8 @@ GridCrossings sweep_grid(const RestGrid& grid, const TriangleMesh& mesh, const P
 
 Vec3 triangle_normal(const TriangleMesh& mesh, std::uint32_t triangle) {
     const Triangle& t = mesh.triangles[triangle];
-    // Scaled by the longest side first, so that the square of a tiny length
-    // does not underflow.
+    // Scales by the longest side first, so that the square of a tiny length does not
+    // underflow.
     Vec3 ab = mesh.positions[t[1]] - mesh.positions[t[0]];
     Vec3 ac = mesh.positions[t[2]] - mesh.positions[t[0]];
     const double scale = std::max(ab.cwiseAbs().maxCoeff(), ac.cwiseAbs().maxCoeff());

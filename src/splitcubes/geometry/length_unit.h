@@ -1,4 +1,4 @@
-// Units that the numbers of mesh files are in. Inside, all lengths are metres.
+// Length units of mesh files. Internally all lengths are in metres.
 #pragma once
 
 #include <splitcubes/geometry/triangle_mesh.h>
@@ -8,8 +8,8 @@
 
 namespace splitcubes::geometry {
 
-/// A length of `numerator / denominator` metres. Two numbers, as a thousandth has no exact double:
-/// what is read and written again in one unit keeps its digits but for the last.
+/// A unit of `numerator / denominator` metres. A fraction, since 0.001 has no exact double: lengths that are
+/// read and written in the same unit keep all digits except the last.
 struct LengthUnit {
     std::string_view name = "m";
     double numerator = 1, denominator = 1;
@@ -22,14 +22,14 @@ struct LengthUnit {
     double area_from_metres(double area) const { return from_metres(from_metres(area)); }
 };
 
-/// m, mm, cm, inch.
+/// Returns the known units: m, mm, cm, inch.
 std::span<const LengthUnit> length_units();
-/// Throws InputError for a name that is none of theirs.
+/// Returns the unit of a name; throws InputError for an unknown name.
 const LengthUnit& length_unit(std::string_view name);
 
-/// Positions, and of a surface rest positions, times the factor. Nothing changes for a factor of one.
+/// Multiplies the positions by the factor; a factor of one changes nothing.
 void scale(TriangleMesh& mesh, double factor);
-/// Numbers of a file in `unit` to metres, and back.
+/// Converts coordinates of a file in `unit` to metres, and back (also a surface's rest positions).
 void to_metres(TriangleMesh& mesh, const LengthUnit& unit);
 void from_metres(SurfaceMesh& surface, const LengthUnit& unit);
 

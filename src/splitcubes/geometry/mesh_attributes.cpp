@@ -11,7 +11,7 @@ namespace splitcubes::geometry {
 
 namespace {
 
-/// Adds to an array that may be empty for "has none".
+/// Appends to an array that may be empty (attribute absent).
 template <class Value>
 void append_filled(std::vector<Value>& own, std::size_t own_count, const std::vector<Value>& other,
                    std::size_t other_count, const Value& filling) {
@@ -21,8 +21,8 @@ void append_filled(std::vector<Value>& own, std::size_t own_count, const std::ve
     own.resize(own_count + other_count, filling);
 }
 
-/// For each vertex the lowest one at the same place.
-std::vector<std::uint32_t> first_at_place(const std::vector<Vec3>& positions) {
+/// Returns for each vertex the lowest vertex with the same position.
+std::vector<std::uint32_t> first_with_position(const std::vector<Vec3>& positions) {
     std::vector<std::uint32_t> order(positions.size());
     std::iota(order.begin(), order.end(), 0U);
     const auto less = [&](std::uint32_t a, std::uint32_t b) {
@@ -39,7 +39,7 @@ std::vector<std::uint32_t> first_at_place(const std::vector<Vec3>& positions) {
     return first;
 }
 
-/// A triangle's side of an edge with what must agree across it; ends in order of their vertices.
+/// A triangle's side of an edge with the values that must agree across it; ends in order of their vertices.
 struct EdgeSide {
     std::array<std::uint32_t, 2> vertices;
     std::array<std::uint32_t, 12> values{};  // bits of uv and colour at both ends
@@ -86,7 +86,7 @@ void MeshAttributes::append(std::size_t own_triangles, const MeshAttributes& oth
 }
 
 std::vector<std::int32_t> attribute_charts(const TriangleMesh& mesh, const MeshAttributes& attributes) {
-    const std::vector<std::uint32_t> place = first_at_place(mesh.positions);
+    const std::vector<std::uint32_t> place = first_with_position(mesh.positions);
     std::vector<EdgeSide> sides;
     sides.reserve(3 * mesh.triangles.size());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)

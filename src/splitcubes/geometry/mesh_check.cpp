@@ -26,8 +26,8 @@ void count_edges(const std::vector<HalfEdge>& edges, MeshCheck& check) {
     }
 }
 
-// A vertex is manifold when its triangle corners hang together through shared
-// edges: joins the two corners on each side of an edge with two triangles.
+// Counts vertices whose triangle corners are not connected through shared edges: joins
+// the two corners on each side of an edge with two triangles.
 void count_vertex_fans(const TriangleMesh& mesh, const std::vector<HalfEdge>& edges, MeshCheck& check) {
     DisjointSets corners(3 * mesh.triangles.size());
     const auto corner_of = [&](std::uint32_t triangle, std::uint32_t vertex) {
@@ -142,8 +142,8 @@ std::uint64_t hash_of_place(const Vec3& p) {
     return hash;
 }
 
-// Per vertex: the first one at the same place. Vertices that are not finite stay alone.
-std::vector<std::uint32_t> first_at_same_place(const std::vector<Vec3>& positions) {
+// Returns for each vertex the first one with the same position. Non-finite vertices stay separate.
+std::vector<std::uint32_t> first_with_same_position(const std::vector<Vec3>& positions) {
     const std::size_t size = std::bit_ceil(2 * positions.size() + 1);
     std::vector<std::uint32_t> table(size, UINT32_MAX);  // open addressing
     std::vector<std::uint32_t> first(positions.size());
@@ -163,7 +163,7 @@ std::vector<std::uint32_t> first_at_same_place(const std::vector<Vec3>& position
 }  // namespace
 
 TriangleMesh weld_equal_vertices(const TriangleMesh& mesh) {
-    const std::vector<std::uint32_t> first = first_at_same_place(mesh.positions);
+    const std::vector<std::uint32_t> first = first_with_same_position(mesh.positions);
     TriangleMesh out;
     std::vector<std::uint32_t> number(mesh.positions.size());
     for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) {

@@ -20,8 +20,8 @@ double distance2(const Box& box, const Vec3& point) {
     return sum;
 }
 
-/// Share of the way from a to b at the segment's point nearest to the origin.
-double nearest_share(const Vec3& a, const Vec3& b) {
+/// Returns the parameter from a to b of the segment's point nearest to the origin.
+double nearest_parameter(const Vec3& a, const Vec3& b) {
     const Vec3 ab = b - a;
     const double length2 = ab.squaredNorm();
     return length2 > 0 ? std::clamp(-a.dot(ab) / length2, 0.0, 1.0) : 0.0;
@@ -31,9 +31,9 @@ Vec3 point_of(const std::array<double, 3>& w, const Vec3& a, const Vec3& b, cons
     return w[0] * a + w[1] * b + w[2] * c;
 }
 
-/// Of the three sides; corners relative to the point.
+/// Returns the weights of the nearest point on the three sides; corners relative to the point.
 std::array<double, 3> nearest_on_sides(const Vec3& a, const Vec3& b, const Vec3& c) {
-    const double ab = nearest_share(a, b), bc = nearest_share(b, c), ca = nearest_share(c, a);
+    const double ab = nearest_parameter(a, b), bc = nearest_parameter(b, c), ca = nearest_parameter(c, a);
     const std::array<std::array<double, 3>, 3> sides = {{{1 - ab, ab, 0}, {0, 1 - bc, bc}, {ca, 0, 1 - ca}}};
     std::size_t best = 0;
     double least = point_of(sides[0], a, b, c).squaredNorm();
@@ -47,11 +47,11 @@ std::array<double, 3> nearest_on_sides(const Vec3& a, const Vec3& b, const Vec3&
     return sides[best];
 }
 
-/// The nearest point to the origin lies within the triangle where the origin's
-/// projection does, else on a side.
+/// Returns the weights of the point nearest to the origin: its projection if that is within
+/// the triangle, else a point on a side.
 std::array<double, 3> nearest_to_origin(const Vec3& a, const Vec3& b, const Vec3& c) {
     const Vec3 n = (b - a).cross(c - a);
-    // Weights of the projection, times |n|^2: areas of the triangles it makes with each side.
+    // Weights of the projection times |n|^2: areas of the triangles that it forms with each side.
     const double u = n.dot(b.cross(c)), v = n.dot(c.cross(a)), w = n.dot(a.cross(b));
     const double sum = u + v + w;
     if (u >= 0 && v >= 0 && w >= 0 && sum > 0 && std::isfinite(sum)) return {u / sum, v / sum, w / sum};
@@ -80,7 +80,7 @@ NearestPoint::NearestPoint(const TriangleMesh& mesh) : order_(mesh.triangles.siz
         corners_.push_back({mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]});
         slot_of_[order_[slot]] = slot;
     }
-    // Boxes from the leaves up: children come after their parents.
+    // Computes boxes bottom-up: children come after their parents.
     for (std::size_t n = nodes_.size(); n-- > 0;) {
         Node& node = nodes_[n];
         for (std::uint32_t slot = node.begin; slot < node.end; ++slot)
@@ -119,7 +119,7 @@ std::uint32_t NearestPoint::build(std::uint32_t begin, std::uint32_t end, std::s
 void NearestPoint::consider(std::uint32_t slot, const Query& query, Hit& best, double& best_value) const {
     const std::uint32_t triangle = order_[slot];
     if (!query.labels.empty() && query.labels[triangle] != query.label) return;
-    // Relative to the point, so that a mesh far from the origin loses no digits.
+    // Computes relative to the point, so that a mesh far from the origin loses no digits.
     const Vec3 a = corners_[slot].a - query.point;
     const Vec3 b = corners_[slot].b - query.point;
     const Vec3 c = corners_[slot].c - query.point;

@@ -37,10 +37,10 @@ void OccluderGrid::lay_out_words() {
     if (count.cast<double>().prod() > most) return;
     word_count_ = count;
     words_.assign(static_cast<std::size_t>(count.prod()), 0);
-    numbers_.assign(words_.size(), 0);
+    brick_indices_.assign(words_.size(), 0);
 }
 
-// Points beyond the keys' range share its last cell; the boxes still decide.
+// Points outside the range of keys map to its outermost cell; exact box tests follow.
 Vec3i OccluderGrid::cell_at(const Vec3& point, double margin) const {
     Vec3i cell;
     for (int axis = 0; axis < 3; ++axis) {
@@ -66,7 +66,7 @@ std::uint64_t OccluderGrid::range_mask(const Vec3i& brick, const Vec3i& low, con
     return x * 0x1111111111111111ULL & rows * 0x0001000100010001ULL & layers;
 }
 
-// The key's slot in the table, or the empty one where it would go.
+// Returns the key's slot in the table, or the empty one for its insertion.
 std::size_t OccluderGrid::slot_of(std::uint64_t key) const {
     const std::size_t mask = table_.size() - 1;
     std::size_t slot = slot_hash(key) & mask;
@@ -76,7 +76,8 @@ std::size_t OccluderGrid::slot_of(std::uint64_t key) const {
 
 const OccluderGrid::Brick* OccluderGrid::find_brick(const Vec3i& place) const {
     const std::size_t word = word_of(place);
-    const std::uint32_t number = word < numbers_.size() ? numbers_[word] : table_[slot_of(key_of(place))];
+    const std::uint32_t number =
+        word < brick_indices_.size() ? brick_indices_[word] : table_[slot_of(key_of(place))];
     return number == 0 ? nullptr : &bricks_[number - 1];
 }
 
@@ -94,7 +95,8 @@ std::size_t OccluderGrid::make_brick(const Vec3i& place) {
     bricks_.back().packed =
         PackedTriangles(origin_ + cell_size_ * (4 * place.cast<double>() + Vec3::Constant(2)));
     table_[slot] = static_cast<std::uint32_t>(bricks_.size());
-    if (const std::size_t word = word_of(place); word < numbers_.size()) numbers_[word] = table_[slot];
+    if (const std::size_t word = word_of(place); word < brick_indices_.size())
+        brick_indices_[word] = table_[slot];
     return bricks_.size() - 1;
 }
 
@@ -112,13 +114,13 @@ std::uint32_t OccluderGrid::store(const OccluderTriangle& triangle) {
     return id;
 }
 
-// Puts a triangle of the cell into the packs of its brick, or to the loose ones.
+// Adds a triangle of the cell to the packs of its brick, or to loose_.
 void OccluderGrid::pack(Brick& brick, const Vec3i& cell, std::uint32_t id) {
     const Entry& entry = entries_[id];
     const Vec3 centre = brick.packed.centre();
     const double reach =
         std::max((entry.box.max - centre).maxCoeff(), (centre - entry.box.min).maxCoeff()) - 2 * cell_size_;
-    if (reach > largest_overhang * cell_size_) {
+    if (reach > max_overhang * cell_size_) {
         loose_.push_back({key_of(cell), id});
         return;
     }
@@ -129,14 +131,14 @@ void OccluderGrid::pack(Brick& brick, const Vec3i& cell, std::uint32_t id) {
                      entry.triangle.corner, entry.triangle.boundary, id);
 }
 
-// Calls use(cell, ref) for each cell that lists the triangle; false, and no call,
-// where it is too long for that.
+// Calls use(cell, ref) for each cell that lists the triangle. Returns false, without a
+// call, if the triangle is too long.
 template <class Use>
 bool OccluderGrid::for_listings(std::uint64_t owner, std::uint32_t index, std::uint32_t id,
                                 const Use& use) const {
     const Vec3i low = cell_at(entries_[id].box.min, -listing_margin);
     const Vec3i high = cell_at(entries_[id].box.max, listing_margin);
-    if ((high - low).maxCoeff() >= largest_span) return false;
+    if ((high - low).maxCoeff() >= max_span) return false;
     const RoughBox rough = RoughBox::around(entries_[id].box);
     const RoughPlane plane(entries_[id].triangle.corner, origin_);
     for (int z = low[2]; z <= high[2]; ++z)
@@ -158,7 +160,7 @@ void OccluderGrid::set_cell(const Vec3i& cell, std::span<const OccluderTriangle>
     set_cells({&one, 1}, Parallel(1));
 }
 
-// Cells in the order of their keys: what a brick is to list then comes in the order of its refs.
+// Processes cells in the order of their keys, so that new listings of a brick come in the order of its refs.
 void OccluderGrid::set_cells(std::span<const CellTriangles> cells, const Parallel& parallel) {
     std::vector<std::pair<std::uint64_t, const CellTriangles*>> order;
     for (const CellTriangles& of : cells)
@@ -183,7 +185,7 @@ void OccluderGrid::set_cells(std::span<const CellTriangles> cells, const Paralle
 }
 
 OccluderGrid::TouchedBrick& OccluderGrid::touch(const Vec3i& brick, TouchedBricks& touched) {
-    if (!touched.bricks.empty() && touched.last_place == brick) return touched.bricks[touched.last];
+    if (!touched.bricks.empty() && touched.last_position == brick) return touched.bricks[touched.last];
     const std::size_t number = make_brick(brick);
     if (touched.of_brick.size() < bricks_.size()) touched.of_brick.resize(bricks_.size(), -1);
     if (touched.of_brick[number] < 0) {
@@ -191,11 +193,11 @@ OccluderGrid::TouchedBrick& OccluderGrid::touch(const Vec3i& brick, TouchedBrick
         touched.bricks.push_back({number, {}});
     }
     touched.last = static_cast<std::size_t>(touched.of_brick[number]);
-    touched.last_place = brick;
+    touched.last_position = brick;
     return touched.bricks[touched.last];
 }
 
-// Of what the cell handed over, all but its refs; notes the bricks that list it.
+// Removes the cell's triangles except their refs; records the bricks that list them.
 void OccluderGrid::take_out(std::size_t home, const Vec3i& cell, TouchedBricks& touched) {
     assert((cell.array() >= 0).all() && (cell.array() < cell_count_.array()).all());
     const std::uint64_t owner = key_of(cell);
@@ -234,8 +236,8 @@ void OccluderGrid::put_in(std::size_t home, const CellTriangles& of, TouchedBric
     }
 }
 
-// Replaces the owners' refs in the brick by `added`, which is sorted by cell, then owner, then
-// index; `owners` are ascending.
+// Replaces the owners' refs in the brick by `added`, which must be sorted by cell, then owner, then
+// index; `owners` must be ascending.
 void OccluderGrid::rebuild(Brick& brick, std::span<const std::uint64_t> owners,
                            std::span<const Listing> added) {
     std::vector<Ref> refs;
@@ -316,11 +318,11 @@ bool OccluderGrid::is_clear(const Box& box) const {
     return is_clear(cell_at(box.min, 0), cell_at(box.max, 0));
 }
 
-// False also where looking would take longer than it saves.
+// Returns false also for ranges where the test would cost more than it saves.
 bool OccluderGrid::is_clear(const Vec3i& low, const Vec3i& high) const {
-    constexpr int most_bricks = 4;  // along an axis
+    constexpr int max_bricks = 4;  // along an axis
     const Vec3i first = brick_of(low), last = brick_of(high);
-    if ((last - first).maxCoeff() >= most_bricks) return false;
+    if ((last - first).maxCoeff() >= max_bricks) return false;
     for (int z = first[2]; z <= last[2]; ++z)
         for (int y = first[1]; y <= last[1]; ++y)
             for (int x = first[0]; x <= last[0]; ++x) {
@@ -330,7 +332,7 @@ bool OccluderGrid::is_clear(const Vec3i& low, const Vec3i& high) const {
     return true;
 }
 
-// seen: the ref's spread bits that say an earlier cell of the walk listed it too.
+// seen: spread bits that mark refs which the previous cell of the walk listed as well.
 std::uint32_t OccluderGrid::blocker_in(const Brick& brick, std::uint32_t local, std::uint32_t seen,
                                        Walk& walk) const {
     if (brick.newest[local] <= walk.since) return no_triangle;
@@ -358,7 +360,7 @@ Box OccluderGrid::walk_box(const Vec3& a, const Vec3& b) const {
     return box.grown(1e-9 * (box.size().maxCoeff() + cell_size_));
 }
 
-// Walks from cell to cell (Amanatides and Woo 1987).
+// Traverses the grid cell by cell (Amanatides and Woo 1987).
 std::uint32_t OccluderGrid::blocker(const Vec3& a, const Vec3& b, std::uint32_t since) const {
     if (triangle_count_ == 0) return no_triangle;
     const Box box = walk_box(a, b);
@@ -371,16 +373,16 @@ std::uint32_t OccluderGrid::blocker(const Vec3& a, const Vec3& b, std::uint32_t 
     if (is_clear(cell.cwiseMin(last), cell.cwiseMax(last))) return no_triangle;
     Walk walk{a, b, box, since, {}};
     Vec3 next, stride;  // parameter of the next wall, and between walls
-    Vec3i way;
+    Vec3i step;
     for (int axis = 0; axis < 3; ++axis) {
-        way[axis] = last[axis] >= cell[axis] ? 1 : -1;
+        step[axis] = last[axis] >= cell[axis] ? 1 : -1;
         const double length = std::abs(b[axis] - a[axis]) * cells_per_metre_;
         const double at = (a[axis] - origin_[axis]) * cells_per_metre_ - cell[axis];
         stride[axis] = length > 0 ? 1 / length : 0;
-        next[axis] = (way[axis] > 0 ? 1 - at : at) * stride[axis];
+        next[axis] = (step[axis] > 0 ? 1 - at : at) * stride[axis];
     }
     std::uint64_t cells = occupied(brick_of(cell));
-    const Brick* brick = nullptr;  // looked up where a cell of it lists something
+    const Brick* brick = nullptr;  // looked up at its first occupied cell
     for (std::uint32_t seen = 0;;) {
         const std::uint32_t local = local_of(cell);
         if ((cells >> local & 1) != 0) {
@@ -393,9 +395,9 @@ std::uint32_t OccluderGrid::blocker(const Vec3& a, const Vec3& b, std::uint32_t 
             if (cell[k] != last[k] && (axis < 0 || next[k] < next[axis])) axis = k;
         if (axis < 0) return no_triangle;
         const Vec3i old_brick = brick_of(cell);
-        cell[axis] += way[axis];
+        cell[axis] += step[axis];
         next[axis] += stride[axis];
-        seen = std::uint32_t{1} << (way[axis] > 0 ? axis : 3 + axis);
+        seen = std::uint32_t{1} << (step[axis] > 0 ? axis : 3 + axis);
         if (brick_of(cell)[axis] == old_brick[axis]) continue;
         cells = occupied(brick_of(cell));
         brick = nullptr;
@@ -404,8 +406,8 @@ std::uint32_t OccluderGrid::blocker(const Vec3& a, const Vec3& b, std::uint32_t 
 
 namespace {
 
-// Whether a triangle and a segment of one plane overlap, seen along the axis
-// that the plane faces most: no line along a side parts them by more than `slack`.
+// Returns whether a coplanar triangle and segment overlap, projected along the dominant
+// axis of the normal: no line along a side separates them by more than `slack`.
 bool overlap_in_plane(const std::array<Vec3, 3>& p, const Vec3& d, const Vec3& normal, double slack) {
     int facing = 0;
     normal.cwiseAbs().maxCoeff(&facing);
@@ -425,8 +427,8 @@ bool overlap_in_plane(const std::array<Vec3, 3>& p, const Vec3& d, const Vec3& n
 
 }  // namespace
 
-// Sides of the triangle's edges by triple products, whose sign two triangles at
-// an edge share; then sides of the triangle's plane.
+// Tests the edges by triple products, whose sign is consistent for the two triangles at
+// an edge, then the sides of the triangle's plane.
 bool segment_meets_triangle(const Vec3& a, const Vec3& b, const std::array<Vec3, 3>& corner) {
     constexpr double relative = 1e-13;
     const Vec3 d = b - a;

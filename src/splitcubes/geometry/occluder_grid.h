@@ -1,5 +1,5 @@
 // The surface triangles of a body in rest space, binned by the cells of a
-// regular grid: which are near, and does a segment meet one.
+// regular grid, for range queries and segment intersection tests.
 #pragma once
 
 #include <splitcubes/core/parallel.h>
@@ -20,10 +20,10 @@
 
 namespace splitcubes::geometry {
 
-/// What can stand between two phyxels.
+/// A triangle that can block the line of sight between two phyxels.
 struct OccluderTriangle {
     std::array<Vec3, 3> corner;  // m, rest space
-    bool boundary = false;       // skin of the body; else a cut (each cut quad once, not once a side)
+    bool boundary = false;       // input boundary; else a cut (each cut quad once, not once per side)
 
     Box bounds() const {
         return {corner[0].cwiseMin(corner[1]).cwiseMin(corner[2]),
@@ -31,19 +31,19 @@ struct OccluderTriangle {
     }
 };
 
-/// Whether the closed segment from a to b meets the closed triangle. Errs to
-/// `true` by more than rounding (about 1e-13 of their joint extent, more along
-/// grazing segments), so that nothing slips between two triangles that share an
-/// edge or a vertex. Coplanar overlap counts. A triangle without area (thinner
-/// than 1e-14 of its length) is met by nothing.
+/// Returns whether the closed segment from a to b meets the closed triangle. Errs to
+/// `true` by more than rounding (about 1e-13 of their joint extent, more for grazing
+/// segments), so that no segment slips between two triangles that share an edge or a
+/// vertex. Coplanar overlap counts. Degenerate triangles (thinner than 1e-14 of their
+/// length) are never met.
 bool segment_meets_triangle(const Vec3& a, const Vec3& b, const std::array<Vec3, 3>& corner);
 
-/// The triangles of a surface, handed over cell by cell and replaced cell by
-/// cell. A triangle may overhang its cell by any amount: it is listed in every
-/// cell that its box meets (beyond a size, in a list that every query reads).
-/// Memory goes with the occupied cells, but for a bit a cell where the grid is no
-/// larger than 512 cells a side. Queries may run at the same time on many threads, not together with
-/// set_cell; their answers depend on what the cells hold, not on the order in which they were set.
+/// The triangles of a surface, set and replaced cell by cell. A triangle may overhang
+/// its cell by any amount: it is listed in every cell that its box meets (large ones in
+/// a list that every query reads). Memory grows with the occupied cells, plus one bit per
+/// cell if the grid has at most 512 cells per side. Queries may run concurrently on many
+/// threads, but not during set_cell. Their results depend on the contents of the cells, not
+/// on the order in which they were set (except blocker).
 class OccluderGrid {
   public:
     /// origin, cell_size: m, rest space; cell (i, j, k) spans origin + cell_size *
@@ -51,11 +51,11 @@ class OccluderGrid {
     /// not positive or a cell count outside 1 .. 2^20 on an axis.
     OccluderGrid(const Vec3& origin, double cell_size, const Vec3i& cell_count);
 
-    /// Replaces what the cell holds; an empty span removes it. Costs by the
-    /// triangles of the cell and of its surroundings, not of the grid.
+    /// Replaces the triangles of the cell; an empty span removes them. The cost grows with
+    /// the triangles of the cell and its surroundings, not with the grid.
     /// cell: 0 <= cell < cell_count; corners finite.
     void set_cell(const Vec3i& cell, std::span<const OccluderTriangle> triangles);
-    /// The same for many cells, each at most once, and faster than one by one.
+    /// The same for many cells, each at most once; faster than one by one.
     struct CellTriangles {
         Vec3i cell;
         std::span<const OccluderTriangle> triangles;
@@ -67,51 +67,51 @@ class OccluderGrid {
     /// Appends every triangle whose box meets `box`, each once.
     void gather(const Box& box, std::vector<OccluderTriangle>& out) const;
 
-    /// Calls use(const OccluderTriangle&) for what gather would append, in the
-    /// same order. The references hold until the next set_cell.
+    /// Calls use(const OccluderTriangle&) for each triangle that gather would append, in
+    /// the same order. The references are valid until the next set_cell.
     template <class Use>
     void visit(const Box& box, const Use& use) const;
 
-    /// Hands out what gather would append, and more, each triangle once: calls
-    /// use(const OccluderPack&, const PackedTriangles&) for packs, loose(id) for
-    /// triangles that are in none. In no particular order.
+    /// Visits a superset of the triangles that gather would append, each once and in
+    /// unspecified order: calls use(const OccluderPack&, const PackedTriangles&) for packs,
+    /// loose(id) for triangles in no pack.
     template <class Use, class Loose>
     void visit_packs(const Box& box, const Use& use, const Loose& loose) const;
-    /// By the id of a pack's lane. Holds until the next set_cell.
+    /// Returns a triangle by the id of a pack's lane. Valid until the next set_cell.
     const OccluderTriangle& triangle(std::uint32_t id) const { return entries_[id].triangle; }
 
-    /// Whether no segment within the box can be blocked: none of its cells lists a triangle. May
-    /// be false where none is met.
+    /// Returns true if none of the box's cells lists a triangle, so that no segment within the box can be
+    /// blocked. Conservative: it may return false for a clear box.
     bool is_clear(const Box& box) const;
 
-    /// Whether segment_meets_triangle holds for any triangle. since: of those only that were handed over
-    /// since changes() was this.
+    /// Returns whether segment_meets_triangle holds for any triangle. since: considers only triangles that
+    /// were set after changes() had this value.
     bool segment_blocked(const Vec3& a, const Vec3& b, std::uint32_t since = 0) const {
         return blocker(a, b, since) != no_triangle;
     }
     static constexpr std::uint32_t no_triangle = 0xffffffff;
-    /// The id of one of the triangles of which segment_blocked tells; no_triangle where there is none. Which
-    /// one depends on the order in which the cells were set.
+    /// Returns the id of a triangle that blocks the segment; no_triangle if none does. With several, the
+    /// result depends on the order in which the cells were set.
     std::uint32_t blocker(const Vec3& a, const Vec3& b, std::uint32_t since = 0) const;
-    /// Whether a triangle of this id is there now, and meets the segment. Any id may be asked for: an answer
-    /// of blocker tells later what still blocks, sooner than looking for it.
+    /// Returns whether a triangle with this id exists and meets the segment. Any id is allowed: testing a
+    /// cached result of blocker first is faster than a new search.
     bool blocks(std::uint32_t id, const Vec3& a, const Vec3& b) const;
-    /// How often cells have been replaced.
+    /// Number of calls so far that replaced cells.
     std::uint32_t changes() const { return changes_; }
 
   private:
     static constexpr int brick_bits = 2;  // cells of a brick along an axis: 4
     static constexpr std::uint32_t brick_cells = 64;
-    static constexpr int largest_span = 8;      // cells; what is longer goes to large_
-    static constexpr int largest_overhang = 4;  // cells beyond its brick; what does by more is not packed
+    static constexpr int max_span = 8;      // cells; longer triangles go to large_
+    static constexpr int max_overhang = 4;  // cells beyond their brick; others go to loose_
 
     // One listing of a triangle in a cell.
     struct Ref {
-        std::uint64_t owner;   // key of the cell that handed it over
+        std::uint64_t owner;   // key of the cell that it was set for
         std::uint32_t index;   // among the triangles of its owner
         std::uint32_t id;      // into entries_
         std::uint32_t spread;  // bit a: also listed in the cell below along axis a; bit 3 + a: above
-        std::uint32_t change;  // with which it came
+        std::uint32_t change;  // value of changes_ when it was set
         RoughBox box;
         RoughPlane plane;
     };
@@ -129,13 +129,13 @@ class OccluderGrid {
         std::uint64_t occupied = 0;                          // bit per cell, x fastest
         std::array<std::uint32_t, brick_cells + 1> first{};  // per cell: its first ref
         std::vector<Ref> refs;
-        std::array<std::uint32_t, brick_cells> first_lanes{};  // per cell: of what it lists
+        std::array<std::uint32_t, brick_cells> first_lanes{};  // per cell: its first entry in lanes
         std::array<std::uint32_t, brick_cells> newest{};       // per cell: the last change of its refs
-        std::vector<OccluderLanes> lanes;                      // of the refs, those of a cell side by side
-        std::vector<Owned> owned;                              // by the cells of this brick
+        std::vector<OccluderLanes> lanes;                      // the refs of each cell in SIMD layout
+        std::vector<Owned> owned;                              // triangles of the cells of this brick
         PackedTriangles packed{Vec3::Zero()};
     };
-    // A ref to be, and the cell of its brick.
+    // A ref to insert, and its cell within the brick.
     struct Listing {
         std::uint32_t local;
         Ref ref;
@@ -147,16 +147,16 @@ class OccluderGrid {
     };
     struct TouchedBricks {
         std::vector<TouchedBrick> bricks;
-        std::vector<std::int32_t> of_brick;  // per brick of the grid: its place above, or -1
-        Vec3i last_place;                    // that was touched last
+        std::vector<std::int32_t> of_brick;  // per brick of the grid: its index in bricks, or -1
+        Vec3i last_position;                 // the brick touched last
         std::size_t last = 0;
     };
 
-    // Cells by which listings are widened: rounding in a walk that runs along a
-    // cell's face then misses nothing.
+    // Enlargement of listings, in cells: rounding in a walk along a cell's face then
+    // misses no triangle.
     static constexpr double listing_margin = 1e-6;
 
-    // Keys order places by z, then y, then x: 21 bits each.
+    // Keys order positions by z, then y, then x: 21 bits each.
     static constexpr int key_bias = 1 << 20;
     static std::uint64_t key_of(const Vec3i& place) {
         const auto part = [&](int axis) { return static_cast<std::uint64_t>(place[axis] + key_bias); };
@@ -177,14 +177,14 @@ class OccluderGrid {
 
     Vec3i cell_at(const Vec3& point, double margin) const;
     void lay_out_words();
-    // Its number in words_, or their count.
+    // Returns the brick's index in words_, or words_.size() outside.
     std::size_t word_of(const Vec3i& brick) const {
         const Vec3i at = brick + Vec3i::Ones();
         const bool within = (at.array() >= 0).all() && (at.array() < word_count_.array()).all();
         return within ? static_cast<std::size_t>((at[2] * word_count_[1] + at[1]) * word_count_[0] + at[0])
                       : words_.size();
     }
-    // Bits of the brick's cells that list something.
+    // Bits of the brick's cells that list triangles.
     std::uint64_t occupied(const Vec3i& brick) const {
         if (const std::size_t word = word_of(brick); word < words_.size()) return words_[word];
         const Brick* found = find_brick(brick);
@@ -206,12 +206,12 @@ class OccluderGrid {
     void rebuild(Brick& brick, std::span<const std::uint64_t> owners, std::span<const Listing> added);
     static void lay_lanes(Brick& brick);
     std::vector<const Brick*> sorted_bricks(const Vec3i& first, const Vec3i& last) const;
-    /// A segment on its way.
+    /// A segment traversal through the grid.
     struct Walk {
         Vec3 a, b;  // m, rest space
         Box box;
         std::uint32_t since;
-        std::optional<RoughSegment> rough;  // from the first cell on that has something new
+        std::optional<RoughSegment> rough;  // set at the first cell with refs newer than `since`
     };
     std::uint32_t blocker_in(const Brick& brick, std::uint32_t local, std::uint32_t seen, Walk& walk) const;
     Box walk_box(const Vec3& a, const Vec3& b) const;
@@ -228,14 +228,14 @@ class OccluderGrid {
     std::vector<Entry> entries_;
     std::vector<std::uint32_t> free_;  // unused entries
     std::vector<Ref> large_;           // sorted by owner, then index
-    std::vector<Owned> loose_;         // in no pack
-    double overhang_ = 0;              // of packed triangles beyond their bricks, m, the most so far
+    std::vector<Owned> loose_;         // triangles in no pack
+    double overhang_ = 0;              // m, largest overhang of packed triangles beyond their bricks so far
     std::vector<Brick> bricks_;
-    std::vector<std::uint32_t> table_;  // open addressing: brick number + 1, or 0
-    // What the bricks of the grid, and one around it, have as `occupied`; none for a large grid.
+    std::vector<std::uint32_t> table_;  // open addressing: brick index + 1, or 0
+    // `occupied` of all bricks of the grid and of one layer around it; empty for a large grid.
     Vec3i word_count_ = Vec3i::Zero();
     std::vector<std::uint64_t> words_;
-    std::vector<std::uint32_t> numbers_;  // of the same: brick number + 1, or 0
+    std::vector<std::uint32_t> brick_indices_;  // parallel to words_: brick index + 1, or 0
 };
 
 template <class Use>
@@ -244,7 +244,7 @@ void OccluderGrid::visit_brick(const Brick& brick, const Vec3i& place, const Vec
     for (std::uint64_t cells = brick.occupied & range_mask(place, low, high); cells; cells &= cells - 1) {
         const int local = std::countr_zero(cells);
         const Vec3i cell = place * 4 + Vec3i(local & 3, local >> 2 & 3, local >> 4);
-        // A triangle is reported by the first of its cells that lies in the range.
+        // The first of a triangle's cells in the range reports it.
         std::uint32_t seen = 0;
         for (int axis = 0; axis < 3; ++axis) seen |= std::uint32_t{cell[axis] > low[axis]} << axis;
         const auto l = static_cast<std::size_t>(local);
@@ -284,7 +284,7 @@ void OccluderGrid::visit_packs_of(const Brick& brick, const Box& box, const Use&
         const auto axis = static_cast<Eigen::Index>(k);
         low[k] = static_cast<float>(box.min[axis] - brick.packed.centre()[axis]);
         high[k] = static_cast<float>(box.max[axis] - brick.packed.centre()[axis]);
-        // More than the rounding of both.
+        // Exceeds the rounding error of both.
         const float slack = 1e-6F * (brick.packed.extent() + std::abs(low[k]) + std::abs(high[k]));
         low[k] -= slack;
         high[k] += slack;

@@ -1,9 +1,9 @@
-// Compiled once for each instruction set by Highway's foreach_target.h. What they round differently lies
-// within the slacks.
+// Highway's foreach_target.h compiles this file once per instruction set. Differences in rounding are within
+// the slacks.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splitcubes/geometry/occluder_lanes.cpp"
 #include <hwy/foreach_target.h>
-// Must come after it.
+// Must come after foreach_target.h.
 #include <hwy/highway.h>
 
 #include <splitcubes/geometry/occluder_lanes.h>
@@ -42,25 +42,25 @@ HWY_INLINE M meets_box(const OccluderLanes& lanes, std::size_t lane, const Rough
     return out;
 }
 
-// Only where it clearly passes by the box.
+// Returns true only for lanes whose box the segment clearly misses.
 HWY_INLINE M is_past(const OccluderLanes& lanes, std::size_t lane, const RoughSegment& segment) {
     V from = hn::Zero(d), to = hn::Set(d, 1);
     for (std::size_t k = 0; k < 3; ++k) {
         const V start = hn::Set(d, segment.start[k]), inverse = hn::Set(d, segment.inverse[k]);
-        const V room = hn::Set(d, segment.room);
-        const V low = hn::Sub(hn::Sub(hn::Load(d, lanes.min[k] + lane), room), start);
-        const V high = hn::Sub(hn::Add(hn::Load(d, lanes.max[k] + lane), room), start);
+        const V margin = hn::Set(d, segment.margin);
+        const V low = hn::Sub(hn::Sub(hn::Load(d, lanes.min[k] + lane), margin), start);
+        const V high = hn::Sub(hn::Add(hn::Load(d, lanes.max[k] + lane), margin), start);
         const V t0 = hn::Mul(low, inverse), t1 = hn::Mul(high, inverse);
         from = hn::Max(from, hn::Min(t0, t1));
         to = hn::Min(to, hn::Max(t0, t1));
     }
-    // Five roundings on either side, and no less where both are near zero.
+    // Covers five roundings on either side, also where both are near zero.
     return hn::Gt(hn::Sub(from, to), hn::Mul(hn::Set(d, 1e-6F), hn::Add(from, hn::Abs(to))));
 }
 
-// Only where both ends lie clearly to one side of the plane.
+// Returns true only for lanes with both ends clearly on one side of the plane.
 HWY_INLINE M is_beside(const OccluderLanes& lanes, std::size_t lane, const RoughSegment& segment) {
-    // Forty roundings of what the sums hold: those of the coordinates, of the normal and of six sums.
+    // Covers forty roundings of the sums: of the coordinates, the normal and six sums.
     const V offset = hn::Load(d, lanes.offset + lane);
     const V slack = hn::Mul(hn::Set(d, 40 * 6e-8F), hn::Add(hn::Set(d, segment.size), hn::Abs(offset)));
     const V x = hn::Load(d, lanes.normal[0] + lane), y = hn::Load(d, lanes.normal[1] + lane);
@@ -100,7 +100,7 @@ namespace {
 
 constexpr float most = std::numeric_limits<float>::infinity();
 
-// The nearest float that is larger; what std::nextafter gives, in line. Of finite numbers.
+// Returns the next larger float, like std::nextafter but inlined. For finite numbers.
 float next_above(float number) {
     if (number == 0) return std::numeric_limits<float>::denorm_min();
     const auto bits = std::bit_cast<std::uint32_t>(number);
@@ -120,11 +120,12 @@ RoughBox RoughBox::around(const Box& box) {
 }
 
 RoughPlane::RoughPlane(const std::array<Vec3, 3>& corner, const Vec3& origin) {
-    // Of a thinner one not even the direction is known to single precision.
-    constexpr double thinnest = 1e-6;
+    // The normal of a thinner triangle is not accurate to single precision.
+    constexpr double min_relative_area = 1e-6;
     const Vec3 p = corner[1] - corner[0], q = corner[2] - corner[0], across = p.cross(q);
     const double length = across.norm();
-    if (!(length > thinnest * std::max({p.squaredNorm(), q.squaredNorm(), (p - q).squaredNorm()}))) return;
+    if (!(length > min_relative_area * std::max({p.squaredNorm(), q.squaredNorm(), (p - q).squaredNorm()})))
+        return;
     const Vec3 unit = across / length;
     for (std::size_t k = 0; k < 3; ++k) normal[k] = static_cast<float>(unit[static_cast<Eigen::Index>(k)]);
     offset = static_cast<float>(unit.dot(corner[0] - origin));
@@ -138,16 +139,18 @@ RoughSegment::RoughSegment(const Vec3& from, const Vec3& to, const Box& around, 
         b[k] = static_cast<float>(q[static_cast<Eigen::Index>(k)]);
     }
     size = static_cast<float>(std::max(p.lpNorm<1>(), q.lpNorm<1>()));
-    // A way of zero: far within or far without, as `room` keeps the difference from being zero.
-    constexpr double steepest = 1e30;
+    // Replaces the reciprocal of zero. The result is far inside or far outside, as `margin` keeps the
+    // difference from being zero.
+    constexpr double max_inverse = 1e30;
     for (std::size_t k = 0; k < 3; ++k) {
         const auto axis = static_cast<Eigen::Index>(k);
-        const double way = to[axis] - from[axis];
+        const double difference = to[axis] - from[axis];
         start[k] = static_cast<float>(from[axis]);
-        inverse[k] = static_cast<float>(std::abs(way) * steepest > 1 ? 1 / way : steepest);
+        inverse[k] =
+            static_cast<float>(std::abs(difference) * max_inverse > 1 ? 1 / difference : max_inverse);
     }
-    room = static_cast<float>(3e-7 * (around.max.cwiseAbs().maxCoeff() + around.min.cwiseAbs().maxCoeff()) +
-                              1e-7 * around.size().maxCoeff());
+    margin = static_cast<float>(3e-7 * (around.max.cwiseAbs().maxCoeff() + around.min.cwiseAbs().maxCoeff()) +
+                                1e-7 * around.size().maxCoeff());
 }
 
 void OccluderLanes::clear(std::size_t lane) {

@@ -10,7 +10,7 @@ namespace splitcubes::geometry {
 namespace {
 
 constexpr std::uint32_t all_lanes = 0xffff;
-// Cells that are no neighbours share a pack that is no fuller than this.
+// A pack with more triangles than this takes no triangles of other blocks.
 constexpr int shared_fill = 8;
 
 void refit(OccluderPack& pack) {

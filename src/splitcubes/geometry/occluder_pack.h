@@ -1,4 +1,4 @@
-// Surface triangles side by side in single precision, as vector code reads them.
+// Surface triangles in single-precision structure-of-arrays layout for vector code.
 #pragma once
 
 #include <splitcubes/geometry/box.h>
@@ -9,40 +9,40 @@
 
 namespace splitcubes::geometry {
 
-/// Up to 16 triangles that lie near each other.
+/// Up to 16 triangles near each other.
 struct OccluderPack {
     static constexpr std::size_t width = 16;
-    // [corner][axis][lane], m from the centre that they were packed about, rest axes, to
-    // single precision; not a number where the lane is empty.
+    // [corner][axis][lane], m relative to PackedTriangles::centre, rest axes; NaN in empty
+    // lanes.
     alignas(64) float corner[3][3][width];
     alignas(64) std::uint32_t id[width];  // what OccluderGrid::triangle takes
-    std::uint32_t used = 0;               // bit a lane
-    std::uint32_t boundary = 0;           // bit a lane: skin of the body
-    std::uint64_t blocks = 0;             // bit a block: of what the lanes hold
+    std::uint32_t used = 0;               // bit per lane
+    std::uint32_t boundary = 0;           // bit per lane: OccluderTriangle::boundary
+    std::uint64_t blocks = 0;             // bit per block that has triangles here
     std::array<std::uint8_t, width> cell{};
-    std::array<float, 3> low{}, high{};  // box of the corners, m from the centre
+    std::array<float, 3> low{}, high{};  // box of the corners, m relative to the centre
 
     OccluderPack();
 };
 
-/// The triangles that the cells of a brick have handed over, in packs. Those of a
-/// cell can be replaced at a cost that goes with the packs of the brick.
+/// The triangles of the cells of a brick, in packs. Replacing those of a cell costs time
+/// proportional to the packs of the brick.
 class PackedTriangles {
   public:
-    /// About this point, m, rest space.
+    /// centre: m, rest space, the origin of the packed coordinates.
     explicit PackedTriangles(const Vec3& centre) : centre_(centre) {}
 
-    /// cell: 0 .. 63. block: of cells near each other, 0 .. 63; those of one block
-    /// share packs where there is room.
+    /// Adds a triangle. cell: 0 .. 63. block: id of a group of adjacent cells, 0 .. 63;
+    /// triangles of one block preferably share packs.
     void add(std::uint8_t cell, std::uint8_t block, const std::array<Vec3, 3>& corner, bool boundary,
              std::uint32_t id);
-    /// Takes out what the cell has.
+    /// Removes the triangles of the cell.
     void remove(std::uint8_t cell);
 
     const Vec3& centre() const { return centre_; }
-    /// No corner that was ever added is farther than this from the centre along an axis, m.
+    /// m, largest distance along an axis from the centre to any corner added so far.
     float extent() const { return extent_; }
-    /// Calls use(const OccluderPack&) for each whose box meets a box given in m from the centre.
+    /// Calls use(const OccluderPack&) for each pack whose box meets a box given in m relative to the centre.
     template <class Use>
     void visit(const std::array<float, 3>& low, const std::array<float, 3>& high, const Use& use) const {
         for (const OccluderPack& pack : packs_) {

@@ -10,15 +10,15 @@ namespace splitcubes::geometry {
 
 namespace {
 
-// The plane with a unit normal, and a square on it that reaches past the box's shadow.
+// The plane with a unit normal, and a square on it larger than the projection of the box.
 struct Square {
     Vec3 normal;
     double offset;
-    double reach;                 // m, from the plane past all of the box
+    double reach;                 // m, exceeds the distance of the box from the plane
     std::array<Vec3, 4> corners;  // counter-clockwise, seen from the front
 };
 
-// The axis that the plane is across; -1: none.
+// Returns the axis that the normal is parallel to; -1: none.
 int axis_of(const Vec3& normal) {
     for (int axis = 0; axis < 3; ++axis)
         if (std::abs(normal[axis]) == 1) return axis;

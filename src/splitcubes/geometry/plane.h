@@ -1,4 +1,4 @@
-// Planes to cut with.
+// Cutting planes.
 #pragma once
 
 #include <splitcubes/geometry/box.h>
@@ -6,18 +6,19 @@
 
 namespace splitcubes::geometry {
 
-/// The points x with normal . x = offset. Its front is where normal . x is larger.
+/// The plane normal . x = offset. In front of it normal . x is larger.
 struct CuttingPlane {
-    Vec3 normal = Vec3::UnitZ();  // of any length above zero
+    Vec3 normal = Vec3::UnitZ();  // any positive length
     double offset = 0;            // m, times the normal's length
 };
 
-/// A sheet of two triangles on the plane that parts all of `box`. The vertices of a plane across an axis
-/// lie on it exactly. InputError where the plane has no direction or lies beyond largest_coordinate.
+/// Returns a sheet of two triangles on the plane that cuts through all of `box`. For a plane normal to an
+/// axis the vertices lie on it exactly. Throws InputError if the normal is zero or the plane lies beyond
+/// largest_coordinate.
 TriangleMesh plane_sheet(const CuttingPlane& plane, const Box& box);
 
-/// A closed mesh, oriented outward, around what of `box` lies in front of the plane and nothing of what
-/// lies behind. Errors are those of plane_sheet.
+/// Returns a closed mesh, oriented outward, that contains the part of `box` in front of the plane and nothing
+/// of the part behind. Throws like plane_sheet.
 TriangleMesh half_space_within(const CuttingPlane& plane, const Box& box);
 
 }  // namespace splitcubes::geometry

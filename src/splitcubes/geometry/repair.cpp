@@ -11,7 +11,7 @@ namespace splitcubes::geometry {
 
 namespace {
 
-// The triangle begun at its lowest vertex; `even`: as it ran, not the other way.
+// Returns the triangle's vertices in ascending order; `even`: the orientation is unchanged.
 Triangle sorted(Triangle t, bool& even) {
     std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
     even = t[1] < t[2];
@@ -21,10 +21,10 @@ Triangle sorted(Triangle t, bool& even) {
 
 struct Neighbour {
     std::uint32_t triangle;
-    bool agrees;  // runs along the common edge the other way
+    bool agrees;  // uses the common edge in the opposite direction
 };
 
-// Neighbours over the three edges of each triangle; empty where an edge does not
+// Returns the neighbours over the three edges of each triangle; empty if an edge does not
 // have exactly two triangles.
 std::vector<std::array<Neighbour, 3>> neighbours_of(const TriangleMesh& mesh) {
     const std::vector<HalfEdge> edges = sorted_half_edges(mesh);
@@ -49,7 +49,7 @@ double area_of(const TriangleMesh& mesh, const Triangle& t) {
 
 enum Side : std::uint8_t { unknown, kept, flipped };
 
-// Gives the part of `seed` its sides; false where it is one-sided.
+// Orients the part of `seed`; returns false if it is not orientable.
 bool orient_part(const TriangleMesh& mesh, const std::vector<std::array<Neighbour, 3>>& neighbours,
                  std::uint32_t seed, std::vector<Side>& side) {
     std::vector<std::uint32_t> part{seed};
@@ -76,7 +76,7 @@ bool orient_part(const TriangleMesh& mesh, const std::vector<std::array<Neighbou
 }  // namespace
 
 TriangleMesh without_duplicates(const TriangleMesh& mesh, std::size_t& dropped) {
-    // Buckets of the lowest vertex hold few triangles, or many equal ones.
+    // Buckets by lowest vertex hold few triangles, or many equal ones.
     std::vector<std::uint32_t> begin(mesh.positions.size() + 1, 0);
     struct Entry {
         std::uint32_t second, third, triangle;
@@ -103,7 +103,7 @@ TriangleMesh without_duplicates(const TriangleMesh& mesh, std::size_t& dropped) 
             std::ptrdiff_t even = 0;
             for (; end != last && end->second == i->second && end->third == i->third; ++end)
                 even += end->even ? 1 : -1;
-            // The first of those that are turned as most are.
+            // The first triangle with the majority's orientation.
             const auto chosen =
                 std::find_if(i, end, [&](const Entry& e) { return even != 0 && e.even == (even > 0); });
             if (chosen != end) {

@@ -1,4 +1,4 @@
-// Faults of a mesh that can be mended without a guess.
+// Unambiguous mesh repairs.
 #pragma once
 
 #include <splitcubes/geometry/triangle_mesh.h>
@@ -7,15 +7,15 @@
 
 namespace splitcubes::geometry {
 
-/// Leaves one of the triangles that stand on the same three vertices, turned as most of
-/// them are; none where as many are turned one way as the other, since these bound
-/// nothing. Order is kept. dropped: how many went. O(n).
+/// Returns the mesh with one of the triangles on the same three vertices, oriented as the
+/// majority of them; with none if both orientations are equally frequent, since these
+/// enclose nothing. Keeps the order. dropped: number of removed triangles. O(n).
 TriangleMesh without_duplicates(const TriangleMesh& mesh, std::size_t& dropped);
 
-/// Turns triangles so that neighbours run along their common edge opposite ways, part
-/// by part (connected through edges), as the larger area of the part was turned. Only
-/// for meshes that this makes closed: every edge has two triangles, no part is
-/// one-sided; any other is returned as it is. turned: how many triangles. O(n).
+/// Flips triangles so that neighbours use their common edge in opposite directions. Each
+/// part (connected through edges) gets the orientation of the larger share of its area.
+/// Applies only to meshes that become closed: every edge has two triangles, all parts are
+/// orientable; others are returned unchanged. turned: number of flipped triangles. O(n).
 TriangleMesh consistently_oriented(const TriangleMesh& mesh, std::size_t& turned);
 
 }  // namespace splitcubes::geometry

@@ -29,8 +29,8 @@ RestGrid grid_around(const Box& box, double cell_size) {
                              text_of(cell_size) + " m makes " + text_of(std::ceil(cells)) +
                                  " cells along an axis, more than " + text_of(max_cells_per_axis),
                              "choose a larger cell size or fewer cells");
-        // Nodes at centre + (k - (n-1)/2) h. Of the two parities take the one whose
-        // nodes stay farther from the box's faces.
+        // Nodes are at centre + (k - (n-1)/2) h. Takes the parity of n whose nodes are
+        // farther from the box's faces.
         const double half = cells / 2;
         const auto distance_to_node = [&](double offset) {
             const double steps = half - offset;

@@ -1,4 +1,4 @@
-// The regular grid of rest space: where its nodes lie. Knows no material.
+// Regular grid of rest space.
 #pragma once
 
 #include <splitcubes/geometry/box.h>
@@ -14,7 +14,7 @@ struct RestGrid {
     Vec3i node_count = Vec3i::Zero();  // per axis
 
     Vec3 node_position(const Vec3i& node) const { return origin + cell_size * node.cast<double>(); }
-    /// In cells, node (0, 0, 0) at zero.
+    /// Returns a rest point in cells, relative to node (0, 0, 0).
     Vec3 to_grid(const Vec3& rest) const { return (rest - origin) / cell_size; }
     bool contains(const Vec3i& node) const {
         return (node.array() >= 0).all() && (node.array() < node_count.array()).all();
@@ -26,18 +26,18 @@ struct RestGrid {
     }
 };
 
-/// The largest number of cells along an axis of a grid.
+/// Maximum number of cells along an axis of a grid.
 inline constexpr int max_cells_per_axis = 1024;
 
-/// A grid that covers `box` with at least one layer of nodes outside on every
-/// side, its nodes placed symmetrically about the box's centre and, where that
-/// leaves a choice, as far as can be from the box's faces (a surface that runs
-/// exactly through nodes is legal but wastes accuracy).
-/// Throws InputError when cell_size is not positive or gives too many cells, and for a
-/// box beyond largest_coordinate.
+/// Returns a grid that covers `box` with at least one layer of nodes outside on every
+/// side. Its nodes are symmetric about the box's centre and, of the two such choices, as
+/// far as possible from the box's faces (a surface exactly through nodes is legal but
+/// less accurate).
+/// Throws InputError if cell_size is not positive or gives too many cells, or if the box
+/// extends beyond largest_coordinate.
 RestGrid grid_around(const Box& box, double cell_size);
 
-/// The cell size that puts `cells` cells along the longest side of `box`.
+/// Returns the cell size for `cells` cells along the longest side of `box`.
 double cell_size_for(const Box& box, int cells);
 
 }  // namespace splitcubes::geometry

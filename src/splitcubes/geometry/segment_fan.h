@@ -1,4 +1,4 @@
-// What is seen from one point.
+// Visibility tests from one point.
 #pragma once
 
 #include <splitcubes/geometry/occluder_grid.h>
@@ -7,21 +7,21 @@
 
 namespace splitcubes::geometry {
 
-/// Segments from one point to others within reach: the same answers as
-/// OccluderGrid::segment_blocked, at next to no cost where an octant around the point lists nothing.
-/// Holds until the next set_cell.
+/// Tests segments from one point to others within reach. The results are those of
+/// OccluderGrid::segment_blocked; segments in an octant without triangles cost almost nothing.
+/// Valid until the next set_cell.
 class SegmentFan {
   public:
-    /// reach: m, the farthest that is asked for along any axis.
+    /// reach: m, largest distance to a target point along any axis.
     SegmentFan(const OccluderGrid& occluders, const Vec3& from, double reach)
         : occluders_(occluders), from_(from), reach_(reach) {}
 
     bool blocked(const Vec3& to) {
         unsigned octant = 0;
         for (int axis = 0; axis < 3; ++axis) octant |= unsigned{to[axis] > from_[axis]} << axis;
-        if (asked_[octant] == Octant::unknown)
-            asked_[octant] = is_clear(octant) ? Octant::clear : Octant::occupied;
-        return asked_[octant] == Octant::occupied && occluders_.segment_blocked(from_, to);
+        if (octants_[octant] == Octant::unknown)
+            octants_[octant] = is_clear(octant) ? Octant::clear : Octant::occupied;
+        return octants_[octant] == Octant::occupied && occluders_.segment_blocked(from_, to);
     }
 
   private:
@@ -36,7 +36,7 @@ class SegmentFan {
     const OccluderGrid& occluders_;
     Vec3 from_;
     double reach_;
-    std::array<Octant, 8> asked_{};
+    std::array<Octant, 8> octants_{};
 };
 
 }  // namespace splitcubes::geometry

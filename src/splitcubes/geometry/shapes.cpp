@@ -37,8 +37,8 @@ void add_quad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d
     mesh.triangles.push_back({a, c, d});
 }
 
-// Turns an outline about the z axis. outline: (radius, z) from the bottom pole to
-// the top pole, radius zero at these two and positive between.
+// Revolves an outline about the z axis. outline: (radius, z) from the bottom pole to the
+// top pole; the radius is zero at these two and positive between.
 TriangleMesh revolve(const std::vector<Vec2>& outline, int segments) {
     TriangleMesh mesh;
     const auto n = static_cast<std::uint32_t>(segments);
@@ -62,13 +62,13 @@ TriangleMesh revolve(const std::vector<Vec2>& outline, int segments) {
     return mesh;
 }
 
-// Rows that make cells about as high as they are wide, within reason.
+// Returns the number of rows for nearly square cells, within limits.
 int row_count(double height, double radius, int segments) {
     const double rows = std::round(height * segments / (2 * pi * radius));
     return static_cast<int>(std::clamp(rows, 1.0, 4.0 * segments));
 }
 
-// The square sheet over [-half_size, half_size]^2, raised by height(s, t).
+// Creates the square sheet over [-half_size, half_size]^2, displaced by height(s, t).
 template <class Height>
 TriangleMesh sheet(const Vec3& center, const Vec3& normal, double half_size, int resolution,
                    const Height& height) {
@@ -206,12 +206,12 @@ TriangleMesh make_capsule(double radius, double straight_height, int segments) {
     return revolve(outline, segments);
 }
 
-// Where the outline is widest.
-constexpr double widest_place = -0.35;
+// Axis position of the outline's maximum radius.
+constexpr double widest_position = -0.35;
 
 double pear_outline(double axis) {
     if (!(axis > -1 && axis < 1)) return 0;
-    // A sphere whose girth fades smoothly from the belly's to the neck's.
+    // A sphere whose radius changes smoothly from the belly's to the neck's.
     return std::sqrt(1 - axis * axis) * (0.5 - 0.24 * std::tanh(3.2 * axis));
 }
 
@@ -219,9 +219,9 @@ TriangleMesh make_pear(double height, int segments, double foot) {
     check_length("pear height", height);
     check_count("pear segments", segments, 4, most_segments);
     const double half = 0.5 * height;
-    if (!(foot >= 0 && foot < 0.5 * half * pear_outline(widest_place)))
+    if (!(foot >= 0 && foot < 0.5 * half * pear_outline(widest_position)))
         throw InputError("pear foot", "must be from 0 to below half the belly's radius, about 0.16 heights");
-    double below = -1, above = widest_place;
+    double below = -1, above = widest_position;
     for (int k = 0; foot > 0 && k < 60; ++k) {
         const double middle = 0.5 * (below + above);
         (half * pear_outline(middle) < foot ? below : above) = middle;

@@ -10,8 +10,8 @@ namespace splitcubes::geometry {
 
 namespace {
 
-// More steps than this along one way are grazing: whatever is there is near enough.
-constexpr int most_trace_steps = 64;
+// Maximum number of sphere tracing steps: longer paths graze the solid and count as contact.
+constexpr int max_trace_steps = 64;
 
 class PlaneDistance : public SignedDistance {
   public:
@@ -105,12 +105,12 @@ class MeshDistance : public SignedDistance {
         }
         const double length = gradient.norm();
         const Vec3 normal = length > 0 ? Vec3(gradient / length) : Vec3(Vec3::UnitZ());
-        // Beyond the grid no nearer than the grid's rim is, and no nearer than that rim's distance.
+        // Outside the grid the distance is at least that to the grid's rim, and the rim's value less that.
         const double outside = cell_ * (wanted - place).norm();
         return {outside > 0 ? std::max(outside, value - outside) : value, normal};
     }
-    // Between nodes each axis has its own slope of up to 1; beyond the grid there is one more of
-    // the way to the rim.
+    // Between nodes each axis has a slope of up to 1; outside the grid the distance to the rim adds
+    // another 1.
     double steepness() const override { return 3; }
 
   private:
@@ -161,15 +161,15 @@ std::shared_ptr<const SignedDistance> make_mesh_distance(const TriangleMesh& mes
 
 double first_contact(const SignedDistance& solid, const Vec3& from, const Vec3& to, double margin) {
     const double length = (to - from).norm();
-    double gone = 0;
-    for (int k = 0; k < most_trace_steps; ++k) {
-        const double share = length > 0 ? gone / length : 0;
+    double travelled = 0;
+    for (int k = 0; k < max_trace_steps; ++k) {
+        const double share = length > 0 ? travelled / length : 0;
         const double distance = solid.at(from + share * (to - from)).distance;
         if (distance < margin) return share;
-        gone += distance;
-        if (gone > length) return solid.at(to).distance < margin ? 1 : 2;
+        travelled += distance;
+        if (travelled > length) return solid.at(to).distance < margin ? 1 : 2;
     }
-    return length > 0 ? gone / length : 0;
+    return length > 0 ? travelled / length : 0;
 }
 
 }  // namespace splitcubes::geometry

@@ -1,4 +1,4 @@
-// The sRGB transfer function (IEC 61966-2-1), a channel at a time, on [0, 1].
+// The sRGB transfer function (IEC 61966-2-1) per channel, on [0, 1].
 #pragma once
 
 #include <algorithm>

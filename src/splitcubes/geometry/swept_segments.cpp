@@ -8,24 +8,23 @@ namespace splitcubes::geometry {
 
 namespace {
 
-// A determinant below this share of the product of its columns' lengths may be
-// zero for the true motion: its double roots are taken from its extrema.
+// A determinant below this fraction of the product of its columns' lengths may be zero
+// for the exact motion: extrema below it count as double roots.
 constexpr double touch_share = 1e-10;
-// A cubic that stays below this share says nothing reliable about when the
-// segments meet; the times at which an end reaches the other segment do.
+// A cubic that stays below this fraction does not reliably give the contact time; the
+// times at which an end reaches the other segment are used instead.
 constexpr double coplanar_share = 1e-7;
 
-// The motion without what both have in common. Each vector goes linearly from
-// its 0 to its 1; with s along the blade and r along the edge the points
-// coincide where s u - r v = w.
+// Relative motion. Each vector changes linearly from its 0 to its 1; with s along the
+// blade and r along the edge the points coincide where s u - r v = w.
 struct Relative {
     Vec3 u0, u1;  // along the blade
     Vec3 v0, v1;  // along the edge
     Vec3 w0, w1;  // from the blade's a to the edge's a
 };
 
-// The coplanarity function det(u, v, w) as a cubic in Bernstein form: unlike with
-// powers of t, its end values are exactly those of the ends.
+// The coplanarity function det(u, v, w) as a cubic in Bernstein form. Unlike the power
+// basis it has exact values at both ends.
 struct Cubic {
     double k[4];
 
@@ -60,19 +59,19 @@ struct Times {
     double* end() { return time.data() + count; }
 };
 
-// Roots of the quadratic with Bernstein coefficients q0, q1, q2, none for the zero one.
+// Adds the roots of the quadratic with Bernstein coefficients q0, q1, q2; none if all are zero.
 void add_quadratic_roots(double q0, double q1, double q2, Times& times) {
     const double a = q0 - 2 * q1 + q2, half_b = q1 - q0, c = q0;
     const double discriminant = half_b * half_b - a * c;
     if (discriminant < 0) return;
-    // Without the cancellation of the textbook formula.
+    // Avoids the cancellation of the textbook formula.
     const double q = -(half_b + std::copysign(std::sqrt(discriminant), half_b));
     if (a != 0) times.add(q / a);
     if (q != 0) times.add(c / q);
 }
 
-// The root between two times of which the cubic has different signs and is
-// monotone: Newton's steps, halved intervals where they fail.
+// Returns the root between two times where the cubic is monotone and changes sign, by
+// Newton's method with bisection as a fallback.
 double root_between(const Cubic& cubic, double low, double high, double low_value, double high_value) {
     double t = low + (high - low) * (low_value / (low_value - high_value));
     for (int iteration = 0; iteration < 60; ++iteration) {
@@ -87,7 +86,7 @@ double root_between(const Cubic& cubic, double low, double high, double low_valu
     return t;
 }
 
-// Where in the interval the cubic vanishes or nearly does, in order.
+// Adds the times at which the cubic vanishes or nearly does, in order.
 void add_cubic_roots(const Cubic& cubic, double touch, Times& times) {
     const double* k = cubic.k;
     Times bends;
@@ -105,25 +104,25 @@ void add_cubic_roots(const Cubic& cubic, double touch, Times& times) {
     }
 }
 
-// Where the point x, relative to the line's start, is on the line along d.
+// Adds the times at which the point x, relative to the line's start, is on the line along d.
 void add_point_on_line(const Vec3& x0, const Vec3& x1, const Vec3& d0, const Vec3& d1, Times& times) {
     const Vec3 q0 = x0.cross(d0), q2 = x1.cross(d1);
     const Vec3 q1 = 0.5 * (x0.cross(d1) + x1.cross(d0));
     for (int axis = 0; axis < 3; ++axis) {
         add_quadratic_roots(q0[axis], q1[axis], q2[axis], times);
-        // A grazing contact may miss its double root by rounding.
+        // Rounding can hide the double root of a grazing contact.
         times.add((q0[axis] - q1[axis]) / (q0[axis] - 2 * q1[axis] + q2[axis]));
     }
 }
 
-// Where two points at the distance x are closest.
+// Adds the time at which two points with the difference x are closest.
 void add_nearest(const Vec3& x0, const Vec3& x1, Times& times) {
     const Vec3 dx = x1 - x0;
     times.add(-x0.dot(dx) / dx.squaredNorm());
 }
 
-// Segments that share a plane at all times begin to touch where an end of one
-// reaches the other.
+// Adds the times at which an end of one segment reaches the other: segments that stay
+// coplanar first touch at such a time.
 void add_end_contacts(const Relative& m, Times& times) {
     const Vec3 wv0 = m.w0 + m.v0, wv1 = m.w1 + m.v1;
     const Vec3 wu0 = m.w0 - m.u0, wu1 = m.w1 - m.u1;
@@ -141,14 +140,14 @@ double clamped_ratio(double numerator, double denominator) {
     return denominator > 0 ? std::clamp(numerator / denominator, 0.0, 1.0) : 0.0;
 }
 
-// The segments' closest points at time t, as a hit where they are no further
-// apart than the tolerance (compare Ericson 2005, section 5.1.9).
+// Computes the segments' closest points at time t; returns a hit if they are within the
+// tolerance (compare Ericson 2005, section 5.1.9).
 std::optional<SegmentHit> touch_at(const Relative& m, double t, double tolerance) {
     const Vec3 u = moving_point(m.u0, m.u1, t), v = moving_point(m.v0, m.v1, t);
     const Vec3 w = moving_point(m.w0, m.w1, t);
     const double uu = u.squaredNorm(), vv = v.squaredNorm(), uv = u.dot(v);
     const double uw = u.dot(w), vw = v.dot(w);
-    // From the cross product: uu vv - uv^2 has no digits left for nearly parallel segments.
+    // Uses the cross product: uu vv - uv^2 cancels for nearly parallel segments.
     const Vec3 normal = u.cross(v);
     double s = clamped_ratio(w.cross(v).dot(normal), normal.squaredNorm());
     double r = vv > 0 ? (s * uv - vw) / vv : 0.0;
@@ -170,14 +169,14 @@ std::optional<SegmentHit> first_touch(const Relative& m) {
     const Cubic cubic = coplanarity(m);
     const auto [low, high] = std::minmax({cubic.k[0], cubic.k[1], cubic.k[2], cubic.k[3]});
     const double touch = touch_share * scale;
-    if (low > touch || high < -touch) return std::nullopt;  // a Bernstein cubic stays among its coefficients
+    if (low > touch || high < -touch) return std::nullopt;  // convex hull of the Bernstein coefficients
 
     double tolerance = 1e-7 * std::min(u, v) + 1e-11 * (u + v + w);
     Times times;
     const bool coplanar = std::max(-low, high) <= coplanar_share * scale;
     add_cubic_roots(cubic, touch, times);
     if (coplanar) {
-        // As far as the segments may then be apart across their plane.
+        // The distance that such segments may have across their plane.
         tolerance += 4 * coplanar_share * (u + v + w);
         add_end_contacts(m, times);
         std::sort(times.begin(), times.end());
@@ -190,7 +189,7 @@ std::optional<SegmentHit> first_touch(const Relative& m) {
     return std::nullopt;
 }
 
-// Whether the boxes of the two motions meet; most pairs end at the first axis.
+// Returns whether the boxes of the two motions meet; most pairs are rejected by the first axis.
 bool boxes_meet(const MovingSegment& blade, const MovingSegment& edge) {
     for (int axis = 0; axis < 3; ++axis) {
         const auto low = [axis](const MovingSegment& s) {

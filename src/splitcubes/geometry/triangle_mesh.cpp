@@ -12,7 +12,7 @@ Box TriangleMesh::bounds() const {
 
 double TriangleMesh::volume() const {
     if (triangles.empty()) return 0;
-    // About a vertex of the mesh itself, so that a body far from the origin loses no digits.
+    // Relative to a vertex of the mesh, so that a body far from the origin loses no digits.
     const Vec3 origin = positions[triangles.front()[0]];
     CompensatedSum six_volumes;
     for (const Triangle& t : triangles) {
@@ -58,7 +58,7 @@ TriangleMesh part_of(const TriangleMesh& mesh, std::span<const std::uint32_t> tr
 
 namespace {
 
-/// Arrays are empty or whole, so one half alone cannot be kept.
+/// Appends to an array, or clears it if one of the two is missing: arrays are empty or complete.
 template <class Value>
 void append_or_drop(std::vector<Value>& own, std::size_t own_count, const std::vector<Value>& other,
                     std::size_t other_count) {

@@ -1,4 +1,4 @@
-// Indexed triangle meshes, as they come in and as they go out.
+// Indexed triangle meshes for input and output.
 #pragma once
 
 #include <splitcubes/geometry/box.h>
@@ -14,41 +14,41 @@ namespace splitcubes::geometry {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// Triangles over shared vertices. Counter-clockwise seen from outside.
+/// Triangles over shared vertices, counter-clockwise seen from outside.
 struct TriangleMesh {
     std::vector<Vec3> positions;      // m
     std::vector<Triangle> triangles;  // indices into positions
 
     Box bounds() const;
-    /// Signed volume by the divergence theorem, m^3; meaningful for closed meshes.
+    /// Returns the signed volume by the divergence theorem, m^3; meaningful for closed meshes.
     double volume() const;
     /// m^2
     double area() const;
-    /// Appends another mesh; its indices are shifted.
+    /// Appends another mesh and offsets its indices.
     void append(const TriangleMesh& other);
 };
 
-/// The triangles of the given numbers, with the vertices that they use.
+/// Returns the triangles of the given indices, with the vertices that they use.
 TriangleMesh part_of(const TriangleMesh& mesh, std::span<const std::uint32_t> triangles);
 
-/// Where a triangle of a body's surface comes from.
+/// Origin of a triangle of a body's surface.
 enum class Origin : std::uint8_t {
-    boundary = 0,  // the surface that the input mesh had
-    cut = 1,       // made by a cut
+    boundary = 0,  // surface of the input mesh
+    cut = 1,       // created by a cut
 };
 
-/// A body's surface: the mesh and what each vertex and triangle is. The
-/// attribute arrays are either empty or as long as what they describe.
+/// A body's surface: the mesh and data per vertex and triangle. Each array is either
+/// empty or has one entry per element.
 struct SurfaceMesh {
     TriangleMesh mesh;
     std::vector<Vec3> normals;               // per vertex, unit, outward
-    std::vector<std::int32_t> vertex_piece;  // per vertex, number of the connected part
+    std::vector<std::int32_t> vertex_piece;  // per vertex, id of the connected part
     std::vector<Origin> triangle_origin;     // per triangle
     std::vector<Vec3> rest = {};             // per vertex, m, rest space
     MeshAttributes attributes = {};          // of the mesh's triangles
 
-    /// Appends another surface; what only one of the two has is dropped, but for
-    /// `attributes`, see there.
+    /// Appends another surface; arrays that only one of the two has are dropped, except for
+    /// `attributes` (see MeshAttributes::append).
     void append(const SurfaceMesh& other);
 };
 
