@@ -1,4 +1,4 @@
-// Vector code for many motions gives the bits of one motion after the other.
+// Vectorised sums of motions give the same bits as scalar ones.
 #include <splitcubes/core/random.h>
 #include <splitcubes/geometry/affine_sums.h>
 
@@ -41,7 +41,7 @@ bool same(const AffineDisplacement& a, const AffineDisplacement& b) {
     return std::equal(a.entries(), a.entries() + AffineDisplacement::entry_count, b.entries());
 }
 
-TEST(AffineSums, AreTheSumsOfOneAfterTheOther) {
+TEST(AffineSums, EqualSequentialSums) {
     Random random(3);
     std::vector<AffineDisplacement> motions;
     for (int k = 0; k < 40; ++k) motions.push_back(random_motion(random));
@@ -68,7 +68,7 @@ TEST(AffineSums, AreTheSumsOfOneAfterTheOther) {
     });
 }
 
-// What becomes of a point and its normal, in words of Eigen.
+// Reference transformation of a point and its normal by Eigen.
 struct Moved {
     Vec3 point, normal;
 };
@@ -83,7 +83,7 @@ Moved image_of(AffineDisplacement motion, double factor, const Vec3& point, cons
     return {motion.image(point), length > 1e-9 ? Vec3(turned / length) : normal};
 }
 
-TEST(AffineSums, CarryPointsAndNormalsAsOneMotionDoes) {
+TEST(AffineSums, TransformPointsAndNormalsLikeSingleMotions) {
     Random random(4);
     constexpr std::size_t most = 4 * carried_width;
     std::vector<AffineDisplacement> motions(most);
@@ -95,7 +95,7 @@ TEST(AffineSums, CarryPointsAndNormalsAsOneMotionDoes) {
         std::vector<Moved> expected;
         for (std::size_t k = 0; k < count; ++k) {
             motions[k] = random_motion(random);
-            // A motion that leaves nothing of any normal.
+            // A motion under which every normal vanishes.
             if (k % 5 == 3) motions[k] = {Vec3::Zero(), Vec3::Ones(), Mat3::Zero()};
             factor[k] = k % 5 == 3 ? 1 : random.uniform(0.9, 1.1);
             const Vec3 p = coefficients(random, 1), n = coefficients(random, 1).normalized();

@@ -12,8 +12,8 @@ using namespace splitcubes::geometry;
 
 namespace {
 
-/// A box of which each side has a square of the picture of its own, 3 x 2 of them.
-/// Vertices are shared, so that only the coordinates tell the sides apart.
+/// A box whose sides are mapped to separate squares of the picture, 3 x 2 of them.
+/// Vertices are shared, so only the texture coordinates separate the sides.
 TriangleMesh box_with_sides(MeshAttributes& attributes) {
     const TriangleMesh box = make_box(Vec3(1, 1, 1));
     for (const Triangle& t : box.triangles) {
@@ -65,7 +65,7 @@ TEST(AttributeCharts, AreTheSidesOfABox) {
             };
             EXPECT_EQ(charts[s] == charts[t], side(s).dot(side(t)) > 0.5);
         }
-    // Vertices that a format has split are no seams.
+    // Vertices that a format has split are not seams.
     TriangleMesh split;
     for (const Triangle& t : box.triangles) {
         const auto first = static_cast<std::uint32_t>(split.positions.size());
@@ -75,7 +75,7 @@ TEST(AttributeCharts, AreTheSidesOfABox) {
     EXPECT_EQ(attribute_charts(split, attributes), charts);
 }
 
-TEST(AttributeCharts, AreCutByMaterialsAndColoursToo) {
+TEST(AttributeCharts, AreSeparatedByMaterialsAndColours) {
     const TriangleMesh ball = make_sphere(1, 2);
     EXPECT_EQ(chart_count(attribute_charts(ball, coloured(ball))), 1U);
     MeshAttributes attributes = coloured(ball);
@@ -112,10 +112,10 @@ TEST(AttributeTransfer, OntoTheMeshItselfChangesNothing) {
                 EXPECT_NEAR(out.corner_uv[t][k][i], attributes.corner_uv[t][k][i], 1e-6);
 }
 
-TEST(AttributeTransfer, ErrorsFallWithTheTriangles) {
+TEST(AttributeTransfer, ErrorsDecreaseWithTheTriangleSize) {
     const Parallel parallel;
     double before = 1;
-    // From a mesh twice as fine onto one that is turned against it.
+    // From a mesh twice as fine onto a rotated one.
     for (int level = 2; level < 5; ++level) {
         const TriangleMesh fine = make_sphere(1, level + 1);
         SurfaceMesh surface;
@@ -139,7 +139,7 @@ TEST(AttributeTransfer, ErrorsFallWithTheTriangles) {
 
 TEST(AttributeTransfer, AThinWallKeepsItsTwoColours) {
     const Parallel parallel;
-    // Red above, blue below, a hundredth apart; the surface lies anywhere between and around.
+    // Red above, blue below, 0.01 m apart; the surface lies between and around them.
     const TriangleMesh wall = make_box(Vec3(1, 1, 0.01));
     MeshAttributes attributes;
     for (const Triangle& t : wall.triangles) {
@@ -185,12 +185,12 @@ TEST(AttributeTransfer, CutFacesHaveAMaterialOfTheirOwn) {
         EXPECT_EQ(out.triangle_material[t], t == 3 ? 1 : 0);
         EXPECT_EQ(out.corner_uv[t] == (std::array<Uv, 3>{}), t == 3);
     }
-    // The input's own, where it has one.
+    // The input's own cut material is used if it has one.
     attributes.triangle_material.assign(12, 0);
     attributes.materials = {{.name = "cut", .texture = {}, .image = {}}};
     EXPECT_EQ(AttributeTransfer(surface.mesh, attributes, 0.01).onto(surface, parallel).materials,
               attributes.materials);
-    // With colours of vertices the cut's colour is among them.
+    // With vertex colours these hold the cut colour.
     const MeshAttributes vivid =
         AttributeTransfer(surface.mesh, coloured(surface.mesh), 0.01).onto(surface, parallel);
     EXPECT_EQ(vivid.materials[1].colour, (Rgba{1, 1, 1, 1}));
@@ -198,14 +198,14 @@ TEST(AttributeTransfer, CutFacesHaveAMaterialOfTheirOwn) {
     EXPECT_TRUE(AttributeTransfer(surface.mesh, {}, 0.01).onto(surface, parallel).empty());
 }
 
-TEST(AttributeTransfer, SameBitsForAnyThreadCountAndWhateverStandsBeside) {
+TEST(AttributeTransfer, SameBitsForAnyThreadCountAndOtherTriangles) {
     const TriangleMesh fine = make_sphere(1, 4);
     const AttributeTransfer transfer(fine, coloured(fine), 0.1);
     SurfaceMesh surface;
     surface.mesh = make_pear(1.9, 48);
     const MeshAttributes one = transfer.onto(surface, Parallel(1));
     EXPECT_EQ(transfer.onto(surface, Parallel(3)), one);
-    // Starting from what is known of a part of it, in another order, among others.
+    // Reuses known results of a part of the surface, in another order, among other triangles.
     SurfaceMesh before;
     before.mesh = make_sphere(0.7, 2);
     for (std::size_t t = 0; t < surface.mesh.triangles.size(); t += 3) {
@@ -221,7 +221,7 @@ TEST(AttributeTransfer, SameBitsForAnyThreadCountAndWhateverStandsBeside) {
     EXPECT_EQ(turned.corner_colour, one.corner_colour);
 }
 
-TEST(MeshAttributes, AppendedArraysStayWhole) {
+TEST(MeshAttributes, AppendedArraysStayComplete) {
     MeshAttributes a;
     a.corner_uv.assign(2, {{{1, 1}, {1, 1}, {1, 1}}});
     MeshAttributes b;

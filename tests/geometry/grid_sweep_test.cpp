@@ -23,7 +23,7 @@ RestGrid unit_grid(int nodes) {
     return grid;
 }
 
-// Winding number of every node, as the lines along one axis count it.
+// Winding number of every node, counted along the lines of one axis.
 struct Windings {
     Vec3i count;
     std::vector<int> values;
@@ -45,7 +45,8 @@ Windings windings_along(const RestGrid& grid, const GridCrossings& sweep, int ax
     return out;
 }
 
-// Empty where the three families agree and every line leaves what it entered.
+// Returns a problem, or an empty text if the three families agree and the directions on every line sum to
+// zero.
 std::string disagreement(const RestGrid& grid, const TriangleMesh& mesh) {
     const GridCrossings sweep = sweep_grid(grid, mesh);
     if (sweep.beyond_grid != 0) return "crossings beyond the grid";
@@ -96,7 +97,7 @@ TEST(GridSweep, FamiliesAgreeOnSpheres) {
         const TriangleMesh sphere = moved(make_sphere(random.uniform(1, 8), 3), random_vector(random, 3));
         const RestGrid grid = grid_around(sphere.bounds(), random.uniform(0.3, 1));
         ASSERT_EQ(disagreement(grid, sphere), "") << "trial " << trial;
-        // Triangles smaller than the lattice's cells, too.
+        // Includes triangles smaller than the lattice's cells.
         const RestGrid coarse = grid_around(sphere.bounds(), 5);
         ASSERT_EQ(disagreement(coarse, sphere), "") << "trial " << trial;
     }
@@ -107,7 +108,7 @@ TEST(GridSweep, FamiliesAgreeOnVerticesEdgesAndFacesInNodes) {
     for (int size = 1; size <= 9; ++size) {
         const TriangleMesh cube = box_between(Vec3::Ones(), Vec3::Constant(1 + size));
         ASSERT_EQ(disagreement(grid, cube), "");
-        // Shifted by infinitesimals the cube holds as many nodes as cells.
+        // Shifted by infinitesimals the cube contains as many nodes as cells.
         EXPECT_EQ(wound_nodes(grid, cube), static_cast<std::size_t>(size * size * size));
     }
     for (int radius = 1; radius <= 4; ++radius)
@@ -150,7 +151,7 @@ TEST(GridSweep, SolidsThatShareAFaceShareNoNode) {
     EXPECT_EQ(sum.values, whole.values);
 }
 
-TEST(GridSweep, NodesStrictlyInsideAndOutsideAreTold) {
+TEST(GridSweep, NodesStrictlyInsideAndOutsideAreClassified) {
     const RestGrid grid = unit_grid(10);
     Random random(4);
     for (int trial = 0; trial < 300; ++trial) {
@@ -161,7 +162,7 @@ TEST(GridSweep, NodesStrictlyInsideAndOutsideAreTold) {
         for (int k = 0; k < 1000; ++k) {
             const Vec3i node(k % 10, k / 10 % 10, k / 100);
             const double distance = (node.cast<double>() - center).lpNorm<1>();
-            // Vertices are snapped to 2^-20 of a cell.
+            // Vertices are snapped to a lattice of 2^-20 cells.
             if (std::abs(distance - radius) < 1e-5) continue;
             ASSERT_EQ(windings.at(node), distance < radius ? 1 : 0);
         }
@@ -180,7 +181,7 @@ TEST(GridSweep, CrossingsLieOnTheirTriangle) {
         const Vec3 at = grid.node_position(c.node) + c.parameter * grid.cell_size * Vec3::Unit(c.axis);
         const Vec3 normal = triangle_normal(mesh, c.triangle);
         const Vec3& corner = mesh.positions[mesh.triangles[c.triangle][0]];
-        // Along the line the snapped vertices' error grows with the plane's steepness.
+        // The error of snapped vertices along the line grows with the plane's slope.
         ASSERT_LT(std::abs(normal.dot(at - corner)), 2e-5 * grid.cell_size);
         ASSERT_EQ(c.direction, normal[c.axis] > 0 ? 1 : -1);
     }
@@ -204,7 +205,7 @@ TEST(GridSweep, CrossingsAreSortedByAxisLineAndNode) {
 }
 
 TEST(GridSweep, ASheetThroughNodesMeetsEveryLineOnce) {
-    // Vertices and edges of the sheet in nodes and on lines; its diagonals over nodes.
+    // Vertices and edges of the sheet coincide with nodes and lines; its diagonals pass over nodes.
     const RestGrid grid = unit_grid(11);
     for (const double height : {5.0, 5.25}) {
         const TriangleMesh sheet = make_plane_sheet({5, 5, height}, Vec3::UnitZ(), 8, 16);
@@ -216,7 +217,7 @@ TEST(GridSweep, ASheetThroughNodesMeetsEveryLineOnce) {
             EXPECT_EQ(c.node[2] + c.parameter, height);
         }
     }
-    // Tilted and wavy ones that every line along z meets once: nothing slips through.
+    // Every line along z meets tilted and wavy sheets exactly once.
     RestGrid tall = unit_grid(11);
     tall.origin[2] = -15;
     tall.node_count[2] = 41;

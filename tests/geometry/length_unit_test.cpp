@@ -9,7 +9,7 @@
 namespace splitcubes::geometry {
 namespace {
 
-TEST(LengthUnit, IsWhatItIs) {
+TEST(LengthUnit, HasTheRightFactor) {
     EXPECT_DOUBLE_EQ(length_unit("mm").to_metres(1), 1e-3);
     EXPECT_DOUBLE_EQ(length_unit("cm").to_metres(1), 1e-2);
     EXPECT_DOUBLE_EQ(length_unit("inch").to_metres(1), 0.0254);
@@ -28,7 +28,7 @@ TEST(LengthUnit, IsWhatItIs) {
     EXPECT_THROW(length_unit(""), InputError);
 }
 
-TEST(LengthUnit, WhatIsReadComesOutAgain) {
+TEST(LengthUnit, ConversionsRoundTrip) {
     for (const LengthUnit& unit : length_units()) {
         SurfaceMesh surface;
         for (int k = 0; k < 1000; ++k) surface.mesh.positions.emplace_back(0.1 * k, -k / 7.0, 1e6 / (1 + k));

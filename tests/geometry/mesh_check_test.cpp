@@ -27,7 +27,7 @@ TEST(MeshCheck, ASolidIsValid) {
     EXPECT_TRUE(check_mesh(make_torus(2, 0.5)).valid()) << "any number of handles";
 }
 
-TEST(MeshCheck, NothingIsNotValid) {
+TEST(MeshCheck, AnEmptyMeshIsInvalid) {
     EXPECT_FALSE(check_mesh({}).valid());
     EXPECT_FALSE(check_mesh({}).closed());
 }
@@ -44,7 +44,7 @@ TEST(MeshCheck, AMissingTriangleLeavesThreeBoundaryEdges) {
     EXPECT_TRUE(check.manifold());
 }
 
-TEST(MeshCheck, ATurnedTriangleMisorientsThreeEdges) {
+TEST(MeshCheck, AFlippedTriangleMisorientsThreeEdges) {
     TriangleMesh mesh = make_sphere(1, 2);
     std::swap(mesh.triangles[7][0], mesh.triangles[7][1]);
     const MeshCheck check = check_mesh(mesh);
@@ -77,7 +77,7 @@ TEST(MeshCheck, SolidsThatTouchAlongAnEdge) {
     EXPECT_FALSE(check.oriented());
 }
 
-TEST(MeshCheck, PartsGoBySizeAndKeepTheirSign) {
+TEST(MeshCheck, PartsAreOrderedBySizeAndKeepTheirSign) {
     TriangleMesh mesh = box_between(zero, ones);
     mesh.append(moved(reversed(box_between(zero, 2 * ones)), Vec3(5, 0, 0)));
     mesh.append(moved(box_between(zero, 3 * ones), Vec3(0, 9, 0)));
@@ -97,7 +97,7 @@ TEST(MeshCheck, PartsGoBySizeAndKeepTheirSign) {
     for (std::size_t t = 0; t < part.size(); ++t) ASSERT_EQ(part[t], static_cast<std::int32_t>(t / 12));
 }
 
-TEST(MeshCheck, WhatIsNotFiniteOrFlatIsCounted) {
+TEST(MeshCheck, CountsNonFiniteVerticesAndDegenerateTriangles) {
     TriangleMesh mesh = box_between(zero, ones);
     mesh.triangles.push_back({3, 3, 5});
     mesh.positions.emplace_back(std::numeric_limits<double>::quiet_NaN(), 0, 0);  // not used
@@ -114,7 +114,7 @@ TEST(MeshCheck, WhatIsNotFiniteOrFlatIsCounted) {
     EXPECT_FALSE(check.valid());
 }
 
-TEST(WeldEqualVertices, MakesASolidOfLooseTriangles) {
+TEST(WeldEqualVertices, MakesASolidOfUnconnectedTriangles) {
     const TriangleMesh sphere = make_sphere(1, 2);
     TriangleMesh loose;
     for (const Triangle& t : sphere.triangles) {
@@ -129,7 +129,7 @@ TEST(WeldEqualVertices, MakesASolidOfLooseTriangles) {
     EXPECT_DOUBLE_EQ(welded.volume(), sphere.volume());
 }
 
-TEST(WeldEqualVertices, TakesBothZerosAsOneAndKeepsWhatDiffersByABit) {
+TEST(WeldEqualVertices, MergesBothZerosAndKeepsOneBitDifferences) {
     TriangleMesh mesh;
     const double next = std::nextafter(1.0, 2.0);
     mesh.positions = {Vec3(0, 1, 0), Vec3(1, 0, 0), Vec3(0, 0, 1), Vec3(-0.0, 1, 0), Vec3(next, 0, 0)};

@@ -15,7 +15,7 @@ Vec3 random_point(Random& random, double largest) {
     return {x, y, random.uniform(-largest, largest)};
 }
 
-/// Triangles of all sizes, some of them without area or all in one point.
+/// Triangles of all sizes, some degenerate to a line or a point.
 TriangleMesh unit_soup(std::uint64_t seed, std::size_t count) {
     Random random(seed);
     TriangleMesh mesh;
@@ -45,7 +45,7 @@ Vec3 normal_of(const TriangleMesh& mesh, std::size_t t) {
     return (c[1] - c[0]).cross(c[2] - c[0]);
 }
 
-/// What a query asks for, by trying every triangle.
+/// Brute-force answer to a query.
 double least_value(const TriangleMesh& mesh, const NearestPoint::Query& q) {
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -59,7 +59,7 @@ double least_value(const TriangleMesh& mesh, const NearestPoint::Query& q) {
 
 }  // namespace
 
-TEST(NearestPoint, WeightsGiveThePointThatNoOtherOfTheTriangleBeats) {
+TEST(NearestPoint, WeightsGiveTheNearestPointOfTheTriangle) {
     Random random(1);
     const TriangleMesh mesh = unit_soup(2, 300);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -75,7 +75,7 @@ TEST(NearestPoint, WeightsGiveThePointThatNoOtherOfTheTriangleBeats) {
                 u = 1 - u;
                 v = 1 - v;
             }
-            // Also corners and sides.
+            // Includes corners and sides.
             if (i % 4 == 0) u = 0;
             if (i % 8 == 0) v = i % 16 == 0 ? 0 : 1;
             EXPECT_GE((mix(c, {1 - u - v, u, v}) - p).norm(), distance * (1 - 1e-9)) << t;
@@ -110,7 +110,7 @@ TEST(NearestPoint, IsTheNearestOfAllTriangles) {
             EXPECT_NEAR(hit.distance + against, least_value(mesh, q), 1e-12 * (1 + q.point.norm()));
             EXPECT_NEAR((mix(corners(mesh, hit.triangle), hit.weights) - q.point).norm(), hit.distance,
                         1e-12 * (1 + q.point.norm()));
-            // A guess changes nothing, however bad.
+            // A guess never changes the result.
             q.guess = random.below(static_cast<std::uint32_t>(count));
             const NearestPoint::Hit again = nearest.at(q);
             EXPECT_EQ(again.triangle, hit.triangle);
@@ -119,14 +119,14 @@ TEST(NearestPoint, IsTheNearestOfAllTriangles) {
     }
 }
 
-TEST(NearestPoint, OfEquallyNearOnesTheFirst) {
+TEST(NearestPoint, TiesGoToTheFirst) {
     TriangleMesh mesh;
     const TriangleMesh ball = make_sphere(1, 2);
     for (int copy = 0; copy < 5; ++copy) mesh.append(ball);
     const NearestPoint nearest(mesh);
     Random random(5);
     for (int i = 0; i < 200; ++i) {
-        // Straight out from a vertex: all its triangles are as near.
+        // Straight out from a vertex all its triangles are equally near.
         const std::uint32_t v = random.below(static_cast<std::uint32_t>(ball.positions.size()));
         const NearestPoint::Hit hit = nearest.at({.point = ball.positions[v]});
         std::uint32_t first = 0;

@@ -38,7 +38,7 @@ std::vector<OccluderTriangle> random_cell(Random& random, const Vec3i& cell, dou
     return out;
 }
 
-// Fills a grid in many steps, cells set again and emptied.
+// Fills a grid in many steps; some cells are set again or emptied.
 OccluderGrid random_grid(Random& random, int steps, double overhang, Content& content) {
     OccluderGrid grid(origin, cell_size, Vec3i::Constant(cells));
     for (int k = 0; k < steps; ++k) {
@@ -63,8 +63,8 @@ std::vector<std::array<double, 10>> numbers(const std::vector<OccluderTriangle>&
     return out;
 }
 
-// Independent of segment_meets_triangle: where the segment passes the plane, in
-// barycentric coordinates (Moeller and Trumbore 1997), in long double.
+// Reference for segment_meets_triangle: intersection with the plane in barycentric
+// coordinates (Moeller and Trumbore 1997), in long double.
 bool meets(const Vec3& a, const Vec3& b, const OccluderTriangle& t) {
     using Real = Eigen::Matrix<long double, 3, 1>;
     const Real e1 = (t.corner[1] - t.corner[0]).cast<long double>();
@@ -78,7 +78,7 @@ bool meets(const Vec3& a, const Vec3& b, const OccluderTriangle& t) {
     return u >= 0 && v >= 0 && u + v <= 1 && s >= 0 && s <= 1;
 }
 
-TEST(OccluderGrid, GatherFindsWhatItsBoxMeets) {
+TEST(OccluderGrid, GatherFindsTrianglesThatMeetTheBox) {
     Random random(1);
     for (int round = 0; round < 60; ++round) {
         Content content;
@@ -104,8 +104,8 @@ TEST(OccluderGrid, GatherFindsWhatItsBoxMeets) {
     }
 }
 
-// Packs hold each triangle once, where it is to single precision; boxes leave none out.
-TEST(OccluderGrid, PacksHoldWhatABoxMeets) {
+// Packs hold each triangle once, in single precision; box queries miss none.
+TEST(OccluderGrid, PacksHoldTheTrianglesOfABox) {
     Random random(7);
     for (int round = 0; round < 60; ++round) {
         Content content;
@@ -195,15 +195,15 @@ TEST(OccluderGrid, SegmentBlockedEqualsBruteForce) {
     EXPECT_LT(hits, count * 9 / 10);
 }
 
-// What blocks a segment was there before and stayed, or came since.
-TEST(OccluderGrid, TellsWhatIsNewFromWhatWasThere) {
+// A blocker either existed before and remained, or was set since.
+TEST(OccluderGrid, DistinguishesNewFromOldTriangles) {
     Random random(12);
     Content content;
     OccluderGrid grid = random_grid(random, 300, 0.5, content);
     int old_and_new = 0, only_new = 0;
     for (int round = 0; round < 60; ++round) {
         const std::uint32_t before = grid.changes();
-        OccluderGrid kept = grid;  // what is replaced taken out
+        OccluderGrid kept = grid;  // without the replaced cells
         for (int k = 0; k < 5; ++k) {
             const Vec3i cell = random_place(random);
             kept.set_cell(cell, {});
@@ -222,8 +222,8 @@ TEST(OccluderGrid, TellsWhatIsNewFromWhatWasThere) {
     EXPECT_GT(only_new, 50);
 }
 
-// A triangle that blocks a segment is known again for as long as it does.
-TEST(OccluderGrid, WhatBlockedASegmentTellsLaterWhetherItStillDoes) {
+// A cached blocker is recognised as long as it blocks the segment.
+TEST(OccluderGrid, CachedBlockersCanBeTestedAgain) {
     Random random(13);
     Content content;
     OccluderGrid grid = random_grid(random, 300, 0.5, content);
@@ -257,8 +257,8 @@ TEST(OccluderGrid, WhatBlockedASegmentTellsLaterWhetherItStillDoes) {
     EXPECT_GT(other, 10);
 }
 
-// Triangles of many cells at once, some of them emptied, some set again.
-TEST(OccluderGrid, ManyCellsAtOnceAreAsOneByOne) {
+// Sets many cells at once; some are emptied, some set again.
+TEST(OccluderGrid, SettingManyCellsEqualsSettingSingleCells) {
     Random random(11);
     OccluderGrid single(origin, cell_size, Vec3i::Constant(cells));
     OccluderGrid batch = single;
@@ -288,7 +288,7 @@ TEST(OccluderGrid, ManyCellsAtOnceAreAsOneByOne) {
     }
 }
 
-TEST(OccluderGrid, NothingIsBlockedWhereItIsClear) {
+TEST(OccluderGrid, NoSegmentIsBlockedInAClearBox) {
     Random random(12);
     int clear = 0, occupied = 0;
     for (int round = 0; round < 20; ++round) {
@@ -344,7 +344,7 @@ TEST(OccluderGrid, SegmentsAlongCellFaces) {
         };
         const Vec3 a = lattice(), b = lattice();
         const Vec3 middle = 0.5 * (a + b);
-        // A triangle about the middle, across the segment, listed by a cell that holds it.
+        // A triangle at the middle across the segment, listed by a cell that contains it.
         const Vec3 d = b - a;
         if (d.isZero()) continue;
         const Vec3 u = d.unitOrthogonal(), v = d.cross(u).normalized();
@@ -352,7 +352,7 @@ TEST(OccluderGrid, SegmentsAlongCellFaces) {
             {{{middle + 0.3 * u, middle - 0.2 * u + 0.2 * v, middle - 0.2 * u - 0.2 * v}, false}}};
         grid.set_cell(middle.cast<int>().cwiseMin(7), across);
         ASSERT_TRUE(grid.segment_blocked(a, b)) << a.transpose() << " to " << b.transpose();
-        // Ends on the triangle: closed.
+        // A segment that ends on the triangle meets it: both are closed.
         ASSERT_TRUE(grid.segment_blocked(a, middle));
         ASSERT_TRUE(grid.segment_blocked(middle, b));
         ASSERT_TRUE(grid.segment_blocked(middle, middle));
@@ -361,8 +361,8 @@ TEST(OccluderGrid, SegmentsAlongCellFaces) {
     }
 }
 
-// A closed fan with a wavy rim around a point: nothing slips between its
-// triangles, not through the middle vertex, not along the shared edges.
+// A closed fan with a wavy rim around a point: no segment slips between its triangles,
+// through the middle vertex or along the shared edges.
 TEST(SegmentMeetsTriangle, NothingSlipsBetweenTriangles) {
     Random random(5);
     for (int round = 0; round < 20000; ++round) {
@@ -398,12 +398,12 @@ TEST(SegmentMeetsTriangle, InThePlaneOfTheTriangle) {
     EXPECT_FALSE(segment_meets_triangle({-1, 0.5, 1.001}, {3, 0.5, 1.001}, triangle));
     EXPECT_TRUE(segment_meets_triangle({0.5, 0.5, 1}, {0.5, 0.5, 1}, triangle));
     EXPECT_FALSE(segment_meets_triangle({1.5, 1.5, 1}, {1.5, 1.5, 1}, triangle));
-    // Without area.
+    // Degenerate triangles.
     EXPECT_FALSE(
         segment_meets_triangle({-1, 0.5, 1}, {3, 0.5, 1}, {Vec3(0, 0, 1), Vec3(0, 1, 1), Vec3(0, 2, 1)}));
 }
 
-TEST(OccluderGrid, EmptyingACellForgetsItsTriangles) {
+TEST(OccluderGrid, EmptyingACellRemovesItsTriangles) {
     Random random(6);
     Content content;
     OccluderGrid grid = random_grid(random, 300, 0.5, content);
@@ -415,7 +415,7 @@ TEST(OccluderGrid, EmptyingACellForgetsItsTriangles) {
     EXPECT_FALSE(grid.segment_blocked({-2, -2, -2}, {2, 2, 2}));
 }
 
-TEST(OccluderGrid, LargeGridsCostNothingWhereEmpty) {
+TEST(OccluderGrid, EmptyRegionsOfLargeGridsCostNothing) {
     OccluderGrid grid(Vec3::Zero(), 0.001, Vec3i::Constant(1 << 20));
     const Vec3 p(700.0001, 1.0, 30.0);
     const std::array<OccluderTriangle, 1> one{{{{p, p + Vec3(0, 0.001, 0), p + Vec3(0, 0, 0.001)}, false}}};

@@ -13,7 +13,7 @@ namespace {
 
 const Box box{{-1, 2, 3}, {4, 3, 3.5}};
 
-// Whether the convex mesh, oriented outward, holds the point.
+// Returns whether the convex mesh, oriented outward, contains the point.
 bool holds(const TriangleMesh& convex, const Vec3& point) {
     for (const Triangle& t : convex.triangles) {
         const Vec3& a = convex.positions[t[0]];
@@ -28,7 +28,7 @@ Vec3 corner(int k) {
             k & 4 ? box.max[2] : box.min[2]};
 }
 
-TEST(Plane, AcrossAnAxisTheSheetLiesOnItExactly) {
+TEST(Plane, SheetsNormalToAnAxisAreExact) {
     for (int axis = 0; axis < 3; ++axis)
         for (const double sign : {1.0, -1.0, 3.0, -0.1}) {
             const double place = 0.1 * (axis + 1);
@@ -41,9 +41,9 @@ TEST(Plane, AcrossAnAxisTheSheetLiesOnItExactly) {
         }
 }
 
-// Points of the box are within the half space just where they lie in front; no edge of the
-// square comes near the box.
-TEST(Plane, TheHalfSpaceHoldsWhatOfTheBoxIsInFront) {
+// Points of the box are inside the half space exactly if they lie in front; no edge of the square
+// comes near the box.
+TEST(Plane, TheHalfSpaceContainsThePartOfTheBoxInFront) {
     for (const Vec3& normal : {Vec3(1, 2, 3), Vec3(-1, 0.1, 0), Vec3(0, 0, 2), Vec3(1e-3, -2e-3, 1e-3)})
         for (const double shift : {-100.0, -0.7, 0.0, 0.2, 0.5, 30.0}) {
             const CuttingPlane plane{normal, normal.dot(box.center()) + shift * normal.norm()};
@@ -60,7 +60,7 @@ TEST(Plane, TheHalfSpaceHoldsWhatOfTheBoxIsInFront) {
         }
 }
 
-TEST(Plane, WithoutADirectionOrBeyondReachIsRefused) {
+TEST(Plane, ZeroNormalsAndFarPlanesAreRefused) {
     EXPECT_THROW(plane_sheet({Vec3::Zero(), 1}, box), InputError);
     EXPECT_THROW(plane_sheet({{std::numeric_limits<double>::infinity(), 0, 0}, 1}, box), InputError);
     EXPECT_THROW(plane_sheet({{std::nan(""), 0, 0}, 1}, box), InputError);

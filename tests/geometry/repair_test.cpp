@@ -9,7 +9,7 @@
 namespace splitcubes::geometry {
 namespace {
 
-TEST(WithoutDuplicates, LeavesOneOfMany) {
+TEST(WithoutDuplicates, KeepsOneOfMany) {
     const TriangleMesh ball = make_sphere(1, 2);
     TriangleMesh many = ball;
     for (int copy = 0; copy < 3; ++copy)
@@ -26,7 +26,7 @@ TEST(WithoutDuplicates, LeavesOneOfMany) {
     EXPECT_EQ(dropped, 0U);
 }
 
-TEST(WithoutDuplicates, ASheetOfTwoSidesBoundsNothing) {
+TEST(WithoutDuplicates, OppositeTrianglesCancel) {
     TriangleMesh sheet = make_sphere(1, 1);
     const std::size_t count = sheet.triangles.size();
     for (std::size_t t = 0; t < count; ++t) {
@@ -39,12 +39,12 @@ TEST(WithoutDuplicates, ASheetOfTwoSidesBoundsNothing) {
     EXPECT_EQ(dropped, 2 * count);
 }
 
-TEST(ConsistentlyOriented, TurnsBackWhatWasTurned) {
+TEST(ConsistentlyOriented, RestoresFlippedTriangles) {
     Random random(3);
     for (int trial = 0; trial < 20; ++trial) {
         TriangleMesh mesh = make_sphere(1, 3);
         TriangleMesh hole = make_box(Vec3(0.3, 0.4, 0.5));
-        for (Triangle& t : hole.triangles) std::swap(t[1], t[2]);  // a cavity stays one
+        for (Triangle& t : hole.triangles) std::swap(t[1], t[2]);  // a cavity stays a cavity
         mesh.append(hole);
         TriangleMesh muddled = mesh;
         std::size_t muddle = 0;

@@ -17,13 +17,13 @@ Vec3 last_node(const RestGrid& grid) {
     return grid.node_position(grid.node_count - Vec3i::Ones());
 }
 
-// Distance in cells from a plane at `place` on an axis to the nearest node.
-double to_nearest_node(const RestGrid& grid, int axis, double place) {
-    const double cells = (place - grid.origin[axis]) / grid.cell_size;
+// Returns the distance in cells from a plane at `coordinate` on an axis to the nearest node.
+double to_nearest_node(const RestGrid& grid, int axis, double coordinate) {
+    const double cells = (coordinate - grid.origin[axis]) / grid.cell_size;
     return std::abs(cells - std::round(cells));
 }
 
-TEST(GridAround, CoversTheBoxWithALayerToSpare) {
+TEST(GridAround, CoversTheBoxAndALayerAroundIt) {
     Random random(1);
     for (int trial = 0; trial < 2000; ++trial) {
         const double scale = std::pow(10, random.uniform(-5, 5));
@@ -36,12 +36,12 @@ TEST(GridAround, CoversTheBoxWithALayerToSpare) {
         for (int axis = 0; axis < 3; ++axis) {
             ASSERT_LT(grid.origin[axis], box.min[axis]);
             ASSERT_GT(last_node(grid)[axis], box.max[axis]);
-            // Symmetric about the box, not larger than it must be.
+            // Symmetric about the box, and no larger than necessary.
             const double below = box.min[axis] - grid.origin[axis];
             const double above = last_node(grid)[axis] - box.max[axis];
             ASSERT_NEAR(below, above, 1e-9 * box.size().maxCoeff());
             ASSERT_LT(below, 2.01 * cell);
-            // One of the two parities always keeps a quarter of a cell.
+            // One of the two parities always keeps a distance of a quarter cell.
             ASSERT_GT(to_nearest_node(grid, axis, box.min[axis]), 0.249);
             ASSERT_GT(to_nearest_node(grid, axis, box.max[axis]), 0.249);
         }
@@ -63,7 +63,7 @@ TEST(GridAround, CoversAFlatBox) {
     EXPECT_GT(last_node(grid)[2], 1);
 }
 
-TEST(GridAround, RefusesWhatCannotBeCovered) {
+TEST(GridAround, RefusesImpossibleGrids) {
     const Box box{Vec3::Zero(), Vec3::Ones()};
     EXPECT_THROW(grid_around({}, 1), InputError);
     for (const double cell : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(),

@@ -18,12 +18,12 @@ constexpr double pi = std::numbers::pi;
 
 struct Solid {
     const char* name;
-    std::function<TriangleMesh(int)> make;  // of a level of refinement, each twice as fine
-    double volume, area;                    // of the true shape
+    std::function<TriangleMesh(int)> make;  // by refinement level, each twice as fine
+    double volume, area;                    // of the exact shape
 };
 
-// Of the pear of height 2, by the trapezium rule over the polar angle, which
-// converges fast for this smooth periodic integrand.
+// Volume and area of the pear of height 2, by the trapezoidal rule over the polar angle,
+// which converges fast for this smooth periodic integrand.
 double pear_volume() {
     constexpr int n = 2000;
     double sum = 0;
@@ -131,7 +131,7 @@ TEST(Shapes, OutsideIsOutside) {
     }
 }
 
-TEST(Shapes, ThePearHasABellyBelowAndAHollowNeckAbove) {
+TEST(Shapes, ThePearHasABellyBelowAndAConcaveNeckAbove) {
     double widest = 0, place = 0;
     int bends = 0;
     double before = 0;
@@ -146,14 +146,14 @@ TEST(Shapes, ThePearHasABellyBelowAndAHollowNeckAbove) {
         const double bend = pear_outline(z + step) - 2 * r + pear_outline(z - step);
         if (before != 0 && (bend > 0) != (before > 0)) ++bends;
         before = bend;
-        // Smooth: no kink anywhere.
+        // Smooth, without kinks.
         if (std::abs(z) < 0.95) {
             EXPECT_LT(std::abs(bend), 30 * step * step);
         }
     }
     EXPECT_NEAR(widest, 0.65, 0.002);
     EXPECT_NEAR(place, -0.35, 0.01);
-    EXPECT_EQ(bends, 2);  // hollow between two inflections
+    EXPECT_EQ(bends, 2);  // concave between two inflections
     EXPECT_LT(pear_outline(0.6), 0.5 * widest);
     EXPECT_EQ(pear_outline(-1), 0);
     EXPECT_EQ(pear_outline(1), 0);
@@ -181,11 +181,11 @@ TEST(Shapes, SheetsLieWhereTheyShould) {
         highest = std::max(highest, std::abs((p - center).dot(normal.normalized())));
     EXPECT_NEAR(highest, 0.25, 1e-3);
     EXPECT_TRUE(check_mesh(wavy).oriented());
-    // Along the side s the wave repeats after one wavelength.
+    // The wave repeats along s after one wavelength.
     EXPECT_NEAR((wavy.positions[5] - wavy.positions[5 + 16]).norm(), 1, 1e-9);
 }
 
-TEST(Shapes, RefuseWhatHasNoSize) {
+TEST(Shapes, RefuseInvalidSizes) {
     const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
     for (const double bad : {0.0, -1.0, inf, nan}) {
         EXPECT_THROW(make_box({1, bad, 1}), InputError);

@@ -9,7 +9,7 @@
 namespace splitcubes::geometry {
 namespace {
 
-TEST(SignedDistance, ChangesByNoMoreThanItsSteepness) {
+TEST(SignedDistance, IsLipschitzWithItsSteepness) {
     const Parallel parallel(1);
     const std::shared_ptr<const SignedDistance> solids[] = {
         make_plane_distance({1, 2, 3}, 0.1), make_sphere_distance(0.7),
@@ -23,7 +23,7 @@ TEST(SignedDistance, ChangesByNoMoreThanItsSteepness) {
         double steepest = 0;
         for (int k = 0; k < 40000; ++k) {
             const Vec3 from = place();
-            // Far apart and close together.
+            // Point pairs far apart and close together.
             const Vec3 to = from + std::pow(10.0, random.uniform(-5, 0)) * place();
             const double change = std::abs(solid->at(to).distance - solid->at(from).distance);
             const double way = (to - from).norm();

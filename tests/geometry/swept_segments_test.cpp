@@ -41,7 +41,7 @@ Real coplanarity(const MovingSegment& blade, const MovingSegment& edge, Real t) 
     return d.u.cross(d.v).dot(d.w);
 }
 
-// The distance between the points that a hit names.
+// Returns the distance between the two points of a hit.
 double gap(const MovingSegment& blade, const MovingSegment& edge, const SegmentHit& hit) {
     const Directions d = directions(blade, edge, hit.time);
     return static_cast<double>((hit.blade_parameter * d.u - hit.edge_parameter * d.v - d.w).norm());
@@ -53,8 +53,8 @@ struct SlowHit {
     int roots_before = 0;
 };
 
-// Looks for sign changes at many times and refines them by halving. Parameters
-// must lie in [margin, 1 - margin].
+// Finds sign changes at many sampled times and refines them by bisection. Parameters must lie in
+// [margin, 1 - margin].
 SlowHit slow_first_hit(const MovingSegment& blade, const MovingSegment& edge, double margin) {
     constexpr int samples = 250;
     SlowHit out;
@@ -111,7 +111,7 @@ TEST(SweptSegments, AgreeWithDenseSamplingInTime) {
         const SlowHit slow = slow_first_hit(blade, edge, 0);
         ASSERT_TRUE(hit || !slow.any) << "missed hit at " << slow.time;
         if (!slow.any) {
-            // The sampling may overlook a pair of close roots, nothing else.
+            // Sampling may only miss a pair of close roots.
             misses += !hit;
             continue;
         }
@@ -142,7 +142,7 @@ TEST(SweptSegments, NoHitWithoutOneByDenseSampling) {
 }
 
 TEST(SweptSegments, KnownHits) {
-    // An edge along z from -1 to 1 at rest, a blade along y that moves along x.
+    // A resting edge along z from -1 to 1, a blade along y that moves along x.
     const MovingSegment edge{{0, 0, -1}, {0, 0, 1}, {0, 0, -1}, {0, 0, 1}};
     const MovingSegment blade{{-1, -1, 0.5}, {-1, 3, 0.5}, {3, -1, 0.5}, {3, 3, 0.5}};
     const auto hit = first_hit(blade, edge);
@@ -151,20 +151,20 @@ TEST(SweptSegments, KnownHits) {
     EXPECT_NEAR(hit->blade_parameter, 0.25, 1e-15);
     EXPECT_NEAR(hit->edge_parameter, 0.75, 1e-15);
 
-    // The same with the edge moving instead, and with both.
+    // The same with a moving edge, and with both moving.
     const Vec3 shift(4, 0, 0);
     const MovingSegment still{blade.a0, blade.b0, blade.a0, blade.b0};
     const MovingSegment moving{edge.a0, edge.b0, edge.a1 - shift, edge.b1 - shift};
     ASSERT_TRUE(first_hit(still, moving));
     EXPECT_NEAR(first_hit(still, moving)->time, 0.25, 1e-15);
-    // Too high, too short.
+    // The blade is too high or too short.
     const Vec3 up(0, 0, 0.6);
     EXPECT_FALSE(first_hit(mapped(blade, [&](const Vec3& p) -> Vec3 { return p + up; }), edge));
     const Vec3 aside(0, 1.001, 0);
     EXPECT_FALSE(first_hit(mapped(blade, [&](const Vec3& p) -> Vec3 { return p + aside; }), edge));
 }
 
-TEST(SweptSegments, TheFinalPlacesAloneWouldMissIt) {
+TEST(SweptSegments, FinalPositionsAloneWouldMissTheHit) {
     // Both move along x, the edge more slowly, and the blade overtakes it.
     const MovingSegment edge{{1, 0, -1}, {1, 0, 1}, {2, 0, -1}, {2, 0, 1}};
     const MovingSegment blade{{0, -1, 0}, {0, 1, 0}, {4, -1, 0}, {4, 1, 0}};
@@ -173,9 +173,9 @@ TEST(SweptSegments, TheFinalPlacesAloneWouldMissIt) {
     EXPECT_NEAR(hit->time, 1.0 / 3, 1e-15);
 }
 
-// With x = 2t - 1 the blade runs from (1, -x) to (x - 1, x), the edge along z at
-// the origin: they are coplanar where x^2 = 0, so at a double root, in the middle
-// of both. Rounding may leave it no sign change.
+// With x = 2t - 1 the blade runs from (1, -x) to (x - 1, x), the edge along z at the
+// origin: they are coplanar at x^2 = 0, a double root in the middle of both, which
+// rounding may leave without a sign change.
 TEST(SweptSegments, GrazingContactsAreHits) {
     Random random(10);
     const MovingSegment edge{{0, 0, -1}, {0, 0, 1}, {0, 0, -1}, {0, 0, 1}};
@@ -211,7 +211,7 @@ TEST(SweptSegments, CoplanarMotionsAreHitWhereEndsArrive) {
             return one;
         };
         const MovingSegment edge = segment({0, 0, 0}, {0, 1, 0}, rest);
-        // A blade that lies in the plane of its motion, tip first.
+        // A blade in the plane of its motion, tip first.
         const auto tip = hit(segment({-3, 0.25, 0}, {-1, 0.25, 0}, {4, 0, 0}), edge);
         ASSERT_TRUE(tip);
         EXPECT_NEAR(tip->time, 0.25, 1e-6);
@@ -230,7 +230,7 @@ TEST(SweptSegments, CoplanarMotionsAreHitWhereEndsArrive) {
         EXPECT_NEAR(collinear->time, 0.5, 1e-6);
         EXPECT_NEAR(collinear->edge_parameter, 1, 1e-6);
         EXPECT_FALSE(hit(segment({0, 3, 0}, {0, 2, 0}, {0, -0.9, 0}), edge));
-        // Nothing moves: touching or not.
+        // Segments at rest, touching or not.
         EXPECT_TRUE(hit(segment({-1, 0.5, 0}, {1, 0.5, 0}, rest), edge));
         EXPECT_FALSE(hit(segment({-1, 0.5, 0.01}, {1, 0.5, 0.01}, rest), edge));
         EXPECT_FALSE(hit(segment({-1, 0.5, 0}, {-0.01, 0.5, 0}, rest), edge));
@@ -242,14 +242,14 @@ TEST(SweptSegments, CoplanarMotionsAreHitWhereEndsArrive) {
     }
 }
 
-TEST(SweptSegments, DoNotDependOnScaleOrPlace) {
+TEST(SweptSegments, DoNotDependOnScaleOrPosition) {
     Random random(4);
     int hits = 0;
     for (int trial = 0; trial < 800; ++trial) {
         const MovingSegment blade = random_segment(random, 1), edge = random_segment(random, 1);
         const auto hit = first_hit(blade, edge);
         hits += hit.has_value();
-        // Ties aside.
+        // Ignores ties.
         if (slow_first_hit(blade, edge, -1e-4).any != slow_first_hit(blade, edge, 1e-4).any) continue;
         for (const double scale : {1e-6, 1e-3, 1e7}) {
             const auto map = [&](const Vec3& p) -> Vec3 { return scale * p; };
@@ -291,9 +291,9 @@ TEST(SweptSegments, RunningTimeBackwardsFindsTheSamePairs) {
     }
 }
 
-// A wide polyline swept right through a grid crosses every edge along the way,
-// however the polyline and the interval are divided, and also where its joints,
-// its times and its path fall exactly on the grid.
+// A wide polyline swept through a grid crosses every edge on its path, however the
+// polyline and the interval are divided, even if its joints, times and path coincide with
+// the grid.
 TEST(SweptSegments, PolylinesDoNotLeakAtTheirJoints) {
     Random random(7);
     const auto run = [&](bool exact, int line_parts, int time_parts, double size) {
@@ -304,7 +304,7 @@ TEST(SweptSegments, PolylinesDoNotLeakAtTheirJoints) {
         const Vec3 shift = exact ? Vec3::Zero() : random_vector_within(random, 100 * size);
         const double wave = exact ? 0 : 0.3;
         const auto place = [&](const Vec3& p) -> Vec3 { return rotation * (size * p) + shift; };
-        // The polyline along y, flying along x, turning about z a little and waving.
+        // The polyline along y moves along x, rotates slightly about z and waves.
         const auto line = [&](int joint, int time) {
             const double s = -4 + 8.0 * joint / line_parts, f = static_cast<double>(time) / time_parts;
             return place(Vec3(-4 + 8 * f + wave * std::sin(3 * s), s, wave * std::sin(s + 2 * f) + 0.25));
@@ -312,7 +312,7 @@ TEST(SweptSegments, PolylinesDoNotLeakAtTheirJoints) {
         int missed = 0;
         for (int y = -3; y <= 3; ++y)
             for (int x = -3; x <= 3; ++x) {
-                // The edge between two levels; at rest in exact runs, drifting in others.
+                // The edge between two levels; at rest in exact runs, moving in others.
                 const Vec3 drift = exact ? Vec3::Zero() : Vec3(0.1, -0.2, 0.05);
                 const MovingSegment whole{place(Vec3(x, y, -1)), place(Vec3(x, y, 1)),
                                           place(Vec3(x, y, -1) + drift), place(Vec3(x, y, 1) + drift)};
@@ -338,8 +338,8 @@ TEST(SweptSegments, PolylinesDoNotLeakAtTheirJoints) {
             }
 }
 
-// The edges aimed at the joints' own paths, where either neighbour may refuse.
-TEST(SweptSegments, EdgesThroughTheVeryJointAreHit) {
+// Edges that meet the paths of joints, where both adjacent segments could miss them.
+TEST(SweptSegments, EdgesThroughAJointAreHit) {
     Random random(8);
     for (int trial = 0; trial < 10000; ++trial) {
         const double size = std::pow(10.0, random.uniform(-6, 7));
