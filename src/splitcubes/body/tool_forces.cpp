@@ -51,7 +51,7 @@ void World::accumulate_side_friction(const Tool& tool, ToolForce& tool_force) co
     if (!(tool.sides.reach > 0) || !(tool.sides.friction > 0) || !tool.blade.active(end)) return;
     const Isometry now = tool.blade.frame(end), before = tool.blade.frame(end - settings_.time_step);
     const std::vector<std::vector<Vec3>> pose = tool.blade.pose(end);
-    for (const meshless::CachedContact& contact : contact_memory_) {
+    for (const meshless::CachedContact& contact : cached_contacts_) {
         if ((contact.key >> 32 & 0xffffU) != 0) continue;
         const Body& body = *bodies_[contact.key >> 48];
         const auto vertex = static_cast<std::size_t>(contact.key & 0xffffffffU);

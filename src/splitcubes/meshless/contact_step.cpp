@@ -223,7 +223,7 @@ void ImplicitSolver::mark_force_jumps(const Job& job, const ContactForces& force
 }
 
 void ImplicitSolver::prepare(const Job& job) {
-    choose_steps(job);
+    find_step_conditions(job);
     predict(job);
     momenta_.begin(job.phyxels, job.input.piece_count, job.parallel);
     start_guess(job);

@@ -99,8 +99,9 @@ class WindingSolid {
     NodeGrid solidify(SolidifyReport& report) {
         set_inside();
         BoundaryPart skin = for_each_edge(
-            sweep_, parallel_,
-            [&](BoundaryPart& part, std::span<const EdgeCrossing> crossings, int&) { process(part, crossings); });
+            sweep_, parallel_, [&](BoundaryPart& part, std::span<const EdgeCrossing> crossings, int&) {
+                process(part, crossings);
+            });
         cut_boundary_edges(grid_, skin.cuts);
         if (soup_) cut_boundary_edges(grid_, soup_->holes());
         const BoundaryPart holes = close_holes();
