@@ -34,7 +34,7 @@ struct System {
     void update(const Parallel& parallel) {
         aggregates.update(body.phyxels, body.neighbourhoods, held, parallel);
         aggregates.compute_weights(body.neighbourhoods, 1, inertia, added, parallel);
-        elastic.take_state(body.neighbourhoods, body.material, place_of(body.phyxels), parallel);
+        elastic.take_state(body.neighbourhoods, body.material, configuration_of(body.phyxels), parallel);
     }
     std::vector<Vec3> random_residual(Random& random) const {
         std::vector<Vec3> r(size(), Vec3::Zero());
