@@ -47,7 +47,7 @@ Json surface_report(const splitting::NodeGrid& grid, const splitting::Surface& s
     out["exact"] = solid.exact;
     out["lost_thin_edges"] = solid.lost_thin_edges;
     out["lost_thickness"] = solid.lost_thickness;
-    out["keeping_cell_size"] = solid.keeping_cell_size;
+    out["keeping_cell_size"] = solid.sufficient_cell_size;
     out["gap_edges"] = solid.gap_edges;
     out["bisected_edges"] = solid.bisected_edges;
     out["notes"] = solid.notes;

@@ -84,9 +84,9 @@ RunOutput::RunOutput(OutputFolder& folder, const scene::SceneDescription& descri
         ",step_ms,phyxels,pairs,cut_edges,new_cut_edges,torn_edges,surface_cells,triangles,pieces,disks,mass,"
         "momentum_x,"
         "momentum_y,momentum_z,angular_momentum_x,angular_momentum_y,angular_momentum_z,kinetic_energy,"
-        "elastic_energy,contact_energy,top_speed,solver_iterations,substeps,contacts,overdrawn_pieces,"
+        "elastic_energy,contact_energy,top_speed,solver_iterations,substeps,contacts,energy_excess_pieces,"
         "retries,"
-        "energy_taken,flags";
+        "energy_removed,flags";
     for (const body::Tool& tool : world.tools())
         for (const char* what : {"force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z", "area"})
             metrics_ += "," + tool.blade.name() + "_" + what;
@@ -116,7 +116,7 @@ void RunOutput::add_metrics(const body::StepReport& r, int frame) {
         for (int k = 0; k < 3; ++k) row << ',' << v[k];
     row << ',' << r.kinetic_energy << ',' << r.elastic_energy << ',' << r.contact_energy << ',' << r.top_speed
         << ',' << r.solver_iterations << ',' << r.substeps << ',' << r.contacts << ','
-        << r.energy_excess_pieces << ',' << r.retries << ',' << r.energy_taken << ','
+        << r.energy_excess_pieces << ',' << r.retries << ',' << r.energy_removed << ','
         << body::flag_text(r.flags);
     const auto add = [&](const Vec3& v) { row << ',' << v[0] << ',' << v[1] << ',' << v[2]; };
     for (const body::ToolForce& tool : r.tools) {

@@ -94,7 +94,7 @@ TEST(BusyWorld, HasAllStateThatACheckpointStores) {
     EXPECT_GT(block.phyxels().rigid.bodies.size(), 0U);
     EXPECT_GT(torn, 0U);
     EXPECT_GT(contacts, 0U);
-    EXPECT_GT(world->pushing_contacts().size(), 0U);
+    EXPECT_GT(world->active_contacts().size(), 0U);
     EXPECT_TRUE(world->bodies()[3]->is_lattice_driven());
     EXPECT_GT(world->bodies()[3]->cut_edge_count(), 0U);
     double strain = 0;

@@ -21,7 +21,7 @@ Vec3 random_in(Random& random, double half) {
 // Returns phyxels around a point; `thickness` scales their spread along y.
 std::vector<Vec3> around(Random& random, const Vec3& point, double thickness) {
     std::vector<Vec3> out;
-    for (std::size_t k = 0; k < ContactSide::most; ++k)
+    for (std::size_t k = 0; k < ContactSide::max_phyxels; ++k)
         out.push_back(point + random_in(random, spacing).cwiseProduct(Vec3(1, thickness, 1)));
     return out;
 }

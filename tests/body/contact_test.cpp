@@ -45,7 +45,7 @@ double lowest(const Body& body) {
 
 Vec3 centre_of_piece(const Body& body, std::int32_t piece) {
     std::vector<meshless::Momenta> sums;
-    meshless::piece_momenta(body.phyxels(), static_cast<int>(body.pieces().count()), sums);
+    meshless::momenta_of_pieces(body.phyxels(), static_cast<int>(body.pieces().count()), sums);
     return sums[static_cast<std::size_t>(piece)].centre;
 }
 
@@ -270,7 +270,7 @@ TEST(Contact, CollidingPiecesKeepTheirMomentaAndGainNoEnergy) {
     }
     EXPECT_GT(contacts, 10U);
     std::vector<meshless::Momenta> sums;
-    meshless::piece_momenta(phyxels, 2, sums);
+    meshless::momenta_of_pieces(phyxels, 2, sums);
     EXPECT_LT(sums[static_cast<std::size_t>(1 - upper)].linear.z(), 0) << "the lower one was pushed";
 }
 

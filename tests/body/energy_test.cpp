@@ -72,7 +72,7 @@ Course run_course(body::World& world, double seconds, double quiet) {
         course.most_kinetic = std::max(course.most_kinetic, report.kinetic_energy);
         course.most_elastic = std::max(course.most_elastic, report.elastic_energy);
         course.top_speed = std::max(course.top_speed, report.top_speed);
-        course.taken += report.energy_taken;
+        course.taken += report.energy_removed;
         if (step % 16 == 15)
             for (const std::string& line : world.bodies()[0]->validate()) ADD_FAILURE() << line;
     }

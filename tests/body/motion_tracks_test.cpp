@@ -81,7 +81,7 @@ std::string state_after(World& world, int count) {
 TEST(MotionTracks, ReplayGivesTheSameState) {
     const auto first = shaken_world(curved_blade(), true);
     state_after(*first, 15);
-    ASSERT_FALSE(first->pushing_contacts().empty()) << "the ball touches";
+    ASSERT_FALSE(first->active_contacts().empty()) << "the ball touches";
     const std::string state = state_after(*first, steps - 15);
     ASSERT_GT(first->bodies()[0]->cut_edge_count(), 20U);
     for (const int thread_count : {1, 2}) {

@@ -76,8 +76,8 @@ TEST_P(MovingBricksAtTwist, ListEveryEdgeThatABladeCrosses) {
     std::vector<Vec3> lower, upper;
     const splitting::NodeGrid& grid = body.grid();
     for (std::size_t brick = 0; brick < grid.bricks().total(); ++brick)
-        for (unsigned local = 0; local < splitting::brick_places; ++local) {
-            const Vec3i node = grid.bricks().base(brick) + splitting::BrickLayout::local_place(local);
+        for (unsigned local = 0; local < splitting::nodes_per_brick; ++local) {
+            const Vec3i node = grid.bricks().base(brick) + splitting::BrickLayout::local_node(local);
             if (!grid.rest().contains(node) || !grid.inside(node)) continue;
             for (int axis = 0; axis < 3; ++axis) {
                 const GridEdge edge{node, axis};

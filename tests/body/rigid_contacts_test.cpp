@@ -135,7 +135,7 @@ TEST(RigidContacts, FragmentsThatHitABodyConserveMomenta) {
     meshless::write_phyxels(body.phyxels());
     const auto sums = [&] {
         std::vector<meshless::Momenta> pieces;
-        meshless::piece_momenta(body.phyxels(), static_cast<int>(body.pieces().count()), pieces);
+        meshless::momenta_of_pieces(body.phyxels(), static_cast<int>(body.pieces().count()), pieces);
         meshless::Momenta all;
         for (const meshless::Momenta& one : pieces) {
             all.linear += one.linear;

@@ -79,7 +79,7 @@ bool expect_scalar_stress(const Phyxels& phyxels, const meshless::Material& mate
     EXPECT_EQ(found.stress[i], found.stress[i].transpose()) << i;
     EXPECT_NEAR(found.size[i], expected.norm(), rounding) << i;
     const double size = found.size[i];
-    const bool is_low = size < limit || has_values_below(found.stress[i], limit - slack * size);
+    const bool is_low = size < limit || has_eigenvalues_below(found.stress[i], limit - slack * size);
     EXPECT_EQ(found.is_above[i], !is_low) << i;
     return true;
 }

@@ -154,7 +154,7 @@ inline Sufferings run(const Torture& torture) {
     const double dt = torture.time_step;
     Sufferings out;
     std::vector<meshless::Momenta> before, now;
-    meshless::piece_momenta(body.phyxels(), 1, before);
+    meshless::momenta_of_pieces(body.phyxels(), 1, before);
     meshless::Momenta total = meshless::total_momenta(body.phyxels());
     out.mass = total.mass;
     out.first_spin = total.angular_momentum.norm();
@@ -171,7 +171,7 @@ inline Sufferings run(const Torture& torture) {
         const body::StepReport report = world->step();
         out.new_phyxels += report.new_phyxels;
         const int count = static_cast<int>(body.pieces().count());
-        meshless::piece_momenta(body.phyxels(), count, now);
+        meshless::momenta_of_pieces(body.phyxels(), count, now);
         if (!std::isfinite(report.kinetic_energy) || !std::isfinite(report.elastic_energy))
             fail("not finite");
         if (step % 16 == 15 || step + 1 == steps)

@@ -76,11 +76,11 @@ TEST(World, AFreeHalfFallsWhileTheOtherIsHeld) {
         body.add_constraint(hold_beyond({0, 0, 0.04}, Vec3::UnitZ()));
         ASSERT_EQ(body.pieces().count(), 2U);
         std::vector<meshless::Momenta> before, after;
-        meshless::piece_momenta(body.phyxels(), 2, before);
+        meshless::momenta_of_pieces(body.phyxels(), 2, before);
         const std::size_t lower = before[0].centre[2] < before[1].centre[2] ? 0 : 1;
         while (world.time() < 0.5 - 1e-9) world.step();
         EXPECT_EQ(body.validate(), std::vector<std::string>{});
-        meshless::piece_momenta(body.phyxels(), 2, after);
+        meshless::momenta_of_pieces(body.phyxels(), 2, after);
         const double drop = before[lower].centre[2] - after[lower].centre[2];
         EXPECT_NEAR(drop, 0.5 * 9.81 * 0.25, 0.01 * 0.5 * 9.81 * 0.25);
         EXPECT_NEAR(after[lower].linear[2] / after[lower].mass, -9.81 * 0.5, 0.01 * 9.81 * 0.5);
@@ -288,7 +288,7 @@ TEST(World, MomentumIsConservedWhenPiecesSeparateInFreeFlight) {
     EXPECT_GE(max_pieces, 2U);
     // The pieces separate, because they continue along the tangents of their rotation.
     std::vector<meshless::Momenta> pieces;
-    meshless::piece_momenta(body.phyxels(), static_cast<int>(body.pieces().count()), pieces);
+    meshless::momenta_of_pieces(body.phyxels(), static_cast<int>(body.pieces().count()), pieces);
     EXPECT_GT((pieces[0].linear / pieces[0].mass - pieces[1].linear / pieces[1].mass).norm(), 0.05);
 }
 

@@ -85,7 +85,7 @@ Moved image_of(AffineDisplacement motion, double factor, const Vec3& point, cons
 
 TEST(AffineSums, TransformPointsAndNormalsLikeSingleMotions) {
     Random random(4);
-    constexpr std::size_t most = 4 * carried_width;
+    constexpr std::size_t most = 4 * transform_width;
     std::vector<AffineDisplacement> motions(most);
     std::array<std::vector<double>, 3> point, normal;
     for (auto* lists : {&point, &normal})
@@ -108,7 +108,7 @@ TEST(AffineSums, TransformPointsAndNormalsLikeSingleMotions) {
         for_each_instruction_set([&](const char* name) {
             const Vec3 untouched(7, 8, 9);
             std::vector<Vec3> positions(count + 1, untouched), normals(count + 1, untouched);
-            carry_points(count, motions.data(),
+            transform_points(count, motions.data(),
                          {{point[0].data(), point[1].data(), point[2].data()},
                           {normal[0].data(), normal[1].data(), normal[2].data()},
                           factor.data()},

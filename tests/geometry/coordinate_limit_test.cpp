@@ -32,7 +32,7 @@ std::string coordinate_complaint(const TriangleMesh& mesh) {
 }
 
 TEST(CoordinateLimit, the_first_vertex_beyond_it_is_told) {
-    EXPECT_EQ(coordinate_complaint(wide_tetrahedron(largest_coordinate)), "");
+    EXPECT_EQ(coordinate_complaint(wide_tetrahedron(max_coordinate)), "");
     TriangleMesh mesh = wide_tetrahedron(1);
     for (const double value : {1.0001e9, -1e300, std::numeric_limits<double>::infinity(),
                                std::numeric_limits<double>::quiet_NaN()}) {
@@ -45,7 +45,7 @@ TEST(CoordinateLimit, the_first_vertex_beyond_it_is_told) {
 }
 
 TEST(CoordinateLimit, within_it_squared_areas_fit_single_precision) {
-    const MeshCheck check = check_mesh(wide_tetrahedron(largest_coordinate));
+    const MeshCheck check = check_mesh(wide_tetrahedron(max_coordinate));
     EXPECT_TRUE(std::isfinite(static_cast<float>(check.volume)));
     EXPECT_TRUE(std::isfinite(static_cast<float>(check.area) * static_cast<float>(check.area)));
 }

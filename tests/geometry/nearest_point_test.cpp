@@ -52,7 +52,7 @@ double least_value(const TriangleMesh& mesh, const NearestPoint::Query& q) {
         if (!q.labels.empty() && q.labels[t] != q.label) continue;
         const auto c = corners(mesh, t);
         const double distance = (mix(c, nearest_weights(q.point, c[0], c[1], c[2])) - q.point).norm();
-        least = std::min(least, distance + (normal_of(mesh, t).dot(q.normal) < 0 ? q.against_normal : 0));
+        least = std::min(least, distance + (normal_of(mesh, t).dot(q.normal) < 0 ? q.back_side_penalty : 0));
     }
     return least;
 }
@@ -95,7 +95,7 @@ TEST(NearestPoint, IsTheNearestOfAllTriangles) {
             q.point = random_point(random, i % 7 == 0 ? 100 : 1.2);
             if (i % 3 == 1) {
                 q.normal = random_point(random, 1);
-                q.against_normal = random.uniform(0, 0.5);
+                q.back_side_penalty = random.uniform(0, 0.5);
             }
             if (i % 2 == 1) {
                 q.labels = labels;
@@ -106,7 +106,7 @@ TEST(NearestPoint, IsTheNearestOfAllTriangles) {
             if (!q.labels.empty()) {
                 EXPECT_EQ(labels[hit.triangle], q.label);
             }
-            const double against = normal_of(mesh, hit.triangle).dot(q.normal) < 0 ? q.against_normal : 0;
+            const double against = normal_of(mesh, hit.triangle).dot(q.normal) < 0 ? q.back_side_penalty : 0;
             EXPECT_NEAR(hit.distance + against, least_value(mesh, q), 1e-12 * (1 + q.point.norm()));
             EXPECT_NEAR((mix(corners(mesh, hit.triangle), hit.weights) - q.point).norm(), hit.distance,
                         1e-12 * (1 + q.point.norm()));

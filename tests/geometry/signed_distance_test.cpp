@@ -27,7 +27,7 @@ TEST(SignedDistance, IsLipschitzWithItsSteepness) {
             const Vec3 to = from + std::pow(10.0, random.uniform(-5, 0)) * place();
             const double change = std::abs(solid->at(to).distance - solid->at(from).distance);
             const double way = (to - from).norm();
-            ASSERT_LE(change, solid->steepness() * way + 1e-12);
+            ASSERT_LE(change, solid->lipschitz_constant() * way + 1e-12);
             if (way > 1e-6) steepest = std::max(steepest, change / way);
         }
         EXPECT_GT(steepest, 0.9);

@@ -87,7 +87,7 @@ class Showing {
 // Returns the pieces, heaviest first.
 std::vector<meshless::Momenta> pieces_of(const body::Body& body) {
     std::vector<meshless::Momenta> out;
-    meshless::piece_momenta(body.phyxels(), static_cast<int>(body.pieces().count()), out);
+    meshless::momenta_of_pieces(body.phyxels(), static_cast<int>(body.pieces().count()), out);
     std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.mass > b.mass; });
     return out;
 }

@@ -62,7 +62,7 @@ TEST(Scenes, TheCylinderDropsOutOfTheBlock) {
     const body::Body& body = *out.world->bodies()[0];
     // The wire passes its start a second time and may cut off a tiny piece there.
     std::vector<meshless::Momenta> pieces;
-    meshless::piece_momenta(body.phyxels(), static_cast<int>(body.pieces().count()), pieces);
+    meshless::momenta_of_pieces(body.phyxels(), static_cast<int>(body.pieces().count()), pieces);
     std::sort(pieces.begin(), pieces.end(),
               [](const meshless::Momenta& a, const meshless::Momenta& b) { return a.mass > b.mass; });
     ASSERT_GE(pieces.size(), 2U);

@@ -60,14 +60,14 @@ TEST(EigenSymmetric, ValuesAreBelowALimitOrNot) {
         Vec3 values;
         const Mat3 matrix = random_symmetric(random, values);
         const double off = 1e-13 * (matrix.norm() + std::abs(values.maxCoeff()));
-        EXPECT_TRUE(has_values_below(matrix, values.maxCoeff() + off));
-        EXPECT_FALSE(has_values_below(matrix, values.maxCoeff() - off));
-        EXPECT_FALSE(has_values_below(matrix, values.minCoeff() - off));
+        EXPECT_TRUE(has_eigenvalues_below(matrix, values.maxCoeff() + off));
+        EXPECT_FALSE(has_eigenvalues_below(matrix, values.maxCoeff() - off));
+        EXPECT_FALSE(has_eigenvalues_below(matrix, values.minCoeff() - off));
     }
     Mat3 broken = Mat3::Identity();
-    EXPECT_FALSE(has_values_below(broken, 1));
+    EXPECT_FALSE(has_eigenvalues_below(broken, 1));
     broken(2, 1) = broken(1, 2) = std::nan("");
-    EXPECT_FALSE(has_values_below(broken, 2));
+    EXPECT_FALSE(has_eigenvalues_below(broken, 2));
 }
 
 TEST(EigenSymmetric, TheBoundIsSlightlyAboveTheLargestValue) {
@@ -75,10 +75,10 @@ TEST(EigenSymmetric, TheBoundIsSlightlyAboveTheLargestValue) {
     for (int trial = 0; trial < 5000; ++trial) {
         Vec3 values;
         const Mat3 matrix = random_symmetric(random, values);
-        EXPECT_GE(greatest_value_bound(matrix), values.maxCoeff());
-        EXPECT_LE(greatest_value_bound(matrix), values.maxCoeff() + 2e-7 * values.norm());
+        EXPECT_GE(largest_eigenvalue_bound(matrix), values.maxCoeff());
+        EXPECT_LE(largest_eigenvalue_bound(matrix), values.maxCoeff() + 2e-7 * values.norm());
     }
-    EXPECT_EQ(greatest_value_bound(Mat3::Zero()), 0);
+    EXPECT_EQ(largest_eigenvalue_bound(Mat3::Zero()), 0);
 }
 
 TEST(EigenSymmetric, EqualAndZeroValues) {

@@ -126,9 +126,9 @@ TEST(Step, EachPieceKeepsItsOwnAngularMomentum) {
         return x.x() > 0 ? Vec3(0.5, 0, 0) : Vec3(Vec3(0, 0, 3).cross(x + Vec3(0.1, 0, 0)));
     });
     std::vector<Momenta> before, after;
-    piece_momenta(body.phyxels, 2, before);
+    momenta_of_pieces(body.phyxels, 2, before);
     for (int k = 0; k < 100; ++k) body.step(parallel);
-    piece_momenta(body.phyxels, 2, after);
+    momenta_of_pieces(body.phyxels, 2, after);
     for (std::size_t k = 0; k < 2; ++k) {
         EXPECT_LT((after[k].linear - before[k].linear).norm(), 1e-9);
         EXPECT_LT((after[k].angular_momentum - before[k].angular_momentum).norm(), 1e-9);

@@ -109,8 +109,8 @@ TEST(MassLumping, PhyxelsHaveTheMomentsOfTheirNodes) {
             of_nodes.mass.back() = lattice.volumes[b];
         }
         std::vector<Momenta> now, wanted;
-        piece_momenta(lattice.phyxels, 2, now);
-        piece_momenta(of_nodes, 2, wanted);
+        momenta_of_pieces(lattice.phyxels, 2, now);
+        momenta_of_pieces(of_nodes, 2, wanted);
         for (std::size_t k = 0; k < (parted_at > 100 ? 1U : 2U); ++k) {
             EXPECT_NEAR(now[k].mass, wanted[k].mass, 1e-12 * wanted[k].mass);
             EXPECT_LT((now[k].centre - wanted[k].centre).norm(), 5e-3) << parted_at << ": spacings";
@@ -141,7 +141,7 @@ TEST(MassLumping, EveryPieceHasTheMassOfItsNodes) {
     apply(lump(scene.material_nodes(), scene.phyxels, scene.locator, threads), scene.volumes, scene.density,
           scene.phyxels);
     std::vector<Momenta> pieces;
-    piece_momenta(scene.phyxels, 2, pieces);
+    momenta_of_pieces(scene.phyxels, 2, pieces);
     for (std::int32_t k = 0; k < 2; ++k) {
         const double expected = scene.density * scene.piece_volume(k);
         EXPECT_NEAR(pieces[static_cast<std::size_t>(k)].mass, expected, 1e-13 * expected);
@@ -173,7 +173,7 @@ TEST(MassLumping, RelumpingKeepsMassMomentumAndAngularMomentum) {
     relump_after_split(lumping, scene.material_nodes(), scene.density, scene.locator, scene.phyxels, threads);
 
     std::vector<Momenta> pieces;
-    piece_momenta(scene.phyxels, 2, pieces);
+    momenta_of_pieces(scene.phyxels, 2, pieces);
     const Vec3 drift = whole.linear / whole.mass;
     Vec3 total_spin = Vec3::Zero(), total_linear = Vec3::Zero();
     double total_mass = 0;

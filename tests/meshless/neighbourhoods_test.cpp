@@ -79,7 +79,7 @@ TEST(Pairs, CarryVisibility) {
     for (std::size_t p = 0; p < known.size(); ++p) known.visibility[p] = static_cast<float>(p % 5) / 4;
     body.add(Vec3(0.02, 0.01, 0), 0.05);
     body.connect(parallel);
-    const std::vector<std::uint32_t> fresh = carry_visibility(known, body.pairs);
+    const std::vector<std::uint32_t> fresh = transfer_visibility(known, body.pairs);
     EXPECT_FALSE(fresh.empty());
     std::size_t next = 0;
     for (std::uint32_t p = 0; p < body.pairs.size(); ++p) {

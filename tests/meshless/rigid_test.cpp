@@ -248,16 +248,16 @@ TEST(Rigid, DoesNotGoThroughThinPlates) {
 TEST(Rigid, HeldPiecesFollowTheirMotion) {
     Phyxels phyxels = bricks({1, 2, 3}, Vec3(0.1, 0, 0));
     RigidPiece& body = phyxels.rigid.bodies[0];
-    RigidHold hold;
+    RigidKinematicTarget hold;
     hold.motion = Isometry(Eigen::Translation3d(0, 0, 0.002) * Eigen::AngleAxisd(0.05, Vec3::UnitZ()));
     StepInput input;
     input.gravity = Vec3(0, 0, -9.81);
-    input.rigid_holds = {&hold, 1};
+    input.kinematic_rigid_pieces = {&hold, 1};
     for (int step = 0; step < 30; ++step) step_rigid(phyxels, input, 0);
     EXPECT_LT((body.centre - Vec3(0.1 * std::cos(1.5), 0.1 * std::sin(1.5), 0.06)).norm(), 1e-12);
     EXPECT_LT((body.angular_velocity() - 3 * Vec3::UnitZ()).norm(), 1e-9);
     // Released, it flies off along the tangent.
-    input.rigid_holds = {};
+    input.kinematic_rigid_pieces = {};
     input.gravity.setZero();
     const Vec3 velocity = body.velocity();
     EXPECT_NEAR(velocity.norm(), std::hypot(0.12, 0.3), 1e-3);

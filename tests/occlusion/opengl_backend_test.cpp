@@ -28,7 +28,7 @@ Triangles scene_of(Random& random, const PairQuery& pair) {
     Triangles out;
     if (random.below(2)) {
         const Vec3 centre = 0.5 * (pair.a + pair.b);
-        out = box_skin(random, centre - Vec3::Constant(random.uniform(0.2, 0.6)),
+        out = box_boundary(random, centre - Vec3::Constant(random.uniform(0.2, 0.6)),
                        centre + Vec3::Constant(random.uniform(0.2, 0.6)),
                        1 + static_cast<int>(random.below(5)));
         out = moved(out, motion_of(random_turn(random), random_in_box(random, 0.1)));
@@ -133,7 +133,7 @@ TEST_F(OpenGl, EqualsBruteForceButWithinRoundingOfEdges) {
 
 TEST_F(OpenGl, QueriesEqualTexels) {
     Random random(32);
-    Triangles triangles = box_skin(random, {-0.8, -0.8, -0.8}, {0.8, 0.8, 0.8}, 8);
+    Triangles triangles = box_boundary(random, {-0.8, -0.8, -0.8}, {0.8, 0.8, 0.8}, 8);
     for (int k = 0; k < 300; ++k) {
         const Vec3 c = random_in_box(random, 0.8);
         triangles.push_back({{c, c + random_in_box(random, 0.2), c + random_in_box(random, 0.2)}, false});
@@ -184,13 +184,13 @@ TEST_F(OpenGl, LiesCloseToTheCpuBackend) {
 
 TEST(OpenGlCounts, ImpossibleOnesAreDetected) {
     const DiskRaster raster(16);
-    EXPECT_TRUE(counts_can_be({208, 208}, raster));
-    EXPECT_TRUE(counts_can_be({208, 0}, raster));
-    EXPECT_TRUE(counts_can_be({0, 0}, raster));
-    EXPECT_FALSE(counts_can_be({209, 5}, raster));
-    EXPECT_FALSE(counts_can_be({208, -1}, raster));
-    EXPECT_FALSE(counts_can_be({62199, 62199}, raster));
-    EXPECT_FALSE(counts_can_be({5, 6}, raster));
+    EXPECT_TRUE(are_counts_possible({208, 208}, raster));
+    EXPECT_TRUE(are_counts_possible({208, 0}, raster));
+    EXPECT_TRUE(are_counts_possible({0, 0}, raster));
+    EXPECT_FALSE(are_counts_possible({209, 5}, raster));
+    EXPECT_FALSE(are_counts_possible({208, -1}, raster));
+    EXPECT_FALSE(are_counts_possible({62199, 62199}, raster));
+    EXPECT_FALSE(are_counts_possible({5, 6}, raster));
 }
 
 TEST_F(OpenGl, OptionsOutOfRangeAreRefused) {

@@ -93,7 +93,7 @@ inline Triangles sheet(Random& random, double u0, double u1, double v0, double v
 }
 
 /// Returns the six sides of a box, quads x quads quads per side, as boundary.
-inline Triangles box_skin(Random& random, const Vec3& low, const Vec3& high, int quads) {
+inline Triangles box_boundary(Random& random, const Vec3& low, const Vec3& high, int quads) {
     Triangles out;
     for (int axis = 0; axis < 3; ++axis)
         for (const double level : {low[axis], high[axis]}) {

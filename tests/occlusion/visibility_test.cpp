@@ -156,7 +156,7 @@ TEST_P(Visibility, SwappingTheTwoChangesNoBit) {
     Random random(5);
     const auto eye = backend();
     for (int round = 0; round < repeats(200); ++round) {
-        Triangles triangles = box_skin(random, {-0.5, -0.5, -0.5}, {0.5, 0.4, 0.3}, 4);
+        Triangles triangles = box_boundary(random, {-0.5, -0.5, -0.5}, {0.5, 0.4, 0.3}, 4);
         for (int k = 0; k < 30; ++k) {
             const Vec3 c = random_in_box(random, 0.5);
             triangles.push_back({{c, c + random_in_box(random, 0.2), c + random_in_box(random, 0.2)}, false});
@@ -176,7 +176,7 @@ TEST_P(Visibility, SwappingTheTwoChangesNoBit) {
 
 TEST_P(Visibility, ThreadsChangeNoBit) {
     Random random(6);
-    Triangles triangles = box_skin(random, {-0.8, -0.8, -0.8}, {0.8, 0.8, 0.8}, 8);
+    Triangles triangles = box_boundary(random, {-0.8, -0.8, -0.8}, {0.8, 0.8, 0.8}, 8);
     for (int k = 0; k < 200; ++k) {
         const Vec3 c = random_in_box(random, 0.8);
         triangles.push_back({{c, c + random_in_box(random, 0.2), c + random_in_box(random, 0.2)}, false});
@@ -204,7 +204,7 @@ TEST_P(Visibility, SamplesOutsideTheBodyDoNotCount) {
         const double below = random.uniform(0.02, 0.45);  // the pair's depth below the top
         const PairQuery pair{motion * Vec3(-0.5, 0, -below), motion * Vec3(0.5, 0, -below)};
         const auto skin = moved(
-            box_skin(random, {-1.2, -1, -1.2}, {1.2, 1, 0}, 1 + static_cast<int>(random.below(9))), motion);
+            box_boundary(random, {-1.2, -1, -1.2}, {1.2, 1, 0}, 1 + static_cast<int>(random.below(9))), motion);
         ASSERT_EQ(evaluate(skin, pair), 1) << round;
 
         // A cut between the two that ends at the boundary separates them completely.
@@ -222,7 +222,7 @@ TEST_P(Visibility, AxisAlignedBodyOnTheLattice) {
     // Pair and boundary at lattice positions, where rays run along faces and through corners.
     for (int k = 1; k < 8; ++k) {
         Triangles skin;
-        for (auto t : box_skin(random, {-1, -1, -1}, {1, 1, 0}, 1)) skin.push_back(t);
+        for (auto t : box_boundary(random, {-1, -1, -1}, {1, 1, 0}, 1)) skin.push_back(t);
         const PairQuery pair{{-0.5, 0, -k / 16.0}, {0.5, 0, -k / 16.0}};
         EXPECT_EQ(evaluate(skin, pair), 1) << k;
         Triangles severed = skin;
@@ -235,20 +235,20 @@ TEST_P(Visibility, AxisAlignedBodyOnTheLattice) {
 // Two arms of a U: the disk is outside the body, so the segment between the phyxels decides.
 TEST_P(Visibility, NothingInsideFallsBackOnTheSegment) {
     Random random(9);
-    auto arms = box_skin(random, {-0.6, -0.2, -0.2}, {-0.3, 0.2, 0.2}, 3);
-    for (const auto& t : box_skin(random, {0.3, -0.2, -0.2}, {0.6, 0.2, 0.2}, 3)) arms.push_back(t);
+    auto arms = box_boundary(random, {-0.6, -0.2, -0.2}, {-0.3, 0.2, 0.2}, 3);
+    for (const auto& t : box_boundary(random, {0.3, -0.2, -0.2}, {0.6, 0.2, 0.2}, 3)) arms.push_back(t);
     EXPECT_EQ(evaluate(arms, {{-0.45, 0, 0}, {0.45, 0, 0}}), 0);
     // A phyxel outside the body: every ray from the first is odd, but nothing is in between.
-    const auto far_skin = box_skin(random, {0.1, -1, -1}, {1, 1, 1}, 3);
+    const auto far_skin = box_boundary(random, {0.1, -1, -1}, {1, 1, 1}, 3);
     EXPECT_EQ(evaluate(far_skin, {{0.2, 0, 0}, {0.6, 0, 0}}), 1);
 }
 
 // Material beyond a notch is behind two boundaries: inside, but obscured.
 TEST_P(Visibility, NotchObscures) {
     Random random(10);
-    auto skin = box_skin(random, {-1, -1, -1}, {1, 1, 0.5}, 4);
+    auto skin = box_boundary(random, {-1, -1, -1}, {1, 1, 0.5}, 4);
     // A closed slot across the pair: a hole in the body.
-    for (const auto& t : box_skin(random, {-0.05, -0.9, -0.9}, {0.05, 0.9, 0.45}, 5)) skin.push_back(t);
+    for (const auto& t : box_boundary(random, {-0.05, -0.9, -0.9}, {0.05, 0.9, 0.45}, 5)) skin.push_back(t);
     EXPECT_EQ(evaluate(skin, {{-0.4, 0, 0}, {0.4, 0, 0}}), 0);
     // The slot beside the disk's plane: all samples are inside and obscured.
     EXPECT_EQ(evaluate(skin, {{-0.12, 0, -0.1}, {0.6, 0, -0.1}}), 0);

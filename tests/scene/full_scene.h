@@ -26,7 +26,7 @@ inline constexpr const char* full_scene = R"json({
      "material": {"model": "st-venant-kirchhoff", "volume_stiffness": 1e3, "plasticity": {"yield": 0.1, "creep": 2,
                   "maximum": 0.3}, "density": 900, "youngs_modulus": 1.25e4, "poisson_ratio": 0.45, "mass_damping": 0.1,
                   "stiffness_damping": 0.2, "zero_energy": 0.05, "cutting_resistance": 150,
-                  "tearing": {"strength": 2e4, "toughness": 0.5, "crack_speed": 1.5, "strength_map": [
+                  "tearing": {"strength": 2e4, "propagation_ratio": 0.5, "crack_speed": 1.5, "strength_map": [
                     {"patch": {"region": {"slab": {"point": [1, 2, 3], "normal": [1, 0, 0], "thickness": 0.1}},
                                "factor": 0.5}},
                     {"patch": {"region": {"cylinder": {"from": [1, 2, 2], "to": [1, 2, 4], "radius": 0.1}},

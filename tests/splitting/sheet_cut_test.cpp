@@ -79,15 +79,15 @@ TEST(SheetCut, APlaneMakesTwoOfAConvexBody) {
     Random random(1);
     for (const ConvexBody& body : convex_bodies()) {
         const NodeGrid uncut = closed_grid(body.mesh, 48);
-        const Surface skin(uncut);
-        const double whole = extract(uncut, skin, Pieces(uncut)).mesh.volume();
+        const Surface boundary(uncut);
+        const double whole = extract(uncut, boundary, Pieces(uncut)).mesh.volume();
         for (int trial = 0; trial < 6; ++trial) {
             const Vec3 normal = random_direction(random);
             const Vec3 center = random_vector(random, 0.1);
             SCOPED_TRACE(testing::Message() << body.name << ", trial " << trial << ", plane through "
                                             << center.transpose() << " across " << normal.transpose());
             NodeGrid grid = uncut;
-            Surface surface = skin;
+            Surface surface = boundary;
             const TriangleMesh sheet = geometry::make_plane_sheet(center, normal, 2, 3);
             const std::vector<std::int32_t> slots = cut_with_sheet(grid, sheet, 4);
             ASSERT_FALSE(slots.empty());

@@ -169,7 +169,7 @@ void Body::list_inside_nodes(const Parallel& parallel) {
         if (brick % between_checks == 0) parallel.check();
         for (std::uint64_t word = grid_.inside_word(brick); word; word &= word - 1) {
             const auto local = static_cast<unsigned>(std::countr_zero(word));
-            inside_nodes_.push_back(grid_.bricks().base(brick) + splitting::BrickLayout::local_place(local));
+            inside_nodes_.push_back(grid_.bricks().base(brick) + splitting::BrickLayout::local_node(local));
         }
     }
     const double cell_volume = std::pow(grid_.rest().cell_size, 3);
@@ -315,7 +315,7 @@ void Body::rebuild_samples(const Parallel& parallel) {
     meshless::compute_support_radii(phyxels_, locator_, parallel, {}, old_count);
     const meshless::Pairs before = std::move(pairs_);
     pairs_ = meshless::find_pairs(phyxels_, locator_, parallel);
-    std::vector<std::uint32_t> unknown = meshless::carry_visibility(before, pairs_);
+    std::vector<std::uint32_t> unknown = meshless::transfer_visibility(before, pairs_);
     if (criterion_->depends_on_others()) {
         unknown.resize(pairs_.size());
         std::iota(unknown.begin(), unknown.end(), 0U);

@@ -156,8 +156,8 @@ class Body {
     std::span<const std::uint8_t> held() const { return held_; }
     /// Whether a constraint moves a rigid piece, as of the last begin_step. index: in RigidPieces::bodies.
     bool holds_rigid(std::size_t index) const {
-        return std::any_of(rigid_holds_.begin(), rigid_holds_.end(),
-                           [&](const meshless::RigidHold& hold) { return hold.body == index; });
+        return std::any_of(kinematic_rigid_pieces_.begin(), kinematic_rigid_pieces_.end(),
+                           [&](const meshless::RigidKinematicTarget& hold) { return hold.body == index; });
     }
     const meshless::Pairs& pairs() const { return pairs_; }
     const meshless::Neighbourhoods& neighbourhoods() const { return neighbourhoods_; }
@@ -208,7 +208,7 @@ class Body {
     void build_occluders(const Parallel& parallel);
     void add_occluders(std::uint32_t cell, std::vector<geometry::OccluderTriangle>& out) const;
     void set_occluders(std::span<const std::uint32_t> cells, const Parallel& parallel);
-    std::uint32_t nearest_of_piece(const Vec3& rest, std::int32_t piece) const;
+    std::uint32_t nearest_phyxel_of_piece(const Vec3& rest, std::int32_t piece) const;
     Vec3i owner_of(const Vec3& rest, const Vec3i& fallback,
                    const std::function<bool(std::int32_t piece)>& accepts) const;
     std::optional<Vec3> point_in_material(const Vec3& candidate) const;
@@ -285,11 +285,11 @@ class Body {
     std::vector<Vec3> contact_points(const meshless::RigidPiece& body,
                                      std::span<const std::uint32_t> nodes) const;
     void make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
-    std::vector<meshless::RigidHold> rigid_holds(const StepContext& context) const;
-    void list_contact_samples(const Parallel& parallel);
-    void choose_pushing_points();
-    void choose_among_cut_faces();
-    std::vector<std::uint32_t> opposite_points() const;
+    std::vector<meshless::RigidKinematicTarget> kinematic_rigid_pieces(const StepContext& context) const;
+    void rebuild_contact_samples(const Parallel& parallel);
+    void choose_active_samples();
+    void choose_cut_face_samples();
+    std::vector<std::uint32_t> opposite_samples() const;
     int spacing_in_cells() const;
     void accumulate_cut_force(std::int32_t slot, double dt, const Isometry& tool_before,
                               const Isometry& tool_now, ToolForce& tool_force) const;
@@ -356,10 +356,10 @@ class Body {
     std::vector<std::vector<std::uint32_t>> constrained_;  // per constraint: its phyxels; empty: dirty
     std::vector<std::uint8_t> held_;                       // per phyxel, of this step
     std::vector<Vec3> held_position_;                      // per phyxel, m, world
-    std::vector<meshless::RigidHold> rigid_holds_;         // of this step
+    std::vector<meshless::RigidKinematicTarget> kinematic_rigid_pieces_;         // of this step
 
     std::vector<Handle> handles_;
-    std::vector<std::vector<std::uint32_t>> grabbed_;  // per handle: its phyxels; empty: dirty
+    std::vector<std::vector<std::uint32_t>> handle_phyxels_;  // per handle: its phyxels; empty: dirty
     std::vector<ContactSample> contact_samples_;
     std::uint64_t sample_revision_ = ~std::uint64_t{0};  // revision of the surface they were chosen on
 

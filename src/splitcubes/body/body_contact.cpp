@@ -16,7 +16,7 @@ std::uint32_t Body::dominant_node(std::uint32_t vertex) const {
 }
 
 // Returns the first of equally near phyxels; the phyxel count if the piece has none.
-std::uint32_t Body::nearest_of_piece(const Vec3& rest, std::int32_t piece) const {
+std::uint32_t Body::nearest_phyxel_of_piece(const Vec3& rest, std::int32_t piece) const {
     double nearest = std::numeric_limits<double>::infinity();
     auto best = static_cast<std::uint32_t>(phyxels_.size());
     const auto take = [&](std::uint32_t i) {
@@ -47,8 +47,8 @@ meshless::ContactSide Body::influences_of(std::uint32_t vertex, std::uint32_t no
     const auto take = [&](std::uint32_t phyxel, double weight) {
         std::size_t at = side.count;
         while (at > 0 && side.weight[at - 1] < weight) --at;
-        if (at >= meshless::ContactSide::most) return;
-        if (side.count < meshless::ContactSide::most) ++side.count;
+        if (at >= meshless::ContactSide::max_phyxels) return;
+        if (side.count < meshless::ContactSide::max_phyxels) ++side.count;
         for (std::size_t k = side.count - 1; k > at; --k) {
             side.phyxel[k] = side.phyxel[k - 1];
             side.weight[k] = side.weight[k - 1];
@@ -64,7 +64,7 @@ meshless::ContactSide Body::influences_of(std::uint32_t vertex, std::uint32_t no
     }
     if (side.count == 0) {
         // The node has no visible phyxel: use the nearest one of the piece.
-        side.phyxel[0] = nearest_of_piece(v.rest, piece);
+        side.phyxel[0] = nearest_phyxel_of_piece(v.rest, piece);
         side.weight[0] = 1;
         side.count = side.phyxel[0] < phyxels_.size() ? 1 : 0;
         if (side.count == 0) side.phyxel[0] = 0;
@@ -78,17 +78,17 @@ meshless::ContactSide Body::influences_of(std::uint32_t vertex, std::uint32_t no
 
 void Body::add_handle(Handle handle) {
     handles_.push_back(std::move(handle));
-    grabbed_.clear();
+    handle_phyxels_.clear();
 }
 
 void Body::add_handle_springs(const StepContext& context, std::uint32_t part,
                               std::vector<meshless::HandleSpring>& handle_springs,
                               std::vector<double>& limits) {
-    if (grabbed_.size() != handles_.size()) {
-        grabbed_.assign(handles_.size(), {});
+    if (handle_phyxels_.size() != handles_.size()) {
+        handle_phyxels_.assign(handles_.size(), {});
         for (std::size_t h = 0; h < handles_.size(); ++h)
             for (std::uint32_t i = 0; i < phyxels_.size(); ++i)
-                if (handles_[h].region(phyxels_.rest_position[i])) grabbed_[h].push_back(i);
+                if (handles_[h].region(phyxels_.rest_position[i])) handle_phyxels_[h].push_back(i);
     }
     for (std::size_t h = 0; h < handles_.size(); ++h) {
         const Handle& handle = handles_[h];
@@ -97,9 +97,9 @@ void Body::add_handle_springs(const StepContext& context, std::uint32_t part,
         if (context.time < handle.from || context.time >= handle.until) continue;
         const Isometry motion = handle.motion(context.time + context.dt);
         double mass = 0;
-        for (const std::uint32_t i : grabbed_[h]) mass += phyxels_.mass[i];
+        for (const std::uint32_t i : handle_phyxels_[h]) mass += phyxels_.mass[i];
         if (!(mass > 0)) continue;
-        for (const std::uint32_t i : grabbed_[h]) {
+        for (const std::uint32_t i : handle_phyxels_[h]) {
             const double stiffness = handle.stiffness * phyxels_.mass[i] / mass;
             if (stiffness > 0)
                 handle_springs.push_back(

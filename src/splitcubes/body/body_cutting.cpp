@@ -35,9 +35,9 @@ std::vector<GridEdge> Body::edges_near(std::span<const cutting::SweptBlade> blad
 std::vector<GridEdge> Body::uncut_edges_of(std::span<const std::uint32_t> bricks) const {
     std::vector<GridEdge> edges;
     for (const std::uint32_t brick : bricks)
-        for (unsigned local = 0; local < splitting::brick_places; ++local) {
+        for (unsigned local = 0; local < splitting::nodes_per_brick; ++local) {
             if (!(grid_.inside_word(brick) >> local & 1U)) continue;
-            const Vec3i node = grid_.bricks().base(brick) + splitting::BrickLayout::local_place(local);
+            const Vec3i node = grid_.bricks().base(brick) + splitting::BrickLayout::local_node(local);
             for (int axis = 0; axis < 3; ++axis)
                 if (const GridEdge edge{node, axis}; grid_.has_edge(edge) && !grid_.is_cut(edge))
                     edges.push_back(edge);

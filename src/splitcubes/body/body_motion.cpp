@@ -7,8 +7,8 @@ namespace splitcubes::body {
 
 // Returns the prescribed motions of rigid pieces: a piece with a phyxel in a held region moves as a whole
 // with the first such constraint.
-std::vector<meshless::RigidHold> Body::rigid_holds(const StepContext& context) const {
-    std::vector<meshless::RigidHold> holds;
+std::vector<meshless::RigidKinematicTarget> Body::kinematic_rigid_pieces(const StepContext& context) const {
+    std::vector<meshless::RigidKinematicTarget> holds;
     std::vector<std::uint8_t> found(phyxels_.rigid.bodies.size(), 0);
     if (found.empty()) return holds;
     for (std::size_t c = 0; c < constraints_.size(); ++c) {
@@ -48,14 +48,14 @@ meshless::StepInput Body::begin_step(const StepContext& context) {
             held_position_[i] = motion * phyxels_.rest_position[i];
         }
     }
-    rigid_holds_ = rigid_holds(context);
+    kinematic_rigid_pieces_ = kinematic_rigid_pieces(context);
     meshless::StepInput input;
     input.dt = context.dt;
     input.gravity = context.gravity;
     input.held = held_;
     input.held_position = held_position_;
     input.obstacles = context.obstacles;
-    input.rigid_holds = rigid_holds_;
+    input.kinematic_rigid_pieces = kinematic_rigid_pieces_;
     input.piece_count = static_cast<int>(pieces_->count());
     return input;
 }
@@ -65,10 +65,10 @@ void Body::end_step(const StepContext& context, const meshless::SolverReport& so
     report.solver_iterations += solved.iterations;
     report.substeps = std::max(report.substeps, solved.substeps);
     report.contacts += solved.contacts;
-    report.energy_excess_pieces += solved.has_energy_excess;
+    report.energy_excess_pieces += solved.energy_excess_pieces;
     report.retries += solved.retries;
-    report.energy_taken += solved.energy_taken;
-    if (solved.has_energy_excess > 0) report.flags |= flag_energy_excess;
+    report.energy_removed += solved.energy_removed;
+    if (solved.energy_excess_pieces > 0) report.flags |= flag_energy_excess;
     report.kinetic_energy += solved.kinetic_energy;
     report.elastic_energy += solved.elastic_energy;
     report.contact_energy += solved.contact_energy;
@@ -99,7 +99,7 @@ void Body::move_surface(const Parallel& parallel) {
 
 void Body::update_surface(const StepContext& context, StepReport& report) {
     move_surface(context.parallel);
-    if (context.contacts && sample_revision_ != surface_->revision()) list_contact_samples(context.parallel);
+    if (context.contacts && sample_revision_ != surface_->revision()) rebuild_contact_samples(context.parallel);
     report.phyxels += phyxels_.size();
     report.pieces += pieces_->count();
     report.cut_edges += cut_edge_count_;

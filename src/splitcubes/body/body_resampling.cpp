@@ -296,7 +296,7 @@ void Body::refresh_links(const StepContext& context, std::size_t old_count) {
         rebuild_samples(context.parallel);
         neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, context.parallel);
         constrained_.clear();
-        grabbed_.clear();
+        handle_phyxels_.clear();
         tracker_.mark_all();
     } else if (!changed_pairs_.empty()) {
         neighbourhoods_.update(phyxels_, pairs_, changed_pairs_, settings_.material, context.parallel);
@@ -461,7 +461,7 @@ void Body::reset_strain(std::span<const std::size_t> members) {
         phyxels_.deformation[i] = previous_deformation_[i] = rotation * stretch;
         phyxels_.rotation[i] = rotation;
         phyxels_.plastic_strain[i] = plastic_strain;
-        phyxels_.history_broken[i] = 1;
+        phyxels_.restart_history[i] = 1;
     }
 }
 

@@ -121,7 +121,7 @@ void Body::save_phyxels(StateWriter& writer) const {
     for (const auto* matrices : {&phyxels_.deformation, &phyxels_.rotation, &previous_deformation_})
         writer.add(numbers_of(*matrices));
     if (settings_.material.plasticity) writer.add(numbers_of(phyxels_.plastic_strain));
-    for (const auto* flags : {&phyxels_.history_broken, &phyxels_.touching})
+    for (const auto* flags : {&phyxels_.restart_history, &phyxels_.touching})
         writer.add(std::span<const std::uint8_t>(*flags));
     for (const auto* energies : {&phyxels_.elastic_energy, &phyxels_.reserve})
         writer.add(std::span<const double>(*energies));
@@ -213,7 +213,7 @@ void Body::load_phyxels(StateReader& reader) {
         require_state(is_rotation(rotation, rotation_tolerance), "a phyxel whose rotation is none");
     if (settings_.material.plasticity)
         read_numbers(reader, count, phyxels_.plastic_strain, "a phyxel whose plastic strain is no number");
-    for (auto* flags : {&phyxels_.history_broken, &phyxels_.touching})
+    for (auto* flags : {&phyxels_.restart_history, &phyxels_.touching})
         *flags = reader.numbers<std::uint8_t>(count, 0, 1, "a phyxel with a mark that there is not");
     for (auto* energies : {&phyxels_.elastic_energy, &phyxels_.reserve})
         read_numbers(reader, count, *energies, "a phyxel whose energy is no number");
@@ -393,7 +393,7 @@ void Body::rebuild_derived_state(const Parallel& parallel) {
     locator_ = meshless::PhyxelLocator(phyxels_.rest_position, 1.6 * spacing_);
     neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
     constrained_.clear();
-    grabbed_.clear();
+    handle_phyxels_.clear();
     surface_to_tracked_.clear();
     for (const Vec3i& node : surface_->nodes()) {
         require_state(tracker_.find(node) >= 0, "a node of the surface that is not tracked");
@@ -401,7 +401,7 @@ void Body::rebuild_derived_state(const Parallel& parallel) {
     }
     if (deformation_) deformation_->node_frames(node_frames_, parallel);
     move_surface(parallel);
-    list_contact_samples(parallel);
+    rebuild_contact_samples(parallel);
 }
 
 }  // namespace splitcubes::body

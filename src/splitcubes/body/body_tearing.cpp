@@ -10,7 +10,7 @@ namespace splitcubes::body {
 void check_tearing(const TearSettings& s, const std::string& where) {
     if (!(s.strength > 0)) throw InputError(where + ".strength", "must be above zero");
     if (!(s.propagation_ratio > 0 && s.propagation_ratio <= 1))
-        throw InputError(where + ".toughness", "must be above 0 and at most 1");
+        throw InputError(where + ".propagation_ratio", "must be above 0 and at most 1");
     if (!(s.crack_speed >= 0) || !std::isfinite(s.crack_speed))
         throw InputError(where + ".crack_speed", "must be a positive number of metres a second");
 }

@@ -11,7 +11,7 @@ namespace {
 
 // The number is raised with every change of the stored data or of the results of a step.
 constexpr std::string_view any_signature = "Splitcubes checkpoint ";
-constexpr std::string_view signature = "Splitcubes checkpoint 4\n";
+constexpr std::string_view signature = "Splitcubes checkpoint 5\n";
 
 std::uint64_t checksum(std::string_view bytes) {
     StateHash hash;

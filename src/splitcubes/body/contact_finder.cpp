@@ -226,7 +226,7 @@ ContactFinder::KnownSeparations& ContactFinder::take_known() {
 // limited to the share of gravity; without history, free fall. m, world.
 Vec3 ContactFinder::drift_of(const Task& task, const meshless::Phyxels& phyxels, std::size_t i) {
     const Vec3 fall = task.dt * task.gravity;
-    const bool is_known = phyxels.history_step == task.dt && phyxels.history_broken[i] == 0;
+    const bool is_known = phyxels.history_step == task.dt && phyxels.restart_history[i] == 0;
     Vec3 change = is_known ? Vec3(phyxels.velocity[i] - phyxels.previous_velocity[i]) : fall;
     // Limited because a vibrating phyxel's last acceleration predicts nothing.
     const double square = change.squaredNorm(), max_square = fall.squaredNorm();
@@ -379,7 +379,7 @@ bool ContactFinder::is_far(const Collider& collider, const ColliderPoses& poses,
     const double moved = (poses.to_after * centre - poses.to_before * centre).norm() +
                          (poses.to_after.linear() - poses.to_before.linear()).norm() * radius;
     const double distance = collider.solid->at(poses.to_before * centre).distance;
-    return distance - collider.solid->steepness() * radius > (1 + 1e-9) * (patch.max_displacement + moved);
+    return distance - collider.solid->lipschitz_constant() * radius > (1 + 1e-9) * (patch.max_displacement + moved);
 }
 
 void ContactFinder::meet_collider(const Task& task, std::size_t collider_index, const ColliderPoses& poses,

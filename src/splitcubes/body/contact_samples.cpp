@@ -99,7 +99,7 @@ float share_distance(const Vec3i& cell, int side, float share) {
 
 // Lists one vertex per surface cell and fan; in each box of half a phyxel spacing only the first one of each
 // piece and main direction of the normal.
-void Body::list_contact_samples(const Parallel& parallel) {
+void Body::rebuild_contact_samples(const Parallel& parallel) {
     constexpr std::size_t chunk = 4096;
     const double cell = grid_.rest().cell_size;
     const int side = std::max(1, static_cast<int>(std::floor(0.5 * spacing_ / cell)));
@@ -123,8 +123,8 @@ void Body::list_contact_samples(const Parallel& parallel) {
         for (const SampleCandidate& candidate : candidates)
             if (seen.index_of(candidate.box, candidate.point.piece) == contact_samples_.size())
                 contact_samples_.push_back(candidate.point);
-    choose_pushing_points();
-    choose_among_cut_faces();
+    choose_active_samples();
+    choose_cut_face_samples();
     sample_revision_ = surface_->revision();
 }
 
@@ -134,7 +134,7 @@ int Body::spacing_in_cells() const {
 
 // Lets one sample per spacing push on a flat face: the phyxels have no finer motion that more samples could
 // constrain. Where normals vary within a spacing, one sample per normal pushes.
-void Body::choose_pushing_points() {
+void Body::choose_active_samples() {
     const int side = spacing_in_cells();
     const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
     BoxIndices indices(contact_samples_.size());
@@ -171,14 +171,14 @@ void Body::choose_pushing_points() {
 // Chooses which samples of cut faces push on each other. Pushing samples in one cell whose corners are
 // disjoint are on the two faces of a cut. The opposite face fits, so one sample per spacing is enough on
 // rough cut faces, too; and of two opposite samples the first searches for both.
-void Body::choose_among_cut_faces() {
+void Body::choose_cut_face_samples() {
     const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
     const auto cosine = [&](std::uint32_t a, std::uint32_t b) {
         const Vec3f &one = vertices[contact_samples_[a].vertex].normal,
                     &other = vertices[contact_samples_[b].vertex].normal;
         return one.dot(other) / (one.norm() * other.norm());
     };
-    const std::vector<std::uint32_t> opposite = opposite_points();
+    const std::vector<std::uint32_t> opposite = opposite_samples();
     const int side = spacing_in_cells();
     BoxIndices indices(contact_samples_.size());
     std::vector<SampleFace> cut_faces;
@@ -216,7 +216,7 @@ void Body::choose_among_cut_faces() {
 
 // Returns, for each pushing sample, one in its cell that a cut has separated from it; Face::none if there is
 // none.
-std::vector<std::uint32_t> Body::opposite_points() const {
+std::vector<std::uint32_t> Body::opposite_samples() const {
     const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
     BoxIndices indices(contact_samples_.size());
     std::vector<std::uint32_t> last;  // per cell: its last sample so far

@@ -21,7 +21,7 @@ constexpr std::size_t min_slot_count = 256;  // a power of two
 
 void reproduce_affine_motion(std::span<const Vec3> rest, const Vec3& rest_point, double spacing,
                              ContactSide& side) {
-    std::array<Vec3, ContactSide::most> arm;
+    std::array<Vec3, ContactSide::max_phyxels> arm;
     Vec3 centre = Vec3::Zero();
     for (std::uint32_t k = 0; k < side.count; ++k) {
         arm[k] = rest[side.phyxel[k]];
@@ -85,8 +85,8 @@ ContactSide SideBlend::take(std::span<const Vec3> rest, const Vec3& rest_point, 
         while (at > 0 && (out.weight[at - 1] < share.weight ||
                           (out.weight[at - 1] == share.weight && out.phyxel[at - 1] > share.phyxel)))
             --at;
-        if (at >= ContactSide::most) continue;
-        if (out.count < ContactSide::most) ++out.count;
+        if (at >= ContactSide::max_phyxels) continue;
+        if (out.count < ContactSide::max_phyxels) ++out.count;
         for (std::uint32_t k = out.count - 1; k > at; --k) {
             out.phyxel[k] = out.phyxel[k - 1];
             out.weight[k] = out.weight[k - 1];

@@ -157,7 +157,7 @@ void RigidContacts::measure_proxies(const Task& task) {
         const Body& body = *task.bodies[proxy.body];
         const meshless::Phyxels& phyxels = body.phyxels();
         if (summed != proxy.body)
-            meshless::piece_momenta(phyxels, static_cast<int>(body.pieces().count()), momenta);
+            meshless::momenta_of_pieces(phyxels, static_cast<int>(body.pieces().count()), momenta);
         summed = proxy.body;
         const meshless::Momenta& now = momenta[static_cast<std::size_t>(proxy.piece)];
         for (std::size_t i = 0; i < body.held().size(); ++i)

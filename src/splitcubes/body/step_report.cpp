@@ -6,7 +6,7 @@ namespace splitcubes::body {
 
 std::string flag_text(std::uint32_t flags) {
     static constexpr const char* names[] = {"inverted",       "not_converged",  "non_finite",
-                                            "frame_fallback", "rank_deficient", "overdrawn"};
+                                            "frame_fallback", "rank_deficient", "energy_excess"};
     std::string out;
     for (std::uint32_t k = 0; k < std::size(names); ++k) {
         if (!(flags >> k & 1U)) continue;

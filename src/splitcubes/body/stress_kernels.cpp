@@ -83,7 +83,7 @@ HWY_INLINE Matrix symmetric(const Matrix& m) {
     return out;
 }
 
-// Same test as has_values_below.
+// Same test as has_eigenvalues_below.
 HWY_INLINE hn::Mask<decltype(d)> is_below(const Matrix& m, V limit) {
     const V zero = hn::Zero(d);
     const V first = hn::Sub(limit, m(0, 0));

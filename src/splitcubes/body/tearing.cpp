@@ -120,7 +120,7 @@ Tearing::Tearing(const TearSettings& settings, const meshless::Material& materia
     for (std::size_t brick = 0; brick < grid.bricks().total(); ++brick)
         for (std::uint64_t word = grid.inside_word(brick); word; word &= word - 1) {
             const auto local = static_cast<unsigned>(std::countr_zero(word));
-            const Vec3i node = grid.bricks().base(brick) + splitting::BrickLayout::local_place(local);
+            const Vec3i node = grid.bricks().base(brick) + splitting::BrickLayout::local_node(local);
             min_strength_factor_ =
                 std::min(min_strength_factor_, settings_.strength_factor(grid.rest().node_position(node)));
         }

@@ -70,7 +70,7 @@ void Tearing::measure_phyxel(const TearContext& context, std::size_t i, double t
     stress_[i] = 0.5 * (cauchy + cauchy.transpose());
     stress_norm_[i] = stress_[i].norm();
     is_strained_[i] = stress_norm_[i] >= threshold &&
-                      !has_values_below(stress_[i], threshold - bound_slack * stress_norm_[i]);
+                      !has_eigenvalues_below(stress_[i], threshold - bound_slack * stress_norm_[i]);
 }
 
 // Computes the phyxels' stresses and marks those that may have a principal stress above the threshold, Pa.
@@ -113,7 +113,7 @@ void Tearing::bound_principal_stress(const TearContext& context, double threshol
     principal_.resize(count);
     context.parallel.for_each(count, 4 * stress_grain, [&](std::size_t i) {
         principal_[i] = stress_norm_[i] < 0 ? -std::numeric_limits<double>::infinity() : threshold;
-        if (is_strained_[i] == strained) principal_[i] = greatest_value_bound(stress_[i]);
+        if (is_strained_[i] == strained) principal_[i] = largest_eigenvalue_bound(stress_[i]);
     });
     for (std::size_t i = 0; i < count; ++i) {
         if (is_strained_[i] != strained) continue;
@@ -162,7 +162,7 @@ double Tearing::load_of(const TearContext& context, std::size_t i) const {
     for (std::size_t k = begin; k < end; ++k) add(n.neighbour()[k], n.weight()[k]);
     if (!(total > 0)) return 0;
     const Mat3 mean = sum / total;
-    if (has_values_below(mean, threshold - bound_slack * mean.norm())) return 0;
+    if (has_eigenvalues_below(mean, threshold - bound_slack * mean.norm())) return 0;
     return eigen_symmetric(mean).values[0] / std::max(min_strength_[i], 1e-300);
 }
 
@@ -245,7 +245,7 @@ Tearing::Stress Tearing::find_stress(const TearContext& context, const NodeGrid&
                                      double threshold) const {
     if (!(sum.total > sum.held)) return {};
     const Mat3 mean = sum.stress / sum.total;
-    if (has_values_below(mean, threshold - bound_slack * (std::abs(threshold) + mean.norm()))) return {};
+    if (has_eigenvalues_below(mean, threshold - bound_slack * (std::abs(threshold) + mean.norm()))) return {};
     const SymmetricEigen eigen = eigen_symmetric(mean);
     return {eigen.values[0], eigen.vectors.col(0), gradient_at(context, grid, edge, nodes)};
 }

@@ -71,7 +71,7 @@ class World {
         colliders_[index].motion = std::move(motion);
     }
     /// The contacts with a normal force in the last step, sorted by key.
-    const std::vector<meshless::CachedContact>& pushing_contacts() const { return cached_contacts_; }
+    const std::vector<meshless::CachedContact>& active_contacts() const { return cached_contacts_; }
 
     /// Returns all surfaces in one mesh; pieces are numbered consecutively over the bodies.
     geometry::SurfaceMesh surface_mesh() const;

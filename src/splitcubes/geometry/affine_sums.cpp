@@ -76,7 +76,7 @@ void sum_rows(std::span<const AffineRow> rows, const std::uint32_t* index, const
 }
 
 // One point per lane.
-constexpr hn::CappedTag<double, carried_width> wide;
+constexpr hn::CappedTag<double, transform_width> wide;
 using W = hn::Vec<decltype(wide)>;
 
 struct Three {
@@ -132,10 +132,10 @@ HWY_INLINE Three turned(const W (&jacobian)[3][3], const Three& normal) {
     return unit;
 }
 
-void carry(std::size_t count, const AffineDisplacement* motions, const CarriedPoints& points, Vec3* positions,
+void carry(std::size_t count, const AffineDisplacement* motions, const TransformedPoints& points, Vec3* positions,
            Vec3* normals) {
     constexpr std::size_t step = hn::MaxLanes(wide);
-    static_assert(carried_width % step == 0);
+    static_assert(transform_width % step == 0);
     const auto place =
         hn::Mul(hn::Iota(hn::RebindToSigned<decltype(wide)>(), 0),
                 hn::Set(hn::RebindToSigned<decltype(wide)>(), std::int64_t{AffineDisplacement::entry_count}));
@@ -174,7 +174,7 @@ void sum_affine(std::span<const AffineRow> rows, const std::uint32_t* index, con
     HWY_DYNAMIC_DISPATCH(sum_rows)(rows, index, weight, motions, out);
 }
 
-void carry_points(std::size_t count, const AffineDisplacement* motions, const CarriedPoints& points,
+void transform_points(std::size_t count, const AffineDisplacement* motions, const TransformedPoints& points,
                   Vec3* positions, Vec3* normals) {
     HWY_DYNAMIC_DISPATCH(carry)(count, motions, points, positions, normals);
 }

@@ -21,11 +21,11 @@ struct AffineRow {
 void sum_affine(std::span<const AffineRow> rows, const std::uint32_t* index, const double* weight,
                 const AffineDisplacement* motions, AffineDisplacement* out);
 
-inline constexpr std::size_t carried_width = 8;
+inline constexpr std::size_t transform_width = 8;
 
 /// Rest points and normals to be transformed by motions, as one array per coordinate. The capacity of each
-/// array, and of the motions, must be a multiple of `carried_width`.
-struct CarriedPoints {
+/// array, and of the motions, must be a multiple of `transform_width`.
+struct TransformedPoints {
     std::array<const double*, 3> point;   // m, rest space
     std::array<const double*, 3> normal;  // rest space
     const double* factor;                 // scales the entries of the motion
@@ -34,7 +34,7 @@ struct CarriedPoints {
 /// Computes positions[k] = image of point k under motions[k] scaled by factor[k], and normals[k] = its normal
 /// transformed by the cofactor matrix of that motion's Jacobian, normalised, or unchanged if it vanishes. The
 /// same bits as AffineDisplacement and Eigen's products one by one, for every instruction set.
-void carry_points(std::size_t count, const AffineDisplacement* motions, const CarriedPoints& points,
+void transform_points(std::size_t count, const AffineDisplacement* motions, const TransformedPoints& points,
                   Vec3* positions, Vec3* normals);
 
 }  // namespace splitcubes::geometry

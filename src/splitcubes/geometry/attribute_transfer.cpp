@@ -115,7 +115,7 @@ void AttributeTransfer::carry(const std::array<Vec3, 3>& rest, std::size_t to, M
     NearestPoint::Query query;
     query.point = (rest[0] + rest[1] + rest[2]) / 3;
     query.normal = side_ * (rest[1] - rest[0]).cross(rest[2] - rest[0]);
-    query.against_normal = side_tolerance_;
+    query.back_side_penalty = side_tolerance_;
     query.guess = guess;
     const std::uint32_t source = nearest_.at(query).triangle;
     guess = source;

@@ -25,9 +25,9 @@ class NearestPoint {
     struct Query {
         Vec3 point;  // m
         /// Triangles whose normal has a negative dot product with this one count as further
-        /// away by `against_normal` (m, >= 0). Zero: no preference.
+        /// away by `back_side_penalty` (m, >= 0). Zero: no preference.
         Vec3 normal = Vec3::Zero();
-        double against_normal = 0;
+        double back_side_penalty = 0;
         /// Only triangles with labels[triangle] == label; empty labels: all.
         std::span<const std::int32_t> labels = {};
         std::int32_t label = 0;

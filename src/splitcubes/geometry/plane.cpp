@@ -32,9 +32,9 @@ Square square_on(const CuttingPlane& plane, const Box& box) {
     Square out;
     out.normal = plane.normal / length;
     out.offset = plane.offset / length;
-    if (!(std::abs(out.offset) <= largest_coordinate))
+    if (!(std::abs(out.offset) <= max_coordinate))
         throw InputError("plane", "lies too far away",
-                         "give an offset of up to " + plain_number(largest_coordinate) + " m");
+                         "give an offset of up to " + plain_number(max_coordinate) + " m");
     const double to_center = out.normal.dot(box.center()) - out.offset;
     const double half_side = 2 * box.size().norm();
     const Vec3 center = box.center() - to_center * out.normal;

@@ -14,7 +14,7 @@ struct CuttingPlane {
 
 /// Returns a sheet of two triangles on the plane that cuts through all of `box`. For a plane normal to an
 /// axis the vertices lie on it exactly. Throws InputError if the normal is zero or the plane lies beyond
-/// largest_coordinate.
+/// max_coordinate.
 TriangleMesh plane_sheet(const CuttingPlane& plane, const Box& box);
 
 /// Returns a closed mesh, oriented outward, that contains the part of `box` in front of the plane and nothing

@@ -17,8 +17,8 @@ RestGrid grid_around(const Box& box, double cell_size) {
     if (box.empty()) throw InputError("grid", "there is nothing to cover", "give a mesh with triangles");
     if (!(cell_size > 0) || !std::isfinite(cell_size))
         throw InputError("cell size", "must be a positive number of metres, got " + text_of(cell_size));
-    if (!(std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff()) <= largest_coordinate))
-        throw InputError("mesh", "reaches beyond " + text_of(largest_coordinate) + " m",
+    if (!(std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff()) <= max_coordinate))
+        throw InputError("mesh", "reaches beyond " + text_of(max_coordinate) + " m",
                          "give smaller coordinates");
     RestGrid grid;
     grid.cell_size = cell_size;

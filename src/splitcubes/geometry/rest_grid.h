@@ -34,7 +34,7 @@ inline constexpr int max_cells_per_axis = 1024;
 /// far as possible from the box's faces (a surface exactly through nodes is legal but
 /// less accurate).
 /// Throws InputError if cell_size is not positive or gives too many cells, or if the box
-/// extends beyond largest_coordinate.
+/// extends beyond max_coordinate.
 RestGrid grid_around(const Box& box, double cell_size);
 
 /// Returns the cell size for `cells` cells along the longest side of `box`.

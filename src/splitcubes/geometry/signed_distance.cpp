@@ -111,7 +111,7 @@ class MeshDistance : public SignedDistance {
     }
     // Between nodes each axis has a slope of up to 1; outside the grid the distance to the rim adds
     // another 1.
-    double steepness() const override { return 3; }
+    double lipschitz_constant() const override { return 3; }
 
   private:
     std::size_t index_of(const Vec3i& at) const {

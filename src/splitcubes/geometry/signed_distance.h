@@ -18,7 +18,7 @@ class SignedDistance {
     virtual ~SignedDistance() = default;
     virtual Sample at(const Vec3& point) const = 0;
     /// Returns a Lipschitz constant of the distance.
-    virtual double steepness() const { return 1; }
+    virtual double lipschitz_constant() const { return 1; }
     /// Returns whether the surface is a plane.
     virtual bool is_flat() const { return false; }
 };

@@ -31,7 +31,7 @@ struct ReadMeshReport {
 ///
 /// Throws InputError, with the line or the byte and the offending value, for
 /// anything malformed: a file that is empty, cut off or has no triangles,
-/// coordinates that are not finite or beyond geometry::largest_coordinate, indices out of range, counts that
+/// coordinates that are not finite or beyond geometry::max_coordinate, indices out of range, counts that
 /// do not fit the content, a glTF feature that would change the geometry and is not known here. Memory is
 /// bounded by the size of the files, whatever their headers claim.
 geometry::TriangleMesh read_mesh(const std::filesystem::path& path, ReadMeshReport* report = nullptr);

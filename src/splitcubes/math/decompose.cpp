@@ -84,7 +84,7 @@ SymmetricEigen eigen_symmetric(const Mat3& matrix) {
 }
 
 // Tests the pivots of L D L^T; their signs are those of a matrix that differs by rounding.
-bool has_values_below(const Mat3& matrix, double limit) {
+bool has_eigenvalues_below(const Mat3& matrix, double limit) {
     const double first = limit - matrix(0, 0);
     const double a = matrix(1, 0) / first, b = matrix(2, 0) / first;
     const double second = limit - matrix(1, 1) - a * matrix(1, 0);
@@ -93,7 +93,7 @@ bool has_values_below(const Mat3& matrix, double limit) {
     return first > 0 && second > 0 && third > 0;
 }
 
-double greatest_value_bound(const Mat3& matrix) {
+double largest_eigenvalue_bound(const Mat3& matrix) {
     // Far above the error of the cosines, which is the square root of machine precision if two eigenvalues
     // are equal.
     constexpr double slack = 1e-7;

@@ -18,10 +18,10 @@ SymmetricEigen eigen_symmetric(const Mat3& matrix);
 /// Returns whether limit * I - matrix is found positive definite: true only if the largest eigenvalue is
 /// below the limit, or above it by no more than rounding (1e-14 of the matrix and the limit). Costs a tenth
 /// of eigen_symmetric. The input must be symmetric; returns false if an entry is NaN.
-bool has_values_below(const Mat3& matrix, double limit);
+bool has_eigenvalues_below(const Mat3& matrix, double limit);
 /// Returns an upper bound of the largest eigenvalue of a symmetric matrix, above it by at most 2e-7 of the
 /// norm: the root of the characteristic cubic by cosines (Smith 1961).
-double greatest_value_bound(const Mat3& matrix);
+double largest_eigenvalue_bound(const Mat3& matrix);
 
 /// Returns the rotation nearest to F (polar decomposition with det = +1; for an inverted F the smallest
 /// singular value takes the sign). A rotation gives itself to rounding, the identity gives itself exactly. If

@@ -13,12 +13,12 @@ namespace splitcubes::meshless {
 
 /// One side of a contact: a point whose position is a weighted mean of phyxel positions.
 struct ContactSide {
-    static constexpr std::size_t most = 8;
+    static constexpr std::size_t max_phyxels = 8;
 
     std::uint32_t part = 0;   // index of the body within the group that steps together
     std::uint32_t count = 0;  // phyxels; 0: a collider
-    std::array<std::uint32_t, most> phyxel{};
-    std::array<double, most> weight{};  // sum 1
+    std::array<std::uint32_t, max_phyxels> phyxel{};
+    std::array<double, max_phyxels> weight{};  // sum 1
 
     bool is_collider() const { return count == 0; }
 };

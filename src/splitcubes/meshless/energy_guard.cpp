@@ -318,7 +318,7 @@ bool EnergyGuard::find_excess_strain(const Phyxels& phyxels, const Neighbourhood
 }
 
 void EnergyGuard::find_rigid_motions(const Phyxels& phyxels, const Parallel& parallel) {
-    piece_momenta(phyxels, static_cast<int>(start_.size()), after_, partial_, parallel);
+    momenta_of_pieces(phyxels, static_cast<int>(start_.size()), after_, partial_, parallel);
 }
 
 // Returns the kinetic energy of the rigid motion, J; zero for a held piece.
@@ -343,7 +343,7 @@ void EnergyGuard::reset_history(Phyxels& phyxels, double dt) const {
     phyxels.previous_position = position_;
     phyxels.previous_velocity = velocity_;
     phyxels.history_step = dt;
-    std::fill(phyxels.history_broken.begin(), phyxels.history_broken.end(), std::uint8_t{1});
+    std::fill(phyxels.restart_history.begin(), phyxels.restart_history.end(), std::uint8_t{1});
 }
 
 // Places the phyxels of relaxing pieces at `share` of the deformation of the step.
@@ -374,7 +374,7 @@ void EnergyGuard::relax_excess_strain(Phyxels& phyxels, const Neighbourhoods& ne
     end_position_ = phyxels.position;
     std::swap(phyxels.position, position_);
     std::swap(phyxels.velocity, velocity_);
-    piece_momenta(phyxels, static_cast<int>(start_.size()), before_, partial_, parallel);
+    momenta_of_pieces(phyxels, static_cast<int>(start_.size()), before_, partial_, parallel);
     std::swap(phyxels.position, position_);
     std::swap(phyxels.velocity, velocity_);
     for (std::size_t i = 0; i < phyxels.size(); ++i)
@@ -430,7 +430,7 @@ void EnergyGuard::scale_velocities(Phyxels& phyxels, const StepInput& input) {
             before_[k].linear + before_[k].angular_momentum.cross(phyxels.position[i] - after_[k].centre);
         const Vec3 inner = phyxels.velocity[i] - rigid_value;
         phyxels.velocity[i] = scratch_[k] > 0 ? Vec3(rigid_value + scratch_[k] * inner) : rigid_value;
-        phyxels.history_broken[i] = 1;
+        phyxels.restart_history[i] = 1;
     }
 }
 
@@ -440,7 +440,7 @@ void EnergyGuard::enforce(Phyxels& phyxels, const Neighbourhoods& neighbourhoods
         const double before = report.kinetic_energy + report.elastic_energy;
         bool has_excess_strain = false;
         for (const Balance& balance : balance_) {
-            report.has_energy_excess += balance.has_excess;
+            report.energy_excess_pieces += balance.has_excess;
             has_excess_strain = has_excess_strain || balance.has_excess_strain;
         }
         if (has_excess_strain) {
@@ -459,7 +459,7 @@ void EnergyGuard::enforce(Phyxels& phyxels, const Neighbourhoods& neighbourhoods
         report.kinetic_energy = 0;
         describe_(phyxels, neighbourhoods, elastic_, report, parallel);
         const double removed = before - report.kinetic_energy - report.elastic_energy;
-        report.energy_taken += std::isfinite(removed) ? std::max(removed, 0.0) : 0;
+        report.energy_removed += std::isfinite(removed) ? std::max(removed, 0.0) : 0;
         sum_end_accounts(phyxels, input, false, parallel);
     }
     write_reserves(phyxels, parallel);

@@ -51,7 +51,7 @@ SolverReport ExplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighb
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
         phyxels.previous_position[i] = start_position_[i];
         phyxels.previous_velocity[i] = start_velocity_[i];
-        phyxels.history_broken[i] = held_[i] != 0 || failed_[i] != 0;
+        phyxels.restart_history[i] = held_[i] != 0 || failed_[i] != 0;
         report.non_finite += failed_[i];
     }
     if (input.contacts.cached) report.contacts = input.contacts.cached->size();

@@ -95,7 +95,7 @@ void ImplicitSolver::choose_step_size(const Job& job, std::size_t i) {
          ++l)
         beside_inverted =
             inverted_[job.neighbourhoods.neighbour()[l]] != 0 && job.neighbourhoods.weight()[l] > 0;
-    const bool two_steps = has_history && phyxels.history_broken[i] == 0 && held_[i] == 0 &&
+    const bool two_steps = has_history && phyxels.restart_history[i] == 0 && held_[i] == 0 &&
                            !beside_inverted && hit_[piece_of(job, i)] == 0;
     b_[i] = two_steps ? 2 * job.input.dt / 3 : job.input.dt;
 }
@@ -182,7 +182,7 @@ void ImplicitSolver::guess_acceleration(const Job& job, std::size_t i) {
     if (!job.options.warm_start || !(has_history || supported)) return;
     Vec3 acceleration = (phyxels.velocity[i] - phyxels.previous_velocity[i]) / job.input.dt;
     // The velocity jump of an impact does not continue as an acceleration.
-    if (!has_history || phyxels.history_broken[i] != 0)
+    if (!has_history || phyxels.restart_history[i] != 0)
         acceleration = supported ? Vec3(Vec3::Zero()) : job.input.gravity;
     const Vec3 less_gravity = acceleration - job.input.gravity;
     if (!less_gravity.allFinite()) return;
@@ -392,7 +392,7 @@ void ImplicitSolver::finish_phyxel(const Job& job, std::size_t i) {
     phyxels.position[i] = x;
     phyxels.velocity[i] = v;
     // BDF2 would extrapolate the velocity jump of an impact.
-    phyxels.history_broken[i] = held_[i] != 0 || failed_[i] != 0 || hit_[piece_of(job, i)] != 0;
+    phyxels.restart_history[i] = held_[i] != 0 || failed_[i] != 0 || hit_[piece_of(job, i)] != 0;
 }
 
 // Returns the phyxel's piece, or piece_count if it is out of range.

@@ -206,11 +206,11 @@ double ImplicitSolver::Group::correct() {
     return square;
 }
 
-void ImplicitSolver::Group::turn_direction(float beta) {
+void ImplicitSolver::Group::update_direction(float beta) {
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
         const CoarsePart coarse{s.aggregates_.index(), s.aggregates_.correction(), s.aggregates_.count() + 1};
         for_slices(job.parallel, s.elastic_.slice_count(), [&](const SliceRange& range) {
-            meshless::turn_direction(s.elastic_.stride(), range, beta, s.float_inverse_.data(),
+            meshless::update_direction(s.elastic_.stride(), range, beta, s.float_inverse_.data(),
                                      s.float_r_.data(), coarse, s.float_p_.data());
         });
     });
@@ -225,7 +225,7 @@ double ImplicitSolver::Group::conjugate_gradients(double goal, int& iterations_l
     list_springs();
     double square = begin_direction();
     double rz = square + correct() + smooth();
-    turn_direction(0);
+    update_direction(0);
     while (square > goal && iterations_left > 0) {
         const double curvature = apply_to_direction();
         if (!(curvature > 0) || !std::isfinite(curvature)) break;
@@ -236,7 +236,7 @@ double ImplicitSolver::Group::conjugate_gradients(double goal, int& iterations_l
         --iterations_left;
         if (square <= goal) break;
         const double next_rz = square + correct() + smooth();
-        turn_direction(static_cast<float>(next_rz / rz));
+        update_direction(static_cast<float>(next_rz / rz));
         rz = next_rz;
     }
     each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.add_correction(job); });

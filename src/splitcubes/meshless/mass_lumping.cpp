@@ -288,7 +288,7 @@ void relump_after_split(MassLumping& lumping, const MaterialNodes& nodes, double
     apply(lumping, nodes.volume, density, phyxels);
 
     std::vector<Momenta> now;
-    piece_momenta(phyxels, static_cast<int>(piece_count), now);
+    momenta_of_pieces(phyxels, static_cast<int>(piece_count), now);
     std::vector<double> support(piece_count, 0), members(piece_count, 0);  // sum of h, number
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
         if (phyxels.piece[i] < 0) continue;
@@ -318,7 +318,7 @@ void relump_after_split(MassLumping& lumping, const MaterialNodes& nodes, double
         if (changed[k] == 0 || !(now[k].mass > 0) || !(node_momenta[k].mass > 0)) continue;
         phyxels.velocity[i] +=
             now[k].linear + now[k].angular_momentum.cross(phyxels.position[i] - now[k].centre);
-        phyxels.history_broken[i] = 1;
+        phyxels.restart_history[i] = 1;
     }
 }
 

@@ -17,7 +17,7 @@ void require(bool good, const std::string& where, double value, const std::strin
 
 }  // namespace
 
-double largest_plastic_strain(MaterialModel model) {
+double max_plastic_strain(MaterialModel model) {
     // Below the strain at zero length: 1/2 for Green's strain, 1 for S - I.
     return model == MaterialModel::st_venant_kirchhoff ? 0.45 : 0.9;
 }
@@ -42,7 +42,7 @@ void check_material(const Material& material, const std::string& where) {
     const Plasticity& plasticity = *material.plasticity;
     positive(plasticity.yield, "plasticity.yield");
     require(plasticity.creep > 0, where + ".plasticity.creep", plasticity.creep, "give a positive number");
-    const double largest = largest_plastic_strain(material.model);
+    const double largest = max_plastic_strain(material.model);
     require(plasticity.maximum > 0 && plasticity.maximum <= largest, where + ".plasticity.maximum",
             plasticity.maximum,
             "give a positive number up to " + std::string(largest < 0.9 ? "0.45" : "0.9") +

@@ -40,7 +40,7 @@ struct Material {
     /// 0 disables it.
     double zero_energy = 0.1;
     std::optional<Plasticity> plasticity;  // none: elastic
-    double cutting_resistance = 0;         // J/m^2, work of a blade per rest area that it cuts
+    double cutting_resistance = 0;         // J/m^2, fracture toughness: work of a blade per rest area
 
     double lame_lambda() const {
         return youngs_modulus * poisson_ratio / ((1 + poisson_ratio) * (1 - 2 * poisson_ratio));
@@ -50,12 +50,12 @@ struct Material {
 
 /// Returns the largest plasticity.maximum that a model allows: beyond it, a compressive strain would have
 /// no corresponding stretch.
-double largest_plastic_strain(MaterialModel model);
+double max_plastic_strain(MaterialModel model);
 
 /// Throws InputError(where + ".density", ...) and so on unless all parameters are finite
 /// and physical: density, youngs_modulus > 0, 0 <= poisson_ratio < 0.5; volume_stiffness,
 /// dampings and zero_energy >= 0; yield, creep > 0 (creep may be infinite),
-/// 0 < maximum <= largest_plastic_strain.
+/// 0 < maximum <= max_plastic_strain.
 void check_material(const Material& material, const std::string& where);
 
 }  // namespace splitcubes::meshless

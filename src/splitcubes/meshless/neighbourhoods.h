@@ -45,7 +45,7 @@ Pairs find_pairs(const Phyxels& phyxels, const PhyxelLocator& locator, const Par
 
 /// Copies the visibility of the pairs that `from` and `to` share. Returns the
 /// indices (ascending) of the pairs of `to` that are not in `from`.
-std::vector<std::uint32_t> carry_visibility(const Pairs& from, Pairs& to);
+std::vector<std::uint32_t> transfer_visibility(const Pairs& from, Pairs& to);
 
 /// Moving least squares gradients of every phyxel and the penalties on zero-energy
 /// modes, as rows of directed links (CSR). Row i holds its neighbours in ascending

@@ -63,7 +63,7 @@ Pairs find_pairs(const Phyxels& phyxels, const PhyxelLocator& locator, const Par
     return pairs;
 }
 
-std::vector<std::uint32_t> carry_visibility(const Pairs& from, Pairs& to) {
+std::vector<std::uint32_t> transfer_visibility(const Pairs& from, Pairs& to) {
     std::vector<std::uint32_t> unknown;
     std::size_t f = 0;
     for (std::size_t t = 0; t < to.size(); ++t) {

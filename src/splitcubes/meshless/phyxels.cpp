@@ -41,7 +41,7 @@ void Phyxels::append(const PhyxelStart& start) {
     rotation.push_back(rotation_of(start.deformation));
     plastic_strain.push_back(start.plastic_strain);
     piece.push_back(start.piece);
-    history_broken.push_back(1);
+    restart_history.push_back(1);
     touching.push_back(0);
     elastic_energy.push_back(0);
     reserve.push_back(0);
@@ -55,7 +55,7 @@ void Phyxels::append(const Vec3& rest, double contact_radius_metres, std::int32_
     append(start);
 }
 
-void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out) {
+void momenta_of_pieces(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out) {
     out.assign(static_cast<std::size_t>(piece_count), Momenta{});
     const auto each = [&](const auto& add) {
         for (std::size_t i = 0; i < phyxels.size(); ++i) {
@@ -91,13 +91,13 @@ Momenta together(std::span<const Momenta> parts) {
     return sum;
 }
 
-void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out,
+void momenta_of_pieces(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out,
                    std::vector<Momenta>& partial, const Parallel& parallel) {
     constexpr std::size_t grain = 1024;
     const auto pieces = static_cast<std::size_t>(piece_count);
     const std::size_t chunks = (phyxels.size() + grain - 1) / grain;
     // With many pieces the partial sums would cost more than the threads save.
-    if (chunks < 2 || pieces > 64 || !phyxels.rigid.empty()) return piece_momenta(phyxels, piece_count, out);
+    if (chunks < 2 || pieces > 64 || !phyxels.rigid.empty()) return momenta_of_pieces(phyxels, piece_count, out);
     partial.resize(chunks * pieces);
     const auto each = [&](const auto& add) {
         const auto chunk = [&](std::size_t begin, std::size_t end) {

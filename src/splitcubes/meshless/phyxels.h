@@ -40,7 +40,7 @@ struct Phyxels {
     std::vector<Mat3> rotation;                // rotation part of `deformation`, det = +1
     std::vector<Mat3> plastic_strain;          // rest space, symmetric (Plasticity)
     std::vector<std::int32_t> piece;           // id of its piece, 0..piece_count-1
-    std::vector<std::uint8_t> history_broken;  // 1: the next step restarts BDF2 with backward Euler
+    std::vector<std::uint8_t> restart_history;  // 1: the next step restarts BDF2 with backward Euler
     std::vector<std::uint8_t> touching;        // 1: on the ground, written by ImplicitSolver
     std::vector<double> elastic_energy;        // J, at the end of the last step, with the links of that step
     std::vector<double> reserve;               // J, its share of its piece's energy budget (EnergyGuard)
@@ -58,9 +58,9 @@ struct Phyxels {
     void serialize(Archive& archive) {
         archive(rest_position, position, velocity, previous_position, previous_velocity, mass, volume);
         archive(support_radius, contact_radius, deformation, rotation, plastic_strain, piece);
-        archive(history_broken, touching, elastic_energy, reserve, history_step, substeps, rigid);
+        archive(restart_history, touching, elastic_energy, reserve, history_step, substeps, rigid);
     }
-    /// Appends one phyxel with zero mass and volume; its history_broken is 1.
+    /// Appends one phyxel with zero mass and volume; its restart_history is 1.
     void append(const PhyxelStart& start);
     /// Appends one phyxel at rest.
     void append(const Vec3& rest, double contact_radius_metres, std::int32_t piece_number = 0);
@@ -79,9 +79,9 @@ struct Momenta {
 
 /// Computes the momenta of each piece, summed in the order of phyxels; rigid pieces give those of the rigid
 /// body. Phyxels with a piece outside 0..piece_count-1 are left out. `out` is resized.
-void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out);
+void momenta_of_pieces(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out);
 /// The same up to rounding, on several threads; `partial` is a buffer.
-void piece_momenta(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out,
+void momenta_of_pieces(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out,
                    std::vector<Momenta>& partial, const Parallel& parallel);
 
 /// Returns the momenta of several bodies together.

@@ -136,7 +136,7 @@ void write_phyxels(Phyxels& phyxels) {
         phyxels.deformation[i] = body.rotation * body.shape;
         phyxels.rotation[i] = body.rotation;
         phyxels.touching[i] = body.touching;
-        phyxels.history_broken[i] = 1;
+        phyxels.restart_history[i] = 1;
     }
 }
 

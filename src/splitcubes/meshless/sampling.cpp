@@ -78,7 +78,7 @@ void check_input(const geometry::Box& box, double spacing, double cover_radius) 
 }  // namespace
 
 std::vector<Vec3> sample_solid(const geometry::Box& box, double spacing,
-                               const PlaceInMaterial& place_in_material, std::span<const Vec3> must_cover,
+                               const ProjectIntoMaterial& place_in_material, std::span<const Vec3> must_cover,
                                double cover_radius, const Parallel& parallel) {
     check_input(box, spacing, cover_radius);
     // A whole number of spacings gives that number of samples, despite rounding.

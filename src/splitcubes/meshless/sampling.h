@@ -12,7 +12,7 @@
 namespace splitcubes::meshless {
 
 /// Returns the point of the material to use for a candidate, or nullopt. Called on several threads at once.
-using PlaceInMaterial = std::function<std::optional<Vec3>(const Vec3&)>;
+using ProjectIntoMaterial = std::function<std::optional<Vec3>(const Vec3&)>;
 
 /// Returns rest positions (m) for the phyxels of a solid. Candidates form a regular
 /// lattice of the given spacing centred in `box` (x fastest); each is passed to
@@ -22,7 +22,7 @@ using PlaceInMaterial = std::function<std::optional<Vec3>(const Vec3&)>;
 /// Throws InputError when the box is empty, spacing or cover_radius is not
 /// positive or the lattice would have more than 2^27 points.
 std::vector<Vec3> sample_solid(const geometry::Box& box, double spacing,
-                               const PlaceInMaterial& place_in_material, std::span<const Vec3> must_cover,
+                               const ProjectIntoMaterial& place_in_material, std::span<const Vec3> must_cover,
                                double cover_radius, const Parallel& parallel = Parallel(1));
 
 }  // namespace splitcubes::meshless

@@ -78,7 +78,7 @@ struct CoarsePart {
 };
 
 /// Computes p = inverse r + coarse + beta p.
-void turn_direction(std::size_t stride, const SliceRange& range, float beta, const float* inverse,
+void update_direction(std::size_t stride, const SliceRange& range, float beta, const float* inverse,
                     const float* r, const CoarsePart& coarse, float* p);
 
 /// Sets p to inverse r; returns r . inverse r.

@@ -73,7 +73,7 @@ struct ImplicitSolver::Group {
     void list_springs();
     void take_smoothing_rows();
     double smooth();
-    void turn_direction(float beta);
+    void update_direction(float beta);
     void solve_with_contacts();
     void break_switched_histories(const ContactInput& contacts);
     using SetOf = std::function<std::size_t(std::uint32_t part, std::uint32_t phyxel)>;

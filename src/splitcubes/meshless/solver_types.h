@@ -15,7 +15,7 @@
 namespace splitcubes::meshless {
 
 /// A kinematic rigid piece and its prescribed motion in a step.
-struct RigidHold {
+struct RigidKinematicTarget {
     std::size_t body = 0;                    // index into RigidPieces::bodies
     Isometry motion = Isometry::Identity();  // world at the end of the step from world at its start
 };
@@ -36,7 +36,7 @@ struct StepInput {
     ContactInput contacts;                // of part 0 only; its sides refer to this body
     int piece_count = 1;
     std::span<const Obstacle> obstacles;     // colliders for rigid pieces
-    std::span<const RigidHold> rigid_holds;  // at most one per rigid piece
+    std::span<const RigidKinematicTarget> kinematic_rigid_pieces;  // at most one per rigid piece
 };
 
 enum class SolverKind : std::uint8_t {
@@ -66,9 +66,9 @@ struct SolverReport {
     std::size_t rank_deficient = 0;     // phyxels whose neighbourhood has rank below 3
     std::size_t non_finite = 0;         // phyxels that became non-finite and moved on without elastic force
     std::size_t contacts = 0;           // active contacts
-    std::size_t has_energy_excess = 0;  // pieces with an energy excess (EnergyGuard)
+    std::size_t energy_excess_pieces = 0;  // pieces with an energy excess (EnergyGuard)
     int retries = 0;                    // repetitions of the step with finer substeps
-    double energy_taken = 0;            // J, removed by EnergyGuard
+    double energy_removed = 0;            // J, removed by EnergyGuard
     double kinetic_energy = 0;          // J
     double elastic_energy = 0;          // J
     double contact_energy = 0;          // J, stored in contact springs (implicit steps)

@@ -19,7 +19,7 @@ SplitMomentum::SplitMomentum(const Phyxels& phyxels, std::vector<std::int32_t> f
 
 std::vector<Momenta> SplitMomentum::of_families(const Phyxels& phyxels) const {
     std::vector<Momenta> pieces;
-    piece_momenta(phyxels, static_cast<int>(family_.size()), pieces);
+    momenta_of_pieces(phyxels, static_cast<int>(family_.size()), pieces);
     std::int32_t count = 0;
     for (const std::int32_t family : family_) count = std::max(count, family + 1);
     std::vector<std::vector<Momenta>> parts(static_cast<std::size_t>(count));

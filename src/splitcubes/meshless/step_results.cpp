@@ -31,7 +31,7 @@ void check_step_input(const Phyxels& phyxels, const StepInput& input) {
 }
 
 void MomentumKeeper::begin(const Phyxels& phyxels, int piece_count, const Parallel& parallel) {
-    piece_momenta(phyxels, piece_count, before_, partial_, parallel);
+    momenta_of_pieces(phyxels, piece_count, before_, partial_, parallel);
     bound_.assign(static_cast<std::size_t>(piece_count) + 1, 0);
     bound_.back() = 1;
     joined_.resize(bound_.size());
@@ -107,7 +107,7 @@ void MomentumKeeper::restore(Phyxels& phyxels, double factor, const Vec3& veloci
 // Applies a correction. dt: 0 leaves the centres where they are.
 void MomentumKeeper::correct(Phyxels& phyxels, double factor, const Vec3& velocity,
                              std::span<const double> shift, double dt, const Parallel& parallel) {
-    piece_momenta(phyxels, static_cast<int>(before_.size()), after_, partial_, parallel);
+    momenta_of_pieces(phyxels, static_cast<int>(before_.size()), after_, partial_, parallel);
     sum_groups(after_);
     centre_shift_.assign(before_.size() + 1, Vec3::Zero());
     for (std::size_t k = 0; k < before_.size(); ++k) {

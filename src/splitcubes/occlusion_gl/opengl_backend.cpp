@@ -92,7 +92,7 @@ struct Device {
 
 }  // namespace
 
-bool counts_can_be(const DiskCounts& counts, const DiskRaster& raster) {
+bool are_counts_possible(const DiskCounts& counts, const DiskRaster& raster) {
     return 0 <= counts.visible && counts.visible <= counts.inside && counts.inside <= raster.sample_count;
 }
 
@@ -250,7 +250,7 @@ std::vector<DiskCounts> OpenGlBackend::Impl::count(std::span<const Tile> tiles) 
             out[k].inside = has_boundary ? device->queries.result(2 * k) : raster.sample_count;
             out[k].visible = out[k].inside - device->queries.result(2 * k + 1);
             statistics.queries += has_boundary ? 2 : 1;
-            if (counts_can_be(out[k], raster)) continue;
+            if (are_counts_possible(out[k], raster)) continue;
             ++statistics.wrong_counts;
             doubtful = true;
         }
@@ -260,7 +260,7 @@ std::vector<DiskCounts> OpenGlBackend::Impl::count(std::span<const Tile> tiles) 
     const std::vector<std::uint8_t> atlas = texels();
     for (std::size_t k = 0; k < tiles.size(); ++k) {
         const DiskCounts counts = counts_of(tiles[k], atlas);
-        if (!drawing.count_texels && counts_can_be(out[k], raster) &&
+        if (!drawing.count_texels && are_counts_possible(out[k], raster) &&
             (counts.inside != out[k].inside || counts.visible != out[k].visible))
             ++statistics.wrong_counts;
         out[k] = counts;

@@ -63,6 +63,6 @@ class OpenGlBackend final : public VisibilityBackend {
 };
 
 /// Returns whether a query's counts are possible: 0 <= visible <= inside <= samples.
-bool counts_can_be(const DiskCounts& counts, const DiskRaster& raster);
+bool are_counts_possible(const DiskCounts& counts, const DiskRaster& raster);
 
 }  // namespace splitcubes::occlusion

@@ -286,6 +286,7 @@ std::unique_ptr<body::World> build_world(
     settings.solver.max_iterations = scene.solver.max_iterations;
     settings.solver.bdf2 = scene.solver.integrator == Integrator::bdf2;
     auto world = std::make_unique<body::World>(settings, std::move(parallel));
+    for (const std::string& note : scene.deprecations) report.notes.push_back({scene.name, note});
     for (const BodyDescription& b : scene.bodies) {
         world->parallel().begin("body '" + b.name + "': shape");
         io::Model model = placed_model(b, report, world->parallel());

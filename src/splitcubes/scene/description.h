@@ -176,7 +176,7 @@ struct MaterialDescription {
     double zero_energy = 0.1;      // dimensionless weight of the penalty on zero-energy modes
     std::optional<PlasticityDescription> plasticity;  // none: elastic
     std::optional<TearingDescription> tearing;        // none: only tools cut it
-    double cutting_resistance = 0;                    // J/m^2, work of a blade for each area that it cuts
+    double cutting_resistance = 0;                    // J/m^2, fracture toughness: work of a blade per rest area
     bool operator==(const MaterialDescription&) const = default;
 };
 
@@ -418,6 +418,8 @@ struct SceneDescription {
     OutputDescription output;
     CameraDescription camera;
     int threads = 0;  // 0: what the machine has
+    /// One line each, of deprecated keys that the text used.
+    std::vector<std::string> deprecations;
     bool operator==(const SceneDescription&) const = default;
 };
 

@@ -205,6 +205,7 @@ SceneDescription parse_scene_text(std::string_view text, const std::string& name
     note_unheld(parsed.unheld, source);
     SceneDescription out = read_scene(Value(source, parsed.json, {}));
     source.raise();
+    out.deprecations = std::move(source.deprecations);
     return out;
 }
 

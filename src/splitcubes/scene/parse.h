@@ -56,10 +56,16 @@ std::vector<ToolDescription> parse_path_file(const std::filesystem::path& path);
 /// The same from text; `name` stands for the file in messages.
 std::vector<ToolDescription> parse_path_text(std::string_view text, const std::string& name);
 
+/// An old name of a key. It is read with a note until the version `removed_in`.
+struct DeprecatedKey {
+    std::string_view old_name, name, removed_in;
+};
+
 /// The keys that one kind of object may have.
 struct ObjectKeys {
     std::string_view object;  // name under $defs in scenes/schema.json; "scene", "path_file": a whole file
     std::vector<std::string_view> keys;
+    std::vector<DeprecatedKey> deprecated = {};
 };
 
 /// All kinds of objects that scenes have.

@@ -218,7 +218,7 @@ TearingDescription read_tearing(const Value& value) {
     const Object object(value, "tearing");
     TearingDescription out;
     out.strength = object.at("strength").number({0, 1e13, true});
-    object.read("toughness", out.propagation_ratio, {0, 1, true});
+    object.read("propagation_ratio", out.propagation_ratio, {0, 1, true});
     object.read_optional("crack_speed", out.crack_speed, {0, 1e5, true});
     if (object.has("strength_map"))
         for (const Value& layer : object.at("strength_map").elements(0, ParseLimits::strength_layers))

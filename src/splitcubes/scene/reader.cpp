@@ -52,12 +52,12 @@ JsonPath extended(JsonPath path, PathStep step) {
     return path;
 }
 
-const std::vector<std::string_view>& keys_of(std::string_view kind) {
+const ObjectKeys& keys_of(std::string_view kind) {
     for (const std::vector<ObjectKeys>* all : {&scene_keys(), &path_keys(), &recording_keys()})
         for (const ObjectKeys& object : *all)
-            if (object.object == kind) return object.keys;
+            if (object.object == kind) return object;
     assert(false && "no kind of object has that name");
-    return scene_keys().front().keys;
+    return scene_keys().front();
 }
 
 // Elements of one array are alike.
@@ -255,7 +255,8 @@ std::vector<Value> Value::elements(std::size_t least, std::size_t most) const {
     return out;
 }
 
-Object::Object(const Value& value, std::string_view kind) : value_(value), keys_(&keys_of(kind)) {
+Object::Object(const Value& value, std::string_view kind)
+    : value_(value), kind_(&keys_of(kind)), keys_(&kind_->keys) {
     const auto& json = value.json();
     if (!json.is_object()) {
         value.fail("is " + value.shown_with_type(), "give an object { } with " + list(*keys_));
@@ -266,7 +267,26 @@ Object::Object(const Value& value, std::string_view kind) : value_(value), keys_
         if (std::find(keys_->begin(), keys_->end(), item.key()) == keys_->end()) note_unknown(item.key());
 }
 
+void Object::note_deprecated(const DeprecatedKey& key) {
+    const Source& source = value_.source();
+    const std::string old_name(key.old_name), name(key.name);
+    const JsonPath path = extended(value_.path(), {old_name, -1});
+    if (has(name)) {
+        source.note(path, path, to_string(path) + " is the old name of '" + name + "', which is given too",
+                    "remove '" + old_name + "'");
+        return;
+    }
+    renamed_.emplace_back(key.name, old_name);
+    const std::string note = to_string(path) + " is now called '" + name +
+                             "'; the old name works until version " + std::string(key.removed_in);
+    // One object may be read more than once.
+    if (std::find(source.deprecations.begin(), source.deprecations.end(), note) == source.deprecations.end())
+        source.deprecations.push_back(note);
+}
+
 void Object::note_unknown(const std::string& key) {
+    for (const DeprecatedKey& old : kind_->deprecated)
+        if (old.old_name == key) return note_deprecated(old);
     const Source& source = value_.source();
     const std::string near = nearest_word(key, {keys_->begin(), keys_->end()});
     const auto meant = std::find(keys_->begin(), keys_->end(), near);

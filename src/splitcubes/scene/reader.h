@@ -7,6 +7,7 @@
 
 #include <splitcubes/math/types.h>
 #include <splitcubes/scene/json_path.h>
+#include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/problems.h>
 
 #include <filesystem>
@@ -34,6 +35,7 @@ struct Source {
     std::filesystem::path folder;
     std::vector<Override> overrides;  // the last one that covers a value made it
     mutable Problems problems = {};   // that readers found so far
+    mutable std::vector<std::string> deprecations = {};  // one line each, of deprecated keys that were read
 
     const Override* override_of(const JsonPath& path) const;
     /// Notes a problem at the line of the value `where`, or at the option that set it; one for each
@@ -151,11 +153,13 @@ class Object {
 
   private:
     void note_unknown(const std::string& key);
+    void note_deprecated(const DeprecatedKey& key);
     std::string written(std::string_view key) const;
     JsonPath path_of(std::string_view key) const;
 
     Value value_;
-    const std::vector<std::string_view>* keys_;
+    const ObjectKeys* kind_;
+    const std::vector<std::string_view>* keys_;  // of the kind
     // Known keys that are read under unknown ones: (known, as it is written).
     std::vector<std::pair<std::string_view, std::string>> renamed_;
     std::vector<std::string> strange_;  // unknown keys that are near no known one

@@ -139,7 +139,7 @@ Json to_json(const TearingDescription& tearing) {
     Json map = Json::array();
     for (const StrengthLayer& layer : tearing.strength_map) map.push_back(to_json(layer));
     return {{"strength", tearing.strength},
-            {"toughness", tearing.propagation_ratio},
+            {"propagation_ratio", tearing.propagation_ratio},
             {"crack_speed", or_null(tearing.crack_speed)},
             {"strength_map", map}};
 }

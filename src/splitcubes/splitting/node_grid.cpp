@@ -88,7 +88,7 @@ CellEdges NodeGrid::cell_edges(const Vec3i& cell) const {
         const unsigned stride = 1U << (2 * axis);
         const bool carries = (cell[axis] & 3) == 3;
         brick_step[axis] = carries ? brick_strides[axis] : 0;
-        local_step[axis] = carries ? brick_places - 3 * stride : stride;
+        local_step[axis] = carries ? nodes_per_brick - 3 * stride : stride;
     }
     CellEdges out;
     std::array<std::size_t, corner_count> brick;
@@ -101,7 +101,7 @@ CellEdges NodeGrid::cell_edges(const Vec3i& cell) const {
                 brick[c] += brick_step[axis];
                 local[c] += local_step[axis];
             }
-        local[c] %= brick_places;
+        local[c] %= nodes_per_brick;
         out.inside = static_cast<std::uint8_t>(out.inside | (words_[brick[c]].inside >> local[c] & 1U) << c);
     }
     for (std::size_t e = 0; e < edge_count; ++e) {

@@ -44,7 +44,7 @@ Word flood(const BrickWords& w, Word seed) {
 
 // Returns the lowest node as one number, by which components are ordered.
 std::uint64_t lowest_node(std::uint32_t brick, Word nodes) {
-    return std::uint64_t{brick} * brick_places + static_cast<unsigned>(std::countr_zero(nodes));
+    return std::uint64_t{brick} * nodes_per_brick + static_cast<unsigned>(std::countr_zero(nodes));
 }
 
 // A set of connected components: a fragment of the piece that it belonged to.

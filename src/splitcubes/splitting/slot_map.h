@@ -13,7 +13,7 @@ namespace splitcubes::splitting {
 /// Side of a brick of 4^3 grid positions: small enough that a surface fills a good part of the bricks that it
 /// touches, and one 64-bit word has a bit for each position.
 inline constexpr int brick_side = 4;
-inline constexpr int brick_places = 64;
+inline constexpr int nodes_per_brick = 64;
 
 /// Shape of a grid in bricks.
 struct BrickLayout {
@@ -42,7 +42,7 @@ struct BrickLayout {
     static unsigned local(const Vec3i& position) {
         return static_cast<unsigned>((position[0] & 3) | (position[1] & 3) << 2 | (position[2] & 3) << 4);
     }
-    static Vec3i local_place(unsigned local) {
+    static Vec3i local_node(unsigned local) {
         return {static_cast<int>(local & 3), static_cast<int>(local >> 2 & 3), static_cast<int>(local >> 4)};
     }
 };
@@ -63,7 +63,7 @@ class SlotMap {
         const std::int32_t block = block_[brick];
         return block < 0 ? -1
                          : blocks_[static_cast<std::size_t>(block)]
-                                  [static_cast<std::size_t>(channel) * brick_places + local];
+                                  [static_cast<std::size_t>(channel) * nodes_per_brick + local];
     }
     void set(const Vec3i& position, int channel, std::int32_t slot) {
         std::int32_t& block = block_[layout_.brick_of(position)];
@@ -78,9 +78,9 @@ class SlotMap {
     }
 
   private:
-    using Block = std::array<std::int32_t, static_cast<std::size_t>(Channels) * brick_places>;
+    using Block = std::array<std::int32_t, static_cast<std::size_t>(Channels) * nodes_per_brick>;
     static std::size_t index(const Vec3i& position, int channel) {
-        return static_cast<std::size_t>(channel) * brick_places + BrickLayout::local(position);
+        return static_cast<std::size_t>(channel) * nodes_per_brick + BrickLayout::local(position);
     }
     BrickLayout layout_;
     std::vector<std::int32_t> block_;  // per brick of the grid

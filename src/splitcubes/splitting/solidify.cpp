@@ -4,7 +4,7 @@
 #include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/geometry/repair.h>
 #include <splitcubes/splitting/pieces.h>
-#include <splitcubes/splitting/skin.h>
+#include <splitcubes/splitting/boundary_crossings.h>
 #include <splitcubes/splitting/solid_memory.h>
 #include <splitcubes/splitting/solidify.h>
 
@@ -29,10 +29,10 @@ void check_input(const TriangleMesh& mesh) {
                                              std::to_string(mesh.positions.size()));
             // maxCoeff may ignore NaN.
             if (!mesh.positions[v].allFinite() ||
-                mesh.positions[v].cwiseAbs().maxCoeff() > geometry::largest_coordinate)
+                mesh.positions[v].cwiseAbs().maxCoeff() > geometry::max_coordinate)
                 throw InputError("mesh",
                                  "vertex " + std::to_string(v) + " is not finite or beyond " +
-                                     plain_number(geometry::largest_coordinate) + " m",
+                                     plain_number(geometry::max_coordinate) + " m",
                                  "give coordinates that volumes can be computed from");
         }
 }
@@ -76,8 +76,8 @@ double smallest_cell(const TriangleMesh& mesh) {
 
 // Returns "a cell size of X keeps", or that no grid does.
 std::string keeping_size(const TriangleMesh& mesh, const SolidifyReport& report) {
-    if (report.keeping_cell_size < smallest_cell(mesh)) return "no grid that can be made keeps";
-    return "a cell size of " + text_in(report.unit, report.keeping_cell_size) + " keeps";
+    if (report.sufficient_cell_size < smallest_cell(mesh)) return "no grid that can be made keeps";
+    return "a cell size of " + text_in(report.unit, report.sufficient_cell_size) + " keeps";
 }
 
 // Notes gaps between walls less than a cell apart if they make up a share of the surface: every crease has a

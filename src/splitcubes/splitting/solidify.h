@@ -25,7 +25,7 @@ struct SolidifyReport {
     /// this cell size.
     std::size_t lost_thin_edges = 0;
     double lost_thickness = 0;       // m, median of the lost material
-    double keeping_cell_size = 0;    // m, would keep nine tenths of the lost edges' material
+    double sufficient_cell_size = 0;    // m, would keep nine tenths of the lost edges' material
     geometry::TriangleMesh lost;     // triangles of the mesh on either side of the lost material
     std::vector<std::string> notes;  // one line each: a finding and its treatment
 };

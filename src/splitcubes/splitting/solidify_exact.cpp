@@ -1,5 +1,5 @@
 // Solid of a closed mesh, by integer winding numbers along the grid's lines: exact, without a tolerance.
-#include <splitcubes/splitting/skin.h>
+#include <splitcubes/splitting/boundary_crossings.h>
 
 #include <cstdlib>
 

@@ -2,7 +2,7 @@
 // where its generalised winding number exceeds one half.
 #include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/geometry/winding_number.h>
-#include <splitcubes/splitting/skin.h>
+#include <splitcubes/splitting/boundary_crossings.h>
 #include <splitcubes/splitting/soup_edges.h>
 
 #include <algorithm>
@@ -98,17 +98,17 @@ class WindingSolid {
 
     NodeGrid solidify(SolidifyReport& report) {
         set_inside();
-        BoundaryPart skin = for_each_edge(
+        BoundaryPart boundary = for_each_edge(
             sweep_, parallel_, [&](BoundaryPart& part, std::span<const EdgeCrossing> crossings, int&) {
                 process(part, crossings);
             });
-        cut_boundary_edges(grid_, skin.cuts);
+        cut_boundary_edges(grid_, boundary.cuts);
         if (soup_) cut_boundary_edges(grid_, soup_->holes());
         const BoundaryPart holes = close_holes();
         cut_boundary_edges(grid_, holes.cuts);
-        report.gap_edges = skin.gap_edges;
+        report.gap_edges = boundary.gap_edges;
         report.bisected_edges = holes.cuts.size() + (soup_ ? soup_->holes().size() : 0);
-        report_thin(mesh_, grid_.rest(), skin.lost, report);
+        report_thin(mesh_, grid_.rest(), boundary.lost, report);
         return std::move(grid_);
     }
 

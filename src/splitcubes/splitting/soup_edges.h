@@ -5,7 +5,7 @@
 #include <splitcubes/geometry/grid_sweep.h>
 #include <splitcubes/geometry/winding_jets.h>
 #include <splitcubes/geometry/winding_number.h>
-#include <splitcubes/splitting/skin.h>
+#include <splitcubes/splitting/boundary_crossings.h>
 
 #include <cstdint>
 #include <vector>

@@ -66,7 +66,7 @@ std::vector<std::int32_t> slots_by_brick(const NodeGrid& grid) {
             for (std::uint64_t word = grid.cut_word(brick, axis); word != 0; word &= word - 1) {
                 const auto local = static_cast<unsigned>(std::countr_zero(word));
                 slots.push_back(
-                    grid.slot({grid.bricks().base(brick) + BrickLayout::local_place(local), axis}));
+                    grid.slot({grid.bricks().base(brick) + BrickLayout::local_node(local), axis}));
             }
     return slots;
 }

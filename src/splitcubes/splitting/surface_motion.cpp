@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t block_size = 128;  // vertices that are summed together
 
-static_assert(block_size % geometry::carried_width == 0);
+static_assert(block_size % geometry::transform_width == 0);
 
 // Vertices with the weighted mean motion of their nodes.
 class VertexBlock {
@@ -47,7 +47,7 @@ class VertexBlock {
                              sum_.data());
     }
     void transform(Vec3* positions, Vec3* normals) const {
-        geometry::carry_points(count_, sum_.data(),
+        geometry::transform_points(count_, sum_.data(),
                                {{point_[0].data(), point_[1].data(), point_[2].data()},
                                 {normal_[0].data(), normal_[1].data(), normal_[2].data()},
                                 factor_.data()},

@@ -1,4 +1,4 @@
-#include <splitcubes/splitting/skin.h>
+#include <splitcubes/splitting/boundary_crossings.h>
 
 #include <algorithm>
 #include <cmath>
@@ -115,7 +115,7 @@ void report_thin(const geometry::TriangleMesh& mesh, const RestGrid& rest, std::
     // If the cell is not larger than the thickness, a slab contains a node on every grid line across it; it
     // stays connected if the cell is somewhat smaller.
     report.lost_thickness = lost[lost.size() / 2].thickness;
-    report.keeping_cell_size = 0.7 * std::min(rest.cell_size, lost[lost.size() / 10].thickness);
+    report.sufficient_cell_size = 0.7 * std::min(rest.cell_size, lost[lost.size() / 10].thickness);
 }
 
 }  // namespace splitcubes::splitting
