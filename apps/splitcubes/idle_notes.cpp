@@ -85,7 +85,7 @@ ToolNote tool_note(const body::IdleTool& idle, const body::World& world) {
 
 const char* idle_reason(const splitting::CrossedEdges& crossed) {
     if (crossed.cut > 0) return "already_cut";
-    return crossed.skin > 0 || crossed.uncut > 0 ? "near_surface" : "missed";
+    return crossed.boundary > 0 || crossed.uncut > 0 ? "near_surface" : "missed";
 }
 
 std::string idle_note(const IdleCutter& idle) {
@@ -93,10 +93,10 @@ std::string idle_note(const IdleCutter& idle) {
     if (crossed.cut > 0)
         return "nothing was cut: all " + edges(crossed.cut) + " inside '" + idle.body_name +
                "' that it crosses were cut before; move it elsewhere, or leave it out";
-    if (crossed.skin > 0 || crossed.uncut > 0)
+    if (crossed.boundary > 0 || crossed.uncut > 0)
         return "nothing was cut: it stayed closer than a cell (" + text_of(idle.cell_size, idle.unit) +
                ") to the surface of '" + idle.body_name + "', where it crosses " +
-               edges(crossed.skin + crossed.uncut) + " of the grid; move it further in, or take a smaller " +
+               edges(crossed.boundary + crossed.uncut) + " of the grid; move it further in, or take a smaller " +
                idle.cell_option;
     const std::string missed = "nothing was cut: it missed '" + idle.body_name + "'; ";
     if (idle.plane) return missed + where_plane_is(*idle.plane, idle);

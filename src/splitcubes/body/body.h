@@ -8,6 +8,7 @@
 #include <splitcubes/body/step_report.h>
 #include <splitcubes/body/surface_changes.h>
 #include <splitcubes/body/tear_settings.h>
+#include <splitcubes/body/topology_change.h>
 #include <splitcubes/core/parallel.h>
 #include <splitcubes/core/state_hash.h>
 #include <splitcubes/core/state_stream.h>
@@ -117,15 +118,15 @@ class Body {
     /// move. last_normal: of the stroke, kept between steps. tool_before, tool_now: frames of the tool at the
     /// ends of the interval. Adds the cutting resistance to tool_force.
     void cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t cut_number, Vec3& last_normal,
-                   const StepContext& context, StepReport& report, const Isometry& tool_before,
-                   const Isometry& tool_now, ToolForce& tool_force);
+                   const StepContext& context, TopologyChange& change, StepReport& report,
+                   const Isometry& tool_before, const Isometry& tool_now, ToolForce& tool_force);
     /// Cuts the grid edges that the stress of the last step tears.
-    void tear(const StepContext& context, StepReport& report);
-    void retessellate(const Parallel& parallel, StepReport& report);
-    void label_pieces(StepReport& report);
-    void update_visibility(const StepContext& context, StepReport& report);
-    void resample(const StepContext& context, StepReport& report);
-    void rebuild_neighbourhoods(const StepContext& context);
+    void tear(const StepContext& context, TopologyChange& change, StepReport& report);
+    void retessellate(const Parallel& parallel, TopologyChange& change, StepReport& report);
+    void label_pieces(TopologyChange& change);
+    void update_visibility(const StepContext& context, TopologyChange& change, StepReport& report);
+    void resample(const StepContext& context, TopologyChange& change, StepReport& report);
+    void rebuild_neighbourhoods(const StepContext& context, TopologyChange& change);
     /// Returns the step's input without its contacts. Its spans refer to this body and are valid until the
     /// next call.
     meshless::StepInput begin_step(const StepContext& context);
@@ -225,7 +226,7 @@ class Body {
     void make_deformation();
     void move_phyxels_with_nodes(double dt);
     deformation::NodeEdge between_nodes(const splitting::GridEdge& edge) const;
-    void notify_cut_edges();
+    void notify_cut_edges(const TopologyChange& change);
     void restore_deformation(std::span<const double> state);
     void move_surface(const Parallel& parallel);
     void save_cuts(StateWriter& writer) const;
@@ -248,11 +249,12 @@ class Body {
     void evaluate_some_now(const TrackerContext& context, std::span<const std::uint32_t> nodes);
     void evaluate_some_before(const TrackerContext& context, std::span<const std::uint32_t> nodes);
     std::vector<std::uint32_t> bricks_of_nodes_in(const geometry::Box& box) const;
-    void update_owners(std::span<const geometry::Box> boxes, const Parallel& parallel);
-    std::vector<std::uint32_t> pairs_to_reevaluate(std::span<const std::int32_t> piece_before,
+    void update_owners(const TopologyChange& change, const Parallel& parallel);
+    std::vector<std::uint32_t> pairs_to_reevaluate(std::span<const geometry::Box> changed,
+                                                   std::span<const std::int32_t> piece_before,
                                                    const Parallel& parallel) const;
-    std::size_t bridge(std::uint32_t phyxel, std::span<const std::uint32_t> ligament);
-    void bridge_ligaments(std::span<const std::uint32_t> reevaluated);
+    std::size_t bridge(std::uint32_t phyxel, std::span<const std::uint32_t> ligament, TopologyChange& change);
+    void bridge_ligaments(std::span<const std::uint32_t> reevaluated, TopologyChange& change);
     void track_surface_nodes();
     /// Treatment of a piece in a step in which pieces split (see kinds_of).
     enum class Kind : std::uint8_t { untouched, rigid, small, large };
@@ -272,9 +274,9 @@ class Body {
                      double within);
     bool is_sparse(std::size_t phyxels, double length) const;
     std::size_t add_samples_around(std::uint32_t phyxel, std::span<const std::uint32_t> nodes);
-    void refresh_links(const StepContext& context, std::size_t old_count);
+    void refresh_links(const StepContext& context, std::size_t old_count, TopologyChange& change);
     void fill_pieces(const StepContext& context, std::span<const std::vector<std::uint32_t>> nodes,
-                     std::span<const Kind> kinds);
+                     std::span<const Kind> kinds, TopologyChange& change);
     std::vector<std::size_t> phyxel_counts() const;
     std::vector<Kind> kinds_of(std::span<const std::vector<std::uint32_t>> nodes) const;
     void reset_small_strains(std::span<const Kind> kinds, std::size_t old_count, const Parallel& parallel);
@@ -284,7 +286,8 @@ class Body {
     meshless::RigidPiece initial_rigid_piece(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
     std::vector<Vec3> contact_points(const meshless::RigidPiece& body,
                                      std::span<const std::uint32_t> nodes) const;
-    void make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
+    void make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds,
+                    TopologyChange& change);
     std::vector<meshless::RigidKinematicTarget> kinematic_rigid_pieces(const StepContext& context) const;
     void rebuild_contact_samples(const Parallel& parallel);
     void choose_active_samples();
@@ -293,7 +296,7 @@ class Body {
     int spacing_in_cells() const;
     void accumulate_cut_force(std::int32_t slot, double dt, const Isometry& tool_before,
                               const Isometry& tool_now, ToolForce& tool_force) const;
-    void settle_topology(const Parallel& parallel, StepReport& report);
+    void settle_topology(const Parallel& parallel, TopologyChange& change);
     TrackerContext tracker_context(const Parallel& parallel) const {
         return {grid_, *pieces_, occluders_, phyxels_, locator_, parallel};
     }
@@ -356,19 +359,12 @@ class Body {
     std::vector<std::vector<std::uint32_t>> constrained_;  // per constraint: its phyxels; empty: dirty
     std::vector<std::uint8_t> held_;                       // per phyxel, of this step
     std::vector<Vec3> held_position_;                      // per phyxel, m, world
-    std::vector<meshless::RigidKinematicTarget> kinematic_rigid_pieces_;         // of this step
+    std::vector<meshless::RigidKinematicTarget> kinematic_rigid_pieces_;  // of this step
 
     std::vector<Handle> handles_;
     std::vector<std::vector<std::uint32_t>> handle_phyxels_;  // per handle: its phyxels; empty: dirty
     std::vector<ContactSample> contact_samples_;
     std::uint64_t sample_revision_ = ~std::uint64_t{0};  // revision of the surface they were chosen on
-
-    // Passed between the stages of a step.
-    std::vector<std::int32_t> new_slots_;       // crossings of newly cut edges
-    std::vector<geometry::Box> changed_boxes_;  // rest space, where the surface changed
-    std::vector<splitting::PieceSplit> splits_;
-    std::vector<std::uint32_t> changed_pairs_;
-    bool volumes_changed_ = false;
 };
 
 }  // namespace splitcubes::body

@@ -96,8 +96,8 @@ std::vector<cutting::CandidateEdge> Body::candidate_edges(std::span<const GridEd
 }
 
 void Body::cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t cut_number, Vec3& last_normal,
-                     const StepContext& context, StepReport& report, const Isometry& tool_before,
-                     const Isometry& tool_now, ToolForce& tool_force) {
+                     const StepContext& context, TopologyChange& change, StepReport& report,
+                     const Isometry& tool_before, const Isometry& tool_now, ToolForce& tool_force) {
     const std::vector<GridEdge> edges = edges_near(blades, context.parallel);
     if (edges.empty()) return;
     const std::vector<cutting::CandidateEdge> candidates = candidate_edges(edges, context);
@@ -108,7 +108,7 @@ void Body::cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t c
         const std::int32_t slot = grid_.cut(splitting::edge_from_id(cut.id), cut.parameter, cut.rest_normal,
                                             splitting::Origin::cut, cut_number);
         if (slot < 0) continue;
-        new_slots_.push_back(slot);
+        change.crossings.push_back(slot);
         accumulate_cut_force(slot, context.dt, tool_before, tool_now, tool_force);
     }
     report.new_cut_edges += cuts.size();
@@ -116,20 +116,20 @@ void Body::cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t c
 
 std::size_t Body::cut_with_sheet(const geometry::TriangleMesh& sheet, std::int32_t cut_number,
                                  const Parallel& parallel) {
-    StepReport report;
-    new_slots_ = splitting::cut_with_sheet(grid_, sheet, cut_number);
-    const std::size_t count = new_slots_.size();
-    settle_topology(parallel, report);
-    return count;
+    TopologyChange change;
+    change.crossings = splitting::cut_with_sheet(grid_, sheet, cut_number);
+    settle_topology(parallel, change);
+    return change.crossings.size();
 }
 
-void Body::settle_topology(const Parallel& parallel, StepReport& report) {
+void Body::settle_topology(const Parallel& parallel, TopologyChange& change) {
+    StepReport report;
     const StepContext context{0, 0, Vec3::Zero(), {}, {}, {}, parallel};
-    retessellate(parallel, report);
-    label_pieces(report);
-    update_visibility(context, report);
-    resample(context, report);
-    rebuild_neighbourhoods(context);
+    retessellate(parallel, change, report);
+    label_pieces(change);
+    update_visibility(context, change, report);
+    resample(context, change, report);
+    rebuild_neighbourhoods(context, change);
     update_node_frames(context, report);
     update_surface(context, report);
 }

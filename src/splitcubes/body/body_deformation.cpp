@@ -80,9 +80,10 @@ deformation::NodeEdge Body::between_nodes(const GridEdge& edge) const {
             static_cast<std::uint32_t>(node_index_.get(edge.upper(), 0)), edge.axis};
 }
 
-void Body::notify_cut_edges() {
+void Body::notify_cut_edges(const TopologyChange& change) {
     std::vector<deformation::NodeEdge> edges;
-    for (const std::int32_t slot : new_slots_) edges.push_back(between_nodes(grid_.crossing(slot).edge));
+    for (const std::int32_t slot : change.crossings)
+        edges.push_back(between_nodes(grid_.crossing(slot).edge));
     if (!edges.empty()) deformation_->edges_cut(edges);
 }
 

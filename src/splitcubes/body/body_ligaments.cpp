@@ -87,7 +87,8 @@ Ligament find_ligament(const meshless::Neighbourhoods& links, const meshless::Pa
 
 // Makes pairs of a phyxel with phyxels outside its ligament visible if a short path through the material
 // connects them. Returns the number of such pairs.
-std::size_t Body::bridge(std::uint32_t phyxel, std::span<const std::uint32_t> ligament) {
+std::size_t Body::bridge(std::uint32_t phyxel, std::span<const std::uint32_t> ligament,
+                         TopologyChange& change) {
     double reach = 0;
     for (const double h : phyxels_.support_radius) reach = std::max(reach, h);
     const int max_length = max_detour + static_cast<int>(2 * reach / grid_.rest().cell_size);
@@ -106,7 +107,7 @@ std::size_t Body::bridge(std::uint32_t phyxel, std::span<const std::uint32_t> li
         if (pair == pairs_.size()) continue;
         if (pairs_.visibility[pair] == 0) {
             pairs_.visibility[pair] = bridge_visibility;
-            changed_pairs_.push_back(static_cast<std::uint32_t>(pair));
+            change.dirty_pairs.push_back(static_cast<std::uint32_t>(pair));
         }
         ++bridges;
     }
@@ -114,7 +115,7 @@ std::size_t Body::bridge(std::uint32_t phyxel, std::span<const std::uint32_t> li
 }
 
 // reevaluated: pairs whose visibility may have changed in this step.
-void Body::bridge_ligaments(std::span<const std::uint32_t> reevaluated) {
+void Body::bridge_ligaments(std::span<const std::uint32_t> reevaluated, TopologyChange& change) {
     std::vector<std::size_t> members(pieces_->count(), 0);
     for (const std::int32_t piece : phyxels_.piece) ++members[static_cast<std::size_t>(piece)];
     std::vector<std::uint8_t> done(phyxels_.size(), 0);  // bridged, or needs no bridge
@@ -128,7 +129,7 @@ void Body::bridge_ligaments(std::span<const std::uint32_t> reevaluated) {
             const std::vector<std::uint32_t>& own = ligament.phyxels;
             const bool whole = own.size() == members[static_cast<std::size_t>(phyxels_.piece[i])];
             if (!whole && !ligament.many)
-                for (const std::uint32_t j : own) bridge(j, own);
+                for (const std::uint32_t j : own) bridge(j, own, change);
             for (const std::uint32_t j : own) {
                 done[j] = 1;
                 many[j] = whole || ligament.many ? 1 : 0;

@@ -291,24 +291,24 @@ bool Body::is_sparse(std::size_t phyxels, double length) const {
 
 // Rebuilds pairs and neighbourhoods if phyxels were added since there were old_count; else updates them for
 // the changed pairs.
-void Body::refresh_links(const StepContext& context, std::size_t old_count) {
+void Body::refresh_links(const StepContext& context, std::size_t old_count, TopologyChange& change) {
     if (phyxels_.size() != old_count) {
         rebuild_samples(context.parallel);
         neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, context.parallel);
         constrained_.clear();
         handle_phyxels_.clear();
         tracker_.mark_all();
-    } else if (!changed_pairs_.empty()) {
-        neighbourhoods_.update(phyxels_, pairs_, changed_pairs_, settings_.material, context.parallel);
+    } else if (!change.dirty_pairs.empty()) {
+        neighbourhoods_.update(phyxels_, pairs_, change.dirty_pairs, settings_.material, context.parallel);
     }
-    changed_pairs_.clear();
+    change.dirty_pairs.clear();
 }
 
 // Adds phyxels to small elastic pieces until every neighbourhood spans space or no nodes are left. Large
 // pieces get none: the few phyxels at their thin ends whose rank dropped stay so, because new phyxels would
 // change the strain around them and release elastic energy.
 void Body::fill_pieces(const StepContext& context, std::span<const std::vector<std::uint32_t>> nodes,
-                       std::span<const Kind> kinds) {
+                       std::span<const Kind> kinds, TopologyChange& change) {
     std::size_t old_count = phyxels_.size();
     const std::vector<std::size_t> count = phyxel_counts();
     for (std::size_t k = 0; k < nodes.size(); ++k) {
@@ -319,7 +319,7 @@ void Body::fill_pieces(const StepContext& context, std::span<const std::vector<s
         if (kinds[k] == Kind::small && is_sparse(count[k], extents_of(nodes[k])[0]))
             add_samples(static_cast<std::int32_t>(k), nodes[k], nodes[k].size(), spacing_);
     }
-    refresh_links(context, old_count);
+    refresh_links(context, old_count, change);
     for (int iteration = 0; iteration < rank_iterations; ++iteration) {
         old_count = phyxels_.size();
         for (std::uint32_t i = 0; i < old_count; ++i) {
@@ -328,7 +328,7 @@ void Body::fill_pieces(const StepContext& context, std::span<const std::vector<s
                 add_samples_around(i, nodes[piece]);
         }
         if (phyxels_.size() == old_count) break;
-        refresh_links(context, old_count);
+        refresh_links(context, old_count, change);
     }
 }
 
@@ -373,7 +373,8 @@ std::vector<Body::Kind> Body::kinds_of(std::span<const std::vector<std::uint32_t
     return kinds;
 }
 
-void Body::make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds) {
+void Body::make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds,
+                      TopologyChange& change) {
     meshless::RigidPieces all;
     const meshless::RigidPieces& old = phyxels_.rigid;
     for (const meshless::RigidPiece& body : old.bodies)
@@ -389,7 +390,7 @@ void Body::make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::sp
     for (std::uint32_t k = 0; k < pairs_.size(); ++k) {
         if (!(pairs_.visibility[k] > 0) || phyxels_.rigid.index(phyxels_.piece[pairs_.a[k]]) < 0) continue;
         pairs_.visibility[k] = 0;
-        changed_pairs_.push_back(k);
+        change.dirty_pairs.push_back(k);
     }
 }
 
@@ -467,11 +468,10 @@ void Body::reset_strain(std::span<const std::size_t> members) {
 
 // Gives each piece of a split enough phyxels to span space or makes it rigid. Mass is lumped again from the
 // nodes; momenta are conserved.
-void Body::resample(const StepContext& context, StepReport& report) {
-    volumes_changed_ = false;
-    if (splits_.empty()) return;
+void Body::resample(const StepContext& context, TopologyChange& change, StepReport& report) {
+    if (change.splits.empty()) return;
     const std::size_t before = phyxels_.size();
-    const std::vector<std::int32_t> family = families_of(splits_, pieces_->count());
+    const std::vector<std::int32_t> family = families_of(change.splits, pieces_->count());
     std::vector<std::vector<std::uint32_t>> nodes(pieces_->count());  // of touched pieces
     for (std::uint32_t n = 0; n < inside_nodes_.size(); ++n) {
         const auto piece = static_cast<std::size_t>(inside_piece_[n]);
@@ -483,12 +483,12 @@ void Body::resample(const StepContext& context, StepReport& report) {
         if (!nodes[k].empty() && phyxels_.rigid.index(lumping_.piece[nodes[k].front()]) >= 0)
             elastic_family[k] = -1;
     const meshless::SplitMomentum split_momentum(phyxels_, elastic_family, held_);
-    fill_pieces(context, nodes, kinds);
+    fill_pieces(context, nodes, kinds, change);
     for (std::size_t k = 0; k < nodes.size(); ++k)
         if ((kinds[k] == Kind::small || kinds[k] == Kind::large) &&
             is_chain(static_cast<std::int32_t>(k), nodes[k]))
             kinds[k] = Kind::rigid;
-    make_rigid(nodes, kinds);
+    make_rigid(nodes, kinds, change);
     meshless::relump_after_split(lumping_, {inside_rest_, inside_volume_, inside_piece_},
                                  settings_.material.density, locator_, phyxels_, context.parallel);
     reset_small_strains(kinds, before, context.parallel);
@@ -500,8 +500,9 @@ void Body::resample(const StepContext& context, StepReport& report) {
         phyxels_.previous_velocity[i] = phyxels_.velocity[i];
         previous_deformation_[i] = phyxels_.deformation[i];
     }
-    volumes_changed_ = true;
-    report.new_phyxels += phyxels_.size() - before;
+    change.volumes_changed = true;
+    change.new_phyxels = phyxels_.size() - before;
+    report.new_phyxels += change.new_phyxels;
 }
 
 }  // namespace splitcubes::body

@@ -15,7 +15,7 @@ void check_tearing(const TearSettings& s, const std::string& where) {
         throw InputError(where + ".crack_speed", "must be a positive number of metres a second");
 }
 
-void Body::tear(const StepContext& context, StepReport& report) {
+void Body::tear(const StepContext& context, TopologyChange& change, StepReport& report) {
     if (!tearing_) return;
     // The phyxels held in the last step follow from the constraints: held_ is not in a checkpoint.
     std::vector<std::uint8_t>& held = tear_held_;
@@ -30,7 +30,7 @@ void Body::tear(const StepContext& context, StepReport& report) {
     const std::vector<std::int32_t> slots =
         tearing_->tear(grid_, {*pieces_, occluders_, phyxels_, neighbourhoods_, locator_, settings_.material,
                                tracker_, frames_, held, spacing_, context.dt, context.parallel});
-    new_slots_.insert(new_slots_.end(), slots.begin(), slots.end());
+    change.crossings.insert(change.crossings.end(), slots.begin(), slots.end());
     report.new_cut_edges += slots.size();
     report.torn_edges += slots.size();
 }

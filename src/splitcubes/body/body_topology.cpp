@@ -29,9 +29,9 @@ bool meets_any(const geometry::Box& box, std::span<const geometry::Box> boxes) {
 
 }  // namespace
 
-void Body::retessellate(const Parallel& parallel, StepReport& report) {
-    changed_boxes_.clear();
-    const std::vector<std::uint32_t>& changed = surface_->retessellate(grid_, new_slots_);
+void Body::retessellate(const Parallel& parallel, TopologyChange& change, StepReport& report) {
+    const std::vector<std::uint32_t>& changed = surface_->retessellate(grid_, change.crossings);
+    change.cells = changed;
     // A box covers the old and the new occluders of its cell: visibility changes near both.
     std::vector<geometry::Box> boxes;
     if (!changed.empty()) changes_.begin();
@@ -42,12 +42,12 @@ void Body::retessellate(const Parallel& parallel, StepReport& report) {
         boxes[k].add(occluder_box_[changed[k]]);
         changes_.mark(boxes[k]);
     }
-    changed_boxes_ = boxes_of(*surface_, changed, boxes);
-    cut_edge_count_ += new_slots_.size();
+    change.boxes = boxes_of(*surface_, changed, boxes);
+    cut_edge_count_ += change.crossings.size();
     // Checkpoints rely on all crossings being stored in the order in which they were cut.
     assert(solid_crossings_ + cut_edge_count_ == grid_.crossings().size());
-    assert(std::is_sorted(new_slots_.begin(), new_slots_.end()));
-    if (!new_slots_.empty()) cut_stage_ends_.push_back(static_cast<std::uint32_t>(cut_edge_count_));
+    assert(std::is_sorted(change.crossings.begin(), change.crossings.end()));
+    if (!change.crossings.empty()) cut_stage_ends_.push_back(static_cast<std::uint32_t>(cut_edge_count_));
     report.changed_cells += changed.size();
     track_surface_nodes();
 }
@@ -58,11 +58,10 @@ void Body::track_surface_nodes() {
         surface_to_tracked_.push_back(tracker_.hold(grid_, nodes[k]));
 }
 
-void Body::label_pieces(StepReport&) {
-    splits_.clear();
-    if (new_slots_.empty()) return;
-    splits_ = pieces_->update(grid_, new_slots_);
-    if (splits_.empty()) return;
+void Body::label_pieces(TopologyChange& change) {
+    if (change.crossings.empty()) return;
+    change.splits = pieces_->update(grid_, change.crossings);
+    if (change.splits.empty()) return;
     for (std::size_t i = 0; i < inside_nodes_.size(); ++i)
         inside_piece_[i] = pieces_->piece_of(grid_, inside_nodes_[i]);
     tracker_.mark_pieces_changed();
@@ -71,20 +70,20 @@ void Body::label_pieces(StepReport&) {
 // Updates the owner of phyxels near changes: the nearest node that sees the phyxel, which near a new cut may
 // be another one than before. A phyxel can move to a piece that splits off its own piece in this step, but
 // never to one that separated earlier and has moved away.
-void Body::update_owners(std::span<const geometry::Box> boxes, const Parallel& parallel) {
+void Body::update_owners(const TopologyChange& change, const Parallel& parallel) {
     const double reach = 1.8 * grid_.rest().cell_size;  // > distance to the farthest candidate of owner_of
     geometry::Box all;
-    for (const geometry::Box& box : boxes) all.add(box);
+    for (const geometry::Box& box : change.boxes) all.add(box);
     all = all.grown(reach);
     parallel.for_each(phyxels_.size(), 512, [&](std::size_t i) {
         const Vec3& rest = phyxels_.rest_position[i];
-        if (!all.contains(rest) || !meets_any(geometry::Box{rest, rest}.grown(reach), boxes)) return;
+        if (!all.contains(rest) || !meets_any(geometry::Box{rest, rest}.grown(reach), change.boxes)) return;
         const std::int32_t own = phyxels_.piece[i];
         owner_[i] = owner_of(rest, owner_[i], [&](std::int32_t piece) {
-            return piece == own ||
-                   std::any_of(splits_.begin(), splits_.end(), [&](const splitting::PieceSplit& split) {
-                       return split.parent == own && split.piece == piece;
-                   });
+            return piece == own || std::any_of(change.splits.begin(), change.splits.end(),
+                                               [&](const splitting::PieceSplit& split) {
+                                                   return split.parent == own && split.piece == piece;
+                                               });
         });
     });
 }
@@ -105,11 +104,12 @@ void Body::evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& 
 }
 
 // Returns the pairs, ascending, whose phyxels changed piece or whose visibility the changes can affect.
-std::vector<std::uint32_t> Body::pairs_to_reevaluate(std::span<const std::int32_t> piece_before,
+std::vector<std::uint32_t> Body::pairs_to_reevaluate(std::span<const geometry::Box> changed_boxes,
+                                                     std::span<const std::int32_t> piece_before,
                                                      const Parallel& parallel) const {
     constexpr std::size_t chunk = 1024;
     geometry::Box all;
-    for (const geometry::Box& box : changed_boxes_) all.add(box);
+    for (const geometry::Box& box : changed_boxes) all.add(box);
     double longest = 0;
     for (const double h : phyxels_.support_radius) longest = std::max(longest, h);
     const geometry::Box reached = all.grown(criterion_->range(longest));
@@ -126,7 +126,7 @@ std::vector<std::uint32_t> Body::pairs_to_reevaluate(std::span<const std::int32_
             bool changed = moved || phyxels_.piece[b] != piece_before[b];
             if (!changed && b > a) {
                 const geometry::Box region = criterion_->region(pairs, pair);
-                changed = region.meets(all) && meets_any(region, changed_boxes_);
+                changed = region.meets(all) && meets_any(region, changed_boxes);
             }
             if (changed) found[a / chunk].push_back(pair);
         }
@@ -141,17 +141,17 @@ std::vector<std::uint32_t> Body::pairs_to_reevaluate(std::span<const std::int32_
     return queried;
 }
 
-void Body::update_visibility(const StepContext& context, StepReport& report) {
-    changed_pairs_.clear();
-    if (changed_boxes_.empty()) return;
+void Body::update_visibility(const StepContext& context, TopologyChange& change, StepReport& report) {
+    if (change.boxes.empty()) return;
     const std::vector<std::int32_t> piece_before = phyxels_.piece;
-    update_owners(changed_boxes_, context.parallel);
+    update_owners(change, context.parallel);
     context.parallel.for_each(phyxels_.size(), 2048, [&](std::size_t i) {
         phyxels_.piece[i] = pieces_->piece_of(grid_, owner_[i]);
     });
     if (phyxels_.piece != piece_before) tracker_.mark_pieces_changed();
 
-    const std::vector<std::uint32_t> queried = pairs_to_reevaluate(piece_before, context.parallel);
+    const std::vector<std::uint32_t> queried =
+        pairs_to_reevaluate(change.boxes, piece_before, context.parallel);
     std::vector<float> before;
     for (const std::uint32_t k : queried) before.push_back(pairs_.visibility[k]);
     // Pairs at zero visibility stay at zero; pairs that split off together, away from the changes, keep
@@ -162,7 +162,7 @@ void Body::update_visibility(const StepContext& context, StepReport& report) {
         const std::uint32_t k = queried[q];
         must_evaluate[q] =
             pairs_.visibility[k] > 0 && (phyxels_.piece[pairs_.a[k]] != phyxels_.piece[pairs_.b[k]] ||
-                                         meets_any(criterion_->region(pairs, k), changed_boxes_));
+                                         meets_any(criterion_->region(pairs, k), change.boxes));
     });
     std::vector<std::uint32_t> evaluated;
     for (std::size_t q = 0; q < queried.size(); ++q)
@@ -171,27 +171,25 @@ void Body::update_visibility(const StepContext& context, StepReport& report) {
     // Visibility never grows, even if occluders shift within a cell that is cut again.
     for (std::size_t q = 0; q < queried.size(); ++q)
         pairs_.visibility[queried[q]] = std::min(pairs_.visibility[queried[q]], before[q]);
-    bridge_ligaments(queried);
+    bridge_ligaments(queried, change);
     for (std::size_t q = 0; q < queried.size(); ++q)
-        if (pairs_.visibility[queried[q]] != before[q]) changed_pairs_.push_back(queried[q]);
+        if (pairs_.visibility[queried[q]] != before[q]) change.dirty_pairs.push_back(queried[q]);
     report.disks += evaluated.size();
 
     double reach = 0;
     for (const double h : phyxels_.support_radius) reach = std::max(reach, h);
-    tracker_.mark_near(changed_boxes_, reach, occluders_.changes(), context.parallel);
+    tracker_.mark_near(change.boxes, reach, occluders_.changes(), context.parallel);
 }
 
-void Body::rebuild_neighbourhoods(const StepContext& context) {
-    if (deformation_) notify_cut_edges();
-    if (!changed_pairs_.empty())
-        neighbourhoods_.update(phyxels_, pairs_, changed_pairs_, settings_.material, context.parallel);
-    if (volumes_changed_) neighbourhoods_.refresh_volumes(phyxels_, settings_.material, context.parallel);
-    changed_pairs_.clear();
+void Body::rebuild_neighbourhoods(const StepContext& context, TopologyChange& change) {
+    if (deformation_) notify_cut_edges(change);
+    if (!change.dirty_pairs.empty())
+        neighbourhoods_.update(phyxels_, pairs_, change.dirty_pairs, settings_.material, context.parallel);
+    if (change.volumes_changed)
+        neighbourhoods_.refresh_volumes(phyxels_, settings_.material, context.parallel);
+    change.dirty_pairs.clear();
     tracker_.let_sleep();
     tracker_.refresh(tracker_context(context.parallel));
-    new_slots_.clear();
-    changed_boxes_.clear();
-    splits_.clear();
 }
 
 }  // namespace splitcubes::body

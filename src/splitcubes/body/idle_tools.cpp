@@ -76,7 +76,7 @@ double nearness(const IdleTool& idle) {
     };
     splitting::CrossedEdges all = idle.before;
     all.add(idle.last);
-    return 4 * share(all.uncut) + 2 * share(all.cut) + share(all.skin);
+    return 4 * share(all.uncut) + 2 * share(all.cut) + share(all.boundary);
 }
 
 double distance(const geometry::Box& a, const geometry::Box& b) {

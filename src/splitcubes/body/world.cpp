@@ -61,6 +61,11 @@ StepReport World::step() {
     done(Stage::move_tools);
 
     report.tools.resize(tools_.size());
+    topology_changes_.resize(bodies_.size());
+    for (TopologyChange& change : topology_changes_) change.clear();
+    const auto each_body = [&](const auto& stage) {
+        for (std::size_t b = 0; b < bodies_.size(); ++b) stage(*bodies_[b], topology_changes_[b]);
+    };
     for (std::size_t b = 0; b < bodies_.size(); ++b)
         for (std::size_t k = 0; k < tools_.size(); ++k) {
             Tool& tool = tools_[k];
@@ -69,22 +74,24 @@ StepReport World::step() {
                                  std::find(tool.bodies.begin(), tool.bodies.end(), b) != tool.bodies.end();
             if (cuts_it && !swept[k].empty())
                 bodies_[b]->cut_edges(swept[k], static_cast<std::int32_t>(k), tool.last_normal[b], context,
-                                      report, tool.blade.frame(time() - settings_.time_step),
+                                      topology_changes_[b], report,
+                                      tool.blade.frame(time() - settings_.time_step),
                                       tool.blade.frame(time()), report.tools[k]);
         }
     done(Stage::cut_edges);
-    for (auto& body : bodies_) body->tear(context, report);
+    each_body([&](Body& body, TopologyChange& change) { body.tear(context, change, report); });
     done(Stage::tear);
 
-    for (auto& body : bodies_) body->retessellate(context.parallel, report);
+    each_body(
+        [&](Body& body, TopologyChange& change) { body.retessellate(context.parallel, change, report); });
     done(Stage::retessellate);
-    for (auto& body : bodies_) body->label_pieces(report);
+    each_body([&](Body& body, TopologyChange& change) { body.label_pieces(change); });
     done(Stage::label_pieces);
-    for (auto& body : bodies_) body->update_visibility(context, report);
+    each_body([&](Body& body, TopologyChange& change) { body.update_visibility(context, change, report); });
     done(Stage::update_visibility);
-    for (auto& body : bodies_) body->resample(context, report);
+    each_body([&](Body& body, TopologyChange& change) { body.resample(context, change, report); });
     done(Stage::resample);
-    for (auto& body : bodies_) body->rebuild_neighbourhoods(context);
+    each_body([&](Body& body, TopologyChange& change) { body.rebuild_neighbourhoods(context, change); });
     done(Stage::rebuild_neighbourhoods);
     contact_finder_.find(
         {bodies_, colliders_, settings_.contact, time(), settings_.time_step, settings_.gravity}, *parallel_,

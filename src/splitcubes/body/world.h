@@ -66,6 +66,8 @@ class World {
     std::vector<std::unique_ptr<Body>>& bodies() { return bodies_; }
     const std::vector<std::unique_ptr<Body>>& bodies() const { return bodies_; }
     const std::vector<Tool>& tools() const { return tools_; }
+    /// Per body: what the last step changed. Valid until the next step.
+    std::span<const TopologyChange> topology_changes() const { return topology_changes_; }
     const std::vector<Collider>& colliders() const { return colliders_; }
     void set_collider_motion(std::size_t index, std::function<Isometry(double time)> motion) {
         colliders_[index].motion = std::move(motion);
@@ -97,6 +99,7 @@ class World {
     WorldSettings settings_;
     std::shared_ptr<const Parallel> parallel_;
     std::vector<std::unique_ptr<Body>> bodies_;
+    std::vector<TopologyChange> topology_changes_;  // per body, of the last step
     std::vector<Tool> tools_;
     std::vector<Collider> colliders_;
     ContactFinder contact_finder_;

@@ -41,7 +41,7 @@ Taylor operator-(const Taylor& a, const Taylor& b) {
     return {a.value - b.value, a.first - b.first, a.second - b.second};
 }
 
-Taylor along(const WindingJet& jet, int axis) {
+Taylor point_along(const WindingJet& jet, int axis) {
     return {jet.value, jet.gradient[axis], jet.second[axis]};
 }
 
@@ -274,7 +274,7 @@ class SoupEdges::Worker {
     Taylor sum(const WindingTriangles& some, const GridEdge& edge, double t) {
         const WindingJet jet = out_.jets_.jet(some, point(edge, t));
         sound_ = sound_ && jet.sound;
-        return along(jet, edge.axis);
+        return point_along(jet, edge.axis);
     }
 
     // Steps taken back, a triangle's winding number does not jump where the edge crosses it.

@@ -1,0 +1,38 @@
+// Changes of a body's topology in one step, passed from stage to stage.
+#pragma once
+
+#include <splitcubes/geometry/box.h>
+#include <splitcubes/splitting/pieces.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace splitcubes::body {
+
+/// The stages of a step fill it in their order; each reads the fields that earlier stages wrote. After the
+/// step it tells what the step changed, until the next one begins.
+struct TopologyChange {
+    std::vector<std::int32_t> crossings;        // cut_edges, tear: new ones of the NodeGrid, ascending slots
+    std::vector<std::uint32_t> cells;           // retessellate: cells of the Surface that were made again
+    std::vector<geometry::Box> boxes;           // retessellate: m, rest space; contain all that changed
+    std::vector<splitting::PieceSplit> splits;  // label_pieces
+    std::size_t new_phyxels = 0;                // resample: appended last
+    bool volumes_changed = false;               // resample: of phyxels
+    std::vector<std::uint32_t>
+        dirty_pairs;  // update_visibility, resample: their links are not up to date yet
+
+    bool empty() const { return crossings.empty(); }
+    /// Keeps the capacity of the arrays.
+    void clear() {
+        crossings.clear();
+        cells.clear();
+        boxes.clear();
+        splits.clear();
+        new_phyxels = 0;
+        volumes_changed = false;
+        dirty_pairs.clear();
+    }
+};
+
+}  // namespace splitcubes::body
