@@ -254,17 +254,18 @@ void add_bench_command(CommandLine& line) {
     command
         .add_choice("NAME", "", options->name,
                     {"contact", "criteria", "mechanics", "occlusion", "paper", "surface", "validation"},
-                    "contact: what contact and tearing cost beside the rest of a step; "
-                    "criteria: what hides phyxels from each other, each timed on one cut; mechanics: the "
-                    "elastic step and what bounds it; occlusion: disks by backend; paper: the published "
+                    "contact: the cost of contact and tearing within a step; "
+                    "criteria: the visibility criteria, each timed on one cut; mechanics: the "
+                    "elastic step and its lower bound; occlusion: disks by backend; paper: the published "
                     "size, a blade passing; surface: accuracy of surfaces; validation: linear elasticity")
         .required();
-    command.add_list("MESH", "", options->meshes, "Of surface: meshes to count folded triangles of, too");
+    command.add_list("MESH", "", options->meshes,
+                     "surface only: further meshes to count folded triangles in");
     command
         .add_text("--plot", "FILE", options->plot,
-                  "Of validation: an SVG picture of the errors; of criteria: of the times")
+                  "validation and criteria only: SVG plot of the errors or of the times")
         .completes(files({"svg"}));
-    command.add_text("--world", "NAME", options->world, "Of contact: the only world to run (all)");
+    command.add_text("--world", "NAME", options->world, "contact only: the one world to run (all)");
     command.add_threads(options->threads, "Threads (all; of mechanics: one, then two)");
     command.add_integer("--runs", "N", options->runs, {1, 10000}, "Runs to take medians over (5)");
     command.add_text("--json", "FILE", options->json, "Writes the JSON to a file too").completes(files());

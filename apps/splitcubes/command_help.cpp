@@ -163,7 +163,7 @@ std::string man_page(const CommandLine& line) {
         ".SH OPTIONS\nOf every command:\n"
         ".TP\n.B \\-h, \\-\\-help\nPrints what the command does and its options.\n"
         ".TP\n.B \\-\\-version\nPrints the version.\n"
-        ".SH EXIT STATUS\n.TP\n0\nDone.\n.TP\n1\nFailed or interrupted; files are whole or absent.\n"
+        ".SH EXIT STATUS\n.TP\n0\nDone.\n.TP\n1\nFailed or interrupted; files are complete or absent.\n"
         ".TP\n2\nBad input or usage; one line on standard error says where, what and what to do.\n"
         ".SH EXAMPLES\n";
     for (const Command& command : line.commands)

@@ -257,8 +257,9 @@ int cut(const CutOptions& options, Progress& progress) {
     write_json(options.report, report);
     print_summary(options, result, report);
     if (extension == ".stl" && result.count(Fate::kept) > 1)
-        print_notes(options.out, {"STL does not say which triangles share a vertex: what reads it joins "
-                                  "pieces that touch; --pieces FOLDER or another format keeps them apart"});
+        print_notes(options.out,
+                    {"STL does not say which triangles share a vertex: programs that read it join "
+                     "pieces that touch; --pieces FOLDER or another format keeps them apart"});
     return 0;
 }
 

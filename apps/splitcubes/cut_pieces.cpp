@@ -101,7 +101,7 @@ void write_pieces(OutputFolder& folder, const std::string& extension, const CutR
     folder.clear([](const std::string&) { return false; });
     for (std::size_t k = 0; k < result.pieces.size(); ++k) {
         if (result.pieces[k].fate == Fate::dropped) continue;
-        if (interrupted()) throw JobError("interrupted between two pieces; what was written is whole");
+        if (interrupted()) throw JobError("interrupted between two pieces; the files written are complete");
         if (extension == ".obj") folder.add(result.pieces[k].name + ".mtl");
         const std::filesystem::path path = folder.add(result.pieces[k].name + extension);
         write_scaled(path, splitting::extract_piece(result.whole, static_cast<std::int32_t>(k)), scale);

@@ -98,8 +98,7 @@ void InputCopies::write(const std::function<fs::path(const std::string&)>& targe
         if (!fs::exists(to, error))
             copy(one.from, to, one.sha256);
         else if (sha256_of_file(to) != one.sha256)
-            throw JobError(to.string() + ": holds something else than a copy of " + one.from.string() +
-                           "; move it away");
+            throw JobError(to.string() + ": is not a copy of " + one.from.string() + "; move it away");
     }
 }
 

@@ -12,7 +12,7 @@ namespace splitcubes::app {
 void watch_interrupts();
 bool interrupted();
 /// Says so on standard error, once; returns the exit code.
-int end_interrupted(const char* what = "splitcubes: interrupted; the files that were written are whole\n");
+int end_interrupted(const char* what = "splitcubes: interrupted; the files written are complete\n");
 
 /// While it lives, work is given the time it takes to end in order after the first signal.
 class Patience {

@@ -85,7 +85,8 @@ Links read_links(const std::filesystem::path& file) {
     constexpr std::size_t most = std::numeric_limits<std::uint32_t>::max();
     if (vertices > most || edges > most || bytes.compare(0, expected.size(), expected) != 0 ||
         bytes.size() != expected.size() + vertices * vertex_bytes + edges * edge_bytes)
-        throw InputError(file.string(), "is no whole file of links", "run the scene again with --links");
+        throw InputError(file.string(), "is not a complete file of links",
+                         "run the scene again with --links");
     Links out;
     std::size_t at = expected.size();
     for (std::size_t k = 0; k < vertices; ++k) {

@@ -72,7 +72,6 @@ int main(int argc, char** argv) {
         return fail(1, path + ": cannot be read or written (" + error.code().message() + ")");
     } catch (const std::exception&) {
         // Texts of libraries tell users nothing; `catch throw` of a debugger finds the place.
-        return fail(1,
-                    "failed for a reason that is a fault of the program; please report what was asked for");
+        return fail(1, "failed because of a bug in the program; please report the command and its input");
     }
 }

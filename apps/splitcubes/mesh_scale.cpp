@@ -22,8 +22,7 @@ void MeshScale::add_to(Command& command) {
     add_unit_option(command, unit_name,
                     "Unit of lengths in mesh files, read and written, and of this command: m (default), mm, "
                     "cm or inch; reports are in metres");
-    command.add_number("--scale", "FACTOR", scale, {1e-9, 1e9},
-                       "Makes all that is read so many times as large (1)");
+    command.add_number("--scale", "FACTOR", scale, {1e-9, 1e9}, "Scales all input by this factor (1)");
 }
 
 void MeshScale::apply(geometry::TriangleMesh& mesh, const std::string& name) const {

@@ -188,7 +188,7 @@ void OutputFolder::lock() {
             if (refusal != 0)
                 print_notes(path_.string(),
                             {"cannot be locked here (" + std::generic_category().message(refusal) +
-                             "): a second command that writes into it is not noticed"});
+                             "): a second command writing into it cannot be detected"});
             return;
         }
         make();

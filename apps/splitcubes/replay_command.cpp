@@ -44,7 +44,7 @@ int replay(const ReplayOptions& options) {
 void add_replay_command(CommandLine& line) {
     const auto options = std::make_shared<ReplayOptions>();
     Command& command =
-        line.add("replay", "Repeats a recorded run and says whether it comes to the same state");
+        line.add("replay", "Repeats a recorded run and says whether it reaches the same state");
     command.add_text("RECORDING", "", options->recording, "File that 'run --record' wrote")
         .required()
         .completes(files());

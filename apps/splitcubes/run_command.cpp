@@ -52,16 +52,16 @@ void add_run_command(CommandLine& line) {
         .completes(files({"json"}));
     options->common.add_to(command, "Time steps to run, in place of the scene's frames or duration");
     command.add_choice("--occlusion", "BACKEND", options->occlusion, {"cpu", "opengl"},
-                       "What computes occlusion disks: cpu or opengl; default: the scene's");
+                       "Backend that computes occlusion disks: cpu or opengl; default: the scene's");
     const std::vector<std::string> criteria(occlusion::criterion_names.begin(),
                                             occlusion::criterion_names.end());
     command.add_choice("--criterion", "NAME", options->criterion, criteria,
-                       "What weakens links past cuts; default: the scene's");
+                       "Visibility criterion that weakens links at cuts; default: the scene's");
     command.add_integer("--checkpoint-every", "N", options->checkpoint_every, {1, 100000000},
                         "Writes DIR/checkpoint.bin every so many frames; an interrupted run always does");
     command
         .add_text("--resume", "FILE", options->resume,
-                  "Goes on from a checkpoint of the same scene, to the same last bit")
+                  "Resumes from a checkpoint of the same scene, with bit-identical results")
         .completes(files({"bin"}));
     command
         .add_text("--record", "FILE", options->record,

@@ -14,13 +14,13 @@ void SceneOptions::add_to(Command& command, const std::string& frames_text) {
     command.add_threads(threads, "Threads; default: the scene's, or all");
     command
         .add_list("--set", "KEY=VALUE", set,
-                  "Overrides values of the scene: path.to[0].key=json; what is no JSON is a text (name=2nd), "
+                  "Overrides values of the scene: path.to[0].key=json; a value that is not JSON is a text "
+                  "(name=2nd), "
                   "unless it "
                   "begins with [, { or \"; null takes the key out. Words with '=' after it are overrides too")
         .list([](std::string_view word) { return word.find('=') != std::string_view::npos; });
     command
-        .add({"--inputs", "FOLDER",
-              "Looks there, by what they hold, for meshes and pictures that are not where they were",
+        .add({"--inputs", "FOLDER", "Searches this folder by content for meshes and pictures that were moved",
               [this](const std::string& folder) { inputs.push_back(folder); }})
         .repeatable()
         .completes(folders());

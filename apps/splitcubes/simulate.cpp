@@ -46,9 +46,9 @@ void follow(const scene::Recording& recording, bool changed, body::World& world)
     if (!changed && !recording.first_state.empty() && recording.first_state != state)
         throw InputError(
             "recording",
-            "its scene begins in state " + state + ", it was recorded from " + recording.first_state,
-            "what belongs to a mesh (a buffer, say) or the program (" + recording.program +
-                ") is not what it was then");
+            "its scene starts in state " + state + ", it was recorded from " + recording.first_state,
+            "a file that a mesh refers to (a buffer, say) or the program (" + recording.program +
+                ") has changed since");
     body::follow_tracks(world, recording.tracks);
 }
 
@@ -183,7 +183,7 @@ int simulate(const scene::SceneDescription& wanted, const RunOptions& options,
     if (interrupted()) {
         checkpoints.write(*world, output.metrics());
         std::cerr << "interrupted after frame " << frame << " of " << description.frames
-                  << "; what was written is whole; go on with --resume " << checkpoints.file().string()
+                  << "; the files written are complete; go on with --resume " << checkpoints.file().string()
                   << '\n';
         return 1;
     }

@@ -41,13 +41,13 @@ std::string properties(const geometry::MeshCheck& check) {
     open.add(check.triangles == 0, "mesh without triangles", "");
     open.add(check.boundary_edges, "edge has one triangle only", "edges have one triangle only");
     if (check.boundary_edges == 0)
-        open.add(check.unbalanced_edges, "edge is run along more often one way than the other",
-                 "edges are run along more often one way than the other");
+        open.add(check.unbalanced_edges, "edge is used more often in one direction than in the other",
+                 "edges are used more often in one direction than in the other");
     open.add(check.degenerate_triangles, "triangle has a vertex twice", "triangles have a vertex twice");
     open.add(check.non_finite_vertices, "vertex is not finite", "vertices are not finite");
     const bool closed = check.closed() && check.boundary_edges == 0 && check.non_finite_vertices == 0;
-    turned.add(check.misoriented_edges, "edge runs the same way in both triangles",
-               "edges run the same way in both triangles");
+    turned.add(check.misoriented_edges, "edge has the same direction in both triangles",
+               "edges have the same direction in both triangles");
     turned.add(check.non_manifold_edges, "edge has more than two triangles",
                "edges have more than two triangles");
     branching.add(check.non_manifold_edges, "edge has more than two triangles",
@@ -128,7 +128,7 @@ void add_validate_command(CommandLine& line) {
     command.add_flag("--all-parts", options->all_parts, "Lists all parts, not the 20 largest alone");
     add_unit_option(
         command, options->scale.unit_name,
-        "Unit of the files' numbers, in which volumes and areas are told: m (default), mm, cm or inch");
+        "Unit of the files' numbers, also for printed volumes and areas: m (default), mm, cm or inch");
     command.details =
         "All files are checked before it ends. Exit code: 0 all are valid, 1 one is not, 2 one cannot be "
         "read.";

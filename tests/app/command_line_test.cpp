@@ -262,7 +262,8 @@ TEST_F(CommandLine, ValidateTellsReasonsOfAllFiles) {
     EXPECT_NE(holes.out.find("closed no: 3 edges have one triangle only\n"), std::string::npos) << holes.out;
     EXPECT_NE(holes.out.find("oriented yes\n"), std::string::npos) << holes.out;
     const Ended twisted = run({"validate", "turned.obj"});
-    EXPECT_NE(twisted.out.find("oriented no: 3 edges run the same way"), std::string::npos) << twisted.out;
+    EXPECT_NE(twisted.out.find("oriented no: 3 edges have the same direction"), std::string::npos)
+        << twisted.out;
     EXPECT_EQ(twisted.out.find("(0"), std::string::npos) << twisted.out;
 
     // An edge with four triangles is why it is not oriented: no count of zero.
@@ -404,7 +405,7 @@ TEST_F(CommandLine, NoLineCrashesOrSpeaksForALibrary) {
             << shown << ended.err;
         for (const char* foreign :
              {"json.exception", "std::", "terminate", "basic_string", "vector::", "filesystem error",
-              "fault of the program", "stoi", "regex", "bad_alloc", "what():"})
+              "bug in the program", "stoi", "regex", "bad_alloc", "what():"})
             EXPECT_EQ(ended.err.find(foreign), std::string::npos) << shown << ended.err;
         for (const char* name : {"x.ply", "x.stl", "parts", "r.json"}) fs::remove_all(in(name));
     }

@@ -227,7 +227,7 @@ TEST_F(Moved, AnInputThatHasChangedIsNamed) {
         if (entry.path().filename() == "cube.obj") copy = entry.path();
     write_text(copy, text_of(copy) + "# a comment\n");
     expect_refused({"run", "out/scene.json", "-o", "out", "--resume", "out/checkpoint.bin"},
-                   "cube.obj: holds something else than it did; it is the mesh of body 'cube'");
+                   "cube.obj: has changed; it is the mesh of body 'cube'");
     expect_refused({"replay", "out/motions.json", "-o", "x"}, then);
     expect_refused({"run", "author/scenes/sent.json", "-o", "out", "--resume", "out/checkpoint.bin", "--set",
                     "time_step=0.01"},

@@ -145,20 +145,20 @@ TEST(Advice, what_is_told_of_an_overlap_is_what_it_comes_to) {
                      R"("cells": 16, "phyxel_count": 100, "placement": {"position": [)" + shift + ", 0, 0]}"),
             still + R"(, "contact": {"pieces": true})");
         const bool seen = shift == "0.87";
-        EXPECT_THAT(notes(two), ElementsAre(testing::AllOf(testing::Not(HasSubstr("throws")),
-                                                           HasSubstr(seen ? "contact keeps that as it is"
-                                                                          : "go through each other"))))
+        EXPECT_THAT(notes(two), ElementsAre(testing::AllOf(
+                                    testing::Not(HasSubstr("throws")),
+                                    HasSubstr(seen ? "contact keeps the overlap" : "go through each other"))))
             << shift;
         EXPECT_LT(fastest(two), 1e-6) << shift;
     }
     const std::string ground = still + R"(, "ground": {"height": -0.3})";
     const std::string cube = R"("cells": 16, "phyxel_count": 100)";
     const std::string soft = scene(body("a", "[1, 1, 1]", cube), ground);
-    EXPECT_THAT(notes(soft), ElementsAre(HasSubstr("inside 'ground', which lifts it out slowly")));
+    EXPECT_THAT(notes(soft), ElementsAre(HasSubstr("inside 'ground', which pushes it out slowly")));
     EXPECT_LT(fastest(soft), 1e-6);
     const std::string springs =
         scene(body("a", "[1, 1, 1]", cube + R"(, "deformation": {"mass_spring": {}})"), ground);
-    EXPECT_THAT(notes(springs), ElementsAre(HasSubstr("inside 'ground', which throws it out")));
+    EXPECT_THAT(notes(springs), ElementsAre(HasSubstr("inside 'ground', which pushes it out at once")));
     EXPECT_GT(fastest(springs), 1);
 }
 

@@ -108,12 +108,13 @@ TEST_F(Inputs, ThatAreMissingOrOthersAreNamed) {
         });
     };
     put("a.obj", "changed");
-    EXPECT_NE(look({}).find("a.obj: holds something else"), std::string::npos) << look({});
+    EXPECT_NE(look({}).find("a.obj: has changed"), std::string::npos) << look({});
     fs::remove(folder_ / "a.obj");
     for (const std::string& part : {(folder_ / "a.obj").string() + ": there is no such file",
                                     std::string("the mesh of body 'x'"), hash, std::string("--inputs")})
         EXPECT_NE(look({}).find(part), std::string::npos) << look({});
-    EXPECT_NE(look({folder_}).find("no file like it is in " + folder_.string()), std::string::npos);
+    EXPECT_NE(look({folder_}).find("no file with the same content is in " + folder_.string()),
+              std::string::npos);
     EXPECT_NE(look({folder_ / "nowhere"}).find("nowhere: there is no such folder"), std::string::npos);
     // Without a word of what it should hold, a file must be there.
     EXPECT_NE(refusal([&] { parse(text_); }).find("a.obj"), std::string::npos);

@@ -351,7 +351,7 @@ TEST(ParseScene, files_that_cannot_be_read_are_named) {
         parse_scene_file("somewhere/bunny.OBJ");
         ADD_FAILURE() << "a mesh was taken for a scene";
     } catch (const InputError& error) {
-        EXPECT_THAT(error.what(), HasSubstr("is a mesh, where a scene is wanted"));
+        EXPECT_THAT(error.what(), HasSubstr("is a mesh, not a scene"));
     }
 }
 

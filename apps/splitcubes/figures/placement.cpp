@@ -142,7 +142,7 @@ void draw_least_squares(Svg& svg, const Panel& panel, const std::string& title,
 
 void draw_pull_back(Svg& svg, const Panel& panel) {
     const FaceCase face({{0, 0.56, -78}, {1, 0.36, 70}});
-    draw_frame(svg, panel, "too far outside", "pulled back into the wider square");
+    draw_frame(svg, panel, "too far outside", "clamped to the wider square");
     draw_square(svg, panel, 0.25, {.stroke = faint, .width = 1.5, .dashes = "2 3"});
     const FaceCrossing &a = face.at(0), &b = face.at(1);
     const Vec2 mean = (a.point + b.point) / 2, meet = where_tangents_meet(a, b);
@@ -156,7 +156,7 @@ void draw_pull_back(Svg& svg, const Panel& panel) {
 
 void draw_slide(Svg& svg, const Panel& panel) {
     const FaceCase face({{1, 0.68, 177, -1}, {3, 0.62, 6, -1}, {0, 0.45, 62, 0}});
-    draw_frame(svg, panel, "skin and cut", "slides along the skin to the cut");
+    draw_frame(svg, panel, "boundary and cut", "slides along the boundary to the cut");
     std::array<FaceCrossing, 4> crossings = face.crossings;
     const Vec2 alone = place_face_vertex(face.mask & ~1U, crossings).point;
     const FaceCrossing& later = face.at(0);

@@ -173,7 +173,7 @@ void draw_zoom(Svg& svg, const Panel& panel, const Layer& old_layer, const Layer
 
 void draw_skin_legend(Svg& svg, double y) {
     svg.line({40, y}, {70, y}, old_skin);
-    svg.text({80, y}, "skin before the cut", Anchor::start);
+    svg.text({80, y}, "boundary before the cut", Anchor::start);
     svg.line({240, y}, {270, y}, surface_line);
     svg.text({280, y}, "surface after it", Anchor::start);
     draw_node(svg, {424, y}, colours_of(0).line);
@@ -220,7 +220,7 @@ Svg draw_skin() {
     fill_patches(svg, parted, moved);
     draw_surface(svg, parted, moved, surface_line);
     svg.text({190, 26}, "at rest", Anchor::middle, 13, ink, true);
-    svg.text({494, 26}, "where the cut meets the skin", Anchor::middle, 13, ink, true);
+    svg.text({494, 26}, "where the cut meets the boundary", Anchor::middle, 13, ink, true);
     svg.text({812, 26}, "the pieces apart", Anchor::middle, 13, ink, true);
     draw_skin_legend(svg, 308);
     return svg;

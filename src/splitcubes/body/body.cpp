@@ -388,7 +388,7 @@ std::vector<std::string> Body::validate() const {
     double lumped = 0, owned = 0;
     for (const double v : phyxels_.volume) lumped += v;
     for (const double v : inside_volume_) owned += v;
-    if (std::abs(lumped - owned) > 1e-9 * owned) lines.push_back("volume of phyxels and nodes differ");
+    if (std::abs(lumped - owned) > 1e-9 * owned) lines.push_back("the volumes of phyxels and nodes differ");
     return lines;
 }
 

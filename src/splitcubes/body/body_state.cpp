@@ -70,27 +70,27 @@ void Body::save_cuts(StateWriter& writer) const {
 void Body::load_cuts(StateReader& reader) {
     const std::size_t count = reader.count(bytes_of_cut);
     const std::vector<std::uint64_t> edges = reader.numbers<std::uint64_t>(count);
-    const std::vector<double> hits = reader.numbers<double>(count, 0, 1, "a cut beyond its edge");
+    const std::vector<double> hits = reader.numbers<double>(count, 0, 1, "a cut position outside its edge");
     std::vector<Vec3> normals;
-    read_numbers(reader, count, normals, "a cut without a direction");
-    const std::vector<std::int32_t> cuts = reader.numbers<std::int32_t>(
-        count, 0, std::numeric_limits<std::int32_t>::max(), "a cut without a number");
+    read_numbers(reader, count, normals, "an invalid cut normal");
+    const std::vector<std::int32_t> cuts =
+        reader.numbers<std::int32_t>(count, 0, std::numeric_limits<std::int32_t>::max(), "an invalid cut id");
     const std::vector<std::uint32_t> stage_ends = reader.numbers<std::uint32_t>(reader.count(4));
-    require_state(stage_ends.empty() ? count == 0 : stage_ends.back() == count, "cuts of no step");
+    require_state(stage_ends.empty() ? count == 0 : stage_ends.back() == count, "cuts assigned to no step");
     require_state(stage_ends.size() >= cut_stage_ends_.size() &&
                       std::equal(cut_stage_ends_.begin(), cut_stage_ends_.end(), stage_ends.begin()),
-                  "other cuts than those it was made with");
+                  "initial cuts that differ from the scene's");
     for (std::size_t k = 0; k < cut_edge_count_; ++k)
         require_state(splitting::edge_id(grid_.crossings()[solid_crossings_ + k].edge) == edges[k],
-                      "other cuts than those it was made with");
+                      "initial cuts that differ from the scene's");
     for (std::size_t s = cut_stage_ends_.size(); s < stage_ends.size(); ++s) {
-        require_state(stage_ends[s] > cut_edge_count_ && stage_ends[s] <= count, "cuts of no step");
+        require_state(stage_ends[s] > cut_edge_count_ && stage_ends[s] <= count, "cuts assigned to no step");
         std::vector<std::int32_t> slots;
         for (std::size_t k = cut_edge_count_; k < stage_ends[s]; ++k) {
             splitting::Crossing crossing;
             crossing.edge = splitting::edge_from_id(edges[k]);
-            require_state(can_be_cut(grid_, crossing.edge), "a cut where there is nothing to cut");
-            require_state(is_direction_along(normals[k], crossing.edge.axis), "a cut without a direction");
+            require_state(can_be_cut(grid_, crossing.edge), "a cut on an edge that cannot be cut");
+            require_state(is_direction_along(normals[k], crossing.edge.axis), "an invalid cut normal");
             crossing.hit = hits[k];
             crossing.normal = normals[k];
             crossing.origin = splitting::Origin::cut;
@@ -135,9 +135,10 @@ void Body::load_new_phyxels(StateReader& reader, std::size_t count) {
     const std::vector<std::uint64_t> ids = reader.numbers<std::uint64_t>(added);
     std::vector<std::uint64_t> sorted = ids;
     std::sort(sorted.begin(), sorted.end());
-    require_state(std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end(), "phyxels at one place");
+    require_state(std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end(),
+                  "two phyxels at the same position");
     const std::vector<double> supports =
-        reader.numbers<double>(added, 0, largest_state_number, "a phyxel whose support is no length");
+        reader.numbers<double>(added, 0, largest_state_number, "a phyxel with an invalid support radius");
     for (std::size_t k = 0; k < added; ++k) {
         const auto [node, axis] = splitting::edge_from_id(ids[k]);
         require_state(axis == 0 && grid_.rest().contains(node) && grid_.inside(node),
@@ -152,7 +153,7 @@ void Body::load_new_phyxels(StateReader& reader, std::size_t count) {
         else
             require_state(phyxels_.rest_position[known] == start.rest_position &&
                               phyxels_.support_radius[known] == start.support_radius,
-                          "other phyxels than those it was made with");
+                          "initial phyxels that differ from the scene's");
     }
 }
 
@@ -206,20 +207,20 @@ void Body::load_phyxels(StateReader& reader) {
     }
     for (auto* vectors :
          {&phyxels_.position, &phyxels_.velocity, &phyxels_.previous_position, &phyxels_.previous_velocity})
-        read_numbers(reader, count, *vectors, "a phyxel that is nowhere");
+        read_numbers(reader, count, *vectors, "a phyxel with an invalid position or velocity");
     for (auto* matrices : {&phyxels_.deformation, &phyxels_.rotation, &previous_deformation_})
-        read_numbers(reader, count, *matrices, "a phyxel whose deformation is no number");
+        read_numbers(reader, count, *matrices, "a phyxel with an invalid deformation");
     for (const Mat3& rotation : phyxels_.rotation)
-        require_state(is_rotation(rotation, rotation_tolerance), "a phyxel whose rotation is none");
+        require_state(is_rotation(rotation, rotation_tolerance), "a phyxel with an invalid rotation");
     if (settings_.material.plasticity)
-        read_numbers(reader, count, phyxels_.plastic_strain, "a phyxel whose plastic strain is no number");
-    for (auto* flags : {&phyxels_.restart_history, &phyxels_.touching})
-        *flags = reader.numbers<std::uint8_t>(count, 0, 1, "a phyxel with a mark that there is not");
+        read_numbers(reader, count, phyxels_.plastic_strain, "a phyxel with an invalid plastic strain");
+    for (auto* flags : {&phyxels_.history_broken, &phyxels_.touching})
+        *flags = reader.numbers<std::uint8_t>(count, 0, 1, "a phyxel with an invalid flag");
     for (auto* energies : {&phyxels_.elastic_energy, &phyxels_.reserve})
-        read_numbers(reader, count, *energies, "a phyxel whose energy is no number");
-    phyxels_.history_step = reader.number<double>(0, largest_state_number, "a step that is no time");
+        read_numbers(reader, count, *energies, "a phyxel with an invalid energy");
+    phyxels_.history_step = reader.number<double>(0, largest_state_number, "an invalid step length");
     phyxels_.substeps = reader.number<std::int32_t>(0, std::numeric_limits<std::int32_t>::max(),
-                                                    "a number of substeps below zero");
+                                                    "a negative number of substeps");
     std::vector<std::uint8_t> has_phyxel(pieces_->count(), 0);
     for (const std::int32_t piece : phyxels_.piece) has_phyxel[static_cast<std::size_t>(piece)] = 1;
     require_state(std::find(has_phyxel.begin(), has_phyxel.end(), 0) == has_phyxel.end(),
@@ -240,29 +241,30 @@ void Body::load_lumping(StateReader& reader) {
     lumping.offsets = {0};
     const std::vector<std::uint32_t> ends = reader.numbers<std::uint32_t>(nodes);
     lumping.offsets.insert(lumping.offsets.end(), ends.begin(), ends.end());
-    require_state(std::is_sorted(lumping.offsets.begin(), lumping.offsets.end()), "a booking out of order");
+    require_state(std::is_sorted(lumping.offsets.begin(), lumping.offsets.end()),
+                  "mass lumping entries out of order");
     const std::size_t entries = lumping.offsets.back();
     lumping.phyxel = reader.numbers<std::uint32_t>(
-        entries, 0, static_cast<std::uint32_t>(phyxels_.size() - 1), "a booking of no phyxel");
-    read_numbers(reader, entries, lumping.share, "a booking whose share is no number");
-    lumping.whole = reader.numbers<std::uint8_t>(nodes, 0, 1, "a booking with a mark that there is not");
+        entries, 0, static_cast<std::uint32_t>(phyxels_.size() - 1), "mass lumped to an unknown phyxel");
+    read_numbers(reader, entries, lumping.share, "mass lumping with an invalid share");
+    lumping.whole = reader.numbers<std::uint8_t>(nodes, 0, 1, "mass lumping with an invalid flag");
     lumping.piece = inside_piece_;
     for (std::size_t n = 0; n < nodes; ++n) {
         const std::uint32_t begin = lumping.offsets[n], end = lumping.offsets[n + 1];
         lumping.unlumped += begin == end;
         double sum = 0;
         for (std::uint32_t e = begin; e < end; ++e) {
-            require_state(e == begin || lumping.phyxel[e - 1] < lumping.phyxel[e], "a booking out of order");
+            require_state(e == begin || lumping.phyxel[e - 1] < lumping.phyxel[e],
+                          "mass lumping entries out of order");
             require_state(phyxels_.piece[lumping.phyxel[e]] == inside_piece_[n],
-                          "a booking with another piece's phyxel");
+                          "mass lumped to a phyxel of another piece");
             sum += lumping.share[e];
         }
-        require_state(begin == end || std::abs(sum - 1) <= 1e-6, "a booking whose shares are no whole");
+        require_state(begin == end || std::abs(sum - 1) <= 1e-6, "mass lumping whose shares do not sum to 1");
     }
     lumping_ = std::move(lumping);
     meshless::apply(lumping_, inside_volume_, settings_.material.density, phyxels_);
-    for (const double volume : phyxels_.volume)
-        require_state(volume >= 0, "a phyxel whose volume is below zero");
+    for (const double volume : phyxels_.volume) require_state(volume >= 0, "a phyxel with a negative volume");
 }
 
 void Body::save_rigid(StateWriter& writer) const {
@@ -292,22 +294,23 @@ void Body::load_rigid(StateReader& reader) {
     for (std::size_t k = 0; k < count; ++k) {
         meshless::RigidPiece body;
         body.piece = reader.number<std::int32_t>(0, static_cast<std::int32_t>(pieces_->count()) - 1,
-                                                 "a rigid piece that there is not");
-        require_state(phyxels_.rigid.index(body.piece) < 0, "a piece that is rigid twice");
-        read_numbers(reader, body.shape, "a rigid piece without a shape");
-        read_numbers(reader, body.rotation, "a rigid piece whose rotation is none");
+                                                 "an unknown rigid piece");
+        require_state(phyxels_.rigid.index(body.piece) < 0, "a rigid piece listed twice");
+        read_numbers(reader, body.shape, "a rigid piece with an invalid shape");
+        read_numbers(reader, body.rotation, "a rigid piece with an invalid rotation");
         for (Vec3* vector : {&body.centre, &body.momentum, &body.angular_momentum})
-            read_numbers(reader, *vector, "a rigid piece that is nowhere");
-        body.touching = reader.number<std::uint8_t>(0, 1, "a rigid piece with a mark that there is not");
+            read_numbers(reader, *vector, "a rigid piece with an invalid position or velocity");
+        body.touching = reader.number<std::uint8_t>(0, 1, "a rigid piece with an invalid flag");
         const Vec3 stretch = eigen_symmetric(body.shape).values;  // descending
         require_state((body.shape - body.shape.transpose()).cwiseAbs().maxCoeff() <= 1e-9 * stretch[0] &&
                           stretch[2] > 1e-3 && stretch[0] < 1e3,
-                      "a rigid piece without a shape");
-        require_state(is_rotation(body.rotation, 1e-6), "a rigid piece whose rotation is none");
+                      "a rigid piece with an invalid shape");
+        require_state(is_rotation(body.rotation, 1e-6), "a rigid piece with an invalid rotation");
         weigh_nodes(nodes[static_cast<std::size_t>(body.piece)], body);
         std::vector<Vec3> points;
-        read_numbers(reader, reader.number<std::uint32_t>(0, max_points, "a rigid piece of many points"),
-                     points, "a point that is nowhere");
+        read_numbers(reader,
+                     reader.number<std::uint32_t>(0, max_points, "a rigid piece with too many points"),
+                     points, "a rigid piece with an invalid point");
         for (const Vec3& point : points)
             require_state(point.norm() <= 2 * length * stretch[0], "a point far from its rigid piece");
         phyxels_.rigid.put(body, points);
@@ -325,8 +328,8 @@ void Body::load_pairs(StateReader& reader) {
     const auto last = static_cast<std::uint32_t>(phyxels_.size() - 1);
     meshless::Pairs pairs;
     for (auto* ends : {&pairs.a, &pairs.b})
-        *ends = reader.numbers<std::uint32_t>(count, 0, last, "a pair of phyxels that there are not");
-    pairs.visibility = reader.numbers<float>(count, 0, 1, "a pair whose visibility is no share");
+        *ends = reader.numbers<std::uint32_t>(count, 0, last, "a pair with an unknown phyxel");
+    pairs.visibility = reader.numbers<float>(count, 0, 1, "a pair with a visibility outside 0 to 1");
     for (std::size_t k = 0; k < count; ++k) {
         const std::uint32_t a = pairs.a[k], b = pairs.b[k];
         require_state(a < b && (k == 0 || pairs.a[k - 1] < a || (pairs.a[k - 1] == a && pairs.b[k - 1] < b)),
@@ -334,10 +337,10 @@ void Body::load_pairs(StateReader& reader) {
         const double reach = std::max(phyxels_.support_radius[a], phyxels_.support_radius[b]);
         const double distance_squared = (phyxels_.rest_position[b] - phyxels_.rest_position[a]).squaredNorm();
         require_state(distance_squared > 0 && distance_squared < reach * reach,
-                      "a pair out of each other's reach");
+                      "a pair of phyxels out of each other's reach");
         require_state(!(pairs.visibility[k] > 0) || (phyxels_.piece[a] == phyxels_.piece[b] &&
                                                      phyxels_.rigid.index(phyxels_.piece[a]) < 0),
-                      "a pair that sees each other through a cut");
+                      "a pair that is visible through a cut");
     }
     pairs_ = std::move(pairs);
 }
@@ -363,24 +366,24 @@ void Body::save_motion(StateWriter& writer) const {
 }
 
 void Body::load_motion(StateReader& reader) {
-    read_numbers(reader, tracker_.size(), frames_, "a node that is nowhere");
-    step_ =
-        reader.number<std::int64_t>(0, std::numeric_limits<std::int32_t>::max(), "a step that there is not");
+    read_numbers(reader, tracker_.size(), frames_, "a node with an invalid frame or position");
+    step_ = reader.number<std::int64_t>(0, std::numeric_limits<std::int32_t>::max(), "an invalid step count");
     const std::size_t near_blades = reader.count(sizeof(Vec3) + sizeof(std::uint32_t));
     const std::vector<std::uint32_t> nodes = reader.numbers<std::uint32_t>(near_blades);
     std::vector<Vec3> positions;
-    read_numbers(reader, near_blades, positions, "a node that is nowhere");
+    read_numbers(reader, near_blades, positions, "a node with an invalid frame or position");
     cut_position_.assign(tracker_.size(), Vec3::Zero());
     cut_step_.assign(tracker_.size(), -2);
     for (std::size_t k = 0; k < near_blades; ++k) {
-        require_state(nodes[k] < tracker_.size(), "a node that there is not");
+        require_state(nodes[k] < tracker_.size(), "an unknown node");
         cut_position_[nodes[k]] = positions[k];
         cut_step_[nodes[k]] = step_ - 1;
     }
     if (!deformation_) return;
     std::vector<double> state;
-    read_numbers(reader, deformation_->state().size(), state, "a deformation that is no number");
-    read_numbers(reader, inside_nodes_.size(), node_frames_before_, "a node that is nowhere");
+    read_numbers(reader, deformation_->state().size(), state, "an invalid deformation state");
+    read_numbers(reader, inside_nodes_.size(), node_frames_before_,
+                 "a node with an invalid frame or position");
     restore_deformation(state);
 }
 

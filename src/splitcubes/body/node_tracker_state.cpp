@@ -49,8 +49,8 @@ void NodeTracker::load_nodes(StateReader& reader, const TrackerContext& context)
     const splitting::NodeGrid& grid = context.grid;
     const std::size_t count = reader.count(sizeof(std::uint64_t));
     const std::vector<std::uint64_t> ids = reader.numbers<std::uint64_t>(count);
-    const std::vector<std::uint8_t> uses =
-        reader.numbers<std::uint8_t>(count, 0, static_cast<std::uint8_t>(Use::always), "a node of no kind");
+    const std::vector<std::uint8_t> uses = reader.numbers<std::uint8_t>(
+        count, 0, static_cast<std::uint8_t>(Use::always), "a node with an unknown use");
     index_ = splitting::SlotMap<1>(grid.bricks());
     nodes_.clear();
     rest_.clear();
@@ -74,7 +74,7 @@ void NodeTracker::load_links(StateReader& reader, const TrackerContext& context)
     const std::vector<std::uint32_t> counts = reader.numbers<std::uint32_t>(size());
     links_.assign(size(), {});
     for (std::size_t i = 0; i < size(); ++i) {
-        require_state(counts[i] == 0 || use_[i] != Use::none, "a node that sleeps and has links");
+        require_state(counts[i] == 0 || use_[i] != Use::none, "an unused node with links");
         const std::vector<std::uint32_t> stored = reader.numbers<std::uint32_t>(counts[i]);
         links_[i].reserve(stored.size());
         for (const std::uint32_t entry : stored) {
@@ -127,7 +127,7 @@ void NodeTracker::load_bonds(StateReader& reader, const TrackerContext& context)
         const auto node = reader.number<std::uint32_t>(), source = reader.number<std::uint32_t>();
         require_state(is_bare(node) && (fallbacks_.empty() || fallbacks_.back().node < node) &&
                           source < size() && use_[source] != Use::none && has_row(source),
-                      "a node that takes the frame of one without");
+                      "a node that takes the frame of a node without links");
         fallbacks_.push_back({node, source});
     }
 }

@@ -155,17 +155,17 @@ void World::save(StateWriter& writer) const {
 
 void World::load(StateReader& reader) {
     step_count_ =
-        reader.number<std::int64_t>(0, std::numeric_limits<std::int32_t>::max(), "a step that there is not");
+        reader.number<std::int64_t>(0, std::numeric_limits<std::int32_t>::max(), "an invalid step count");
     cached_contacts_.assign(reader.count(sizeof(meshless::CachedContact)), {});
     for (meshless::CachedContact& cached : cached_contacts_) {
         cached.key = reader.number<std::uint64_t>();
         for (Vec3* vector : {&cached.tangential_displacement, &cached.force})
-            read_numbers(reader, *vector, "a contact whose force is no number");
+            read_numbers(reader, *vector, "a contact with an invalid force");
         for (double* number : {&cached.normal_force, &cached.stiffness, &cached.rest_gap, &cached.energy})
             *number = reader.number<double>(-largest_state_number, largest_state_number,
-                                            "a contact whose force is no number");
+                                            "a contact with an invalid force");
         require_state(cached.normal_force >= 0 && cached.stiffness >= 0 && cached.rest_gap <= 0,
-                      "a contact that pulls");
+                      "a contact with a negative normal force");
     }
     const auto by_key = [](const meshless::CachedContact& a, const meshless::CachedContact& b) {
         return a.key >= b.key;
@@ -175,12 +175,12 @@ void World::load(StateReader& reader) {
                   "contacts out of order");
     for (Tool& tool : tools_) {
         const std::size_t count = reader.count(sizeof(Vec3));
-        require_state(count == 0 || count == bodies_.size(), "tools of other bodies");
-        read_numbers(reader, count, tool.last_normal, "a tool without a direction");
+        require_state(count == 0 || count == bodies_.size(), "a tool with a wrong number of bodies");
+        read_numbers(reader, count, tool.last_normal, "a tool with an invalid normal");
     }
     for (auto& body : bodies_) body->load(reader, *parallel_);
     for (const auto& body : bodies_)
-        require_state(body->step_count() <= step_count_, "a body ahead of its time");
+        require_state(body->step_count() <= step_count_, "a body with more steps than the world");
 }
 
 StateHash World::state_hash() const {

@@ -24,7 +24,7 @@ std::string percent(double share) {
 
 // How much too soft bending is with so many phyxels across (docs/validation.md).
 const char* softness(int across) {
-    return across <= 2 ? "twice as soft as it should be or more" : "some 80 % too soft";
+    return across <= 2 ? "at least twice as soft as it should be" : "some 80 % too soft";
 }
 
 bool is_elastic(const body::Body& body) {
@@ -132,10 +132,10 @@ constexpr std::size_t told_pairs = 5;
 // (docs/contact.md).
 std::string fate_of_overlap(const body::Body& a, const body::Body& b, double depth) {
     const double believed = std::max(a.phyxel_spacing(), b.phyxel_spacing());
-    const std::string stays = "contact keeps that as it is, and undoes little of it";
+    const std::string stays = "contact keeps the overlap and removes little of it";
     if (depth < believed) return stays;
-    return "where that is deeper than a phyxel spacing (" + rounded(believed) +
-           " m) contact does not see it, and they go through each other";
+    return "where the overlap is deeper than a phyxel spacing (" + rounded(believed) +
+           " m) contact does not detect it, and the bodies pass through each other";
 }
 
 void note_body_overlaps(const body::World& world, Notes& notes) {
@@ -162,7 +162,7 @@ void note_body_overlaps(const body::World& world, Notes& notes) {
                              "overlaps '" + bodies[b]->name() + "' at the start, over " + rounded(size[0]) +
                                  " x " + rounded(size[1]) + " x " + rounded(size[2]) +
                                  " m: " + fate_of_overlap(*bodies[a], *bodies[b], size.minCoeff() + cell) +
-                                 "; place them apart"});
+                                 "; move them apart"});
         }
     if (found > told_pairs)
         notes.push_back({"scene", std::to_string(found - told_pairs) + " more pairs of bodies overlap"});
@@ -170,8 +170,8 @@ void note_body_overlaps(const body::World& world, Notes& notes) {
 
 // Nodes of masses and springs are put on the ground at once. Contact lifts phyxels out little by little.
 std::string fate_in_collider(const body::Body& body) {
-    if (body.is_lattice_driven()) return "which throws it out";
-    return "which lifts it out slowly, and only while something presses on it";
+    if (body.is_lattice_driven()) return "which pushes it out at once";
+    return "which pushes it out slowly, and only while something presses on it";
 }
 
 void note_collider_overlaps(const body::World& world, std::span<const std::uint8_t> prescribed,
@@ -249,8 +249,9 @@ void note_damping_step(const body::World& world, Notes& notes) {
         notes.push_back(
             {body->name(),
              "its slowest vibration, at about " + rounded(frequency) + " Hz, loses " + percent(1 - kept) +
-                 " of its swing in each period by the time step of " + rounded(settings.time_step) +
-                 " s alone; time_step " + rounded(keeping_step(w, settings.solver.bdf2, wanted)) +
+                 " of its amplitude in each period because of the time step of " +
+                 rounded(settings.time_step) + " s alone; time_step " +
+                 rounded(keeping_step(w, settings.solver.bdf2, wanted)) +
                  (settings.solver.bdf2
                       ? ""
                       : ", or solver.integrator bdf2 and " + rounded(keeping_step(w, true, wanted)) + ",") +

@@ -319,7 +319,7 @@ std::unique_ptr<body::World> build_world(
         world->add_tool(make_blade(tool), bodies, {tool.side, tool.friction});
         if (tool.side > 0 && tool.friction > 0 && !scene.contact.pieces)
             report.notes.push_back({tool.name,
-                                    "nothing presses on its sides, and their friction is zero: what does is "
+                                    "its sides bear no contact force and have no friction: these are "
                                     "found with contact.pieces"});
     }
     world->parallel().begin("advice");

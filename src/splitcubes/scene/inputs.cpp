@@ -61,17 +61,17 @@ class Contents {
 };
 
 [[noreturn]] void refuse(const Input& input, const std::string& content, std::span<const fs::path> folders) {
-    std::string problem = content.empty() ? "there is no such file" : "holds something else than it did";
+    std::string problem = content.empty() ? "there is no such file" : "has changed";
     problem += "; it is " + input.what;
     if (!input.sha256->empty()) problem += " (sha256 " + *input.sha256 + ")";
     if (!folders.empty()) {
-        problem += ", and no file like it is in";
+        problem += ", and no file with the same content is in";
         for (const fs::path& folder : folders) problem += ' ' + folder.string();
     }
     throw InputError(input.file->string(), problem,
                      content.empty()
                          ? "put it there, or name a folder that has it with --inputs"
-                         : "put the old one back, name a folder that has it with --inputs, or take the "
+                         : "restore the old one, name a folder that has it with --inputs, or take the "
                            "sha256 out of the scene");
 }
 

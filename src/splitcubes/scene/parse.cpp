@@ -211,7 +211,7 @@ SceneDescription parse_scene_text(std::string_view text, const std::string& name
 
 SceneDescription parse_scene_file(const std::filesystem::path& path, std::span<const std::string> overrides) {
     if (io::format_of_extension(path))
-        throw InputError(path.string(), "is a mesh, where a scene is wanted",
+        throw InputError(path.string(), "is a mesh, not a scene",
                          "cut it as it is with 'splitcubes cut', or name it as a body's mesh in a scene");
     return parse_scene_text(read_text(path, "scene"), path.string(),
                             std::filesystem::absolute(path).parent_path(), overrides);

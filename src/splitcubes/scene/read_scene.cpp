@@ -190,7 +190,7 @@ std::vector<ToolDescription> read_path(const Value& value) {
         const Object tool(element, "tool");
         if (tool.has("bodies"))
             tool.at("bodies").fail("is given, but a path has no bodies",
-                                   "take it out: all that is cut is one");
+                                   "take it out: a path cuts a single solid");
     }
     return read_tools(object, 1, {});
 }

@@ -169,7 +169,7 @@ void refuse_sheet(const NodeGrid& grid, const SolidifyReport& report) {
     if (share <= max_invented_share) return;
     throw InputError("mesh",
                      "encloses no volume: " + std::to_string(static_cast<int>(100 * share)) +
-                         " % of its surface would have to be made up",
+                         " % of the closed surface would have to be invented",
                      "close its holes, or give it a thickness");
 }
 
@@ -185,8 +185,8 @@ TriangleMesh repaired_mesh(const TriangleMesh& mesh, SolidifyReport& report) {
         if (reversed_count > 0 && geometry::is_closed(oriented)) {
             out = std::move(oriented);
             report.exact = true;
-            report.notes.push_back("triangles are turned both ways: " + std::to_string(reversed_count) +
-                                   " were turned round");
+            report.notes.push_back("triangles are oriented inconsistently: " +
+                                   std::to_string(reversed_count) + " were reversed");
         }
     }
     std::vector<std::string> dropped;

@@ -58,7 +58,7 @@ std::vector<std::string> validate(const NodeGrid& grid, std::size_t limit) {
                     const GridEdge edge{{x, y, z}, axis};
                     const bool lower = grid.inside(edge.node);
                     if (!grid.has_edge(edge)) {
-                        if (lower) findings.add(text_of(edge), ": an inside node on the grid's rim");
+                        if (lower) findings.add(text_of(edge), ": an inside node on the grid's border");
                         continue;
                     }
                     const bool upper = grid.inside(edge.upper());
@@ -74,7 +74,7 @@ std::vector<std::string> validate(const NodeGrid& grid, std::size_t limit) {
         if (!(std::abs(c.normal.norm() - 1) < 1e-9) || !(c.normal[c.edge.axis] >= 0))
             findings.add(text_of(c.edge), ": normal ", c.normal.transpose());
         if (is_boundary && c.origin != Origin::boundary)
-            findings.add(text_of(c.edge), ": skin that says it was cut");
+            findings.add(text_of(c.edge), ": a boundary crossing marked as cut");
     }
     return findings.take();
 }
@@ -100,7 +100,7 @@ std::vector<std::string> validate(const NodeGrid& grid, const Surface& surface, 
     Findings findings(limit);
     const Surface fresh(grid);
     if (canonical_quads(fresh) != canonical_quads(surface))
-        findings.add("the surface kept up to date differs from one built from nothing");
+        findings.add("the updated surface differs from one rebuilt from scratch");
     const geometry::SurfaceMesh mesh = extract(grid, surface, pieces);
     const geometry::MeshCheck check = geometry::check_mesh(mesh.mesh);
     if (check.triangles > 0 && !check.valid())
@@ -120,7 +120,7 @@ std::vector<std::string> validate(const NodeGrid& grid, const Surface& surface, 
             total += influences.weights[k];
             one_piece = one_piece && pieces.piece_of(grid, surface.nodes()[influences.nodes[k]]) == piece;
         }
-        if (piece < 0 || !one_piece) findings.add("a vertex carried by nodes of different pieces");
+        if (piece < 0 || !one_piece) findings.add("a vertex influenced by nodes of different pieces");
         if (!(std::abs(total - 1) < 1e-5)) findings.add("a vertex whose weights sum to ", total);
     }
     if (alive != check.vertices) findings.add("vertices alive: ", alive, ", used: ", check.vertices);
