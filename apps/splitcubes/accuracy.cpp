@@ -46,7 +46,7 @@ double Opposing::area_share() const {
 
 namespace {
 
-// Where a shape about the origin was put.
+// Position and orientation of a shape that is centred at the origin.
 struct Pose {
     Quat rotation = Quat::Identity();
     Vec3 offset = Vec3::Zero();
@@ -60,7 +60,7 @@ Vec3 random_direction(Random& random) {
     return {ring * std::cos(angle), ring * std::sin(angle), z};
 }
 
-// In a grid of unit cells with nodes at whole numbers.
+// Returns a random pose in a grid of unit cells with nodes at integer coordinates.
 Pose random_pose(Random& random) {
     Pose out;
     const Vec3 axis = random_direction(random);
@@ -108,7 +108,7 @@ Opposing count_opposing(const splitting::NodeGrid& grid, const splitting::Surfac
                 if (area < 1e-9 || !wanted(grid.crossing(quad.crossing), corners)) continue;
                 ++out.triangles;
                 out.area += area;
-                // The normal of the edge vertex is the crossing's, turned outward.
+                // An edge vertex's normal is that of its crossing, oriented outward.
                 const Vec3f& outward = at(0).normal;
                 if (!(normal.dot(outward.cast<double>()) < 0)) continue;
                 ++out.opposing;
@@ -140,9 +140,9 @@ double off_box(const Vec3& p, const Vec3& half) {
     return beyond.cwiseMax(0).norm() + std::min(beyond.maxCoeff(), 0.0);
 }
 
-constexpr double ring_ratio = 2;  // ring over tube radius of the torus
+constexpr double ring_ratio = 2;  // ring radius over tube radius of the torus
 
-// A sphere or a torus, cells.
+// A sphere or a torus; lengths in cells.
 struct SmoothShape {
     bool torus = false;
     double radius = 0;  // of the sphere or the tube
@@ -153,7 +153,7 @@ struct SmoothShape {
         const double pi = std::numbers::pi;
         return torus ? 2 * pi * pi * ring() * radius * radius : 4 * pi / 3 * radius * radius * radius;
     }
-    // From the nearest point of the sphere's centre or the tube's middle line.
+    // Returns the offset from the sphere's centre or from the nearest point of the torus's centre line.
     Vec3 from_middle(const Vec3& p) const {
         const Vec3 own = pose.own(p), flat(own[0], own[1], 0);
         return pose.rotation * Vec3(own - ring() * flat.stableNormalized());
@@ -162,7 +162,7 @@ struct SmoothShape {
     Vec3 normal(const Vec3& p) const { return from_middle(p).normalized(); }
 };
 
-// Where the shape crosses the edge from a to a + axis, one of which is inside.
+// Returns the parameter at which the shape crosses the edge from a to a + axis, one end of which is inside.
 double crossing_of(const SmoothShape& shape, const Vec3& a, int axis) {
     double low = 0, high = 1;
     const bool begins_inside = shape.off(a) < 0;
@@ -173,8 +173,8 @@ double crossing_of(const SmoothShape& shape, const Vec3& a, int axis) {
     return 0.5 * (low + high);
 }
 
-// The grid of the true shape. Triangles of an input mesh would have their own errors,
-// of which that of their normals would be felt first.
+// Returns the grid with crossings of the exact shape. Triangles of an input mesh would add errors of their
+// own, first in the normals.
 splitting::NodeGrid grid_around(const SmoothShape& shape) {
     RestGrid rest;
     const double reach = shape.radius + shape.ring() + 3;
@@ -266,7 +266,7 @@ BoxRow measure_tilted_boxes(int boxes, const Parallel& parallel) {
     return row;
 }
 
-constexpr double deep = -2;  // cells: no skin in the same cell
+constexpr double deep = -2;  // cells; excludes cells that also contain boundary surface
 
 CutRow measure_cuts(const std::string& shape, double radius, int cuts, const Parallel& parallel) {
     const bool box = shape == "box";

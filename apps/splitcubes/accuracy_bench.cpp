@@ -119,7 +119,7 @@ Json fold_table(const std::vector<std::string>& files, const Parallel& parallel)
 }  // namespace
 
 Json bench_accuracy(const std::vector<std::string>& files, const Parallel& parallel) {
-    // Read before the minutes of work as well: a wrong name is told at once.
+    // Reads the files before the minutes of work, so that a wrong name is reported at once.
     for (const std::string& file : files) io::read_mesh(file);
     Json out = {{"bench", "surface"}};
     out["smooth"] = smooth_table();

@@ -1,4 +1,4 @@
-// `bench surface`: the tables of accuracy.
+// `bench surface`: tables of the surface's accuracy.
 #pragma once
 
 #include "report.h"
@@ -8,8 +8,8 @@
 
 namespace splitcubes::app {
 
-/// Prints the tables, with a row for each of the mesh files, and returns their numbers.
-/// Throws InputError where a file cannot be read.
+/// Prints the tables, with a row per mesh file, and returns their numbers. Throws InputError if a file cannot
+/// be read.
 Json bench_accuracy(const std::vector<std::string>& files, const Parallel& parallel);
 
 }  // namespace splitcubes::app

@@ -32,7 +32,7 @@ void CarriedSurfaces::update(Carried& carried, const body::Body& body, const geo
     carried.surface.mesh.triangles = surface.mesh.triangles;
     carried.surface.triangle_origin = surface.triangle_origin;
     carried.surface.rest = surface.rest;
-    // Added materials come behind the input's.
+    // Added materials follow those of the input.
     std::copy(carried.materials.begin(), carried.materials.end(), carried.attributes.materials.begin());
     carried.revision = body.surface().revision();
     carried.known = true;

@@ -1,4 +1,4 @@
-// The surfaces of a world with the attributes of the meshes that its bodies were made of.
+// The surfaces of a world with the attributes of the meshes that its bodies were made from.
 #pragma once
 
 #include <splitcubes/body/world.h>
@@ -13,26 +13,28 @@
 
 namespace splitcubes::app {
 
-/// Keeps each body's attributes as long as its surface has the same triangles at rest.
+/// Caches each body's attributes as long as the triangles of its surface are unchanged at rest.
 class CarriedSurfaces {
   public:
-    /// models: per body; without attributes: the body has none.
+    /// models: per body; a model without attributes gives none.
     CarriedSurfaces(const body::World& world, const std::vector<io::Model>& models);
 
-    /// Writes pictures that the meshes' files held as files into a folder, for
-    /// formats that hold none. `before` is told of each before it is written.
+    /// Writes pictures embedded in the meshes' files into a folder, for formats that cannot embed them.
+    /// `before` is called with each name before it is written.
     void write_images(const std::filesystem::path& folder,
                       const std::function<void(const std::filesystem::path&)>& before);
 
-    /// As World::surface_mesh. Where no body has attributes, without rest positions.
+    /// Returns World::surface_mesh with attributes; without rest positions if no body has attributes.
     geometry::SurfaceMesh now(const body::World& world);
 
   private:
     struct Carried {
         std::optional<geometry::AttributeTransfer> transfer;
-        std::vector<geometry::Material> materials;  // of the input, as files are to refer to them
+        std::vector<geometry::Material>
+            materials;  // of the input, with the names under which output files refer to them
         geometry::MeshAttributes attributes;
-        geometry::SurfaceMesh surface;  // that they belong to: triangles, origins and rest only
+        geometry::SurfaceMesh
+            surface;  // of the cached attributes: triangles, origins and rest positions only
         std::uint64_t revision = 0;
         bool known = false;
     };

@@ -25,14 +25,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// What the state of a run depends on, for any place and name of its files.
+// Returns the part of the description that determines a run's state, regardless of its files' locations.
 Json essence(const scene::SceneDescription& description) {
     Json out = scene::resolved_scene(scene::without_file_names(description));
     for (const char* key : {"name", "frames", "threads", "output", "camera"}) out.erase(key);
     return out;
 }
 
-// Where the scene that lies beside a checkpoint is another than this one; empty where it tells nothing.
+// Describes the difference between the scene beside a checkpoint and this one; empty if unknown.
 std::string difference(const fs::path& checkpoint, const scene::SceneDescription& description) {
     try {
         const fs::path beside = checkpoint.parent_path() / "scene.json";
@@ -50,7 +50,7 @@ std::string difference(const fs::path& checkpoint, const scene::SceneDescription
     }
 }
 
-// In front of the state, so that what belongs to another scene is known before a world is made.
+// Header before the state, so that another scene's checkpoint is detected before a world is built.
 constexpr std::string_view head_begin = "Splitcubes run 1, scene ", head_middle = ", frame ";
 constexpr std::size_t hash_digits = 64, frame_digits = 10;
 constexpr std::size_t head_size = head_begin.size() + hash_digits + head_middle.size() + frame_digits + 1;
@@ -67,7 +67,7 @@ std::string sha256_of(const std::string& text) {
     return hash.text();
 }
 
-// Takes the head off. Throws InputError where there is none.
+// Removes the header. Throws InputError if there is none.
 SavedRun without_head(std::string bytes, const std::string& name) {
     const std::string_view text = bytes;
     SavedRun out;
@@ -107,7 +107,7 @@ void Checkpoints::write(body::World& world, std::string_view metrics) const {
 SavedRun read_checkpoint(const fs::path& from) {
     const char* const remedy = "give a checkpoint that 'run' wrote";
     std::error_code error;
-    // A pipe or a device may never end.
+    // Reading from a pipe or a device might never end.
     if (fs::exists(from, error) && !fs::is_regular_file(from, error))
         throw InputError(from.string(), "is not a file", remedy);
     std::ifstream file(from, std::ios::binary);
@@ -140,7 +140,7 @@ RunOutput::Past Checkpoints::restore(body::World& world, const SavedRun& saved, 
     RunOutput::Past past;
     past.metrics = body::restore_checkpoint(world, saved.state, identity_, from.string());
     past.frame = static_cast<int>(world.step_count());
-    // The head has no checksum.
+    // The header has no checksum.
     if (static_cast<std::uint64_t>(past.frame) != saved.frame)
         throw InputError(from.string(), "is damaged or cut off",
                          "go back to an earlier checkpoint, or start again");

@@ -1,4 +1,4 @@
-// Checkpoints of a run: when and as what they are kept.
+// Checkpoints of a run: writing and restoring.
 #pragma once
 
 #include "output_folder.h"
@@ -14,32 +14,32 @@
 
 namespace splitcubes::app {
 
-/// What a checkpoint holds.
+/// Content of a checkpoint.
 struct SavedRun {
-    std::string scene_hash;   // of what its state depends on
-    std::uint64_t frame = 0;  // after which it was made
+    std::string scene_hash;   // of the part of the scene that determines the state
+    std::uint64_t frame = 0;  // after which the checkpoint was made
     std::string state;        // body::encode_checkpoint
 };
 
-/// Throws InputError for a file that is none, is damaged, or does not fit into memory.
+/// Throws InputError for a file that is not a checkpoint, is damaged, or does not fit into memory.
 SavedRun read_checkpoint(const std::filesystem::path& from);
 
 class Checkpoints {
   public:
-    /// folder: where checkpoint.bin is kept. A checkpoint fits where the scene, whose inputs have been found,
-    /// is the same but for its name, frames, threads, output, camera and where its files are, and makes the
-    /// same world.
+    /// folder: contains checkpoint.bin. A checkpoint is accepted if the scene, whose inputs have been found,
+    /// is the same except for name, frames, threads, output, camera and file locations, and builds the same
+    /// world.
     Checkpoints(OutputFolder& folder, const scene::SceneDescription& description);
 
-    /// Before any world is made: throws InputError for one of another scene or from beyond the last frame.
+    /// Throws InputError for a checkpoint of another scene or past the last frame. Needs no world.
     void check(const SavedRun& saved, const std::filesystem::path& from) const;
-    /// world: as the scene makes it, before its first step. To be called before what follows.
+    /// world: as built from the scene, before its first step. Must be called before the functions below.
     void begin(const body::World& world);
 
     std::filesystem::path file() const { return folder_.path() / "checkpoint.bin"; }
-    /// Replaces the file; there is a whole one at any moment.
+    /// Replaces the file atomically: a complete one exists at any time.
     void write(body::World& world, std::string_view metrics) const;
-    /// saved: what check() has passed. Throws InputError where the world is another than it was.
+    /// saved: has passed check(). Throws InputError if the world differs from the one saved.
     RunOutput::Past restore(body::World& world, const SavedRun& saved,
                             const std::filesystem::path& from) const;
 

@@ -1,4 +1,4 @@
-// What --help and the man page say.
+// Texts of --help and of the man page.
 #include "command_line.h"
 
 #include <algorithm>
@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t line_width = 100, text_column = 26;
 
-// "-o, --output FILE".
+// Returns "-o, --output FILE".
 std::string heading(const Argument& argument) {
     if (argument.positional()) return argument.value + (argument.is_list ? "..." : "");
     std::string out;
@@ -26,8 +26,8 @@ std::string description(const Argument& argument) {
     return out;
 }
 
-// Breaks text at blanks; lines after the first begin with `indent` blanks. A text that
-// has line ends keeps them.
+// Breaks text at blanks and indents all lines but the first by `indent` blanks. A text with line breaks keeps
+// them.
 std::string wrapped(const std::string& text, std::size_t column, std::size_t indent) {
     std::string out;
     for (std::size_t at = 0; at < text.size();) {
@@ -75,7 +75,7 @@ std::string options_text(const Command& command) {
     return positionals + "\nOptions:\n" + options;
 }
 
-// roff: no line begins with a control character, blanks in options stay dashes.
+// Escapes for roff: no line begins with a control character, dashes of options stay dashes.
 std::string roff(const std::string& text) {
     std::string out;
     for (std::size_t k = 0; k < text.size(); ++k) {

@@ -22,17 +22,17 @@ std::string in_quotes(std::string_view word) {
     return "'" + printable(std::string(word)) + "'";
 }
 
-// "did you mean --cells? " where something known is near; else nothing.
+// Returns "did you mean --cells? " if a known word is similar, else nothing.
 std::string suggestion(std::string_view word, const std::vector<std::string>& known) {
     const std::string near = nearest_word(word, known);
     return near.empty() ? "" : "did you mean " + near + "? ";
 }
 
-// One value, in the order of the command line.
+// A value, in the order of the command line.
 struct Given {
     const Argument* argument;
     std::string value;
-    int place;  // of the option on the line: values of one list share it
+    int place;  // index of the option on the line: values of one list share it
 };
 
 class Reader {
@@ -119,7 +119,7 @@ class Reader {
              near.empty() ? "" : "did you mean " + near + "?");
     }
 
-    // Positionals in their order. Where the last required one is missing, it is the last value of a
+    // Assigns positional arguments in order. If the last required one is missing, it is the last value of a
     // list: `--with sheet.obj pear.obj` names a sheet and a mesh, as `cp` takes its last name.
     void fill_positionals() {
         std::size_t next = 0;

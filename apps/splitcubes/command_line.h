@@ -1,5 +1,5 @@
-// The commands and options of the program, as data: reading a command line, the help
-// texts, the man page and the shells' completion all follow from it.
+// Commands and options of the program as data, from which parsing, help texts, the man page and shell
+// completion are derived.
 #pragma once
 
 #include "option_values.h"
@@ -13,33 +13,33 @@
 
 namespace splitcubes::app {
 
-/// What a shell offers where a value is to be typed.
+/// What a shell offers as completion of a value.
 struct Completion {
     enum class Kind { nothing, files, folders, words };
     Kind kind = Kind::nothing;
-    std::vector<std::string> words;  // of files: their endings without the dot, none: any file
+    std::vector<std::string>
+        words;  // words to choose from; for files: extensions without the dot, empty: any file
 };
 Completion files(std::vector<std::string> endings = {});
 Completion folders();
 Completion words(std::vector<std::string> list);
-/// Files that meshes are read from, or written to.
+/// Mesh files that can be read or written.
 Completion meshes_in();
 Completion meshes_out();
 
-/// An option, or a positional argument.
+/// An option or a positional argument.
 class Argument {
   public:
-    /// names: "-o,--output" of an option, "MESH" of a positional. value: placeholder, empty: a flag.
+    /// names: "-o,--output" of an option, "MESH" of a positional. value: placeholder; empty: a flag.
     Argument(std::string_view names, std::string value, std::string text,
              std::function<void(const std::string&)> take);
 
     Argument& required();
-    /// May be given again; values are taken in the order of the command line.
+    /// Allows the option several times; values are kept in the order of the command line.
     Argument& repeatable();
-    /// Takes one value or more. `further`: which words belong to it after the first; all, where not said.
+    /// Takes one or more values. `further`: tells which words after the first belong to it; default: all.
     Argument& list(std::function<bool(std::string_view)> further = {});
-    /// The value may be left out; `otherwise` stands for it. Only words that are
-    /// whole numbers are taken for its value.
+    /// Makes the value optional with the default `otherwise`. Only whole numbers are taken as its value.
     Argument& optional_number(std::string otherwise);
     /// other: its long name, or the placeholder of a positional.
     Argument& excludes(std::string_view other);
@@ -47,14 +47,14 @@ class Argument {
 
     bool positional() const { return names.empty(); }
     bool flag() const { return value.empty(); }
-    /// The long name, or the placeholder of a positional.
+    /// Returns the long name, or the placeholder of a positional.
     const std::string& name() const { return positional() ? value : names.back(); }
     bool has_name(std::string_view wanted) const;
     bool is_excluded(const Argument& other) const;
 
     std::vector<std::string> names;  // short before long
     std::string value, text;
-    std::function<void(const std::string&)> take;  // throws InputError for bad values
+    std::function<void(const std::string&)> take;  // throws InputError for invalid values
     std::function<bool(std::string_view)> further;
     std::string otherwise;
     std::vector<std::string> excluded;
@@ -67,7 +67,7 @@ class Command {
     Command(std::string command_name, std::string command_text)
         : name(std::move(command_name)), text(std::move(command_text)) {}
 
-    // The target must live as long as the command; help texts tell ranges and choices by themselves.
+    // The target must outlive the command; help texts include ranges and choices automatically.
     Argument& add_text(std::string_view names, const std::string& value, std::string& target,
                        const std::string& help);
     Argument& add_path(std::string_view names, const std::string& value, std::filesystem::path& target,
@@ -82,15 +82,15 @@ class Command {
     Argument& add_choice(std::string_view names, const std::string& value, std::string& target,
                          const std::vector<std::string>& choices, const std::string& help);
     Argument& add(Argument argument);
-    /// --threads, as all commands have it.
+    /// Adds --threads, which all commands have.
     Argument& add_threads(int& target, const std::string& help = "Threads (all)");
-    /// A line that works, with what it does.
+    /// Adds an example line with a description.
     Command& example(const std::string& line, const std::string& does = "");
 
-    /// Gives the words to the arguments. Throws InputError; the message names --help.
+    /// Assigns the words to the arguments. Throws InputError; the message names --help.
     void read(const std::vector<std::string>& words_given) const;
 
-    /// Null where there is none of that name.
+    /// Returns null if there is no option of that name.
     const Argument* find(std::string_view option) const;
 
     struct Example {
@@ -99,7 +99,7 @@ class Command {
 
     std::string name, text;
     std::string details;             // paragraphs for --help, after the options
-    std::deque<Argument> arguments;  // positionals in their order, and options
+    std::deque<Argument> arguments;  // positionals in order, and options
     std::vector<Example> examples;
     std::function<int()> run;
 };
@@ -110,7 +110,7 @@ class CommandLine {
         : text(std::move(program_text)), version(std::move(program_version)) {}
 
     Command& add(const std::string& name, const std::string& command_text);
-    /// Reads the words after the program's name and returns what to do. Throws InputError.
+    /// Parses the words after the program's name and returns the action. Throws InputError.
     std::function<int()> read(const std::vector<std::string>& words_given) const;
 
     const Command* find(std::string_view name) const;
@@ -120,14 +120,14 @@ class CommandLine {
     std::deque<Command> commands;
 };
 
-/// What --help prints: of the program, or of a command.
+/// Returns the text of --help for the program or a command.
 std::string help_text(const CommandLine& line);
 std::string help_text(const Command& command);
-/// "splitcubes surface MESH -o FILE [OPTION...]".
+/// Returns "splitcubes surface MESH -o FILE [OPTION...]".
 std::string usage_text(const Command& command);
-/// A page for man(1), in the macros of man(7).
+/// Returns a page for man(1), in the macros of man(7).
 std::string man_page(const CommandLine& line);
-/// Scripts for bash, zsh and fish. Throws InputError for another shell.
+/// Returns a script for bash, zsh or fish. Throws InputError for another shell.
 std::string completion_script(const CommandLine& line, const std::string& shell);
 
 }  // namespace splitcubes::app

@@ -1,4 +1,4 @@
-// The commands of the program. Each adds itself to the command line.
+// Commands of the program. Each adds itself to the command line.
 #pragma once
 
 namespace splitcubes::app {
@@ -14,7 +14,7 @@ void add_validate_command(CommandLine& line);
 void add_bench_command(CommandLine& line);
 void add_figure_command(CommandLine& line);
 void add_info_command(CommandLine& line);
-/// help, man and completion: what is known of all commands; to be added last.
+/// Adds help, man and completion, which list all commands; to be called last.
 void add_help_commands(CommandLine& line);
 
 }  // namespace splitcubes::app

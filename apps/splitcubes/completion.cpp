@@ -13,7 +13,7 @@ std::string joined(const std::vector<std::string>& list, const std::string& betw
     return out;
 }
 
-// Text in single quotes for any of the shells.
+// Quotes text with single quotes for any of the shells.
 std::string shell_quoted(const std::string& text, const std::string& quote) {
     std::string out = "'";
     for (const char c : text) out += c == '\'' ? quote : std::string(1, c);
@@ -41,7 +41,7 @@ const Argument* last_positional(const Command& command) {
     return out;
 }
 
-// The call that completes a value in bash.
+// Returns the call that completes a value in bash.
 std::string bash_value(const Completion& completion) {
     switch (completion.kind) {
         case Completion::Kind::nothing:
@@ -131,7 +131,7 @@ std::string zsh_value(const Completion& completion) {
     return "";
 }
 
-// Inside of a specification of _arguments.
+// Escapes text inside a specification of _arguments.
 std::string zsh_text(const std::string& text) {
     std::string out;
     for (const char c : text) {

@@ -17,16 +17,16 @@ constexpr double bench_time_step = 1.0 / 60;
 struct ContactCase {
     const char* name;
     double spacing;  // m, between phyxels
-    int across;      // phyxels on the ground
+    int across;      // phyxels along a side on the ground
     int high;
-    double strength;  // Pa, of tearing
-    int steps;        // of which the first ones let the body settle
+    double strength;  // Pa, tensile strength
+    int steps;        // the body settles during the first ones
     int warm;
-    int compare_every;  // steps between two comparisons with one that has no contacts
+    int compare_every;  // steps between two comparisons with a world without contacts
 };
 
-// A block on the ground whose bottom is pressed together by its weight and whose sides bulge; a blade
-// goes down through its middle, and its halves stand beside each other.
+// Builds a block on the ground, compressed at the bottom by its weight with bulging sides; a blade cuts it in
+// the middle, and the halves stand next to each other.
 std::unique_ptr<body::World> make_contact_world(const ContactCase& c,
                                                 const std::shared_ptr<const Parallel>& parallel,
                                                 bool contact) {
@@ -40,7 +40,7 @@ std::unique_ptr<body::World> make_contact_world(const ContactCase& c,
     block.name = "block";
     block.cell_size = 0.5 * c.spacing;
     block.phyxel_spacing = c.spacing;
-    // Its own weight shortens it by a few hundredths, whatever its size.
+    // The weight compresses the block by a few per cent, whatever its size.
     block.material.youngs_modulus = 15 * block.material.density * 9.81 * height;
     block.material.poisson_ratio = 0.33;
     block.material.stiffness_damping = 0.004;
@@ -69,8 +69,8 @@ double mean(const std::vector<double>& values) {
 
 struct Times {
     std::array<std::vector<double>, body::stage_count> stages;  // ms
-    std::vector<double> whole, added;                           // ms; of `integrate`, by contacts
-    // Of steps in which the blade cuts: ms; whole, and the stages that look for contacts and tear.
+    std::vector<double> whole, added;                           // ms; of `integrate`, added by contacts
+    // ms, of steps in which the blade cuts: whole steps, and the contact and tearing stages.
     std::vector<double> cutting, cutting_apart;
     body::StepReport first, last;
     std::size_t torn = 0, contacts = 0;
@@ -80,8 +80,8 @@ double ms_of(const body::StepReport& report, body::Stage stage) {
     return 1e3 * report.seconds[static_cast<std::size_t>(stage)];
 }
 
-// What contacts add to `integrate`: from one state, in two worlds made for it, one with contacts and one
-// without, the second step. In the first, memory is taken that steps then have.
+// Measures what contacts add to `integrate`: time difference of the second step from one state in two new
+// worlds, one with contacts and one without. The first step allocates memory.
 double added_by_contacts(const ContactCase& c, body::World& world,
                          const std::shared_ptr<const Parallel>& parallel) {
     const std::string state = body::encode_checkpoint(world, c.name);
@@ -141,7 +141,7 @@ Json time_contact(const ContactCase& c, int runs, const std::shared_ptr<const Pa
                 static_cast<double>(times.contacts) / steps, static_cast<double>(times.torn) / steps);
     const double cutting = median(times.cutting);
     const double cutting_share = cutting > 0 ? (median(times.cutting_apart) + added) / cutting : 0;
-    // Medians are of the commoner kind of step, and those of parts are no parts of that of the whole.
+    // Uses means: medians describe the commoner kind of step, and medians of parts do not add up.
     const double mean_share =
         (mean(times.stages[static_cast<std::size_t>(body::Stage::detect_contacts)]) +
          mean(times.stages[static_cast<std::size_t>(body::Stage::tear)]) + mean(times.added)) /
@@ -173,7 +173,7 @@ Json time_contact(const ContactCase& c, int runs, const std::shared_ptr<const Pa
 Json bench_contact(int runs, int threads, const std::string& world) {
     const auto parallel = std::make_shared<const Parallel>(threads);
     constexpr double small = 0.02, large = 0.05;
-    // What is put down sinks into what it stands on for two seconds. What tears does so from the first.
+    // Standing bodies settle for two seconds; tearing ones tear from the start.
     const ContactCase cases[] = {{"near its strength", small, 10, 8, 0.12, 180, 120, 5},
                                  {"tearing", small, 10, 8, 0.05, 80, 20, 5},
                                  {"large, near its strength", large, 31, 31, 0.12, 150, 120, 4},
@@ -181,7 +181,7 @@ Json bench_contact(int runs, int threads, const std::string& world) {
     Json worlds = Json::array();
     for (const ContactCase& c : cases) {
         if (!world.empty() && world != c.name) continue;
-        // The large ones take steps enough in one run.
+        // One run of a large case has enough steps.
         worlds.push_back(time_contact(c, c.across > 20 ? 1 : runs, parallel));
     }
     if (worlds.empty())

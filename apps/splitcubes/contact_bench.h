@@ -1,4 +1,4 @@
-// `bench contact`: what contact and tearing cost beside the rest of a step.
+// `bench contact`: the cost of contact and tearing within a step.
 #pragma once
 
 #include "report.h"
@@ -7,9 +7,9 @@
 
 namespace splitcubes::app {
 
-/// Prints the tables and returns their numbers (docs/reports.md lists the keys).
-/// runs: of each world, medians are over the steps of all. threads: 0 takes all.
-/// world: the only one to run; empty: all. Throws InputError where there is none of that name.
+/// Prints the tables and returns their numbers (docs/reports.md lists the keys). runs: per world; medians are
+/// over the steps of all runs. threads: 0 takes all. world: the only one to run; empty: all. Throws
+/// InputError for an unknown name.
 Json bench_contact(int runs, int threads, const std::string& world);
 
 }  // namespace splitcubes::app

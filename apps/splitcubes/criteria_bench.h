@@ -1,4 +1,4 @@
-// What each criterion of visibility takes on the same cut.
+// Cost of each visibility criterion on the same cut.
 #pragma once
 
 #include <string>
@@ -8,16 +8,15 @@ namespace splitcubes::app {
 
 struct CriterionTimes {
     std::string name;
-    std::vector<int> step;             // that cut
-    std::vector<double> milliseconds;  // of each: the stage update_visibility, median of the runs
-    double pairs = 0;                  // a step whose factors were asked for, mean
+    std::vector<int> step;             // indices of the steps that cut
+    std::vector<double> milliseconds;  // of each step: the stage update_visibility, median over the runs
+    double pairs = 0;                  // pairs a step whose factors were computed, mean
 };
 
-/// The blade of `bench paper` through its block under each criterion in turn.
-/// threads: 0 takes all.
+/// Runs the world of `bench paper` under each criterion. threads: 0 takes all.
 std::vector<CriterionTimes> time_criteria(int runs, int threads);
 
-/// Milliseconds over steps, logarithmic, as SVG.
+/// Plots milliseconds (logarithmic) over steps as SVG.
 std::string criteria_plot(const std::vector<CriterionTimes>& times);
 
 }  // namespace splitcubes::app

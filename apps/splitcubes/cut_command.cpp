@@ -34,8 +34,8 @@ struct CutOptions {
     MeshScale scale;
     std::string mode = "separate";
     int cells = 0;
-    double cell_size = 0;   // in the unit
-    double min_volume = 0;  // in the unit
+    double cell_size = 0;   // in units of the files
+    double min_volume = 0;  // in cubed units of the files
     int largest = 0;
     int threads = 0;
     bool force = false;
@@ -78,7 +78,7 @@ void cut_all(std::vector<Cutter>& cutters, splitting::NodeGrid& grid, splitting:
     }
 }
 
-// Flags of the pieces that lie inside a cutter.
+// Returns flags of the pieces that lie inside a cutter.
 std::vector<std::uint8_t> pieces_to_remove(std::vector<Cutter>& cutters, const splitting::NodeGrid& grid,
                                            const splitting::Pieces& pieces) {
     std::vector<std::uint8_t> removed(pieces.count(), 0);
@@ -93,7 +93,7 @@ std::vector<std::uint8_t> pieces_to_remove(std::vector<Cutter>& cutters, const s
     return removed;
 }
 
-// What did not cut an edge and has no piece inside.
+// Returns whether the cutter cut no edge and contains no piece.
 bool is_idle(const Cutter& cutter) {
     return cutter.cut_edges == 0 && !cutter.encloses;
 }
@@ -134,7 +134,7 @@ void note_idle_cutters(const CutOptions& options, std::vector<Cutter>& cutters,
     }
 }
 
-// Adds to a report of the surface what `cut` alone knows.
+// Adds the entries of `cut` to a report of the surface.
 void complete_report(Json& report, const CutOptions& options, const std::vector<Cutter>& cutters,
                      const CutResult& result) {
     report["pieces"] = pieces_report(result);
@@ -144,7 +144,7 @@ void complete_report(Json& report, const CutOptions& options, const std::vector<
     report["volume_removed"] = result.volume(Fate::removed);
     report["volume_dropped"] = result.volume(Fate::dropped);
     report["volume_whole"] = result.whole.mesh.volume();
-    if (result.kept().mesh.triangles.empty()) report["closed"] = true;  // nothing has no rim
+    if (result.kept().mesh.triangles.empty()) report["closed"] = true;  // an empty surface has no boundary
 }
 
 void name_files_for_report(Json& report, const std::string& file) {
@@ -157,7 +157,7 @@ std::string count_text(std::size_t count, const char* thing) {
     return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
 }
 
-// What --min-volume and --largest left out, in words.
+// Describes the pieces that --min-volume and --largest dropped.
 std::string dropped_text(const CutOptions& options, const CutResult& result) {
     if (options.choice().all()) return "";
     const std::size_t dropped = result.count(Fate::dropped);
@@ -184,7 +184,7 @@ void print_summary(const CutOptions& options, const CutResult& result, const Jso
     std::cout << '\n' << dropped_text(options, result) << pieces_table(result, options.scale);
 }
 
-// Folders of pieces are checked, and other processes kept out, before the work.
+// Checks and locks the folder for pieces before the work.
 std::optional<OutputFolder> open_pieces_folder(const CutOptions& options) {
     std::optional<OutputFolder> folder;
     if (options.pieces_folder.empty()) return folder;

@@ -22,7 +22,7 @@ std::string percent(double share) {
     return std::to_string(static_cast<int>(std::lround(100 * share))) + " %";
 }
 
-// How much too soft bending is with so many phyxels across (docs/validation.md).
+// Describes the error in bending stiffness with so many phyxels across (docs/validation.md).
 const char* softness(int across) {
     return across <= 2 ? "at least twice as soft as it should be" : "some 80 % too soft";
 }
@@ -31,8 +31,8 @@ bool is_elastic(const body::Body& body) {
     return !body.is_lattice_driven();
 }
 
-// Extents of the phyxels along their principal axes, m, the longest first; of the box that has
-// their moments.
+// Returns the side lengths, m, longest first, of the box that has the same second moments as the phyxels,
+// along their principal axes.
 Vec3 principal_extents(const body::Body& body) {
     const auto& rest = body.phyxels().rest_position;
     Vec3 centre = Vec3::Zero();
@@ -43,11 +43,12 @@ Vec3 principal_extents(const body::Body& body) {
     moments /= static_cast<double>(rest.size());
     const double spacing = body.phyxel_spacing();
     const Vec3 values = Eigen::SelfAdjointEigenSolver<Mat3>(moments).eigenvalues();
-    // Each phyxel stands for a cube.
+    // Adds the extent of the cube that each phyxel represents.
     return (12 * values.array().max(0) + spacing * spacing).sqrt().matrix().reverse();
 }
 
-// From what is held at the start to the phyxel farthest from it, m; none: nothing is held, 0: all is.
+// Returns the distance, m, from the region held at time 0 to the phyxel farthest from it. No value: nothing
+// is held. 0: everything is.
 std::optional<double> free_length(const body::Body& body) {
     const auto& rest = body.phyxels().rest_position;
     std::vector<std::uint8_t> is_held(rest.size(), 0);
@@ -60,7 +61,7 @@ std::optional<double> free_length(const body::Body& body) {
     for (std::size_t i = 0; i < rest.size(); ++i)
         if (is_held[i]) places.push_back(rest[i]);
     if (places.empty()) return std::nullopt;
-    // A hundred of the held ones tell the distance well enough.
+    // About a hundred held phyxels suffice for the distance.
     const std::size_t every = 1 + places.size() / 100;
     double farthest = 0;
     for (std::size_t i = 0; i < rest.size(); ++i) {
@@ -73,7 +74,8 @@ std::optional<double> free_length(const body::Body& body) {
     return std::sqrt(farthest);
 }
 
-// Of the slowest vibration, Hz, as of a beam of the body's extents: it bends or stretches. 0: it has none.
+// Estimates the lowest natural frequency, Hz, as that of a beam with the body's extents in bending or
+// stretching. 0: there is none.
 double slowest_frequency(const body::Body& body) {
     const meshless::Material& material = body.settings().material;
     const double speed = std::sqrt(material.youngs_modulus / material.density);
@@ -81,14 +83,14 @@ double slowest_frequency(const body::Body& body) {
     const std::optional<double> length = free_length(body);
     if (length) {
         if (*length <= 0) return 0;
-        // First roots of a beam that is held at one end: 1.875 (bending), pi / 2 (stretching).
+        // First roots of a clamped-free beam: 1.875 (bending), pi / 2 (stretching).
         return std::min(0.1615 * extents[2] * speed / (*length * *length), speed / (4 * *length));
     }
     const double whole = extents[0];
     return std::min(1.028 * extents[2] * speed / (whole * whole), speed / (2 * whole));
 }
 
-// The largest step that keeps a share of the swing in each period.
+// Returns the largest time step that keeps at least `share` of the amplitude per period.
 double keeping_step(double angular_frequency, bool bdf2, double share) {
     double low = 0, high = 10 / angular_frequency;
     for (int k = 0; k < 60; ++k) {
@@ -104,7 +106,7 @@ geometry::Box bounds_of_body(const body::Body& body) {
     return out;
 }
 
-// Where nodes of one grid lie inside the other's solid, m.
+// Bounds the nodes of one grid that lie inside the other's solid, m.
 geometry::Box common_nodes(const splitting::NodeGrid& a, const splitting::NodeGrid& b,
                            const geometry::Box& where) {
     constexpr double most = 1e6;
@@ -125,11 +127,11 @@ geometry::Box common_nodes(const splitting::NodeGrid& a, const splitting::NodeGr
     return out;
 }
 
-// More pairs than these are counted only.
+// Notes printed for each kind of overlap; further ones are only counted.
 constexpr std::size_t told_pairs = 5;
 
-// Contact takes an overlap for where its springs begin, and believes none that is deeper than a spacing
-// (docs/contact.md).
+// Describes what contact does with an overlap: the initial penetration becomes the springs' rest gap, and an
+// overlap deeper than a phyxel spacing is not detected (docs/contact.md).
 std::string fate_of_overlap(const body::Body& a, const body::Body& b, double depth) {
     const double believed = std::max(a.phyxel_spacing(), b.phyxel_spacing());
     const std::string stays = "contact keeps the overlap and removes little of it";
@@ -154,7 +156,7 @@ void note_body_overlaps(const body::World& world, Notes& notes) {
                 std::max(bodies[a]->grid().rest().cell_size, bodies[b]->grid().rest().cell_size);
             if (both.size().minCoeff() < cell) continue;
             const geometry::Box common = common_nodes(bodies[a]->grid(), bodies[b]->grid(), both);
-            // What is less than a cell may be the grids'.
+            // Overlaps thinner than a cell may be discretisation error.
             if (common.empty() || common.size().minCoeff() < cell) continue;
             if (++found > told_pairs) continue;
             const Vec3 size = common.size();
@@ -168,7 +170,8 @@ void note_body_overlaps(const body::World& world, Notes& notes) {
         notes.push_back({"scene", std::to_string(found - told_pairs) + " more pairs of bodies overlap"});
 }
 
-// Nodes of masses and springs are put on the ground at once. Contact lifts phyxels out little by little.
+// Mass-spring nodes are projected onto the ground in the first step; contact resolves the penetration of
+// phyxels gradually.
 std::string fate_in_collider(const body::Body& body) {
     if (body.is_lattice_driven()) return "which pushes it out at once";
     return "which pushes it out slowly, and only while something presses on it";
@@ -182,7 +185,7 @@ void note_collider_overlaps(const body::World& world, std::span<const std::uint8
         for (std::size_t c = 0; c < colliders.size(); ++c) {
             const auto& body = world.bodies()[b];
             const bool is_ground = c == 0 && world.settings().ground.has_value();
-            // Masses and springs meet nothing but the ground.
+            // Mass-spring bodies collide with the ground only.
             if (prescribed[b] != 0 || (body->is_lattice_driven() && !is_ground)) continue;
             const Isometry own = colliders[c].at(0).inverse();
             double deepest = 0;
@@ -200,7 +203,7 @@ void note_collider_overlaps(const body::World& world, std::span<const std::uint8
 }  // namespace
 
 double kept_per_period(double angular_frequency, double time_step, bool bdf2) {
-    // The factor of a step for y' = i w y.
+    // Amplification factor of one step for y' = i w y.
     const std::complex<double> x(0, angular_frequency * time_step);
     const std::complex<double> factor =
         bdf2 ? (2.0 + std::sqrt(1.0 + 2.0 * x)) / (3.0 - 2.0 * x) : 1.0 / (1.0 - x);
@@ -211,7 +214,7 @@ double kept_per_period(double angular_frequency, double time_step, bool bdf2) {
 
 void note_few_phyxels(const body::World& world, Notes& notes) {
     constexpr double least_share = 0.1;  // of the volume
-    constexpr int enough = 4;            // a third too soft in bending; six are recommended
+    constexpr int enough = 4;  // phyxels across; three are a third too soft in bending, six are recommended
     for (const auto& body : world.bodies()) {
         if (!is_elastic(*body)) continue;
         const double spacing = body->phyxel_spacing();
@@ -232,9 +235,9 @@ void note_few_phyxels(const body::World& world, Notes& notes) {
 }
 
 void note_damping_step(const body::World& world, Notes& notes) {
-    constexpr double seen_below = 12;  // Hz; what swings faster is seen as a blur
-    constexpr double most_lost = 0.5;  // of the swing, in a period
-    constexpr double wanted = 0.9;     // of it, kept
+    constexpr double seen_below = 12;  // Hz; faster vibrations are seen as a blur
+    constexpr double most_lost = 0.5;  // of the amplitude in a period; more is noted
+    constexpr double wanted = 0.9;     // share of the amplitude kept by the time step that the note suggests
     const body::WorldSettings& settings = world.settings();
     if (settings.solver.kind == meshless::SolverKind::explicit_steps) return;
     for (const auto& body : world.bodies()) {

@@ -1,4 +1,4 @@
-// What a user should know of a world before it is stepped: notes of one line, none where all is well.
+// Notes for the user about a world before its first step, one line each; empty if nothing needs attention.
 #pragma once
 
 #include <splitcubes/body/world.h>
@@ -11,17 +11,19 @@
 
 namespace splitcubes::scene {
 
-using Notes = std::vector<std::pair<std::string, std::string>>;  // what it is about, and the note
+using Notes =
+    std::vector<std::pair<std::string, std::string>>;  // subject (name of a body or the scene) and note
 
-/// Bodies of which a part has too few phyxels across to bend rightly.
+/// Notes bodies of which a part has too few phyxels across to bend accurately.
 void note_few_phyxels(const body::World& world, Notes& notes);
-/// Bodies whose slowest vibration, slow enough to be seen, the time step damps away.
+/// Notes bodies whose slowest vibration is slow enough to be visible but is damped away by the time step.
 void note_damping_step(const body::World& world, Notes& notes);
-/// Bodies that begin inside each other, where they would push on each other, or inside colliders.
-/// prescribed: per body, whether its keyframes alone move it.
+/// Notes bodies that overlap at the start, if contact between them is enabled, and bodies inside colliders.
+/// prescribed: 1 per body that is moved by its keyframes only.
 void note_overlaps(const body::World& world, std::span<const std::uint8_t> prescribed, Notes& notes);
 
-/// The share of the swing of a vibration (rad/s) that an implicit integrator leaves after a period.
+/// Returns the share of a vibration's amplitude (angular frequency in rad/s) that an implicit integrator
+/// keeps per period.
 double kept_per_period(double angular_frequency, double time_step, bool bdf2);
 
 }  // namespace splitcubes::scene

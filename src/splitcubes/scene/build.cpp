@@ -152,7 +152,7 @@ body::BodySettings body_settings(const BodyDescription& b, const io::Model& mode
     return s;
 }
 
-// What is wrong with one of several bodies says with which.
+// Names the body in errors if the scene has several.
 const body::Body& add_body(body::World& world, const BodyDescription& b, const io::Model& model,
                            const SceneDescription& scene,
                            const decltype(body::BodySettings::make_visibility_backend)& make_opengl_backend) {
@@ -186,7 +186,7 @@ geometry::TriangleMesh shape_mesh(const Shape& shape, const Parallel& parallel, 
         shape);
 }
 
-// Linear between the keyframes.
+// Interpolates linearly between the keyframes.
 Isometry keyframe_motion(const std::vector<MotionKeyframe>& keys, const Vec3& pivot, double time) {
     Isometry out = Isometry::Identity();
     if (keys.empty()) return out;
@@ -305,7 +305,7 @@ std::unique_ptr<body::World> build_world(
         add_constraint(scene.constraints[k], *world->bodies()[number_of(scene.constraints[k].body)], k);
     for (const HandleDescription& handle : scene.handles)
         add_handle(handle, *world->bodies()[number_of(handle.body)]);
-    constexpr double per_collider = 3e6;  // where all of them have a grid of distances
+    constexpr double per_collider = 3e6;  // bytes, for a collider with a distance grid
     require_memory("colliders", per_collider * static_cast<double>(scene.colliders.size()),
                    "use fewer colliders");
     for (const ColliderDescription& collider : scene.colliders) {

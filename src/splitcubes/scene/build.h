@@ -1,4 +1,4 @@
-// From what a scene says to a world that can be stepped.
+// Builds a world that can be stepped from a scene description.
 #pragma once
 
 #include <splitcubes/body/world.h>
@@ -15,42 +15,41 @@
 namespace splitcubes::scene {
 
 struct BuildReport {
-    /// What was found in meshes and done about it, and what is to be known of the world before it is
-    /// stepped (advice.h): (body name, one line).
+    /// Repairs and findings in the meshes and advice about the world (advice.h): (body name, one line).
     std::vector<std::pair<std::string, std::string>> notes;
-    /// Per body the mesh that it was made of, placed, with its attributes; empty for
-    /// bodies whose mesh has none. The bodies themselves know nothing of colours.
+    /// Source mesh of each body, placed, with its attributes; empty for bodies whose mesh has none. The
+    /// bodies themselves hold no attributes.
     std::vector<io::Model> models;
-    /// Of each mesh file what it needs beside it: libraries, buffers, textures that are there.
+    /// Files that each mesh file refers to (material libraries, buffers, textures) and that exist.
     std::map<std::filesystem::path, std::vector<std::filesystem::path>> files;
 };
 
-/// A shape in its own frame; a mesh file is read, and what it needs beside it reported.
+/// Returns a shape's mesh in its own frame. A mesh file is read, and the files that it refers to are
+/// reported.
 geometry::TriangleMesh shape_mesh(const Shape& shape, const Parallel& parallel = Parallel(1),
                                   BuildReport* report = nullptr);
 
-/// Displacement and turn about the pivot at a time; none where there are no keyframes.
+/// Returns displacement and rotation about the pivot at a time; the identity without keyframes.
 Isometry keyframe_motion(const std::vector<MotionKeyframe>& keyframes, const Vec3& pivot, double time);
 
-/// World from a collider's own frame at a time; own: `shape` with its scale.
+/// Returns the transform from a collider's own frame to the world at a time; own: `shape` with its scale.
 Isometry collider_frame(const ColliderDescription& collider, double time);
-/// In its own frame; empty for a half space.
+/// Returns a collider's mesh in its own frame; empty for a half space.
 geometry::TriangleMesh collider_mesh(const ColliderDescription& collider,
                                      const Parallel& parallel = Parallel(1), BuildReport* report = nullptr);
 body::Collider make_collider(const ColliderDescription& collider, const Parallel& parallel,
                              BuildReport* report = nullptr);
 
-/// The body's mesh where the scene places it, world at time 0, with its attributes. Reads mesh files.
+/// Returns the body's mesh with attributes where the scene places it, world at time 0. Reads mesh files.
 io::Model placed_model(const BodyDescription& body, BuildReport& report,
                        const Parallel& parallel = Parallel(1));
 
-/// The tool's blade with its path.
+/// Returns the tool's blade with its path.
 cutting::Blade make_blade(const ToolDescription& tool);
 
-/// Throws InputError for meshes that cannot be used and for regions of
-/// constraints that hold no phyxel.
-/// make_opengl_backend: what makes the disks of scenes that ask for backend
-/// "opengl"; without it they are refused.
+/// Builds the world. Throws InputError for meshes that cannot be used and for constraint regions without
+/// phyxels. make_opengl_backend: factory of the disk backend for scenes with backend "opengl"; without it
+/// such scenes are refused.
 std::unique_ptr<body::World> build_world(
     const SceneDescription& scene, std::shared_ptr<const Parallel> parallel, BuildReport& report,
     const decltype(body::BodySettings::make_visibility_backend)& make_opengl_backend = {});

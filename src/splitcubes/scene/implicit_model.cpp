@@ -15,7 +15,7 @@ namespace {
 
 using splitting::GridEdge;
 
-// Negative inside, near the surface about the distance to it, m.
+// Returns the signed distance to the part, m, negative inside; approximate away from the surface.
 double value_of(const ImplicitPart& part, const Vec3& p) {
     if (const auto* ball = std::get_if<BallPart>(&part.form)) {
         const Vec3 scaled = (p - ball->center).cwiseQuotient(ball->radii);
@@ -29,7 +29,7 @@ double value_of(const ImplicitPart& part, const Vec3& p) {
            (cone.from_radius + along * (cone.to_radius - cone.from_radius));
 }
 
-// The polynomial smooth minimum: within `smoothness` of each other values blend.
+// Polynomial smooth minimum: blends values that differ by less than `smoothness`.
 double smooth_minimum(double a, double b, double smoothness) {
     if (!(smoothness > 0)) return std::min(a, b);
     const double overlap = std::max(smoothness - std::abs(a - b), 0.0) / smoothness;
@@ -53,7 +53,8 @@ class Field {
         }
         return out;
     }
-    // Of the part that is deepest, the last one of equals: later parts paint over earlier ones.
+    // Returns the colour of the deepest part; the last of equal ones, so that later parts paint over earlier
+    // ones.
     const Vec3& colour(const Vec3& p) const {
         const ImplicitPart* best = &shape_.parts[0];
         double deepest = value_of(*best, p);
@@ -125,7 +126,7 @@ splitting::NodeGrid grid_of(const ImplicitShape& shape, const Field& field, cons
     const geometry::Box box = bounds_of_shape(shape);
     const geometry::RestGrid rest = geometry::grid_around(box, geometry::cell_size_for(box, shape.cells));
     const Vec3 n = rest.node_count.cast<double>();
-    // As if its surface were that of its box; measured of a solid's.
+    // Bytes, measured on solids; assumes that the surface is as large as that of the bounding box.
     constexpr double per_node = 2, per_face = 2700;
     require_memory("implicit shape",
                    per_node * n.prod() + per_face * 2 * (n[0] * n[1] + n[1] * n[2] + n[2] * n[0]),

@@ -9,9 +9,8 @@
 
 namespace splitcubes::scene {
 
-/// The surface of the shape in its own frame, by splitting cubes on a grid of
-/// shape.cells, with its parts' colours as vertex colours. Throws InputError where
-/// the shape is too thin for the grid.
+/// Meshes the shape in its own frame by splitting cubes on a grid of shape.cells, with the parts' colours as
+/// vertex colours. Throws InputError if the shape is too thin for the grid.
 io::Model implicit_model(const ImplicitShape& shape, const std::string& body, const Parallel& parallel);
 
 }  // namespace splitcubes::scene

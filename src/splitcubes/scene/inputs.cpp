@@ -19,7 +19,7 @@ void add_mesh(const std::string& owner, Shape& shape, std::vector<Input>& out) {
 
 constexpr std::size_t most_candidates = 100000;
 
-/// Files with the ending of `name`, those of the same name first.
+/// Returns files with the extension of `name`; those with the same name come first.
 std::vector<fs::path> candidates(const fs::path& folder, const fs::path& name) {
     std::vector<fs::path> same, others;
     std::error_code error;
@@ -41,14 +41,14 @@ std::vector<fs::path> candidates(const fs::path& folder, const fs::path& name) {
 
 class Contents {
   public:
-    /// Empty where there is no such file.
+    /// Returns the content's SHA-256; empty if there is no such file.
     const std::string& of(const fs::path& file) {
         std::error_code error;
         const auto [found, is_new] = known_.try_emplace(file);
         if (is_new && fs::is_regular_file(file, error)) found->second = sha256_of_file(file);
         return found->second;
     }
-    /// A file in the folders that holds this; empty: there is none.
+    /// Finds a file in the folders with the input's content; empty if there is none.
     fs::path find(const Input& input, std::span<const fs::path> folders) {
         for (const fs::path& folder : folders)
             for (const fs::path& file : candidates(folder, *input.file))

@@ -1,4 +1,4 @@
-// The files that a scene names, by what they hold.
+// The files that a scene refers to, identified by content.
 #pragma once
 
 #include <splitcubes/scene/description.h>
@@ -10,23 +10,23 @@
 
 namespace splitcubes::scene {
 
-/// A mesh or a picture that a scene names.
+/// A mesh or a picture that a scene refers to.
 struct Input {
-    std::string what;             // as "the mesh of body 'liver'"
+    std::string what;             // for messages: "the mesh of body 'liver'"
     std::filesystem::path* file;  // in the scene
-    std::string* sha256;          // in the scene; empty: whatever the file holds
+    std::string* sha256;          // in the scene; empty: any content
 };
 
-/// In the scene's order; they point into the scene.
+/// Lists the inputs in the scene's order; the pointers refer into the scene.
 std::vector<Input> inputs_of(SceneDescription& scene);
 
-/// Looks at each file and fills in what it holds. A file that is not there, or holds something else than the
-/// scene says, is looked for in `folders` and below them by what it should hold: among files of its name
-/// first, then of its ending. Throws InputError where there is none.
+/// Reads each input and fills in its SHA-256. An input that is missing, or differs from the SHA-256 in the
+/// scene, is searched by content in `folders` and below: first among files of the same name, then of the same
+/// extension. Throws InputError if there is none.
 void find_inputs(SceneDescription& scene, std::span<const std::filesystem::path> folders = {});
 
-/// The scene with each file's content in place of its name: equal for scenes that differ only in where their
-/// files are. Its inputs must have been found.
+/// Returns the scene with each file name replaced by the content's SHA-256: equal for scenes that differ in
+/// file locations only. find_inputs must have run.
 SceneDescription without_file_names(SceneDescription scene);
 
 }  // namespace splitcubes::scene

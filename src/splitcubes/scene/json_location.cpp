@@ -16,8 +16,7 @@ bool is_digit(char c) {
     return c >= '0' && c <= '9';
 }
 
-/// Walks a JSON text once. With a target path it notes the line of the deepest
-/// value on that path.
+/// Scans a JSON text once. With a target path it records the line of the deepest value on that path.
 class Scanner {
   public:
     Scanner(std::string_view text, const std::string& name, int max_depth, bool with_place)
@@ -43,7 +42,7 @@ class Scanner {
             with_place_ ? name_ + ":" + std::to_string(line_) + ":" + std::to_string(column()) : name_,
             problem, remedy);
     }
-    // Characters of UTF-8: bytes but for those that go on.
+    // Counts UTF-8 characters: all bytes except continuation bytes.
     std::size_t column() const {
         const std::string_view before = text_.substr(0, at_);
         const std::size_t end_of_last = before.rfind('\n');
@@ -91,7 +90,7 @@ class Scanner {
         }
     }
 
-    // on_path: all steps so far were those of the target.
+    // on_path: all steps so far match the target.
     void value(int depth, bool on_path) {
         if (depth > max_depth_) {
             fail("nested more than " + std::to_string(max_depth_) + " deep", "a scene needs no such depth");
@@ -187,7 +186,7 @@ class Scanner {
         return on_path && level < target_->size() && (*target_)[level] == step;
     }
 
-    // After an element: true when a comma leads to another, false at the end.
+    // Advances past an element: true if a comma leads to another, false at the end.
     bool next_element(char close, int open_line) {
         skip_space();
         if (peek() == close) {
@@ -302,7 +301,7 @@ class Scanner {
         append_utf8(code, out);
     }
 
-    // At the u of an escape; leaves behind its four digits.
+    // Reads \u and four digits; starts at the u, stops after the digits.
     std::uint32_t hex_quad() {
         ++at_;
         const std::string_view token = text_.substr(std::min(at_, text_.size()), 4);
@@ -334,7 +333,7 @@ class Scanner {
         }
     }
 
-    // One character of UTF-8 (RFC 3629, section 4: no overlong forms, no surrogates).
+    // Reads one UTF-8 character (RFC 3629, section 4: no overlong forms, no surrogates).
     void character(std::string& out) {
         const auto byte = [&](std::size_t offset) {
             return at_ + offset < text_.size() ? static_cast<unsigned char>(text_[at_ + offset]) : 0u;
@@ -368,8 +367,8 @@ class Scanner {
     int max_depth_;
     bool with_place_;
     std::vector<UnheldNumber>* unheld_ = nullptr;
-    JsonPath path_;  // followed where numbers are collected
-    // What the parsed values take beside the characters of texts, with what the allocator adds.
+    JsonPath path_;  // path of the current value, tracked while numbers are collected
+    // Bytes of parsed values besides the characters of texts, allocator overhead included.
     static constexpr std::size_t value_memory = 16, array_memory = 48, text_memory = 48;
     std::size_t memory_ = 0, max_memory_ = std::numeric_limits<std::size_t>::max();
     const JsonPath* target_ = nullptr;

@@ -1,5 +1,5 @@
-// Where things stand in a JSON text, which the JSON library does not say: a strict
-// check of the syntax with line numbers, and the line of the value at a path.
+// Positions in a JSON text, which the JSON library does not report: a strict syntax check with line numbers,
+// and the line of the value at a path.
 #pragma once
 
 #include <splitcubes/scene/json_path.h>
@@ -11,34 +11,32 @@
 
 namespace splitcubes::scene {
 
-/// Objects may have this many keys; finding one takes time proportional to them.
+/// Keys that an object may have at most: finding one takes linear time.
 inline constexpr std::size_t max_object_keys = 1000;
-/// And keys so many bytes: problems keep the paths of what they are about.
+/// Bytes that a key may have at most: problems keep the paths of their values.
 inline constexpr std::size_t max_key_length = 1000;
 
-/// A number that no double holds.
+/// A number outside the range of double.
 struct UnheldNumber {
     std::size_t begin, size;  // bytes of the text
-    JsonPath path;            // of the first ones; empty: of one of many
+    JsonPath path;            // for the first most_unheld_paths numbers only, else empty
 };
-/// So many have their path told.
+/// Unrepresentable numbers whose path is recorded.
 inline constexpr std::size_t most_unheld_paths = 1000;
 
-/// Checks that the text is one JSON value, with comments allowed: syntax, UTF-8,
-/// numbers within what a double holds, at most max_object_keys keys in an object and none twice
-/// or longer than max_key_length, nesting at
-/// most max_depth (the recursion is as deep). Throws InputError at `name:line:column` (characters, from 1),
-/// or at `name` when the text is no file's (with_place false). unheld: gets the numbers that no double holds,
-/// in place of an error.
+/// Checks that the text is one JSON value, with comments allowed: syntax, UTF-8, numbers in the range of
+/// double, at most max_object_keys keys per object, no key twice or longer than max_key_length, nesting of at
+/// most max_depth (the recursion depth). Throws InputError at `name:line:column` (characters, from 1), or at
+/// `name` if the text is not from a file (with_place false). unheld: receives numbers outside the range of
+/// double, which are errors otherwise.
 void check_json(std::string_view text, const std::string& name, int max_depth, bool with_place = true,
                 std::vector<UnheldNumber>* unheld = nullptr);
-/// The same of a long text, whose values take at most about max_memory bytes once they are parsed: an array
-/// of two characters takes fifty.
+/// Checks a long text in the same way and limits the memory of its parsed values to about max_memory bytes:
+/// an array of two characters takes fifty.
 void check_json_within(std::string_view text, const std::string& name, int max_depth, std::size_t max_memory);
 
-/// The line, from 1, on which the member (its key) or element at `path` starts;
-/// where there is none, that of the innermost enclosing value that is there. The
-/// text must have passed check_json.
+/// Returns the line, from 1, on which the member (its key) or element at `path` starts, or that of the
+/// innermost existing value around it. The text must have passed check_json.
 int line_of(std::string_view text, const JsonPath& path);
 
 }  // namespace splitcubes::scene

@@ -7,8 +7,7 @@
 
 namespace splitcubes::scene {
 
-/// One step from a JSON value to one inside it: into an object by key, or into an
-/// array by index.
+/// A step from a JSON value to one inside it: into an object by key, or into an array by index.
 struct PathStep {
     std::string key;  // empty with index >= 0
     int index = -1;
@@ -16,17 +15,17 @@ struct PathStep {
 };
 using JsonPath = std::vector<PathStep>;
 
-/// As people write it: `bodies[0].material.density`; `the scene` for the empty path.
+/// Formats a path: `bodies[0].material.density`; `the scene` for the empty path.
 std::string to_string(const JsonPath& path);
 
-/// The opposite, for options. Keys are of letters, digits, `_`, `$` and `-`. Throws
-/// InputError with `where` as its place.
+/// Parses a path given as an option. Keys consist of letters, digits, `_`, `$` and `-`. Throws InputError
+/// with `where` as its place.
 JsonPath parse_path(std::string_view text, const std::string& where);
 
-/// True when `inner` is `outer` or inside it.
+/// Returns whether `inner` is `outer` or inside it.
 bool is_within(const JsonPath& inner, const JsonPath& outer);
 
-/// The characters of keys that parse_path takes.
+/// Returns whether parse_path accepts the character in keys.
 bool is_path_word(char c);
 
 }  // namespace splitcubes::scene

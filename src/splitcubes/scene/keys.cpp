@@ -1,5 +1,5 @@
-// The keys of the scene format, by kind of object; scenes/schema.json describes
-// them, and scenes/paths/schema.json what path files have besides.
+// The keys of the scene format, by kind of object; described in scenes/schema.json, and for path files in
+// scenes/paths/schema.json.
 #include <splitcubes/scene/parse.h>
 
 namespace splitcubes::scene {

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Text that check_json has passed.
+// Parses text that has passed check_json.
 Json parse_checked(std::string_view text, const std::string& where) {
     try {
         return Json::parse(text, nullptr, true, true);
@@ -33,14 +33,14 @@ bool is_utf8(std::string_view text) {
     }
 }
 
-// What begins so is meant as JSON, and an error in it is told.
+// Returns whether the text starts like JSON, so that syntax errors in it are reported.
 bool tries_to_be_json(std::string_view text) {
     const std::size_t first = text.find_first_not_of(" \t\r\n");
     return first == std::string_view::npos ||
            std::string_view("[{\"").find(text[first]) != std::string_view::npos;
 }
 
-// Text that is no JSON is meant as a text: whoever reads it says where a number is wanted.
+// Text that is not JSON becomes a string; the reader reports it if a number is expected.
 Json parse_override_value(std::string_view text, const std::string& option) {
     try {
         check_json(text, option, ParseLimits::nesting_depth, false);
@@ -52,7 +52,7 @@ Json parse_override_value(std::string_view text, const std::string& option) {
     return parse_checked(text, option);
 }
 
-// Throws where a step of the path leads nowhere. Objects may be missing on the way.
+// Throws if a step of the path cannot exist. Objects may be missing on the way.
 void check_way(const Override& change, const Json& scene) {
     const Json* at = &scene;
     for (const PathStep& step : change.path) {
@@ -77,14 +77,14 @@ void check_way(const Override& change, const Json& scene) {
     }
 }
 
-// The value inside `parent` that a step leads to; objects are made on the way.
+// Returns the value inside `parent` that a step leads to; creates missing objects.
 Json& step_into(Json& parent, const PathStep& step) {
     if (step.index >= 0) return parent[static_cast<std::size_t>(step.index)];
     if (parent.is_null()) parent = Json::object();
     return parent[step.key];
 }
 
-// Keys that say the same in two ways (Object::not_both): an override of one takes the place of the other.
+// Pairs of keys that exclude each other (Object::not_both): an override of one removes the other.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 4> alternatives = {
     {{"frames", "duration"},
      {"cells", "cell_size"},
@@ -122,7 +122,7 @@ void apply_override(const std::string& text, Json& scene, Source& source) {
     source.overrides.push_back(std::move(change));
 }
 
-// Those that cannot be applied are left out, and noted.
+// Applies the overrides; notes and skips those that cannot be applied.
 void apply_overrides(std::span<const std::string> texts, Json& scene, Source& source) {
     if (texts.size() > ParseLimits::overrides) {
         throw InputError("--set", "is given " + std::to_string(texts.size()) + " times",
@@ -154,7 +154,7 @@ std::string read_text(const std::filesystem::path& path, const char* kind) {
     return text;
 }
 
-// Text that is not too long and good JSON. Numbers that no double holds are null in it.
+// Text of valid length and JSON syntax. Numbers outside the range of double are null in it.
 struct Parsed {
     Json json;
     std::vector<UnheldNumber> unheld;
@@ -182,7 +182,8 @@ Parsed parse_json(std::string_view text, const std::string& name) {
     return out;
 }
 
-// Before anything is read, as nobody is to complain of the null; but after options, which may replace it.
+// Notes unrepresentable numbers before values are read, so that no reader reports the null, and after
+// overrides, which may replace it.
 void note_unheld(const std::vector<UnheldNumber>& unheld, const Source& source) {
     for (const UnheldNumber& number : unheld)
         if (!number.path.empty() && source.override_of(number.path) == nullptr)

@@ -7,7 +7,7 @@ namespace splitcubes::scene {
 
 namespace {
 
-// More than a message shows of it is not made.
+// Stops once the text exceeds what a message shows.
 void write_plainly(const nlohmann::ordered_json& json, std::string& out) {
     constexpr std::size_t enough = 200;
     if (json.is_number_float()) {

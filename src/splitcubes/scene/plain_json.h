@@ -7,7 +7,7 @@
 
 namespace splitcubes::scene {
 
-/// The text of a value with its numbers as people write them (plain_number); of a long one the beginning.
+/// Returns the text of a value with numbers in plain notation (plain_number); long text is truncated.
 std::string plain_json(const nlohmann::ordered_json& json);
 
 }  // namespace splitcubes::scene

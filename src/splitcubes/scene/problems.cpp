@@ -24,7 +24,7 @@ bool Problems::within(const JsonPath& path) const {
 
 namespace {
 
-// How many of each kind are told: one after the other gets one more.
+// Returns how many problems of each kind are shown: kinds take turns.
 std::map<std::string, std::size_t> shares_of(const std::vector<const Problem*>& sorted, std::size_t most) {
     std::map<std::string, std::size_t> counts, out;
     std::vector<std::string> order;
@@ -61,7 +61,7 @@ void Problems::raise(const std::string& name) const {
     std::vector<const Problem*> sorted;
     for (const Problem& problem : held_)
         if (!problem.unplaced) sorted.push_back(&problem);
-    // Those of options, which stand on no line, come last.
+    // Problems of options, which have no line, come last.
     std::stable_sort(sorted.begin(), sorted.end(), [](const Problem* a, const Problem* b) {
         return a->line != b->line && a->line != 0 && (b->line == 0 || a->line < b->line);
     });

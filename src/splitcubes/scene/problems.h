@@ -1,4 +1,4 @@
-// All that is wrong with one text, found by readers that go on after each problem. Internal to scene.
+// All problems of one text, found by readers that continue after each problem. Internal to scene.
 #pragma once
 
 #include <splitcubes/core/error.h>
@@ -12,42 +12,42 @@
 
 namespace splitcubes::scene {
 
-/// One line of what is wrong: `place: problem; remedy`.
+/// One line of a message: `place: problem; remedy`.
 struct Problem {
-    std::string place;  // file:line, or the option that made the value
-    int line = 0;       // of the file; 0: an option's
+    std::string place;  // file:line, or the option that gave the value
+    int line = 0;       // of the file; 0: of an option
     std::string problem, remedy;
-    JsonPath path;  // the value that it is about; of a missing key: where it would stand
-    /// Of an unknown key near no known one: the missing one that it may have been meant for.
+    JsonPath path;  // of the value; for a missing key: where it would be
+    /// For an unknown key without a similar known one: the missing key that it may be intended as.
     JsonPath meant_for = {};
-    bool unexplained = false;  // an unknown key that is near no known one and meant for none so far
-    std::string kind = {};     // those of one kind are told a few of and counted
-    bool unplaced = false;     // one of many: counted alone
+    bool unexplained = false;  // unknown key without a similar known one, not yet matched to a missing one
+    std::string kind = {};     // groups similar problems: a few are shown, the rest counted
+    bool unplaced = false;     // its line was not determined; only counted
 };
 
 class Problems {
   public:
-    /// Reading ends with the problem after so many, or after so many whose line was looked for, so that a
-    /// hostile text costs no more than a faulty one.
+    /// Reading stops after `held_most` problems, or after `placed_most` whose line was determined, which
+    /// bounds the time for hostile texts.
     static constexpr std::size_t held_most = 1000, placed_most = 100;
-    /// At most so many are told, in the order of their lines, those of options last; then how many there are
-    /// besides. Kinds take turns, so that many of one do not hide the others.
+    /// Problems shown, sorted by line with those of options last; the rest are counted. Kinds take turns, so
+    /// that one kind does not hide the others.
     static constexpr std::size_t told_most = 20;
 
     bool full() const { return held_.size() >= held_most || placed_count_ >= placed_most; }
-    /// Whether the line of one more of the kind is needed.
+    /// Returns whether the line of one more problem of the kind is needed.
     bool wants_place(const std::string& kind) const;
     Problem* add(Problem problem);
-    /// An option that could not be applied.
+    /// Adds the problem of an option that could not be applied.
     void add_option(const InputError& error);
     bool empty() const { return held_.empty() && options_.empty(); }
 
-    /// The problem of the value at exactly this path; null: none.
+    /// Returns the problem of the value at exactly this path, or null.
     Problem* at(const JsonPath& path);
-    /// Whether a problem is about the value at the path or about something in it.
+    /// Returns whether a problem concerns the value at the path or one inside it.
     bool within(const JsonPath& path) const;
 
-    /// Throws InputErrors with a line for each where there are any; name: the file's.
+    /// Throws InputErrors with a line per problem, if there are any; name: of the file.
     void raise(const std::string& name) const;
 
   private:

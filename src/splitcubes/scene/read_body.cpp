@@ -9,8 +9,7 @@ namespace splitcubes::scene {
 
 namespace {
 
-// What a file must hold, where the scene says so. An option that names another file means that one, whatever
-// it holds.
+// Returns the SHA-256 that the scene requires of a file. An override of the file name alone drops it.
 std::string content_of(const Object& object, std::string_view file_key, std::string_view content_key) {
     const auto content = object.find(content_key);
     if (!content) return {};
@@ -27,7 +26,7 @@ std::string content_of(const Object& object, std::string_view file_key, std::str
     return together ? text : std::string();
 }
 
-// A file whose content is said may be elsewhere now: find_inputs looks for it.
+// A missing file with a given SHA-256 is accepted: find_inputs searches for it.
 std::filesystem::path named_file(const Value& file, const std::string& content, const char* remedy) {
     const std::string name = file.label();
     if (name.empty()) return {};
@@ -38,7 +37,7 @@ std::filesystem::path named_file(const Value& file, const std::string& content, 
     return path;
 }
 
-// Shapes have no defaults: each size must be given.
+// Shapes have no defaults: each size is required.
 
 Shape read_mesh_shape(const Value& value) {
     const Object object(value, "mesh_shape");
@@ -87,7 +86,7 @@ ImplicitShape read_implicit(const Value& value) {
     return out;
 }
 
-// Three whole numbers of a range.
+// Reads three integers of a range.
 Vec3i read_integers(const Value& value, int low, int high) {
     const std::vector<Value> elements = value.elements(3, 3);
     Vec3i out = Vec3i::Constant(low);
@@ -96,7 +95,7 @@ Vec3i read_integers(const Value& value, int low, int high) {
     return out;
 }
 
-// A point of a keyframe that has those before it.
+// Reads a point of a keyframe; `before`: the earlier points.
 LatticePoint read_lattice_point(const Value& value, const FreeFormDescription& form, bool degree_sound,
                                 const std::vector<LatticePoint>& before) {
     const Object object(value, "lattice_point");
@@ -116,7 +115,7 @@ FreeFormDescription read_free_form(const Value& value) {
     FreeFormDescription out;
     out.degree = read_integers(object.at("degree"), 1, 12);
     const bool degree_sound = object.at("degree").sound();
-    double last = -1;  // the time before
+    double last = -1;  // the previous time
     for (const Value& element : object.at("keyframes").elements(1, ParseLimits::keyframes)) {
         const Object keyframe(element, "lattice_keyframe");
         LatticeKeyframeDescription key;
@@ -146,7 +145,7 @@ PearShape read_pear(const Value& value) {
     const Object object(value, "pear_shape");
     PearShape out{object.at("height").number(positive), 0};
     if (const auto foot = object.find("foot")) out.foot = foot->number(not_negative);
-    // Half the belly's radius, which make_pear asks for, is 0.1625 of the height.
+    // make_pear needs a foot below half the belly's radius, which is 0.1625 of the height.
     if (object.sound({"height", "foot"}) && out.foot >= 0.16 * out.height)
         object.at("foot").fail("is not below 0.16 of the height", "give a smaller foot");
     return out;
@@ -226,7 +225,7 @@ TearingDescription read_tearing(const Value& value) {
     return out;
 }
 
-// A paint needs a mesh that can be painted.
+// Notes paint on a shape without colours and texture coordinates.
 void check_paint(const Object& material, const Shape& shape) {
     const Value tearing = material.at("tearing");
     const auto layers = Object(tearing, "tearing").find("strength_map");

@@ -1,4 +1,4 @@
-// Colliders, contact and handles.
+// Readers of colliders, contact and handles.
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/read_scene.h>
 

@@ -1,4 +1,4 @@
-// Constraints and tools: what moves along a path that the scene prescribes.
+// Readers of constraints and tools: objects that move along a prescribed path.
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/read_scene.h>
 
@@ -13,7 +13,7 @@ std::string read_body_name(const Value& value, const std::vector<BodyDescription
     std::string known;
     for (const BodyDescription& body : bodies) {
         if (body.name == name) return name;
-        // One without a name, which was complained of, may be the one that is meant.
+        // A body whose invalid name was reported may be the one meant.
         if (body.name.empty()) return name;
         if (known.size() < 200) known += (known.empty() ? "" : ", ") + body.name;
     }
@@ -137,7 +137,7 @@ KeyframeMotion read_keyframe_motion(const Value& value) {
 
 void read_active_interval(const Object& object, ToolDescription& tool) {
     const auto* path = std::get_if<KeyframeMotion>(&tool.motion);
-    if (path != nullptr && path->keyframes.empty()) return;  // it was complained of
+    if (path != nullptr && path->keyframes.empty()) return;  // already reported
     if (path != nullptr) {
         tool.active_from = path->keyframes.front().time;
         tool.active_until = path->keyframes.back().time;
@@ -170,7 +170,7 @@ std::string read_known_body(const Value& value, const std::vector<BodyDescriptio
 
 std::vector<MotionKeyframe> read_keyframes(const Value& value) {
     std::vector<MotionKeyframe> out;
-    double last = -1;  // the time before
+    double last = -1;  // the previous time
     for (const Value& element : value.elements(1, ParseLimits::keyframes)) {
         const Object object(element, "keyframe");
         MotionKeyframe keyframe;

@@ -68,7 +68,7 @@ void read_side(const Object& object, std::string_view key, int& out) {
 }
 
 void check_view(const Value& value, const CameraDescription& camera) {
-    if (camera.eye.has_value() != camera.target.has_value()) return;  // it was complained of
+    if (camera.eye.has_value() != camera.target.has_value()) return;  // already reported
     const Vec3 view = camera.eye ? Vec3(*camera.eye - *camera.target) : camera.direction;
     if (view.norm() < 1e-6) return value.fail("has its eye at its target", "move the eye away");
     if (view.normalized().cross(camera.up.normalized()).norm() < 1e-3)
@@ -98,7 +98,7 @@ void read_times(const Object& object, SceneDescription& out) {
     object.not_both("frames", "duration");
     if (const auto frames = object.find("frames")) out.frames = frames->integer(1, most_frames);
     if (const auto duration = object.find("duration")) {
-        // A duration of whole steps stays so in spite of rounding.
+        // Tolerates rounding, so that a duration of whole steps is not rounded up.
         const double steps = std::ceil(duration->number({0, 1e6, true}) / out.time_step - 1e-6);
         if (object.sound({"time_step", "duration"}) && steps > most_frames) {
             duration->fail(
@@ -185,7 +185,7 @@ std::vector<ToolDescription> read_path(const Value& value) {
     const Object object(value, "path_file");
     if (object.has("$schema")) object.at("$schema").text();
     if (object.has("name")) object.at("name").label();
-    // Before the tools are read, as these would say that a body is not there.
+    // Checked before the tools are read, which would report an unknown body.
     for (const Value& element : object.at("tools").elements(1, ParseLimits::tools)) {
         const Object tool(element, "tool");
         if (tool.has("bodies"))

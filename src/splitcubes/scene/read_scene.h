@@ -1,4 +1,4 @@
-// From checked JSON to a scene description. Internal to scene.
+// Reads a scene description from checked JSON. Internal to scene.
 #pragma once
 
 #include <splitcubes/occlusion/criterion.h>
@@ -7,8 +7,7 @@
 
 namespace splitcubes::scene {
 
-/// Names of the alternatives, in the order of their variant or enumeration: used
-/// both to read and to write.
+/// Names of the alternatives, in the order of their variant or enumeration; used for reading and writing.
 inline const std::vector<std::string_view> constraint_kind_names = {"hold", "move"};
 inline const std::vector<std::string_view> interpolation_names = {"linear", "smooth"};
 inline const std::vector<std::string_view> solver_kind_names = {"implicit", "explicit"};
@@ -19,12 +18,12 @@ inline const std::vector<std::string_view> occlusion_backend_names = {"cpu", "op
 inline const std::vector<std::string_view> occlusion_criterion_names(occlusion::criterion_names.begin(),
                                                                      occlusion::criterion_names.end());
 
-/// All of it; the value is the whole file's.
+/// Reads a scene; the value is the whole file's.
 SceneDescription read_scene(const Value& value);
-/// The tools of a path file; the value is the whole file's.
+/// Reads the tools of a path file; the value is the whole file's.
 std::vector<ToolDescription> read_path(const Value& value);
 
-// Its parts.
+// Readers of the parts of a scene.
 BodyDescription read_body(const Value& value);
 Region read_region(const Value& value);
 Rotation read_rotation(const Value& value);
@@ -36,7 +35,7 @@ std::string read_known_body(const Value& value, const std::vector<BodyDescriptio
 ColliderDescription read_collider(const Value& value);
 ContactDescription read_contact(const Value& value);
 HandleDescription read_handle(const Value& value, const std::vector<BodyDescription>& bodies);
-/// Keyframes with strictly increasing times, at least one.
+/// Reads at least one keyframe, with strictly increasing times.
 std::vector<MotionKeyframe> read_keyframes(const Value& value);
 ConstraintDescription read_constraint(const Value& value, const std::vector<BodyDescription>& bodies);
 ToolDescription read_tool(const Value& value, const std::vector<BodyDescription>& bodies);

@@ -24,7 +24,7 @@ bool inside(const Range& range, double value) {
            (range.high_open ? value < range.high : value <= range.high);
 }
 
-// A number of the range, for what was wrong.
+// Returns some number of the range, in place of an invalid one.
 double harmless(const Range& range) {
     return inside(range, 1) ? 1 : 0.5 * (range.low + range.high);
 }
@@ -60,7 +60,7 @@ const ObjectKeys& keys_of(std::string_view kind) {
     return scene_keys().front();
 }
 
-// Elements of one array are alike.
+// Returns the kind of a path: elements of one array are of one kind.
 std::string kind_of(JsonPath path) {
     for (PathStep& step : path)
         if (step.index >= 0) step.index = 0;
@@ -88,7 +88,7 @@ Problem* Source::note(const JsonPath& about, const JsonPath& where, const std::s
     } else {
         out.line = line_of(text, where);
         out.place = name + ":" + std::to_string(out.line);
-        // What is wrong with an object may come from an option that set a part of it.
+        // The fault of an object may come from an override of one of its parts.
         const auto part = std::find_if(overrides.begin(), overrides.end(), [&](const Override& o) {
             return !where.empty() && is_within(o.path, where);
         });
@@ -303,7 +303,7 @@ void Object::note_unknown(const std::string& key) {
     }
 }
 
-// The key under which a known one is read.
+// Returns the key as written in the text for a known key.
 std::string Object::written(std::string_view key) const {
     for (const auto& [known, as] : renamed_)
         if (known == key) return as;
@@ -325,8 +325,7 @@ Value Object::at(std::string_view key) const {
     if (key.empty() || value_.is_void()) return nothing;
     const Source& source = value_.source();
     if (source.problems.at(nothing.path()) != nullptr) return nothing;
-    // An unknown key may have been meant for the missing one: that is one problem, though none may guess
-    // which.
+    // An unknown key may be intended as the missing one: that is a single problem, though neither is assumed.
     for (const std::string& strange : strange_) {
         Problem* known = source.problems.at(extended(value_.path(), {strange, -1}));
         if (known == nullptr || !known->unexplained) continue;
@@ -356,7 +355,7 @@ std::string_view Object::only_key() const {
             ++count;
         }
     if (count == 1) return only;
-    // Of an unknown key, which may have been meant for the one, is told already.
+    // An unknown key that may be intended as the only one has been reported already.
     if (count > 1 || strange_.empty())
         value_.fail("has " + std::to_string(count) + " keys: " + value_.shown(),
                     "give exactly one of " + list(*keys_));
@@ -372,7 +371,7 @@ bool Object::sound(std::initializer_list<std::string_view> keys) const {
 
 void Object::not_both(std::string_view first, std::string_view second) const {
     if (!find(first) || !find(second)) return;
-    // Blamed is what was said on the command line, else the second.
+    // Blames the key given on the command line, else the second.
     const bool blame_first = value_.source().override_of(at(first).path()) != nullptr;
     at(blame_first ? first : second)
         .fail(

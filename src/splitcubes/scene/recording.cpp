@@ -21,7 +21,7 @@ constexpr const char* format_name = "splitcubes recording 2";
 constexpr std::string_view any_format = "splitcubes recording ";
 constexpr double rigid_tolerance = 1e-6;
 
-// Keys of a track by what it drives, in the order of body::Driven.
+// Key of a track for each kind of driven object, in the order of body::Driven.
 const std::vector<std::string_view> driven_keys = {"tool", "constraint", "handle", "collider"};
 
 std::string places_text(const SampledMotion& motion) {
@@ -53,12 +53,12 @@ Isometry read_place(const Value& value) {
     return out;
 }
 
-// To tell the line of a problem takes reading the text: of a long one only the first problem is told.
+// Finding a problem's line means scanning the text: for long texts reading stops at the first problem.
 bool is_long(const Source& source) {
     return source.text.size() > ParseLimits::bytes;
 }
 
-// end: s, of the recorded run; nothing is sampled after it.
+// end: s, of the recorded run; later samples are refused.
 body::MotionTrack read_track(const Value& value, double end) {
     const Object object(value, "track");
     body::MotionTrack out;
@@ -96,7 +96,7 @@ body::MotionTrack read_track(const Value& value, double end) {
     return out;
 }
 
-// What two tracks drive the same way would follow the last of them.
+// Two tracks for the same object are refused: the last one would win.
 std::vector<body::MotionTrack> read_tracks(const Value& value, double end) {
     std::vector<body::MotionTrack> out;
     std::set<std::pair<body::Driven, std::string>> seen;
@@ -156,7 +156,7 @@ Recording parse_recording(std::string_view text, const std::string& name,
     out.program = optional_text(object, "program");
     out.first_state = optional_text(object, "first_state");
     out.last_state = optional_text(object, "last_state");
-    // The last step ends there, but for rounding.
+    // The last step ends here, up to rounding.
     const double end =
         object.sound({"frames"}) ? out.scene.time_step * (out.scene.frames + 1e-6) : any_time.high;
     out.tracks = read_tracks(object.at("tracks"), end);

@@ -1,4 +1,4 @@
-// A scene description back to JSON.
+// Writes a scene description as JSON.
 #pragma once
 
 #include <splitcubes/scene/description.h>
@@ -7,12 +7,11 @@
 
 namespace splitcubes::scene {
 
-/// The complete scene with every default filled in, in the order of the scene
-/// format; parse_scene_text of its text gives an equal description, in any folder
-/// (file names are absolute).
+/// Returns the complete scene with all defaults filled in, in the order of the scene format. parse_scene_text
+/// of its text gives an equal description in any folder (file names are absolute).
 nlohmann::ordered_json resolved_scene(const SceneDescription& scene);
 
-/// The same for a file in `folder`: names of files are relative to that.
+/// Returns the scene for a file in `folder`: file names are relative to it.
 nlohmann::ordered_json resolved_scene(SceneDescription scene, const std::filesystem::path& folder);
 
 }  // namespace splitcubes::scene

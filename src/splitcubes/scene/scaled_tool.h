@@ -1,12 +1,12 @@
-// Tools in other units.
+// Tools in other units of length.
 #pragma once
 
 #include <splitcubes/scene/description.h>
 
 namespace splitcubes::scene {
 
-/// The tool with all its lengths times `factor`, above zero: blades, motion and sides. Times and angles
-/// stay. It sweeps what the tool sweeps, as much larger about the origin.
+/// Returns the tool with all lengths (blades, motion, sides) times `factor` > 0; times and angles are
+/// unchanged. The swept surface is scaled about the origin.
 ToolDescription scaled(ToolDescription tool, double factor);
 
 }  // namespace splitcubes::scene

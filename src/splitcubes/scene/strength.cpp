@@ -24,7 +24,7 @@ double mean(const geometry::Rgba& c) {
     return (static_cast<double>(c[0]) + c[1] + c[2]) / 3;
 }
 
-// Brightness at a place of the mesh's surface.
+// Brightness at a point of the mesh's surface.
 using Brightness = std::function<double(const geometry::NearestPoint::Hit&)>;
 
 Brightness by_vertex_colours(const io::Model& model) {

@@ -1,4 +1,4 @@
-// Regions and painted colours as functions of the place at rest. Internal to scene.
+// Regions and painted colours as functions of the rest position. Internal to scene.
 #pragma once
 
 #include <splitcubes/body/tear_settings.h>
@@ -9,11 +9,11 @@
 
 namespace splitcubes::scene {
 
-/// Whether a place (m, world at time 0) is in the region.
+/// Returns a test whether a point (m, world at time 0) is in the region.
 std::function<bool(const Vec3&)> region_test(const Region& region);
 
-/// model: the body's, as it is placed. Throws InputError for a paint where it has no
-/// vertex colours, for a painted picture where it has no texture coordinates.
+/// model: the body's, placed. Throws InputError if colours are painted without vertex colours, or a picture
+/// without texture coordinates.
 body::TearSettings tear_settings(const TearingDescription& tearing, const io::Model& model);
 
 }  // namespace splitcubes::scene
