@@ -1,4 +1,4 @@
-// The pieces that `cut` leaves: which are kept, their names, their measures.
+// The pieces that `cut` makes: selection, names, measures.
 #pragma once
 
 #include "mesh_scale.h"
@@ -16,7 +16,7 @@ namespace splitcubes::app {
 
 enum class Fate : std::uint8_t {
     kept,
-    removed,  // lies inside a cutter that takes away
+    removed,  // lies inside a cutter in the mode remove
     dropped,  // too small, or not among the largest
 };
 
@@ -27,11 +27,11 @@ struct CutPiece {
     splitting::PieceMeasure measure;
 };
 
-/// What a cut made, with its pieces in the order of their names: kept before
-/// removed before dropped, each by volume, largest first, ties by their old number.
+/// Result of a cut with its pieces sorted by name: kept before removed before dropped, each by volume,
+/// largest first, ties by their original index.
 struct CutResult {
-    geometry::SurfaceMesh whole;                // all of it; vertex_piece is an index into `pieces`
-    std::optional<geometry::SurfaceMesh> rest;  // the kept pieces alone, where there are others
+    geometry::SurfaceMesh whole;                // all pieces; vertex_piece is an index into `pieces`
+    std::optional<geometry::SurfaceMesh> rest;  // the kept pieces alone, if there are others
     std::vector<CutPiece> pieces;
 
     const geometry::SurfaceMesh& kept() const { return rest ? *rest : whole; }
@@ -40,19 +40,19 @@ struct CutResult {
     double volume(Fate fate) const;
 };
 
-/// removed: a flag a piece, by number in `pieces`. choice: which of the others are kept.
+/// removed: a flag per index in `pieces`. choice: selects which of the others are kept.
 CutResult arrange_pieces(geometry::SurfaceMesh whole, const splitting::Pieces& pieces,
                          const std::vector<std::uint8_t>& removed, const splitting::PieceChoice& choice);
 
-/// Entries of the report's array `pieces`, in order.
+/// Returns the report's array `pieces`, in order.
 Json pieces_report(const CutResult& result);
 
-/// Writes one mesh a piece that was not dropped, NAME + `extension`, into a folder of the kind pieces_folder;
-/// adds `file` to the pieces of the report. Pieces of an earlier cut are taken away first.
+/// Writes each piece that was not dropped as a mesh NAME + `extension` into a folder of the kind
+/// pieces_folder and adds `file` to the pieces of the report. Removes pieces of an earlier cut first.
 void write_pieces(OutputFolder& folder, const std::string& extension, const CutResult& result,
                   const MeshScale& scale, Json& pieces);
 
-/// Name, volume and area of each piece that was not dropped as lines for people; nothing for more than 20.
+/// Lists name, volume and area of each piece that was not dropped; empty for more than 20.
 std::string pieces_table(const CutResult& result, const MeshScale& scale);
 
 }  // namespace splitcubes::app

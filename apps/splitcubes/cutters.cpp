@@ -33,7 +33,7 @@ Cutter read_sheet(const std::string& file, const MeshScale& scale, bool closed) 
     return out;
 }
 
-// In metres of the result.
+// Returns the plane in metres of the result.
 geometry::CuttingPlane scaled(geometry::CuttingPlane plane, const MeshScale& scale) {
     plane.offset = scale.unit().to_metres(plane.offset * scale.scale);
     return plane;
@@ -42,7 +42,7 @@ geometry::CuttingPlane scaled(geometry::CuttingPlane plane, const MeshScale& sca
 Cutter make_plane(const CutterOption& option, const MeshScale& scale, bool closed,
                   const geometry::Box& body) {
     const geometry::CuttingPlane plane = scaled(option.plane, scale);
-    // The grid reaches past the body by some cells.
+    // The grid extends past the body by some cells.
     const geometry::Box box = body.grown(body.size().norm());
     Cutter out;
     out.file = "plane " + option.text;

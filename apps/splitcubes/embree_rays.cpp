@@ -27,7 +27,7 @@ struct EmbreeRays::Impl {
 
 namespace {
 
-// Up to 16 rays of a disk from one phyxel; samples: their bits.
+// Up to 16 rays of a disk from one phyxel; samples: the bits of the rays.
 class Packet {
   public:
     Packet(const occlusion::Disk& disk, int apex) : disk_(disk), apex_(apex) {}
@@ -50,7 +50,7 @@ class Packet {
         sample_[count_++] = sample;
     }
     int count() const { return count_; }
-    // Marks the obscured samples.
+    // Marks the occluded samples.
     void trace(RTCScene scene, occlusion::DiskBits& obscured) {
         alignas(64) int valid[16];
         for (int k = 0; k < 16; ++k) valid[k] = k < count_ ? -1 : 0;

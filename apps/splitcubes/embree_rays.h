@@ -1,4 +1,4 @@
-// The samples of occlusion disks traced with Embree: what the disks are compared with.
+// Ray tracing of the samples of occlusion disks with Embree, as a reference for their results and time.
 #pragma once
 
 #include <splitcubes/geometry/occluder_grid.h>
@@ -10,7 +10,7 @@
 
 namespace splitcubes::app {
 
-/// A scene of triangles in Embree 3. Where the program was built without, made() is false.
+/// A scene of triangles in Embree 3. In a build without Embree made() is false.
 class EmbreeRays {
   public:
     explicit EmbreeRays(std::span<const geometry::OccluderTriangle> triangles);
@@ -20,8 +20,8 @@ class EmbreeRays {
 
     static bool built_in();
     double build_seconds() const { return build_seconds_; }
-    /// Unobscured samples of each pair's disk: packets of 16 rays from the first
-    /// phyxel (occluded16, coherent), then from the second for those not yet obscured.
+    /// Counts the unoccluded samples of each pair's disk with packets of 16 rays from the first phyxel
+    /// (occluded16, coherent), then from the second for the samples that are not yet occluded.
     void count(std::span<const occlusion::PairQuery> pairs, const occlusion::DiskRaster& raster,
                std::span<int> visible) const;
 

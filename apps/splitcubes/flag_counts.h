@@ -1,4 +1,4 @@
-// In how many steps of a run each flag stood, and what to do about those that stood often.
+// Counts the steps of a run in which each flag was set; advises on those that were set often.
 #pragma once
 
 #include <splitcubes/body/step_report.h>
@@ -14,13 +14,13 @@ namespace splitcubes::app {
 class FlagCounts {
   public:
     void add(std::uint32_t flags);
-    /// The steps of an earlier part of the run, from its table (metrics.csv).
+    /// Adds the steps of an earlier part of the run from its table (metrics.csv).
     void add_table(const std::string& metrics);
 
     std::size_t steps() const { return steps_; }
-    /// Steps with the flag, by its name; all flags.
+    /// Returns the number of steps with each flag, by its name.
     nlohmann::ordered_json json() const;
-    /// One line for each flag that stood in more than a tenth of the steps and has a remedy.
+    /// Returns one line per flag that was set in more than a tenth of the steps and has a remedy.
     std::vector<std::string> notes() const;
 
   private:

@@ -35,7 +35,7 @@ std::string text_of(const geometry::Box& box, const geometry::LengthUnit& unit) 
 
 const char* const passes_beside = "it passes beside the body or between the nodes of its grid";
 
-// A plane's own bounds are made up: what it has is a place along its normal.
+// A plane's bounds are arbitrary, so its position along its normal is given instead.
 std::string where_plane_is(const geometry::CuttingPlane& plane, const IdleCutter& idle) {
     const double length = plane.normal.stableNorm();
     const Vec3 normal = plane.normal / length;
@@ -110,7 +110,7 @@ std::string idle_note(const IdleCutter& idle) {
 }
 
 bool sweeps_nothing(const cutting::Blade& blade, double t0, double t1) {
-    constexpr double rounding = 1e-6;  // of the area that a motion across the edge would sweep
+    constexpr double rounding = 1e-6;  // relative to the area that a motion across the edge would sweep
     double area = 0, most = 0;
     for (const cutting::SweptBlade& part : cutting::sweep(blade, t0, t1))
         for (const geometry::MovingSegment& s : part.segments) {

@@ -1,4 +1,4 @@
-// Why a tool, a blade or a sheet cut nothing, in a sentence.
+// Explains in a sentence why a tool, a blade or a sheet cut nothing.
 #pragma once
 
 #include <splitcubes/body/idle_tools.h>
@@ -13,28 +13,28 @@
 
 namespace splitcubes::app {
 
-/// What cut nothing, and the body that it could have cut.
+/// A cutter that cut nothing, and the body that it was meant for.
 struct IdleCutter {
-    geometry::Box cutter, body;  // m, in one frame
+    geometry::Box cutter, body;  // m, in the same frame
     splitting::CrossedEdges crossed;
     double cell_size = 0;  // m
     std::string body_name = "the mesh";
-    std::string cell_option = "--cell-size";  // that makes cells smaller
+    std::string cell_option = "--cell-size";  // the option that makes cells smaller
     geometry::LengthUnit unit = {};           // of the lengths in the note
-    bool sweeps_nothing = false;              // a blade: see sweeps_nothing
+    bool sweeps_nothing = false;              // of a blade: see sweeps_nothing
     std::optional<geometry::CuttingPlane> plane = {};
 };
 
-/// Whether the blade, from t0 to t1 (s), moves only along its own edges, or not at all.
+/// Returns whether the blade, from t0 to t1 (s), moves only along its own edges or not at all.
 bool sweeps_nothing(const cutting::Blade& blade, double t0, double t1);
 
-/// One word for reports: "missed", "already_cut" or "near_surface".
+/// Returns one word for reports: "missed", "already_cut" or "near_surface".
 const char* idle_reason(const splitting::CrossedEdges& crossed);
-/// A note; what cut nothing is named before it.
+/// Returns a note; the caller puts the cutter's name in front.
 std::string idle_note(const IdleCutter& idle);
 
-/// Prints a note for each tool of a run that cut nothing. Returns a list of their names and reasons,
-/// besides those above "never_active" and "last_step".
+/// Prints a note for each tool of a run that cut nothing. Returns their names and reasons, which also include
+/// "never_active" and "last_step".
 nlohmann::ordered_json note_idle_tools(const body::IdleTools& tools, const body::World& world);
 
 }  // namespace splitcubes::app

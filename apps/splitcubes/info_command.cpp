@@ -25,7 +25,7 @@ std::string simd() {
 #endif
 }
 
-// Whether runs can take occlusion.backend "opengl".
+// Returns whether runs can use occlusion.backend "opengl".
 std::string opengl_start() {
 #ifdef SPLITCUBES_WITH_RENDER
     try {

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A name that a scene may say and that fits one line of the list of files.
+/// Returns a name that is valid in a scene and in a line of the list of files.
 std::string safe_name(const fs::path& file) {
     const std::string name = file.filename().string();
     const bool plain = std::all_of(name.begin(), name.end(),
@@ -23,8 +23,8 @@ std::string safe_name(const fs::path& file) {
     return plain && name.size() <= 120 ? name : "input" + file.extension().string().substr(0, 10);
 }
 
-/// As the mesh refers to it where it lies below the mesh's folder, otherwise beside the mesh: there readers
-/// look.
+/// Returns the path as the mesh refers to it if it is below the mesh's folder, otherwise the file name beside
+/// the mesh: readers search there.
 std::string name_beside(const fs::path& mesh, const fs::path& file) {
     const fs::path relative = file.lexically_normal().lexically_relative(mesh.parent_path());
     const bool below = !relative.empty() && *relative.begin() != ".." && *relative.begin() != ".";

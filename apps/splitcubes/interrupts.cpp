@@ -21,7 +21,7 @@ std::atomic<bool> is_interrupted{false};
 std::atomic<bool> is_told{false};
 std::atomic<int> patient{0};
 
-// Never destroyed: the thread that waits for signals outlives main.
+// Never destroyed: the signal thread outlives main.
 struct Acts {
     std::mutex mutex;
     std::list<std::function<void()>> list;
@@ -47,7 +47,7 @@ sigset_t watched_signals() {
     _exit(end_interrupted());
 }
 
-// Whether a second signal came within the time.
+// Returns whether a second signal arrives within the time.
 bool comes_again(const sigset_t& set, long milliseconds) {
     const timespec time{milliseconds / 1000, milliseconds % 1000 * 1000000};
     int got = 0;
@@ -57,7 +57,7 @@ bool comes_again(const sigset_t& set, long milliseconds) {
     return got > 0;
 }
 
-// One request may come as several signals: `timeout` sends one to the process and one to its group.
+// One request may arrive as several signals: `timeout` sends one to the process and one to its group.
 void let_signals_pass(const sigset_t& set, long milliseconds) {
     std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
     while (comes_again(set, 0)) continue;
@@ -77,7 +77,7 @@ void wait_for_signals() {
 }  // namespace
 
 void watch_interrupts() {
-    // Also where the shell that started the program in the background has them ignored.
+    // Also if a shell that started the program in the background set the signals to be ignored.
     std::signal(SIGINT, SIG_DFL);
     std::signal(SIGTERM, SIG_DFL);
     const sigset_t set = watched_signals();
@@ -92,7 +92,7 @@ bool interrupted() {
 
 int end_interrupted(const char* what) {
     if (is_told.exchange(true)) return 1;
-    // No stream: another thread may hold its lock.
+    // Avoids streams: another thread may hold their lock.
     [[maybe_unused]] const ssize_t count = ::write(STDERR_FILENO, what, std::strlen(what));
     return 1;
 }

@@ -1,4 +1,4 @@
-// The user's wish to stop: SIGINT and SIGTERM.
+// Requests to stop: SIGINT and SIGTERM.
 #pragma once
 
 #include <functional>
@@ -6,15 +6,15 @@
 
 namespace splitcubes::app {
 
-/// To be called before any thread is started. From then on a first signal makes interrupted() true. Work
-/// that does not come to its end within about a second, and any work at a second signal, is ended where it
-/// is with exit code 1: files get their names when they are whole, so none is left in part.
+/// Must be called before any thread is started. Afterwards the first signal makes interrupted() true. If the
+/// work does not end within about a second, or a second signal arrives, the process exits with code 1: files
+/// get their names only once complete, so no partial file remains.
 void watch_interrupts();
 bool interrupted();
-/// Says so on standard error, once; returns the exit code.
+/// Reports the interruption on standard error, once; returns the exit code.
 int end_interrupted(const char* what = "splitcubes: interrupted; the files written are complete\n");
 
-/// While it lives, work is given the time it takes to end in order after the first signal.
+/// During its lifetime work may take any time to end in order after the first signal.
 class Patience {
   public:
     Patience();
@@ -23,8 +23,8 @@ class Patience {
     Patience& operator=(const Patience&) = delete;
 };
 
-/// While it lives, what has to be done before the program ends in the midst of work. It is called on
-/// another thread than the work's.
+/// During its lifetime registers a clean-up function for a forced exit. It is called on another thread than
+/// the work's.
 class AtEnd {
   public:
     explicit AtEnd(std::function<void()> act);

@@ -23,7 +23,7 @@ std::string header(std::size_t vertices, std::size_t edges) {
            "\nproperty uint vertex1\nproperty uint vertex2\nproperty float visibility\nend_header\n";
 }
 
-// The count in a header's line `element NAME COUNT`.
+// Returns the count of a header line `element NAME COUNT`.
 std::size_t count_of(const std::string& text, const std::string& element) {
     const std::size_t at = text.find("\nelement " + element + ' ');
     if (at == std::string::npos) return 0;

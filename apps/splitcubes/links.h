@@ -1,4 +1,4 @@
-// The links between phyxels of a run: as files, and as lines coloured by visibility.
+// The links between phyxels of a run, as files and as lines coloured by visibility.
 #pragma once
 
 #include <splitcubes/body/world.h>
@@ -9,7 +9,7 @@
 namespace splitcubes::app {
 
 struct Link {
-    std::uint32_t a, b;  // into positions
+    std::uint32_t a, b;  // indices into positions
     float visibility;    // 0 .. 1: the factor that the criterion gives the pair
 };
 
@@ -18,12 +18,12 @@ struct Links {
     std::vector<Link> links;
 };
 
-/// The pairs of phyxels that are of one piece, in all bodies.
+/// Returns the pairs of phyxels of the same piece, in all bodies.
 Links links_of(const body::World& world);
 
-/// A binary PLY: vertex x y z (double), edge vertex1 vertex2 (uint) visibility (float).
+/// Writes a binary PLY: vertex x y z (double), edge vertex1 vertex2 (uint) visibility (float).
 void write_links(const std::filesystem::path& file, const Links& links);
-/// Reads what write_links wrote. Throws InputError for anything else.
+/// Reads a file of write_links. Throws InputError for anything else.
 Links read_links(const std::filesystem::path& file);
 
 }  // namespace splitcubes::app

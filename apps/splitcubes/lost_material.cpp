@@ -42,8 +42,7 @@ namespace {
 constexpr int picture_width = 1280, picture_height = 800;  // pixels
 constexpr double field_of_view = 30;                       // degrees
 
-// Raised along its normals: where lost triangles are part of a face that is kept
-// besides, the surface lies on them.
+// Offsets the mesh along its normals: lost triangles may coincide with faces that are kept.
 geometry::TriangleMesh raised(geometry::TriangleMesh mesh, double by) {
     std::vector<Vec3> normals(mesh.positions.size(), Vec3::Zero());
     for (const geometry::Triangle& t : mesh.triangles) {
@@ -55,8 +54,8 @@ geometry::TriangleMesh raised(geometry::TriangleMesh mesh, double by) {
     return mesh;
 }
 
-// From above at an angle, of four sides the one that sees most of what is lost: the
-// area that faces the eye, that in front counting twice, that behind everything nothing.
+// Returns the one of four view directions from above that shows most of the lost area: the area that faces
+// the eye; area in front counts twice, hidden area not at all.
 Vec3 view_direction(const geometry::TriangleMesh& lost, const geometry::Box& bounds) {
     const Vec3 sides[] = {{0.9, -1.6, 0.8}, {1.6, 0.9, 0.8}, {-0.9, 1.6, 0.8}, {-1.6, -0.9, 0.8}};
     Vec3 best = sides[0];

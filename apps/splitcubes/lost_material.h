@@ -1,4 +1,4 @@
-// Material too thin for the grid, on demand as a mesh and as a picture.
+// Outputs material too thin for the grid as a mesh and as a picture.
 #pragma once
 
 #include <splitcubes/geometry/triangle_mesh.h>
@@ -11,7 +11,7 @@ namespace splitcubes::app {
 class Command;
 struct MeshScale;
 
-/// Files to write; empty: not asked for.
+/// Files to write; empty: not requested.
 struct LostMaterialOptions {
     std::filesystem::path mesh;     // --lost
     std::filesystem::path picture;  // --picture
@@ -19,14 +19,13 @@ struct LostMaterialOptions {
 
 void add_lost_material_options(Command& command, LostMaterialOptions& options);
 
-/// Throws InputError where a file cannot be written under its name, JobError where a
-/// picture is asked for and the program was built without the renderer: asked before the work.
+/// Throws InputError if a file cannot be written under its name, JobError if a picture is requested in a
+/// build without the renderer. Called before the work.
 void check_lost_material_options(const LostMaterialOptions& options);
 
-/// Writes what was asked for. Where nothing was lost the mesh has no triangles, so that a
-/// file of an earlier run does not say otherwise. bounds: of the whole input, m; what the
-/// picture takes in. cell_size: m. scale: of the mesh. Throws JobError where OpenGL cannot start or a file
-/// cannot be written.
+/// Writes the requested files. If nothing was lost the mesh has no triangles, which replaces a file of an
+/// earlier run. bounds: of the whole input, m; shown by the picture. cell_size: m. scale: of the mesh. Throws
+/// JobError if OpenGL cannot start or a file cannot be written.
 void write_lost_material(const LostMaterialOptions& options, const MeshScale& scale,
                          const splitting::SolidifyReport& solid, const geometry::SurfaceMesh& surface,
                          const geometry::Box& bounds, double cell_size);

@@ -1,5 +1,5 @@
-// splitcubes: cuts, tears and breaks soft solids. Exit codes: 0 done, 1 failed
-// (or interrupted), 2 bad input or usage.
+// splitcubes: cuts, tears and breaks soft solids. Exit codes: 0 done, 1 failed (or interrupted), 2 bad input
+// or usage.
 #include "command_line.h"
 #include "commands.h"
 #include "interrupts.h"
@@ -39,7 +39,7 @@ int run(const std::vector<std::string>& words) {
     return code;
 }
 
-// Each line of what is wrong says who found it.
+// Prefixes each line of the message with the program's name.
 int fail(int code, const std::string& text) {
     std::cout.flush();
     std::string lines = "splitcubes: ";
@@ -71,7 +71,7 @@ int main(int argc, char** argv) {
         const std::string path = splitcubes::printable(error.path1().string(), 500);
         return fail(1, path + ": cannot be read or written (" + error.code().message() + ")");
     } catch (const std::exception&) {
-        // Texts of libraries tell users nothing; `catch throw` of a debugger finds the place.
+        // The texts of library exceptions mean nothing to users; use `catch throw` in a debugger.
         return fail(1, "failed because of a bug in the program; please report the command and its input");
     }
 }

@@ -22,7 +22,7 @@ using meshless::LinkSlices;
 constexpr double spacing = 0.05;  // m
 constexpr double time_step = 1.0 / 60;
 
-// A lattice of phyxels that swings, held at one side, as users' bodies do.
+// A vibrating lattice of phyxels, held at one side like typical bodies.
 struct Block {
     meshless::Phyxels phyxels;
     meshless::Pairs pairs;
@@ -71,7 +71,7 @@ struct Spread {
     }
 };
 
-// Milliseconds of one call, over some calls in a row; `runs` of these.
+// Returns milliseconds per call, averaged over `calls` calls; repeated `runs` times.
 Spread timed(int runs, int calls, const std::function<void()>& call) {
     std::vector<double> ms;
     for (int run = 0; run < runs; ++run) {
@@ -82,7 +82,7 @@ Spread timed(int runs, int calls, const std::function<void()>& call) {
     return Spread(ms);
 }
 
-// The two gathers alone.
+// Times the gathers of gradients and forces alone.
 double bare_gathers(const Block& block, int runs, const Parallel& parallel) {
     const LinkSlices& slices = block.neighbourhoods.slices();
     const std::size_t n = slices.stride();
@@ -103,7 +103,7 @@ double bare_gathers(const Block& block, int runs, const Parallel& parallel) {
         .least;
 }
 
-// GB/s of reading what one application of the stiffness reads of links.
+// Measures the bandwidth, GB/s, of reading the links that one product with the stiffness reads.
 double streaming(const Block& block, int runs, const Parallel& parallel) {
     const std::size_t words = block.neighbourhoods.slices().bytes() / sizeof(std::uint64_t);
     const std::vector<std::uint64_t> memory(words, 1);
@@ -146,10 +146,10 @@ Json bench_case(const Vec3i& count, const MechanicsCase& which, int runs, double
         finite = finite && report.non_finite == 0 && report.inverted == 0;
     }
     const Spread spread(ms), busy(processor);
-    // Applications of the operator a step: a substep is one, an iteration is one.
+    // Products with the stiffness per step: one per substep or per iteration.
     const double rounds = which.is_explicit ? substeps : iterations + 1;
     const double each = 1e6 * spread.median / (rounds * block.links());
-    // Both by the shortest, which other work on the machine changes least.
+    // Uses the minima, which other load on the machine affects least.
     const double share = bare * rounds / spread.least;
     const std::size_t n = block.phyxels.size();
     std::printf(
@@ -172,7 +172,7 @@ Json bench_case(const Vec3i& count, const MechanicsCase& which, int runs, double
             {"floor_share", share}};
 }
 
-// Pairs across a plane within a patch that some hundred grid edges of half a spacing would cut.
+// Returns pairs across a plane within a patch of about a hundred grid edges of half a spacing.
 std::vector<std::uint32_t> patch_pairs(const Block& block) {
     Vec3 middle = Vec3::Zero();
     for (const Vec3& rest : block.phyxels.rest_position)
@@ -207,7 +207,7 @@ Json bench_cut(const Vec3i& count, int runs, const Parallel& parallel) {
             {"min_ms", spread.least},          {"max_ms", spread.most}};
 }
 
-// The largest body with a surface of its own, a blade passing through it.
+// Builds the largest body with a surface and a blade that passes through it.
 std::unique_ptr<body::World> cut_world(const std::shared_ptr<const Parallel>& parallel) {
     constexpr double side = 31 * spacing;
     body::WorldSettings settings;

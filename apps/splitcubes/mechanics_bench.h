@@ -1,4 +1,4 @@
-// `bench mechanics`: what a step of the elastic body costs, and what the machine allows.
+// `bench mechanics`: the cost of a step of the elastic body, and its lower bound on the machine.
 #pragma once
 
 #include "report.h"
@@ -8,8 +8,8 @@
 namespace splitcubes::app {
 
 struct MechanicsBenchSettings {
-    std::vector<int> threads;  // a table row each; empty: one and two
-    int runs = 5;              // medians are taken over
+    std::vector<int> threads;  // one table row each; empty: one and two
+    int runs = 5;              // for the medians
 };
 
 /// Prints the tables and returns their numbers (docs/reports.md lists the keys).

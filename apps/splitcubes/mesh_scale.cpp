@@ -27,7 +27,7 @@ void MeshScale::add_to(Command& command) {
 
 void MeshScale::apply(geometry::TriangleMesh& mesh, const std::string& name) const {
     geometry::scale(mesh, scale);
-    // In the unit, so that what is written can be read again.
+    // Tested in the unit, so that the output can be read again.
     if (scale > 1) geometry::require_coordinates(mesh, name, " with --scale " + plain_number(scale));
     geometry::to_metres(mesh, unit());
 }

@@ -1,4 +1,4 @@
-// The unit of mesh files, and their scale: --unit and --scale.
+// Unit and scale of mesh files: --unit and --scale.
 #pragma once
 
 #include <splitcubes/geometry/length_unit.h>
@@ -11,8 +11,8 @@ namespace splitcubes::app {
 
 class Command;
 
-/// Files are read and written in `unit`; what is read is made `scale` times as large. Lengths on the
-/// command line are in `unit`, of what is written.
+/// Files are read and written in `unit`; input is scaled by `scale`. Lengths on the command line are in
+/// `unit`, after scaling.
 struct MeshScale {
     std::string unit_name = "m";
     double scale = 1;
@@ -21,17 +21,17 @@ struct MeshScale {
     void add_to(Command& command);
 
     const geometry::LengthUnit& unit() const { return geometry::length_unit(unit_name); }
-    /// Metres of the result to one of the numbers that are read.
+    /// Returns metres of the result per unit of an input coordinate.
     double factor() const { return unit().to_metres(scale); }
-    /// A mesh that was read from the file `name`, to metres of the result.
-    /// Throws InputError where that is too large (geometry::require_coordinates).
+    /// Converts a mesh that was read from the file `name` to metres of the result. Throws InputError if it
+    /// becomes too large (geometry::require_coordinates).
     void apply(geometry::TriangleMesh& mesh, const std::string& name) const;
-    /// "1.5 mm^3" of a volume in m^3.
+    /// Returns "1.5 mm^3" for a volume in m^3.
     std::string volume_text(double volume) const;
     std::string area_text(double area) const;
 };
 
-/// --unit alone: what numbers are called.
+/// Adds --unit alone, for displayed quantities.
 void add_unit_option(Command& command, std::string& unit_name, const std::string& help);
 
 /// Writes a mesh in the unit.

@@ -20,8 +20,8 @@ namespace {
 
 using Triangles = std::vector<geometry::OccluderTriangle>;
 
-// A waved sheet across pairs of phyxels that are 1 apart, cut half way through
-// the disks: `count` triangles in a square of side 2.4, in two directions of waves.
+// Returns a wavy sheet across pairs of phyxels at distance 1, cut half way through the disks: `count`
+// triangles in a square of side 2.4, with waves in two directions.
 Triangles waved_sheet(int count) {
     const int quads = std::max(1, static_cast<int>(std::lround(std::sqrt(count / 2.0))));
     const auto at = [&](int i, int j) {
@@ -37,7 +37,7 @@ Triangles waved_sheet(int count) {
     return out;
 }
 
-// Into cells a fifth of the pairs' distance wide: a cell of the surface where phyxels are 5 cells apart.
+// Uses cells of a fifth of the pairs' distance, as for surface cells with a phyxel spacing of 5 cells.
 geometry::OccluderGrid bench_grid(const Triangles& triangles) {
     constexpr int cells = 24;
     constexpr double size = 0.2;
@@ -106,7 +106,7 @@ struct OcclusionCase {
     }
 };
 
-// Largest difference of shares between two answers.
+// Returns the largest difference between two sets of visibilities.
 double worst(std::span<const float> a, std::span<const float> b) {
     double out = 0;
     for (std::size_t k = 0; k < a.size(); ++k)
@@ -114,7 +114,7 @@ double worst(std::span<const float> a, std::span<const float> b) {
     return out;
 }
 
-// Fails where the ways to count differ by more than samples at edges.
+// Fails if backends differ by more than samples at edges.
 void check_equal(const char* how, const OcclusionCase& c, std::span<const float> a,
                  std::span<const float> b) {
     if (const double difference = worst(a, b); difference > 0.06)
@@ -144,7 +144,7 @@ void time_occlusion(const OcclusionCase& c, const Triangles& triangles, int runs
                            {"triangles", triangles.size()},
                            {"milliseconds", 1e3 * rays.build_seconds()}});
     }
-    // Last: threads of a software rasteriser run on for a while.
+    // Runs last: threads of a software rasteriser stay busy for a while.
     if (make_opengl) {
         const auto drawn = make_opengl(options);
         const Parallel parallel(1);
@@ -170,7 +170,7 @@ Json bench_occlusion(int runs) {
     std::printf("|---|---|---|---|---|---|---|---|\n");
     Json rows = Json::array();
     for (const int size : {8, 16, 32})
-        // So many triangles that 10, 50, 200, 1000 and 10,000 are near a disk.
+        // Triangle counts for which 10, 50, 200, 1000 and 10,000 are near a disk.
         for (const int count : {20, 320, 1600, 9600, 98000}) {
             const Triangles triangles = waved_sheet(count);
             const geometry::OccluderGrid grid = bench_grid(triangles);

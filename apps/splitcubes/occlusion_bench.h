@@ -1,11 +1,11 @@
-// Occlusion disks timed by backend, and the same samples traced as rays.
+// Times occlusion disks by backend, and ray tracing of the same samples.
 #pragma once
 
 #include "report.h"
 
 namespace splitcubes::app {
 
-/// Prints a table and one line of JSON, which it returns. runs: to take medians over.
+/// Prints a table and one line of JSON, which it returns. runs: for the medians.
 Json bench_occlusion(int runs);
 
 }  // namespace splitcubes::app

@@ -11,7 +11,7 @@ namespace splitcubes::app {
 
 namespace {
 
-// std::from_chars knows no leading plus.
+// std::from_chars accepts no leading plus.
 std::string_view without_plus(std::string_view text) {
     if (text.size() > 1 && text[0] == '+' && text[1] != '-' && text[1] != '+') text.remove_prefix(1);
     return text;
@@ -21,7 +21,7 @@ std::string quoted(std::string_view text) {
     return "'" + printable(std::string(text)) + "'";
 }
 
-// Text that is a number too large or too small for its type is out of range, too.
+// A parsed number; text of a number that is too large or too small for its type is out of range.
 struct Parsed {
     bool is_number = false;
     bool fits = false;

@@ -1,4 +1,4 @@
-// Values of options: numbers and their ranges, read from text and told in plain words.
+// Values of options: numbers and their ranges, parsed from text and formatted for messages.
 #pragma once
 
 #include <splitcubes/core/plain_number.h>
@@ -8,7 +8,7 @@
 
 namespace splitcubes::app {
 
-/// Numbers from `min` to `max`; `above`: min itself is not among them.
+/// Numbers from `min` to `max`; `above`: excludes min.
 struct Range {
     double min = 0, max = 0;
     bool above = false;
@@ -17,11 +17,11 @@ inline Range above(double min, double max) {
     return {min, max, true};
 }
 
-/// "from 2 to 1024", "above 0 to 1000".
+/// Returns "from 2 to 1024", "above 0 to 1000".
 std::string range_text(const Range& range);
 
-/// Throw InputError with `where` as its place: for text that is no (whole) number, and for
-/// numbers out of the range. Numbers are finite and read in the same way in every locale.
+/// Both throw InputError with `where` as its place for text that is not a (whole) number and for numbers out
+/// of range. Numbers are finite and parsed independently of the locale.
 int read_integer(std::string_view text, const Range& range, const std::string& where);
 double read_number(std::string_view text, const Range& range, const std::string& where);
 

@@ -36,7 +36,7 @@ bool is_frame(const fs::path& name, std::initializer_list<const char*> endings) 
            std::find(endings.begin(), endings.end(), ending) != endings.end();
 }
 
-// bodyK-NAME: it came inside of a mesh, see CarriedSurfaces.
+// bodyK-NAME: a picture embedded in a mesh, see CarriedSurfaces.
 bool is_picture_of_a_mesh(const std::string& file) {
     const std::string start = "body";
     const std::size_t dash = std::min(file.find('-'), file.size());
@@ -44,7 +44,7 @@ bool is_picture_of_a_mesh(const std::string& file) {
            all_digits(file.substr(start.size(), dash - start.size()));
 }
 
-// A folder of inputs is named by what they hold.
+// Folders of inputs are named by their content's hash.
 bool is_content(const std::string& name) {
     return name.size() == 16 && name.find_first_not_of("0123456789abcdef") == name.npos;
 }
@@ -81,7 +81,7 @@ std::string head_of(const FolderKind& kind) {
     return std::string("splitcubes files 1: ") + kind.name;
 }
 
-// A list may come from anywhere: it must not lead out of the folder.
+// A list may be forged: its names must not lead out of the folder.
 bool is_within(const fs::path& name) {
     return !name.empty() && name.is_relative() &&
            std::none_of(name.begin(), name.end(), [](const fs::path& part) { return part == ".."; });
@@ -181,7 +181,7 @@ void OutputFolder::lock() {
         if (refusal == EWOULDBLOCK)
             throw InputError(path_.string(), "another process is writing into it",
                              "wait until that has ended, or give another folder");
-        // Whoever had it locked may have taken it away.
+        // The previous owner of the lock may have removed the folder.
         if (is_open && ::stat(path_.c_str(), &named) == 0 && named.st_ino == opened.st_ino &&
             named.st_dev == opened.st_dev) {
             std::swap(lock_.value, folder.value);
@@ -218,7 +218,7 @@ bool OutputFolder::read_list() {
                          "holds other files than " + std::string(kind_.files) + " (" + list_name +
                              " says \"" + printable(line) + "\")",
                          "give another folder");
-    // A line that was cut off is not ended; its file was never begun.
+    // A truncated last line has no line end; its file was never started.
     while (std::getline(stream, line) && !stream.eof())
         if (is_within(line) && (line.ends_with('/') ? is_own_folder(line) : kind_.is_own(line)))
             names_.insert(line);
@@ -250,7 +250,7 @@ bool OutputFolder::is_listed_file(const std::string& name) const {
     return names_.contains(name) && fs::is_regular_file(fs::symlink_status(path_ / name, error));
 }
 
-// Not behind a link.
+// Returns whether the file exists without a link on its path.
 bool OutputFolder::is_here(const fs::path& name) const {
     std::error_code error;
     const fs::path folder = name.parent_path(), here = fs::canonical(path_, error);
@@ -309,7 +309,7 @@ void OutputFolder::clear(const std::function<bool(const std::string&)>& keep) {
     for (const std::string& name : names_)
         if (is_listed_file(name) && (keep(name) || !is_here(name) || !fs::remove(path_ / name, error)))
             kept.insert(name);
-    // Inner before outer; those with something in them stay.
+    // Removes inner folders before outer ones; those that are not empty stay.
     for (auto name = names_.rbegin(); name != names_.rend(); ++name) {
         if (!name->ends_with('/')) continue;
         const fs::path folder = name->substr(0, name->size() - 1);

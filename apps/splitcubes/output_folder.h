@@ -1,4 +1,4 @@
-// Folders that a command fills with files of its own, beside which other people's are safe.
+// Output folders of commands, in which files of others are safe.
 #pragma once
 
 #include <filesystem>
@@ -11,44 +11,43 @@
 
 namespace splitcubes::app {
 
-/// What a command writes into a folder.
+/// The files that a command writes into a folder.
 struct FolderKind {
     const char* name;                  // in the list of files
     const char* files;                 // for messages
-    std::vector<const char*> folders;  // within it
-    /// Could a file of this name, relative to the folder, be such a one?
+    std::vector<const char*> folders;  // subfolders
+    /// Returns whether a file of this name, relative to the folder, may belong to the command.
     bool (*is_own)(const std::filesystem::path&);
 };
 
 extern const FolderKind run_folder, pieces_folder, pictures_folder;
 
 class Command;
-/// --force, of a command that fills such a folder.
+/// Adds --force to a command that fills such a folder.
 void add_force_option(Command& command, bool& force, const FolderKind& kind);
 
-/// A folder with a list of what the program wrote into it, `splitcubes-files.txt`. Unless it is forced, only
-/// what is listed is ever taken away or overwritten, and names are listed before their files are written: a
-/// kill leaves nothing that is taken for somebody else's. While the object lives no other process can make
-/// one for the same folder (where the file system has locks).
+/// A folder with a list of the files that the program wrote into it, `splitcubes-files.txt`. Without `force`,
+/// only listed files are ever removed or overwritten, and names are listed before their files are written, so
+/// that files of a killed process are recognised. While the object lives no other process can create one for
+/// the same folder (if the file system supports locks).
 class OutputFolder {
   public:
-    /// Makes the folder where it is not there. Throws InputError where it cannot be made or written to, where
-    /// another process writes into it, where it has files and no list or one that is not listed has a name
-    /// that may be written (unless `force`: such a one is replaced, the others stay), and, in any case, where
-    /// a link, a folder or one of the files that the command reads has such a name.
+    /// Creates the folder if it does not exist. Throws InputError if it cannot be created or written to; if
+    /// another process writes into it; if it has files but no list, or an unlisted file with a name that may
+    /// be written (unless `force`: such a file is replaced, the others stay); and in any case if a link, a
+    /// folder or an input of the command has such a name.
     OutputFolder(std::filesystem::path folder, const FolderKind& kind, bool force,
                  std::span<const std::filesystem::path> read = {});
 
     const std::filesystem::path& path() const { return path_; }
-    /// May a file of this path be written by a command that fills the folder?
+    /// Returns whether a command that fills the folder may write a file of this path.
     bool may_write(const std::filesystem::path& file) const;
 
-    /// Takes listed files away and off the list, but for those that are to be kept, and what `force` is to
-    /// replace; what lies behind a symbolic link within the folder stays. To be called once, before the first
-    /// add().
+    /// Removes listed files, except those to keep, and the files that `force` replaces; files behind a
+    /// symbolic link within the folder stay. To be called once, before the first add().
     void clear(const std::function<bool(const std::string&)>& keep);
 
-    /// Lists a name, relative to the folder, makes the folders that it is in, and returns the file to write.
+    /// Lists a name, relative to the folder, creates its folders, and returns the file to write.
     std::filesystem::path add(const std::string& name);
 
   private:
@@ -56,7 +55,7 @@ class OutputFolder {
         int value = -1;
         ~Descriptor();
     };
-    /// Those that have nothing in them go with it.
+    /// Folders created by this object; removed with it if they are empty.
     struct MadeFolders {
         std::vector<std::filesystem::path> folders;  // outer before inner
         ~MadeFolders();
@@ -76,10 +75,10 @@ class OutputFolder {
     std::filesystem::path path_;
     const FolderKind& kind_;
     std::set<std::string> names_;                   // listed; those of folders end in '/'
-    std::set<std::string> there_;                   // folders that add() need not make
+    std::set<std::string> there_;                   // folders that add() need not create
     std::set<std::string> others_;                  // in a folder without a list
     std::set<std::string> replaced_;                // not listed, with names of own files
-    std::map<std::string, std::string> immovable_;  // not even forced, and why
+    std::map<std::string, std::string> immovable_;  // name and reason; not replaced even with `force`
     Descriptor list_;                               // of the list, to append to
     Descriptor lock_;                               // of the folder
     MadeFolders made_;

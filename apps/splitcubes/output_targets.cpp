@@ -47,7 +47,7 @@ void check_lengths(const fs::path& path, const fs::path& existing_folder) {
                          "the system takes " + std::to_string(PATH_MAX - 1));
 }
 
-// Tries it, as rights alone do not tell.
+// Tests by writing, as permissions alone are not conclusive.
 void check_writable(const fs::path& path, const fs::path& folder) {
     try {
         check_file_target(folder / ".splitcubes-probe");
@@ -78,7 +78,7 @@ void check_output_file(const fs::path& path, const std::vector<std::string>& end
 void check_output_folder(const fs::path& path) {
     if (path.empty()) return;
     check_lengths(path, ".");
-    // The nearest folder around it that is there.
+    // The nearest existing parent folder.
     fs::path folder = path;
     std::error_code error;
     fs::file_status status = fs::status(folder, error);

@@ -92,7 +92,7 @@ render::Picture PictureMaker::draw(const geometry::SurfaceMesh& surface, double 
 
 namespace {
 
-// Blue by way of yellow to red.
+// Colours from blue over yellow to red.
 render::Color link_color(double visibility) {
     const render::Color seen(0.16, 0.42, 0.72), half(0.96, 0.78, 0.26), hidden(0.80, 0.11, 0.11);
     return visibility > 0.5 ? render::Color(half + (2 * visibility - 1) * (seen - half))
@@ -105,7 +105,7 @@ render::Picture PictureMaker::lines_of(const Links& links, double time) {
     std::vector<bool> touched(links.positions.size(), false);
     for (const Link& link : links.links)
         if (link.visibility < 1) touched[link.a] = touched[link.b] = true;
-    // Without a cut there is nothing to single out.
+    // Without a cut no links are highlighted.
     if (std::find(touched.begin(), touched.end(), true) == touched.end())
         touched.assign(touched.size(), true);
     constexpr int shades = 8;
@@ -130,7 +130,7 @@ render::Picture PictureMaker::lines_of(const Links& links, double time) {
 
 namespace {
 
-// Lays what differs between two pictures over a third, thinned to a share.
+// Blends the difference of two pictures over a third, with an opacity.
 void lay_over(render::Picture& picture, const render::Picture& with, const render::Picture& without,
               double share) {
     for (std::size_t k = 0; k < picture.rgb.size(); ++k) {
@@ -139,7 +139,7 @@ void lay_over(render::Picture& picture, const render::Picture& with, const rende
     }
 }
 
-// The surface's cut faces, or the others.
+// Returns the surface's cut faces, or the others.
 geometry::SurfaceMesh faces_of(const geometry::SurfaceMesh& surface, bool cut) {
     geometry::SurfaceMesh out;
     out.mesh.positions = surface.mesh.positions;

@@ -17,26 +17,25 @@ struct RunScene {
     scene::SceneDescription description;
 };
 
-/// The resolved scene that a run left in its folder, without the colliders whose meshes are gone. Throws
-/// InputError without one.
+/// Reads the resolved scene from a run's folder, without the colliders whose meshes are missing. Throws
+/// InputError if there is none.
 RunScene read_run_scene(const std::filesystem::path& folder);
 
-/// Time of a frame file, s, by its number.
+/// Returns the time of a frame file, s, by its number.
 double frame_time(const RunScene& scene, const std::filesystem::path& file);
 
-/// Boxes of the first, middle and last of a run's frames.
+/// Returns the bounding boxes of the first, middle and last of a run's frames.
 std::vector<geometry::Box> boxes_of(const std::vector<std::filesystem::path>& frames);
 
-/// Draws surfaces with the scene's camera, ground and blades. An automatic camera takes in all of the given
+/// Draws surfaces with the scene's camera, ground and blades. An automatic camera shows all of the given
 /// boxes.
 class PictureMaker {
   public:
-    /// Throws JobError where OpenGL cannot start.
+    /// Throws JobError if OpenGL cannot start.
     PictureMaker(const RunScene& scene, const std::vector<geometry::Box>& boxes);
     render::Picture draw(const geometry::SurfaceMesh& surface, double time);
-    /// Links under a surface that shines through, its cut faces more than its skin. Those
-    /// that something obscures are drawn from blue (hardly) to red (entirely), thick, and
-    /// thin and grey the others of their phyxels.
+    /// Draws links under a translucent surface, more translucent at cut faces. Links that are partly occluded
+    /// are thick, from blue (slightly) to red (entirely); the other links of their phyxels are thin and grey.
     render::Picture draw(const Links& links, const geometry::SurfaceMesh& surface, double time);
 
   private:

@@ -14,10 +14,10 @@ namespace splitcubes::app {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr auto quiet_time = 1s;  // work that is over by then shows nothing
+constexpr auto quiet_time = 1s;  // work that ends earlier shows nothing
 constexpr auto line_pause = 1s;  // between two lines
-// After so long a line tells that the work goes on, however little there is to tell: in work of minutes
-// every five seconds, in work of hours every minute.
+// Longest time without a line, however little has changed: from five seconds in work of minutes to a minute
+// in work of hours.
 constexpr auto least_silence = 5s, most_silence = 60s;
 
 std::atomic<bool> bar_is_open{false};
@@ -106,7 +106,7 @@ void Progress::draw_bar() {
 
 namespace {
 
-// Of a share of less than a tenth, which may last, with two decimals.
+// Formats a percentage, with two decimals if `finely`: for shares below a tenth, which may last.
 std::string percent_of(double part, bool finely) {
     char text[16];
     std::snprintf(text, sizeof text, "%.*f %%", finely && part < 0.1 ? 2 : 0, std::floor(part * 1e4) / 100);
@@ -115,7 +115,7 @@ std::string percent_of(double part, bool finely) {
 
 }  // namespace
 
-// At each stage and each tenth of it, but no more than one a second; and where that is long ago.
+// Writes a line at each stage and each tenth of it, at most one a second, and after a long silence.
 void Progress::write_line() {
     const Clock::time_point now = Clock::now();
     const auto since = now - line_time_;

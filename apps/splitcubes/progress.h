@@ -1,5 +1,5 @@
-// Progress on standard error: a bar on a terminal, plain lines otherwise. What is
-// over within a second shows none.
+// Progress on standard error: a bar on a terminal, plain lines otherwise. Work that ends within a second
+// shows none.
 #pragma once
 
 #include <splitcubes/core/monitor.h>
@@ -14,17 +14,17 @@
 
 namespace splitcubes::app {
 
-/// As a monitor it shows the stages of work, and ends it when the user wants so. It looks at the work from
-/// a thread of its own: what says nothing for long is seen to go on.
+/// Shows the stages of work as a Monitor, and cancels it on an interrupt. It polls the work from its own
+/// thread, so that work without reports is shown as alive.
 class Progress : public Monitor {
   public:
-    /// total: of show(); 0 where the work is told by stages.
+    /// total: of show(); 0 if the work reports stages.
     explicit Progress(std::string what, std::size_t total = 0);
     ~Progress() override;
 
-    /// Shows that `done` of the total are done; `detail` stands behind the bar.
+    /// Shows that `done` of the total are done, with `detail` behind the bar.
     void show(std::size_t done, const std::string& detail = "");
-    /// Ends the bar's line; nothing is shown any more.
+    /// Ends the bar's line; nothing is shown afterwards.
     void finish();
 
     void begin(const std::string& stage) override;
@@ -43,17 +43,17 @@ class Progress : public Monitor {
     Clock::time_point start_ = Clock::now();
     std::atomic<std::size_t> done_{0}, total_{0};
 
-    std::mutex mutex_;  // of what follows
+    std::mutex mutex_;  // protects the following members
     std::condition_variable ended_;
     bool is_over_ = false;
     std::string stage_, detail_;
-    std::string told_;  // what the last line told, but for details
+    std::string told_;  // text of the last line, without details
     Clock::time_point line_time_ = start_;
 
     std::thread thread_;
 };
 
-/// Before anything else is written to standard error: takes the bar away, which comes back.
+/// Removes the bar before other output to standard error; it is drawn again later.
 void clear_bar();
 
 }  // namespace splitcubes::app

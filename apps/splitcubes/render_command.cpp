@@ -29,7 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int largest_picture = 16384;  // pixels along a side: what OpenGL draws into everywhere
+constexpr int largest_picture = 16384;  // pixels along a side; supported by all OpenGL implementations
 
 struct RenderOptions {
     std::string folder;
@@ -40,8 +40,7 @@ struct RenderOptions {
     bool links = false, force = false;
 };
 
-// FILE.mp4 takes all frames; FOLDER or FOLDER/ gets one PNG a frame; a file
-// NAME.png gets the last frame.
+// FILE.mp4 takes all frames; FOLDER or FOLDER/ gets one PNG per frame; a file NAME.png gets the last frame.
 struct Targets {
     std::optional<fs::path> video, folder, still;
 };
@@ -92,12 +91,12 @@ std::vector<fs::path> frame_files(const fs::path& folder) {
     return files;
 }
 
-// What the run wrote beside a frame's surface.
+// Returns the file of links for a frame's surface.
 fs::path links_file(const fs::path& folder, const fs::path& surface) {
     return folder / "links" / surface.filename();
 }
 
-// The film and the still are files of their own.
+// Refuses a film or still that collides with a picture in the folder.
 void check_others(const Targets& targets, const std::optional<OutputFolder>& folder) {
     if (folder && targets.still && folder->may_write(*targets.still))
         throw InputError(targets.still->string(), "has the name of a picture in the folder for pictures",
@@ -131,7 +130,7 @@ int render_frames(const RenderOptions& options) {
             options.frames_per_second > 0 ? options.frames_per_second : 1 / step;
         video.emplace(*targets.video, video_options);
     }
-    // ffmpeg would go on with the frames it has.
+    // Without this ffmpeg would finish the film with the frames so far.
     std::optional<AtEnd> at_end;
     if (video) at_end.emplace([&video] { video->kill_now(); });
     std::optional<render::Picture> last;

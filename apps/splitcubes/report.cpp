@@ -83,7 +83,7 @@ geometry::TriangleMesh read_noted(const std::string& name) {
 }
 
 namespace {
-// An OBJ's material library is written beside it, under its name.
+// An OBJ's material library is written beside it under its name.
 void check_library(const std::filesystem::path& out, const std::string& name,
                    const io::ReadMeshReport& read) {
     if (io::format_of_extension(out) != io::MeshFormat::obj) return;
@@ -112,7 +112,7 @@ void carry_attributes(const io::Model& from, double cell_size, const std::filesy
         surface.rest.clear();
         return;
     }
-    // Half a cell: nearer walls than that the grid does not tell apart.
+    // Half a cell: the grid does not resolve thinner walls.
     const geometry::AttributeTransfer transfer(from.mesh, from.attributes, cell_size / 2);
     surface.attributes = transfer.onto(surface, parallel);
     const auto format = io::format_of_extension(out);
@@ -141,7 +141,7 @@ splitting::NodeGrid solid_of(const std::string& name, const geometry::TriangleMe
         print_notes(name, report.notes);
         return grid;
     } catch (const InputError& error) {
-        // The library knows the mesh, not its file.
+        // The library knows the mesh, not its file name.
         const std::string text = error.what(), where = "mesh: ";
         if (text.rfind(where, 0) != 0) throw;
         throw InputError(name, text.substr(where.size()));

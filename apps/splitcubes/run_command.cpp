@@ -31,7 +31,7 @@ bool is_in(const std::filesystem::path& file, const std::filesystem::path& folde
 
 int run_scene(const RunCommandOptions& options) {
     options.common.check();
-    // The run's own folder may be yet to be made.
+    // The run's own folder need not exist yet.
     if (!is_in(options.record, options.common.out)) check_report_output(options.record);
     std::vector<std::string> overrides = options.common.overrides();
     if (!options.occlusion.empty()) overrides.push_back("occlusion.backend=\"" + options.occlusion + '"');

@@ -48,7 +48,7 @@ const char* extension(scene::SurfaceFormat format) {
 }  // namespace
 
 bool RunOutput::is_stale(const std::string& name, int past) {
-    // Both are replaced whole: there is one to go on from until there is the next.
+    // Both are replaced atomically: the old one remains until the new one is complete.
     if (name == "scene.json" || name == "checkpoint.bin") return false;
     if (past < 0 || name == "summary.json") return true;
     const std::string stem = fs::path(name).stem().string();
@@ -155,7 +155,7 @@ void RunOutput::write_frame(const body::World& world, const body::StepReport& re
 #endif
     }
     seconds_.write += watch.seconds();
-    // The table is rewritten whole, so not after every frame of a long run.
+    // The table is rewritten as a whole, so not after every frame of a long run.
     if (frame % 50 == 0) write_metrics();
 }
 
@@ -183,7 +183,7 @@ void RunOutput::finish(const body::World& world, int frames, bool interrupted) {
     summary["state_hash"] = world.state_hash().text();
     summary["flags"] = flags_.json();
     summary["idle_tools"] = idle_tools_;
-    // Totals over all bodies under the same keys as a report of one.
+    // Totals over all bodies under the same keys as in the report of a surface.
     Json bodies = Json::array();
     for (const auto& body : world.bodies()) bodies.push_back(body_report(*body));
     for (const char* key : {"nodes_inside", "cut_edges", "surface_cells", "vertices", "triangles",

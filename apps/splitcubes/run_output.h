@@ -24,34 +24,34 @@ class RunOutput {
         std::array<double, body::stage_count> stages{};
     };
 
-    /// What an interrupted run had come to.
+    /// State of an interrupted run.
     struct Past {
-        int frame = -1;       // the last that it finished; -1: there is no past
-        std::string metrics;  // table up to it
+        int frame = -1;       // the last finished one; -1: there is no earlier run
+        std::string metrics;  // table up to that frame
     };
 
-    /// Is it a file of an earlier run that a new one has no use for? past: the last frame that stays, -1 for
-    /// none.
+    /// Returns whether a file is left over from an earlier run and useless for a new one. past: the last
+    /// frame to keep, -1 for none.
     static bool is_stale(const std::string& name, int past);
 
-    /// Writes scene.json into the folder, which has been cleared. models: per body, what build_world reports;
-    /// their attributes go with the surfaces.
+    /// Writes scene.json into the folder, which has been cleared. models: per body, from build_world; their
+    /// attributes are written with the surfaces.
     RunOutput(OutputFolder& folder, const scene::SceneDescription& description, const body::World& world,
               const std::vector<io::Model>& models, const Past& past);
     ~RunOutput();
 
-    /// Frame 0 is the state before the first step. Surfaces are written every
-    /// nth frame, a row of metrics for each.
+    /// Frame 0 is the state before the first step. Surfaces are written every nth frame, a row of metrics for
+    /// each frame.
     void write_frame(const body::World& world, const body::StepReport& report, int frame);
     /// Writes metrics.csv and summary.json.
     void finish(const body::World& world, int frames, bool interrupted);
 
     Seconds& seconds() { return seconds_; }
-    /// The table so far.
+    /// Returns the table so far.
     const std::string& metrics() const { return metrics_; }
-    /// For the summary: the tools that cut nothing, and why (note_idle_tools).
+    /// Sets the summary's list of tools that cut nothing and why (note_idle_tools).
     void set_idle_tools(Json list) { idle_tools_ = std::move(list); }
-    /// Of all steps of the run, those before it was resumed included.
+    /// Counts all steps of the run, including those before a resume.
     const FlagCounts& flags() const { return flags_; }
 
   private:

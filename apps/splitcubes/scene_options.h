@@ -1,4 +1,4 @@
-// What `run` and `replay` are both told.
+// Options common to `run` and `replay`.
 #pragma once
 
 #include <string>
@@ -10,18 +10,18 @@ class Command;
 
 struct SceneOptions {
     std::string out;  // folder
-    int frames = -1;  // time steps; -1: not said
-    int threads = 0;  // 0: not said
+    int frames = -1;  // time steps; -1: not given
+    int threads = 0;  // 0: not given
     std::vector<std::string> set;
     bool pictures = false, links = false;
     bool force = false;               // write into a folder that has other files
-    std::vector<std::string> inputs;  // folders to look for the scene's files in
+    std::vector<std::string> inputs;  // folders to search for the scene's files
 
-    /// Adds all of them to a command; frames_text: what it says of --frames.
+    /// Adds all options to a command; frames_text: help of --frames.
     void add_to(Command& command, const std::string& frames_text);
-    /// Throws InputError where the folder cannot be written: asked before anything is read.
+    /// Throws InputError if the folder cannot be written. Called before anything is read.
     void check() const;
-    /// As overrides of a scene.
+    /// Returns the options as overrides of a scene.
     std::vector<std::string> overrides() const;
 };
 

@@ -34,7 +34,7 @@ std::unique_ptr<body::World> make_world(const scene::SceneDescription& descripti
     parallel->watch(&progress);
     auto world = scene::build_world(description, parallel, built,
                                     opengl_backend_maker(description.occlusion.backend == "opengl"));
-    // Steps are never left half done.
+    // Steps are not cancelled half way.
     parallel->watch(nullptr);
     progress.finish();
     for (const auto& [name, note] : built.notes) print_notes(name, {note});
@@ -58,7 +58,7 @@ std::vector<fs::path> files_read(const RunOptions& options, scene::SceneDescript
     return out;
 }
 
-// Before any work: a recording must not take the place of another file of the run.
+// Checks before the work that a recording does not replace another file of the run.
 void check_recording(const fs::path& file, scene::SceneDescription& description, const OutputFolder& folder) {
     if (file.empty()) return;
     check_report_output(file);
@@ -73,8 +73,8 @@ fs::path parent_folder(const fs::path& file) {
     return fs::absolute(file).lexically_normal().parent_path();
 }
 
-// A recording names its files relative to its folder, where those of the run are below that, and has copies
-// of its own beside it otherwise: a path that leads up tells of the machine and of nothing else.
+// A recording refers to files by paths relative to its folder if those of the run are below it, and otherwise
+// has copies of its own beside it: a path that leads upward would reveal the machine's layout.
 scene::SceneDescription recorded_scene(const fs::path& file, scene::SceneDescription in_run,
                                        const InputCopies& copies) {
     if (file.empty()) return in_run;
@@ -104,8 +104,8 @@ void write_recording(const fs::path& file, scene::SceneDescription description, 
     io::write_file(file, scene::recording_text(recording, parent_folder(file)));
 }
 
-// Takes out of the folder what an earlier run left, and puts in what the scene needs; returns the scene of
-// these copies.
+// Removes files of an earlier run from the folder and copies the scene's inputs into it; returns the scene
+// that refers to the copies.
 scene::SceneDescription begin_folder(OutputFolder& folder, const InputCopies& copies, int past,
                                      std::vector<io::Model>& models) {
     const std::string inputs = "inputs/";
@@ -118,7 +118,7 @@ scene::SceneDescription begin_folder(OutputFolder& folder, const InputCopies& co
     return copies.scene_in(folder.path() / inputs);
 }
 
-// The recorded last state belongs to the recorded number of frames.
+// The recorded last state is valid for the recorded number of frames only.
 int compare_states(const scene::Recording& recording, bool changed, const std::string& state, int frames) {
     if (frames != recording.scene.frames || recording.last_state.empty()) return 0;
     if (state == recording.last_state) {

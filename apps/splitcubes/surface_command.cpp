@@ -23,7 +23,7 @@ struct SurfaceOptions {
     LostMaterialOptions lost;
     MeshScale scale;
     int cells = 0;
-    double cell_size = 0;  // in the unit
+    double cell_size = 0;  // in units of the files
     int threads = 0;
 };
 

@@ -21,7 +21,7 @@ struct ValidateOptions {
     bool all_parts = false;
 };
 
-// What is wrong, one reason after the other; counts of zero are none.
+// Collects reasons; counts of zero are skipped.
 class Reasons {
   public:
     void add(std::size_t count, const char* one, const char* many) {
@@ -63,7 +63,7 @@ std::string part_line(const std::string& name, std::size_t triangles, double vol
            ", volume " + scale.volume_text(volume) + "\n";
 }
 
-// The largest; what is left out is counted.
+// Lists the largest parts and counts the rest.
 std::string parts_text(const geometry::MeshCheck& check, const ValidateOptions& options) {
     if (check.parts.size() < 2) return "";
     const std::size_t listed = options.all_parts ? check.parts.size() : 20;
@@ -89,7 +89,7 @@ std::string parts_text(const geometry::MeshCheck& check, const ValidateOptions& 
 bool validate_file(const std::string& file, const ValidateOptions& options) {
     geometry::TriangleMesh mesh = io::read_mesh(file);
     options.scale.apply(mesh, file);
-    // glTF splits vertices at seams and materials, so only places can say what is joined.
+    // glTF splits vertices at seams and materials, so connectivity is determined by position.
     if (io::format_of_extension(file) == io::MeshFormat::gltf) mesh = geometry::weld_equal_vertices(mesh);
     const geometry::MeshCheck check = geometry::check_mesh(mesh);
     std::cout << file << ": " << (check.valid() ? "valid" : "NOT valid") << "\n  vertices " << check.vertices
@@ -100,7 +100,7 @@ bool validate_file(const std::string& file, const ValidateOptions& options) {
     return check.valid();
 }
 
-// All files are looked at, whatever the others are like.
+// All files are checked, whatever the result for the others.
 int validate(const ValidateOptions& options) {
     std::size_t invalid = 0, unreadable = 0;
     for (const std::string& file : options.files) {

@@ -34,7 +34,7 @@ body::HoldConstraint moved(const Vec3& point, const Vec3& normal, const Isometry
     return hold;
 }
 
-// Steps until the body is at rest; what holds it may have moved it at once.
+// Steps until the body is at rest; constraints may move it at the start.
 body::StepReport settle(body::World& world) {
     body::StepReport report = world.step();
     for (int k = 0; k < 600; ++k) {
@@ -64,7 +64,7 @@ struct Bar {
         body = &world.add_body(box, settings_of(spacing));
         body->add_constraint(moved(Vec3::Zero(), -Vec3::UnitX(), Isometry::Identity()));
     }
-    // Of the end face's middle, and the free length up to the phyxels that are held.
+    // Displacement of the end face's middle, and the free length beyond the held phyxels.
     double end_displacement(int axis) const {
         const meshless::Phyxels& p = body->phyxels();
         double far = 0, sum = 0, count = 0;
@@ -86,8 +86,8 @@ struct Bar {
     body::Body* body = nullptr;
 };
 
-// Share of a bent bar's energy that the gradients see, for the displacement of pure
-// bending u = (-x z, 0, (x^2 + nu (z^2 - y^2)) / 2): uniaxial stress E z is expected.
+// Returns the share of a bent bar's energy that the gradients resolve, for the displacement of pure bending u
+// = (-x z, 0, (x^2 + nu (z^2 - y^2)) / 2) with uniaxial stress E z.
 double bending_seen(const body::Body& body) {
     const meshless::Neighbourhoods& n = body.neighbourhoods();
     const meshless::Phyxels& p = body.phyxels();
@@ -110,7 +110,7 @@ ValidationPoint cantilever(int across, const Space& parallel) {
     Bar bar(across, Vec3(0, 0, -0.5), parallel);
     settle(bar.world);
     const double length = bar_length - bar.held_up_to(), side = bar_side;
-    const double end = length - 0.5 * bar_side / across;  // where the last phyxels are
+    const double end = length - 0.5 * bar_side / across;  // position of the last phyxels
     const double load = density * 0.5 * side * side;      // N/m
     const double bending = stiffness * std::pow(side, 4) / 12;
     const double shear = 5.0 / 6 * stiffness / (2 * (1 + poisson)) * side * side;
@@ -132,8 +132,8 @@ ValidationPoint tension(int across, const Space& parallel) {
     return {"tension", across, bar.body->phyxels().size(), bar.end_displacement(0), stretch, "m"};
 }
 
-// The end is turned by three degrees: the energy is G J angle^2 / 2 L, J = 0.1406 a^4
-// of a square (Timoshenko and Goodier, Theory of Elasticity, section 109).
+// The end is rotated by three degrees: the energy is G J angle^2 / 2 L, J = 0.1406 a^4 for a square
+// (Timoshenko and Goodier, Theory of Elasticity, section 109).
 ValidationPoint torsion(int across, const Space& parallel) {
     Bar bar(across, Vec3::Zero(), parallel);
     const double angle = 3 * std::numbers::pi / 180;
@@ -151,8 +151,8 @@ ValidationPoint torsion(int across, const Space& parallel) {
     return {"torsion", across, bar.body->phyxels().size(), report.elastic_energy, energy, "J"};
 }
 
-// The breathing of a free sphere: w R / c_L is the first root of
-// x cot x = 1 - x^2 / (4 k^2), k = c_T / c_L (Lamb 1882). Explicit steps.
+// Radial vibration of a free sphere: w R / c_L is the first root of x cot x = 1 - x^2 / (4 k^2), k = c_T /
+// c_L (Lamb 1882). Explicit steps.
 ValidationPoint sphere(int across, const Space& parallel) {
     const double radius = 0.05;
     body::WorldSettings settings = still(Vec3::Zero());
@@ -189,14 +189,13 @@ ValidationPoint sphere(int across, const Space& parallel) {
     return {"sphere", across, p.size(), measured, expected, "Hz"};
 }
 
-// A free sphere under its own gravity, g r / R towards the middle: it shrinks by
-// u = rho g R r / (10 (lambda + 2 mu)) ((3 - nu) / (1 + nu) - r^2 / R^2)
-// (Love, A treatise on the mathematical theory of elasticity, section 98). Compared is the
-// mean over the mass.
+// A free sphere under its own gravity, g r / R towards the centre, shrinks by u = rho g R r / (10 (lambda + 2
+// mu)) ((3 - nu) / (1 + nu) - r^2 / R^2) (Love, A treatise on the mathematical theory of elasticity, section
+// 98). The mass-weighted mean is compared.
 ValidationPoint gravity_of_sphere(int across, const Space& parallel) {
     const double radius = 0.05, gravity = 500;
     body::WorldSettings settings = still(Vec3::Zero());
-    settings.time_step = 5e-4;  // what falls in one must be far less than the radius
+    settings.time_step = 5e-4;  // the free fall in a step must be far less than the radius
     body::World world(settings, parallel);
     body::Body& ball = world.add_body(geometry::make_sphere(radius, 4), settings_of(2 * radius / across));
     meshless::Phyxels& p = ball.phyxels();
@@ -217,9 +216,9 @@ ValidationPoint gravity_of_sphere(int across, const Space& parallel) {
     return {"gravity", across, p.size(), measured / mass, expected / mass, "m"};
 }
 
-// A plate with a slit through its middle is pulled: the slit opens by 4 strain a
-// (Tada, Paris and Irwin, The stress analysis of cracks: an infinite plate under plane
-// stress), a being half its length, a tenth of the plate's width.
+// A plate with a slit in its middle is pulled: the slit opens by 4 strain a (Tada, Paris and Irwin, The
+// stress analysis of cracks: an infinite plate under plane stress), a being half its length, a tenth of the
+// plate's width.
 ValidationPoint crack(int across, const Space& parallel) {
     const double width = 0.4, height = 0.4, half = 0.05, strain = 0.01;
     const double spacing = half / across;

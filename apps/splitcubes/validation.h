@@ -1,4 +1,4 @@
-// The mechanics against linear elasticity, over phyxel spacings.
+// Compares the mechanics with linear elasticity for several phyxel spacings.
 #pragma once
 
 #include <splitcubes/core/parallel.h>
@@ -9,21 +9,21 @@
 
 namespace splitcubes::app {
 
-/// One measured value beside the one that linear elasticity gives.
+/// A measured value and that of linear elasticity.
 struct ValidationPoint {
     std::string test;       // name of the case
     int across = 0;         // phyxels across the thickness
     std::size_t count = 0;  // phyxels
     double measured = 0, expected = 0;
     std::string unit;
-    double seen = 0;  // of beams: share of the bending stiffness that the gradients see; else 0
+    double seen = 0;  // of beams: share of the bending stiffness that the gradients resolve; else 0
     double error() const { return measured / expected - 1; }
 };
 
-/// All cases, coarse to fine; about a minute.
+/// Runs all cases, coarse to fine; about a minute.
 std::vector<ValidationPoint> validate_mechanics(const std::shared_ptr<const Parallel>& parallel);
 
-/// |error| over the number of phyxels across, both logarithmic, as an SVG picture.
+/// Plots |error| over the number of phyxels across, both logarithmic, as SVG.
 std::string error_plot(const std::vector<ValidationPoint>& points);
 
 }  // namespace splitcubes::app

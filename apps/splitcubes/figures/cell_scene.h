@@ -1,4 +1,4 @@
-// One cell with crossed edges, all corners inside, and its surface.
+// A cell with cut edges, all corners inside, and its surface.
 #pragma once
 
 #include "drawing.h"
@@ -10,21 +10,21 @@
 
 namespace splitcubes::app::figures {
 
-/// A quad of the cell as it is drawn.
+/// A quad of the cell in the drawing.
 struct DrawnQuad {
     splitting::TableQuad table;
     std::array<Vec3, 4> corners;  // edge vertex, face vertex, centre, face vertex
 };
 
-/// The quads of the cell with these edges crossed in the middle, squarely, all by
-/// one cut; places from the Surface.
+/// Returns the quads of the cell with these edges cut in the middle at right angles, all by one cut;
+/// positions are those of the Surface.
 std::vector<DrawnQuad> quads_of_cell(splitting::CellMask mask);
 
 /// Draws quads from back to front, each in its colour.
 void draw_quads(Svg& svg, const CellView& view, std::vector<DrawnQuad> quads,
                 const std::vector<std::size_t>& colour_of_fan, double opacity);
 
-/// Marks the crossed edges of a mask.
+/// Marks the cut edges of a mask.
 void draw_crossings(Svg& svg, const CellView& view, splitting::CellMask mask);
 
 }  // namespace splitcubes::app::figures

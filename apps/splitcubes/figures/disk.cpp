@@ -1,4 +1,4 @@
-// An occlusion disk with its two cones and a cut, and its texels as seen from either phyxel.
+// Draws an occlusion disk with its two cones and a cut, and its texels as seen from either phyxel.
 #include "figures.h"
 
 #include <splitcubes/occlusion/disk.h>
@@ -13,8 +13,8 @@ namespace {
 
 using DiskCorners = std::array<Vec3, 3>;
 
-// Waves across the cones, up to a slanted front. Coordinates of the disk: the
-// first phyxel at the origin, the second at depth 2.
+// Returns waves across the cones, up to a slanted front. Coordinates of the disk: the first phyxel at the
+// origin, the second at depth 2.
 std::vector<DiskCorners> cut_surface() {
     constexpr int n = 12;
     const auto at = [](int i, int j) {
@@ -83,7 +83,7 @@ void draw_cones(Svg& svg, const std::vector<DiskCorners>& surface, const occlusi
     }
 }
 
-// Bit k: obscured from phyxel k.
+// Draws the samples; bit `which` is set for those occluded from that phyxel.
 void draw_mask(Svg& svg, double left, int which, const std::string& title,
                const std::vector<DiskCorners>& surface, const occlusion::DiskRaster& raster) {
     constexpr double texel = 9.5, top = 95;

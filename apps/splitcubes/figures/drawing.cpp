@@ -83,7 +83,7 @@ NodeGrid solid_grid(const Vec3i& node_count) {
 
 namespace {
 
-// Vertices of the layer by what they stand for: kind, lower node, axis and instance.
+// Finds vertices of the layer by kind, lower node, axis and instance.
 class LayerVertices {
   public:
     LayerVertices(const Surface& surface, int level) {
@@ -117,7 +117,7 @@ Patch::Point edge_point(const LayerVertices& vertices, const Vec3i& face, int k,
     return {home, vertices.at(VertexKind::edge, edge.node, edge.axis, edge.node == home ? 0 : 1)};
 }
 
-// The patch whose first ring corner is `start`, the ring edge before it being cut.
+// Returns the patch whose first ring corner is `start`; the ring edge before it is cut.
 Patch cut_patch(const LayerVertices& vertices, const Vec3i& face, unsigned mask, int start) {
     Patch out{face, {}, false};
     const int instance = Table::get().face(mask).instance[static_cast<std::size_t>(start)];

@@ -1,5 +1,4 @@
-// What the figures share: colours, a panel with its scale, a view of a cell, and
-// grids and patches to draw.
+// Shared parts of the figures: colours, a panel with its scale, a view of a cell, grids and patches.
 #pragma once
 
 #include "svg.h"
@@ -19,37 +18,36 @@ struct PieceColours {
 };
 const PieceColours& colours_of(std::size_t k);
 
-/// A part of the drawing with its own coordinates, y upward.
+/// A panel of the drawing with its own coordinates, y upward.
 struct Panel {
     Vec2 origin;   // pixels, of (0, 0)
-    double scale;  // pixels a unit
+    double scale;  // pixels per unit
 
     Vec2 at(const Vec2& p) const { return {origin[0] + scale * p[0], origin[1] - scale * p[1]}; }
 };
 
-/// Marks, the same in every figure and its legend.
+/// Symbols, the same in every figure and its legend.
 void draw_node(Svg& svg, const Vec2& at, const std::string& colour = ink);
 void draw_crossing(Svg& svg, const Vec2& at);
 void draw_edge_vertex(Svg& svg, const Vec2& at, const std::string& colour);
 void draw_face_vertex(Svg& svg, const Vec2& at, const std::string& colour);
 void draw_centre_vertex(Svg& svg, const Vec2& at, const std::string& colour);
 
-/// A cell seen at an angle, without perspective. Corner 0 is in front, lower left.
+/// Oblique view of a cell without perspective. Corner 0 is in front, lower left.
 struct CellView {
     Panel panel;
 
     Vec2 at(const Vec3& p) const;
     double depth(const Vec3& p) const;  // larger: farther away
-    /// Edges of the cube from `low` to `high`; those that end at the hidden corner dashed.
+    /// Draws the edges of the cube from `low` to `high`; those at the hidden corner are dashed.
     void draw_cube(Svg& svg, const Vec3& low, const Vec3& high, const Style& style) const;
 };
 
-/// A grid whose nodes are all inside; cell size 1, node (0, 0, 0) at the origin.
+/// Returns a grid whose nodes are all inside; cell size 1, node (0, 0, 0) at the origin.
 splitting::NodeGrid solid_grid(const Vec3i& node_count);
 
-/// Part of a face of the layer z = level that belongs to one node component: its
-/// outline runs from the face vertex over an edge vertex and nodes to an edge
-/// vertex and back. Whole faces have nodes only.
+/// Part of a face of the layer z = level that belongs to one node component. Its outline runs from the face
+/// vertex over an edge vertex and nodes to an edge vertex and back. Uncut faces have nodes only.
 struct Patch {
     struct Point {
         Vec3i node;

@@ -14,7 +14,7 @@ namespace {
 
 using namespace splitting;
 
-// The face drawn is the lower z face of a single cell.
+// Draws the lower z face of a single cell.
 constexpr int face = 4;
 
 struct FaceHit {
@@ -51,8 +51,8 @@ NodeGrid grid_around_faces(const Example& example) {
     return grid;
 }
 
-// Each node moves away from its cut edges. A component that was parted from others
-// moves as one and turns a little; one that hangs together round a cut's end bends.
+// Moves each node away from its cut edges. A component that is separated from others moves rigidly and
+// rotates a little; one that is connected around the end of a cut bends.
 std::array<geometry::Frame, 4> ring_frames(unsigned mask, Random& random) {
     const FaceConfiguration& configuration = Table::get().face(mask);
     std::array<Vec3, 4> shift;
@@ -101,7 +101,7 @@ void draw_cut_edges(Svg& svg, const Panel& panel, const Example& example) {
     }
 }
 
-// All patches of the face; frames: of its ring corners.
+// Draws all patches of the face; frames: of its ring corners.
 void draw_face(Svg& svg, const Panel& panel, const Example& example,
                const std::array<geometry::Frame, 4>& frames, bool at_rest) {
     const NodeGrid grid = grid_around_faces(example);

@@ -20,7 +20,7 @@ struct FanCase {
     std::vector<int> fans;
 };
 
-// A component with this many fans, in the mask with the fewest cut edges.
+// Returns the component with this many fans in the mask with the fewest cut edges.
 FanCase fewest_cuts_with(std::size_t fan_count) {
     FanCase best;
     for (int m = 0; m < mask_count; ++m) {
@@ -43,7 +43,7 @@ std::vector<DrawnQuad> quads_of(const FanCase& fans) {
     return out;
 }
 
-// Where one centre vertex for all crossings would lie.
+// Returns the position that a single centre vertex for all crossings would have.
 Vec3 common_centre(const std::vector<DrawnQuad>& quads) {
     std::map<int, Vec3> faces;
     std::map<int, CellCrossing> crossings;

@@ -1,5 +1,5 @@
-// The drawings of docs/algorithms. Their makers choose crossings;
-// where anything lies that follows from crossings, the library computes.
+// The drawings of docs/algorithms. Each chooses the crossings; the library computes all positions that follow
+// from them.
 #pragma once
 
 #include "svg.h"
@@ -22,7 +22,7 @@ struct Figure {
     Svg (*draw)();
 };
 
-/// All there are, in the order of the document.
+/// Returns all figures, in the order of the document.
 std::span<const Figure> all_figures();
 
 }  // namespace splitcubes::app::figures

@@ -1,5 +1,5 @@
-// Who jumps: the factor of a pair's weight as a cut's front passes between the
-// two, and as two fronts meet there.
+// Draws how continuous each criterion is: the factor of a pair's weight as a cut's front passes between the
+// two phyxels, and as two fronts meet there.
 #include "figures.h"
 #include "weight_field.h"
 
@@ -17,8 +17,8 @@ constexpr const char* colours[] = {"#08519c", "#c0392b", "#229954", "#d68910"};
 struct FrontPanel {
     double left;
     const char* title;
-    const char* words;   // below
-    double first, last;  // of the axis
+    const char* words;   // axis label
+    double first, last;  // range of the axis
     CutScene (*cut)(double at);
 };
 
@@ -56,7 +56,7 @@ double draw_curve(Svg& svg, const FrontPanel& panel, std::size_t kind) {
             factors(panel.cut(at), static_cast<occlusion::CriterionKind>(kind), {Vec3(1, 0, 0)})[0];
         if (k > 0) jump = std::max(jump, std::abs(factor - last));
         last = factor;
-        // Curves that coincide stay apart by a little.
+        // Offsets curves that coincide.
         line.emplace_back(panel.left + wide * k / steps,
                           top + high * (1 - factor) + 1.2 * (static_cast<double>(kind) - 1.5));
     }

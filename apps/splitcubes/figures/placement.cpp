@@ -43,7 +43,7 @@ Vec2 tangent_of(const FaceCrossing& c) {
     return {-c.normal[1], c.normal[0]};
 }
 
-// Tangent, turned to run from the crossing into the face and to its middle.
+// Returns the tangent, oriented from the crossing into the face towards its middle.
 Vec2 inward_tangent(const FaceCrossing& c) {
     const Vec2 t = tangent_of(c);
     return t.dot(Vec2(0.5, 0.5) - c.point) < 0 ? Vec2(-t) : t;
@@ -85,7 +85,7 @@ void draw_result(Svg& svg, const Panel& panel, const FaceCase& face) {
     draw_face_vertex(svg, panel.at(vertex), ink);
 }
 
-// The tangents of all crossings, `reach` long, both ways.
+// Draws the tangents of all crossings, `reach` long to both sides.
 void draw_tangents(Svg& svg, const Panel& panel, const FaceCase& face, double back, double reach) {
     for (int k = 0; k < 4; ++k) {
         if (!(face.mask >> k & 1U)) continue;
@@ -97,7 +97,7 @@ void draw_tangents(Svg& svg, const Panel& panel, const FaceCase& face, double ba
 void draw_single(Svg& svg, const Panel& panel) {
     const FaceCase face({{0, 0.35, 62}});
     draw_frame(svg, panel, "one crossing", "half way to where it leaves");
-    // The vertex is half way, so the tangent leaves the face at twice the way.
+    // The vertex is the midpoint, so the tangent leaves the face at twice its offset.
     const Vec2 start = face.at(0).point, leave = start + 2 * (face.vertex() - start);
     svg.line(panel.at(start), panel.at(leave), construction);
     svg.circle(panel.at(leave), 2.5, {.fill = red});
@@ -169,7 +169,7 @@ void draw_slide(Svg& svg, const Panel& panel) {
     svg.text(panel.at({0.72, 0.24}), "cut", Anchor::middle, 12, "#555555");
 }
 
-// A ball below the cell whose top is in it, and the crossings it makes.
+// A ball below the cell whose top reaches into it, and its crossings.
 const Vec3 ball(0.5, 0.5, -2.75);
 constexpr double ball_radius = 3.3;
 
@@ -184,7 +184,7 @@ NodeGrid grid_over_ball() {
     return grid;
 }
 
-// The lift of the centre, in the plane x = 0.5; heights five times as large.
+// Draws the lift of the centre in the plane x = 0.5, heights exaggerated five times.
 void draw_lift(Svg& svg, const Panel& panel) {
     draw_frame(svg, panel, "smooth centre", "lifted from the mean of the faces");
     svg.text(panel.at({0.5, 0.12}), "heights x 5", Anchor::middle, 12, "#555555");
@@ -196,7 +196,7 @@ void draw_lift(Svg& svg, const Panel& panel) {
     }
     svg.polyline(circle, {.stroke = "#2a7a36", .width = 2});
     const Surface surface(grid_over_ball());
-    // Both instances of a face lie at one place, so the mean is that of the faces.
+    // Both instances of a face vertex coincide, so their mean is that of the faces.
     std::vector<Vec3> faces;
     Vec3 centre = Vec3::Zero(), mean = Vec3::Zero();
     for (const SurfaceVertex& v : surface.vertices()) {

@@ -18,7 +18,7 @@ CellMask edges_of_node(int count) {
     return static_cast<CellMask>(mask);
 }
 
-// All edges along x: what a sheet across x cuts.
+// Returns the mask of all edges along x, which a sheet across x cuts.
 CellMask edges_along_x() {
     unsigned mask = 0;
     for (int e = 0; e < edge_count; ++e)

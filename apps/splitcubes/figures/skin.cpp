@@ -16,10 +16,10 @@ namespace {
 
 using namespace splitting;
 
-// A tilted bar along z, whole and cut by a slanted plane along z.
+// A tilted bar along z, intact and cut by a slanted plane along z.
 struct SkinBar {
     NodeGrid whole, cut;
-    int level = 0;  // the layer of grid faces that is drawn
+    int level = 0;  // layer of grid faces that is drawn
 };
 
 SkinBar make_bar() {
@@ -35,10 +35,10 @@ SkinBar make_bar() {
     return bar;
 }
 
-// The faces of one layer of a grid, at rest or moved.
+// The faces of one layer of a grid, at rest or displaced.
 class Layer {
   public:
-    // frames: one a piece.
+    // frames: one per piece.
     Layer(const NodeGrid& grid, int level, const std::vector<geometry::Frame>& frames)
         : grid_(&grid),
           surface_(grid),
@@ -51,7 +51,7 @@ class Layer {
         deform(surface_, grid.rest(), node_frames, positions_, normals, Parallel(1));
     }
 
-    // The same with the faces at most `reach` faces away alone.
+    // Returns the faces at most `reach` faces away.
     Layer near(const Vec3i& face, int reach) const {
         Layer out = *this;
         std::erase_if(out.patches_,
@@ -95,7 +95,7 @@ void fill_patches(Svg& svg, const Panel& panel, const Layer& layer) {
     }
 }
 
-// From the edge vertices to the face vertices: the surface in the layer.
+// Draws the surface in the layer: lines from the edge vertices to the face vertices.
 void draw_surface(Svg& svg, const Panel& panel, const Layer& layer, const Style& style) {
     for (const Patch& patch : layer.patches()) {
         if (patch.whole) continue;
@@ -117,7 +117,7 @@ void draw_grid(Svg& svg, const Panel& panel, const RestGrid& rest, const Vec2& l
         }
 }
 
-// The ring edges of a face that are crossed, and by what.
+// Returns the crossed ring edges of a face with their origin.
 std::vector<Crossing> crossings_of(const NodeGrid& grid, const Vec3i& face) {
     std::vector<Crossing> out;
     for (int axis = 0; axis < 2; ++axis)
@@ -136,7 +136,7 @@ bool has_both(const std::vector<Crossing>& crossings) {
            !std::all_of(crossings.begin(), crossings.end(), is_cut);
 }
 
-// The highest face in which the cut meets the skin.
+// Returns the highest face in which the cut meets the boundary.
 Vec3i upper_meeting(const Layer& layer) {
     Vec3i best(0, -1, 0);
     for (const Patch& patch : layer.patches())

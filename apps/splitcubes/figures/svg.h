@@ -1,4 +1,4 @@
-// Drawings as SVG text: lines, outlines, dots and words on a white ground.
+// SVG drawings: lines, outlines, dots and text on a white background.
 #pragma once
 
 #include <splitcubes/math/types.h>
@@ -8,19 +8,19 @@
 
 namespace splitcubes::app::figures {
 
-/// How something is drawn. Colours as SVG writes them; lengths in pixels.
+/// Drawing style. Colours in SVG syntax; lengths in pixels.
 struct Style {
     std::string fill = "none";
     std::string stroke = "none";
     double width = 1.5;
     double fill_opacity = 1;
-    std::string dashes = "";  // "4 3"; empty: a whole line
+    std::string dashes = "";  // "4 3"; empty: solid line
 };
 
 enum class Anchor { start, middle, end };
 
-/// Pixels from the upper left corner, y downward. Numbers are written with two
-/// decimals, so that text does not depend on the last digits of a maths library.
+/// An SVG document in pixels from the upper left corner, y downward. Numbers have two decimals, so that the
+/// text does not depend on the last digits of a maths library.
 class Svg {
   public:
     Svg(double width, double height);
@@ -29,13 +29,13 @@ class Svg {
     void polyline(std::span<const Vec2> points, const Style& style);
     void polygon(std::span<const Vec2> points, const Style& style);
     void circle(const Vec2& centre, double radius, const Style& style);
-    /// A line with a head at its end.
+    /// Draws a line with an arrow head at its end.
     void arrow(const Vec2& from, const Vec2& to, const Style& style);
-    /// `at`: the middle of the text's height..
+    /// at: vertical middle of the text.
     void text(const Vec2& at, const std::string& words, Anchor anchor = Anchor::middle, double size = 13,
               const std::string& colour = "#222222", bool bold = false);
 
-    /// The whole document.
+    /// Returns the whole document.
     std::string document() const;
 
   private:

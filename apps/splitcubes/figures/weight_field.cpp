@@ -13,7 +13,7 @@ using occlusion::CriterionKind;
 
 constexpr double cut_plane = 0.5;
 
-// The lattice as the link graph takes it.
+// The lattice in the form that the link graph takes.
 struct Lattice {
     std::vector<Vec3> rest;
     std::vector<double> support;
@@ -42,7 +42,7 @@ double ratio(const Vec3& point, double distance) {
     return occlusion::weight_ratio(point.norm(), std::max(distance, point.norm()), lattice_support());
 }
 
-// Each point taken as one phyxel more, linked to those in reach of it.
+// Adds each point as a phyxel that is linked to those within reach.
 std::vector<double> graph_factors(const CutScene& scene, const std::vector<Vec3>& points) {
     const Lattice lattice;
     const occlusion::LinkGraph graph(scene.occluders, lattice.set());

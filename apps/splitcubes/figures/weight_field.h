@@ -1,5 +1,5 @@
-// What the criteria make of cuts beside a phyxel: the subject of figure 7 of
-// Pietroni et al. 2007.
+// The weights that the visibility criteria give at cuts near a phyxel: the subject of figure 7 of Pietroni et
+// al. 2007.
 #pragma once
 
 #include <splitcubes/occlusion/segment_criteria.h>
@@ -10,8 +10,8 @@
 
 namespace splitcubes::app::figures {
 
-/// Phyxels on a lattice of spacing 1, one of them at the origin, and flat cuts in
-/// the plane x = 0.5, seen in the plane z = 0.
+/// Phyxels on a lattice of spacing 1, one of them at the origin, and flat cuts in the plane x = 0.5, viewed
+/// in the plane z = 0.
 struct CutScene {
     std::string name;
     std::vector<std::array<double, 2>> cut;  // ranges of y that are cut
@@ -19,18 +19,18 @@ struct CutScene {
 };
 CutScene make_cut(const std::string& name, std::vector<std::array<double, 2>> ranges);
 
-/// Support radius of the lattice's phyxels: 3 times the mean distance of the ten
-/// nearest (Mueller et al. 2004), which shows more than the 1.6 of the program.
+/// Returns the support radius of the lattice's phyxels: 3 times the mean distance of the ten nearest (Mueller
+/// et al. 2004), which shows more than the program's factor 1.6.
 double lattice_support();
 
-/// Where cuts begin and end that reach beyond what is seen.
+/// Coordinate of the ends of cuts that extend beyond the view.
 inline constexpr double far_away = 7;
 
-/// For each point the factor of its weight about the origin's phyxel, 0 .. 1.
+/// Returns for each point the factor of its weight about the origin's phyxel, 0 .. 1.
 std::vector<double> factors(const CutScene& scene, occlusion::CriterionKind kind,
                             const std::vector<Vec3>& points);
 
-/// The kernel's weight at a distance, 1 at distance 0.
+/// Returns the kernel's weight at a distance; 1 at distance 0.
 double kernel_weight(double distance);
 
 }  // namespace splitcubes::app::figures

@@ -15,7 +15,7 @@ namespace splitcubes::app::figures {
 
 namespace {
 
-constexpr double half_width = 3.4;  // of what is seen, spacings
+constexpr double half_width = 3.4;  // of the view, spacings
 
 std::vector<CutScene> cuts() {
     std::vector<CutScene> out;
@@ -25,7 +25,7 @@ std::vector<CutScene> cuts() {
     return out;
 }
 
-// Weights at the centres of side x side squares, row after row from the top.
+// Returns the weights at the centres of side x side squares, row by row from the top.
 std::vector<double> weights(const CutScene& scene, occlusion::CriterionKind kind, int side,
                             std::vector<Vec3>& points) {
     points.clear();
@@ -60,7 +60,7 @@ namespace {
 
 constexpr int panel = 240, margin = 8;  // pixels
 
-// Isolines at tenths, and a bold one where the next phyxels stand without a cut.
+// Isolines at tenths, and a bold one at the weight of the nearest phyxels without a cut.
 bool on_isoline(double value, double right, double below, double level) {
     return (value < level) != (right < level) || (value < level) != (below < level);
 }
@@ -101,7 +101,7 @@ void draw_field(Canvas& canvas, int left, int top, const CutScene& scene, const 
                 for (int d = 0; d < 4; ++d)
                     if (column + d % 2 < panel && row + d / 2 < panel)
                         canvas.set(left + column + d % 2, top + row + d / 2, Vec3(0.95, 0.6, 0.1));
-    const double pixels = panel / (2 * half_width);  // a spacing
+    const double pixels = panel / (2 * half_width);  // per spacing
     for (const auto& [from, until] : scene.cut)
         for (int row = 0; row < panel; ++row) {
             const double y = half_width - (row + 0.5) / pixels;

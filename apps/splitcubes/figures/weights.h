@@ -5,12 +5,11 @@
 
 namespace splitcubes::app::figures {
 
-/// A PNG: columns are a partial cut, a complete one and two with a gap; rows are
-/// the criteria in the order of occlusion::criterion_names. Throws JobError where
-/// the program was built without pictures.
+/// Writes a PNG: columns are a partial cut, a complete one and two with a gap; rows are the criteria in the
+/// order of occlusion::criterion_names. Throws JobError in a build without pictures.
 void draw_weights(const std::filesystem::path& picture);
 
-/// The same fields, coarser: cut,criterion,x,y,weight; x and y in spacings of phyxels.
+/// Writes the same fields at lower resolution: cut,criterion,x,y,weight; x and y in phyxel spacings.
 void write_weights(const std::filesystem::path& csv);
 
 }  // namespace splitcubes::app::figures
