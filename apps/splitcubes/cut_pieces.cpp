@@ -65,7 +65,7 @@ CutResult arrange_pieces(geometry::SurfaceMesh whole, const splitting::Pieces& p
     CutResult out;
     std::vector<std::int32_t> place(count);
     std::vector<std::uint8_t> kept;
-    std::array<std::size_t, 3> numbers{};  // last number given, by fate
+    std::array<std::size_t, 3> numbers{};  // next number, by fate
     for (const std::size_t k : order) {
         place[k] = static_cast<std::int32_t>(out.pieces.size());
         const std::size_t number = numbers[static_cast<std::size_t>(fates[k])]++;

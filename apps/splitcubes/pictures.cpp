@@ -105,7 +105,7 @@ render::Picture PictureMaker::lines_of(const Links& links, double time) {
     std::vector<bool> touched(links.positions.size(), false);
     for (const Link& link : links.links)
         if (link.visibility < 1) touched[link.a] = touched[link.b] = true;
-    // Without a cut no links are highlighted.
+    // Without a cut all links are drawn as those of touched phyxels.
     if (std::find(touched.begin(), touched.end(), true) == touched.end())
         touched.assign(touched.size(), true);
     constexpr int shades = 8;

@@ -11,7 +11,7 @@ namespace splitcubes::geometry {
 
 namespace {
 
-// As far as sweep_grid takes triangles whole, in cells, with one to spare.
+// Range in cells within which sweep_grid keeps triangles unclipped, less one.
 constexpr double whole_reach = 0x1.0p18 - 1;
 
 void check_mesh_is_sound(const TriangleMesh& mesh) {
@@ -21,8 +21,8 @@ void check_mesh_is_sound(const TriangleMesh& mesh) {
                 throw InputError("closed mesh", "vertex " + std::to_string(v) + " is missing or not finite");
 }
 
-// The winding number steps along lines of the grid: up each line, the number of
-// the next node is that of the last minus the directions of the crossings between.
+// Changes of the winding number along grid lines: the number at the next node is that of the last minus the
+// directions of the crossings between.
 class Steps {
   public:
     Steps(const RestGrid& grid, const TriangleMesh& mesh)
@@ -43,10 +43,10 @@ class Steps {
         }
     }
 
-    // Winding number of node (0, y, z) less that of node (0, 0, 0).
+    // Returns the winding number of node (0, y, z) less that of node (0, 0, 0).
     int at(int y, int z) const { return columns_[index(y, z)]; }
 
-    // Of any node, less that of node (0, 0, 0). Slow.
+    // Returns the winding number of any node less that of node (0, 0, 0). Slow.
     int at(const Vec3i& node) const {
         int winding = at(node[1], node[2]);
         for_axis(0, [&](const EdgeCrossing& c) {
@@ -92,9 +92,8 @@ class Steps {
     std::vector<int> columns_;
 };
 
-// All crossings of the line along x through node (0, 0, 0), on that node's
-// far side; beyond them the number is zero. Same origin and cells, so the same
-// lattice, as the sweep of the whole grid.
+// Sums all crossings of the line along x through node (0, 0, 0) before that node; beyond them the number is
+// zero. Uses the origin and cells of the sweep of the whole grid, and so the same lattice.
 int by_ray(const RestGrid& grid, const TriangleMesh& mesh) {
     RestGrid line = grid;
     const double reach = std::max(0.0, grid.to_grid(mesh.bounds().max)[0]);
@@ -106,8 +105,8 @@ int by_ray(const RestGrid& grid, const TriangleMesh& mesh) {
     return winding;
 }
 
-// From the solid angles at that corner of the grid at which they make up a whole
-// number best: the others may lie on the mesh.
+// Uses the solid angles at the corner of the grid where they come closest to an integer: other corners may
+// lie on the mesh.
 int by_solid_angle(const RestGrid& grid, const TriangleMesh& mesh, const Steps& steps) {
     const WindingNumber winding(mesh);
     double least = 2;

@@ -1,9 +1,9 @@
-// Compiled once for each instruction set by Highway's foreach_target.h. What they round differently lies
+// Compiled once per instruction set by Highway's foreach_target.h. Rounding differences between them lie
 // within WindingJet::error2.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splitcubes/geometry/winding_jets.cpp"
 #include <hwy/foreach_target.h>
-// Must come after it.
+// Must be included after foreach_target.h.
 #include <hwy/highway.h>
 
 #include <splitcubes/geometry/winding_jets.h>
@@ -16,13 +16,13 @@
 #define SPLITCUBES_GEOMETRY_WINDING_JETS_CPP
 namespace splitcubes::geometry {
 
-// Sums over one block of triangles, by lane.
+// Sums over a block of triangles, by lane.
 struct JetLanes {
     static constexpr std::size_t width = WindingTriangles::width;
     float re[width], im[width], turns[width];
     float gradient[3][width], second[3][width];
     float error2[width];
-    std::uint32_t doubtful[1024];  // triangles left out
+    std::uint32_t doubtful[1024];  // triangles skipped because rounding decides their sign
     std::size_t doubtful_count;
 };
 
@@ -51,7 +51,7 @@ HWY_INLINE V dot(const Point& a, const Point& b) {
     return hn::MulAdd(a.x[0], b.x[0], hn::MulAdd(a.x[1], b.x[1], hn::Mul(a.x[2], b.x[2])));
 }
 
-// 1 / sqrt, to about a unit in the last place for any instruction set.
+// Returns 1 / sqrt, accurate to about one unit in the last place on any instruction set.
 HWY_INLINE V inverse_root(V value) {
     value = hn::Max(value, set(1e-30f));
     V root = hn::ApproximateReciprocalSqrt(value);
@@ -67,7 +67,7 @@ HWY_INLINE Point corner(const WindingTriangles& some, std::size_t k, std::size_t
     return out;
 }
 
-// A triangle as seen from a point: half its solid angle is the argument of re + i im, which has length one.
+// A triangle as seen from a point: half its solid angle is the argument of re + i im, which is normalised.
 struct Sight {
     Point corner[3], area;
     V length[3], inverse[3], product[3];  // product: of the other two lengths and of the other two corners
@@ -102,8 +102,8 @@ HWY_INLINE Sight sight(const WindingTriangles& some, std::size_t first, const Po
     return s;
 }
 
-// Arguments add up where complex numbers are multiplied, but for whole turns: those are counted where the
-// product passes the negative axis.
+// Product of complex numbers. Arguments add up under multiplication modulo full turns, which are counted when
+// the product crosses the negative axis.
 struct Product {
     V re, im, turns;
 };
@@ -123,8 +123,8 @@ HWY_INLINE void multiply(Product& p, V re, V im, M used) {
     p.im = next_im;
 }
 
-// First and second derivative of the argument along an axis: of the imaginary part of log z, where the
-// point moves and so the corners move the other way.
+// Adds the first and second derivative of the argument along an axis, as those of the imaginary part of log
+// z. The point moves, so the corners relative to it move the other way.
 HWY_INLINE void add_derivatives(const Sight& s, const V* slopes, std::size_t axis, M used, V& first,
                                 V& second) {
     const V two = set(2);
@@ -164,7 +164,7 @@ HWY_INLINE void add_block(const WindingTriangles& some, std::size_t begin, std::
         const Sight s = sight(some, t, from, far);
         const M in = hn::FirstN(d, end - t);
         const V error = hn::Mul(s.error, unit);
-        // At the rim the angle is anything; within the triangle it jumps.
+        // The angle is undefined at the triangle's boundary and jumps inside the triangle.
         const M within = hn::And(hn::Lt(s.re, hn::Zero(d)), hn::Le(hn::Abs(s.im), hn::Mul(set(4), error)));
         const M at_rim = hn::Or(hn::Gt(error, set(5e-3f)), hn::Gt(s.inverses, set(1e5f)));
         const M doubtful = hn::And(in, hn::Or(within, at_rim));
@@ -211,8 +211,8 @@ void add_values(const WindingTriangles& some, std::size_t begin, std::size_t end
     add_block<false>(some, begin, end, point, reach, out);
 }
 
-// By triangle: how far its rim is from a point, and a bound on the integral of r^-7 along it, where r is the
-// distance to some point of the ball of that radius around the point, whichever it is.
+// Computes per triangle the distance of its boundary from a point, and a bound on the integral of r^-7 along
+// its boundary, r being the distance to any point of the ball of that radius around the point.
 void rim_distances(const WindingTriangles& some, const float* point, float radius, float* distances,
                    float* bounds) {
     const Point from{{set(point[0]), set(point[1]), set(point[2])}};
@@ -236,7 +236,7 @@ void rim_distances(const WindingTriangles& some, const float* point, float radiu
             const V gap = hn::Max(hn::Sub(distance, set(radius)), set(1e-3f));
             const V i = hn::Div(set(1), gap), i2 = hn::Mul(i, i), i6 = hn::Mul(i2, hn::Mul(i2, i2));
             const V length = hn::Mul(length2, inverse);
-            // A straight line without end has 16/15 r^-6.
+            // An infinite straight line has the integral 16/15 r^-6.
             bound = hn::MulAdd(i6, hn::Min(hn::Mul(length, i), set(16.0f / 15)), bound);
         }
         hn::StoreU(hn::Mul(least2, inverse_root(least2)), d, distances + t);
@@ -257,7 +257,7 @@ HWY_EXPORT(rim_distances);
 
 namespace {
 
-// As Product, of one number at a time.
+// Product of one number at a time.
 struct ScalarProduct {
     double re = 1, im = 0, turns = 0;
 
@@ -272,7 +272,7 @@ struct ScalarProduct {
     }
 };
 
-// In double precision, the same formulas. Adds to the jet.
+// Adds a triangle to the jet in double precision, with the same formulas.
 void add_triangle(const WindingTriangles::Corners& corners, const Vec3& point, WindingJet& jet) {
     const Vec3 c[3] = {corners[0] - point, corners[1] - point, corners[2] - point};
     const Vec3 area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
@@ -286,7 +286,7 @@ void add_triangle(const WindingTriangles::Corners& corners, const Vec3& point, W
     const double volume = c[0].dot(area);
     const double rest = l[0] * products[0] + l[1] * dots[1] + l[2] * dots[2];
     const double square = volume * volume + rest * rest, lengths = l[0] * l[1] * l[2];
-    // Closer than the lattice of the crossings resolves: to the rim, or to the triangle.
+    // Distance, to boundary or triangle, below which the lattice of crossings does not resolve the side.
     constexpr double resolution = 2e-6;
     const double shortest = std::min({l[0], l[1], l[2]});
     if (!(square > 0) || std::sqrt(square) * shortest < 30 * resolution * lengths ||
@@ -328,7 +328,7 @@ void WindingTriangles::add(const Corners& corners, std::uint32_t id) {
     ids_.push_back(id);
 }
 
-// A whole vector is read of the last ones.
+// Pads the arrays: the loops read whole vectors.
 void WindingTriangles::finish() {
     for (std::vector<float>& values : arrays_) values.resize(ids_.size() + width, 0.0f);
 }
@@ -372,7 +372,7 @@ WindingJets::WindingJets(std::vector<WindingTriangles::Corners> all) : all_(std:
 
 template <bool with_derivatives>
 WindingJet WindingJets::sum(const WindingTriangles& some, const Vec3& point) const {
-    // Short, so that sums in single precision lose little.
+    // Short blocks keep the rounding error of single-precision sums small.
     constexpr std::size_t block = 1024;
     const float at[3] = {static_cast<float>(point[0]), static_cast<float>(point[1]),
                          static_cast<float>(point[2])};

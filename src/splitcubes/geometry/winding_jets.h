@@ -1,4 +1,4 @@
-// The winding number of many triangles at a point with its derivatives.
+// Winding number of many triangles at a point, with derivatives.
 #pragma once
 
 #include <splitcubes/math/types.h>
@@ -10,19 +10,19 @@
 
 namespace splitcubes::geometry {
 
-/// A winding number and how it changes where no triangle is crossed.
+/// A winding number and its derivatives away from the triangles.
 struct WindingJet {
     double value = 0;
     Vec3 gradient = Vec3::Zero();
-    Vec3 second = Vec3::Zero();  // along each axis, twice
-    /// Sum of the squares of the bounds on each triangle's rounding error. The errors are independent, so
-    /// that their sum keeps within a small multiple of the root (Higham and Mary 2019).
+    Vec3 second = Vec3::Zero();  // second derivative along each axis
+    /// Sum of the squared bounds on each triangle's rounding error. The errors are independent, so their sum
+    /// stays within a small multiple of the square root (Higham and Mary 2019).
     double error2 = 0;
-    bool sound = true;  // false: so close to a triangle that rounding decides which side the point is on
+    bool sound = true;  // false: so close to a triangle that rounding decides the side
 };
 
-/// Triangles in single precision, one array a coordinate, each with the number that it has elsewhere.
-/// Lengths are in a unit in which the points of interest lie about one apart.
+/// Triangles in single precision, one array per coordinate, each with an id given by the caller. The unit of
+/// length is such that points of interest are about one apart.
 class WindingTriangles {
   public:
     using Corners = std::array<Vec3, 3>;
@@ -32,15 +32,15 @@ class WindingTriangles {
     std::uint32_t id(std::size_t k) const { return ids_[k]; }
     void clear();
     void add(const Corners& corners, std::uint32_t id);
-    /// After the last one.
+    /// To be called after the last triangle.
     void finish();
 
-    /// Fills `kept` with the triangles whose rim comes closer to a ball than `gap`. Returns a bound on the
-    /// sum of the integrals of r^-7 along the rims of the others, r being the distance to any point of the
-    /// ball.
+    /// Fills `kept` with the triangles whose boundary is closer to a ball than `gap`. Returns a bound on the
+    /// sum of the integrals of r^-7 along the boundaries of the others, r being the distance to any point of
+    /// the ball.
     double near(const Vec3& center, double radius, double gap, WindingTriangles& kept) const;
 
-    // For the loops: coordinates of corners, then of the area vectors.
+    // For the vectorised loops: coordinates of corners, then of the area vectors.
     const float* array(std::size_t k) const { return arrays_[k].data(); }
 
   private:
@@ -48,13 +48,13 @@ class WindingTriangles {
     std::vector<std::uint32_t> ids_;
 };
 
-/// The sums of triangles that are numbered by `all`.
+/// Evaluates the winding number of triangles whose ids are indices into `all`.
 class WindingJets {
   public:
     explicit WindingJets(std::vector<WindingTriangles::Corners> all);
 
     const WindingTriangles& triangles() const { return triangles_; }
-    /// With derivatives or without.
+    /// Sums with derivatives; value() sums without.
     WindingJet jet(const WindingTriangles& some, const Vec3& point) const;
     WindingJet value(const WindingTriangles& some, const Vec3& point) const;
 

@@ -1,9 +1,9 @@
-// Compiled once for each instruction set by Highway's foreach_target.h. What they round differently lies
+// Compiled once per instruction set by Highway's foreach_target.h. Rounding differences between them lie
 // within WindingLanes::error.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splitcubes/geometry/winding_lanes.cpp"
 #include <hwy/foreach_target.h>
-// Must come after it.
+// Must be included after foreach_target.h.
 #include <hwy/highway.h>
 
 #include <splitcubes/geometry/winding_lanes.h>
@@ -39,8 +39,9 @@ HWY_INLINE Point corner(const WindingLanes& lanes, std::size_t k, std::size_t fi
             hn::Sub(hn::LoadU(d, lanes.coordinate(k, 2) + first), from.z)};
 }
 
-// Half the solid angle of a triangle is the argument of a complex number, and a sum of arguments that of
-// the product, but for whole turns: those are counted where the product passes the negative axis.
+// Product of complex numbers. Half the solid angle of a triangle is the argument of a complex number, and a
+// sum of arguments that of the product modulo full turns, which are counted when the product crosses the
+// negative axis.
 struct Product {
     V re, im, turns;
 };
@@ -56,13 +57,14 @@ HWY_INLINE void multiply(Product& p, V re, V im, M used) {
     const M under = hn::AndNot(hn::Or(was_up, up), is_up);
     p.turns = hn::Add(p.turns, hn::IfThenElseZero(over, one));
     p.turns = hn::Sub(p.turns, hn::IfThenElseZero(under, one));
-    // Kept near one: a product of thousands would leave the numbers' range.
+    // Scaled to about one: a product of thousands would overflow.
     const V scale = hn::Div(one, hn::Add(hn::Abs(next_re), hn::Abs(next_im)));
     p.re = hn::Mul(next_re, scale);
     p.im = hn::Mul(next_im, scale);
 }
 
-// One vector of triangles (van Oosterom and Strackee 1983, eq. 8); returns which lanes rounding decides.
+// Adds one vector of triangles (van Oosterom and Strackee 1983, eq. 8); returns the lanes in which rounding
+// decides.
 HWY_INLINE M add_triangles(const WindingLanes& lanes, std::size_t first, M used, const Point& from,
                            Product& product) {
     const Point a = corner(lanes, 0, first, from), b = corner(lanes, 1, first, from);
@@ -74,7 +76,7 @@ HWY_INLINE M add_triangles(const WindingLanes& lanes, std::size_t first, M used,
     const V lengths = hn::Mul(hn::Mul(la, lb), lc);
     const V rest = hn::MulAdd(dot(a, b), lc, hn::MulAdd(dot(b, c), la, hn::MulAdd(dot(c, a), lb, lengths)));
     const V size = hn::Add(hn::Abs(volume), hn::Abs(rest));
-    // At the rim the angle is anything; within the triangle it jumps.
+    // The angle is undefined at the triangle's boundary and jumps inside the triangle.
     const M at_rim = hn::Le(size, hn::Mul(hn::Set(d, 1e-6), lengths));
     const M within =
         hn::And(hn::Lt(rest, hn::Zero(d)), hn::Le(hn::Abs(volume), hn::Mul(hn::Set(d, 1e-8), hn::Abs(rest))));
@@ -119,7 +121,7 @@ void WindingLanes::add(const std::array<Vec3, 3>& corners) {
         coordinates_[k].push_back(corners[k / 3][static_cast<Eigen::Index>(k % 3)]);
 }
 
-// A whole vector is read of the last ones.
+// Pads the arrays: the loops read whole vectors.
 void WindingLanes::finish() {
     for (std::vector<double>& values : coordinates_) values.insert(values.end(), width, 0.0);
 }

@@ -1,4 +1,4 @@
-// Solid angles of many triangles at once.
+// Vectorised solid angles of many triangles.
 #pragma once
 
 #include <splitcubes/math/types.h>
@@ -11,26 +11,26 @@
 
 namespace splitcubes::geometry {
 
-/// The corners of triangles, one array a coordinate, for loops over several triangles side by side.
+/// Corners of triangles, one array per coordinate, for loops over several triangles at once.
 class WindingLanes {
   public:
     /// Triangles first <= t < last.
     struct Run {
         std::uint32_t first, last;
     };
-    /// What `error` is at most where the sum is `sound`, for each triangle.
+    /// Bound on the error per triangle if solid_angle returns true.
     static constexpr double error = 1e-8;
 
     void reserve(std::size_t triangles);
     void add(const std::array<Vec3, 3>& corners);
-    /// After the last one.
+    /// To be called after the last triangle.
     void finish();
 
-    /// The sum of the signed solid angles that the triangles have as seen from the point. False, where it
-    /// lies so close to one of them or to its rim that rounding decides which side it is on.
+    /// Computes the sum of the signed solid angles of the triangles as seen from the point. Returns false if
+    /// the point is so close to a triangle or its boundary that rounding decides the side.
     bool solid_angle(const Vec3& point, std::span<const Run> runs, double& sum) const;
 
-    // For the loop.
+    // For the vectorised loops.
     static constexpr std::size_t width = 8;
     const double* coordinate(std::size_t corner, std::size_t axis) const {
         return coordinates_[3 * corner + axis].data();

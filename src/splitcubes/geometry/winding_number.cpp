@@ -10,13 +10,13 @@ namespace splitcubes::geometry {
 
 namespace {
 
-// Accuracy parameter of Barill et al., opening distance over node radius. With 2 the
-// worst errors inside a mesh's box are 6e-3, with this below 1e-3.
+// Accuracy parameter of Barill et al., opening distance over node radius. With 2 the worst errors inside a
+// mesh's bounding box are 6e-3, with this value below 1e-3.
 constexpr double beta = 3.25;
 constexpr std::uint32_t triangles_per_leaf = 4;
 
-// Twice atan2: the signed solid angle of a triangle seen from the origin (van
-// Oosterom and Strackee 1983, eq. 8). Zero from within the triangle's plane.
+// Returns the signed solid angle of a triangle seen from the origin (van Oosterom and Strackee 1983, eq. 8).
+// Zero from within the triangle's plane.
 double solid_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
     const double volume = a.dot(b.cross(c));
     if (volume == 0) return 0;
@@ -24,12 +24,12 @@ double solid_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
     return 2 * std::atan2(volume, la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
 }
 
-// Homogeneous polynomials of one degree in x, y, z; by falling power of x, then of
-// y: x^2 xy xz y^2 yz z^2.
+// Homogeneous polynomials of one degree in x, y, z; sorted by falling power of x, then of y: x^2 xy xz y^2 yz
+// z^2.
 template <int degree>
 using Form = std::array<double, (degree + 1) * (degree + 2) / 2>;
 
-// Place of x^a y^b z^c; a does not matter.
+// Index of x^a y^b z^c; a does not matter.
 constexpr std::size_t place(int b, int c) {
     return static_cast<std::size_t>((b + c) * (b + c + 1) / 2 + c);
 }
@@ -40,7 +40,7 @@ void for_each_monomial(const Body& body) {
         for (int c = 0; c <= row; ++c) body(degree - row, row - c, c);
 }
 
-// out += factor * form * (v . r)
+// Computes out += factor * form * (v . r).
 template <std::size_t size, std::size_t larger>
 void add_product(const std::array<double, size>& form, const Vec3& v, double factor,
                  std::array<double, larger>& out) {
@@ -61,7 +61,7 @@ auto product(const std::array<double, size>& form, const Vec3& v) {
     return out;
 }
 
-// form += factor * smaller * |r|^2
+// Computes form += factor * smaller * |r|^2.
 template <int degree>
 void add_times_square(const Form<degree - 2>& smaller, double factor, Form<degree>& form) {
     for_each_monomial<degree - 2>([&](int, int b, int c) {
@@ -84,16 +84,15 @@ Form<degree - 2> laplacian(const Form<degree>& form) {
     return out;
 }
 
-// The harmonic part of a form: what differs from it by multiples of |r|^2.
+// Returns the harmonic part of a form, which differs from it by multiples of |r|^2.
 template <int degree>
 Form<degree> harmonic(Form<degree> form) {
     add_times_square<degree>(laplacian<degree>(form), -1.0 / (2 * (2 * degree - 1)), form);
     return form;
 }
 
-// Moments of triangles about a centre as polynomials of r: the sums of the
-// integrals of (y . r)^k (n . r) over the triangles, y = x - center, n the
-// normal. An expansion of a gradient field sees no more of them than that.
+// Moments of triangles about a centre as polynomials of r: the sums of the integrals of (y . r)^k (n . r)
+// over the triangles, y = x - center, n the normal. The expansion of a gradient field depends on these only.
 struct Moments {
     Vec3 center = Vec3::Zero();
     double area = 0;
@@ -138,13 +137,13 @@ Moments joined(const Moments& a, const Moments& b) {
 
 }  // namespace
 
-// Splits triangles at the median along the longest side of their centroids' box,
-// ties by number, so that the tree's depth depends on nothing but their count.
+// Splits triangles at the median along the longest side of their centroids' bounding box, ties by index, so
+// that the tree's depth depends on their count only.
 struct WindingNumber::Builder {
     WindingNumber& out;
     std::vector<Corners> corners;        // by triangle
     std::vector<Vec3> centroids;         // by triangle
-    std::vector<std::uint32_t> order{};  // triangles by place in the tree
+    std::vector<std::uint32_t> order{};  // triangles in the order of the tree
 
     Moments build(std::uint32_t begin, std::uint32_t end) {
         const std::size_t index = out.nodes_.size();
@@ -162,7 +161,7 @@ struct WindingNumber::Builder {
         }
         Node& node = out.nodes_[index];
         node.center = moments.center;
-        // With the factors of the Taylor series, (-1)^k (2k + 1)!! / k!.
+        // Includes the factors of the Taylor series, (-1)^k (2k + 1)!! / k!.
         const auto store = [](const auto& form, double factor, auto& out_form) {
             for (std::size_t e = 0; e < form.size(); ++e) out_form[e] = factor * form[e];
         };
@@ -226,7 +225,7 @@ WindingNumber::WindingNumber(const TriangleMesh& mesh) {
         const Vec3 ab = corners[1] - corners[0], ac = corners[2] - corners[0];
         const double longest2 =
             std::max({ab.squaredNorm(), ac.squaredNorm(), (corners[2] - corners[1]).squaredNorm()});
-        // A triangle flat to rounding has no side to be on.
+        // A triangle that is flat within rounding has no sides.
         if (!(ab.cross(ac).norm() > 1e-15 * longest2)) continue;
         builder.order.push_back(static_cast<std::uint32_t>(builder.corners.size()));
         builder.corners.push_back(corners);
@@ -244,9 +243,9 @@ WindingNumber::WindingNumber(const TriangleMesh& mesh) {
     lanes_.finish();
 }
 
-// Taylor series of r / |r|^3 about the node's centre: the traces of the moments
-// act on the Laplacian of a harmonic function, so that only their harmonic parts
-// count and the k-th term is a form of degree k + 1 over |r|^(2k + 3).
+// Evaluates the Taylor series of r / |r|^3 about the node's centre: the traces of the moments act on the
+// Laplacian of a harmonic function, so only their harmonic parts contribute and the k-th term is a form of
+// degree k + 1 over |r|^(2k + 3).
 double WindingNumber::expansion(const Node& node, const Vec3& r, double distance2) {
     const double x = r[0], y = r[1], z = r[2];
     const double yy = y * y, yz = y * z, zz = z * z;

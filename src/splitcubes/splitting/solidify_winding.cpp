@@ -1,5 +1,5 @@
-// The solid of a mesh that is not closed or not consistently oriented: inside is
-// where its generalised winding number exceeds one half.
+// Solid of a mesh that is not closed or not consistently oriented: inside is where the generalised winding
+// number exceeds one half.
 #include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/geometry/winding_number.h>
 #include <splitcubes/splitting/boundary_crossings.h>
@@ -19,10 +19,10 @@ using geometry::TriangleMesh;
 
 namespace {
 
-// How fast the winding number can change where no triangle is crossed. There it is
-// the solid angle of the mesh's boundary (its unbalanced edges), over 4 pi, and its
-// gradient the Biot-Savart integral over that curve: at most the integral of
-// 1 / (4 pi d^2) over its length. Per brick of nodes, the boundary summed by bricks.
+// Bound on the gradient of the winding number away from the triangles. There the number is the solid angle of
+// the mesh's boundary (its unbalanced edges) over 4 pi, and its gradient the Biot-Savart integral over that
+// curve: at most the integral of 1 / (4 pi d^2) over its length. Stored per brick of nodes; boundary length
+// is summed per brick.
 class GradientBound {
   public:
     GradientBound(const TriangleMesh& mesh, const RestGrid& rest, const Parallel& parallel)
@@ -43,20 +43,20 @@ class GradientBound {
         });
     }
 
-    /// Per cell of distance, anywhere in the node's brick or within a cell of it.
+    /// Returns the bound per cell of distance, anywhere in the node's brick or within a cell of it.
     double at(const Vec3i& node) const { return bound_[layout_.brick_of(node)]; }
 
   private:
     struct Mark {
         Vec3i brick;
-        double length;  // cells, times how often the edge is unbalanced
+        double length;  // cells, times the imbalance of the edge
     };
 
     static double sum_at(const Vec3i& brick, const std::vector<Mark>& marks) {
         double sum = 0;
         for (const Mark& mark : marks) {
-            // One brick for where in theirs the node and the edge are, half for the
-            // marks' spacing, a quarter for the cell around.
+            // One brick for the positions of node and edge within theirs, half for the marks' spacing, a
+            // quarter for the surrounding cell.
             const Vec3 apart = (brick - mark.brick).cwiseAbs().cast<double>();
             const Vec3 gap = brick_side * (apart - Vec3::Constant(1.75)).cwiseMax(0);
             sum += mark.length / gap.squaredNorm();  // infinite where they may touch
@@ -64,7 +64,7 @@ class GradientBound {
         return sum / (4 * std::numbers::pi);
     }
 
-    // Books an edge's length in bricks along it, at steps of half a brick.
+    // Adds an edge's length to the bricks along it, in steps of half a brick.
     void mark(const Vec3& a, const Vec3& b, std::uint32_t balance) {
         if (length_.empty()) length_.assign(layout_.total(), 0);
         const Vec3 top = (brick_side * layout_.brick_count - Vec3i::Ones()).cast<double>();
@@ -72,7 +72,7 @@ class GradientBound {
         endless_ = endless_ || !(steps < 10000);
         if (endless_) return;
         for (double k = 0; k <= steps; ++k) {
-            // What lies outside the grid is further away than where it is moved to.
+            // Clamping to the grid only reduces distances, which keeps the bound valid.
             const Vec3 at = (a + k / steps * (b - a)).cwiseMax(0).cwiseMin(top);
             length_[layout_.brick_of(at.cast<int>())] += balance * (b - a).norm() / steps;
         }
@@ -126,7 +126,7 @@ class WindingSolid {
         const Vec3i n = grid_.rest().node_count;
         const GradientBound bound(mesh_, grid_.rest(), parallel_);
         const auto row_count = static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]);
-        // First crossing of each row along x.
+        // Index of the first crossing of each row along x.
         std::vector<std::uint32_t> first(row_count + 1, 0);
         for (std::size_t i = 0; i < sweep_.axis_begin[1]; ++i) {
             const Vec3i& node = sweep_.crossings[i].node;
@@ -144,7 +144,7 @@ class WindingSolid {
         set_rows(inside);
     }
 
-    // By node, x first, then y.
+    // inside: by node, x fastest, then y.
     void set_rows(const std::vector<std::uint8_t>& inside) {
         const Vec3i n = grid_.rest().node_count;
         const auto length = static_cast<std::size_t>(n[0]);
@@ -157,8 +157,8 @@ class WindingSolid {
             }
     }
 
-    // The winding number jumps by one at every triangle and else changes slowly: it
-    // is evaluated anew only where the bound on the change could matter.
+    // Sets a row of nodes. The winding number jumps by one at every triangle and changes slowly elsewhere: it
+    // is evaluated again only if the bound on the change could matter.
     void follow_row(const Vec3i& start, std::span<const EdgeCrossing> crossings, const GradientBound& bound,
                     std::uint8_t* inside) const {
         constexpr double evaluation_error = 5e-3;
@@ -185,7 +185,7 @@ class WindingSolid {
         part.cuts.push_back({{c.node, c.axis}, parameter, geometry::triangle_normal(mesh_, c.triangle)});
     }
 
-    // An edge that triangles meet.
+    // Processes an edge that triangles cross.
     void process(BoundaryPart& part, std::span<const EdgeCrossing> crossings) const {
         const GridEdge edge{crossings[0].node, crossings[0].axis};
         const bool lower = grid_.inside(edge.node), upper = grid_.inside(edge.upper());
@@ -208,7 +208,7 @@ class WindingSolid {
         }
     }
 
-    // Which stretches of an edge between its crossings are inside, each found when it is first asked for.
+    // Inside state of the stretches of an edge between its crossings, evaluated lazily.
     class Stretches {
       public:
         Stretches(const WindingSolid& solid, const GridEdge& edge, std::span<const EdgeCrossing> crossings,
@@ -236,15 +236,15 @@ class WindingSolid {
         std::vector<std::uint8_t> state_;
     };
 
-    // Material that begins and ends on the edge reaches neither node.
+    // Counts material that starts and ends on the edge and so reaches neither node.
     void note_detached(BoundaryPart& part, std::span<const EdgeCrossing> crossings, Stretches& inside) const {
         for (std::size_t k = 1; k < crossings.size(); ++k)
             if (inside.at(k) && !inside.at(k - 1) && !inside.at(k + 1))
                 return note_thin(grid_, mesh_, crossings[k - 1], crossings[k], part);
     }
 
-    // Edges between inside and outside that no triangle meets: the level set of the
-    // winding number passes through a hole of the mesh.
+    // Cuts edges between inside and outside that no triangle crosses: the level set of the winding number
+    // passes through a hole of the mesh.
     BoundaryPart close_holes() const {
         const Vec3i n = grid_.rest().node_count;
         const auto row_count = static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]);
@@ -282,7 +282,7 @@ class WindingSolid {
         part.cuts.push_back({edge, parameter, -gradient});
     }
 
-    // To the last bit what it is for meshes with holes; of a soup the last digits are not worth the time.
+    // Exact for meshes with holes; for a soup the last digits are not worth the time.
     double value_at(const Vec3& at) const {
         constexpr std::size_t crowd = 4096;
         const geometry::WindingNumber::Estimate quick = winding_.quick_at(at);

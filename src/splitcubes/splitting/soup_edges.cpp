@@ -12,21 +12,21 @@ using geometry::WindingTriangles;
 
 namespace {
 
-// Cells. Closer to a crossing than that, the sweep's lattice may put a point on its other side.
+// Cells. Within this distance of a crossing, the sweep's lattice may put a point on its other side.
 constexpr double resolution = 2e-6;
-// By which WindingNumber::at may differ from the sum over all triangles.
+// Bound on the difference between WindingNumber::at and the sum over all triangles.
 constexpr double tree_error = 2e-3;
-// Of a sum of independent rounding errors, over the root of the sum of their squares.
+// Bound on a sum of independent rounding errors, over the root of the sum of their squares.
 constexpr double rounding_spread = 14;
 
 double rounding(double error2) {
     return rounding_spread * std::sqrt(error2);
 }
 
-// Of a quintic that matches values and two derivatives at both ends of an interval of one cell, per integral
-// of r^-7 along the rims that it stands for: 6! / (4 pi) bounds the sixth derivative, and 6! 2^6 divides it.
+// Error of a quintic that matches values and two derivatives at both ends of a unit interval, per integral of
+// r^-7 along the boundaries of its triangles: 6! / (4 pi) bounds the sixth derivative, and 6! 2^6 divides it.
 constexpr double quintic_error = 1 / (4 * std::numbers::pi * 64);
-// The same of a quintic between values and derivatives that were taken off another.
+// Amplification of the error of one quintic by another that interpolates its values and derivatives.
 constexpr double inherited = 1.35;
 
 // A function's value, first and second derivative along an edge.
@@ -195,14 +195,15 @@ void SoupEdges::set_nodes(const Parallel& parallel) {
     });
 }
 
-// What one thread does with a block of cells.
+// Processes blocks of cells on one thread.
 class SoupEdges::Worker {
   public:
     explicit Worker(SoupEdges& out) : out_(out), stamp_(out.jets_.triangles().size(), 0) {}
 
     std::vector<BoundaryCut> holes;
 
-    // Edges that begin at the nodes of a cube, by lists of near triangles that shorten as it is divided.
+    // Processes the edges that start at the nodes of a cube, with lists of near triangles that shrink as it
+    // is divided.
     void cube(const Vec3i& corner, int size, std::size_t level, const WindingTriangles& list, double moment) {
         if ((corner.array() >= out_.rest_.node_count.array()).any()) return;
         if (size == 1 && !has_work(corner)) return;
@@ -263,7 +264,7 @@ class SoupEdges::Worker {
         return out_.place(edge.node.cast<double>() + t * Vec3::Unit(edge.axis));
     }
 
-    // At a node, where all triangles have been summed.
+    // Returns the sum over all triangles at a node.
     Taylor whole(const Vec3i& node, int axis) {
         const NodeJet& jet = out_.nodes_[out_.index(node)];
         sound_ = sound_ && jet.sound;
@@ -277,7 +278,8 @@ class SoupEdges::Worker {
         return point_along(jet, edge.axis);
     }
 
-    // Steps taken back, a triangle's winding number does not jump where the edge crosses it.
+    // Returns the jumps of the marked triangles that the edge crosses before t; corrected by them, a
+    // triangle's winding number is continuous along the edge.
     double steps(std::span<const EdgeCrossing> crossings, double t, std::uint32_t serial) const {
         double out = 0;
         for (const EdgeCrossing& c : crossings)
@@ -290,11 +292,11 @@ class SoupEdges::Worker {
                            [&](const EdgeCrossing& c) { return std::abs(c.parameter - t) < resolution; });
     }
 
-    // Sums over all triangles without their jumps at both ends of a part of an edge.
+    // A part of an edge with the sums over all triangles, without their jumps, at both ends.
     struct Part {
         double begin, end;
         Taylor low, high;
-        double error;  // of the polynomial and of what it goes by
+        double error;  // of the polynomial and of the values that it interpolates
     };
 
     void divide(const GridEdge& edge, std::span<const EdgeCrossing> crossings, const WindingTriangles& near,
@@ -341,7 +343,7 @@ class SoupEdges::Worker {
         mark(near);
     }
 
-    // The stretches whose middle lies in a part; `near` has been marked last.
+    // Decides the stretches whose middle lies in a part; `near` must have been marked last.
     void decide(const GridEdge& edge, std::span<const EdgeCrossing> crossings, const WindingTriangles& near,
                 const Part& part) {
         Taylor low = sum(near, edge, part.begin), high = sum(near, edge, part.end);
@@ -362,8 +364,8 @@ class SoupEdges::Worker {
         }
     }
 
-    // An edge that no triangle crosses: the polynomial finds about where it is cut, the sum over all there
-    // corrects it.
+    // Cuts an edge that no triangle crosses: the polynomial gives the approximate position, which the sum
+    // over all triangles corrects.
     void close(const GridEdge& edge, const WindingTriangles& near) {
         sound_ = true;
         const Taylor low = whole(edge.node, edge.axis) - sum(near, edge, 0);
@@ -392,7 +394,7 @@ class SoupEdges::Worker {
     }
 
     SoupEdges& out_;
-    std::vector<std::uint32_t> stamp_;  // by triangle: when it was last marked
+    std::vector<std::uint32_t> stamp_;  // by triangle: serial of its last mark
     std::uint32_t serial_ = 0;
     WindingTriangles lists_[4], closest_;
     bool sound_ = true;

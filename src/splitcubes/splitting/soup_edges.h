@@ -1,5 +1,5 @@
-// Inside and outside along the edges of a grid in a crowd of large triangles, of which a tree leaves most to
-// be summed one by one. Not part of the public interface.
+// Inside test along the edges of a grid for dense soups of large triangles, in which a tree evaluates most
+// triangles individually. Not part of the public interface.
 #pragma once
 
 #include <splitcubes/geometry/grid_sweep.h>
@@ -12,31 +12,32 @@
 
 namespace splitcubes::splitting {
 
-/// All triangles are summed at the nodes only, with derivatives. In between only those are summed whose rim
-/// is near: a triangle's own winding number is analytic along an edge away from its rim, but for a step of
-/// one where the edge crosses the triangle, which the sweep knows. So the others' sum is a polynomial between
-/// its values and derivatives at the ends, plus steps, within a bound on its sixth derivative. Edges with
-/// many crossings are divided and treated likewise. What the bounds leave open is left to the sum over all
-/// triangles.
+/// Sums all triangles only at the nodes, with derivatives, and in between only those whose boundary is near:
+/// a triangle's own winding number is analytic along an edge away from its boundary, except for a step of one
+/// where the edge crosses the triangle, which is known from the sweep. The sum of the others is thus a
+/// polynomial that interpolates its values and derivatives at the ends, plus steps, within a bound on its
+/// sixth derivative. Edges with many crossings are subdivided. Points that the bounds leave undecided are
+/// evaluated by the sum over all triangles.
 class SoupEdges {
   public:
-    /// Whether it is faster than one sum for each question.
+    /// Returns whether this is faster than a sum per query.
     static bool pays(const geometry::WindingNumber& winding, const geometry::TriangleMesh& mesh,
                      const RestGrid& rest);
 
-    /// All outlive it.
+    /// The arguments must outlive the object.
     SoupEdges(const geometry::TriangleMesh& mesh, const RestGrid& rest, const geometry::GridCrossings& sweep,
               const geometry::WindingNumber& winding, const Parallel& parallel);
 
-    /// Whether nodes are inside, x first, then y; the grid's outermost are not.
+    /// Returns the inside flags of nodes, x fastest, then y; the grid's outermost nodes are outside.
     const std::vector<std::uint8_t>& inside() const { return inside_; }
 
     static constexpr std::uint8_t unknown = 2;
-    /// Whether the stretch between each crossing and the next one of the same edge is inside; or unknown.
+    /// Returns whether the stretch between each crossing and the next one of the same edge is inside, or
+    /// unknown.
     const std::vector<std::uint8_t>& after() const { return after_; }
-    /// Whether a point of an edge is, by the sum over all triangles.
+    /// Returns whether a point of an edge is inside, by the sum over all triangles.
     bool inside_at(const GridEdge& edge, double parameter) const;
-    /// Cuts of the edges between inside and outside that no triangle crosses, but for some.
+    /// Returns the cuts of most edges between inside and outside that no triangle crosses.
     const std::vector<BoundaryCut>& holes() const { return holes_; }
 
   private:
@@ -67,10 +68,10 @@ class SoupEdges {
     Vec3 center_;                         // of the grid, in cells; a node
     std::vector<std::uint8_t> has_area_;  // by triangle of the mesh
     geometry::WindingJets jets_;
-    std::vector<std::uint32_t> numbers_;  // triangle of jets_ by triangle of the mesh
+    std::vector<std::uint32_t> numbers_;  // index in jets_ by triangle of the mesh
     std::vector<NodeJet> nodes_;
     std::vector<std::uint8_t> inside_, after_;
-    std::vector<std::uint32_t> line_begin_;  // first crossing by line, axis after axis
+    std::vector<std::uint32_t> line_begin_;  // first crossing by line, axis by axis
     std::vector<BoundaryCut> holes_;
 };
 
