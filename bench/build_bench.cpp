@@ -1,5 +1,5 @@
-// What building a surface costs, part by part, next to others who build one from
-// the same mesh; and whether a cut costs the same in a small body and a large one.
+// Times building a surface, stage by stage, next to other libraries that build one from the same mesh; and
+// the same cut in a small body and a large one.
 //   bench_build [--cells N] [--runs N] [--threads N] [--local-cells N] [--file MESH] [--json FILE]
 #include "node_distance.h"
 #include "other_tools.h"
@@ -41,7 +41,7 @@ double median(std::vector<double> values) {
     return n == 0 ? 0 : 0.5 * (values[(n - 1) / 2] + values[n / 2]);
 }
 
-// A ball with bumps: 102,400 triangles.
+// Returns a ball with bumps: 102,400 triangles.
 geometry::TriangleMesh bumpy_ball() {
     geometry::TriangleMesh mesh = geometry::make_capsule(1, 0, 320);
     for (Vec3& p : mesh.positions)
@@ -54,8 +54,8 @@ struct Built {
     std::size_t cells = 0, bytes = 0;
 };
 
-// All of our parts. solidify welds, checks and sweeps by itself: these are timed on
-// their own, and what is left of solidify is the third of its parts.
+// Times all stages. solidify welds, checks and sweeps itself: these are timed separately, and the rest of
+// solidify is its third part.
 Built our_surface(const Options& options, const geometry::TriangleMesh& made, const geometry::RestGrid& rest,
                   int threads) {
     Built out;
@@ -168,8 +168,8 @@ struct Locality {
     std::vector<double> cut, retessellate, update, total;
 };
 
-// An incision of about 1000 edges from the top, z = 0, into a cube of `cells` cells of
-// size 1 a side; where it lies does not depend on the cube.
+// Times an incision of about 1000 edges from the top, z = 0, into a cube of `cells` cells of size 1 per side;
+// its position does not depend on the cube.
 Locality local_cut(int cells, int runs) {
     geometry::TriangleMesh box = geometry::make_box(Vec3::Constant(cells));
     for (Vec3& p : box.positions) p[2] -= 0.5 * cells;
@@ -179,7 +179,7 @@ Locality local_cut(int cells, int runs) {
     const splitting::Surface uncut(whole);
     const geometry::TriangleMesh sheet =
         geometry::make_plane_sheet(Vec3(0.17, 0.23, -1.3), Vec3(1, 0.37, 0.11), 18.4, 8);
-    // A small cut elsewhere, so that copied arrays have grown before the clock starts.
+    // A small cut elsewhere first, so that copied arrays have grown before timing.
     const geometry::TriangleMesh elsewhere =
         geometry::make_plane_sheet(Vec3(0.1, 0.2, -32.4), Vec3(0.1, 0.2, 1), 3);
     Locality out;
@@ -198,7 +198,7 @@ Locality local_cut(int cells, int runs) {
         const double update = watch.lap();
         if (pieces.count() != 1) throw JobError("the incision severs");
         out.new_edges = slots.size();
-        if (run == 0) continue;  // warms up
+        if (run == 0) continue;  // warm-up
         out.cut.push_back(cut);
         out.retessellate.push_back(retessellate);
         out.update.push_back(update);
@@ -285,9 +285,8 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
 #ifdef __GLIBC__
-    // Memory that was freed is kept: else the small body's arrays are recycled and the
-    // large one's come fresh from the system, page fault by page fault, and the
-    // locality rows compare that.
+    // Keeps freed memory: otherwise the small body's arrays are recycled, the large one's are new page
+    // faults, and the locality rows compare that.
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
     mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
 #endif

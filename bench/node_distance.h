@@ -1,4 +1,4 @@
-// Signed distances at grid nodes, as images that others contour.
+// Signed distances at grid nodes, as images for contouring by other libraries.
 #pragma once
 
 #include <splitcubes/geometry/node_winding.h>
@@ -10,8 +10,8 @@
 
 namespace splitcubes::bench {
 
-/// Squared distance of a point from a triangle: over the plane where the point's
-/// foot lies within the three sides, else over the nearest side.
+/// Returns the squared distance of a point from a triangle: over the plane if the point's foot lies within
+/// the three sides, else over the nearest side.
 inline double squared_distance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
     const Vec3 normal = (b - a).cross(c - a);
     const auto side = [&](const Vec3& q, const Vec3& r) { return normal.dot((r - q).cross(p - q)); };
@@ -28,8 +28,8 @@ inline double squared_distance(const Vec3& p, const Vec3& a, const Vec3& b, cons
     return std::min({from_segment(a, b), from_segment(b, c), from_segment(c, a)});
 }
 
-/// Distance of each node (x fastest) from a closed mesh, negative inside; right
-/// within two cells of the mesh, three cells beyond.
+/// Returns the distance of each node (x fastest) from a closed mesh, negative inside; exact within two cells
+/// of the mesh, clamped to three cells.
 inline std::vector<float> node_distances(const geometry::RestGrid& grid, const geometry::TriangleMesh& mesh) {
     const Vec3i n = grid.node_count;
     const auto index = [&](int x, int y, int z) {

@@ -1,5 +1,5 @@
-// What others build from the same mesh at the same resolution, to compare with.
-// Each is optional: where a library was not there to build with, it is skipped.
+// Surfaces of other libraries from the same mesh at the same resolution, for comparison. Each is optional: a
+// library that was not found is skipped.
 #pragma once
 
 #include <splitcubes/geometry/rest_grid.h>
@@ -14,23 +14,23 @@ struct TriangleMesh;  // not included: VTK 9.1's headers need C++17, ours C++20
 
 namespace splitcubes::bench {
 
-/// One way to a surface, timed `runs` times.
+/// A method, timed `runs` times.
 struct Timed {
     std::string name;
-    std::string skipped;  // why there are no times; empty where there are
-    int threads = 0;      // 0: as many as the library takes by itself
+    std::string skipped;  // reason without times; else empty
+    int threads = 0;      // 0: the library's default
     std::size_t triangles = 0;
     std::vector<std::string> parts;
     std::vector<std::vector<double>> seconds;  // by part, by run
 };
 
-/// OpenVDB: meshToLevelSet (narrow band of 3 cells to either side), then
-/// volumeToMesh without adaptivity, each timed; quads count as two triangles.
+/// OpenVDB: meshToLevelSet (narrow band of 3 cells to either side), then volumeToMesh without adaptivity,
+/// each timed; quads count as two triangles.
 Timed openvdb_surface(const geometry::TriangleMesh& mesh, const geometry::RestGrid& grid, int threads,
                       int runs);
 
-/// VTK: vtkFlyingEdges3D on `distance`, one value a node, x fastest; points and
-/// triangles only. threads 0: as many as VTK takes by itself.
+/// VTK: vtkFlyingEdges3D on `distance`, one value per node, x fastest; points and triangles only. threads 0:
+/// VTK's default.
 Timed vtk_surface(const std::vector<float>& distance, const geometry::RestGrid& grid, int threads, int runs);
 
 }  // namespace splitcubes::bench

@@ -1,4 +1,4 @@
-// What a surface, a cut and an occlusion disk cost.
+// Micro-benchmarks of a surface, a cut and an occlusion disk.
 #include <benchmark/benchmark.h>
 #include <splitcubes/geometry/shapes.h>
 #include <splitcubes/occlusion/visibility.h>
@@ -16,7 +16,7 @@ splitting::NodeGrid solid_sphere(int cells) {
     return splitting::solidify(mesh, geometry::grid_around(mesh.bounds(), 2.0 / cells), report, Parallel(1));
 }
 
-// Time a triangle of building the whole surface. Argument: cells along the diameter.
+// Times building the whole surface, per triangle. Argument: cells along the diameter.
 void build_surface(benchmark::State& state) {
     const splitting::NodeGrid grid = solid_sphere(static_cast<int>(state.range(0)));
     std::size_t triangles = 0;
@@ -30,8 +30,8 @@ void build_surface(benchmark::State& state) {
 }
 BENCHMARK(build_surface)->Arg(32)->Arg(64)->Arg(128)->Unit(benchmark::kMillisecond);
 
-// Time a cut edge of taking the same small cut into spheres of several sizes:
-// the cost should go with the cut, not with the body.
+// Times the same small cut in spheres of several sizes, per cut edge: the cost should depend on the cut, not
+// on the body.
 void retessellate_cut(benchmark::State& state) {
     const int cells = static_cast<int>(state.range(0));
     const splitting::NodeGrid whole = solid_sphere(cells);
@@ -45,7 +45,7 @@ void retessellate_cut(benchmark::State& state) {
         state.PauseTiming();
         splitting::NodeGrid grid = whole;
         splitting::Surface surface = uncut;
-        // A first cut elsewhere, so that the copies' arrays have room to grow.
+        // A first cut elsewhere, so that the copies' arrays have spare capacity.
         surface.retessellate(grid, splitting::cut_with_sheet(grid, elsewhere, 0));
         const std::vector<std::int32_t> slots = splitting::cut_with_sheet(grid, sheet, 1);
         edges += slots.size();
@@ -57,7 +57,7 @@ void retessellate_cut(benchmark::State& state) {
 }
 BENCHMARK(retessellate_cut)->Arg(32)->Arg(64)->Arg(128)->Unit(benchmark::kMicrosecond);
 
-// Time a disk of 16 x 16 with the triangles of a sheet near it.
+// Times a disk of 16 x 16 with the triangles of a sheet near it.
 void occlusion_disk(benchmark::State& state) {
     const auto backend = occlusion::make_cpu_backend({});
     geometry::OccluderGrid occluders(Vec3::Zero(), 1, Vec3i::Constant(16));

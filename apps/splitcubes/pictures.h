@@ -34,7 +34,7 @@ class PictureMaker {
     /// Throws JobError if OpenGL cannot start.
     PictureMaker(const RunScene& scene, const std::vector<geometry::Box>& boxes);
     render::Picture draw(const geometry::SurfaceMesh& surface, double time);
-    /// Draws links under a translucent surface, more translucent at cut faces. Links that are partly occluded
+    /// Draws links under a translucent surface, less so at cut faces. Links that are partly occluded
     /// are thick, from blue (slightly) to red (entirely); the other links of their phyxels are thin and grey.
     render::Picture draw(const Links& links, const geometry::SurfaceMesh& surface, double time);
 

@@ -1,5 +1,5 @@
-// The command line itself: help, versions, values, lists, messages; and that no line whatever
-// makes it crash or speak in the words of a library.
+// The command line: help, versions, values, lists, messages. No line crashes the program or prints the
+// message of a library.
 #include "app/program.h"
 #include "sanitized.h"
 
@@ -27,7 +27,7 @@ class CommandLine : public Program {
                            geometry::make_plane_sheet({0.01, 0, 0}, Vec3(1, 0.2, 0.1), 2), {}, {}, {}});
     }
 
-    // One line that holds all of the texts.
+    // Expects one line that contains all of the texts.
     void expect_line(const Words& arguments, const Words& texts) const {
         const Ended ended = run(arguments);
         EXPECT_EQ(ended.code, 2);
@@ -37,7 +37,7 @@ class CommandLine : public Program {
     }
 };
 
-// In every line of every help text an option has its own explanation and fits the window.
+// In every help text each option has its own explanation and each line fits the window.
 TEST_F(CommandLine, HelpOfEveryCommandInThreeWays) {
     const std::string overview = run({"--help"}).out;
     EXPECT_EQ(run({"-h"}).out, overview);
@@ -52,12 +52,12 @@ TEST_F(CommandLine, HelpOfEveryCommandInThreeWays) {
         EXPECT_EQ(run({"help", command}).out, ended.out);
         for (const std::string& line : lines_of(ended.out)) {
             EXPECT_LE(line.size(), 110U) << line;
-            // Below 10^15 numbers are plain.
+            // Below 10^15 numbers have no exponent.
             EXPECT_FALSE(std::regex_search(line, std::regex("[0-9]e([+]|[0-9]([^0-9]|$)|1[0-4]([^0-9]|$))")))
                 << line;
         }
         EXPECT_TRUE(command == "info" || ended.out.find("Examples:\n") != std::string::npos) << command;
-        // Whatever else is wrong with the line.
+        // Also if something else is wrong with the line.
         EXPECT_EQ(run({command, "--nonsense", "x", "--help"}).out, ended.out);
         const Ended version = run({command, "--version"});
         EXPECT_EQ(version.code, 0);
@@ -194,7 +194,7 @@ TEST_F(CommandLine, BadTargetsAreFoundBeforeAnythingIsRead) {
     fs::permissions(in("closed"), fs::perms::owner_read | fs::perms::owner_exec);
     const std::string long_name = std::string(300, 'x');
     const auto expect_both = [&](const std::string& target, const Words& texts) {
-        // The mesh is not there; the target is told first.
+        // The mesh does not exist; the target is reported first.
         expect_line({"surface", "missing.obj", "-o", target}, texts);
         expect_line({"cut", "missing.obj", "--plane", "x=0", "-o", target}, texts);
         expect_line({"surface", "missing.obj", "-o", "x.ply", "--lost", target}, texts);
@@ -229,7 +229,7 @@ TEST_F(CommandLine, BadTargetsAreFoundBeforeAnythingIsRead) {
     expect_line({"figure", "faces", "-o", "no/f.svg"}, {"no/f.svg"});
     EXPECT_EQ(text_of(in("file")), "mine");
     EXPECT_EQ(unfinished_files(), 0U);
-    // What can be written passes on to the mesh.
+    // A valid output name passes, and the mesh is reported.
     expect_line({"surface", "missing.obj", "-o", "x.ply", "--report", "r.json"}, {"missing.obj"});
     expect_line({"surface", "missing.obj", "-o", "x.PLY"}, {"missing.obj"});
 }

@@ -1,4 +1,4 @@
-// surface, cut, validate, info and what all commands do with bad input.
+// surface, cut, validate, info, and bad input to all commands.
 #include "app/program.h"
 
 #include <splitcubes/geometry/mesh_check.h>
@@ -127,7 +127,7 @@ TEST_F(Commands, ValidateTellsOpenFromClosed) {
     EXPECT_EQ(open.code, 1);
     EXPECT_NE(open.out.find("NOT valid"), std::string::npos);
     EXPECT_EQ(run({"validate", "ball.obj", "open.stl"}).code, 1);
-    // What the program writes is valid.
+    // The program's output is valid.
     ASSERT_EQ(run({"surface", "open.stl", "-o", "mended.ply", "--cells", "16"}).code, 0);
     EXPECT_EQ(run({"validate", "mended.ply"}).code, 0);
 }

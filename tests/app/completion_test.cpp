@@ -1,4 +1,4 @@
-// The man page and the completion of shells, both made from the options themselves.
+// The man page and shell completion, both generated from the options.
 #include "app/program.h"
 
 #include <algorithm>
@@ -11,14 +11,14 @@ using Words = std::vector<std::string>;
 
 class Shells : public Program {
   protected:
-    // Of a command of the shell; what it prints is in `.said`.
+    // Runs a shell command; its output is in `.said`.
     int system(const std::string& line) const {
         return std::system(("cd '" + folder_.string() + "' && (" + line + ") > .said 2>&1").c_str());
     }
     bool has(const std::string& program) const { return system("command -v " + program) == 0; }
     std::string said() const { return text_of(in(".said")); }
 
-    // Every option that the help of a command lists.
+    // Returns every option that the help of a command lists.
     Words options_of(const std::string& command) const {
         Words out;
         for (const std::string& line : lines_of(run({command, "--help"}).out)) {
@@ -63,7 +63,7 @@ TEST_F(Shells, BashCompletes) {
     for (const char* name : {"ball.obj", "blue ball.ply", "note.txt", "scene.json", "film.mp4"})
         write_text(in(name), "");
     fs::create_directory(in("folder"));
-    // What bash offers for the last word.
+    // Returns bash's completions of the last word.
     const auto offers = [&](const Words& words) {
         std::string line = "source ./script; COMP_WORDS=(";
         for (const std::string& word : words) line += "'" + word + "' ";

@@ -9,7 +9,7 @@ namespace {
 
 class ContactBench : public Program {};
 
-// Every key that docs/reports.md lists, with figures that fit each other.
+// Every key that docs/reports.md lists, with consistent figures.
 TEST_F(ContactBench, TellsWhatTheManualSays) {
     const Ended ended = run({"bench", "contact", "--world", "near its strength", "--runs", "1", "--threads",
                              "1", "--json", "contact.json"});

@@ -1,4 +1,4 @@
-// cut with planes, in units and scales, and which pieces it keeps.
+// cut with planes, units and scales, and its selection of pieces.
 #include "app/program.h"
 
 #include <splitcubes/geometry/mesh_check.h>
@@ -18,7 +18,7 @@ using Words = std::vector<std::string>;
 
 class CutOptions : public Program {
   protected:
-    // 100 x 60 x 40, as a part in millimetres.
+    // 100 x 60 x 40, like a part in millimetres.
     CutOptions() {
         write("block.stl", geometry::make_box(Vec3(100, 60, 40)));
         write("ball.obj", geometry::make_sphere(0.5, 3));
@@ -48,7 +48,7 @@ TEST_F(CutOptions, LengthsInMessagesAreInTheUnit) {
     EXPECT_NE(lost.err.find("a cell of 1 mm"), std::string::npos) << lost.err;
 }
 
-// The place of the plane is not on the grid: volumes are those of the plane itself.
+// The plane lies off the grid nodes: volumes are those of the plane itself.
 TEST_F(CutOptions, APlaneCutsWhereItSays) {
     for (const std::string plane : {"x=11", "1,0,0,11", "-2,0,0,-22", "1e0,0.0,+0,1.1e1"}) {
         const Json report = cut({"--plane", plane});
@@ -72,13 +72,13 @@ TEST_F(CutOptions, WhatLiesInFrontOfAPlaneIsRemoved) {
     EXPECT_NEAR(front["pieces"][0]["bounds"]["max"][0], 11, 1e-6);
     const Json back = cut({"--plane", "-1,0,0,-11", "--mode", "remove"});
     EXPECT_NEAR(back["volume_removed"], 61.0 * 60 * 40, 1);
-    // All of it, and nothing of it, from however far.
+    // In front of all of the block and behind it, from any distance.
     for (const char* place : {"-51", "-1000000", "-1e9"})
         EXPECT_EQ(cut({"--plane", std::string("x=") + place, "--mode", "remove"})["volume_kept"], 0) << place;
     for (const char* place : {"51", "1e9"})
         EXPECT_EQ(cut({"--plane", std::string("x=") + place, "--mode", "remove"})["volume_removed"], 0)
             << place;
-    // Two planes take away a corner each and share what is between: the union goes.
+    // Two planes remove a corner each and overlap: their union is removed.
     const Json both = cut({"--plane", "x=11", "--plane", "z=3", "--mode", "remove"});
     EXPECT_NEAR(both["volume_kept"], 61.0 * 60 * 23, 3);
 }
@@ -181,7 +181,7 @@ TEST_F(CutOptions, SmallPiecesAreDroppedAndTold) {
     EXPECT_NE(said_.out.find("no piece was dropped"), std::string::npos) << said_.out;
     EXPECT_EQ(with({"--min-volume", "1e9"})["volume_kept"], 0);
     EXPECT_NE(said_.out.find("the surface is empty"), std::string::npos) << said_.out;
-    // The mesh after the option without a number is the mesh.
+    // The word after the option without a number is the mesh.
     EXPECT_EQ(run({"cut", "--plane", "x=11", "-o", "out.ply", "--cells", "9", "--largest", "block.stl"}).code,
               0);
 }

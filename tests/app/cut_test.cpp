@@ -1,4 +1,4 @@
-// cut: with sheets, closed meshes and paths; what it keeps, removes and says.
+// cut with sheets, closed meshes and paths: kept and removed pieces, and messages.
 #include "app/program.h"
 
 #include <splitcubes/geometry/mesh_check.h>
@@ -31,7 +31,7 @@ class Cut : public Program {
         io::write_mesh(in(name), geometry::SurfaceMesh{mesh, {}, {}, {}});
     }
 
-    // Cuts block.obj into out.ply and pieces into `parts`; checks what holds of any cut.
+    // Cuts block.obj into out.ply and pieces into `parts`; checks invariants of any cut.
     Json cut(const Words& words, const std::string& cells = "24") {
         Words all = {"cut", "block.obj", "-o",          "out.ply",  "--cells",
                      cells, "--report",  "report.json", "--pieces", "parts"};
@@ -106,7 +106,7 @@ TEST_F(Cut, RemoveDrillsACylinderOutOfABlock) {
     EXPECT_EQ(report["mode"], "remove");
     EXPECT_EQ(report["pieces"][0]["removed"], false);
     EXPECT_EQ(report["pieces"][1]["removed"], true);
-    // The cut follows the cylinder to second order of the cell (1/32); its ends are the block's faces.
+    // The cut follows the cylinder to second order in the cell size (1/32); its ends are the block's faces.
     const double core = std::numbers::pi * radius * radius * 0.5;
     EXPECT_NEAR(report["volume_removed"], core, 2e-3 * core);
     EXPECT_NEAR(report["volume_whole"], 0.5, 1e-3);
@@ -114,7 +114,7 @@ TEST_F(Cut, RemoveDrillsACylinderOutOfABlock) {
     EXPECT_NEAR(report["pieces"][1]["center_of_mass"][1], 0.021, 1e-3);
     EXPECT_NEAR(report["pieces"][0]["cut_area"], report["pieces"][1]["cut_area"], 1e-12);
     EXPECT_NE(said_.out.find("removed-0000"), std::string::npos);
-    // Separate keeps it.
+    // The mode separate keeps it.
     const Json both = cut({"--with", "drill.obj"}, "32");
     EXPECT_EQ(both["mode"], "separate");
     EXPECT_EQ(both["volume_removed"], 0);
@@ -142,7 +142,7 @@ TEST_F(Cut, OverlappingCuttersRemoveTheirUnion) {
 
 TEST_F(Cut, ACutterMayIntersectItselfAndBeInsideOut) {
     TriangleMesh crossed = geometry::make_torus(0.25, 0.1, 48, 24);
-    for (Vec3& p : crossed.positions) p[1] *= 4 * p[0];  // the ring as an eight
+    for (Vec3& p : crossed.positions) p[1] *= 4 * p[0];  // the ring becomes a figure eight
     ASSERT_TRUE(geometry::check_mesh(crossed).closed());
     write("eight.obj", crossed);
     write("thgie.obj", laws::reversed(crossed));
@@ -176,7 +176,7 @@ TEST_F(Cut, ACutterThatEnclosesTheBodyLeavesAnEmptySurface) {
         EXPECT_EQ(said_.err, "");
         EXPECT_EQ(text_of(in("out.ply")).rfind("ply\n", 0), 0U);
     }
-    // Far from it, as large: nothing.
+    // The same size far away: cuts nothing.
     TriangleMesh far = geometry::make_sphere(1e6, 2);
     for (Vec3& p : far.positions) p[0] += 2e6;
     write("far.obj", far);
@@ -232,7 +232,7 @@ TEST_F(Cut, ABladeOnAPathSevers) {
     EXPECT_EQ(by_sheet["cut_edges"], report["cut_edges"]);
     for (std::size_t k = 0; k < 2; ++k)
         EXPECT_NEAR(by_sheet["pieces"][k]["volume"], report["pieces"][k]["volume"], 1e-7);
-    // Along with a sheet, for any number of threads.
+    // Together with a sheet, for any number of threads.
     write_text(in("second.json"), wire);
     for (const char* threads : {"1", "2"}) {
         const std::string out = std::string("out") + threads + ".ply";
@@ -299,7 +299,7 @@ TEST_F(Cut, PiecesReplaceThoseOfAnEarlierCutAndNothingElse) {
     const std::size_t before = files_in_parts();
     for (const char* name : {"piece-7.txt", "pieces.ply", "piece-00x1.ply"})
         write_text(in("parts") / name, "mine");
-    // Nothing is cut: one piece is left.
+    // Cuts nothing: one piece is left.
     TriangleMesh beside = geometry::make_plane_sheet({9, 9, 9}, Vec3(0, 0, 1), 1);
     write("beside.obj", beside);
     cut({"--with", "beside.obj"});
@@ -319,7 +319,7 @@ TEST_F(Cut, PiecesReplaceThoseOfAnEarlierCutAndNothingElse) {
 }
 
 TEST_F(Cut, AnInterruptLeavesNothing) {
-    // The note about the open mesh tells that work has begun; the wire turns for minutes.
+    // The note about the open mesh shows that work has begun; the wire's motion takes minutes.
     TriangleMesh open = geometry::make_sphere(0.5, 3);
     open.triangles.pop_back();
     write("open.obj", open);

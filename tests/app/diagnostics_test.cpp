@@ -1,4 +1,4 @@
-// What the program says of a run that did not go as it should, and of one that did.
+// Messages of the program about runs with problems, and about runs without.
 #include "app/program.h"
 
 #include <splitcubes/geometry/shapes.h>
@@ -12,7 +12,7 @@ using Json = nlohmann::json;
 
 class Diagnostics : public Program {
   protected:
-    // A block and blades that go down along y, each from a time on, for a tenth of a second.
+    // A block and blades that move down along y, each from its own start time, for a tenth of a second.
     static Json scene(const std::vector<std::pair<double, double>>& places_and_times = {}) {
         Json out = {{"name", "Block"},
                     {"frames", 12},
@@ -41,7 +41,7 @@ class Diagnostics : public Program {
     Json summary() const { return Json::parse(text_of(in("out/summary.json"))); }
 };
 
-// Lines but those of progress.
+// Returns the lines without those of progress.
 std::vector<std::string> said(const Ended& ended) {
     std::vector<std::string> out;
     for (const std::string& line : lines_of(ended.err))
@@ -75,7 +75,7 @@ TEST_F(Diagnostics, AFlagThatStoodOftenIsToldWithARemedyThatHelps) {
     EXPECT_EQ(lines[0].rfind("Block: not_converged in " + std::to_string(count) + " of 12 steps (", 0), 0U)
         << ended.err;
     EXPECT_NE(lines[0].find("raise solver.max_iterations"), std::string::npos);
-    // A run that goes on counts what was before.
+    // A resumed run also counts the earlier steps.
     const Ended again = run({"run", "x.json", "-o", "out", "--resume", "out/checkpoint.bin"});
     ASSERT_EQ(again.code, 0) << again.err;
     EXPECT_EQ(summary()["flags"]["not_converged"], count);

@@ -1,4 +1,4 @@
-// What help texts and the README tell people to type works as typed, in the repository's folder.
+// The commands in help texts and in the README work as typed, in the repository's folder.
 #include <gtest/gtest.h>
 
 #include <app/program.h>
@@ -15,7 +15,7 @@ class Examples : public Program {
   protected:
     Examples() { fs::create_directory_symlink(SPLITCUBES_SCENES, in("scenes")); }
 
-    // As a shell makes words of a line, up to a pipe.
+    // Splits a line into words like a shell, up to a pipe.
     Words words_of(const std::string& line) const {
         std::istringstream stream(line);
         Words out;
@@ -32,7 +32,7 @@ class Examples : public Program {
         return out;
     }
 
-    // Fewer frames than told, and no benchmark: the line is what is tried.
+    // Runs a line with fewer frames than given and without benchmarks: the test is whether the line is valid.
     void expect_works(const std::string& line) const {
         SCOPED_TRACE(line);
         Words words = words_of(line);
@@ -49,7 +49,7 @@ class Examples : public Program {
                 *(frames + 1) = "2";
         }
         const Ended ended = run(words);
-        // Where nothing can be drawn, that is no fault of the line.
+        // A machine without OpenGL is not a fault of the line.
         if (command == "render" && ended.code == 1) return;
         EXPECT_EQ(ended.code, 0) << ended.err;
         EXPECT_EQ(ended.err.find("nothing was cut"), std::string::npos) << ended.err;
@@ -93,7 +93,7 @@ TEST_F(Examples, OfTheReadmeWork) {
     expect_all_work(lines, 11);
 }
 
-// Longer ones are not run, but what they read is there.
+// Longer ones are not run, but their input files exist.
 TEST_F(Examples, OfTheDocumentsNameFilesThatAreThere) {
     const std::regex input("scenes/[A-Za-z0-9_/]+\\.(json|obj)");
     std::size_t count = 0;

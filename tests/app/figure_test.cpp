@@ -1,4 +1,4 @@
-// figure: every drawing is made, is well-formed, and is the one in the documents.
+// figure: every drawing is written, is well-formed, and equals the one in the documents.
 #include "app/program.h"
 
 #include <cctype>
@@ -26,7 +26,7 @@ class Figures : public Program {
     }
 };
 
-// Why the text is no well-formed XML, as far as these drawings use it; empty where it is.
+// Returns why the text is not well-formed XML, for the subset that the drawings use; empty if it is.
 std::string malformed(const std::string& xml) {
     std::vector<std::string> open;
     std::size_t elements = 0;
@@ -81,7 +81,7 @@ TEST_F(Figures, AreWellFormedDrawings) {
     EXPECT_EQ(unfinished_files(), 0U);
 }
 
-// Splits a text into its numbers and what lies between them.
+// Splits a text into its numbers and the text between them.
 void split(const std::string& text, std::vector<double>& numbers, std::string& between) {
     const char* at = text.c_str();
     while (*at != '\0') {
@@ -98,7 +98,7 @@ void split(const std::string& text, std::vector<double>& numbers, std::string& b
     }
 }
 
-// Up to a last written digit, which another maths library may round otherwise.
+// Compares up to a last digit, which another maths library may round differently.
 TEST_F(Figures, InTheDocumentsAreUpToDate) {
     for (const std::string& name : names()) {
         fs::path kept = fs::path(SPLITCUBES_DOCS) / "images" / "splitting-cubes" / (name + ".svg");
@@ -116,7 +116,7 @@ TEST_F(Figures, InTheDocumentsAreUpToDate) {
     }
 }
 
-// Laws of the numbers that are drawn: beyond a complete cut nothing; before it the kernel.
+// Invariants of the numbers in the figure: zero beyond a complete cut; the kernel before it.
 TEST_F(Figures, WeightsAsNumbers) {
 #ifndef SPLITCUBES_WITH_RENDER
     GTEST_SKIP() << "built without pictures";

@@ -1,4 +1,4 @@
-// Other people's files: what a command may take away, and what not.
+// Files that the program did not write: which ones a command may remove, and which not.
 #include "app/program.h"
 #include "sanitized.h"
 
@@ -41,7 +41,7 @@ class Files : public Program {
         write_text(in(name), text);
     }
 
-    // Of all files below a folder, by name.
+    // Returns the contents of all files below a folder, by name.
     Contents contents(const std::string& folder) const {
         Contents out;
         for (const auto& entry : fs::recursive_directory_iterator(in(folder)))
@@ -69,7 +69,7 @@ class Files : public Program {
     }
 };
 
-// Whatever lies there: a run that is refused leaves all as it was, and one that is not keeps it.
+// A refused run changes nothing, and a successful run keeps the files of others.
 TEST_F(Files, OfOthersStayAsTheyAre) {
     const Words harmless = {"notes.txt",
                             "000001.ply",
@@ -113,7 +113,7 @@ TEST_F(Files, OfOthersStayAsTheyAre) {
         for (const std::string& name : named_alike)
             EXPECT_TRUE(after.count(name) == 0 || after.at(name) != "mine " + name) << name;
         taken += alike;
-        // Again, now that there is a list, and with less to write.
+        // Again, now with a list and fewer files to write.
         EXPECT_EQ(run_block({"--frames", "1", "--set", "output.every_nth_frame=9"}).code, 0);
         EXPECT_FALSE(fs::exists(in("out/surface/000001.ply")));
         const Contents again = contents("out");
@@ -143,7 +143,7 @@ TEST_F(Files, OfAnEarlierRunGo) {
               (std::set<std::string>{"checkpoint.bin", "metrics.csv", "scene.json", "splitcubes-files.txt",
                                      "summary.json", "surface", "surface/000000.obj", "surface/000001.obj",
                                      "surface/000002.obj", "surface/mine.txt"}));
-    // A file that somebody put there since has a name that a run may write.
+    // A file that someone else put there since has a name that a run may write.
     put("out/surface/000077.ply", "mine");
     const Contents before = contents("out");
     expect_block_refused({}, "surface/000077.ply");
@@ -153,7 +153,7 @@ TEST_F(Files, OfAnEarlierRunGo) {
     EXPECT_EQ(text_of(in("out/surface/mine.txt")), "mine");
 }
 
-// Neither links, nor what lies behind them, nor what the command itself reads.
+// --force replaces neither links nor the files behind them nor the command's own inputs.
 TEST_F(Files, ForceReplacesPlainFilesAlone) {
     ASSERT_EQ(run_block({"--frames", "1"}).code, 0);
     const auto expect_forced_refused = [&](const std::string& culprit) {
@@ -175,7 +175,7 @@ TEST_F(Files, ForceReplacesPlainFilesAlone) {
     fs::create_symlink(in("far"), in("out/surface"));
     expect_forced_refused("surface/000001.ply");
     EXPECT_EQ(text_of(in("far/000001.ply")), "mine");
-    // A scene that is called as a run's, in the folder that the run is to go to.
+    // A scene with the name of a run's, in the output folder of the run.
     fs::remove(in("out/surface"));
     write_text(in("out/scene.json"), block_scene);
     expect_refused({"run", "out/scene.json", "-o", "out", "--force"}, "reads it");
@@ -205,7 +205,7 @@ TEST_F(Files, OfAKilledRunAreKnownToTheNext) {
         EXPECT_FALSE(fs::exists(in("out/surface/000002.ply")));
         EXPECT_FALSE(fs::exists(in("out/links")));
     }
-    // A line that was cut off names nothing.
+    // A truncated line names nothing.
     put("out/surface/00000", "mine");
     write_text(in("out/splitcubes-files.txt"), text_of(in("out/splitcubes-files.txt")) + "surface/00000");
     ASSERT_EQ(run_block({"--frames", "1"}).code, 0);
@@ -231,14 +231,14 @@ TEST_F(Files, TwoRunsDoNotShareAFolder) {
             EXPECT_NE(other.err.find("out: another process is writing into it"), std::string::npos)
                 << other.err;
         }
-        // The lock of a process goes with it, however it ends.
+        // A process's lock ends with it, however it ends.
         const Ended next = run_block({"--frames", "1"});
         EXPECT_EQ(next.code, 0) << next.err;
         fs::remove_all(in("out"));
     }
 }
 
-// As on some network file systems. The program is given a flock() that fails.
+// As on some network file systems: flock() is preloaded with one that fails.
 TEST_F(Files, AFolderThatCannotBeLockedIsToldOf) {
     if (is_sanitized) GTEST_SKIP() << "the sanitizer's library has to be the first";
     for (const std::string& error :
@@ -257,7 +257,7 @@ TEST_F(Files, AFolderThatCannotBeLockedIsToldOf) {
     EXPECT_EQ(run_block({"--frames", "1"}).err.find("locked"), std::string::npos);
 }
 
-// A list may come from anybody.
+// A list may be forged.
 TEST_F(Files, AListDoesNotLeadOutOfItsFolder) {
     put("precious/000001.ply", "mine");
     put("scene.json", "mine");
@@ -312,7 +312,7 @@ TEST_F(Files, WhereNothingCanBeWrittenIsToldBeforeTheWork) {
         expect_refused({"run", "block.json", "-o", folder}, folder.substr(0, 40));
     EXPECT_FALSE(fs::exists(in("new")));
     EXPECT_EQ(text_of(in("file")), "mine");
-    // A scene that turns out not to be one leaves no folder behind.
+    // An invalid scene leaves no folder behind.
     write_text(in("bad.obj"), "f 1 2 3\n");
     write_text(in("bad.json"), R"({"bodies": [{"name": "b", "shape": {"mesh": {"file": "bad.obj"}}}]})");
     expect_refused({"run", "bad.json", "-o", "a/b/c"}, "bad.obj");

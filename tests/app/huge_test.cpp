@@ -1,4 +1,4 @@
-// Meshes whose numbers fit a double, but not what is computed from them.
+// Meshes whose coordinates fit a double, but not the quantities computed from them.
 #include <gtest/gtest.h>
 
 #include <app/program.h>

@@ -1,4 +1,4 @@
-// SIGINT and SIGTERM: every command ends soon, with exit code 1 and whole files.
+// SIGINT and SIGTERM: every command ends soon, with exit code 1 and complete files.
 #include "program.h"
 
 #include <splitcubes/geometry/shapes.h>
@@ -33,7 +33,7 @@ class Interrupt : public Program {
         write("ball.ply", ball);
     }
 
-    // Many parts: long to set up.
+    // Many parts, which take long to set up.
     void write_scene(int parts, int cells) const {
         std::string list;
         for (int k = 0; k < parts; ++k)
@@ -47,7 +47,7 @@ class Interrupt : public Program {
                                             "youngs_modulus": 1e4, "poisson_ratio": 0.3}}]})");
     }
 
-    // The signal comes that long after the start; how long the program still took, in seconds.
+    // Sends a signal after the delay; returns the time, s, until the program ends.
     double end_after(const Words& arguments, std::chrono::milliseconds delay, int signal_number,
                      Ended& ended) const {
         const Clock::time_point start = Clock::now();
@@ -61,15 +61,15 @@ class Interrupt : public Program {
         return sent == Clock::time_point{} ? 0 : std::chrono::duration<double>(Clock::now() - sent).count();
     }
 
-    // Over the course of the command; the machine may be busy with other things.
+    // Sends signals at several times during the command; the bound allows for a loaded machine.
     void expect_ends_soon(const Words& arguments) const {
-        constexpr double bound = 6;  // s; about one on a machine with nothing else to do
+        constexpr double bound = 6;  // s; about one on an idle machine
         int signal_number = SIGINT;
         for (const int delay : {5, 40, 150, 500, 1300}) {
             SCOPED_TRACE(arguments[0] + " after " + std::to_string(delay) + " ms");
             Ended ended;
             EXPECT_LT(end_after(arguments, std::chrono::milliseconds(delay), signal_number, ended), bound);
-            // Early on it cannot know of signals.
+            // Early on the handler is not yet installed.
             EXPECT_TRUE(ended.code >= 0 || delay <= 40);
             EXPECT_LE(ended.code, 1) << ended.err;
             if (ended.code == 1) {
@@ -131,7 +131,7 @@ TEST_F(Interrupt, ProgressIsToldFromTheFirstSecond) {
     EXPECT_EQ(said.front().rfind("set-up of parts: body 'b': shape, ", 0), 0U) << ended.err;
 }
 
-// With this little memory for the program, in bytes.
+// Limits the program's memory, in bytes.
 class WithMemory {
   public:
     explicit WithMemory(rlim_t bytes) {

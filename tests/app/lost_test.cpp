@@ -1,4 +1,4 @@
-// --lost and --picture: material too thin for the grid, named, drawn and won back.
+// --lost and --picture: material too thin for the grid, reported, drawn and recovered.
 #include "app/program.h"
 
 #include <splitcubes/geometry/shapes.h>
@@ -38,7 +38,7 @@ class Lost : public Program {
     }
     Json report() const { return Json::parse(text_of(in("report.json"))); }
 
-    // The triangles as sorted numbers of the plate's vertices; -1 for none of them.
+    // Returns the triangles as sorted indices of the plate's vertices; -1 for other vertices.
     std::set<std::array<int, 3>> as_plate(const TriangleMesh& mesh) const {
         const auto vertex = [&](const Vec3& p) {
             for (std::size_t v = 0; v < plate_.positions.size(); ++v)
@@ -137,7 +137,7 @@ TEST_F(Lost, BadFilesAreOneLineBeforeAnyWork) {
 }
 
 #ifdef SPLITCUBES_WITH_RENDER
-// Share of a picture's pixels in shades of magenta.
+// Returns the share of a picture's pixels in shades of magenta.
 double magenta(const render::Picture& picture) {
     double count = 0;
     for (std::size_t k = 0; k + 2 < picture.rgb.size(); k += 3) {

@@ -1,4 +1,4 @@
-// Runs that are moved or sent: what they need goes along, and nothing tells where they were.
+// Runs that are moved or sent: their inputs go along, and nothing reveals the original folders.
 #include "app/program.h"
 
 #include <splitcubes/core/sha256.h>
@@ -16,7 +16,7 @@ namespace {
 using Json = nlohmann::json;
 using Words = std::vector<std::string>;
 
-// In the author's folders; nothing but what the author wrote may say "author".
+// In the author's folders; only text that the author wrote may contain "author".
 const char* const sent_scene = R"({
   "name": "Sent", "frames": 6,
   "bodies": [{"name": "cube", "shape": {"mesh": {"file": "../models/cube.obj"}}, "cells": 8, "phyxel_count": 40,
@@ -66,7 +66,7 @@ class Moved : public Program {
     std::string state(const std::string& folder) const {
         return Json::parse(text_of(in(folder) / "summary.json"))["state_hash"];
     }
-    // Refused once the scene is set up, which has notes of its own.
+    // Expects a refusal after the scene's set-up, which prints notes of its own.
     void expect_refused_in_the_end(const Words& words, const std::string& culprit) const {
         const Ended ended = run(words);
         EXPECT_EQ(ended.code, 2);
@@ -77,7 +77,7 @@ class Moved : public Program {
     }
     void author_is_gone() const { fs::rename(in("author"), in("gone")); }
 
-    // Files in which a text is found.
+    // Returns the files that contain a text.
     std::set<std::string> found_in(const std::string& folder, const std::string& text) const {
         std::set<std::string> out;
         for (const auto& entry : fs::recursive_directory_iterator(in(folder)))
@@ -134,7 +134,7 @@ TEST_F(Moved, FramesFindTheirTextures) {
     };
     const std::set<std::string> right = {"not opened by any reader"};
     EXPECT_EQ(textures("colleague/run/surface/000001.ply"), right);
-    // Also those of a run of what was sent.
+    // Also those of a run of the sent scene.
     const Ended again = run({"run", "colleague/run/scene.json", "-o", "colleague/again", "--frames", "1"});
     ASSERT_EQ(again.code, 0) << again.err;
     EXPECT_EQ(textures("colleague/again/surface/000001.ply"), right);
@@ -153,7 +153,7 @@ TEST_F(Moved, ItGoesOnAndIsRepeatedElsewhere) {
     EXPECT_EQ(replayed.code, 0) << replayed.err;
     EXPECT_NE(replayed.out.find("the same state as recorded"), std::string::npos) << replayed.out;
     EXPECT_EQ(state("colleague/again"), state("colleague/run"));
-    // Into the folder that it comes from, with inputs that are already there.
+    // Into the folder that it came from, with inputs already there.
     const Ended resumed = run({"run", "colleague/run/scene.json", "-o", "colleague/run", "--frames", "6",
                                "--resume", "colleague/run/checkpoint.bin"});
     ASSERT_EQ(resumed.code, 0) << resumed.err;
@@ -192,7 +192,7 @@ TEST_F(Moved, WithoutItsInputsItSaysWhatIsMissing) {
         expect_refused(words, "--inputs");
     }
     EXPECT_FALSE(fs::exists(in("again")));
-    // By what they hold, under any name, with what belongs to them beside them.
+    // Found by content, under any name, with the files that they refer to beside them.
     fs::rename(in("author/models/cube.obj"), in("author/models/renamed.obj"));
     write_text(in("author/models/cube.obj"), "another one");
     Words found = resume;
@@ -217,7 +217,7 @@ TEST_F(Moved, AnInputThatHasChangedIsNamed) {
     const fs::path mesh = in("author/models/cube.obj");
     const std::string then = sha256_of_file(mesh);
     const std::string text = text_of(mesh);
-    // Nothing of the set-up is done before: it would fail with another error.
+    // Set-up has not started: it would fail with another error.
     write_text(mesh, "no mesh");
     expect_refused({"run", "author/scenes/sent.json", "-o", "out", "--resume", "out/checkpoint.bin"},
                    "out/scene.json differs, first in bodies/0/shape/mesh/sha256 (\"" + then);
@@ -232,7 +232,7 @@ TEST_F(Moved, AnInputThatHasChangedIsNamed) {
     expect_refused({"run", "author/scenes/sent.json", "-o", "out", "--resume", "out/checkpoint.bin", "--set",
                     "time_step=0.01"},
                    "out/scene.json differs, first in time_step");
-    // Another file that the user asks for is another file.
+    // A file that the user overrides is a different input.
     EXPECT_EQ(run({"replay", "out/motions.json", "-o", "x", "--set",
                    "bodies[0].shape.mesh.file=\"" + mesh.string() + '"', "--inputs", "author"})
                   .code,

@@ -1,4 +1,4 @@
-// Runs the splitcubes program and takes in what it says.
+// Runs the splitcubes program and captures its output.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -42,11 +42,11 @@ inline std::vector<std::string> lines_of(const std::string& text) {
 }
 
 struct Ended {
-    int code = -1;  // exit code; -1 where a signal ended it
+    int code = -1;  // exit code; -1 if a signal ended it
     std::string out, err;
 };
 
-/// Each test in a folder of its own, which goes with it.
+/// Runs each test in a temporary folder of its own.
 class Program : public testing::Test {
   protected:
     Program() {
@@ -60,8 +60,8 @@ class Program : public testing::Test {
         fs::remove_all(folder_, ignored);
     }
 
-    /// Starts the program in the test's folder; `meanwhile` is given its id and
-    /// called until it has ended or `meanwhile` returns false.
+    /// Starts the program in the test's folder; `meanwhile` gets its process id and is called until the
+    /// program has ended or `meanwhile` returns false.
     Ended run(const std::vector<std::string>& arguments,
               const std::function<bool(pid_t)>& meanwhile = {}) const {
         const fs::path out = folder_ / ".out", err = folder_ / ".err";
@@ -96,8 +96,8 @@ class Program : public testing::Test {
         return ended;
     }
 
-    /// Exit code 2, nothing on standard output, one line on standard error that
-    /// names the culprit.
+    /// Expects exit code 2, nothing on standard output, and one line on standard error that names the
+    /// culprit.
     void expect_refused(const std::vector<std::string>& arguments, const std::string& culprit) const {
         const Ended ended = run(arguments);
         std::string command;
@@ -110,7 +110,7 @@ class Program : public testing::Test {
         EXPECT_EQ(ended.err.rfind("splitcubes: ", 0), 0U) << ended.err;
     }
 
-    /// Files below the folder that writing left unfinished.
+    /// Counts unfinished temporary files below the folder.
     std::size_t unfinished_files() const {
         std::size_t count = 0;
         for (const auto& entry : fs::recursive_directory_iterator(folder_))

@@ -1,4 +1,4 @@
-// run and render: the files of a run, whole at every moment.
+// run and render: the files of a run, complete at any time.
 #include "app/program.h"
 
 #include <splitcubes/geometry/mesh_check.h>
@@ -19,7 +19,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// A block that falls while a blade goes through it.
+// A block that falls while a blade moves through it.
 const char* const scene_text = R"({
   "name": "Small block",
   "frames": 12,
@@ -40,7 +40,7 @@ class Run : public Program {
         return Json::parse(text_of(in(folder) / "summary.json"));
     }
 
-    // Names of the frames; every file must be a whole, closed surface.
+    // Returns the names of the frames; expects each file to be a complete, closed surface.
     std::set<std::string> frames(const std::string& folder) const {
         std::set<std::string> out;
         for (const auto& entry : fs::directory_iterator(in(folder) / "surface")) {
@@ -61,7 +61,7 @@ std::size_t cells_of(const std::string& line) {
 }
 
 TEST_F(Run, FramesKeepTheColoursOfTheirMeshes) {
-    // A mesh with materials beside a built-in shape, which has none.
+    // A mesh with materials beside a built-in shape without any.
     std::string obj;
     for (int c = 0; c < 8; ++c)
         obj += "v " + std::to_string(0.1 * (c & 1)) + " " + std::to_string(0.1 * (c >> 1 & 1)) + " " +
@@ -87,7 +87,7 @@ TEST_F(Run, FramesKeepTheColoursOfTheirMeshes) {
     };
     EXPECT_EQ(names(first), (std::set<std::string>{"boundary", "a", "b"}));
     EXPECT_EQ(names(last), (std::set<std::string>{"boundary", "cut", "a", "b"}));
-    // At rest still where the bodies began, which they have left.
+    // Rest positions remain where the bodies began, though they have moved.
     ASSERT_EQ(last.rest.size(), last.mesh.positions.size());
     geometry::Box began, is;
     for (const Vec3& p : last.rest) began.add(p);
@@ -134,7 +134,7 @@ TEST_F(Run, LeavesAllItsFiles) {
         EXPECT_TRUE(all["seconds"].contains(stage)) << stage;
     EXPECT_EQ(unfinished_files(), 0U);
 
-    // The scene that it leaves is complete and gives the same run.
+    // The scene that it writes is complete and gives the same run.
     const Ended again = run({"run", "out/scene.json", "-o", "again"});
     ASSERT_EQ(again.code, 0) << again.err;
     EXPECT_EQ(summary("again")["state_hash"], all["state_hash"]);
@@ -163,7 +163,7 @@ TEST_F(Run, OptionsGoOverTheScene) {
     const Json scene = Json::parse(text_of(in("out/scene.json")));
     EXPECT_EQ(scene["frames"], 3);
     EXPECT_EQ(scene["bodies"][0]["cells"], 8);
-    // Frames of an earlier run go.
+    // Frames of an earlier run are removed.
     ASSERT_EQ(run({"run", "block.json", "-o", "out", "--frames", "1"}).code, 0);
     EXPECT_EQ(frames("out"), (std::set<std::string>{"000000.ply", "000001.ply"}));
     EXPECT_EQ(lines_of(text_of(in("out/metrics.csv"))).size(), 2U);
@@ -213,7 +213,7 @@ TEST_F(Run, AnInterruptEndsItWithWholeFiles) {
                     const fs::path surfaces = in("out/surface");
                     if (!fs::exists(surfaces)) return true;
                     std::size_t count = 0;
-                    // Every name that is there is a whole file, also while it runs.
+                    // Every name in the folder belongs to a complete file, also during the run.
                     for (const auto& entry : fs::directory_iterator(surfaces)) {
                         if (entry.path().extension() != ".ply") continue;
                         ++count;
@@ -253,7 +253,7 @@ std::vector<std::string> cells_in(const std::string& line) {
     return out;
 }
 
-// Names and contents of all frames, the table without its times, and the hash.
+// Returns names and contents of all frames, the table without its times, and the hash.
 std::string all_of(const fs::path& folder) {
     std::set<fs::path> files;
     for (const auto& entry : fs::directory_iterator(folder / "surface"))
@@ -269,7 +269,7 @@ std::string all_of(const fs::path& folder) {
 }
 
 TEST_F(Run, AKilledRunGoesOnFromItsCheckpoint) {
-    // Longer than any delay of whoever kills it.
+    // Runs longer than any delay before the kill.
     const Ended killed =
         run({"run", "block.json", "-o", "out", "--frames", "100000", "--checkpoint-every", "2"},
             [&](pid_t child) {
@@ -284,7 +284,7 @@ TEST_F(Run, AKilledRunGoesOnFromItsCheckpoint) {
     const Ended resumed = run({"run", "block.json", "-o", "out", "--frames", enough, "--threads", "1",
                                "--resume", "out/checkpoint.bin"});
     ASSERT_EQ(resumed.code, 0) << resumed.err;
-    // Megabytes: not to be printed where they differ.
+    // Megabytes, so not printed on failure.
     EXPECT_TRUE(all_of(in("out")) == all_of(in("whole")));
 }
 
@@ -300,10 +300,10 @@ TEST_F(Run, ACheckpointFitsItsOwnSceneOnly) {
     expect_refused(with({"--set", "time_step=0.01"}), "out/checkpoint.bin");
     expect_refused(with({"--frames", "2"}), "--frames");
     expect_refused({"run", "block.json", "-o", "x", "--resume", "nowhere.bin"}, "nowhere.bin");
-    // Before anything is set up, and not without an end.
+    // Refused before set-up, without reading endlessly.
     expect_refused({"run", "block.json", "-o", "x", "--resume", "/dev/zero"}, "/dev/zero: is not a file");
     expect_refused({"run", "block.json", "-o", "x", "--resume", "."}, ".: is not a file");
-    // Damage to what stands in front of the state.
+    // Damage to the header before the state.
     const std::string whole = text_of(in("out/checkpoint.bin"));
     for (std::size_t at = 0; at < 110; at += 3) {
         std::string damaged = whole;
@@ -331,7 +331,7 @@ TEST_F(Run, ARecordedRunIsRepeated) {
     EXPECT_TRUE(all_of(in("again")) == all_of(in("out")));
     EXPECT_EQ(run({"replay", "motions.json", "-o", "part", "--frames", "5"}).code, 0);
     EXPECT_EQ(frames("part").size(), 6U);
-    // A hand that went elsewhere, a body that is another.
+    // A handle with another motion, a body with other settings.
     Json recording = Json::parse(text_of(in("motions.json")));
     for (Json& place : recording["tracks"][0]["places"]) place[3] = place[3].get<double>() + 0.02;
     write_text(in("other.json"), recording.dump());
@@ -369,7 +369,7 @@ TEST_F(Run, RenderNeedsARun) {
 
 #ifdef SPLITCUBES_WITH_RENDER
 
-// How much a picture's colours differ from its mean.
+// Measures the deviation of a picture's colours from their mean.
 double contrast(const render::Picture& picture) {
     double sum = 0, squares = 0;
     for (const auto value : picture.rgb) {
@@ -425,7 +425,7 @@ TEST_F(Run, LinksAreWrittenAndDrawnByVisibility) {
         GTEST_SKIP() << drawn.err;
     ASSERT_EQ(drawn.code, 0) << drawn.err;
     EXPECT_GT(contrast(render::read_png(in("links.png"))), 5);
-    // Cut off, and not there.
+    // Truncated and missing.
     const std::string whole = text_of(in("out/links/000006.ply"));
     write_text(in("out/links/000006.ply"), whole.substr(0, whole.size() - 5));
     expect_refused({"render", "out", "--links", "-o", "again.png"}, "000006.ply");
@@ -434,7 +434,7 @@ TEST_F(Run, LinksAreWrittenAndDrawnByVisibility) {
     EXPECT_FALSE(fs::exists(in("again.png")));
 }
 
-// Another rasteriser differs by samples at edges: not in what is severed.
+// Another rasteriser differs by samples at edges, but not in severed pairs.
 TEST_F(Run, DisksByOpenGlSeverTheSame) {
     const Ended drawn = run({"run", "block.json", "-o", "drawn", "--occlusion", "opengl"});
     if (drawn.code == 1 && drawn.err.find("cannot start") != std::string::npos) GTEST_SKIP() << drawn.err;
@@ -445,7 +445,7 @@ TEST_F(Run, DisksByOpenGlSeverTheSame) {
     EXPECT_EQ(a["pieces"].size(), 2U);
     EXPECT_NEAR(a["volume"].get<double>(), b["volume"].get<double>(), 1e-3 * b["volume"].get<double>());
     EXPECT_EQ(Json::parse(text_of(in("drawn/scene.json")))["occlusion"]["backend"], "opengl");
-    // The same again.
+    // The same run again.
     ASSERT_EQ(run({"run", "block.json", "-o", "again", "--occlusion", "opengl"}).code, 0);
     EXPECT_EQ(summary("again")["state_hash"], a["state_hash"]);
 }
@@ -461,7 +461,7 @@ TEST_F(Run, EveryCriterionSeversAtACompleteCut) {
         EXPECT_EQ(Json::parse(text_of(in(criterion) / "scene.json"))["occlusion"]["criterion"], criterion);
         states.insert(summary(criterion)["state_hash"].get<std::string>());
     }
-    // Where no path round the front is within the support, two of them are the same.
+    // If no path around the front is within the support, two of them agree.
     EXPECT_GE(states.size(), 2U);
     expect_refused({"run", "block.json", "-o", "x", "--criterion", "euclid"}, "euclid");
     expect_refused({"run", "block.json", "-o", "x", "--occlusion", "vulkan"}, "vulkan");

@@ -1,4 +1,4 @@
-// Factors of pairs as cuts change them, against all of them computed from nothing.
+// Pair factors updated by cuts, against factors computed from scratch.
 #include <splitcubes/body/body.h>
 #include <splitcubes/geometry/shapes.h>
 
@@ -56,7 +56,7 @@ TEST_P(BodyCriterion, IsAFunctionOfThePresentSurface) {
     EXPECT_EQ(body.pieces().count(), 2U);
 }
 
-// Where a cut comes out of the skin it has no front: behind it nothing shines through.
+// A cut that leaves the body has no front there: nothing behind it is visible.
 TEST(BodyTransparency, ACutEndsAtItsFrontOnly) {
     const Parallel parallel(2);
     BodySettings settings;
@@ -70,7 +70,7 @@ TEST(BodyTransparency, ACutEndsAtItsFrontOnly) {
     int deep = 0, shallow = 0;
     for (std::size_t k = 0; k < pairs.size(); ++k) {
         const Vec3 &a = pairs.rest[pairs.a[k]], &b = pairs.rest[pairs.b[k]];
-        // The surface lies up to a part of a cell off the sheet.
+        // The surface deviates from the sheet by a fraction of a cell.
         if (std::max(a[0], b[0]) < x + 0.004 || std::min(a[0], b[0]) > x - 0.004) continue;
         const double y = a[1] + (x - a[0]) / (b[0] - a[0]) * (b[1] - a[1]);
         const double behind = front - y, opaque = 0.5 * pairs.reach(k);

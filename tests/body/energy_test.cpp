@@ -1,4 +1,4 @@
-// Bodies that are cut hold no more energy than was put in, whatever the material and the step.
+// Bodies that are cut gain no energy beyond the work put in, for any material and time step.
 #include "laws/solids.h"
 #include "laws/worlds.h"
 
@@ -16,7 +16,7 @@ namespace {
 using meshless::MaterialModel;
 using meshless::SolverKind;
 
-/// Straight edges that go all through what lies within `size` of the origin.
+/// Adds straight edges that pass completely through everything within `size` of the origin.
 void add_random_blades(body::World& world, int count, double size, double from, double until,
                        std::uint64_t seed) {
     Random random(seed);
@@ -41,15 +41,15 @@ double gravity_energy(const body::World& world) {
 }
 
 struct Course {
-    double first = 0;      // J, kinetic and elastic and of height, when nothing was put in any more
-    double most = -1e300;  // J, of later steps
+    double first = 0;      // J, kinetic, elastic and potential, when the last work was put in
+    double most = -1e300;  // J, maximum of later steps
     double most_kinetic = 0;
     double most_elastic = 0;
     double top_speed = 0;  // m/s
-    double taken = 0;      // J
+    double taken = 0;      // J, removed by the passivity controller
 };
 
-/// quiet: s, from when on nothing that is put in moves.
+/// quiet: s, time after which nothing does work on the body.
 Course run_course(body::World& world, double seconds, double quiet) {
     Course course;
     const double dt = world.settings().time_step;
@@ -86,7 +86,7 @@ body::WorldSettings settings_of(SolverKind kind, double time_step) {
     return settings;
 }
 
-// A sphere held above, pulled below; stiffness grows with the stretch.
+// A sphere held at the top and pulled at the bottom; stiffness grows with the stretch.
 TEST(Energy, AStretchedSphereWithVolumeStiffnessIsCutByExplicitSteps) {
     body::WorldSettings settings = settings_of(SolverKind::explicit_steps, 1.0 / 30);
     body::World world(settings, threads(2));
@@ -106,13 +106,13 @@ TEST(Energy, AStretchedSphereWithVolumeStiffnessIsCutByExplicitSteps) {
     body.add_constraint(pull);
     add_random_blades(world, 20, 0.1, 0.5, 1.1, 1);
     const Course course = run_course(world, 1.4, 0.4 + 1e-9);
-    // A cut can leave more strain than there was; none of it may move anything.
+    // A cut may increase the strain, but must not cause motion.
     EXPECT_LT(course.most_kinetic, course.first);
-    // All of its energy as motion of a hundredth of it.
+    // Speed if all of its energy moved a hundredth of its mass.
     EXPECT_LT(course.top_speed, std::sqrt(2 * course.first / (0.01 * total_mass(body))));
 }
 
-// Stiff, plastic and whirling: linear solves stop before they have converged.
+// Stiff, plastic and rotating fast: linear solves stop before convergence.
 TEST(Energy, ASpinningPlasticTorusIsShredded) {
     body::World world(settings_of(SolverKind::implicit_steps, 1.0 / 60), threads(2));
     body::BodySettings torus = soft(0.01, 350);
@@ -127,7 +127,7 @@ TEST(Energy, ASpinningPlasticTorusIsShredded) {
     EXPECT_LT(course.most, 1.15 * course.first);
 }
 
-// Nearly incompressible, and turned by a radian a step.
+// Nearly incompressible, and rotating by a radian a step.
 TEST(Energy, AFastWedgeThatHardlyCompressesSpinsOn) {
     body::World world(settings_of(SolverKind::implicit_steps, 1.0 / 30), threads(2));
     body::BodySettings wedge = soft(0.02, 300);
@@ -141,7 +141,7 @@ TEST(Energy, AFastWedgeThatHardlyCompressesSpinsOn) {
     EXPECT_LT(course.most, 1.02 * course.first);
 }
 
-// Stiff, hardly compressible, hanging by its top; its pieces fall.
+// Stiff, nearly incompressible, hanging by its top; its pieces fall.
 TEST(Energy, AHangingBodyOfThinPartsIsCutByExplicitSteps) {
     body::WorldSettings settings = settings_of(SolverKind::explicit_steps, 1.0 / 60);
     settings.gravity = Vec3(0, 0, -9.81);

@@ -1,5 +1,4 @@
-// A block that is cut by hundreds of random blades while something is done to it, and
-// what has to hold all the while.
+// A block that is cut by hundreds of random blades under different loads, and the invariants that must hold.
 #pragma once
 
 #include "laws/solids.h"
@@ -17,8 +16,8 @@
 namespace splitcubes::laws {
 
 enum class Torment {
-    shaken,    // held at its upper end by what goes to and fro; gravity
-    spinning,  // free, no gravity: what was cut off stays within reach of the blades
+    shaken,    // held at its upper end by a support that oscillates; gravity
+    spinning,  // free, no gravity: fragments stay within reach of the blades
     standing,  // on the ground; gravity
 };
 
@@ -28,7 +27,7 @@ struct Torture {
     double youngs_modulus = 1e5;  // Pa
     meshless::SolverKind solver = meshless::SolverKind::implicit_steps;
     meshless::MaterialModel model = meshless::MaterialModel::corotated;
-    double volume_stiffness = 0;  // of Young's modulus
+    double volume_stiffness = 0;  // relative to Young's modulus
     std::uint64_t seed = 1;
     int blades = 300;
     double seconds = 1;
@@ -36,25 +35,26 @@ struct Torture {
     int phyxels = 120;
 };
 
-/// What a run showed; the worst of all steps.
+/// Results of a run; the worst values over all steps.
 struct Sufferings {
-    std::string broken;      // the first finding that must not be; empty: none
+    std::string broken;      // first violated invariant; empty: none
     std::size_t pieces = 0;  // at the end
     std::size_t rigid = 0;   // of them
     std::size_t new_phyxels = 0;
     std::size_t cut_edges = 0;
-    double energy_put_in = 0;           // J, first energy and all work, that which could have been
-    double most_gain = -1e300;          // J, energy above what was put in
+    double energy_put_in =
+        0;  // J, first energy and all work, plus the potential energy that could be released
+    double most_gain = -1e300;          // J, maximum of energy minus energy put in
     double most_motion = -1e300;        // J, the same without the elastic energy
     double top_speed = 0;               // m/s
     double top_piece_speed = 0;         // m/s, of a centre of mass
-    double worst_flight = 0;            // m, of a free centre of mass from its parabola, in a step
-    double worst_speed = 0;             // m/s, the same of its velocity
+    double worst_flight = 0;            // m, deviation of a free centre of mass from its parabola in a step
+    double worst_speed = 0;             // m/s, the same for its velocity
     double worst_momentum = 0;          // kg m/s, spinning: change of the total in a step
     double worst_angular_momentum = 0;  // kg m^2/s, spinning: change of the total in a step
     double first_spin = 0;              // kg m^2/s
     double mass = 0;                    // kg
-    double lowest = 0;                  // m, of a rigid piece's centre below the ground
+    double lowest = 0;                  // m, lowest centre of a rigid piece (negative: below the ground)
     double seconds = 0;                 // wall clock
 };
 
@@ -67,8 +67,8 @@ inline Vec3 shake(double time) {
     return shake_amplitude * Vec3(std::sin(phase), 0.5 * (std::cos(phase) - 1), 0.25 * std::sin(2 * phase));
 }
 
-// Straight edges that cross the block: all through, half way, where one went before, and
-// no longer than a cell, through one node.
+// Adds straight edges that cross the block: all the way, half way, along an earlier path, and edges shorter
+// than a cell through one node.
 inline void add_blades(const Torture& torture, const Vec3& center, body::World& world) {
     Random random(torture.seed);
     struct Path {
@@ -132,7 +132,7 @@ inline double potential_energy(const std::vector<meshless::Momenta>& pieces, con
     return energy;
 }
 
-// Which pieces nothing holds or touches.
+// Returns flags of the pieces that are neither held nor touched.
 inline std::vector<std::uint8_t> free_pieces(const body::Body& body, const Torture& torture) {
     std::vector<std::uint8_t> free(body.pieces().count(), 1);
     const meshless::Phyxels& phyxels = body.phyxels();
@@ -177,7 +177,7 @@ inline Sufferings run(const Torture& torture) {
         if (step % 16 == 15 || step + 1 == steps)
             for (const std::string& line : body.validate()) fail(line);
         if (std::abs(report.mass - out.mass) > 1e-9 * out.mass) fail("mass");
-        // What the hold did: its force times its way, all held things moving alike.
+        // Work of the support: its force times its displacement, as all held points move alike.
         if (torture.torment == Torment::shaken) {
             const Vec3 way = shake(world->time()) - shake(world->time() - dt);
             put_in += (report.momentum - total.linear - dt * total.mass * gravity).dot(way) / dt;

@@ -1,4 +1,4 @@
-// A block under three hundred blades keeps its books.
+// Mass, momentum and energy of a block that three hundred blades cut.
 #include "torture.h"
 
 #include <gtest/gtest.h>
@@ -11,8 +11,8 @@ namespace {
 
 using meshless::SolverKind;
 
-// Shares of the energy put in that may appear from nothing, elastic energy included: some that
-// steps lend; and moments of inertia that few phyxels cannot keep when mass is booked anew.
+// Relative energy gain allowed, elastic energy included. At rest: transient gains of single steps. Spinning:
+// moments of inertia that a few phyxels cannot reproduce when mass is lumped again.
 constexpr double tolerance_at_rest = 0.02, spinning_tolerance = 0.04;
 
 void expect_sound(const Torture& torture, const std::string& name) {
@@ -30,7 +30,7 @@ void expect_sound(const Torture& torture, const std::string& name) {
         EXPECT_LT(seen.worst_momentum, 1e-12 * seen.mass) << name;
         EXPECT_LT(seen.worst_angular_momentum, 1e-12 * seen.first_spin) << name;
     }
-    // What fell all the time, what the hold threw upwards or the corners' speed.
+    // Speed bound: free fall, the support's upward throw, or the speed of the corners.
     const double thrown = torture.torment == Torment::shaken     ? 1.5
                           : torture.torment == Torment::spinning ? 0.9
                                                                  : 1.5;
@@ -74,7 +74,7 @@ TEST(Torture, Standing) {
                  "standing, explicit");
 }
 
-// The paper's material; without the volume term it gives way where it is pressed.
+// The paper's material; without the volume term it collapses under compression.
 TEST(Torture, OfStVenantKirchhoff) {
     for (const double volume : {0.0, 1.0})
         for (const SolverKind solver : {SolverKind::implicit_steps, SolverKind::explicit_steps})

@@ -1,5 +1,5 @@
-// Bytes that say where and how a good checkpoint of a small world is damaged. Its length and checksum are
-// made to fit again. What is refused gets one line; what is taken must make two steps.
+// The bytes describe how a valid checkpoint of a small world is damaged; length and checksum are fixed up. A
+// refused checkpoint must give a one-line error, an accepted one must make two steps.
 #include <splitcubes/body/checkpoint.h>
 #include <splitcubes/core/error.h>
 
@@ -35,7 +35,7 @@ struct Sample {
     std::string checkpoint;
 };
 
-// Before the first cut, while blades are at work, and with crumbs on the ground.
+// Before the first cut, during the cuts, and with rigid fragments on the ground.
 std::vector<Sample> make_samples() {
     std::vector<Sample> out;
     for (const meshless::SolverKind kind : kinds) {
@@ -54,7 +54,7 @@ const std::vector<Sample>& samples() {
     return all;
 }
 
-// Eleven bytes each: three of a place, and what becomes of it.
+// Eleven bytes per damage: three of its position, the rest its kind and value.
 void damage_by(std::span<const std::uint8_t> script, std::string& checkpoint) {
     constexpr std::size_t each = 12;
     const std::size_t begin = damage::payload_begin(checkpoint);
@@ -114,7 +114,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     try {
         for (int step = 0; step < 2; ++step) world->step();
     } catch (const JobError&) {
-        // An explicit step that would be divided into too many.
+        // An explicit step that needs too many substeps.
     }
     return 0;
 }

@@ -1,6 +1,5 @@
-// Arbitrary bytes choose the inside nodes of a small grid and then its cuts, in
-// batches; after each batch the surface must be closed, oriented, manifold and
-// equal to one built from nothing.
+// Arbitrary bytes choose the inside nodes of a small grid and then its cuts, in batches; after each batch the
+// surface must be closed, oriented, manifold and equal to one built from scratch.
 #include <splitcubes/splitting/validate.h>
 
 #include "../splitting/cut_case.h"
@@ -18,7 +17,7 @@ using namespace splitcubes::splitting;
 
 namespace {
 
-// Reads numbers off the front; zeros when there is nothing left.
+// Reads numbers from the front; zeros at the end of the data.
 class Bytes {
   public:
     explicit Bytes(std::span<const std::uint8_t> data) : data_(data) {}

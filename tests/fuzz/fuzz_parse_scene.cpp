@@ -1,5 +1,5 @@
-// Arbitrary text as a scene and as a path file. What is refused gets a line for each problem, at most 21; a
-// scene that is taken comes back equal when it is written out and read again.
+// Arbitrary text as a scene and as a path file. A refusal has a line per problem, at most 21; an accepted
+// scene is equal after writing and reading it again.
 #include <splitcubes/core/error.h>
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/resolve.h>

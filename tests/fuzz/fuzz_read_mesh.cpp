@@ -1,5 +1,5 @@
-// Feeds arbitrary bytes to the mesh readers. The first byte chooses the format.
-// Whatever reads must keep the readers' promises and survive a way out and back.
+// Feeds arbitrary bytes to the mesh readers. The first byte chooses the format. Accepted meshes must satisfy
+// the readers' guarantees and survive a round trip.
 #include <splitcubes/core/error.h>
 #include <splitcubes/io/read_mesh.h>
 #include <splitcubes/io/read_surface.h>
@@ -52,7 +52,7 @@ void require_sound(const geometry::MeshAttributes& attributes, std::size_t trian
                 "materials are in range");
 }
 
-/// Double precision comes back as it was; single precision may not hold it.
+/// Double precision round-trips exactly; single precision may not be able to hold it.
 void require_round_trips(const geometry::SurfaceMesh& surface) {
     const std::string ply = encode_mesh(surface, MeshFormat::ply, "ply");
     const geometry::SurfaceMesh again = read_surface_from_memory(bytes_of(ply), "ply");
@@ -80,7 +80,7 @@ void require_round_trips(const geometry::SurfaceMesh& surface) {
         require(stl.size() == 84 + 50 * surface.mesh.triangles.size(), "STL keeps triangles");
         read_mesh_from_memory(bytes_of(stl), MeshFormat::stl, "stl");
     } catch (const InputError&) {
-        // Too large for single precision, or every triangle collapsed in it.
+        // Too large for single precision, or every triangle degenerates in it.
     }
 }
 

@@ -1,5 +1,5 @@
-// Arbitrary text as a recording. What is refused gets a line for each problem; what is taken comes back equal
-// when it is written out and read again, and its motions are rigid and finite at all times.
+// Arbitrary text as a recording. A refusal has a line per problem; an accepted recording is equal after
+// writing and reading it again, and its motions are rigid and finite at all times.
 #include <splitcubes/core/error.h>
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/recording.h>
@@ -56,7 +56,7 @@ void check_motion(const SampledMotion& motion) {
 
 }  // namespace
 
-// The corpus's folder gets something to begin with.
+// Seeds the corpus folder.
 extern "C" int LLVMFuzzerInitialize(int* count, char*** arguments) {
     for (int k = 1; k < *count; ++k)
         if (const std::filesystem::path folder = (*arguments)[k]; std::filesystem::is_directory(folder)) {

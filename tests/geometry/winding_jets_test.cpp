@@ -1,4 +1,4 @@
-// Values and derivatives in single precision are those of the sum in double.
+// Values and derivatives in single precision agree with the sum in double precision.
 #include <splitcubes/geometry/winding_jets.h>
 
 #include "laws/solids.h"
@@ -59,7 +59,7 @@ TEST(WindingJets, AreTheExactSumAndItsDerivatives) {
                 const double low = winding.exact_at(p - h * Vec3::Unit(axis));
                 const double high = winding.exact_at(p + h * Vec3::Unit(axis));
                 const double slope = (high - low) / (2 * h), bend = (high - 2 * exact + low) / (h * h);
-                // Not across a triangle, nor beside a rim.
+                // Skips points across a triangle or near a boundary.
                 if (std::abs(high - low) > 0.01 || std::abs(bend) > 50) continue;
                 ++smooth;
                 EXPECT_NEAR(jet.gradient[axis], slope, 1e-3 * (1 + std::abs(slope)));
@@ -70,7 +70,7 @@ TEST(WindingJets, AreTheExactSumAndItsDerivatives) {
     }
 }
 
-// Where it lies on a triangle or its rim, rounding decides.
+// On a triangle or its boundary rounding decides.
 TEST(WindingJets, AreNotSoundOnTriangles) {
     const std::vector<Corners> triangles = crowd(3, 200, 4);
     const WindingJets jets(triangles);

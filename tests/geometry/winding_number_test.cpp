@@ -22,7 +22,7 @@ TriangleMesh scaled_and_shifted(TriangleMesh mesh, double scale, const Vec3& shi
     return mesh;
 }
 
-// A sphere of radius 1 without its lower half; the rim lies in the plane z = 0.
+// Returns a sphere of radius 1 without its lower half; the rim lies in the plane z = 0.
 TriangleMesh hemisphere(int segments) {
     TriangleMesh mesh;
     const auto n = static_cast<std::uint32_t>(segments);
@@ -107,11 +107,10 @@ TEST(WindingNumber, FastEvaluationIsCloseToTheSum) {
     EXPECT_LT(std::sqrt(square / count), 3e-4);
 }
 
-// At four times the distance the error of a second-order expansion, whose first
-// missing term falls with the fifth power, must shrink by 4^5 or more: wrong moments would
-// show as a lower order.
+// At four times the distance the error of a second-order expansion, whose first missing term falls with the
+// fifth power, must shrink by 4^5 or more: wrong moments would reduce the order.
 TEST(WindingNumber, TheExpansionIsOfSecondOrder) {
-    // Few enough triangles that beyond the root's opening distance one node answers.
+    // Few enough triangles that a single node answers beyond the root's opening distance.
     const TriangleMesh sheet = make_wavy_sheet({0.3, 0.2, 0.1}, {1, -2, 0.5}, 1, 12, 0.4, 1.3);
     const WindingNumber winding(sheet);
     Random random(4);
@@ -129,8 +128,8 @@ TEST(WindingNumber, TheExpansionIsOfSecondOrder) {
 
 TEST(WindingNumber, OfAnOpenHemisphereIsItsSolidAngle) {
     const WindingNumber winding(hemisphere(40));
-    // From a point at height z on the axis the rim's disk fills 2 pi (1 - z / sqrt(1 + z^2))
-    // of the sphere below: the hemisphere the rest, when inside it.
+    // Seen from a point at height z on the axis, the rim's disk covers 2 pi (1 - z / sqrt(1 + z^2)); the
+    // hemisphere covers the rest of the sphere for a point inside it.
     for (const double z : {0.0, 0.25, 0.5, 0.9}) {
         const double disk = 0.5 * (1 - z / std::hypot(1, z));
         EXPECT_NEAR(winding.exact_at({0, 0, z}), 1 - disk, 5e-4) << z;
@@ -154,7 +153,7 @@ TEST(WindingNumber, DoesNotDependOnScaleOrPlace) {
         for (int trial = 0; trial < 100; ++trial) {
             const Vec3 p = point_near(random, 0.8), q = scale * p + shift;
             const double exact = winding.exact_at(p);
-            // Rounding moves what is within it of the surface to the other side.
+            // Within rounding of the surface the side is undetermined.
             if (std::abs(exact - winding.exact_at(p + Vec3::Constant(1e-6))) > 1e-6) continue;
             EXPECT_NEAR(exact, other.exact_at(q), allowed);
             EXPECT_NEAR(exact, other.at(q), 1e-3);
@@ -229,7 +228,7 @@ TEST(WindingNumber, IsTheSameOnAnyNumberOfThreads) {
 
 namespace {
 
-// Triangles with nothing in common.
+// Returns unconnected triangles.
 TriangleMesh soup(std::uint64_t seed, std::uint32_t count, double size) {
     Random random(seed);
     TriangleMesh mesh;
@@ -258,7 +257,7 @@ TEST(WindingNumber, TheQuickOneDiffersByNoMoreThanItSays) {
     }
 }
 
-// There rounding decides on which side a point is: both must decide alike.
+// Rounding decides the side there: both must decide alike.
 TEST(WindingNumber, TheQuickOneIsTheOtherOnTrianglesAndTheirRims) {
     const TriangleMesh mesh = soup(9, 200, 0.8);
     const WindingNumber winding(mesh);

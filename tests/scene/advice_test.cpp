@@ -1,4 +1,4 @@
-// What is said of a world before it is stepped: where it is wrong, and not where it is right.
+// Notes about a world before its first step: given for problems, and not otherwise.
 #include <splitcubes/scene/advice.h>
 #include <splitcubes/scene/build.h>
 #include <splitcubes/scene/parse.h>
@@ -35,13 +35,13 @@ std::string scene(const std::string& bodies, const std::string& rest = "") {
     return "{\"bodies\": [" + bodies + "]" + rest + "}";
 }
 
-// Steps y' = i w y over many periods.
+// Integrates y' = i w y over many periods.
 double measured_keep(double w, double h, bool bdf2) {
     const std::complex<double> x(0, w * h);
     std::complex<double> before(1, 0), now = 1.0 / (1.0 - x);
     double angle = std::arg(now);
     const int steps = 400;
-    // The other root of BDF2 has died out after some steps.
+    // The other root of BDF2 has decayed after some steps.
     double start = 0, start_angle = 0;
     for (int k = 0; k < steps; ++k) {
         const std::complex<double> next = bdf2 ? (2.0 * now - 0.5 * before) / (1.5 - x) : now / (1.0 - x);
@@ -78,7 +78,7 @@ TEST(Advice, few_phyxels_across_a_plate_are_told_and_the_spacing_told_puts_six_t
 TEST(Advice, a_step_that_damps_what_can_be_seen_is_told) {
     const std::string hold = R"(, "constraints": [{"body": "bar", "kind": "hold",
         "region": {"half_space": {"point": [-0.22, 0, 0], "normal": [-1, 0, 0]}}}])";
-    // It swings about three times a second.
+    // Its frequency is about 3 Hz.
     const std::string bar =
         body("bar", "[0.5, 0.06, 0.06]",
              R"("cells": 50, "phyxel_spacing": 0.01, "material": {"youngs_modulus": 5e6})");
@@ -89,7 +89,7 @@ TEST(Advice, a_step_that_damps_what_can_be_seen_is_told) {
     EXPECT_THAT(notes(scene(bar, hold + R"(, "time_step": 0.1, "solver": {"kind": "explicit"})")), IsEmpty());
     EXPECT_THAT(notes(scene(bar, hold + R"(, "solver": {"integrator": "backward_euler"})")),
                 ElementsAre(HasSubstr("solver.integrator bdf2")));
-    // What the material damps itself the step may damp, too; what is faster than the eye as well.
+    // No note if the material's own damping dominates, or if the vibration is too fast to be seen.
     const std::string damped = body("bar", "[0.5, 0.06, 0.06]",
                                     R"("cells": 50, "phyxel_spacing": 0.01,
                                        "material": {"youngs_modulus": 5e6, "mass_damping": 20})");
@@ -112,7 +112,7 @@ TEST(Advice, bodies_that_begin_in_each_other_are_told_where_that_matters) {
                 ElementsAre(testing::StartsWith("low: overlaps 'high' at the start, over 0.")));
     EXPECT_THAT(notes(two("1", on)), IsEmpty()) << "they touch";
     EXPECT_THAT(notes(two("0.8", "")), IsEmpty()) << "they go through each other";
-    // A ball in the hollow of a ring overlaps its box only.
+    // A ball in the hole of a ring overlaps its bounding box only.
     EXPECT_THAT(notes(scene(R"({"name": "ring", "shape": {"torus": {"ring_radius": 0.5, "tube_radius": 0.2}},
                                 "cells": 30, "phyxel_count": 2000},
                                {"name": "ball", "shape": {"sphere": {"radius": 0.2}}, "cells": 20})",
@@ -127,7 +127,7 @@ TEST(Advice, bodies_that_begin_in_the_ground_are_told) {
                 IsEmpty());
 }
 
-// What the notes say of an overlap is what the first steps do.
+// The first steps confirm the predictions of the overlap notes.
 TEST(Advice, what_is_told_of_an_overlap_is_what_it_comes_to) {
     const auto fastest = [](const std::string& text) {
         BuildReport report;

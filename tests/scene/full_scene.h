@@ -1,6 +1,5 @@
-// A scene that uses every kind of object and says every key that can be said but
-// duration. Its mesh file is any file of the folder SPLITCUBES_SCENES: parsing
-// looks only whether it is there.
+// A scene that uses every kind of object and every key except duration. Its mesh file is any file of the
+// folder SPLITCUBES_SCENES: parsing tests its existence only.
 #pragma once
 
 namespace splitcubes::scene {

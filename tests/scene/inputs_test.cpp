@@ -67,7 +67,7 @@ TEST_F(Inputs, AreKnownByWhatTheyHold) {
     EXPECT_EQ(inputs[0].what, "the mesh of body 'x'");
     EXPECT_EQ(inputs[1].what, "the picture of the strength of body 'x'");
     EXPECT_EQ(inputs[2].what, "the mesh of collider 'z'");
-    // They come back as they were, in any folder.
+    // They are unchanged after a round trip, in any folder.
     const std::string relative = resolved_scene(scene, folder_ / "deeper").dump();
     EXPECT_NE(relative.find("\"../a.obj\""), std::string::npos) << relative;
     EXPECT_EQ(relative.find(folder_.string()), std::string::npos);
@@ -91,7 +91,7 @@ TEST_F(Inputs, AreFoundUnderOtherNames) {
     EXPECT_EQ(std::get<MeshShape>(scene.bodies[0].shape).file, folder_ / "else/where/renamed.obj");
     EXPECT_EQ(*inputs_of(scene)[1].file, folder_ / "else/p.pgm");
     EXPECT_EQ(resolved_scene(without_file_names(scene)).dump(), wanted);
-    // Only what is missing is looked for.
+    // Only missing files are searched.
     put("b.obj", "two");
     scene = parse(text);
     find_inputs(scene, folders);

@@ -21,8 +21,8 @@ std::string json_error_of(std::string_view text, int max_depth = 32) {
     return "";
 }
 
-// Writes a random value with random line breaks and comments, and notes the line
-// of every member and element.
+// Writes a random value with random line breaks and comments, and records the line of every member and
+// element.
 class RandomText {
   public:
     explicit RandomText(std::uint64_t seed) : random_(seed) {
@@ -99,8 +99,8 @@ TEST(JsonLocation, what_is_not_there_is_placed_at_what_encloses_it) {
     EXPECT_EQ(line_of(text, parse_path("c", "")), 1);
 }
 
-// The check must let through nothing that the JSON library refuses, and refuse
-// nothing that it takes, but for the stricter rules.
+// The check accepts nothing that the JSON library refuses, and refuses nothing that it accepts, apart from
+// the stricter rules.
 TEST(JsonLocation, agrees_with_the_json_library_on_damaged_texts) {
     const std::string good = full_scene;
     const std::string alphabet = "{}[]\",:-+.eE019tfn\\u/* \n\x01\x80\xC3\xE2\xF0";

@@ -268,8 +268,7 @@ TEST(Overrides, change_add_and_take_out) {
     EXPECT_EQ(parse(small_scene, {"ground={}"}).ground, GroundDescription{});
 }
 
-// Keys that exclude each other: the override takes the place of what the file says, and of an
-// earlier override.
+// Keys that exclude each other: the override replaces the file's key, and that of an earlier override.
 TEST(Overrides, replace_what_says_the_same_in_another_way) {
     EXPECT_EQ(parse(full_scene, {"duration=1"}).frames, 100);
     EXPECT_EQ(parse(full_scene, {"duration=1", "frames=3"}).frames, 3);
@@ -279,13 +278,13 @@ TEST(Overrides, replace_what_says_the_same_in_another_way) {
     EXPECT_EQ(parse(full_scene, {"bodies[1].cells=12"}).bodies[1].cells, 12);
     EXPECT_EQ(parse(full_scene, {"bodies[1].cells=12"}).bodies[1].cell_size, std::nullopt);
     EXPECT_EQ(parse(full_scene, {"bodies[0].phyxel_spacing=0.5"}).bodies[0].phyxel_count, std::nullopt);
-    // Values given whole stand as they are.
+    // Objects given as a whole are not changed.
     EXPECT_THAT(error_of(full_scene, {"bodies[1]={\"name\": \"b\", \"shape\": {\"sphere\": {\"radius\": 1}}, "
                                       "\"cells\": 9, \"cell_size\": 1}"}),
                 HasSubstr("is given beside"));
 }
 
-// Whatever is no JSON is a text, unless it begins like JSON.
+// A value that is not JSON is a text, unless it begins like JSON.
 TEST(Overrides, take_what_is_no_json_as_a_text) {
     for (const std::string word :
          {"2nd", "2nd try", "a,b", "1,5", "12x", "1e999", "-", "+3", ".5", "05", "nan", "truely",
@@ -301,7 +300,7 @@ TEST(Overrides, take_what_is_no_json_as_a_text) {
         EXPECT_THAT(error, Not(HasSubstr("a text;"))) << json;
     }
     EXPECT_THAT(error_of(small_scene, {"name=\xff\xfe"}), HasSubstr("is not UTF-8"));
-    // JSON stays what it is.
+    // Valid JSON is not turned into text.
     EXPECT_THAT(error_of(small_scene, {"name=5"}), HasSubstr("name is 5, a number"));
     EXPECT_THAT(error_of(small_scene, {"name=true"}), HasSubstr("true or false"));
 }
@@ -372,7 +371,7 @@ TEST(ParseScene, a_file_gives_name_folder_and_place_of_errors) {
     std::filesystem::remove_all(folder);
 }
 
-// Whatever the damage, a text is read or refused with one line that names a place.
+// Any damaged text is read, or refused with one line that names a position.
 TEST(ParseScene, damaged_texts_are_read_or_refused) {
     Random random(11);
     const std::string good = full_scene;
@@ -380,7 +379,7 @@ TEST(ParseScene, damaged_texts_are_read_or_refused) {
     for (int trial = 0; trial < 3000; ++trial) {
         std::string text = good;
         for (std::uint32_t n = 1 + random.below(4); n > 0; --n) {
-            // A piece of the text is put somewhere else: mostly good syntax, bad meaning.
+            // Moves a part of the text elsewhere: mostly valid syntax with invalid meaning.
             const std::size_t from = random.below(static_cast<std::uint32_t>(good.size()));
             const std::size_t to = random.below(static_cast<std::uint32_t>(text.size()));
             const std::size_t length = 1 + random.below(12);
@@ -400,7 +399,7 @@ TEST(ParseScene, damaged_texts_are_read_or_refused) {
     EXPECT_LT(refused, 3000);
 }
 
-// The tools of a scene, on their own, are a path.
+// The tools of a scene on their own form a path.
 TEST(ParsePath, reads_the_tools_of_a_scene) {
     SceneDescription scene = parse(full_scene);
     const auto json = nlohmann::ordered_json::parse(full_scene);

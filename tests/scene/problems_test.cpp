@@ -1,5 +1,5 @@
-// All that is wrong with a scene is told at once: faults planted in scenes that are right come back,
-// each on its line and no line more.
+// All problems of a scene are reported at once: faults inserted into valid scenes are reported, each on its
+// line and no other line.
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/random.h>
 #include <splitcubes/scene/parse.h>
@@ -48,7 +48,7 @@ std::vector<std::string> problems(const std::string& text, const std::vector<std
     return problems_of([&] { parse_scene_text(text, "x.json", SPLITCUBES_SCENES, overrides); });
 }
 
-// A place where a fault can be planted.
+// A position where a fault can be inserted.
 struct Spot {
     Json::json_pointer path;
     bool leaf = false;
@@ -63,14 +63,14 @@ void list_spots(const Json& json, const Json::json_pointer& path, std::vector<Sp
         for (std::size_t k = 0; k < json.size(); ++k) list_spots(json[k], path / k, out);
 }
 
-// The same object with another name for one key.
+// Returns the same object with another name for one key.
 Json renamed(const Json& object, const std::string& key, const std::string& as) {
     Json out = Json::object();
     for (const auto& item : object.items()) out[item.key() == key ? as : item.key()] = item.value();
     return out;
 }
 
-// Replaces a leaf by what is wrong there. Returns a text that no other line has.
+// Replaces a leaf by an invalid value. Returns a text that no other line has.
 std::string plant_value(Json& leaf, int number, Random& random) {
     if (leaf.is_string()) {
         leaf = 77700 + number;
@@ -82,7 +82,7 @@ std::string plant_value(Json& leaf, int number, Random& random) {
     return leaf.dump();
 }
 
-// Plants k faults in values of their own. Returns what marks their lines.
+// Inserts k faults in separate values. Returns the texts that mark their lines.
 std::vector<std::string> plant(Json& scene, int k, Random& random) {
     std::vector<Spot> spots;
     list_spots(scene, Json::json_pointer(), spots);
@@ -100,7 +100,7 @@ std::vector<std::string> plant(Json& scene, int k, Random& random) {
             marks.push_back("\"zzqqkk" + name);
         } else if (!spots[at].path.empty() && scene[spots[at].path.parent_pointer()].is_object() &&
                    random.unit() < 0.3) {
-            // After all else, as it changes the way to what is inside.
+            // Last, as renaming changes the path to inner values.
             renames.emplace_back(spots[at].path, spots[at].path.back() + name);
             marks.push_back("\"" + renames.back().second + "\"");
         } else if (spots[at].leaf) {
@@ -108,7 +108,7 @@ std::vector<std::string> plant(Json& scene, int k, Random& random) {
         }
     }
     std::sort(renames.begin(), renames.end(), [](const auto& a, const auto& b) {
-        return a.first.to_string().size() > b.first.to_string().size();  // the innermost first
+        return a.first.to_string().size() > b.first.to_string().size();  // innermost first
     });
     for (const auto& [path, as] : renames) {
         Json& parent = scene[path.parent_pointer()];
@@ -178,7 +178,7 @@ std::string with_line(const std::string& old_text, const std::string& new_text) 
 
 TEST(SceneProblems, what_follows_from_a_fault_is_not_told) {
     EXPECT_THAT(problems(two_bodies), IsEmpty());
-    // A key by another name is unknown and missing; the name of a body is asked for elsewhere.
+    // A misspelt key is unknown and missing; the name of a body is also used elsewhere.
     EXPECT_THAT(
         problems(with_line("\"radius\": 1", "\"size\": 1")),
         ElementsAre(HasSubstr("unknown key 'size'; 'radius' is needed and missing; known here: radius")));
@@ -189,7 +189,7 @@ TEST(SceneProblems, what_follows_from_a_fault_is_not_told) {
     EXPECT_THAT(problems(with_line("\"shape\": {\"sphere\": {\"radius\": 1}}", "\"shape\": []")), SizeIs(1));
     EXPECT_THAT(problems("[]"), SizeIs(1));
     EXPECT_THAT(problems("{}"), ElementsAre("x.json:1: the scene has no 'bodies'; add it, it is needed"));
-    // Two faults in one object are two.
+    // Two faults in one object are two problems.
     EXPECT_THAT(problems(with_line("\"radius\": 1", "\"size\": 1, \"colour\": 2")), SizeIs(2));
 }
 
@@ -209,7 +209,7 @@ TEST(SceneProblems, options_are_told_after_the_lines_of_the_file) {
                             HasSubstr("--set time_step=0: time_step is 0"),
                             HasSubstr("--set bodies[0].cels=9: bodies[0] has the unknown key 'cels'"),
                             HasSubstr("there is no element [7]"), HasSubstr("has no '='")));
-    // One that leads nowhere leaves nothing behind.
+    // An invalid override changes nothing.
     EXPECT_THAT(problems(two_bodies, {"camera.eye.deeper[2]=1"}), SizeIs(1));
 }
 
@@ -251,12 +251,12 @@ TEST(SceneProblems, numbers_that_no_double_holds_are_problems_of_their_keys) {
     EXPECT_THAT(problems(with_line("[0, 0, 0]", "[0, -2e400, 1e-999]")),
                 ElementsAre(HasSubstr("x.json:6: constraints[0].region.sphere.center[1] is -2e400"),
                             HasSubstr("center[2] is 1e-999, which is out of range")));
-    // An option takes its place.
+    // An override replaces it.
     EXPECT_THAT(
         problems(with_line("\"radius\": 1", "\"radius\": 1e999"), {"bodies[0].shape.sphere.radius=2"}),
         IsEmpty());
     EXPECT_THAT(problems("1e999"), SizeIs(1));
-    // Of very many the first are told.
+    // Only the first of very many are reported.
     std::string many = "[1e999";
     for (int k = 0; k < 5000; ++k) many += ",\n1e999";
     const std::vector<std::string> found = problems(with_line("[0, 0, 0]", many + "]"));
@@ -273,7 +273,7 @@ TEST(SceneProblems, syntax_has_line_and_column) {
     EXPECT_THAT(problems("{\"n\u00e9\": 01}"), ElementsAre(StartsWith("x.json:1:8: '01' is no number")));
 }
 
-// Plain: without an exponent where the user wrote none.
+// No exponent if the user wrote none.
 TEST(SceneProblems, numbers_are_told_as_people_write_them) {
     const auto has_exponent = [](const std::string& text) {
         for (std::size_t k = 1; k + 1 < text.size(); ++k)
@@ -289,7 +289,7 @@ TEST(SceneProblems, numbers_are_told_as_people_write_them) {
     std::size_t told = 0;
     for (const Spot& spot : spots) {
         if (!spot.leaf || !scene[spot.path].is_number()) continue;
-        // All but a choice or two are out of the range of each number of a scene, others of some.
+        // Out of range for almost every number of a scene, or for some.
         for (const double value : {-123456789012345.5, 20000000.0, 0.00002, -0.00001, 98765432.1}) {
             Json faulty = scene;
             faulty[spot.path] = value;

@@ -60,7 +60,7 @@ TEST(Recording, OfNoTracks) {
     EXPECT_TRUE(parse_recording(recording_text(before, "/"), "r.json", "/").tracks.empty());
 }
 
-// What parse_recording says of the example with a part of its text replaced.
+// Returns the error of parse_recording for the example with a part of its text replaced.
 std::string refusal(const std::string& part, const std::string& by) {
     std::string text = recording_text(example(), "/");
     const std::size_t at = text.find(part);
@@ -100,7 +100,7 @@ TEST(Recording, WhatIsWrongIsNamedWithItsLine) {
     EXPECT_THROW(read_recording("/nowhere/r.json"), InputError);
 }
 
-// Two characters of an array take fifty bytes and more.
+// An array of two characters takes more than fifty bytes.
 TEST(Recording, OfMoreValuesThanFitInMemoryIsRefusedBeforeTheyAreMade) {
     std::string text = "[[]";
     for (int k = 0; k < 10000; ++k) text += ",[]";

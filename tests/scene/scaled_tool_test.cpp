@@ -19,7 +19,7 @@ const std::string path = R"({"tools": [
   {"name": "round", "blades": [{"straight": {"from": [0, 0, 0], "to": [0, 0, 1]}}],
    "motion": {"circular": {"center": [1, 2, 3], "radius": 0.5, "start_angle_degrees": 0, "turns": 2, "until_time": 3}}}]})";
 
-// Every length in the text, times eight; nothing else.
+// All lengths in the text are multiplied by eight, nothing else.
 TEST(ScaledTool, ScalesEveryLengthAndNothingElse) {
     const std::string larger = R"({"tools": [
   {"name": "wire", "side": 2,

@@ -1,4 +1,4 @@
-// The parser and scenes/schema.json must tell the same story.
+// The parser and scenes/schema.json must agree.
 #include <splitcubes/core/error.h>
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/resolve.h>
@@ -27,12 +27,12 @@ const Json& schema() {
     return json;
 }
 
-// One property of one object of a scene.
+// A property of an object in a scene.
 struct Property {
     std::string object;  // kind, as in scene_keys
     std::string key;
-    Json rule;        // of the schema, with its $ref followed
-    Json reference;   // the same, not followed: has the default
+    Json rule;        // of the schema, with its $ref resolved
+    Json reference;   // the same, unresolved: has the default
     Pointer pointer;  // to the property's value in the scene
 };
 
@@ -44,8 +44,8 @@ Json followed(const Json& rule, std::string& kind) {
     return schema()["$defs"][kind];
 }
 
-// Calls `visit` for all that is there, outer before inner. Elements of arrays are
-// properties too, with the array's key.
+// Calls `visit` for every value, outer before inner. Elements of arrays are properties too, with the array's
+// key.
 void walk(const Json& value, const Json& rule, const std::string& kind, const Pointer& at,
           const std::function<void(const Property&)>& visit) {
     if (value.is_object()) {
@@ -154,8 +154,8 @@ TEST(Schema, all_of_it_is_in_the_full_scenes) {
     for (const Json& scene : full_scenes()) EXPECT_EQ(schema_error_of(scene), "");
 }
 
-// Just outside each bound is refused; on it, if it belongs to the range, the
-// number itself is not what is refused.
+// A value just outside each bound is refused; the bound itself, if included, is not refused because of its
+// value.
 TEST(Schema, bounds_are_the_bounds_of_the_parser) {
     std::size_t bounds = 0;
     const auto check = [&](const Json& scene, const Property& p, const std::string& bound, double outwards,
@@ -216,7 +216,7 @@ TEST(Schema, unknown_keys_are_refused_in_every_object) {
         if (!scene[p.pointer].is_object()) return;
         const std::string error = schema_error_of(changed(scene, p.pointer / "zzzzzz", 1));
         EXPECT_THAT(error, HasSubstr("unknown key 'zzzzzz'")) << p.pointer;
-        // The key is put last: its line is one above that of the closing brace.
+        // The key is added last: its line is one above the closing brace.
         const std::string text = changed(scene, p.pointer / "zzzzzz", 1).dump(1);
         const auto line =
             std::count(text.begin(), text.begin() + static_cast<long>(text.find("zzzzzz")), '\n') + 1;
@@ -225,7 +225,7 @@ TEST(Schema, unknown_keys_are_refused_in_every_object) {
 }
 
 TEST(Schema, required_keys_are_those_of_the_parser) {
-    // Needed only together with what else the full scenes say.
+    // Required only in combination with other keys of the full scenes.
     const std::set<std::string> conditional = {"constraint.keyframes", "camera.eye", "camera.target",
                                                "collider.shape", "collider.half_space"};
     for_each_property([&](const Json& scene, const Property& p) {
@@ -251,7 +251,7 @@ TEST(Schema, defaults_are_those_of_the_parser) {
         const bool lists = p.object == "scene" && (p.key == "constraints" || p.key == "tools");
         if (!is_object_property(scene, p) || !p.reference.contains("default") || lists) return;
         const Pointer parent = p.pointer.parent_pointer();
-        // Within what has been erased already there is nothing to erase.
+        // Its parent may have been erased already.
         if (!bare.contains(parent)) return;
         if (bare[parent].erase(p.key) > 0) erased.push_back(p);
     });

@@ -1,4 +1,4 @@
-// What a monitor hears of the making of a world.
+// Progress that a monitor receives during the construction of a world.
 #include <splitcubes/core/random.h>
 #include <splitcubes/scene/build.h>
 #include <splitcubes/scene/parse.h>

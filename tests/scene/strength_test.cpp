@@ -1,4 +1,4 @@
-// Laws of strength that is painted on a body.
+// Invariants of painted strength.
 #include <splitcubes/core/error.h>
 #include <splitcubes/geometry/shapes.h>
 #include <splitcubes/scene/strength.h>
@@ -25,7 +25,7 @@ class PaintedStrength : public testing::Test {
         std::error_code ignored;
         std::filesystem::remove(file_, ignored);
     }
-    // The picture lies along the x axis, its sides at x = -1 and 1.
+    // Maps the picture along the x axis, its sides at x = -1 and 1.
     void lay_on() {
         for (const geometry::Triangle& t : model_.mesh.triangles) {
             std::array<geometry::Uv, 3> corners;

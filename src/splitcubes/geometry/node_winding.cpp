@@ -92,8 +92,8 @@ class Steps {
     std::vector<int> columns_;
 };
 
-// Sums all crossings of the line along x through node (0, 0, 0) before that node; beyond them the number is
-// zero. Uses the origin and cells of the sweep of the whole grid, and so the same lattice.
+// Sums all crossings of the line along x from node (0, 0, 0) onward; beyond them the number is zero. Uses the
+// origin and cells of the sweep of the whole grid, and so the same lattice.
 int by_ray(const RestGrid& grid, const TriangleMesh& mesh) {
     RestGrid line = grid;
     const double reach = std::max(0.0, grid.to_grid(mesh.bounds().max)[0]);

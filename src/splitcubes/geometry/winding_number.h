@@ -17,7 +17,6 @@ namespace splitcubes::geometry {
 /// A tree over the triangles holds the moments of their area vectors; a node further away than 3.25 times its
 /// radius is evaluated by its second-order Taylor expansion (Barill et al. 2018). Queries may run
 /// concurrently and depend on the mesh and the point only.
-/// time on several threads and depend on nothing but the mesh and the point.
 class WindingNumber {
   public:
     /// O(n log n). Triangles without area are skipped. Throws InputError for an index out of range or a used

@@ -1,4 +1,4 @@
-// Stands in front of the C library: a file system without locks.
+// Preloaded in front of the C library: emulates a file system without locks.
 #include <cerrno>
 #include <cstdlib>
 

@@ -1,4 +1,4 @@
-// Contact search and tearing work in memory that they have.
+// Contact search and tearing do not allocate after warm-up.
 #include "counted_allocations.h"
 
 #include <splitcubes/body/contact_finder.h>
@@ -18,7 +18,7 @@ geometry::TriangleMesh level_sheet(double height, double half) {
             {{0, 1, 2}, {0, 2, 3}}};
 }
 
-// A block on the ground, cut into two slices that lie on each other.
+// A block on the ground, cut into two slices, one on top of the other.
 struct Slices {
     explicit Slices(int threads)
         : parallel(std::make_shared<const Parallel>(threads)), world(settings(), parallel) {
@@ -54,7 +54,7 @@ TEST(Contact, IsSearchedWithoutAllocatingOnceItIsWarm) {
                  slices.world.time(), slices.world.settings().time_step, slices.world.settings().gravity},
                 *slices.parallel, groups);
         };
-        // Who works with which memory is a matter of chance with several threads.
+        // With several threads the assignment of work to scratch memory varies.
         for (int k = 0; k < 50; ++k) find();
         ASSERT_EQ(groups.size(), 1U);
         EXPECT_GT(groups[0].contacts.size(), 100U);
@@ -64,8 +64,8 @@ TEST(Contact, IsSearchedWithoutAllocatingOnceItIsWarm) {
     }
 }
 
-// Tearing of the slices as they are, with a strength that they bear by little, so that it looks at edges in
-// every call.
+// Tearing of the slices at rest with a strength just above their stress, so that edges are examined in every
+// call.
 struct NearItsStrength {
     explicit NearItsStrength(Slices& slices)
         : body(*slices.world.bodies()[0]),
