@@ -88,7 +88,7 @@ TEST_F(CommandLine, MessagesNameTheNearestAndWhereHelpIs) {
     EXPECT_FALSE(fs::exists(in("x.ply")));
 }
 
-TEST_F(CommandLine, NumbersAreToldPlainly) {
+TEST_F(CommandLine, NumbersAreShownPlainly) {
     const Words surface{"surface", "ball.obj", "-o", "x.ply"};
     const auto with = [&](const std::string& option, const std::string& value) {
         Words out = surface;
@@ -234,7 +234,7 @@ TEST_F(CommandLine, BadTargetsAreFoundBeforeAnythingIsRead) {
     expect_line({"surface", "missing.obj", "-o", "x.PLY"}, {"missing.obj"});
 }
 
-TEST_F(CommandLine, ValidateTellsReasonsOfAllFiles) {
+TEST_F(CommandLine, ValidateGivesReasonsForAllFiles) {
     write_text(in("bad.obj"), "v 0 0 x\n");
     geometry::TriangleMesh open = geometry::make_sphere(0.5, 1);
     open.triangles.pop_back();
@@ -293,7 +293,7 @@ TEST_F(CommandLine, EmptyValuesAreRefused) {
     expect_refused({"run", "", "-o", "out"}, "SCENE: is an empty name");
 }
 
-TEST_F(CommandLine, NoLineCrashesOrSpeaksForALibrary) {
+TEST_F(CommandLine, NoLineCrashesOrPrintsALibraryMessage) {
     write_text(in("scene.json"), scene);
     write_text(in("bad.json"), "{\"time_step\": 1e999, \"bodies\": [");
     write_text(in("cut.glb"), std::string("glTF\2\0\0\0\xff\xff\xff\x7f", 12));

@@ -121,7 +121,7 @@ TEST_F(Commands, ACutThatMeetsNothingSaysSo) {
     EXPECT_NE(ended.err.find("far.obj: "), std::string::npos) << ended.err;
 }
 
-TEST_F(Commands, ValidateTellsOpenFromClosed) {
+TEST_F(Commands, ValidateDistinguishesOpenFromClosed) {
     EXPECT_EQ(run({"validate", "ball.obj"}).code, 0);
     const Ended open = run({"validate", "open.stl"});
     EXPECT_EQ(open.code, 1);
@@ -184,7 +184,7 @@ TEST_F(Commands, BadOptionsAreOneLineWithTheOption) {
     EXPECT_FALSE(fs::exists(in("x.ply")));
 }
 
-TEST_F(Commands, WhatCannotBeWrittenLeavesWhatWasThere) {
+TEST_F(Commands, FailedWritesKeepTheOldFiles) {
     write_text(in("keep.xyz"), "mine");
     expect_refused({"surface", "ball.obj", "-o", "keep.xyz", "--cells", "8"}, "keep.xyz");
     EXPECT_EQ(text_of(in("keep.xyz")), "mine");

@@ -10,7 +10,7 @@ namespace {
 class ContactBench : public Program {};
 
 // Every key that docs/reports.md lists, with consistent figures.
-TEST_F(ContactBench, TellsWhatTheManualSays) {
+TEST_F(ContactBench, ReportsTheDocumentedKeys) {
     const Ended ended = run({"bench", "contact", "--world", "near its strength", "--runs", "1", "--threads",
                              "1", "--json", "contact.json"});
     ASSERT_EQ(ended.code, 0) << ended.err;

@@ -66,7 +66,7 @@ TEST_F(CutOptions, APlaneCutsWhereItSays) {
     EXPECT_NE(said_.err.find("plane x=500"), std::string::npos) << said_.err;
 }
 
-TEST_F(CutOptions, WhatLiesInFrontOfAPlaneIsRemoved) {
+TEST_F(CutOptions, MaterialInFrontOfAPlaneIsRemoved) {
     const Json front = cut({"--plane", "x=11", "--mode", "remove"});
     EXPECT_NEAR(front["volume_removed"], 39.0 * 60 * 40, 1);
     EXPECT_NEAR(front["pieces"][0]["bounds"]["max"][0], 11, 1e-6);
@@ -112,7 +112,7 @@ TEST_F(CutOptions, MillimetresInMillimetresOutMetresInReports) {
         EXPECT_LT((in_unit.positions[v] - plain.positions[v]).norm(), 1e-4);
 }
 
-TEST_F(CutOptions, AScaleMakesAllThatIsReadLarger) {
+TEST_F(CutOptions, ScaleAppliesToAllInput) {
     write("sheet.obj", geometry::make_plane_sheet({11, 0, 0}, Vec3(1, 0, 0), 200));
     write_text(in("wire.json"), R"({"tools": [{"name": "wire",
       "blades": [{"straight": {"from": [-80, 0, 0], "to": [80, 0, 0]}}],
@@ -145,7 +145,7 @@ TEST_F(CutOptions, SurfaceAndValidateKnowUnitsToo) {
 }
 
 // Four pieces of 61 or 39 by 33 or 27.
-TEST_F(CutOptions, SmallPiecesAreDroppedAndTold) {
+TEST_F(CutOptions, SmallPiecesAreDroppedAndReported) {
     const Words planes{"--plane", "x=11", "--plane", "y=3", "--unit", "mm"};
     const auto with = [&](const Words& more) {
         Words out = planes;

@@ -49,7 +49,7 @@ std::vector<std::string> said(const Ended& ended) {
     return out;
 }
 
-TEST_F(Diagnostics, ARunThatGoesWellSaysNothing) {
+TEST_F(Diagnostics, ASoundRunPrintsNothing) {
     const Ended ended = run_scene(scene({{0.01, 0}}));
     ASSERT_EQ(ended.code, 0) << ended.err;
     EXPECT_TRUE(said(ended).empty()) << ended.err;
@@ -58,7 +58,7 @@ TEST_F(Diagnostics, ARunThatGoesWellSaysNothing) {
     EXPECT_EQ(summary()["idle_tools"], Json::array());
 }
 
-TEST_F(Diagnostics, AFlagThatStoodOftenIsToldWithARemedyThatHelps) {
+TEST_F(Diagnostics, AFrequentFlagIsReportedWithAnEffectiveRemedy) {
     Json hard = scene({{0.01, 0}});
     hard["gravity"] = {0, 0, -9.81};
     hard["constraints"] = {
@@ -133,7 +133,7 @@ TEST_F(Diagnostics, SheetsThatCutNothingSayWhy) {
     EXPECT_EQ(cutters[3]["idle"], "near_surface");
 }
 
-TEST_F(Diagnostics, ABladeThatMovesAlongItselfAndAPlaneThatMissesAreTold) {
+TEST_F(Diagnostics, ABladeThatMovesAlongItselfAndAPlaneThatMissesAreReported) {
     io::write_mesh(in("block.obj"), geometry::SurfaceMesh{geometry::make_box(Vec3(20, 16, 14)), {}, {}, {}});
     write_text(in("along.json"), R"({"tools": [{
         "name": "along", "blades": [{"straight": {"from": [-50, 1, 1], "to": [50, 1, 1]}}],
@@ -149,7 +149,7 @@ TEST_F(Diagnostics, ABladeThatMovesAlongItselfAndAPlaneThatMissesAreTold) {
         << lines[1];
 }
 
-TEST_F(Diagnostics, AllThatIsWrongWithASceneIsToldAtOnce) {
+TEST_F(Diagnostics, AllProblemsOfASceneAreReportedAtOnce) {
     Json wrong = scene({{0.01, 0}});
     wrong["time_step"] = -1;
     wrong["bodies"][0]["cels"] = 10;

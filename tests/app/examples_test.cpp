@@ -68,7 +68,7 @@ class Examples : public Program {
     }
 };
 
-TEST_F(Examples, OfEveryHelpTextWork) {
+TEST_F(Examples, CommandsOfEveryHelpTextWork) {
     Words lines;
     for (const char* command : {"surface", "cut", "run", "replay", "render", "validate", "bench", "figure",
                                 "info", "help", "man", "completion"}) {
@@ -81,7 +81,7 @@ TEST_F(Examples, OfEveryHelpTextWork) {
     expect_all_work(lines, 12);
 }
 
-TEST_F(Examples, OfTheReadmeWork) {
+TEST_F(Examples, CommandsOfTheReadmeWork) {
     Words lines;
     const std::string readme = text_of(fs::path(SPLITCUBES_DOCS).parent_path() / "README.md");
     const std::regex command(
@@ -94,7 +94,7 @@ TEST_F(Examples, OfTheReadmeWork) {
 }
 
 // Longer ones are not run, but their input files exist.
-TEST_F(Examples, OfTheDocumentsNameFilesThatAreThere) {
+TEST_F(Examples, CommandsOfTheDocumentsNameExistingFiles) {
     const std::regex input("scenes/[A-Za-z0-9_/]+\\.(json|obj)");
     std::size_t count = 0;
     for (const auto& entry : fs::recursive_directory_iterator(SPLITCUBES_DOCS)) {

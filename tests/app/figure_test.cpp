@@ -60,7 +60,7 @@ std::string malformed(const std::string& xml) {
     return elements == 0 ? "nothing" : "";
 }
 
-TEST(WellFormed, TellsWhatIsNot) {
+TEST(WellFormed, DetectsMalformedText) {
     EXPECT_EQ(malformed("<a b=\"1\"><c/>x &lt; y</a>\n"), "");
     for (const char* bad : {"", "<a>", "<a></b>", "<a/><a/>", "<a b=\"1/>", "<a>&nbsp;</a>", "x<a/>", "<a"})
         EXPECT_NE(malformed(bad), "") << bad;
@@ -150,7 +150,7 @@ TEST_F(Figures, WeightsAsNumbers) {
     EXPECT_GT(before, 1000U);
 }
 
-TEST_F(Figures, RefusesWhatIsNone) {
+TEST_F(Figures, RefusesUnknownNames) {
     expect_refused({"figure", "sketch", "-o", "a.svg"}, "sketch");
     expect_refused({"figure", "-o", "a.svg"}, "figure");
     expect_refused({"figure"}, "figure");

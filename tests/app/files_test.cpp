@@ -70,7 +70,7 @@ class Files : public Program {
 };
 
 // A refused run changes nothing, and a successful run keeps the files of others.
-TEST_F(Files, OfOthersStayAsTheyAre) {
+TEST_F(Files, FilesOfOthersAreKept) {
     const Words harmless = {"notes.txt",
                             "000001.ply",
                             "surface/notes.txt",
@@ -128,7 +128,7 @@ TEST_F(Files, OfOthersStayAsTheyAre) {
     EXPECT_GE(taken, 6);
 }
 
-TEST_F(Files, OfAnEarlierRunGo) {
+TEST_F(Files, FilesOfAnEarlierRunAreRemoved) {
     ASSERT_EQ(run_block({"--frames", "4", "--links", "--checkpoint-every", "2"}).code, 0);
     const Contents first = contents("out");
     for (const auto& [name, text] : first) {
@@ -188,7 +188,7 @@ TEST_F(Files, ForceReplacesPlainFilesAlone) {
     EXPECT_EQ(text_of(in("parts/piece-0000.obj")), block_obj);
 }
 
-TEST_F(Files, OfAKilledRunAreKnownToTheNext) {
+TEST_F(Files, FilesOfAKilledRunAreRecognised) {
     for (const char* frame : {"surface/000000.ply", "surface/000003.ply", "links/000006.ply"}) {
         SCOPED_TRACE(frame);
         const Ended killed = run(
@@ -239,7 +239,7 @@ TEST_F(Files, TwoRunsDoNotShareAFolder) {
 }
 
 // As on some network file systems: flock() is preloaded with one that fails.
-TEST_F(Files, AFolderThatCannotBeLockedIsToldOf) {
+TEST_F(Files, AFolderThatCannotBeLockedIsReported) {
     if (is_sanitized) GTEST_SKIP() << "the sanitizer's library has to be the first";
     for (const std::string& error :
          {std::to_string(ENOLCK), std::to_string(EOPNOTSUPP), std::to_string(EBADF)}) {
@@ -303,7 +303,7 @@ TEST_F(Files, FoldersOfAnotherKindAreNotMixed) {
     EXPECT_EQ(run(with({"--pieces", "parts"})).code, 0);
 }
 
-TEST_F(Files, WhereNothingCanBeWrittenIsToldBeforeTheWork) {
+TEST_F(Files, UnwritableTargetsAreReportedBeforeTheWork) {
     put("file", "mine");
     fs::create_symlink("round", in("round"));
     for (const std::string& folder :
@@ -321,7 +321,7 @@ TEST_F(Files, WhereNothingCanBeWrittenIsToldBeforeTheWork) {
     EXPECT_TRUE(fs::exists(in("a/b/c/summary.json")));
 }
 
-TEST_F(Files, ARecordingTakesNoOtherFilesPlace) {
+TEST_F(Files, ARecordingReplacesNoOtherFile) {
     expect_refused({"run", "block.json", "-o", "out", "--record", "block.json"}, "block.json");
     expect_refused({"run", "block.json", "-o", "out", "--record", "./out/../block.json"}, "block.json");
     ASSERT_EQ(run_block({"--record", "./out/first.json"}).code, 0) << "a folder that is yet to be made";

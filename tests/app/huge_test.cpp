@@ -70,7 +70,7 @@ TEST_F(Huge, NumbersAreRefusedInEveryFormatByEveryCommand) {
     EXPECT_FALSE(fs::exists(in("x.ply")));
 }
 
-TEST_F(Huge, SoIsWhatScaleMakesOfThem) {
+TEST_F(Huge, ScaledNumbersAreRefusedToo) {
     write_text(in("mesh.obj"), tetrahedron_obj("20"));
     const auto with = [](std::vector<std::string> words, const std::string& scale, const std::string& unit) {
         words.insert(words.end(), {"-o", "x.ply", "--cells", "8", "--unit", unit, "--scale", scale});

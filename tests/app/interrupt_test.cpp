@@ -116,12 +116,12 @@ TEST_F(Interrupt, EndsBench) {
     expect_ends_soon({"bench", "validation"});
 }
 
-TEST_F(Interrupt, EndsWhatTakesNoTime) {
+TEST_F(Interrupt, EndsShortWork) {
     expect_ends_soon({"info"});
     expect_ends_soon({"figure", "faces", "-o", "faces.svg"});
 }
 
-TEST_F(Interrupt, ProgressIsToldFromTheFirstSecond) {
+TEST_F(Interrupt, ProgressIsShownFromTheFirstSecond) {
     write_scene(1000, 300);
     Ended ended;
     end_after({"run", "scene.json", "-o", "out"}, std::chrono::milliseconds(2500), SIGINT, ended);
@@ -148,7 +148,7 @@ class WithMemory {
     rlimit before_{};
 };
 
-TEST_F(Interrupt, WhatDoesNotFitInMemoryIsRefusedBeforeTheWork) {
+TEST_F(Interrupt, TooLargeProblemsAreRefusedBeforeTheWork) {
     if (is_sanitized) GTEST_SKIP() << "the sanitizer's tables pass any limit";
     write_open_ball();
     write_scene(2, 32);
@@ -160,7 +160,7 @@ TEST_F(Interrupt, WhatDoesNotFitInMemoryIsRefusedBeforeTheWork) {
     EXPECT_EQ(run({"surface", "ball.ply", "-o", "out.ply", "--cells", "20"}).code, 0);
 }
 
-TEST_F(Interrupt, ShortWorkTellsNoProgress) {
+TEST_F(Interrupt, ShortWorkShowsNoProgress) {
     write("box.ply", geometry::make_box({1, 1, 1}));
     EXPECT_EQ(run({"surface", "box.ply", "-o", "out.ply", "--cells", "8"}).err, "");
 }

@@ -87,7 +87,7 @@ class Moved : public Program {
     }
 };
 
-TEST_F(Moved, NothingTellsWhereItWas) {
+TEST_F(Moved, NothingRevealsTheOriginalFolder) {
     for (const char* format : {"ply", "obj", "glb"}) {
         const Ended ended =
             run_sent("author/out", {"--checkpoint-every", "3", "--record", "author/motions.json", "--links",
@@ -141,7 +141,7 @@ TEST_F(Moved, FramesFindTheirTextures) {
     EXPECT_EQ(state("colleague/again"), state("colleague/run"));
 }
 
-TEST_F(Moved, ItGoesOnAndIsRepeatedElsewhere) {
+TEST_F(Moved, ItResumesAndReplaysElsewhere) {
     ASSERT_EQ(run_sent("whole", {}).code, 0);
     ASSERT_EQ(run_sent("author/out",
                        {"--frames", "3", "--checkpoint-every", "3", "--record", "author/out/motions.json"})
@@ -164,7 +164,7 @@ TEST_F(Moved, ItGoesOnAndIsRepeatedElsewhere) {
     EXPECT_EQ(state("colleague/run"), state("whole"));
 }
 
-TEST_F(Moved, TheScenesPlaceDoesNotMatterToACheckpoint) {
+TEST_F(Moved, TheScenesFolderDoesNotMatterToACheckpoint) {
     ASSERT_EQ(run_sent("whole", {}).code, 0);
     ASSERT_EQ(run_sent("out", {"--frames", "3", "--checkpoint-every", "3"}).code, 0);
     fs::rename(in("author"), in("elsewhere"));

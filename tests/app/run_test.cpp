@@ -151,7 +151,7 @@ TEST_F(Run, ThreadsDoNotMatter) {
         EXPECT_EQ(text_of(in("one/surface") / name), text_of(in("two/surface") / name)) << name;
 }
 
-TEST_F(Run, OptionsGoOverTheScene) {
+TEST_F(Run, OptionsOverrideTheScene) {
     ASSERT_EQ(run({"run", "block.json", "-o", "out", "--frames", "3", "--set", "bodies[0].cells=8", "--set",
                    "name=Other", "--set", "output.every_nth_frame=2"})
                   .code,

@@ -75,7 +75,7 @@ TEST(Torture, Standing) {
 }
 
 // The paper's material; without the volume term it collapses under compression.
-TEST(Torture, OfStVenantKirchhoff) {
+TEST(Torture, StVenantKirchhoff) {
     for (const double volume : {0.0, 1.0})
         for (const SolverKind solver : {SolverKind::implicit_steps, SolverKind::explicit_steps})
             for (const Torment torment : {Torment::shaken, Torment::spinning})
@@ -91,7 +91,7 @@ TEST(Torture, OfStVenantKirchhoff) {
                                  std::to_string(static_cast<int>(torment)));
 }
 
-TEST(Torture, Shortly) {
+TEST(Torture, ShortRun) {
     for (const Torment torment : {Torment::shaken, Torment::spinning, Torment::standing})
         expect_sound({.torment = torment, .seed = 9, .blades = 12, .seconds = 0.3}, "shortly");
 }

@@ -94,7 +94,7 @@ double rim_integral(const Corners& corners, const Vec3& from) {
     return sum;
 }
 
-TEST(WindingJets, WhatIsLeftOutIsFarAndBounded) {
+TEST(WindingJets, OmittedTrianglesAreFarAndBounded) {
     Random random(4);
     const std::vector<Corners> triangles = crowd(5, 1000, 6);
     const WindingJets jets(triangles);

@@ -142,7 +142,7 @@ TEST(WindingNumber, OfAnOpenHemisphereIsItsSolidAngle) {
     }
 }
 
-TEST(WindingNumber, DoesNotDependOnScaleOrPlace) {
+TEST(WindingNumber, IsInvariantUnderScaleAndTranslation) {
     Random random(5);
     const TriangleMesh mesh = make_pear(1, 20);
     const WindingNumber winding(mesh);
@@ -207,7 +207,7 @@ TEST(WindingNumber, EmptyAndPointMeshesWindNowhere) {
     EXPECT_EQ(WindingNumber(point).exact_at({0, 0, 0}), 0);
 }
 
-TEST(WindingNumber, RefusesWhatIsNotAMesh) {
+TEST(WindingNumber, RefusesInvalidMeshes) {
     EXPECT_THROW(WindingNumber({{{0, 0, 0}}, {{0, 0, 1}}}), InputError);
     const double nan = std::numeric_limits<double>::quiet_NaN();
     EXPECT_THROW(WindingNumber({{{0, 0, 0}, {1, 0, 0}, {0, nan, 0}}, {{0, 1, 2}}}), InputError);
@@ -242,7 +242,7 @@ TriangleMesh soup(std::uint64_t seed, std::uint32_t count, double size) {
 
 }  // namespace
 
-TEST(WindingNumber, TheQuickOneDiffersByNoMoreThanItSays) {
+TEST(WindingNumber, QuickEvaluationStaysWithinItsTolerance) {
     for (const double size : {0.02, 0.3, 1.5}) {
         const TriangleMesh mesh = soup(7, 3000, size);
         const WindingNumber winding(mesh);
@@ -258,7 +258,7 @@ TEST(WindingNumber, TheQuickOneDiffersByNoMoreThanItSays) {
 }
 
 // Rounding decides the side there: both must decide alike.
-TEST(WindingNumber, TheQuickOneIsTheOtherOnTrianglesAndTheirRims) {
+TEST(WindingNumber, QuickEvaluationAgreesOnTrianglesAndTheirRims) {
     const TriangleMesh mesh = soup(9, 200, 0.8);
     const WindingNumber winding(mesh);
     Random random(10);

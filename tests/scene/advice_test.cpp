@@ -56,14 +56,14 @@ double measured_keep(double w, double h, bool bdf2) {
     return std::exp((std::log(std::abs(now)) - start) / (angle - start_angle) * 2 * std::numbers::pi);
 }
 
-TEST(Advice, the_kept_swing_is_that_of_the_integrators) {
+TEST(Advice, amplitude_kept_per_period_matches_the_integrators) {
     for (const bool bdf2 : {false, true})
         for (const double x : {0.05, 0.2, 0.5, 0.8})
             EXPECT_NEAR(kept_per_period(x / 0.01, 0.01, bdf2), measured_keep(x / 0.01, 0.01, bdf2), 1e-6)
                 << x << ' ' << bdf2;
 }
 
-TEST(Advice, few_phyxels_across_a_plate_are_told_and_the_spacing_told_puts_six_there) {
+TEST(Advice, few_phyxels_across_a_plate_are_noted_with_a_sufficient_spacing) {
     const auto plate = [](const std::string& spacing) {
         return scene(
             body("plate", "[0.5, 0.5, 0.03]", R"("cell_size": 0.005, "phyxel_spacing": )" + spacing));
@@ -75,7 +75,7 @@ TEST(Advice, few_phyxels_across_a_plate_are_told_and_the_spacing_told_puts_six_t
     EXPECT_THAT(notes(scene(body("cube", "[1, 1, 1]", R"("cells": 20)"))), IsEmpty());
 }
 
-TEST(Advice, a_step_that_damps_what_can_be_seen_is_told) {
+TEST(Advice, a_step_that_damps_visible_vibrations_is_noted) {
     const std::string hold = R"(, "constraints": [{"body": "bar", "kind": "hold",
         "region": {"half_space": {"point": [-0.22, 0, 0], "normal": [-1, 0, 0]}}}])";
     // Its frequency is about 3 Hz.
@@ -100,7 +100,7 @@ TEST(Advice, a_step_that_damps_what_can_be_seen_is_told) {
     EXPECT_THAT(notes(scene(stiff, hold + R"(, "time_step": 0.1)")), IsEmpty());
 }
 
-TEST(Advice, bodies_that_begin_in_each_other_are_told_where_that_matters) {
+TEST(Advice, overlapping_bodies_are_noted_if_contact_is_enabled) {
     const auto two = [](const std::string& height, const std::string& contact) {
         return scene(body("low", "[1, 1, 1]", R"("cells": 20)") + "," +
                          body("high", "[1, 1, 1]",
@@ -120,7 +120,7 @@ TEST(Advice, bodies_that_begin_in_each_other_are_told_where_that_matters) {
                 IsEmpty());
 }
 
-TEST(Advice, bodies_that_begin_in_the_ground_are_told) {
+TEST(Advice, bodies_inside_the_ground_are_noted) {
     EXPECT_THAT(notes(scene(body("cube", "[1, 1, 1]", R"("cells": 20)"), R"(, "ground": {"height": -0.3})")),
                 ElementsAre(HasSubstr("cube: begins 0.2 m inside 'ground'")));
     EXPECT_THAT(notes(scene(body("cube", "[1, 1, 1]", R"("cells": 20)"), R"(, "ground": {"height": -0.5})")),
@@ -128,7 +128,7 @@ TEST(Advice, bodies_that_begin_in_the_ground_are_told) {
 }
 
 // The first steps confirm the predictions of the overlap notes.
-TEST(Advice, what_is_told_of_an_overlap_is_what_it_comes_to) {
+TEST(Advice, overlap_notes_predict_the_first_steps) {
     const auto fastest = [](const std::string& text) {
         BuildReport report;
         const auto world =

@@ -37,7 +37,7 @@ TEST(BuildWorld, says_which_constraint_holds_nothing) {
     EXPECT_THAT(error, testing::StartsWith("constraints[0]: its region holds no phyxel of body 'good'"));
 }
 
-TEST(BuildWorld, says_that_nothing_presses_on_a_blades_sides) {
+TEST(BuildWorld, notes_that_blade_sides_need_contact) {
     for (const bool pieces : {false, true}) {
         const std::string text = R"json({
             "bodies": [{"name": "good", "shape": {"box": {"size": [1, 1, 1]}}, "cell_size": 0.2}],

@@ -59,7 +59,7 @@ class Inputs : public testing::Test {
     fs::path folder_;
 };
 
-TEST_F(Inputs, AreKnownByWhatTheyHold) {
+TEST_F(Inputs, AreIdentifiedByContent) {
     SceneDescription scene = found();
     const std::vector<Input> inputs = inputs_of(scene);
     ASSERT_EQ(inputs.size(), 3U);
@@ -98,7 +98,7 @@ TEST_F(Inputs, AreFoundUnderOtherNames) {
     EXPECT_EQ(*inputs_of(scene)[2].file, folder_ / "b.obj");
 }
 
-TEST_F(Inputs, ThatAreMissingOrOthersAreNamed) {
+TEST_F(Inputs, MissingOrChangedOnesAreNamed) {
     const std::string text = resolved_scene(found(), folder_).dump();
     const std::string hash = sha256_of_file(folder_ / "a.obj");
     const auto look = [&](const std::vector<fs::path>& folders) {

@@ -77,7 +77,7 @@ class RandomText {
     int line_ = 1;
 };
 
-TEST(JsonLocation, finds_the_line_of_everything) {
+TEST(JsonLocation, finds_the_line_of_every_value) {
     std::size_t checked = 0;
     for (std::uint64_t seed = 1; seed <= 300; ++seed) {
         const RandomText random(seed);
@@ -91,7 +91,7 @@ TEST(JsonLocation, finds_the_line_of_everything) {
     EXPECT_GT(checked, 1000u);
 }
 
-TEST(JsonLocation, what_is_not_there_is_placed_at_what_encloses_it) {
+TEST(JsonLocation, missing_values_have_the_line_of_the_enclosing_value) {
     const std::string text = "{\n\"a\": {\n\"b\": [\n1,\n2]}}";
     EXPECT_EQ(line_of(text, parse_path("a.b[1]", "")), 5);
     EXPECT_EQ(line_of(text, parse_path("a.b[2]", "")), 3);
@@ -165,13 +165,13 @@ TEST(JsonLocation, nesting_is_bounded) {
     EXPECT_THAT(json_error_of(long_key(1001)), testing::HasSubstr("file:2:1: a key has 1001 bytes"));
 }
 
-TEST(JsonPath, reads_what_it_writes) {
+TEST(JsonPath, round_trips) {
     for (const std::string text : {"a", "a.b", "bodies[0].shape", "a[12][3].c-d._e", "$schema"}) {
         EXPECT_EQ(to_string(parse_path(text, "w")), text);
     }
 }
 
-TEST(JsonPath, refuses_what_is_no_path) {
+TEST(JsonPath, refuses_invalid_paths) {
     for (const std::string text : {"", ".", "a.", "a..b", "[0]", "a[", "a[]", "a[-1]", "a[1", "a[1]b", "a b",
                                    ".a", "a[99999999999]", "a[1x]"}) {
         EXPECT_THROW(parse_path(text, "w"), InputError) << text;

@@ -156,7 +156,7 @@ TEST(ResolvedScene, parses_back_to_an_equal_description) {
     EXPECT_FALSE(scenes[0] == scenes[1]);
 }
 
-TEST(ParseScene, the_scenes_of_the_project_are_good) {
+TEST(ParseScene, shipped_scenes_are_valid) {
     std::size_t count = 0;
     for (const auto& entry : std::filesystem::directory_iterator(SPLITCUBES_SCENES)) {
         if (entry.path().extension() != ".json" || entry.path().filename() == "schema.json") continue;
@@ -168,7 +168,7 @@ TEST(ParseScene, the_scenes_of_the_project_are_good) {
     EXPECT_GE(count, 3u);
 }
 
-TEST(ParseScene, messages_say_where_what_and_how_to_mend_it) {
+TEST(ParseScene, messages_give_place_problem_and_remedy) {
     const auto small = [](const std::string& line) {
         std::string text = small_scene;
         const std::string old_line = "\"poisson_ratio\": 0.3";
@@ -195,7 +195,7 @@ TEST(ParseScene, messages_say_where_what_and_how_to_mend_it) {
     EXPECT_THAT(error_of("[]"), HasSubstr("the scene is [], an array"));
 }
 
-TEST(ParseScene, what_belongs_together_must_fit) {
+TEST(ParseScene, related_values_must_be_consistent) {
     const std::vector<std::tuple<std::string, std::string, std::string>> cases = {
         {"\"frames\": 7", "\"frames\": 7, \"duration\": 1", "duration is given beside 'frames'"},
         {"\"cell_size\": 0.05", "\"cell_size\": 0.05, \"cells\": 3",
@@ -255,7 +255,7 @@ TEST(ParseScene, a_duration_is_rounded_up_to_whole_steps) {
                 HasSubstr("more than 1000000 steps"));
 }
 
-TEST(Overrides, change_add_and_take_out) {
+TEST(Overrides, change_add_and_remove) {
     EXPECT_EQ(parse(full_scene, {"bodies[0].material.youngs_modulus=1e4"}).bodies[0].material.youngs_modulus,
               1e4);
     EXPECT_EQ(parse(small_scene, {"solver.tolerance=0.5"}).solver.tolerance, 0.5);
@@ -269,7 +269,7 @@ TEST(Overrides, change_add_and_take_out) {
 }
 
 // Keys that exclude each other: the override replaces the file's key, and that of an earlier override.
-TEST(Overrides, replace_what_says_the_same_in_another_way) {
+TEST(Overrides, replace_keys_that_exclude_each_other) {
     EXPECT_EQ(parse(full_scene, {"duration=1"}).frames, 100);
     EXPECT_EQ(parse(full_scene, {"duration=1", "frames=3"}).frames, 3);
     EXPECT_EQ(parse(full_scene, {"frames=3", "duration=1"}).frames, 100);
@@ -285,7 +285,7 @@ TEST(Overrides, replace_what_says_the_same_in_another_way) {
 }
 
 // A value that is not JSON is a text, unless it begins like JSON.
-TEST(Overrides, take_what_is_no_json_as_a_text) {
+TEST(Overrides, take_invalid_json_as_text) {
     for (const std::string word :
          {"2nd", "2nd try", "a,b", "1,5", "12x", "1e999", "-", "+3", ".5", "05", "nan", "truely",
           "it's \"quoted\"", "x: {y}", "caf\xC3\xA9", "../a b.obj", "/x", "'single'", "C:\\files"}) {

@@ -152,11 +152,11 @@ void expect_planted_faults_are_found(const std::string& text, int rounds, std::u
     }
 }
 
-TEST(SceneProblems, each_planted_fault_has_its_line_and_no_other_line_is_there) {
+TEST(SceneProblems, each_inserted_fault_is_reported_with_its_line_and_nothing_else) {
     expect_planted_faults_are_found(full_scene, 400, 1);
 }
 
-TEST(SceneProblems, the_same_of_the_scenes_that_are_shipped) {
+TEST(SceneProblems, faults_in_shipped_scenes_are_reported_too) {
     std::uint64_t seed = 2;
     for (const auto& entry : std::filesystem::directory_iterator(SPLITCUBES_SCENES))
         if (entry.path().extension() == ".json" && entry.path().stem() != "schema")
@@ -176,7 +176,7 @@ std::string with_line(const std::string& old_text, const std::string& new_text) 
     return text.replace(text.find(old_text), old_text.size(), new_text);
 }
 
-TEST(SceneProblems, what_follows_from_a_fault_is_not_told) {
+TEST(SceneProblems, consequences_of_a_fault_are_not_reported) {
     EXPECT_THAT(problems(two_bodies), IsEmpty());
     // A misspelt key is unknown and missing; the name of a body is also used elsewhere.
     EXPECT_THAT(
@@ -193,7 +193,7 @@ TEST(SceneProblems, what_follows_from_a_fault_is_not_told) {
     EXPECT_THAT(problems(with_line("\"radius\": 1", "\"size\": 1, \"colour\": 2")), SizeIs(2));
 }
 
-TEST(SceneProblems, missing_files_are_told_together) {
+TEST(SceneProblems, missing_files_are_reported_together) {
     const std::string mesh = R"("shape": {"mesh": {"file": "missing.obj"}})";
     const std::string sphere = R"("shape": {"sphere": {"radius": 1}})";
     std::string text = with_line(sphere, mesh);
@@ -202,7 +202,7 @@ TEST(SceneProblems, missing_files_are_told_together) {
                                             HasSubstr("bodies[1].shape.mesh.file is \"missing.obj\"")));
 }
 
-TEST(SceneProblems, options_are_told_after_the_lines_of_the_file) {
+TEST(SceneProblems, options_are_reported_after_the_lines_of_the_file) {
     EXPECT_THAT(problems(with_line("\"hold\"", "\"holt\""),
                          {"bodies[7].cells=3", "time_step=0", "no equals sign", "bodies[0].cels=9"}),
                 ElementsAre(StartsWith("x.json:6: constraints[0].kind"),
@@ -213,7 +213,7 @@ TEST(SceneProblems, options_are_told_after_the_lines_of_the_file) {
     EXPECT_THAT(problems(two_bodies, {"camera.eye.deeper[2]=1"}), SizeIs(1));
 }
 
-TEST(SceneProblems, at_most_twenty_are_told_and_the_others_counted) {
+TEST(SceneProblems, at_most_twenty_are_shown_and_the_others_counted) {
     Json scene = Json::parse(two_bodies);
     for (int k = 0; k < 998; ++k) scene["bodies"].push_back({{"name", k}});
     const std::vector<std::string> found = problems(scene.dump(1));
@@ -243,7 +243,7 @@ TEST(SceneProblems, many_of_one_kind_do_not_hide_the_others) {
     EXPECT_EQ(found.back(), "x.json: and 583 more");
 }
 
-TEST(SceneProblems, numbers_that_no_double_holds_are_problems_of_their_keys) {
+TEST(SceneProblems, numbers_out_of_double_range_are_problems_of_their_keys) {
     EXPECT_THAT(
         problems(with_line("\"radius\": 1", "\"radius\": 1e999, \"colour\": 2")),
         ElementsAre(StartsWith("x.json:3: bodies[0].shape.sphere.radius is 1e999, which is out of range"),
@@ -274,7 +274,7 @@ TEST(SceneProblems, syntax_has_line_and_column) {
 }
 
 // No exponent if the user wrote none.
-TEST(SceneProblems, numbers_are_told_as_people_write_them) {
+TEST(SceneProblems, numbers_are_shown_in_plain_notation) {
     const auto has_exponent = [](const std::string& text) {
         for (std::size_t k = 1; k + 1 < text.size(); ++k)
             if ((text[k] == 'e' || text[k] == 'E') && std::isdigit(static_cast<unsigned char>(text[k - 1])) &&

@@ -35,7 +35,7 @@ Recording example() {
     return out;
 }
 
-TEST(Recording, ComesBackToTheLastBit) {
+TEST(Recording, RoundTripsExactly) {
     const Recording before = example();
     const Recording after =
         parse_recording(recording_text(before, before.scene.folder), "r.json", before.scene.folder);
@@ -54,7 +54,7 @@ TEST(Recording, ComesBackToTheLastBit) {
     }
 }
 
-TEST(Recording, OfNoTracks) {
+TEST(Recording, RoundTripsWithoutTracks) {
     Recording before = example();
     before.tracks.clear();
     EXPECT_TRUE(parse_recording(recording_text(before, "/"), "r.json", "/").tracks.empty());
@@ -78,7 +78,7 @@ void expect_refused(const std::string& part, const std::string& by, const std::s
     EXPECT_NE(refusal(part, by).find(said), std::string::npos) << by << ": " << refusal(part, by);
 }
 
-TEST(Recording, WhatIsWrongIsNamedWithItsLine) {
+TEST(Recording, ErrorsNameTheLine) {
     expect_refused("splitcubes recording 2", "somebody's recording 2", "is no recording");
     expect_refused("splitcubes recording 2", "splitcubes recording 1", "which another version wrote");
     expect_refused("\"times\": [0.0,", "\"times\": [0.04,", "tracks[0].times[1]");
@@ -101,7 +101,7 @@ TEST(Recording, WhatIsWrongIsNamedWithItsLine) {
 }
 
 // An array of two characters takes more than fifty bytes.
-TEST(Recording, OfMoreValuesThanFitInMemoryIsRefusedBeforeTheyAreMade) {
+TEST(Recording, TooManyValuesAreRefusedBeforeAllocation) {
     std::string text = "[[]";
     for (int k = 0; k < 10000; ++k) text += ",[]";
     text += "]";
@@ -111,7 +111,7 @@ TEST(Recording, OfMoreValuesThanFitInMemoryIsRefusedBeforeTheyAreMade) {
     EXPECT_THROW(check_json_within(R"({"a": {"b": {}}})", "r.json", 4, 280), InputError);
 }
 
-TEST(Recording, AnyPartOfItsTextIsRefused) {
+TEST(Recording, PartialTextIsRefused) {
     const std::string whole = recording_text(example(), "/");
     for (std::size_t length = 0; length + 3 < whole.size(); length += 97)
         EXPECT_THROW(parse_recording(whole.substr(0, length), "r.json", "/"), InputError) << length;

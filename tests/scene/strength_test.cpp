@@ -41,7 +41,7 @@ class PaintedStrength : public testing::Test {
     TearingDescription tearing_;
 };
 
-TEST_F(PaintedStrength, ByAPictureIsThatOfTheNearestPlace) {
+TEST_F(PaintedStrength, PictureIsSampledAtTheNearestSurfacePoint) {
     lay_on();
     tearing_.strength_map = {StrengthPaint{0.5, 1.5, file_}};
     for (const double depth : {0.0, 0.2}) {
@@ -60,7 +60,7 @@ TEST_F(PaintedStrength, LayersMultiply) {
     EXPECT_NEAR(factor(Vec3(2.0 / 3, 0, 1.5)), 1.5, 1e-6);
 }
 
-TEST_F(PaintedStrength, NeedsWhatItIsPaintedOn) {
+TEST_F(PaintedStrength, RequiresColoursOrTextureCoordinates) {
     tearing_.strength_map = {StrengthPaint{0.5, 1.5, file_}};
     EXPECT_THROW(factor(Vec3::Zero()), InputError) << "no texture coordinates";
     tearing_.strength_map = {StrengthPaint{0.5, 1.5, {}}};

@@ -108,7 +108,7 @@ struct NearItsStrength {
     std::size_t torn = 0;
 };
 
-TEST(Tearing, LooksWithoutAllocatingOnceItIsWarm) {
+TEST(Tearing, ChecksWithoutAllocatingOnceItIsWarm) {
     for (const int threads : {1, 2}) {
         Slices slices(threads);
         NearItsStrength near(slices);
