@@ -266,7 +266,7 @@ BoxRow measure_tilted_boxes(int boxes, const Parallel& parallel) {
     return row;
 }
 
-constexpr double deep = -2;  // cells; excludes cells that also contain boundary surface
+constexpr double interior_below = -2;  // cells; excludes cells that also contain boundary surface
 
 CutRow measure_cuts(const std::string& shape, double radius, int cuts, const Parallel& parallel) {
     const bool box = shape == "box";
@@ -289,26 +289,26 @@ CutRow measure_cuts(const std::string& shape, double radius, int cuts, const Par
         row.normals.add(solid.opposing());
         row.largest_volume_change =
             std::max(row.largest_volume_change, std::abs(out.mesh.volume() / before - 1));
-        const auto off_skin = [&](const Vec3& p) {
+        const auto surface_distance = [&](const Vec3& p) {
             const Vec3 own = pose.own(p);
             return box ? off_box(own, half) : own.norm() - radius;
         };
-        std::vector<bool> of_skin(out.mesh.positions.size()), of_cut(of_skin.size());
-        const auto is_deep = [&](const Vec3& p) { return off_skin(p) < deep; };
+        std::vector<bool> on_boundary(out.mesh.positions.size()), on_cut(on_boundary.size());
+        const auto is_deep = [&](const Vec3& p) { return surface_distance(p) < interior_below; };
         for (std::size_t t = 0; t < out.mesh.triangles.size(); ++t)
             for (const std::uint32_t v : out.mesh.triangles[t])
-                (out.triangle_origin[t] == geometry::Origin::cut ? of_cut : of_skin)[v] = true;
+                (out.triangle_origin[t] == geometry::Origin::cut ? on_cut : on_boundary)[v] = true;
         row.face_normals.add(count_opposing(solid.grid, splitting::Surface(solid.grid),
                                             [&](const splitting::Crossing& c, const FaceCorners& corners) {
                                                 return c.origin == geometry::Origin::cut && !is_moved(c) &&
                                                        std::all_of(corners.begin(), corners.end(), is_deep);
                                             }));
-        for (std::size_t v = 0; v < of_skin.size(); ++v) {
+        for (std::size_t v = 0; v < on_boundary.size(); ++v) {
             const Vec3& p = out.mesh.positions[v];
             const double off_plane = normal.dot(p - middle);
-            if (of_skin[v]) row.skin.add(off_skin(p));
-            if (of_cut[v] && of_skin[v]) row.rim.add(off_plane);
-            if (of_cut[v] && is_deep(p)) row.face.add(off_plane);
+            if (on_boundary[v]) row.skin.add(surface_distance(p));
+            if (on_cut[v] && on_boundary[v]) row.rim.add(off_plane);
+            if (on_cut[v] && is_deep(p)) row.face.add(off_plane);
         }
     }
     return row;

@@ -32,7 +32,7 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& kn
 struct Given {
     const Argument* argument;
     std::string value;
-    int place;  // index of the option on the line: values of one list share it
+    int option_index;  // index of the option on the line: values of one list share it
 };
 
 class Reader {
@@ -143,7 +143,7 @@ class Reader {
         for (std::size_t k = given_.size(); k-- > 1;) {
             const Given& last = given_[k];
             if (!last.argument->is_list || last.argument->further) continue;
-            if (given_[k - 1].place != last.place) continue;
+            if (given_[k - 1].option_index != last.option_index) continue;
             plain_.push_back(last.value);
             given_.erase(given_.begin() + static_cast<std::ptrdiff_t>(k));
             return;
@@ -161,15 +161,15 @@ class Reader {
             for (const Argument& other : command_.arguments)
                 if (argument.is_excluded(other) && is_given(other))
                     fail(argument.name(), "cannot stand beside " + other.name(), "give one of the two");
-            std::size_t places = 0;
+            std::size_t option_count = 0;
             int last = -1;
             for (const Given& given : given_) {
                 if (given.argument != &argument) continue;
-                places += given.place != last;
-                last = given.place;
+                option_count += given.option_index != last;
+                last = given.option_index;
             }
-            if (places > 1 && !argument.is_repeatable && !argument.flag())
-                fail(argument.name(), "is given " + std::to_string(places) + " times", "give it once");
+            if (option_count > 1 && !argument.is_repeatable && !argument.flag())
+                fail(argument.name(), "is given " + std::to_string(option_count) + " times", "give it once");
         }
         for (const Argument& argument : command_.arguments)
             if (argument.is_required && !is_given(argument)) {

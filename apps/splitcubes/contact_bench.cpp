@@ -71,7 +71,7 @@ struct Times {
     std::array<std::vector<double>, body::stage_count> stages;  // ms
     std::vector<double> whole, added;                           // ms; of `integrate`, added by contacts
     // ms, of steps in which the blade cuts: whole steps, and the contact and tearing stages.
-    std::vector<double> cutting, cutting_apart;
+    std::vector<double> cutting, cutting_contact;
     body::StepReport first, last;
     std::size_t torn = 0, contacts = 0;
 };
@@ -87,10 +87,10 @@ double added_by_contacts(const ContactCase& c, body::World& world,
     const std::string state = body::encode_checkpoint(world, c.name);
     double ms[2];
     for (const bool contact : {false, true}) {
-        const auto twin = make_contact_world(c, parallel, contact);
-        body::restore_checkpoint(*twin, state, c.name, "state");
-        twin->step();
-        ms[contact] = ms_of(twin->step(), body::Stage::integrate);
+        const auto world_copy = make_contact_world(c, parallel, contact);
+        body::restore_checkpoint(*world_copy, state, c.name, "state");
+        world_copy->step();
+        ms[contact] = ms_of(world_copy->step(), body::Stage::integrate);
     }
     return std::max(0.0, ms[1] - ms[0]);
 }
@@ -110,8 +110,8 @@ void run_contact_once(const ContactCase& c, const std::shared_ptr<const Parallel
         out.contacts += report.contacts;
         if (report.new_cut_edges <= report.torn_edges) continue;
         out.cutting.push_back(out.whole.back());
-        out.cutting_apart.push_back(ms_of(report, body::Stage::detect_contacts) +
-                                    ms_of(report, body::Stage::tear));
+        out.cutting_contact.push_back(ms_of(report, body::Stage::detect_contacts) +
+                                      ms_of(report, body::Stage::tear));
     }
 }
 
@@ -140,7 +140,7 @@ Json time_contact(const ContactCase& c, int runs, const std::shared_ptr<const Pa
     std::printf("a step: %.0f contacts that push, %.2f torn edges\n",
                 static_cast<double>(times.contacts) / steps, static_cast<double>(times.torn) / steps);
     const double cutting = median(times.cutting);
-    const double cutting_share = cutting > 0 ? (median(times.cutting_apart) + added) / cutting : 0;
+    const double cutting_share = cutting > 0 ? (median(times.cutting_contact) + added) / cutting : 0;
     // Uses means: medians describe the commoner kind of step, and medians of parts do not add up.
     const double mean_share =
         (mean(times.stages[static_cast<std::size_t>(body::Stage::detect_contacts)]) +

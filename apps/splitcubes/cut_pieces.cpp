@@ -63,18 +63,18 @@ CutResult arrange_pieces(geometry::SurfaceMesh whole, const splitting::Pieces& p
         return a < b;
     });
     CutResult out;
-    std::vector<std::int32_t> place(count);
+    std::vector<std::int32_t> new_index(count);
     std::vector<std::uint8_t> kept;
-    std::array<std::size_t, 3> numbers{};  // next number, by fate
+    std::array<std::size_t, 3> next_numbers{};  // next number, by fate
     for (const std::size_t k : order) {
-        place[k] = static_cast<std::int32_t>(out.pieces.size());
-        const std::size_t number = numbers[static_cast<std::size_t>(fates[k])]++;
+        new_index[k] = static_cast<std::int32_t>(out.pieces.size());
+        const std::size_t number = next_numbers[static_cast<std::size_t>(fates[k])]++;
         out.pieces.push_back({piece_name(fates[k], number), fates[k], pieces.node_counts()[k], measures[k]});
         kept.push_back(fates[k] == Fate::kept);
     }
-    for (std::int32_t& piece : whole.vertex_piece) piece = place[static_cast<std::size_t>(piece)];
+    for (std::int32_t& piece : whole.vertex_piece) piece = new_index[static_cast<std::size_t>(piece)];
     out.whole = std::move(whole);
-    if (numbers[0] < count) out.rest = splitting::extract_pieces(out.whole, kept);
+    if (next_numbers[0] < count) out.rest = splitting::extract_pieces(out.whole, kept);
     return out;
 }
 

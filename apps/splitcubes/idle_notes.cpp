@@ -111,14 +111,14 @@ std::string idle_note(const IdleCutter& idle) {
 
 bool sweeps_nothing(const cutting::Blade& blade, double t0, double t1) {
     constexpr double rounding = 1e-6;  // relative to the area that a motion across the edge would sweep
-    double area = 0, most = 0;
+    double area = 0, max_area = 0;
     for (const cutting::SweptBlade& part : cutting::sweep(blade, t0, t1))
         for (const geometry::MovingSegment& s : part.segments) {
             const double length = std::max((s.b0 - s.a0).norm(), (s.b1 - s.a1).norm());
             area += 0.5 * (s.b1 - s.a0).cross(s.a1 - s.b0).norm();
-            most += length * std::max((s.a1 - s.a0).norm(), (s.b1 - s.b0).norm());
+            max_area += length * std::max((s.a1 - s.a0).norm(), (s.b1 - s.b0).norm());
         }
-    return area <= rounding * most;
+    return area <= rounding * max_area;
 }
 
 nlohmann::ordered_json note_idle_tools(const body::IdleTools& tools, const body::World& world) {

@@ -82,8 +82,8 @@ Links read_links(const std::filesystem::path& file) {
     const std::string start = bytes.substr(0, 512);
     const std::size_t vertices = count_of(start, "vertex"), edges = count_of(start, "edge");
     const std::string expected = header(vertices, edges);
-    constexpr std::size_t most = std::numeric_limits<std::uint32_t>::max();
-    if (vertices > most || edges > most || bytes.compare(0, expected.size(), expected) != 0 ||
+    constexpr std::size_t max_count = std::numeric_limits<std::uint32_t>::max();
+    if (vertices > max_count || edges > max_count || bytes.compare(0, expected.size(), expected) != 0 ||
         bytes.size() != expected.size() + vertices * vertex_bytes + edges * edge_bytes)
         throw InputError(file.string(), "is not a complete file of links",
                          "run the scene again with --links");

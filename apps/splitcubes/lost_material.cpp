@@ -59,7 +59,7 @@ geometry::TriangleMesh raised(geometry::TriangleMesh mesh, double by) {
 Vec3 view_direction(const geometry::TriangleMesh& lost, const geometry::Box& bounds) {
     const Vec3 sides[] = {{0.9, -1.6, 0.8}, {1.6, 0.9, 0.8}, {-0.9, 1.6, 0.8}, {-1.6, -0.9, 0.8}};
     Vec3 best = sides[0];
-    double most = 0;
+    double max_seen = 0;
     for (const Vec3& side : sides) {
         const Vec3 to_eye = side.normalized();
         double seen = 0;
@@ -69,8 +69,8 @@ Vec3 view_direction(const geometry::TriangleMesh& lost, const geometry::Box& bou
                 ((a + b + c) / 3 - bounds.center()).dot(to_eye) / (0.5 * bounds.size().norm());
             seen += std::max(0.0, (b - a).cross(c - a).dot(to_eye)) * (1 + nearer);
         }
-        if (seen <= most) continue;
-        most = seen;
+        if (seen <= max_seen) continue;
+        max_seen = seen;
         best = side;
     }
     return best;

@@ -62,12 +62,12 @@ struct Block {
 };
 
 struct Spread {
-    double median = 0, least = 0, most = 0;
+    double median = 0, fastest = 0, slowest = 0;
     explicit Spread(std::vector<double> values) {
         std::sort(values.begin(), values.end());
         median = values[values.size() / 2];
-        least = values.front();
-        most = values.back();
+        fastest = values.front();
+        slowest = values.back();
     }
 };
 
@@ -100,7 +100,7 @@ double bare_gathers(const Block& block, int runs, const Parallel& parallel) {
                              meshless::bare_forces(slices, range, gradient.data(), force.data());
                          });
                  })
-        .least;
+        .fastest;
 }
 
 // Measures the bandwidth, GB/s, of reading the links that one product with the stiffness reads.
@@ -147,16 +147,16 @@ Json bench_case(const Vec3i& count, const MechanicsCase& which, int runs, double
     }
     const Spread spread(ms), busy(processor);
     // Products with the stiffness per step: one per substep or per iteration.
-    const double rounds = which.is_explicit ? substeps : iterations + 1;
-    const double each = 1e6 * spread.median / (rounds * block.links());
+    const double products = which.is_explicit ? substeps : iterations + 1;
+    const double each = 1e6 * spread.median / (products * block.links());
     // Uses the minima, which other load on the machine affects least.
-    const double share = bare * rounds / spread.least;
+    const double share = bare * products / spread.fastest;
     const std::size_t n = block.phyxels.size();
     std::printf(
         "| %6zu | %7d | %-13s | %7.0e | %8.3f | %8.3f | %8.3f | %9.3f | %6.1f | %8.1f | %6.2f | %4.0f %% "
         "|%s\n",
-        n, parallel.thread_count(), which.kind, which.youngs_modulus, spread.median, spread.least,
-        spread.most, busy.median, rounds, 1e3 * spread.median / rounds, each, 100 * share,
+        n, parallel.thread_count(), which.kind, which.youngs_modulus, spread.median, spread.fastest,
+        spread.slowest, busy.median, products, 1e3 * spread.median / products, each, 100 * share,
         finite ? "" : " NOT FINITE");
     return {{"phyxels", n},
             {"threads", parallel.thread_count()},
@@ -164,10 +164,10 @@ Json bench_case(const Vec3i& count, const MechanicsCase& which, int runs, double
             {"youngs_modulus", which.youngs_modulus},
             {"median_ms", spread.median},
             {"processor_ms", busy.median},
-            {"min_ms", spread.least},
-            {"max_ms", spread.most},
-            {"rounds", rounds},
-            {"us_per_round", 1e3 * spread.median / rounds},
+            {"min_ms", spread.fastest},
+            {"max_ms", spread.slowest},
+            {"rounds", products},
+            {"us_per_round", 1e3 * spread.median / products},
             {"ns_per_neighbour", each},
             {"floor_share", share}};
 }
@@ -201,10 +201,10 @@ Json bench_cut(const Vec3i& count, int runs, const Parallel& parallel) {
     }
     const Spread spread(ms);
     std::printf("| %6zu | %7d | %5zu | %8.3f | %8.3f | %8.3f |\n", block.phyxels.size(),
-                parallel.thread_count(), pairs.size(), spread.median, spread.least, spread.most);
+                parallel.thread_count(), pairs.size(), spread.median, spread.fastest, spread.slowest);
     return {{"phyxels", block.phyxels.size()}, {"threads", parallel.thread_count()},
             {"pairs", pairs.size()},           {"median_ms", spread.median},
-            {"min_ms", spread.least},          {"max_ms", spread.most}};
+            {"min_ms", spread.fastest},        {"max_ms", spread.slowest}};
 }
 
 // Builds the largest body with a surface and a blade that passes through it.
@@ -252,20 +252,21 @@ Json bench_world(const std::shared_ptr<const Parallel>& parallel) {
     std::printf(
         "\nWhole steps of %zu phyxels with a surface of %zu triangles, %d threads, a blade passing\n"
         "(%.0f new cut edges a step): median %.2f ms, longest %.2f ms; without a cut %.2f ms.\n\n",
-        phyxels, triangles, parallel->thread_count(), per_step, cutting.median, cutting.most, still.median);
+        phyxels, triangles, parallel->thread_count(), per_step, cutting.median, cutting.slowest,
+        still.median);
     std::printf("| stage | median ms | longest ms |\n|---|---|---|\n");
     Json rows;
     for (std::size_t s = 0; s < body::stage_count; ++s) {
         const Spread spread(stages[s]);
-        std::printf("| %-22s | %8.3f | %8.3f |\n", body::stage_names[s], spread.median, spread.most);
-        rows[body::stage_names[s]] = {{"median_ms", spread.median}, {"max_ms", spread.most}};
+        std::printf("| %-22s | %8.3f | %8.3f |\n", body::stage_names[s], spread.median, spread.slowest);
+        rows[body::stage_names[s]] = {{"median_ms", spread.median}, {"max_ms", spread.slowest}};
     }
     return {{"phyxels", phyxels},
             {"triangles", triangles},
             {"threads", parallel->thread_count()},
             {"new_edges_a_step", per_step},
             {"median_ms", cutting.median},
-            {"max_ms", cutting.most},
+            {"max_ms", cutting.slowest},
             {"idle_median_ms", still.median},
             {"stages", rows}};
 }

@@ -34,8 +34,8 @@ std::string listed(const std::vector<std::string>& endings) {
 }
 
 void check_lengths(const fs::path& path, const fs::path& existing_folder) {
-    const long told = ::pathconf(existing_folder.c_str(), _PC_NAME_MAX);
-    const std::size_t longest = told > 0 ? static_cast<std::size_t>(told) : 255;
+    const long limit = ::pathconf(existing_folder.c_str(), _PC_NAME_MAX);
+    const std::size_t longest = limit > 0 ? static_cast<std::size_t>(limit) : 255;
     for (const fs::path& part : path)
         if (part.native().size() > longest)
             throw InputError(printable(path.string()),

@@ -18,7 +18,7 @@ constexpr auto quiet_time = 1s;  // work that ends earlier shows nothing
 constexpr auto line_pause = 1s;  // between two lines
 // Longest time without a line, however little has changed: from five seconds in work of minutes to a minute
 // in work of hours.
-constexpr auto least_silence = 5s, most_silence = 60s;
+constexpr auto min_silence = 5s, max_silence = 60s;
 
 std::atomic<bool> bar_is_open{false};
 
@@ -119,21 +119,22 @@ std::string percent_of(double part, bool finely) {
 void Progress::write_line() {
     const Clock::time_point now = Clock::now();
     const auto since = now - line_time_;
-    if (!told_.empty() && since < line_pause) return;
+    if (!last_text_.empty() && since < line_pause) return;
     const double part = share();
-    std::string told = stage_;
-    if (part >= 0) told += (told.empty() ? "" : ", ") + percent_of(std::floor(part * 10) / 10, false);
+    std::string current_text = stage_;
+    if (part >= 0)
+        current_text += (current_text.empty() ? "" : ", ") + percent_of(std::floor(part * 10) / 10, false);
     const bool is_silent =
-        since >= std::clamp<Clock::duration>((now - start_) / 20, least_silence, most_silence);
-    if (told == told_ && !is_silent) return;
-    std::string line = told;
-    if (told == told_) {
+        since >= std::clamp<Clock::duration>((now - start_) / 20, min_silence, max_silence);
+    if (current_text == last_text_ && !is_silent) return;
+    std::string line = current_text;
+    if (current_text == last_text_) {
         line = stage_;
         if (part >= 0) line += (line.empty() ? "" : ", ") + percent_of(part, true);
         line += (line.empty() ? "" : ", ") +
                 std::to_string(std::chrono::duration_cast<std::chrono::seconds>(now - start_).count()) + " s";
     }
-    told_ = told;
+    last_text_ = current_text;
     line_time_ = now;
     std::fprintf(stderr, "%s: %s%s\n", what_.c_str(), line.c_str(),
                  detail_.empty() ? "" : (", " + detail_).c_str());

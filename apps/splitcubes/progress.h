@@ -47,7 +47,7 @@ class Progress : public Monitor {
     std::condition_variable ended_;
     bool is_over_ = false;
     std::string stage_, detail_;
-    std::string told_;  // text of the last line, without details
+    std::string last_text_;  // text of the last line, without details
     Clock::time_point line_time_ = start_;
 
     std::thread thread_;

@@ -47,11 +47,11 @@ struct Targets {
 
 Targets targets_of(const std::vector<std::string>& outputs) {
     Targets out;
-    const auto once = [](std::optional<fs::path>& place, const fs::path& path) {
-        if (place)
-            throw InputError(path.string(), "is a second output of the same kind, beside " + place->string(),
+    const auto once = [](std::optional<fs::path>& target, const fs::path& path) {
+        if (target)
+            throw InputError(path.string(), "is a second output of the same kind, beside " + target->string(),
                              "give one film, one picture and one folder at most");
-        place = path;
+        target = path;
     };
     for (const std::string& text : outputs) {
         if (text.empty())

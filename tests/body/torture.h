@@ -15,14 +15,14 @@
 
 namespace splitcubes::laws {
 
-enum class Torment {
+enum class Load {
     shaken,    // held at its upper end by a support that oscillates; gravity
     spinning,  // free, no gravity: fragments stay within reach of the blades
     standing,  // on the ground; gravity
 };
 
 struct Torture {
-    Torment torment = Torment::shaken;
+    Load load = Load::shaken;
     double time_step = 1.0 / 60;
     double youngs_modulus = 1e5;  // Pa
     meshless::SolverKind solver = meshless::SolverKind::implicit_steps;
@@ -36,26 +36,26 @@ struct Torture {
 };
 
 /// Results of a run; the worst values over all steps.
-struct Sufferings {
-    std::string broken;      // first violated invariant; empty: none
+struct TortureResult {
+    std::string violated;    // first violated invariant; empty: none
     std::size_t pieces = 0;  // at the end
     std::size_t rigid = 0;   // of them
     std::size_t new_phyxels = 0;
     std::size_t cut_edges = 0;
     double energy_put_in =
         0;  // J, first energy and all work, plus the potential energy that could be released
-    double most_gain = -1e300;          // J, maximum of energy minus energy put in
-    double most_motion = -1e300;        // J, the same without the elastic energy
-    double top_speed = 0;               // m/s
-    double top_piece_speed = 0;         // m/s, of a centre of mass
-    double worst_flight = 0;            // m, deviation of a free centre of mass from its parabola in a step
-    double worst_speed = 0;             // m/s, the same for its velocity
-    double worst_momentum = 0;          // kg m/s, spinning: change of the total in a step
-    double worst_angular_momentum = 0;  // kg m^2/s, spinning: change of the total in a step
-    double first_spin = 0;              // kg m^2/s
-    double mass = 0;                    // kg
-    double lowest = 0;                  // m, lowest centre of a rigid piece (negative: below the ground)
-    double seconds = 0;                 // wall clock
+    double max_gain = -1e300;             // J, maximum of energy minus energy put in
+    double max_motion_gain = -1e300;      // J, the same without the elastic energy
+    double top_speed = 0;                 // m/s
+    double top_piece_speed = 0;           // m/s, of a centre of mass
+    double worst_flight = 0;              // m, deviation of a free centre of mass from its parabola in a step
+    double worst_speed = 0;               // m/s, the same for its velocity
+    double worst_momentum = 0;            // kg m/s, spinning: change of the total in a step
+    double worst_angular_momentum = 0;    // kg m^2/s, spinning: change of the total in a step
+    double initial_angular_momentum = 0;  // kg m^2/s
+    double mass = 0;                      // kg
+    double lowest = 0;                    // m, lowest centre of a rigid piece (negative: below the ground)
+    double seconds = 0;                   // wall clock
 };
 
 namespace torture {
@@ -103,17 +103,17 @@ inline std::unique_ptr<body::World> make_world(const Torture& torture) {
     body::WorldSettings settings = free_space(torture.time_step);
     settings.validate_each_step = false;
     settings.solver.kind = torture.solver;
-    if (torture.torment != Torment::spinning) settings.gravity = Vec3(0, 0, -9.81);
-    if (torture.torment == Torment::standing) settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0.5};
+    if (torture.load != Load::spinning) settings.gravity = Vec3(0, 0, -9.81);
+    if (torture.load == Load::standing) settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0.5};
     auto world = std::make_unique<body::World>(settings, threads(2));
     body::BodySettings block = soft(torture.cell_size, torture.phyxels);
     block.material.youngs_modulus = torture.youngs_modulus;
     block.material.model = torture.model;
     block.material.volume_stiffness = torture.volume_stiffness * torture.youngs_modulus;
-    if (torture.torment == Torment::spinning) block.angular_velocity = Vec3(2, -4, 1);
-    const Vec3 center(0, 0, torture.torment == Torment::standing ? 0.075 : 0);
+    if (torture.load == Load::spinning) block.angular_velocity = Vec3(2, -4, 1);
+    const Vec3 center(0, 0, torture.load == Load::standing ? 0.075 : 0);
     body::Body& body = world->add_body(moved(geometry::make_box(Vec3(0.2, 0.16, 0.14)), center), block);
-    if (torture.torment == Torment::shaken) {
+    if (torture.load == Load::shaken) {
         body::HoldConstraint hold = hold_beyond({0, 0, 0.045}, Vec3::UnitZ());
         hold.motion = [](double time) {
             Isometry motion = Isometry::Identity();
@@ -137,8 +137,8 @@ inline std::vector<std::uint8_t> free_pieces(const body::Body& body, const Tortu
     std::vector<std::uint8_t> free(body.pieces().count(), 1);
     const meshless::Phyxels& phyxels = body.phyxels();
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
-        const bool held = torture.torment == Torment::shaken && phyxels.rest_position[i].z() >= 0.045;
-        const bool low = torture.torment == Torment::standing;
+        const bool held = torture.load == Load::shaken && phyxels.rest_position[i].z() >= 0.045;
+        const bool low = torture.load == Load::standing;
         if (held || low || phyxels.touching[i] != 0) free[static_cast<std::size_t>(phyxels.piece[i])] = 0;
     }
     return free;
@@ -146,28 +146,28 @@ inline std::vector<std::uint8_t> free_pieces(const body::Body& body, const Tortu
 
 }  // namespace torture
 
-inline Sufferings run(const Torture& torture) {
+inline TortureResult run(const Torture& torture) {
     using namespace torture;
     const std::unique_ptr<body::World> world = make_world(torture);
     const body::Body& body = *world->bodies()[0];
     const Vec3 gravity = world->settings().gravity;
     const double dt = torture.time_step;
-    Sufferings out;
+    TortureResult out;
     std::vector<meshless::Momenta> before, now;
     meshless::momenta_of_pieces(body.phyxels(), 1, before);
     meshless::Momenta total = meshless::total_momenta(body.phyxels());
     out.mass = total.mass;
-    out.first_spin = total.angular_momentum.norm();
+    out.initial_angular_momentum = total.angular_momentum.norm();
     const Stopwatch watch;
     double put_in =
         before[0].linear.squaredNorm() / (2 * total.mass) + potential_energy(before, gravity) +
         0.5 * total.angular_momentum.dot(meshless::angular_velocity(total.inertia, total.angular_momentum));
-    const double floor = torture.torment == Torment::spinning ? 0 : -total.mass * 9.81 * 0.07;
+    const double floor = torture.load == Load::spinning ? 0 : -total.mass * 9.81 * 0.07;
     const auto fail = [&](const std::string& what) {
-        if (out.broken.empty()) out.broken = what + " at " + std::to_string(world->time()) + " s";
+        if (out.violated.empty()) out.violated = what + " at " + std::to_string(world->time()) + " s";
     };
     const auto steps = static_cast<int>(std::lround(torture.seconds / dt));
-    for (int step = 0; step < steps && out.broken.empty(); ++step) {
+    for (int step = 0; step < steps && out.violated.empty(); ++step) {
         const body::StepReport report = world->step();
         out.new_phyxels += report.new_phyxels;
         const int count = static_cast<int>(body.pieces().count());
@@ -178,11 +178,11 @@ inline Sufferings run(const Torture& torture) {
             for (const std::string& line : body.validate()) fail(line);
         if (std::abs(report.mass - out.mass) > 1e-9 * out.mass) fail("mass");
         // Work of the support: its force times its displacement, as all held points move alike.
-        if (torture.torment == Torment::shaken) {
-            const Vec3 way = shake(world->time()) - shake(world->time() - dt);
-            put_in += (report.momentum - total.linear - dt * total.mass * gravity).dot(way) / dt;
+        if (torture.load == Load::shaken) {
+            const Vec3 displacement = shake(world->time()) - shake(world->time() - dt);
+            put_in += (report.momentum - total.linear - dt * total.mass * gravity).dot(displacement) / dt;
         }
-        if (torture.torment == Torment::spinning) {
+        if (torture.load == Load::spinning) {
             const meshless::Momenta after = meshless::total_momenta(body.phyxels());
             out.worst_momentum = std::max(out.worst_momentum, (after.linear - total.linear).norm());
             out.worst_angular_momentum = std::max(out.worst_angular_momentum,
@@ -191,8 +191,8 @@ inline Sufferings run(const Torture& torture) {
         }
         total.linear = report.momentum;
         const double energy = report.kinetic_energy + report.elastic_energy + potential_energy(now, gravity);
-        out.most_gain = std::max(out.most_gain, energy - put_in);
-        out.most_motion = std::max(out.most_motion, energy - report.elastic_energy - put_in);
+        out.max_gain = std::max(out.max_gain, energy - put_in);
+        out.max_motion_gain = std::max(out.max_motion_gain, energy - report.elastic_energy - put_in);
         out.energy_put_in = std::max(out.energy_put_in, put_in - floor);
         out.top_speed = std::max(out.top_speed, report.top_speed);
         const std::vector<std::uint8_t> free = free_pieces(body, torture);
@@ -205,7 +205,7 @@ inline Sufferings run(const Torture& torture) {
             out.worst_flight = std::max(
                 out.worst_flight, (now[k].centre - before[k].centre - 0.5 * dt * (old + velocity)).norm());
         }
-        if (torture.torment == Torment::standing)
+        if (torture.load == Load::standing)
             for (const meshless::RigidPiece& piece : body.phyxels().rigid.bodies)
                 out.lowest = std::min(out.lowest, piece.centre.z());
         std::swap(before, now);

@@ -94,8 +94,8 @@ class LayerVertices {
                     static_cast<std::int32_t>(i);
         }
     }
-    std::int32_t at(VertexKind kind, const Vec3i& place, int axis, int instance) const {
-        const auto found = index_.find({static_cast<int>(kind), place[0], place[1], axis, instance});
+    std::int32_t at(VertexKind kind, const Vec3i& position, int axis, int instance) const {
+        const auto found = index_.find({static_cast<int>(kind), position[0], position[1], axis, instance});
         return found == index_.end() ? -1 : found->second;
     }
 

@@ -116,7 +116,7 @@ void draw_face(Svg& svg, const Panel& panel, const Example& example,
     for (const Vec3i& node : surface.nodes()) node_frames.push_back(frame_of(node));
     std::vector<Vec3> positions, normals;
     deform(surface, grid.rest(), node_frames, positions, normals, Parallel(1));
-    const auto place = [&](const Patch::Point& p) {
+    const auto position_of = [&](const Patch::Point& p) {
         const Vec3 x =
             p.vertex < 0 ? frame_of(p.node).position : positions[static_cast<std::size_t>(p.vertex)];
         return panel.at({x[0], x[1]});
@@ -124,7 +124,7 @@ void draw_face(Svg& svg, const Panel& panel, const Example& example,
     const std::vector<Patch> patches = patches_of_layer(grid, surface, 0);
     for (std::size_t k = 0; k < patches.size(); ++k) {
         std::vector<Vec2> outline;
-        for (const Patch::Point& p : patches[k].outline) outline.push_back(place(p));
+        for (const Patch::Point& p : patches[k].outline) outline.push_back(position_of(p));
         svg.polygon(outline, {.fill = colours_of(k).fill, .stroke = colours_of(k).line});
     }
     if (at_rest) draw_cut_edges(svg, panel, example);
@@ -132,11 +132,11 @@ void draw_face(Svg& svg, const Panel& panel, const Example& example,
         for (const Patch::Point& p : patches[k].outline) {
             const std::string& colour = colours_of(k).line;
             if (p.vertex < 0)
-                draw_node(svg, place(p), colour);
+                draw_node(svg, position_of(p), colour);
             else if (surface.vertices()[static_cast<std::size_t>(p.vertex)].kind == VertexKind::face)
-                draw_face_vertex(svg, place(p), at_rest ? ink : colour);
+                draw_face_vertex(svg, position_of(p), at_rest ? ink : colour);
             else if (!at_rest)
-                draw_edge_vertex(svg, place(p), colour);
+                draw_edge_vertex(svg, position_of(p), colour);
         }
 }
 

@@ -109,16 +109,16 @@ int by_ray(const RestGrid& grid, const TriangleMesh& mesh) {
 // lie on the mesh.
 int by_solid_angle(const RestGrid& grid, const TriangleMesh& mesh, const Steps& steps) {
     const WindingNumber winding(mesh);
-    double least = 2;
+    double min_deviation = 2;
     int out = 0;
     for (int corner = 0; corner < 8; ++corner) {
         Vec3i node = Vec3i::Zero();
         for (int axis = 0; axis < 3; ++axis)
             if (corner >> axis & 1) node[axis] = grid.node_count[axis] - 1;
         const double value = winding.exact_at(grid.node_position(node));
-        const double off = std::abs(value - std::round(value));
-        if (off >= least) continue;
-        least = off;
+        const double deviation = std::abs(value - std::round(value));
+        if (deviation >= min_deviation) continue;
+        min_deviation = deviation;
         out = static_cast<int>(std::round(value)) - steps.at(node);
     }
     return out;

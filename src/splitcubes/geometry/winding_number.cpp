@@ -30,7 +30,7 @@ template <int degree>
 using Form = std::array<double, (degree + 1) * (degree + 2) / 2>;
 
 // Index of x^a y^b z^c; a does not matter.
-constexpr std::size_t place(int b, int c) {
+constexpr std::size_t monomial_index(int b, int c) {
     return static_cast<std::size_t>((b + c) * (b + c + 1) / 2 + c);
 }
 
@@ -47,10 +47,10 @@ void add_product(const std::array<double, size>& form, const Vec3& v, double fac
     constexpr int degree = size == 3 ? 1 : 2;
     static_assert(larger == Form<degree + 1>{}.size() && size == Form<degree>{}.size());
     for_each_monomial<degree>([&](int, int b, int c) {
-        const double value = factor * form[place(b, c)];
-        out[place(b, c)] += value * v[0];
-        out[place(b + 1, c)] += value * v[1];
-        out[place(b, c + 1)] += value * v[2];
+        const double value = factor * form[monomial_index(b, c)];
+        out[monomial_index(b, c)] += value * v[0];
+        out[monomial_index(b + 1, c)] += value * v[1];
+        out[monomial_index(b, c + 1)] += value * v[2];
     });
 }
 
@@ -65,10 +65,10 @@ auto product(const std::array<double, size>& form, const Vec3& v) {
 template <int degree>
 void add_times_square(const Form<degree - 2>& smaller, double factor, Form<degree>& form) {
     for_each_monomial<degree - 2>([&](int, int b, int c) {
-        const double value = factor * smaller[place(b, c)];
-        form[place(b, c)] += value;
-        form[place(b + 2, c)] += value;
-        form[place(b, c + 2)] += value;
+        const double value = factor * smaller[monomial_index(b, c)];
+        form[monomial_index(b, c)] += value;
+        form[monomial_index(b + 2, c)] += value;
+        form[monomial_index(b, c + 2)] += value;
     });
 }
 
@@ -76,10 +76,10 @@ template <int degree>
 Form<degree - 2> laplacian(const Form<degree>& form) {
     Form<degree - 2> out{};
     for_each_monomial<degree>([&](int a, int b, int c) {
-        const double value = form[place(b, c)];
-        if (a >= 2) out[place(b, c)] += a * (a - 1) * value;
-        if (b >= 2) out[place(b - 2, c)] += b * (b - 1) * value;
-        if (c >= 2) out[place(b, c - 2)] += c * (c - 1) * value;
+        const double value = form[monomial_index(b, c)];
+        if (a >= 2) out[monomial_index(b, c)] += a * (a - 1) * value;
+        if (b >= 2) out[monomial_index(b - 2, c)] += b * (b - 1) * value;
+        if (c >= 2) out[monomial_index(b, c - 2)] += c * (c - 1) * value;
     });
     return out;
 }

@@ -57,18 +57,18 @@ std::optional<double> free_length(const body::Body& body) {
         for (std::size_t i = 0; i < rest.size(); ++i)
             if (constraint.region(rest[i])) is_held[i] = 1;
     }
-    std::vector<Vec3> places;
+    std::vector<Vec3> held_positions;
     for (std::size_t i = 0; i < rest.size(); ++i)
-        if (is_held[i]) places.push_back(rest[i]);
-    if (places.empty()) return std::nullopt;
+        if (is_held[i]) held_positions.push_back(rest[i]);
+    if (held_positions.empty()) return std::nullopt;
     // About a hundred held phyxels suffice for the distance.
-    const std::size_t every = 1 + places.size() / 100;
+    const std::size_t every = 1 + held_positions.size() / 100;
     double farthest = 0;
     for (std::size_t i = 0; i < rest.size(); ++i) {
         if (is_held[i]) continue;
         double nearest = std::numeric_limits<double>::infinity();
-        for (std::size_t k = 0; k < places.size(); k += every)
-            nearest = std::min(nearest, (places[k] - rest[i]).squaredNorm());
+        for (std::size_t k = 0; k < held_positions.size(); k += every)
+            nearest = std::min(nearest, (held_positions[k] - rest[i]).squaredNorm());
         farthest = std::max(farthest, nearest);
     }
     return std::sqrt(farthest);
@@ -109,34 +109,34 @@ geometry::Box bounds_of_body(const body::Body& body) {
 // Bounds the nodes of one grid that lie inside the other's solid, m.
 geometry::Box common_nodes(const splitting::NodeGrid& a, const splitting::NodeGrid& b,
                            const geometry::Box& where) {
-    constexpr double most = 1e6;
+    constexpr double max_nodes = 1e6;
     const geometry::RestGrid& rest = a.rest();
     const Vec3i low = rest.to_grid(where.min).array().floor().cast<int>().max(0);
     const Vec3i high = rest.to_grid(where.max).array().ceil().cast<int>().min(rest.node_count.array() - 1);
-    const int stride = std::max(
-        1, static_cast<int>(std::ceil(std::cbrt((high - low + Vec3i::Ones()).cast<double>().prod() / most))));
+    const int stride = std::max(1, static_cast<int>(std::ceil(std::cbrt(
+                                       (high - low + Vec3i::Ones()).cast<double>().prod() / max_nodes))));
     geometry::Box out;
     for (int z = low[2]; z <= high[2]; z += stride)
         for (int y = low[1]; y <= high[1]; y += stride)
             for (int x = low[0]; x <= high[0]; x += stride) {
                 if (!a.inside({x, y, z})) continue;
-                const Vec3 place = rest.node_position({x, y, z});
-                const Vec3i other = b.rest().to_grid(place).array().round().cast<int>();
-                if (b.rest().contains(other) && b.inside(other)) out.add(place);
+                const Vec3 position = rest.node_position({x, y, z});
+                const Vec3i other = b.rest().to_grid(position).array().round().cast<int>();
+                if (b.rest().contains(other) && b.inside(other)) out.add(position);
             }
     return out;
 }
 
 // Notes printed for each kind of overlap; further ones are only counted.
-constexpr std::size_t told_pairs = 5;
+constexpr std::size_t max_overlap_notes = 5;
 
 // Describes what contact does with an overlap: the initial penetration becomes the springs' rest gap, and an
 // overlap deeper than a phyxel spacing is not detected (docs/contact.md).
 std::string fate_of_overlap(const body::Body& a, const body::Body& b, double depth) {
-    const double believed = std::max(a.phyxel_spacing(), b.phyxel_spacing());
+    const double detected_depth = std::max(a.phyxel_spacing(), b.phyxel_spacing());
     const std::string stays = "contact keeps the overlap and removes little of it";
-    if (depth < believed) return stays;
-    return "where the overlap is deeper than a phyxel spacing (" + rounded(believed) +
+    if (depth < detected_depth) return stays;
+    return "where the overlap is deeper than a phyxel spacing (" + rounded(detected_depth) +
            " m) contact does not detect it, and the bodies pass through each other";
 }
 
@@ -158,7 +158,7 @@ void note_body_overlaps(const body::World& world, Notes& notes) {
             const geometry::Box common = common_nodes(bodies[a]->grid(), bodies[b]->grid(), both);
             // Overlaps thinner than a cell may be discretisation error.
             if (common.empty() || common.size().minCoeff() < cell) continue;
-            if (++found > told_pairs) continue;
+            if (++found > max_overlap_notes) continue;
             const Vec3 size = common.size();
             notes.push_back({bodies[a]->name(),
                              "overlaps '" + bodies[b]->name() + "' at the start, over " + rounded(size[0]) +
@@ -166,8 +166,9 @@ void note_body_overlaps(const body::World& world, Notes& notes) {
                                  " m: " + fate_of_overlap(*bodies[a], *bodies[b], size.minCoeff() + cell) +
                                  "; move them apart"});
         }
-    if (found > told_pairs)
-        notes.push_back({"scene", std::to_string(found - told_pairs) + " more pairs of bodies overlap"});
+    if (found > max_overlap_notes)
+        notes.push_back(
+            {"scene", std::to_string(found - max_overlap_notes) + " more pairs of bodies overlap"});
 }
 
 // Mass-spring nodes are projected onto the ground in the first step; contact resolves the penetration of
@@ -191,13 +192,13 @@ void note_collider_overlaps(const body::World& world, std::span<const std::uint8
             double deepest = 0;
             for (const Vec3& p : body->vertex_positions())
                 deepest = std::max(deepest, -colliders[c].solid->at(own * p).distance);
-            if (deepest < body->grid().rest().cell_size || ++found > told_pairs) continue;
+            if (deepest < body->grid().rest().cell_size || ++found > max_overlap_notes) continue;
             notes.push_back({body->name(), "begins " + rounded(deepest) + " m inside '" + colliders[c].name +
                                                "', " + fate_in_collider(*body) + "; place it outside"});
         }
-    if (found > told_pairs)
+    if (found > max_overlap_notes)
         notes.push_back(
-            {"scene", std::to_string(found - told_pairs) + " more bodies begin inside a collider"});
+            {"scene", std::to_string(found - max_overlap_notes) + " more bodies begin inside a collider"});
 }
 
 }  // namespace
@@ -213,13 +214,14 @@ double kept_per_period(double angular_frequency, double time_step, bool bdf2) {
 }
 
 void note_few_phyxels(const body::World& world, Notes& notes) {
-    constexpr double least_share = 0.1;  // of the volume
-    constexpr int enough = 4;  // phyxels across; three are a third too soft in bending, six are recommended
+    constexpr double min_share = 0.1;  // of the volume
+    constexpr int min_across =
+        4;  // phyxels across; three are a third too soft in bending, six are recommended
     for (const auto& body : world.bodies()) {
         if (!is_elastic(*body)) continue;
         const double spacing = body->phyxel_spacing();
-        const body::ThinParts thin = body::thin_parts(body->grid(), (enough - 0.5) * spacing);
-        if (thin.share < least_share) continue;
+        const body::ThinParts thin = body::thin_parts(body->grid(), (min_across - 0.5) * spacing);
+        if (thin.share < min_share) continue;
         const int across = std::max(1, static_cast<int>(std::lround(thin.thickness / spacing)));
         const double wanted = thin.thickness / 6;
         const double count = static_cast<double>(body->phyxels().size()) * std::pow(spacing / wanted, 3);
@@ -236,7 +238,7 @@ void note_few_phyxels(const body::World& world, Notes& notes) {
 
 void note_damping_step(const body::World& world, Notes& notes) {
     constexpr double seen_below = 12;  // Hz; faster vibrations are seen as a blur
-    constexpr double most_lost = 0.5;  // of the amplitude in a period; more is noted
+    constexpr double max_loss = 0.5;   // of the amplitude in a period; more is noted
     constexpr double wanted = 0.9;     // share of the amplitude kept by the time step that the note suggests
     const body::WorldSettings& settings = world.settings();
     if (settings.solver.kind == meshless::SolverKind::explicit_steps) return;
@@ -248,7 +250,7 @@ void note_damping_step(const body::World& world, Notes& notes) {
         const double own =
             std::exp(-std::numbers::pi * (material.mass_damping / w + material.stiffness_damping * w));
         const double kept = kept_per_period(w, settings.time_step, settings.solver.bdf2);
-        if (kept > 1 - most_lost || own < 1 - most_lost) continue;
+        if (kept > 1 - max_loss || own < 1 - max_loss) continue;
         notes.push_back(
             {body->name(),
              "its slowest vibration, at about " + rounded(frequency) + " Hz, loses " + percent(1 - kept) +

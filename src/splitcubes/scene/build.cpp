@@ -37,11 +37,11 @@ io::Model own_model(const BodyDescription& body, BuildReport& report, const Para
     return {shape_mesh(body.shape, parallel), {}};
 }
 
-void add_constraint(const ConstraintDescription& c, body::Body& target, std::size_t number) {
+void add_constraint(const ConstraintDescription& c, body::Body& target, std::size_t constraint_index) {
     const auto region = region_test(c.region);
     const auto& rest = target.phyxels().rest_position;
     if (std::none_of(rest.begin(), rest.end(), region))
-        throw InputError("constraints[" + std::to_string(number) + "]",
+        throw InputError("constraints[" + std::to_string(constraint_index) + "]",
                          "its region holds no phyxel of body '" + c.body + "'",
                          "make it larger, or the phyxel spacing smaller (now " +
                              std::to_string(target.phyxel_spacing()) + " m)");
@@ -296,15 +296,15 @@ std::unique_ptr<body::World> build_world(
         if (model.attributes.empty()) model.mesh = {};
         report.models.push_back(std::move(model));
     }
-    const auto number_of = [&](const std::string& name) {
+    const auto index_of_body = [&](const std::string& name) {
         for (std::size_t k = 0; k < scene.bodies.size(); ++k)
             if (scene.bodies[k].name == name) return k;
         throw InputError("scene", "there is no body '" + name + "'");
     };
     for (std::size_t k = 0; k < scene.constraints.size(); ++k)
-        add_constraint(scene.constraints[k], *world->bodies()[number_of(scene.constraints[k].body)], k);
+        add_constraint(scene.constraints[k], *world->bodies()[index_of_body(scene.constraints[k].body)], k);
     for (const HandleDescription& handle : scene.handles)
-        add_handle(handle, *world->bodies()[number_of(handle.body)]);
+        add_handle(handle, *world->bodies()[index_of_body(handle.body)]);
     constexpr double per_collider = 3e6;  // bytes, for a collider with a distance grid
     require_memory("colliders", per_collider * static_cast<double>(scene.colliders.size()),
                    "use fewer colliders");
@@ -315,7 +315,7 @@ std::unique_ptr<body::World> build_world(
     world->parallel().begin("tools");
     for (const ToolDescription& tool : scene.tools) {
         std::vector<std::size_t> bodies;
-        for (const std::string& name : tool.bodies) bodies.push_back(number_of(name));
+        for (const std::string& name : tool.bodies) bodies.push_back(index_of_body(name));
         world->add_tool(make_blade(tool), bodies, {tool.side, tool.friction});
         if (tool.side > 0 && tool.friction > 0 && !scene.contact.pieces)
             report.notes.push_back({tool.name,

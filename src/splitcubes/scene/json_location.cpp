@@ -34,7 +34,7 @@ class Scanner {
     }
     int found_line() const { return found_line_; }
     void set_max_memory(std::size_t bytes) { max_memory_ = bytes; }
-    void collect_unheld(std::vector<UnheldNumber>* unheld) { unheld_ = unheld; }
+    void collect_unheld(std::vector<UnrepresentableNumber>* unheld) { unheld_ = unheld; }
 
   private:
     [[noreturn]] void fail(const std::string& problem, const std::string& remedy) const {
@@ -250,7 +250,7 @@ class Scanner {
         const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), result);
         if (error != std::errc::result_out_of_range || target_ != nullptr) return;
         if (unheld_ != nullptr) {
-            const bool few = unheld_->size() < most_unheld_paths;
+            const bool few = unheld_->size() < max_unrepresentable_paths;
             unheld_->push_back({start, token.size(), few ? path_ : JsonPath()});
             return;
         }
@@ -366,7 +366,7 @@ class Scanner {
     const std::string& name_;
     int max_depth_;
     bool with_place_;
-    std::vector<UnheldNumber>* unheld_ = nullptr;
+    std::vector<UnrepresentableNumber>* unheld_ = nullptr;
     JsonPath path_;  // path of the current value, tracked while numbers are collected
     // Bytes of parsed values besides the characters of texts, allocator overhead included.
     static constexpr std::size_t value_memory = 16, array_memory = 48, text_memory = 48;
@@ -380,7 +380,7 @@ class Scanner {
 }  // namespace
 
 void check_json(std::string_view text, const std::string& name, int max_depth, bool with_place,
-                std::vector<UnheldNumber>* unheld) {
+                std::vector<UnrepresentableNumber>* unheld) {
     Scanner scanner(text, name, max_depth, with_place);
     scanner.collect_unheld(unheld);
     scanner.scan(nullptr);

@@ -17,12 +17,12 @@ inline constexpr std::size_t max_object_keys = 1000;
 inline constexpr std::size_t max_key_length = 1000;
 
 /// A number outside the range of double.
-struct UnheldNumber {
+struct UnrepresentableNumber {
     std::size_t begin, size;  // bytes of the text
     JsonPath path;            // for the first most_unheld_paths numbers only, else empty
 };
 /// Unrepresentable numbers whose path is recorded.
-inline constexpr std::size_t most_unheld_paths = 1000;
+inline constexpr std::size_t max_unrepresentable_paths = 1000;
 
 /// Checks that the text is one JSON value, with comments allowed: syntax, UTF-8, numbers in the range of
 /// double, at most max_object_keys keys per object, no key twice or longer than max_key_length, nesting of at
@@ -30,7 +30,7 @@ inline constexpr std::size_t most_unheld_paths = 1000;
 /// `name` if the text is not from a file (with_place false). unheld: receives numbers outside the range of
 /// double, which are errors otherwise.
 void check_json(std::string_view text, const std::string& name, int max_depth, bool with_place = true,
-                std::vector<UnheldNumber>* unheld = nullptr);
+                std::vector<UnrepresentableNumber>* unheld = nullptr);
 /// Checks a long text in the same way and limits the memory of its parsed values to about max_memory bytes:
 /// an array of two characters takes fifty.
 void check_json_within(std::string_view text, const std::string& name, int max_depth, std::size_t max_memory);

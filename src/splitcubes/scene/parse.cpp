@@ -34,7 +34,7 @@ bool is_utf8(std::string_view text) {
 }
 
 // Returns whether the text starts like JSON, so that syntax errors in it are reported.
-bool tries_to_be_json(std::string_view text) {
+bool looks_like_json(std::string_view text) {
     const std::size_t first = text.find_first_not_of(" \t\r\n");
     return first == std::string_view::npos ||
            std::string_view("[{\"").find(text[first]) != std::string_view::npos;
@@ -45,7 +45,7 @@ Json parse_override_value(std::string_view text, const std::string& option) {
     try {
         check_json(text, option, ParseLimits::nesting_depth, false);
     } catch (const InputError&) {
-        if (tries_to_be_json(text)) throw;
+        if (looks_like_json(text)) throw;
         if (!is_utf8(text)) throw InputError(option, "is not UTF-8", "write it as UTF-8");
         return std::string(text);
     }
@@ -53,7 +53,7 @@ Json parse_override_value(std::string_view text, const std::string& option) {
 }
 
 // Throws if a step of the path cannot exist. Objects may be missing on the way.
-void check_way(const Override& change, const Json& scene) {
+void check_path(const Override& change, const Json& scene) {
     const Json* at = &scene;
     for (const PathStep& step : change.path) {
         const bool missing = at == nullptr || at->is_null();
@@ -99,7 +99,7 @@ void take_out_alternative(const std::string& key, Json& object) {
 }
 
 void apply(const Override& change, Json value, Json& scene) {
-    check_way(change, scene);
+    check_path(change, scene);
     Json* parent = &scene;
     for (std::size_t i = 0; i + 1 < change.path.size(); ++i) parent = &step_into(*parent, change.path[i]);
     const PathStep& last = change.path.back();
@@ -157,7 +157,7 @@ std::string read_text(const std::filesystem::path& path, const char* kind) {
 // Text of valid length and JSON syntax. Numbers outside the range of double are null in it.
 struct Parsed {
     Json json;
-    std::vector<UnheldNumber> unheld;
+    std::vector<UnrepresentableNumber> unheld;
 };
 
 Parsed parse_json(std::string_view text, const std::string& name) {
@@ -173,7 +173,7 @@ Parsed parse_json(std::string_view text, const std::string& name) {
     }
     std::string without;
     std::size_t at = 0;
-    for (const UnheldNumber& number : out.unheld) {
+    for (const UnrepresentableNumber& number : out.unheld) {
         without.append(text.substr(at, number.begin - at)).append("null");
         at = number.begin + number.size;
     }
@@ -184,8 +184,8 @@ Parsed parse_json(std::string_view text, const std::string& name) {
 
 // Notes unrepresentable numbers before values are read, so that no reader reports the null, and after
 // overrides, which may replace it.
-void note_unheld(const std::vector<UnheldNumber>& unheld, const Source& source) {
-    for (const UnheldNumber& number : unheld)
+void note_unrepresentable(const std::vector<UnrepresentableNumber>& unheld, const Source& source) {
+    for (const UnrepresentableNumber& number : unheld)
         if (!number.path.empty() && source.override_of(number.path) == nullptr)
             source.note(number.path, number.path,
                         to_string(number.path) + " is " +
@@ -203,7 +203,7 @@ SceneDescription parse_scene_text(std::string_view text, const std::string& name
     Source source{
         text, name, std::filesystem::absolute(folder.empty() ? "." : folder).lexically_normal(), {}};
     apply_overrides(overrides, parsed.json, source);
-    note_unheld(parsed.unheld, source);
+    note_unrepresentable(parsed.unheld, source);
     SceneDescription out = read_scene(Value(source, parsed.json, {}));
     source.raise();
     out.deprecations = std::move(source.deprecations);
@@ -221,7 +221,7 @@ SceneDescription parse_scene_file(const std::filesystem::path& path, std::span<c
 std::vector<ToolDescription> parse_path_text(std::string_view text, const std::string& name) {
     const Parsed parsed = parse_json(text, name);
     const Source source{text, name, {}, {}};
-    note_unheld(parsed.unheld, source);
+    note_unrepresentable(parsed.unheld, source);
     std::vector<ToolDescription> out = read_path(Value(source, parsed.json, {}));
     source.raise();
     return out;

@@ -25,17 +25,18 @@ bool Problems::within(const JsonPath& path) const {
 namespace {
 
 // Returns how many problems of each kind are shown: kinds take turns.
-std::map<std::string, std::size_t> shares_of(const std::vector<const Problem*>& sorted, std::size_t most) {
+std::map<std::string, std::size_t> shares_of(const std::vector<const Problem*>& sorted,
+                                             std::size_t remaining) {
     std::map<std::string, std::size_t> counts, out;
     std::vector<std::string> order;
     for (const Problem* p : sorted)
         if (counts[p->kind]++ == 0) order.push_back(p->kind);
-    for (bool more = true; more && most > 0;) {
+    for (bool more = true; more && remaining > 0;) {
         more = false;
         for (const std::string& kind : order) {
-            if (most == 0 || out[kind] == counts[kind]) continue;
+            if (remaining == 0 || out[kind] == counts[kind]) continue;
             ++out[kind];
-            --most;
+            --remaining;
             more = true;
         }
     }
@@ -46,7 +47,7 @@ std::map<std::string, std::size_t> shares_of(const std::vector<const Problem*>& 
 
 bool Problems::wants_place(const std::string& kind) const {
     const auto found = kind_counts_.find(kind);
-    return found == kind_counts_.end() || found->second < told_most;
+    return found == kind_counts_.end() || found->second < max_shown;
 }
 
 Problem* Problems::add(Problem problem) {
@@ -65,20 +66,20 @@ void Problems::raise(const std::string& name) const {
     std::stable_sort(sorted.begin(), sorted.end(), [](const Problem* a, const Problem* b) {
         return a->line != b->line && a->line != 0 && (b->line == 0 || a->line < b->line);
     });
-    const std::size_t options_told = std::min(options_.size(), told_most / 2);
-    const std::map<std::string, std::size_t> shares = shares_of(sorted, told_most - options_told);
-    std::map<std::string, std::size_t> told;
+    const std::size_t shown_options = std::min(options_.size(), max_shown / 2);
+    const std::map<std::string, std::size_t> shares = shares_of(sorted, max_shown - shown_options);
+    std::map<std::string, std::size_t> shown_counts;
     std::vector<InputError> lines;
     for (const Problem* p : sorted) {
         const auto share = shares.find(p->kind);
-        if (share == shares.end() || told[p->kind] == share->second) continue;
+        if (share == shares.end() || shown_counts[p->kind] == share->second) continue;
         const std::size_t rest = kind_counts_.at(p->kind) - share->second;
-        const bool is_last = ++told[p->kind] == share->second;
+        const bool is_last = ++shown_counts[p->kind] == share->second;
         const std::string more =
             is_last && rest > 0 ? " (and " + std::to_string(rest) + " more like it)" : "";
         lines.emplace_back(p->place, p->problem + more, p->remedy);
     }
-    for (std::size_t k = 0; k < options_.size() && lines.size() < told_most; ++k)
+    for (std::size_t k = 0; k < options_.size() && lines.size() < max_shown; ++k)
         lines.push_back(options_[k]);
     const std::size_t all = held_.size() + options_.size();
     if (all > lines.size())

@@ -27,14 +27,14 @@ struct Problem {
 
 class Problems {
   public:
-    /// Reading stops after `held_most` problems, or after `placed_most` whose line was determined, which
+    /// Reading stops after `max_held` problems, or after `max_placed` whose line was determined, which
     /// bounds the time for hostile texts.
-    static constexpr std::size_t held_most = 1000, placed_most = 100;
+    static constexpr std::size_t max_held = 1000, max_placed = 100;
     /// Problems shown, sorted by line with those of options last; the rest are counted. Kinds take turns, so
     /// that one kind does not hide the others.
-    static constexpr std::size_t told_most = 20;
+    static constexpr std::size_t max_shown = 20;
 
-    bool full() const { return held_.size() >= held_most || placed_count_ >= placed_most; }
+    bool full() const { return held_.size() >= max_held || placed_count_ >= max_placed; }
     /// Returns whether the line of one more problem of the kind is needed.
     bool wants_place(const std::string& kind) const;
     Problem* add(Problem problem);

@@ -117,11 +117,11 @@ void read_bodies(const Object& object, SceneDescription& out) {
     }
 }
 
-std::vector<ToolDescription> read_tools(const Object& object, std::size_t least,
+std::vector<ToolDescription> read_tools(const Object& object, std::size_t min_count,
                                         const std::vector<BodyDescription>& bodies) {
     std::vector<ToolDescription> out;
     std::set<std::string> names;
-    for (const Value& element : object.at("tools").elements(least, ParseLimits::tools)) {
+    for (const Value& element : object.at("tools").elements(min_count, ParseLimits::tools)) {
         out.push_back(read_tool(element, bodies));
         check_new_name(element, "tool", out.back().name, names);
     }

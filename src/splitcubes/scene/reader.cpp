@@ -227,18 +227,19 @@ Vec3 Value::direction() const {
     return direction_in().value_or(Vec3::UnitZ());
 }
 
-std::size_t Value::element_count(std::size_t least, std::size_t most) const {
+std::size_t Value::element_count(std::size_t min_count, std::size_t max_count) const {
     const std::string remedy =
         "give an array of " +
-        (least == most ? std::to_string(least) : std::to_string(least) + " to " + std::to_string(most)) +
+        (min_count == max_count ? std::to_string(min_count)
+                                : std::to_string(min_count) + " to " + std::to_string(max_count)) +
         " elements";
     if (!json_->is_array()) {
         fail("is " + shown_with_type(), remedy);
         return {};
     }
-    if (json_->size() < least || json_->size() > most) {
+    if (json_->size() < min_count || json_->size() > max_count) {
         fail("has " + std::to_string(json_->size()) + " elements: " + shown(), remedy);
-        if (json_->size() > most || least == most) return {};
+        if (json_->size() > max_count || min_count == max_count) return {};
     }
     return json_->size();
 }
@@ -247,8 +248,8 @@ Value Value::element(std::size_t index) const {
     return {*source_, (*json_)[index], extended(path_, {"", static_cast<int>(index)})};
 }
 
-std::vector<Value> Value::elements(std::size_t least, std::size_t most) const {
-    const std::size_t count = element_count(least, most);
+std::vector<Value> Value::elements(std::size_t min_count, std::size_t max_count) const {
+    const std::size_t count = element_count(min_count, max_count);
     std::vector<Value> out;
     out.reserve(count);
     for (std::size_t i = 0; i < count; ++i) out.push_back(element(i));
@@ -297,7 +298,7 @@ void Object::note_unknown(const std::string& key) {
                     near.empty() ? extended(value_.path(), {"", -1}) : path);
     if (near.empty()) {
         if (noted != nullptr) noted->unexplained = true;
-        strange_.push_back(key);
+        unknown_keys_.push_back(key);
     } else if (!has(near)) {
         renamed_.emplace_back(*meant, key);
     }
@@ -326,7 +327,7 @@ Value Object::at(std::string_view key) const {
     const Source& source = value_.source();
     if (source.problems.at(nothing.path()) != nullptr) return nothing;
     // An unknown key may be intended as the missing one: that is a single problem, though neither is assumed.
-    for (const std::string& strange : strange_) {
+    for (const std::string& strange : unknown_keys_) {
         Problem* known = source.problems.at(extended(value_.path(), {strange, -1}));
         if (known == nullptr || !known->unexplained) continue;
         known->remedy = "'" + std::string(key) + "' is needed and missing; " + known->remedy;
@@ -356,7 +357,7 @@ std::string_view Object::only_key() const {
         }
     if (count == 1) return only;
     // An unknown key that may be intended as the only one has been reported already.
-    if (count > 1 || strange_.empty())
+    if (count > 1 || unknown_keys_.empty())
         value_.fail("has " + std::to_string(count) + " keys: " + value_.shown(),
                     "give exactly one of " + list(*keys_));
     return {};

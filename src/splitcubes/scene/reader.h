@@ -101,9 +101,9 @@ class Value {
     Vec3 direction() const;
     /// Returns the elements of an array, least to most of them; if there are too few, those that exist, but
     /// none if their number is fixed (least = most).
-    std::vector<Value> elements(std::size_t least, std::size_t most) const;
+    std::vector<Value> elements(std::size_t min_count, std::size_t max_count) const;
     /// Returns the number of elements, for arrays too long to create a Value for each; element() returns one.
-    std::size_t element_count(std::size_t least, std::size_t most) const;
+    std::size_t element_count(std::size_t min_count, std::size_t max_count) const;
     Value element(std::size_t index) const;
 
   private:
@@ -161,7 +161,7 @@ class Object {
     const std::vector<std::string_view>* keys_;
     // Known keys that are read under unknown ones: (known, as written).
     std::vector<std::pair<std::string_view, std::string>> renamed_;
-    std::vector<std::string> strange_;  // unknown keys without a similar known one
+    std::vector<std::string> unknown_keys_;  // unknown keys without a similar known one
 };
 
 }  // namespace splitcubes::scene

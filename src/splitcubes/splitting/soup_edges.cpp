@@ -131,7 +131,7 @@ SoupEdges::SoupEdges(const geometry::TriangleMesh& mesh, const RestGrid& rest,
     std::uint32_t number = 0;
     for (const geometry::Triangle& t : mesh.triangles) {
         has_area_.push_back(has_area(mesh, t));
-        numbers_.push_back(number);
+        jet_ids_.push_back(number);
         number += has_area_.back();
     }
     const Vec3i n = rest.node_count;
@@ -164,7 +164,7 @@ std::span<const EdgeCrossing> SoupEdges::crossings(const GridEdge& edge) const {
 
 bool SoupEdges::inside_at(const GridEdge& edge, double parameter) const {
     const Vec3 at = edge.node.cast<double>() + parameter * Vec3::Unit(edge.axis);
-    const WindingJet jet = jets_.value(jets_.triangles(), place(at));
+    const WindingJet jet = jets_.value(jets_.triangles(), centered(at));
     const double size = std::abs(jet.value);
     if (jet.sound && std::abs(size - 0.5) > tree_error + rounding(jet.error2)) return size > 0.5;
     return winding_.exceeds(
@@ -179,7 +179,7 @@ void SoupEdges::set_nodes(const Parallel& parallel) {
     parallel.for_each(count, 16, [&](std::size_t i) {
         const auto k = static_cast<int>(i);
         const Vec3i node(k % n[0], k / n[0] % n[1], k / (n[0] * n[1]));
-        const WindingJet jet = jets_.jet(jets_.triangles(), place(node.cast<double>()));
+        const WindingJet jet = jets_.jet(jets_.triangles(), centered(node.cast<double>()));
         NodeJet& out = nodes_[i];
         out = {jet.value, {}, {}, static_cast<float>(jet.error2), jet.sound};
         for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -208,7 +208,7 @@ class SoupEdges::Worker {
         if ((corner.array() >= out_.rest_.node_count.array()).any()) return;
         if (size == 1 && !has_work(corner)) return;
         const double gap = size == 1 ? 1.25 : size == 2 ? 2 : size == 4 ? 3 : 4;
-        const Vec3 center = out_.place(corner.cast<double>() + Vec3::Constant(0.5 * size));
+        const Vec3 center = out_.centered(corner.cast<double>() + Vec3::Constant(0.5 * size));
         const double here = moment + list.near(center, std::sqrt(0.75) * size, gap, lists_[level]);
         if (size == 1) {
             cell(corner, lists_[level], here);
@@ -257,11 +257,11 @@ class SoupEdges::Worker {
     }
     bool counts(const EdgeCrossing& c) const { return out_.has_area_[c.triangle] != 0; }
     bool marked(const EdgeCrossing& c, std::uint32_t serial) const {
-        return counts(c) && stamp_[out_.numbers_[c.triangle]] >= serial;
+        return counts(c) && stamp_[out_.jet_ids_[c.triangle]] >= serial;
     }
 
     Vec3 point(const GridEdge& edge, double t) const {
-        return out_.place(edge.node.cast<double>() + t * Vec3::Unit(edge.axis));
+        return out_.centered(edge.node.cast<double>() + t * Vec3::Unit(edge.axis));
     }
 
     // Returns the sum over all triangles at a node.

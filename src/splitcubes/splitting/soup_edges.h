@@ -50,7 +50,7 @@ class SoupEdges {
         bool sound;
     };
 
-    Vec3 place(const Vec3& grid_point) const { return grid_point - center_; }
+    Vec3 centered(const Vec3& grid_point) const { return grid_point - center_; }
     std::size_t index(const Vec3i& node) const {
         return (static_cast<std::size_t>(node[2]) * static_cast<std::size_t>(rest_.node_count[1]) +
                 static_cast<std::size_t>(node[1])) *
@@ -68,7 +68,7 @@ class SoupEdges {
     Vec3 center_;                         // of the grid, in cells; a node
     std::vector<std::uint8_t> has_area_;  // by triangle of the mesh
     geometry::WindingJets jets_;
-    std::vector<std::uint32_t> numbers_;  // index in jets_ by triangle of the mesh
+    std::vector<std::uint32_t> jet_ids_;  // index in jets_ by triangle of the mesh
     std::vector<NodeJet> nodes_;
     std::vector<std::uint8_t> inside_, after_;
     std::vector<std::uint32_t> line_begin_;  // first crossing by line, axis by axis
