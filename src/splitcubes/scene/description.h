@@ -1,5 +1,5 @@
-// A scene as plain data: all defaults are filled in, all units are SI, all coordinates are in the world frame
-// at time 0 unless stated otherwise.
+// What a scene says, as plain data: all defaults are filled in, all units are SI,
+// all coordinates are in the world frame at time 0 unless said otherwise.
 #pragma once
 
 #include <splitcubes/math/types.h>
@@ -13,7 +13,7 @@
 
 namespace splitcubes::scene {
 
-/// A right-handed rotation about an axis through a pivot that the owner defines.
+/// A turn about an axis through a pivot that the owner names; right-handed.
 struct Rotation {
     Vec3 axis = Vec3::UnitZ();  // direction of any length above zero
     double angle_degrees = 0;
@@ -24,12 +24,12 @@ struct Rotation {
 
 /// A mesh file; its coordinates are taken as metres before `scale`.
 struct MeshShape {
-    std::filesystem::path file;  // absolute: the name in the scene, joined to the scene's folder
-    std::string sha256{};        // of the file's content; empty: any content
+    std::filesystem::path file;  // absolute: what the scene says, joined to the scene's folder
+    std::string sha256{};        // of what the file holds; empty: whatever it holds
     bool operator==(const MeshShape&) const = default;
 };
 struct BoxShape {
-    Vec3 size = Vec3::Ones();  // m, full side lengths
+    Vec3 size = Vec3::Ones();  // m, whole side lengths
     bool operator==(const BoxShape&) const = default;
 };
 struct SphereShape {
@@ -38,7 +38,7 @@ struct SphereShape {
 };
 struct CylinderShape {
     double radius = 1;  // m
-    double height = 1;  // m, total, along z
+    double height = 1;  // m, whole, along z
     bool operator==(const CylinderShape&) const = default;
 };
 struct TorusShape {
@@ -48,12 +48,12 @@ struct TorusShape {
 };
 struct CapsuleShape {
     double radius = 1;           // m
-    double straight_height = 1;  // m, of the cylindrical part, along z
+    double straight_height = 1;  // m, the part between the two half spheres, along z
     bool operator==(const CapsuleShape&) const = default;
 };
 struct PearShape {
-    double height = 1;  // m, total, along z
-    double foot = 0;    // m, radius of the flat base; 0: none
+    double height = 1;  // m, whole, along z
+    double foot = 0;    // m, radius of the flat that it stands on; 0: none
     bool operator==(const PearShape&) const = default;
 };
 // Parts of an implicit shape.
@@ -63,8 +63,7 @@ struct BallPart {
     Vec3 radii = Vec3::Ones();   // m, half axes along x, y, z
     bool operator==(const BallPart&) const = default;
 };
-/// A cone with spherical ends: the union of balls whose centre and radius are interpolated between two
-/// points.
+/// A ball that moves from one point to another and changes its radius on the way.
 struct ConePart {
     Vec3 from = Vec3::Zero();  // m
     Vec3 to = Vec3::UnitZ();   // m
@@ -77,7 +76,7 @@ struct ImplicitPart {
     Vec3 colour = Vec3::Constant(0.8);  // red, green, blue, sRGB, 0..1
     bool operator==(const ImplicitPart&) const = default;
 };
-/// The smooth union of its parts with the blending distance `smoothness`.
+/// The union of its parts, which flow into each other over `smoothness`.
 struct ImplicitShape {
     double smoothness = 0;  // m; 0: sharp
     int cells = 96;         // of the grid that makes its mesh, along the longest side
@@ -113,55 +112,55 @@ struct HalfSpaceRegion {
     Vec3 normal = Vec3::UnitZ();  // of any length above zero, points into the region
     bool operator==(const HalfSpaceRegion&) const = default;
 };
-/// The points within `radius` of the axis, between its ends.
+/// Within `radius` of the segment's line, between its ends.
 struct CylinderRegion {
     Vec3 from = Vec3::Zero();  // m
     Vec3 to = Vec3::UnitZ();   // m
     double radius = 1;         // m
     bool operator==(const CylinderRegion&) const = default;
 };
-/// The points within half of `thickness` of a plane.
+/// Within half of `thickness` of a plane.
 struct SlabRegion {
     Vec3 point = Vec3::Zero();    // m, on the middle plane
     Vec3 normal = Vec3::UnitZ();  // of any length above zero
-    double thickness = 1;         // m, total
+    double thickness = 1;         // m, whole
     bool operator==(const SlabRegion&) const = default;
 };
 using Region = std::variant<BoxRegion, SphereRegion, HalfSpaceRegion, CylinderRegion, SlabRegion>;
 
 enum class MaterialModel { corotated, st_venant_kirchhoff };
 
-/// Plastic flow; strains are measured as the material's model does.
+/// Strain that stays; strains as the material's model measures them.
 struct PlasticityDescription {
     double yield = 0.02;          // norm of the elastic strain above which it flows
-    std::optional<double> creep;  // rate of flow, 1/s; none: instantaneous
+    std::optional<double> creep;  // rate of flow, 1/s; none: at once
     double maximum = 0.4;         // of the plastic strain's norm
     bool operator==(const PlasticityDescription&) const = default;
 };
 
-/// Multiplies the strength by `factor` within `region`.
+/// Makes a part of the body weaker or stronger: `factor` within `region`.
 struct StrengthPatch {
     Region region = BoxRegion{};
     double factor = 1;
     bool operator==(const StrengthPatch&) const = default;
 };
-/// Strength painted on the mesh: each point takes the brightness (mean of red, green and blue) of the nearest
-/// surface point, from 0 (factor `dark`) to 1 (`light`). The paint is a picture mapped by texture
-/// coordinates, or else the vertex colours.
+/// Strength painted on the mesh: of each place the brightness (mean of red, green and
+/// blue) of the nearest place of the surface, 0 standing for `dark`, 1 for `light`. The paint is a
+/// picture laid on by the mesh's texture coordinates, or else its vertex colours.
 struct StrengthPaint {
     double dark = 0.1;
     double light = 1;
     std::filesystem::path picture;  // absolute; empty: the vertex colours
-    std::string picture_sha256{};   // of that file's content; empty: any content
+    std::string picture_sha256{};   // of what that file holds; empty: whatever it holds
     bool operator==(const StrengthPaint&) const = default;
 };
 using StrengthLayer = std::variant<StrengthPatch, StrengthPaint>;
 
-/// Stress above which the material tears.
+/// Stress above which the material parts.
 struct TearingDescription {
     double strength = 1e5;                    // Pa, of the largest principal stress
-    double propagation_ratio = 0.6;           // share of the strength at a crack tip
-    std::optional<double> crack_speed;        // m/s; none: the brittle limit
+    double propagation_ratio = 0.6;           // share of it that is borne at the tip of a crack
+    std::optional<double> crack_speed;        // m/s; none: as fast as in brittle material
     std::vector<StrengthLayer> strength_map;  // factors of the strength, multiplied where they overlap
     bool operator==(const TearingDescription&) const = default;
 };
@@ -171,19 +170,19 @@ struct MaterialDescription {
     double density = 1000;         // kg/m^3
     double youngs_modulus = 1e5;   // Pa
     double poisson_ratio = 0.3;    // [0, 0.49]
-    double volume_stiffness = 0;   // Pa, resists change of volume in large deformation
+    double volume_stiffness = 0;   // Pa, against change of volume in large deformation
     double mass_damping = 0;       // 1/s
     double stiffness_damping = 0;  // s
     double zero_energy = 0.1;      // dimensionless weight of the penalty on zero-energy modes
     std::optional<PlasticityDescription> plasticity;  // none: elastic
-    std::optional<TearingDescription> tearing;        // none: only tools cut the body
-    double cutting_resistance = 0;                    // J/m^2, work of a blade per area cut
+    std::optional<TearingDescription> tearing;        // none: only tools cut it
+    double cutting_resistance = 0;                    // J/m^2, fracture toughness: work of a blade per rest area
     bool operator==(const MaterialDescription&) const = default;
 };
 
-// Deformation models that replace the phyxels.
+// What moves a body in place of its phyxels.
 
-/// A control point of a free-form lattice and its displacement.
+/// A control point of a free-form lattice and where it is displaced to.
 struct LatticePoint {
     Vec3i index = Vec3i::Zero();
     Vec3 displacement = Vec3::Zero();  // m
@@ -191,12 +190,12 @@ struct LatticePoint {
 };
 struct LatticeKeyframeDescription {
     double time = 0;                   // s, strictly increasing
-    std::vector<LatticePoint> points;  // control points without an entry are not displaced
+    std::vector<LatticePoint> points;  // those not named are not displaced
     bool operator==(const LatticeKeyframeDescription&) const = default;
 };
-/// Free-form deformation: the body's bounding box as a Bezier volume.
+/// The body's box as a Bezier volume.
 struct FreeFormDescription {
-    Vec3i degree = Vec3i(1, 1, 1);  // per axis; each axis has degree + 1 control points
+    Vec3i degree = Vec3i(1, 1, 1);  // per axis; one more control points
     std::vector<LatticeKeyframeDescription> keyframes;
     bool operator==(const FreeFormDescription&) const = default;
 };
@@ -214,7 +213,7 @@ struct BodyDescription {
     std::optional<int> cells = 32;    // grid cells along the longest side of the placed shape's box
     std::optional<double> cell_size;  // m
     // Exactly one of the two is set.
-    std::optional<int> phyxel_count = 800;  // target; the sampling comes close to it
+    std::optional<int> phyxel_count = 800;  // wished for; the sampling comes close to it
     std::optional<double> phyxel_spacing;   // m
     MaterialDescription material;
     std::optional<DeformationDescription> deformation;  // none: elastic phyxels
@@ -224,13 +223,14 @@ struct BodyDescription {
 };
 
 struct GroundDescription {
-    double height = 0;      // m, of the plane z = height; free space is above
+    double height = 0;      // m, the plane z = height; the free side is above
     double friction = 0.5;  // Coulomb coefficient
     bool operator==(const GroundDescription&) const = default;
 };
 
-/// A pose on a path. Positions between keyframes are interpolated as the owner defines, rotations along the
-/// shortest arc; before the first and after the last keyframe the pose is constant.
+/// A place on a path. Between keyframes positions are interpolated as the owner
+/// says and rotations take the short way round; before the first and after the
+/// last the path stands still.
 struct MotionKeyframe {
     double time = 0;               // s, strictly increasing along a path
     Vec3 position = Vec3::Zero();  // m; of a constraint: displacement; of a tool: of its frame's origin
@@ -239,18 +239,18 @@ struct MotionKeyframe {
 };
 
 enum class ConstraintKind {
-    hold,  // the region keeps its position at time 0
+    hold,  // the region stays where it is at time 0
     move,  // the region follows the keyframes
 };
 
-/// Prescribes the positions of all points that are inside `region` at time 0 while from_time <= time <
-/// until_time.
+/// What is inside `region` at time 0 has its positions prescribed while
+/// from_time <= time < until_time.
 struct ConstraintDescription {
     std::string body;  // name of the body
     Region region = HalfSpaceRegion{};
     ConstraintKind kind = ConstraintKind::hold;
     std::vector<MotionKeyframe> keyframes;  // empty for hold, at least one for move
-    Vec3 pivot = Vec3::Zero();              // m; default: the region's centre (half space: its point)
+    Vec3 pivot = Vec3::Zero();              // m; when not said: the region's centre (half space: its point)
     double from_time = 0;                   // s
     std::optional<double> until_time;       // s; none: never released
     bool operator==(const ConstraintDescription&) const = default;
@@ -267,8 +267,8 @@ struct StraightBlade {
     Vec3 to = Vec3::UnitZ();   // m
     bool operator==(const StraightBlade&) const = default;
 };
-/// An arc from the start to the end angle, right-handed about the axis. Angle zero is the part of the x axis
-/// perpendicular to `axis`; of the y axis if `axis` is within 25 degrees of x.
+/// From start to end right-handed about the axis. Angle zero is the part of the x
+/// axis perpendicular to `axis`; of the y axis where `axis` is within 25 degrees of x.
 struct ArcBlade {
     Vec3 center = Vec3::Zero();  // m
     double radius = 1;           // m
@@ -290,7 +290,7 @@ struct KeyframeMotion {
     Interpolation interpolation = Interpolation::linear;
     bool operator==(const KeyframeMotion&) const = default;
 };
-/// The frame's origin moves along a circle at a constant rate; angle zero as for ArcBlade.
+/// The frame's origin goes along a circle at a constant rate; angle zero as for ArcBlade.
 struct CircularMotion {
     Vec3 center = Vec3::Zero();  // m
     Vec3 axis = Vec3::UnitZ();   // direction of any length above zero
@@ -299,20 +299,20 @@ struct CircularMotion {
     double turns = 1;            // negative: left-handed about the axis
     double from_time = 0;        // s
     double until_time = 1;       // s
-    bool turn_with_path = true;  // the frame rotates by the angle travelled
+    bool turn_with_path = true;  // the frame turns along with the angle that has been passed
     bool operator==(const CircularMotion&) const = default;
 };
 using Motion = std::variant<KeyframeMotion, CircularMotion>;
 
-/// Blades that move as one rigid body and cut while active_from <= time <= active_until.
+/// Blades that move as one rigid thing and cut while active_from <= time <= active_until.
 struct ToolDescription {
     std::string name;
     std::vector<BladeDescription> blades;  // at least one
-    std::vector<std::string> bodies;       // names of the bodies it cuts; empty: all
+    std::vector<std::string> bodies;       // names of those it cuts; empty: all
     Motion motion = KeyframeMotion{};
-    double active_from = 0;   // s; default: the motion's first time
-    double active_until = 0;  // s; default: the motion's last time
-    double side = 0;          // m, length of the blade's sides behind its edge
+    double active_from = 0;   // s; when not said: the motion's first time
+    double active_until = 0;  // s; when not said: the motion's last time
+    double side = 0;          // m, how far the blade's sides reach behind its edge
     double friction = 0;      // of the sides, Coulomb coefficient
     bool operator==(const ToolDescription&) const = default;
 };
@@ -322,7 +322,7 @@ enum class Integrator { bdf2, backward_euler };
 
 struct SolverDescription {
     SolverKind kind = SolverKind::implicit_steps;
-    // The following are used by implicit integrators only.
+    // The rest is read by implicit steps only.
     Integrator integrator = Integrator::bdf2;
     double tolerance = 1e-3;   // of the linear solve, relative to the right-hand side
     int max_iterations = 200;  // of the linear solve
@@ -346,55 +346,55 @@ struct OutputDescription {
     bool operator==(const OutputDescription&) const = default;
 };
 
-/// A camera with a given pose, or an automatic one that shows the whole scene.
+/// A camera at a given place, or one that takes in the whole scene.
 struct CameraDescription {
     std::optional<Vec3> eye;                 // m, world; none: placed automatically
     std::optional<Vec3> target;              // m, world; set exactly when eye is
-    Vec3 direction = Vec3(0.6, -1.0, 0.55);  // from scene to eye, any length; of the automatic camera
+    Vec3 direction = Vec3(0.6, -1.0, 0.55);  // scene to eye, any length; of the automatic camera
     Vec3 up = Vec3::UnitZ();                 // direction, world
-    double vertical_fov_degrees = 35;        // full opening angle
+    double vertical_fov_degrees = 35;        // whole opening angle
     int width = 1280;                        // of the picture, pixels, even
     int height = 720;                        // of the picture, pixels, even
     bool operator==(const CameraDescription&) const = default;
 };
 
-/// A solid half space.
+/// A half space that is solid.
 struct HalfSpaceShape {
     Vec3 point = Vec3::Zero();    // m, on its plane
     Vec3 normal = Vec3::UnitZ();  // of any length above zero, out of the solid
     bool operator==(const HalfSpaceShape&) const = default;
 };
 
-/// A rigid solid that is not affected by contact. Without keyframes it stays at its placement.
+/// A solid that does not deform and is not pushed. In its placed place while nothing is said of
+/// its motion.
 struct ColliderDescription {
     std::string name;
     std::optional<Shape> shape;                // in its own frame
     std::optional<HalfSpaceShape> half_space;  // world at time 0; exactly one of the two is set
     PlacementDescription placement;            // of `shape`
-    double rounding = 0;                       // m, radius of a box's rounded edges
+    double rounding = 0;                       // m, of a box's edges
     std::vector<MotionKeyframe> keyframes;     // displacement, and rotation about the pivot; empty: still
-    Vec3 pivot = Vec3::Zero();                 // m; default: the placement's position or the plane's point
-    double friction = 0.5;                     // Coulomb coefficient
+    Vec3 pivot = Vec3::Zero();  // m; when not said: the placement's position, the plane's point
+    double friction = 0.5;      // Coulomb coefficient
     bool operator==(const ColliderDescription&) const = default;
 };
 
-/// Contact between pieces and between bodies.
+/// Pieces and bodies against each other.
 struct ContactDescription {
     bool pieces = false;
     double friction = 0.5;  // Coulomb coefficient
     bool operator==(const ContactDescription&) const = default;
 };
 
-/// Springs that pull all points that are inside `region` at time 0 along a path while from_time <= time <
-/// until_time.
+/// Pulls what is inside `region` at time 0 along a path while from_time <= time < until_time.
 struct HandleDescription {
     std::string name;
     std::string body;
     Region region = HalfSpaceRegion{};
-    std::vector<MotionKeyframe> keyframes;  // empty: target is the region's position at time 0
-    Vec3 pivot = Vec3::Zero();              // m; default: the region's centre
-    double stiffness = 1000;                // N/m, total over the region
-    std::optional<double> force_limit;      // N; none: unlimited
+    std::vector<MotionKeyframe> keyframes;  // empty: it pulls to where the region was at time 0
+    Vec3 pivot = Vec3::Zero();              // m; when not said: the region's centre
+    double stiffness = 1000;                // N/m, of the whole region
+    std::optional<double> force_limit;      // N; none: as much as the springs give
     double from_time = 0;                   // s
     std::optional<double> until_time;       // s; none: never released
     bool operator==(const HandleDescription&) const = default;
@@ -402,7 +402,7 @@ struct HandleDescription {
 
 struct SceneDescription {
     std::string name;
-    std::filesystem::path folder;  // absolute; relative file names refer to it
+    std::filesystem::path folder;  // absolute; what relative file names refer to
     std::vector<BodyDescription> bodies;
     Vec3 gravity = Vec3(0, 0, -9.81);  // m/s^2, world
     std::optional<GroundDescription> ground;
@@ -414,10 +414,12 @@ struct SceneDescription {
     SolverDescription solver;
     OcclusionDescription occlusion;
     double time_step = 1.0 / 60;  // s, one frame
-    int frames = 120;             // time steps to run; a duration is rounded up to whole steps
+    int frames = 120;             // time steps to run; a duration is rounded up to whole ones
     OutputDescription output;
     CameraDescription camera;
-    int threads = 0;  // 0: all of the machine
+    int threads = 0;  // 0: what the machine has
+    /// One line each, of deprecated keys that the text used.
+    std::vector<std::string> deprecations;
     bool operator==(const SceneDescription&) const = default;
 };
 

@@ -1,4 +1,4 @@
-// Parses scenes from JSON text.
+// Scenes from JSON text.
 #pragma once
 
 #include <splitcubes/scene/description.h>
@@ -11,7 +11,7 @@
 
 namespace splitcubes::scene {
 
-/// Limits on a scene's size, so that no text can exhaust the machine.
+/// Bounds on what a scene may hold, so that no text can exhaust the machine.
 struct ParseLimits {
     static constexpr std::size_t bytes = std::size_t{4} << 20;
     static constexpr int nesting_depth = 32;
@@ -29,42 +29,50 @@ struct ParseLimits {
     static constexpr std::size_t name_length = 200;  // bytes
 };
 
-/// Reads a scene: JSON with // and /* */ comments. Each override has the form `path.to[0].value=json` and is
-/// applied before validation. A value that is not JSON is taken as a string unless it begins with [, { or ";
-/// null removes the key; missing objects are created; of two keys that exclude each other (frames and
-/// duration) the last override wins. Throws InputError whose place is `file:line` (for syntax errors
-/// `file:line:column`), or the override's option if the value came from there: for bad syntax, unknown,
-/// duplicate or missing keys, wrong types, values out of range, alternatives given together, names of unknown
-/// bodies, times that do not increase, and missing files.
+/// Reads a scene: JSON in which // and /* */ comments may stand. Each override is
+/// `path.to[0].value=json` and is applied before anything is checked; what is no JSON
+/// is taken as a text, unless it begins with [, { or ", null takes the key out, objects on the way are made;
+/// of two keys that exclude each other (frames and duration) the last override holds. Throws InputError whose
+/// place is `file:line` (of bad syntax `file:line:column`), or the override's option where the value came
+/// from there: on bad syntax, unknown, duplicate or missing keys, wrong types, values out of range,
+/// alternatives given together, names of bodies that are not there, times that do not increase, and files
+/// that are not there.
 SceneDescription parse_scene_file(const std::filesystem::path& path,
                                   std::span<const std::string> overrides = {});
 
-/// Reads a scene from text; `name` stands for the file in messages and, without its extension, is the scene's
-/// name if the text gives none. Relative file names refer to `folder`.
+/// The same from text; `name` stands for the file in messages and, without its
+/// extension, is the scene's name when the text gives none. Relative file names
+/// refer to `folder`.
 SceneDescription parse_scene_text(std::string_view text, const std::string& name,
                                   const std::filesystem::path& folder,
                                   std::span<const std::string> overrides = {});
 
-/// Reads a path file: blades on their paths without a scene, to cut a body at rest. Its `tools` (at least
-/// one) have the format of a scene's but name no bodies. Coordinates are those of the mesh that is cut.
-/// Limits and errors are those of scenes.
+/// Reads a path file: blades on their paths without a scene around them, to cut
+/// a body at rest. Its `tools` are written as those of a scene, but name no
+/// bodies; at least one. Coordinates are those of the mesh that is cut. Limits
+/// and errors are those of scenes.
 std::vector<ToolDescription> parse_path_file(const std::filesystem::path& path);
 
-/// Reads a path file from text; `name` stands for the file in messages.
+/// The same from text; `name` stands for the file in messages.
 std::vector<ToolDescription> parse_path_text(std::string_view text, const std::string& name);
 
-/// Keys of one kind of object.
+/// An old name of a key. It is read with a note until the version `removed_in`.
+struct DeprecatedKey {
+    std::string_view old_name, name, removed_in;
+};
+
+/// The keys that one kind of object may have.
 struct ObjectKeys {
     std::string_view object;  // name under $defs in scenes/schema.json; "scene", "path_file": a whole file
     std::vector<std::string_view> keys;
     std::vector<DeprecatedKey> deprecated = {};
 };
 
-/// Returns all kinds of objects in scenes.
+/// All kinds of objects that scenes have.
 const std::vector<ObjectKeys>& scene_keys();
-/// Returns the kinds that only path files have; see scenes/paths/schema.json.
+/// Those that only path files have; see scenes/paths/schema.json.
 const std::vector<ObjectKeys>& path_keys();
-/// Returns the kinds of objects in recordings (recording.h).
+/// Those of recordings (recording.h).
 const std::vector<ObjectKeys>& recording_keys();
 
 }  // namespace splitcubes::scene

@@ -1,8 +1,8 @@
-// Checked reading of JSON values that know their path. Internal to scene.
+// Checked reading of JSON values that know where they stand. Internal to scene.
 //
-// Readers continue after a problem, so that all problems are reported at once: they note the problem and
-// return a harmless value. Each invalid value is reported once. Checks that compare values first test that
-// these are sound.
+// Readers go on after what is wrong, so that all of it is told at once: they note the problem and
+// return a harmless value. A value that is wrong is complained of once. Checks that compare values
+// ask first whether these are sound.
 #pragma once
 
 #include <splitcubes/math/types.h>
@@ -22,32 +22,33 @@
 
 namespace splitcubes::scene {
 
-/// A value given from outside the text.
+/// A value set from outside the text.
 struct Override {
     JsonPath path;
     std::string option;  // as the user gave it, for messages
 };
 
-/// Origin of the values; outlives all readers.
+/// Where the values come from; outlives all readers.
 struct Source {
     std::string_view text;
     std::string name;
     std::filesystem::path folder;
-    std::vector<Override> overrides;  // the last one that covers a value determines it
-    mutable Problems problems = {};   // noted by readers so far
+    std::vector<Override> overrides;  // the last one that covers a value made it
+    mutable Problems problems = {};   // that readers found so far
+    mutable std::vector<std::string> deprecations = {};  // one line each, of deprecated keys that were read
 
     const Override* override_of(const JsonPath& path) const;
-    /// Notes a problem at the line of the value `where`, or at the option that set it; one per value `about`.
-    /// problem: includes the name of the value concerned. like: identifies the kind of problem, together with
-    /// the remedy and regardless of indices; empty: as about. Returns null if one is noted already. Throws
-    /// all problems if there are too many.
+    /// Notes a problem at the line of the value `where`, or at the option that set it; one for each
+    /// value `about`. problem: with the name of what has it; like: problems of one kind have it in common,
+    /// but for indices, and the remedy; empty: as about. Null where one is noted already. Throws all when
+    /// there are too many.
     Problem* note(const JsonPath& about, const JsonPath& where, const std::string& problem,
                   const std::string& remedy, const JsonPath& like = {}) const;
-    /// Throws the problems noted, if there are any.
+    /// Throws what was noted, if anything was.
     void raise() const { problems.raise(name); }
 };
 
-/// Interval of valid numbers; an open end is excluded.
+/// Numbers allowed; an open end is itself not allowed.
 struct Range {
     double low = -1e7;
     double high = 1e7;
@@ -55,16 +56,16 @@ struct Range {
     bool high_open = false;
 };
 
-// Lengths, coordinates and the like are bounded so that their squares and cubes stay far inside the range of
-// double.
+// Lengths, coordinates and the like are bounded so that their squares and cubes
+// stay far inside what a double holds.
 inline constexpr Range any_number{};
 inline constexpr Range positive{0, 1e7, true, false};
 inline constexpr Range not_negative{0, 1e7};
 inline constexpr Range any_time{0, 1e6};
 inline constexpr Range any_angle{-3.6e5, 3.6e5};
 
-/// A JSON value and the path to it. A missing value, once reported, is void: it accepts all queries and
-/// reports nothing more.
+/// A JSON value and the way to it. One that is not there, which has been complained of, is void:
+/// it takes all that is asked of it and complains of nothing more.
 class Value {
   public:
     Value(const Source& source, const nlohmann::ordered_json& json, JsonPath path)
@@ -75,40 +76,40 @@ class Value {
     const nlohmann::ordered_json& json() const { return *json_; }
     const JsonPath& path() const { return path_; }
     bool is_void() const { return void_; }
-    /// Returns whether the value exists and no problem is noted for it or inside it.
+    /// Whether it is there and nothing is known to be wrong with it or in it.
     bool sound() const { return !void_ && !source_->problems.within(path_); }
     /// Notes a problem of this value: `bodies[0].cells is -1, ...`.
     void fail(const std::string& problem, const std::string& remedy) const;
-    /// Returns the value's text, shortened.
+    /// The value as it stands, shortened.
     std::string shown() const;
-    /// Returns the value's text with its type.
+    /// The same with what kind of value it is.
     std::string shown_with_type() const;
 
-    // Each of these notes an invalid value and then returns a harmless one.
+    // Each notes what is wrong and then returns something harmless.
 
     double number(const Range& range = any_number) const;
     int integer(int low, int high) const;
     bool boolean() const;
     std::string text() const;
-    /// Returns non-empty text for display.
+    /// Text to show to people, not empty.
     std::string label() const;
-    /// Returns text that can be part of a file name. An invalid one is noted and returned too; empty: none.
+    /// Text that can be part of a file name; one that cannot is returned as well, empty is none.
     std::string identifier() const;
-    /// Returns the index of the text among `words`.
+    /// Index of the text among `words`.
     std::size_t choice(const std::vector<std::string_view>& words) const;
     Vec3 vector(const Range& range = any_number) const;
-    /// Returns a vector of non-zero length.
+    /// A vector with a length above zero.
     Vec3 direction() const;
-    /// Returns the elements of an array, least to most of them; if there are too few, those that exist, but
-    /// none if their number is fixed (least = most).
-    std::vector<Value> elements(std::size_t min_count, std::size_t max_count) const;
-    /// Returns the number of elements, for arrays too long to create a Value for each; element() returns one.
-    std::size_t element_count(std::size_t min_count, std::size_t max_count) const;
+    /// The elements of an array, least to most of them; where too few are there, these, but none where
+    /// their number is fixed (least = most).
+    std::vector<Value> elements(std::size_t least, std::size_t most) const;
+    /// How many there are, for arrays too long to have a Value for each; and one of them.
+    std::size_t element_count(std::size_t least, std::size_t most) const;
     Value element(std::size_t index) const;
 
   private:
     friend class Object;
-    // Returns the number if the value is valid; no value if a problem was noted.
+    // What a value was made of where it is right; none: it was complained of.
     std::optional<double> number_in(const Range& range) const;
     std::optional<int> integer_in(int low, int high) const;
     std::optional<bool> truth() const;
@@ -121,29 +122,28 @@ class Value {
     bool void_ = false;
 };
 
-/// A JSON object whose keys belong to one of scene_keys(), path_keys() or recording_keys().
+/// A JSON object all of whose keys belong to one of scene_keys(), path_keys() or recording_keys().
 class Object {
   public:
-    /// Notes values that are not objects, and unknown keys with the nearest known one. A missing key is read
-    /// under a similar unknown one.
+    /// Notes what is no object, and unknown keys with the nearest known one. A key that is missing and
+    /// has an unknown one near it is read under that.
     Object(const Value& value, std::string_view kind);
 
     const Value& value() const { return value_; }
     bool has(std::string_view key) const;
-    /// Returns the key's value; a missing key is noted and its value void.
+    /// The key's value; void when there is none, which is noted.
     Value at(std::string_view key) const;
-    /// Returns the key's value unless it is absent or null.
+    /// The key's value unless it is absent or null.
     std::optional<Value> find(std::string_view key) const;
-    /// Returns the key of an object that must have exactly one; if it does not, notes it and returns an empty
-    /// key, whose value is void.
+    /// The key of an object that must have exactly one; empty, whose value is void, where it has not.
     std::string_view only_key() const;
-    /// Notes a problem if both keys are given.
+    /// Notes it when both are given.
     void not_both(std::string_view first, std::string_view second) const;
-    /// Returns whether the values under these keys are free of problems; absent ones are, unless at() was
-    /// called for them.
+    /// Whether nothing is wrong with what stands under these keys; absent ones are right unless they
+    /// were asked for by at().
     bool sound(std::initializer_list<std::string_view> keys) const;
 
-    // Each of these leaves `out` unchanged if the key is absent or its value invalid.
+    // Each leaves `out` as it is where the key is absent or its value is wrong.
     void read(std::string_view key, double& out, const Range& range = any_number) const;
     void read(std::string_view key, int& out, int low, int high) const;
     void read(std::string_view key, bool& out) const;
@@ -158,10 +158,11 @@ class Object {
     JsonPath path_of(std::string_view key) const;
 
     Value value_;
-    const std::vector<std::string_view>* keys_;
-    // Known keys that are read under unknown ones: (known, as written).
+    const ObjectKeys* kind_;
+    const std::vector<std::string_view>* keys_;  // of the kind
+    // Known keys that are read under unknown ones: (known, as it is written).
     std::vector<std::pair<std::string_view, std::string>> renamed_;
-    std::vector<std::string> unknown_keys_;  // unknown keys without a similar known one
+    std::vector<std::string> strange_;  // unknown keys that are near no known one
 };
 
 }  // namespace splitcubes::scene
