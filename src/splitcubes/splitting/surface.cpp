@@ -73,7 +73,11 @@ std::vector<std::int32_t> slots_by_brick(const NodeGrid& grid) {
 
 }  // namespace
 
-Surface::Surface(const NodeGrid& grid) : slots_(grid.bricks()) {
+Surface::Surface(const NodeGrid& grid) : Surface(grid, nullptr) {}
+
+Surface::Surface(const NodeGrid& grid, const Parallel& parallel) : Surface(grid, &parallel) {}
+
+Surface::Surface(const NodeGrid& grid, const Parallel* watched) : slots_(grid.bricks()) {
     // Reserves memory for as much again in cuts, so that nothing is copied until then; pages that are never
     // written cost nothing.
     const std::size_t crossings = grid.crossings().size();

@@ -108,6 +108,8 @@ class Surface {
     };
     struct CellContext;
 
+    Surface(const NodeGrid& grid, const Parallel* watched);
+    void take_in(const NodeGrid& grid, std::span<const std::int32_t> new_slots, const Parallel* watched);
     std::uint32_t cell_at(const Vec3i& node);
     std::int32_t face_at(const Vec3i& node, int axis);
     void touch_cells_around(const NodeGrid& grid, const GridEdge& edge);
