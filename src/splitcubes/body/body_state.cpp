@@ -214,7 +214,7 @@ void Body::load_phyxels(StateReader& reader) {
         require_state(is_rotation(rotation, rotation_tolerance), "a phyxel with an invalid rotation");
     if (settings_.material.plasticity)
         read_numbers(reader, count, phyxels_.plastic_strain, "a phyxel with an invalid plastic strain");
-    for (auto* flags : {&phyxels_.history_broken, &phyxels_.touching})
+    for (auto* flags : {&phyxels_.restart_history, &phyxels_.touching})
         *flags = reader.numbers<std::uint8_t>(count, 0, 1, "a phyxel with an invalid flag");
     for (auto* energies : {&phyxels_.elastic_energy, &phyxels_.reserve})
         read_numbers(reader, count, *energies, "a phyxel with an invalid energy");

@@ -162,7 +162,7 @@ class Object {
     const std::vector<std::string_view>* keys_;  // of the kind
     // Known keys that are read under unknown ones: (known, as it is written).
     std::vector<std::pair<std::string_view, std::string>> renamed_;
-    std::vector<std::string> strange_;  // unknown keys that are near no known one
+    std::vector<std::string> unknown_keys_;  // that are not similar to a known one
 };
 
 }  // namespace splitcubes::scene
