@@ -115,7 +115,7 @@ class Reader {
         for (const Argument& argument : command_.arguments)
             known.insert(known.end(), argument.names.begin(), argument.names.end());
         const std::string near = nearest_word(name, known);
-        fail(printable(name), "is no option of 'splitcubes " + command_.name + "'",
+        fail(printable(name), "is not an option of 'splitcubes " + command_.name + "'",
              near.empty() ? "" : "did you mean " + near + "?");
     }
 
@@ -386,9 +386,9 @@ std::function<int()> CommandLine::read(const std::vector<std::string>& words_giv
     if (command == nullptr) {
         const std::vector<std::string> known = command_names();
         if (looks_like_option(first))
-            throw InputError(printable(first), "is no option of splitcubes itself",
+            throw InputError(printable(first), "is not an option of splitcubes itself",
                              "options of a command come after its name; " + see);
-        throw InputError(printable(first), "is no command", suggestion(first, known) + see);
+        throw InputError(printable(first), "is not a command", suggestion(first, known) + see);
     }
     const std::vector<std::string> rest(words_given.begin() + 1, words_given.end());
     if (asks(rest, "-h", "--help")) return print(help_text(*command));

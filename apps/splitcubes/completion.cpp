@@ -223,7 +223,7 @@ std::string completion_script(const CommandLine& line, const std::string& shell)
     if (shell == "bash") return bash_script(line);
     if (shell == "zsh") return zsh_script(line);
     if (shell == "fish") return fish_script(line);
-    throw InputError(shell, "is no shell that completion is written for", "give bash, zsh or fish");
+    throw InputError(shell, "is not a shell with completion support", "give bash, zsh or fish");
 }
 
 }  // namespace splitcubes::app

@@ -79,7 +79,7 @@ geometry::CuttingPlane parse_plane(const std::string& text) {
         numbers.push_back(read_number(word, range, where));
         at = end + 1;
     }
-    if (numbers.size() != 4) fail("is no plane");
+    if (numbers.size() != 4) fail("is not a plane");
     out.normal = {numbers[0], numbers[1], numbers[2]};
     out.offset = numbers[3];
     if (!(out.normal.stableNorm() > 1e-100)) fail("has a normal without a direction");

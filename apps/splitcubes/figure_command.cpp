@@ -51,7 +51,7 @@ int draw_figure(const FigureOptions& options) {
     const auto all = figures::all_figures();
     const auto found = std::find_if(
         all.begin(), all.end(), [&](const figures::Figure& figure) { return figure.name == options.name; });
-    if (found == all.end()) throw InputError(options.name, "is no figure", "see splitcubes figure --list");
+    if (found == all.end()) throw InputError(options.name, "is not a figure", "see splitcubes figure --list");
     if (std::filesystem::path(options.out).extension() != ".svg")
         throw InputError(options.out.empty() ? "figure " + options.name : options.out,
                          "no output that ends in .svg", "give -o FILE.svg");

@@ -35,7 +35,7 @@ void add_help_commands(CommandLine& line) {
         const Command* command = line.find(*topic);
         if (command == nullptr && !topic->empty()) {
             const std::string near = nearest_word(*topic, line.command_names());
-            throw InputError(*topic, "is no command",
+            throw InputError(*topic, "is not a command",
                              (near.empty() ? "" : "did you mean " + near + "? ") + "see splitcubes --help");
         }
         std::cout << (command == nullptr ? help_text(line) : help_text(*command));

@@ -316,7 +316,7 @@ Json bench_mechanics(const MechanicsBenchSettings& settings) {
         }
     std::printf(
         "\nSteps of 1/60 s, held at one side. A round is a substep of the explicit solver, an "
-        "iteration of the implicit one.\n\n| phyxels | threads | kind | E, Pa | ms | least | most | "
+        "iteration of the implicit one.\n\n| phyxels | threads | kind | E, Pa | ms | min | max | "
         "processor ms | rounds | us a round | ns a neighbour and round | of the floor |\n"
         "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
     for (std::size_t c = 0; c < counts.size(); ++c)
@@ -326,7 +326,7 @@ Json bench_mechanics(const MechanicsBenchSettings& settings) {
                                            Parallel(threads[t])));
     std::printf(
         "\nRows rebuilt after a cut of about 100 edges of a grid of half the spacing.\n\n"
-        "| phyxels | threads | pairs | ms | least | most |\n|---|---|---|---|---|---|\n");
+        "| phyxels | threads | pairs | ms | min | max |\n|---|---|---|---|---|---|\n");
     for (const Vec3i& count : counts)
         for (const int t : threads) cuts.push_back(bench_cut(count, settings.runs, Parallel(t)));
     for (const int t : threads) worlds.push_back(bench_world(std::make_shared<const Parallel>(t)));

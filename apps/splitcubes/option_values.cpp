@@ -52,7 +52,7 @@ int read_integer(std::string_view text, const Range& range, const std::string& w
     std::int64_t value = 0;
     const Parsed parsed = parse(text, value);
     if (!parsed.is_number)
-        throw InputError(where, quoted(text) + " is no whole number", "give one " + range_text(range));
+        throw InputError(where, quoted(text) + " is not a whole number", "give one " + range_text(range));
     const auto number = static_cast<double>(value);
     if (!parsed.fits || number < range.min || number > range.max)
         fail_range(text, range, "a whole number", where);
@@ -63,7 +63,7 @@ double read_number(std::string_view text, const Range& range, const std::string&
     double value = 0;
     const Parsed parsed = parse(text, value);
     if (!parsed.is_number || (parsed.fits && !std::isfinite(value)))
-        throw InputError(where, quoted(text) + " is no number", "give one " + range_text(range));
+        throw InputError(where, quoted(text) + " is not a number", "give one " + range_text(range));
     if (!parsed.fits || value < range.min || value > range.max || (range.above && value == range.min))
         fail_range(text, range, "a number", where);
     return value;

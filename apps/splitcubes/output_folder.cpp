@@ -209,7 +209,7 @@ bool OutputFolder::read_list() {
         return false;
     }
     if (!fs::is_regular_file(fs::symlink_status(file, error)) || fs::file_size(file, error) > longest_list)
-        throw InputError(file.string(), "is no list of files", "move it away, or give another folder");
+        throw InputError(file.string(), "is not a list of files", "move it away, or give another folder");
     std::ifstream stream(file, std::ios::binary);
     std::string line;
     std::getline(stream, line);
@@ -267,7 +267,7 @@ void OutputFolder::look_at(const fs::path& file, std::span<const fs::path> read)
     const bool is_read = std::any_of(read.begin(), read.end(),
                                      [&](const fs::path& one) { return fs::equivalent(one, file, error); });
     if (!fs::is_regular_file(status))
-        immovable_[text] = "is no plain file";
+        immovable_[text] = "is not a plain file";
     else if (!is_here(name))
         immovable_[text] = "lies behind a link, and this program did not write it";
     else if (is_read)
@@ -282,7 +282,7 @@ void OutputFolder::find_named_alike(std::span<const fs::path> read) {
     for (const char* folder : kind_.folders) {
         const fs::path inner = path_ / folder;
         if (fs::exists(fs::symlink_status(inner, error)) && !fs::is_directory(inner, error))
-            immovable_[folder] = "is no folder";
+            immovable_[folder] = "is not a folder";
         for (auto at = fs::recursive_directory_iterator(inner, error);
              at != fs::recursive_directory_iterator(); at.increment(error))
             look_at(at->path(), read);

@@ -63,17 +63,17 @@ TEST_F(CommandLine, HelpOfEveryCommandInThreeWays) {
         EXPECT_EQ(version.code, 0);
         EXPECT_EQ(version.out, run({"--version"}).out);
     }
-    expect_line({"help", "surfcae"}, {"surfcae: is no command", "surface"});
+    expect_line({"help", "surfcae"}, {"surfcae: is not a command", "surface"});
 }
 
 TEST_F(CommandLine, MessagesNameTheNearestAndWhereHelpIs) {
     expect_line({"surfcae", "ball.obj"},
-                {"surfcae: is no command", "did you mean surface?", "splitcubes --help"});
-    expect_line({"--thread", "2"}, {"--thread: is no option of splitcubes itself"});
+                {"surfcae: is not a command", "did you mean surface?", "splitcubes --help"});
+    expect_line({"--thread", "2"}, {"--thread: is not an option of splitcubes itself"});
     expect_line({"surface", "ball.obj", "-o", "x.ply", "--cels", "8"},
-                {"--cels: is no option", "did you mean --cells?", "splitcubes surface --help"});
+                {"--cels: is not an option", "did you mean --cells?", "splitcubes surface --help"});
     expect_line({"surface", "ball.obj", "-o", "x.ply", "-q"},
-                {"-q: is no option", "splitcubes surface --help"});
+                {"-q: is not an option", "splitcubes surface --help"});
     expect_line({"run", "x.json", "-o", "x", "--occlusion", "cup"},
                 {"--occlusion: 'cup' is not known", "did you mean cpu?", "splitcubes run --help"});
     expect_line({"surface", "ball.obj", "more.obj", "-o", "x.ply"},
@@ -96,24 +96,24 @@ TEST_F(CommandLine, NumbersAreShownPlainly) {
         return out;
     };
     expect_line(with("--cells", "many"),
-                {"--cells: 'many' is no whole number; give one from 2 to 1024; see"});
-    expect_line(with("--cells", "8.5"), {"--cells: '8.5' is no whole number"});
-    expect_line(with("--cells", ""), {"--cells: '' is no whole number"});
+                {"--cells: 'many' is not a whole number; give one from 2 to 1024; see"});
+    expect_line(with("--cells", "8.5"), {"--cells: '8.5' is not a whole number"});
+    expect_line(with("--cells", ""), {"--cells: '' is not a whole number"});
     expect_line(with("--cells", "99999999999999999999999"), {"99999999999999999999999 is out of range"});
     expect_line(
         with("--cells", "2000"),
         {"--cells: 2000 is out of range; give a whole number from 2 to 1024; see splitcubes surface"});
-    expect_line(with("--cell-size", "nan"), {"--cell-size: 'nan' is no number"});
-    expect_line(with("--cell-size", "-inf"), {"--cell-size: '-inf' is no number"});
+    expect_line(with("--cell-size", "nan"), {"--cell-size: 'nan' is not a number"});
+    expect_line(with("--cell-size", "-inf"), {"--cell-size: '-inf' is not a number"});
     expect_line(with("--cell-size", "1e999"),
                 {"--cell-size: 1e999 is out of range", "from 1e-12 to 1000000000000"});
-    expect_line(with("--cell-size", "1,5"), {"--cell-size: '1,5' is no number"});
+    expect_line(with("--cell-size", "1,5"), {"--cell-size: '1,5' is not a number"});
     expect_line({"run", "x.json", "-o", "x", "--frames", "100000000000"}, {"from 1 to 1000000;"});
     for (const char* fps : {"0", "-1", "1001"})
         expect_line({"render", "x", "-o", "x.mp4", "--fps", fps},
                     {std::string("--fps: ") + fps +
                      " is out of range; give a number above 0 to 1000; see splitcubes render --help"});
-    expect_line({"render", "x", "-o", "x.mp4", "--fps", "nan"}, {"--fps: 'nan' is no number"});
+    expect_line({"render", "x", "-o", "x.mp4", "--fps", "nan"}, {"--fps: 'nan' is not a number"});
     expect_line({"render", "x", "-o", "x.mp4", "--width", "0"}, {"--width: 0 is out of range"});
     expect_line({"render", "x", "-o", "x.mp4", "--height", "100000"}, {"--height: 100000 is out of range"});
     expect_line({"render", "x", "-o", "x.mp4", "--every", "0"}, {"--every: 0 is out of range"});
@@ -266,7 +266,7 @@ TEST_F(CommandLine, ValidateGivesReasonsForAllFiles) {
         << twisted.out;
     EXPECT_EQ(twisted.out.find("(0"), std::string::npos) << twisted.out;
 
-    // An edge with four triangles is why it is not oriented: no count of zero.
+    // The edge with four triangles makes it unoriented: no reason with a count of zero.
     geometry::TriangleMesh wedge = geometry::make_box({1, 1, 1}), second = wedge;
     for (Vec3& p : second.positions) p += Vec3(1, 1, 0);
     wedge.append(second);
@@ -283,7 +283,6 @@ TEST_F(CommandLine, ValidateGivesReasonsForAllFiles) {
               std::string::npos);
 }
 
-// Lines of words that mean something, in any order, and some that mean nothing.
 TEST_F(CommandLine, EmptyValuesAreRefused) {
     for (const char* option : {"--resume", "--record"})
         expect_refused({"run", "scene.json", "-o", "out", option, ""},
@@ -293,6 +292,7 @@ TEST_F(CommandLine, EmptyValuesAreRefused) {
     expect_refused({"run", "", "-o", "out"}, "SCENE: is an empty name");
 }
 
+// Lines of meaningful words in any order, with some meaningless ones.
 TEST_F(CommandLine, NoLineCrashesOrPrintsALibraryMessage) {
     write_text(in("scene.json"), scene);
     write_text(in("bad.json"), "{\"time_step\": 1e999, \"bodies\": [");

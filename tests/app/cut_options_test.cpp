@@ -218,10 +218,10 @@ TEST_F(CutOptions, BadPlanesAreOneLine) {
         expect_refused({"cut", "block.stl", "--plane", plane, "-o", "no.ply"}, text);
     };
     for (const char* plane : {"", "x", "w=1", "1,2,3", "1,2,3,4,5", "0,0,0,1"}) refused(plane, "--plane: '");
-    refused("x=", "--plane: '' is no number");
-    refused("x=one", "'one' is no number");
-    refused("1,0,0,nan", "'nan' is no number");
-    refused("1,,0,2", "'' is no number");
+    refused("x=", "--plane: '' is not a number");
+    refused("x=one", "'one' is not a number");
+    refused("1,0,0,nan", "'nan' is not a number");
+    refused("1,,0,2", "'' is not a number");
     refused("x=1e300", "out of range");
     EXPECT_FALSE(fs::exists(in("no.ply")));
 }

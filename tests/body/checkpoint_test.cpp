@@ -115,8 +115,8 @@ TEST(CheckpointErrors, HaveDistinctMessages) {
     };
     EXPECT_EQ(error_of(good, "a scene"), "");
     EXPECT_THAT(error_of(good, "another"), testing::HasSubstr("x.bin: is a checkpoint of another scene"));
-    EXPECT_THAT(error_of("", "a scene"), testing::HasSubstr("is no checkpoint"));
-    EXPECT_THAT(error_of("ply\nformat", "a scene"), testing::HasSubstr("is no checkpoint"));
+    EXPECT_THAT(error_of("", "a scene"), testing::HasSubstr("is not a checkpoint"));
+    EXPECT_THAT(error_of("ply\nformat", "a scene"), testing::HasSubstr("is not a checkpoint"));
     for (const std::size_t length : {good.size() - 1, good.size() / 2, std::size_t{30}})
         EXPECT_THAT(error_of(good.substr(0, length), "a scene"), testing::HasSubstr("damaged or cut off"));
     Random random(3);

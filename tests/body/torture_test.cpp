@@ -20,7 +20,7 @@ void expect_sound(const Torture& torture, const std::string& name) {
     const double g = torture.load == Load::spinning ? 0 : 9.81;
     EXPECT_EQ(seen.violated, "") << name;
     EXPECT_GT(seen.pieces, static_cast<std::size_t>(torture.blades) / 2) << name;
-    EXPECT_GT(seen.rigid, seen.pieces / 2) << name << ": most are crumbs";
+    EXPECT_GT(seen.rigid, seen.pieces / 2) << name << ": most are rigid fragments";
     const double tolerance = torture.load == Load::spinning ? spinning_tolerance : tolerance_at_rest;
     EXPECT_LT(seen.max_motion_gain, tolerance * seen.energy_put_in) << name;
     EXPECT_LT(seen.max_gain, tolerance * seen.energy_put_in) << name;

@@ -116,9 +116,9 @@ TEST_F(Inputs, MissingOrChangedOnesAreNamed) {
     EXPECT_NE(look({folder_}).find("no file with the same content is in " + folder_.string()),
               std::string::npos);
     EXPECT_NE(look({folder_ / "nowhere"}).find("nowhere: there is no such folder"), std::string::npos);
-    // Without a word of what it should hold, a file must be there.
+    // Without a required SHA-256 a file must exist.
     EXPECT_NE(refusal([&] { parse(text_); }).find("a.obj"), std::string::npos);
-    // Nor does a scene say that an option's file holds what its own did.
+    // A required SHA-256 does not apply to the file of an override.
     EXPECT_NE(refusal([&] { parse(text, {"bodies[0].shape.mesh.file=c.obj"}); }).find("c.obj"),
               std::string::npos);
     EXPECT_TRUE(

@@ -138,7 +138,7 @@ TEST(JsonLocation, names_line_problem_and_remedy) {
     EXPECT_THAT(json_error_of("[1,\n]"), HasSubstr("remove the comma"));
     EXPECT_THAT(json_error_of("{\"a\":1,\n\n\"a\":2}"),
                 HasSubstr("file:3:1: key 'a' stands twice in one object, first on line 1"));
-    EXPECT_THAT(json_error_of("\n[01]"), HasSubstr("file:2:2: '01' is no number"));
+    EXPECT_THAT(json_error_of("\n[01]"), HasSubstr("file:2:2: '01' is not a number"));
     EXPECT_THAT(json_error_of("[1e999]"), HasSubstr("number 1e999 is out of range"));
     EXPECT_THAT(json_error_of("[yes]"), HasSubstr("there is 'yes'"));
     EXPECT_THAT(json_error_of("/* \n"), HasSubstr("a comment that is not closed"));

@@ -204,7 +204,7 @@ TEST(ParseScene, related_values_must_be_consistent) {
         {"\"name\": \"b\"", "\"name\": \"a\"", "bodies[1].name is \"a\", a name given before"},
         {"\"name\": \"t2\"", "\"name\": \"t1\"", "tools[1].name is \"t1\", a name given before"},
         {"\"name\": \"b\"", "\"name\": \"../b\"", "cannot be part of a file name"},
-        {"\"name\": \"b\"", "\"name\": \"\"", "which is no name"},
+        {"\"name\": \"b\"", "\"name\": \"\"", "which is not a name"},
         {"\"body\": \"b\"", "\"body\": \"bb\"",
          "constraints[1].body is \"bb\", but no body has that name; there are a, b"},
         {"[\"a\", \"c\"]", "[\"a\", \"z\"]", "tools[0].bodies[1] is \"z\", but no body"},

@@ -270,7 +270,7 @@ TEST(SceneProblems, numbers_out_of_double_range_are_problems_of_their_keys) {
 TEST(SceneProblems, syntax_has_line_and_column) {
     EXPECT_THAT(problems("{\n  \"bodies\": [1 2]}"),
                 ElementsAre(StartsWith("x.json:2:16: ',' or ']' is missing")));
-    EXPECT_THAT(problems("{\"n\u00e9\": 01}"), ElementsAre(StartsWith("x.json:1:8: '01' is no number")));
+    EXPECT_THAT(problems("{\"n\u00e9\": 01}"), ElementsAre(StartsWith("x.json:1:8: '01' is not a number")));
 }
 
 // No exponent if the user wrote none.

@@ -79,11 +79,11 @@ void expect_refused(const std::string& part, const std::string& by, const std::s
 }
 
 TEST(Recording, ErrorsNameTheLine) {
-    expect_refused("splitcubes recording 2", "somebody's recording 2", "is no recording");
+    expect_refused("splitcubes recording 2", "somebody's recording 2", "is not a recording");
     expect_refused("splitcubes recording 2", "splitcubes recording 1", "which another version wrote");
     expect_refused("\"times\": [0.0,", "\"times\": [0.04,", "tracks[0].times[1]");
     expect_refused("\"times\": [0.0,", "\"times\": [", "has 4 elements, times has 3");
-    expect_refused("[1.0,0.0,0.0,0.0,", "[1.5,0.0,0.0,0.0,", "is no rigid motion");
+    expect_refused("[1.0,0.0,0.0,0.0,", "[1.5,0.0,0.0,0.0,", "is not a rigid motion");
     expect_refused("[1.0,0.0,0.0,0.0,", "[1.0,0.0,0.0,", "places[0]");
     expect_refused("[1.0,0.0,0.0,0.0,", "[1.0,0.0,0.0,\"x\",", "places[0][3]");
     expect_refused("\"tool\": \"knife\"", "\"tol\": \"knife\"", "tol");

@@ -165,7 +165,7 @@ void draw_slide(Svg& svg, const Panel& panel) {
     svg.line(panel.at(face.at(1).point), panel.at(alone), old_line);
     svg.circle(panel.at(alone), 3, {.fill = "#2a7a36"});
     draw_result(svg, panel, face);
-    svg.text(panel.at({0.22, 0.78}), "skin", Anchor::middle, 12, "#555555");
+    svg.text(panel.at({0.22, 0.78}), "boundary", Anchor::middle, 12, "#555555");
     svg.text(panel.at({0.72, 0.24}), "cut", Anchor::middle, 12, "#555555");
 }
 
@@ -220,7 +220,7 @@ void draw_placement_legend(Svg& svg, double y) {
     svg.line({140, y}, {166, y}, construction);
     svg.text({174, y}, "tangent", Anchor::start);
     svg.line({252, y}, {278, y}, {.stroke = "#2a7a36", .width = 2});
-    svg.text({286, y}, "arc, skin alone, way back, ball", Anchor::start);
+    svg.text({286, y}, "arc, boundary alone, pull-back, ball", Anchor::start);
     svg.line({530, y}, {556, y}, result_line);
     svg.text({564, y}, "surface", Anchor::start);
     draw_face_vertex(svg, {646, y}, ink);

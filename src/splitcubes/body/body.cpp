@@ -96,7 +96,7 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
         tearing_ = std::make_unique<Tearing>(*settings_.tearing, settings_.material, grid_, phyxels_,
                                              neighbourhoods_);
     if (settings_.deformation) make_deformation();
-    parallel.begin("body '" + settings_.name + "': skin");
+    parallel.begin("body '" + settings_.name + "': boundary");
     track_surface_nodes();
     const StepContext at_rest{0, 0, Vec3::Zero(), {}, {}, {}, parallel};
     StepReport report;

@@ -30,7 +30,7 @@ struct Head {
 
 Head checked_head(std::string_view bytes, const std::string& name) {
     if (!bytes.starts_with(any_signature))
-        throw InputError(name, "is no checkpoint", "give a file that 'run --checkpoint-every' wrote");
+        throw InputError(name, "is not a checkpoint", "give a file that 'run --checkpoint-every' wrote");
     if (!bytes.starts_with(signature))
         throw InputError(name, "is a checkpoint of another version of the program",
                          "go on with the version that wrote it, or start again");

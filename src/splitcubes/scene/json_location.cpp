@@ -244,7 +244,7 @@ class Scanner {
         const std::string shown = printable(std::string(token), 30);
         if (!good) {
             at_ = start;
-            fail("'" + shown + "' is no number", "write numbers like 0.5, -2 or 1e-3");
+            fail("'" + shown + "' is not a number", "write numbers like 0.5, -2 or 1e-3");
         }
         double result = 0;
         const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), result);

@@ -16,7 +16,7 @@ std::string content_of(const Object& object, std::string_view file_key, std::str
     const std::string text = content->text();
     if (!content->sound()) return {};
     if (!is_sha256(text)) {
-        content->fail("is " + content->shown() + ", which is no SHA-256",
+        content->fail("is " + content->shown() + ", which is not a SHA-256",
                       "give the 64 digits that sha256sum prints, or take it out");
         return {};
     }

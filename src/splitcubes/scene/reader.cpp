@@ -172,7 +172,7 @@ std::string Value::label() const {
     const bool control = std::any_of(
         out.begin(), out.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
     if (out.empty() || out.size() > ParseLimits::name_length || control) {
-        fail("is " + shown() + ", which is no name",
+        fail("is " + shown() + ", which is not a name",
              "give 1 to " + std::to_string(ParseLimits::name_length) + " characters on one line");
     }
     return out;

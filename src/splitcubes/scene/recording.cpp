@@ -49,7 +49,7 @@ Isometry read_place(const Value& value) {
     const Mat3 turn = out.linear();
     if (value.sound() &&
         !((turn * turn.transpose() - Mat3::Identity()).norm() <= rigid_tolerance && turn.determinant() > 0))
-        value.fail("is no rigid motion", "give a rotation and a position, row by row");
+        value.fail("is not a rigid motion", "give a rotation and a position, row by row");
     return out;
 }
 
@@ -141,7 +141,7 @@ Recording parse_recording(std::string_view text, const std::string& name,
     const std::string format =
         json.is_object() && json.contains("format") && json["format"].is_string() ? json["format"] : "";
     if (!format.starts_with(any_format))
-        throw InputError(name, "is no recording", "give a file that 'run --record' wrote");
+        throw InputError(name, "is not a recording", "give a file that 'run --record' wrote");
     if (format != format_name)
         throw InputError(name,
                          "is a '" + printable(format) + "', which another version wrote; this one reads '" +
