@@ -220,7 +220,7 @@ void draw_placement_legend(Svg& svg, double y) {
     svg.line({140, y}, {166, y}, construction);
     svg.text({174, y}, "tangent", Anchor::start);
     svg.line({252, y}, {278, y}, {.stroke = "#2a7a36", .width = 2});
-    svg.text({286, y}, "arc, boundary alone, pull-back, ball", Anchor::start);
+    svg.text({286, y}, "arc, boundary alone, clamping, ball", Anchor::start);
     svg.line({530, y}, {556, y}, result_line);
     svg.text({564, y}, "surface", Anchor::start);
     draw_face_vertex(svg, {646, y}, ink);
