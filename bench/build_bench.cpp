@@ -259,7 +259,7 @@ Options parse(const std::vector<std::string>& words) {
         } else if (option == "--json") {
             out.json = value;
         } else {
-            throw InputError(option, "is no option",
+            throw InputError(option, "is not an option",
                              "known: --cells --runs --threads --local-cells --file --json");
         }
     }

@@ -147,7 +147,7 @@ TEST(Advice, overlap_notes_predict_the_first_steps) {
         const bool seen = shift == "0.87";
         EXPECT_THAT(notes(two), ElementsAre(testing::AllOf(
                                     testing::Not(HasSubstr("throws")),
-                                    HasSubstr(seen ? "contact keeps the overlap" : "go through each other"))))
+                                    HasSubstr(seen ? "contact keeps the overlap" : "pass through each other"))))
             << shift;
         EXPECT_LT(fastest(two), 1e-6) << shift;
     }
