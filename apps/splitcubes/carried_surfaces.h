@@ -30,11 +30,9 @@ class CarriedSurfaces {
   private:
     struct Carried {
         std::optional<geometry::AttributeTransfer> transfer;
-        std::vector<geometry::Material>
-            materials;  // of the input, with the names under which output files refer to them
+        std::vector<geometry::Material> materials;  // of the input, named as in output files
         geometry::MeshAttributes attributes;
-        geometry::SurfaceMesh
-            surface;  // of the cached attributes: triangles, origins and rest positions only
+        geometry::SurfaceMesh surface;  // of the attributes: triangles, origins, rest
         std::uint64_t revision = 0;
         bool known = false;
     };

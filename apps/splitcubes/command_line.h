@@ -17,8 +17,7 @@ namespace splitcubes::app {
 struct Completion {
     enum class Kind { nothing, files, folders, words };
     Kind kind = Kind::nothing;
-    std::vector<std::string>
-        words;  // words to choose from; for files: extensions without the dot, empty: any file
+    std::vector<std::string> words;  // choices, or extensions without the dot; empty: any file
 };
 Completion files(std::vector<std::string> endings = {});
 Completion folders();

@@ -42,8 +42,7 @@ struct TortureResult {
     std::size_t rigid = 0;   // of them
     std::size_t new_phyxels = 0;
     std::size_t cut_edges = 0;
-    double energy_put_in =
-        0;  // J, first energy and all work, plus the potential energy that could be released
+    double energy_put_in = 0;             // J, first energy, all work and what height could release
     double max_gain = -1e300;             // J, maximum of energy minus energy put in
     double max_motion_gain = -1e300;      // J, the same without the elastic energy
     double top_speed = 0;                 // m/s

@@ -215,8 +215,7 @@ double kept_per_period(double angular_frequency, double time_step, bool bdf2) {
 
 void note_few_phyxels(const body::World& world, Notes& notes) {
     constexpr double min_share = 0.1;  // of the volume
-    constexpr int min_across =
-        4;  // phyxels across; three are a third too soft in bending, six are recommended
+    constexpr int min_across = 4;      // phyxels; three are a third too soft in bending
     for (const auto& body : world.bodies()) {
         if (!is_elastic(*body)) continue;
         const double spacing = body->phyxel_spacing();
