@@ -27,7 +27,7 @@ constexpr Advice advices[] = {
      "take a smaller time_step, or let what pulls move more slowly"},
     {body::flag_rank_deficient, "some phyxels have too few neighbours to tell how they are deformed",
      "usual in small fragments; where whole parts are one phyxel thick, take a smaller phyxel_spacing"},
-    {body::flag_energy_excess, "pieces gained energy that nothing put in, and were mended",
+    {body::flag_energy_excess, "pieces gained energy that nothing put in, and it was removed",
      "take a smaller time_step"},
 };
 
