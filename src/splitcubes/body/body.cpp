@@ -332,6 +332,11 @@ void Body::add_constraint(HoldConstraint constraint) {
     constrained_.clear();
 }
 
+void Body::remove_constraint(std::size_t number) {
+    constraints_.erase(constraints_.begin() + static_cast<std::ptrdiff_t>(number));
+    constrained_.clear();
+}
+
 void Body::add_to_hash(StateHash& hash) const {
     for (const splitting::Crossing& c : grid_.crossings()) {
         hash.add_word(splitting::edge_id(c.edge));

@@ -99,6 +99,9 @@ class Body {
 
     void add_constraint(HoldConstraint constraint);
     void add_handle(Handle handle);
+    /// Removes one; those behind it move up by one.
+    void remove_handle(std::size_t number);
+    void remove_constraint(std::size_t number);
     const std::vector<Handle>& handles() const { return handles_; }
     void set_handle_motion(std::size_t index, std::function<Isometry(double time)> motion) {
         handles_[index].motion = std::move(motion);
@@ -140,12 +143,17 @@ class Body {
     std::size_t cut_with_sheet(const geometry::TriangleMesh& sheet, std::int32_t cut_number,
                                const Parallel& parallel);
 
+    /// The same along the whole path of a blade, whose world is rest space.
+    std::size_t cut_with_blade(const cutting::Blade& blade, std::int32_t cut_number, const Parallel& parallel);
+
     const std::string& name() const { return settings_.name; }
     const BodySettings& settings() const { return settings_; }
     const splitting::SolidifyReport& solidify_report() const { return solidify_report_; }
     const splitting::NodeGrid& grid() const { return grid_; }
     const splitting::Surface& surface() const { return *surface_; }
     const splitting::Pieces& pieces() const { return *pieces_; }
+    /// Pieces that the last step or the last cut at rest separated.
+    const std::vector<splitting::PieceSplit>& splits() const { return last_splits_; }
     const meshless::Phyxels& phyxels() const { return phyxels_; }
     meshless::Phyxels& phyxels() { return phyxels_; }
     meshless::TimeIntegrator& solver() { return solver_; }
@@ -339,6 +347,7 @@ class Body {
     std::vector<geometry::AffineDisplacement> surface_motion_;  // per surface node, of this step
     std::vector<Vec3> vertex_positions_, vertex_normals_;
     std::size_t cut_edge_count_ = 0;
+    std::vector<splitting::PieceSplit> last_splits_;  // see splits()
 
     // Counts of crossings and phyxels of the uncut body, and the number of cut edges after each stage that
     // cut some. A checkpoint stores only later ones; loading repeats the stages to rebuild surface and

@@ -81,6 +81,11 @@ void Body::add_handle(Handle handle) {
     handle_phyxels_.clear();
 }
 
+void Body::remove_handle(std::size_t number) {
+    handles_.erase(handles_.begin() + static_cast<std::ptrdiff_t>(number));
+    grabbed_.clear();
+}
+
 void Body::add_handle_springs(const StepContext& context, std::uint32_t part,
                               std::vector<meshless::HandleSpring>& handle_springs,
                               std::vector<double>& limits) {

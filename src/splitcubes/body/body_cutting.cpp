@@ -1,6 +1,7 @@
 // The first stage of a step, which finds and cuts the grid edges that blades crossed, and cuts at rest.
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/node_ties.h>
+#include <splitcubes/body/rest_cut.h>
 #include <splitcubes/splitting/sheet_cut.h>
 
 #include <algorithm>
@@ -118,6 +119,14 @@ std::size_t Body::cut_with_sheet(const geometry::TriangleMesh& sheet, std::int32
                                  const Parallel& parallel) {
     TopologyChange change;
     change.crossings = splitting::cut_with_sheet(grid_, sheet, cut_number);
+    settle_topology(parallel, change);
+    return change.crossings.size();
+}
+
+std::size_t Body::cut_with_blade(const cutting::Blade& blade, std::int32_t cut_number,
+                                 const Parallel& parallel) {
+    TopologyChange change;
+    change.crossings = body::cut_with_blade(grid_, blade, cut_number, parallel);
     settle_topology(parallel, change);
     return change.crossings.size();
 }

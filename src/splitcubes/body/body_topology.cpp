@@ -59,8 +59,10 @@ void Body::track_surface_nodes() {
 }
 
 void Body::label_pieces(TopologyChange& change) {
+    last_splits_.clear();
     if (change.crossings.empty()) return;
     change.splits = pieces_->update(grid_, change.crossings);
+    last_splits_ = change.splits;
     if (change.splits.empty()) return;
     for (std::size_t i = 0; i < inside_nodes_.size(); ++i)
         inside_piece_[i] = pieces_->piece_of(grid_, inside_nodes_[i]);

@@ -24,7 +24,7 @@ Body& World::add_body(const geometry::TriangleMesh& placed, const BodySettings& 
 }
 
 void World::add_tool(cutting::Blade blade, std::vector<std::size_t> bodies, const BladeSides& sides) {
-    tools_.push_back({std::move(blade), sides, std::move(bodies), {}});
+    tools_.push_back({std::move(blade), sides, std::move(bodies), {}, next_cut_number_++});
 }
 
 // Returns the colliders with their frames at the start and the end of the step.
@@ -73,7 +73,7 @@ StepReport World::step() {
             const bool cuts_it = tool.bodies.empty() ||
                                  std::find(tool.bodies.begin(), tool.bodies.end(), b) != tool.bodies.end();
             if (cuts_it && !swept[k].empty())
-                bodies_[b]->cut_edges(swept[k], static_cast<std::int32_t>(k), tool.last_normal[b], context,
+                bodies_[b]->cut_edges(swept[k], tool.cut_number, tool.last_normal[b], context,
                                       topology_changes_[b], report,
                                       tool.blade.frame(time() - settings_.time_step),
                                       tool.blade.frame(time()), report.tools[k]);
@@ -93,12 +93,12 @@ StepReport World::step() {
     done(Stage::resample);
     each_body([&](Body& body, TopologyChange& change) { body.rebuild_neighbourhoods(context, change); });
     done(Stage::rebuild_neighbourhoods);
-    contact_finder_.find(
+    contact_finder_->find(
         {bodies_, colliders_, settings_.contact, time(), settings_.time_step, settings_.gravity}, *parallel_,
         contact_islands_);
     const RigidContacts::Task rigid{bodies_, obstacles, settings_.contact.friction, settings_.time_step,
                                     settings_.gravity};
-    if (settings_.contact.pieces) rigid_contacts_.find(rigid, contact_finder_, *parallel_);
+    if (settings_.contact.pieces) rigid_contacts_.find(rigid, *contact_finder_, *parallel_);
     done(Stage::detect_contacts);
     integrate(context, report);
     if (settings_.contact.pieces) {

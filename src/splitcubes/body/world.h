@@ -6,6 +6,7 @@
 #include <splitcubes/body/rigid_contacts.h>
 #include <splitcubes/cutting/blade.h>
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -33,12 +34,16 @@ struct BladeSides {
     double friction = 0;  // Coulomb coefficient
 };
 
+/// In the list of a tool's bodies, in place of one that has been removed.
+inline constexpr std::size_t removed_body = std::numeric_limits<std::size_t>::max();
+
 /// A blade and what it may cut.
 struct Tool {
     cutting::Blade blade;
     BladeSides sides;
-    std::vector<std::size_t> bodies;  // indices of the bodies it cuts; empty: all
+    std::vector<std::size_t> bodies;  // indices of the bodies it cuts; empty: all. removed_body: none
     std::vector<Vec3> last_normal;    // per body: last normal of the stroke, world
+    std::int32_t cut_number = 0;      // of the crossings that it makes
 };
 
 class World {
@@ -47,7 +52,27 @@ class World {
 
     Body& add_body(const geometry::TriangleMesh& placed, const BodySettings& settings);
     void add_collider(Collider collider) { colliders_.push_back(std::move(collider)); }
+    /// Its crossings get the next cut number.
     void add_tool(cutting::Blade blade, std::vector<std::size_t> bodies = {}, const BladeSides& sides = {});
+    // Numbers behind one that is removed move up by one; cached contacts and the lists of tools follow. No
+    // other thing moves otherwise for it, but for what had touched it.
+    void remove_body(std::size_t number);
+    void remove_collider(std::size_t number);
+    void remove_tool(std::size_t number);
+    /// For what cuts but is no tool: a number that no cut has yet.
+    std::int32_t take_cut_number() { return next_cut_number_++; }
+    std::int32_t next_cut_number() const { return next_cut_number_; }
+    void set_next_cut_number(std::int32_t number) { next_cut_number_ = number; }
+
+    /// Where a tool is at a time after its last sample.
+    void move_tool(std::size_t tool, double time, const Isometry& frame) {
+        tools_[tool].blade.move_to(time, frame);
+    }
+    void set_tool_active(std::size_t tool, double from, double until) {
+        tools_[tool].blade.set_active(from, until);
+    }
+    /// Drops what tools' paths were before the last step: no further step reads it.
+    void forget_tool_paths();
     /// Sets the current frame (world from own) of a tool, between two steps: for tools that a user or a
     /// controller moves interactively. Its blade must have been made with a SampledMotion.
     void move_tool(std::size_t tool, const Isometry& frame) { tools_[tool].blade.move_to(time(), frame); }
@@ -86,6 +111,8 @@ class World {
   private:
     std::vector<meshless::Obstacle> obstacles_now() const;
     void accumulate_side_friction(const Tool& tool, ToolForce& force) const;
+    template <class NewKey>
+    void renumber_cached_contacts(const NewKey& new_key);
     void integrate(const StepContext& context, StepReport& report);
     void integrate_island(const ContactIsland& island, const StepContext& context, StepReport& report);
     void step_together(const ContactIsland& island, const meshless::ContactInput& contacts,
@@ -102,7 +129,7 @@ class World {
     std::vector<TopologyChange> topology_changes_;  // per body, of the last step
     std::vector<Tool> tools_;
     std::vector<Collider> colliders_;
-    ContactFinder contact_finder_;
+    std::unique_ptr<ContactFinder> contact_finder_ = std::make_unique<ContactFinder>();
     std::vector<ContactIsland> contact_islands_;
     RigidContacts rigid_contacts_;
     std::vector<meshless::CachedContact> cached_contacts_;  // sorted by key
@@ -118,6 +145,7 @@ class World {
     IslandStep island_step_;
     std::vector<meshless::CachedContact> next_cached_contacts_;
     std::int64_t step_count_ = 0;
+    std::int32_t next_cut_number_ = 0;
 };
 
 }  // namespace splitcubes::body

@@ -177,6 +177,18 @@ void Blade::move_to(double time, const Isometry& world_from_own) {
     keyframes_.push_back({time, world_from_own.translation(), Quat(world_from_own.linear())});
 }
 
+void Blade::forget_before(double time) {
+    const auto count = static_cast<std::ptrdiff_t>(samples_.forget_before(time));
+    keyframes_.erase(keyframes_.begin(), keyframes_.begin() + count);
+}
+
+void Blade::set_active(double from, double until) {
+    BladeOptions options;
+    options.active_from = from;
+    options.active_until = until;
+    set_activity(options, until);
+}
+
 void Blade::set_activity(const BladeOptions& options, double last) {
     active_from_ = options.active_from.value_or(keyframes_.front().time);
     active_until_ = options.active_until.value_or(last);

@@ -73,10 +73,17 @@ class Blade {
     /// last. Throws InputError for any other blade or sample.
     void move_to(double time, const Isometry& world_from_own);
 
+    /// Drops the samples that the path from this time (s) on does not depend on; keyframes stay.
+    void forget_before(double time);
+    /// When it cuts (s); until: may be infinite. Throws InputError for an interval that ends before it begins.
+    void set_active(double from, double until);
+
     const std::string& name() const { return name_; }
     const BladeShape& shape() const { return shape_; }
     /// Returns the keyframes, with unit rotations; for a sampled path its samples.
     const std::vector<Keyframe>& keyframes() const { return keyframes_; }
+    /// The path of a blade that was made with samples; else empty.
+    const SampledMotion& samples() const { return samples_; }
     PathInterpolation interpolation() const { return interpolation_; }
     double active_from() const { return active_from_; }    // s
     double active_until() const { return active_until_; }  // s

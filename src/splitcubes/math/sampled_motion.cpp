@@ -18,6 +18,15 @@ void SampledMotion::add(double time, const Isometry& frame) {
     frames_.push_back(frame);
 }
 
+std::size_t SampledMotion::forget_before(double time) {
+    const auto after = std::upper_bound(times_.begin(), times_.end(), time);
+    if (after - times_.begin() < 2) return 0;
+    const auto count = after - times_.begin() - 1;
+    times_.erase(times_.begin(), times_.begin() + count);
+    frames_.erase(frames_.begin(), frames_.begin() + count);
+    return static_cast<std::size_t>(count);
+}
+
 Isometry SampledMotion::at(double time) const {
     const auto after = std::upper_bound(times_.begin(), times_.end(), time);
     if (after == times_.begin()) return frames_.front();

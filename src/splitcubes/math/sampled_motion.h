@@ -3,6 +3,7 @@
 
 #include <splitcubes/math/types.h>
 
+#include <cstddef>
 #include <vector>
 
 namespace splitcubes {
@@ -14,6 +15,10 @@ class SampledMotion {
     /// Adds a sample. time (s): finite and after the last sample; frame: world from own, finite. Throws
     /// InputError otherwise.
     void add(double time, const Isometry& frame);
+
+    /// Drops the samples that no time from this one on depends on: all before the last one that is not later.
+    /// Returns how many.
+    std::size_t forget_before(double time);
 
     bool empty() const { return times_.empty(); }
     const std::vector<double>& times() const { return times_; }      // s, increasing

@@ -77,6 +77,11 @@ class Surface {
     const std::vector<std::uint32_t>& retessellate(const NodeGrid& grid,
                                                    std::span<const std::int32_t> new_slots);
 
+    /// What the last retessellate returned.
+    const std::vector<std::uint32_t>& changed_cells() const { return touched_; }
+    /// Places for quads, used or not: SurfaceCell::first_quad and what follows lie below.
+    std::size_t quad_slot_count() const { return quads_.size(); }
+
     const std::vector<SurfaceCell>& cells() const { return cells_; }
     const std::vector<SurfaceVertex>& vertices() const { return vertices_; }
     std::span<const SurfaceQuad> quads(const SurfaceCell& cell) const {

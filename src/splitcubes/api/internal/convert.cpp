@@ -1,0 +1,203 @@
+#include <splitcubes/api/internal/convert.h>
+#include <splitcubes/core/error.h>
+#include <splitcubes/core/plain_number.h>
+#include <splitcubes/geometry/coordinate_limit.h>
+#include <splitcubes/geometry/rest_grid.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace splitcubes::api {
+
+namespace {
+
+constexpr double largest_setting = 1e30;
+
+std::string number_text(double value) {
+    return plain_number(value, 6);
+}
+
+template <class T>
+void require_data(std::span<const T> values, std::size_t each, const std::string& where) {
+    if (values.data() == nullptr && !values.empty())
+        throw InputError(where, "is a null pointer with a size (" + std::to_string(values.size()) + ")");
+    if (values.size() % each != 0)
+        throw InputError(where, "has " + std::to_string(values.size()) + " numbers",
+                         "give " + std::to_string(each) + " for each");
+}
+
+Vec3 direction_of(const Vector3& v, const std::string& where) {
+    const Vec3 out = vector_of(v, where);
+    if (!(out.stableNorm() > 0)) throw InputError(where, "has no direction", "give a vector other than zero");
+    return out.stableNormalized();
+}
+
+}  // namespace
+
+void require_at_least_zero(double value, const std::string& where) {
+    if (!(value >= 0 && value <= largest_setting))
+        throw InputError(where, "must be finite and not below zero (" + number_text(value) + ")");
+}
+
+void require_above_zero(double value, const std::string& where) {
+    if (!(value > 0 && value <= largest_setting))
+        throw InputError(where, "must be finite and above zero (" + number_text(value) + ")");
+}
+
+Vec3 vector_of(const Vector3& v, const std::string& where) {
+    const Vec3 out(v.x, v.y, v.z);
+    if (!(out.cwiseAbs().maxCoeff() <= geometry::largest_coordinate) || !out.allFinite())
+        throw InputError(where, "is not finite or beyond 1e9");
+    return out;
+}
+
+Isometry isometry_of(const Pose& pose, const std::string& where) {
+    Quat rotation(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z);
+    if (!rotation.coeffs().allFinite() || !(rotation.coeffs().stableNorm() > 0))
+        throw InputError(where + ", rotation", "is not a rotation",
+                         "give a finite quaternion other than zero");
+    rotation.coeffs() = rotation.coeffs().stableNormalized().eval();
+    Isometry out = Isometry::Identity();
+    out.linear() = rotation.toRotationMatrix();
+    out.translation() = vector_of(pose.position, where + ", position");
+    return out;
+}
+
+geometry::TriangleMesh mesh_of(const MeshView& mesh, const std::string& where) {
+    require_data(mesh.positions, 3, where + ", positions");
+    require_data(mesh.triangles, 3, where + ", triangles");
+    if (mesh.triangles.empty()) throw InputError(where, "has no triangles");
+    geometry::TriangleMesh out;
+    out.positions.resize(mesh.positions.size() / 3);
+    for (std::size_t v = 0; v < out.positions.size(); ++v)
+        out.positions[v] = Vec3(mesh.positions[3 * v], mesh.positions[3 * v + 1], mesh.positions[3 * v + 2]);
+    geometry::require_coordinates(out, where);
+    out.triangles.resize(mesh.triangles.size() / 3);
+    for (std::size_t k = 0; k < mesh.triangles.size(); ++k) {
+        if (mesh.triangles[k] >= out.positions.size())
+            throw InputError(where + ", triangle " + std::to_string(k / 3),
+                             "uses vertex " + std::to_string(mesh.triangles[k]) + " of " +
+                                 std::to_string(out.positions.size()));
+        out.triangles[k / 3][k % 3] = mesh.triangles[k];
+    }
+    return out;
+}
+
+io::Model model_of(const MeshView& mesh, const std::string& where) {
+    io::Model out{mesh_of(mesh, where), {}};
+    const std::size_t count = out.mesh.triangles.size();
+    require_data(mesh.corner_uv, 6, where + ", corner_uv");
+    require_data(mesh.triangle_material, 1, where + ", triangle_material");
+    if (!mesh.corner_uv.empty() && mesh.corner_uv.size() != 6 * count)
+        throw InputError(where + ", corner_uv", "is of another number of triangles",
+                         "give six numbers a triangle");
+    if (!mesh.triangle_material.empty() && mesh.triangle_material.size() != count)
+        throw InputError(where + ", triangle_material", "is of another number of triangles",
+                         "give one number a triangle");
+    out.attributes.corner_uv.resize(mesh.corner_uv.size() / 6);
+    for (std::size_t k = 0; k < mesh.corner_uv.size(); ++k) {
+        if (!std::isfinite(mesh.corner_uv[k]))
+            throw InputError(where + ", corner_uv of triangle " + std::to_string(k / 6), "is not finite");
+        out.attributes.corner_uv[k / 6][k % 6 / 2][k % 2] = mesh.corner_uv[k];
+    }
+    constexpr std::int32_t most_materials = 65536;
+    std::int32_t last = -1;
+    for (const std::int32_t material : mesh.triangle_material) {
+        if (material < -1 || material >= most_materials)
+            throw InputError(where + ", triangle_material",
+                             "has a number out of range (" + std::to_string(material) + ")",
+                             "give -1 to 65535");
+        last = std::max(last, material);
+    }
+    out.attributes.triangle_material.assign(mesh.triangle_material.begin(), mesh.triangle_material.end());
+    for (std::int32_t k = 0; k <= last; ++k)
+        out.attributes.materials.emplace_back().name = "material " + std::to_string(k);
+    return out;
+}
+
+cutting::BladeShape blade_shape_of(const BladeView& blade, const std::string& where) {
+    require_data(blade.points, 1, where + ", points");
+    cutting::BladeShape out{{{}}};
+    for (std::size_t k = 0; k < blade.points.size(); ++k)
+        out.polylines[0].push_back(vector_of(blade.points[k], where + ", point " + std::to_string(k)));
+    return out;
+}
+
+body::BodySettings place_body(io::Model& model, const BodySettings& s) {
+    const std::string where = "body '" + s.name + "'";
+    require_above_zero(s.scale, where + ", scale");
+    require_at_least_zero(s.cell_size, where + ", cell size");
+    if (s.cell_size == 0 && (s.cells < 1 || s.cells > geometry::max_cells_per_axis))
+        throw InputError(where + ", cells", "out of range (" + std::to_string(s.cells) + ")",
+                         "give 1 to 1024");
+    const Isometry placed = isometry_of(s.placement, where + ", placement");
+    for (Vec3& p : model.mesh.positions) p = placed * Vec3(s.scale * p);
+    geometry::require_coordinates(model.mesh, where);
+    body::BodySettings out;
+    out.name = s.name;
+    out.cell_size = s.cell_size > 0 ? s.cell_size : geometry::cell_size_for(model.mesh.bounds(), s.cells);
+    out.phyxel_count = s.phyxel_count;
+    out.material.density = s.material.density;
+    out.material.youngs_modulus = s.material.youngs_modulus;
+    out.material.poisson_ratio = s.material.poisson_ratio;
+    out.material.mass_damping = s.material.mass_damping;
+    out.material.stiffness_damping = s.material.stiffness_damping;
+    require_at_least_zero(s.material.cutting_resistance, where + ", cutting resistance");
+    out.material.cutting_resistance = s.material.cutting_resistance;
+    out.velocity = vector_of(s.velocity, where + ", velocity");
+    out.angular_velocity = vector_of(s.angular_velocity, where + ", angular velocity");
+    if (!s.tearing) return out;
+    out.tearing = body::TearSettings{};
+    out.tearing->strength = s.tearing->strength;
+    out.tearing->propagation_ratio = s.tearing->propagation_ratio;
+    return out;
+}
+
+std::function<bool(const Vec3& rest)> region_of(const Region& region, const std::string& where) {
+    if (const auto* box = std::get_if<BoxRegion>(&region)) {
+        const Vec3 low = vector_of(box->low, where + ", low"), high = vector_of(box->high, where + ", high");
+        return [low, high](const Vec3& p) {
+            return (p.array() >= low.array()).all() && (p.array() <= high.array()).all();
+        };
+    }
+    if (const auto* sphere = std::get_if<SphereRegion>(&region)) {
+        require_above_zero(sphere->radius, where + ", radius");
+        return [centre = vector_of(sphere->centre, where + ", centre"), r = sphere->radius](const Vec3& p) {
+            return (p - centre).squaredNorm() <= r * r;
+        };
+    }
+    const RegionTest test = std::get<RegionTest>(region);
+    if (!test) throw InputError(where, "is an empty function");
+    return [test](const Vec3& p) { return test(public_vector(p)); };
+}
+
+body::WorldSettings world_settings_of(const SimulationSettings& s) {
+    require_above_zero(s.time_step, "simulation, time step");
+    require_at_least_zero(s.contact.friction, "simulation, contact friction");
+    require_above_zero(s.solver.tolerance, "simulation, solver tolerance");
+    if (s.solver.max_iterations < 1)
+        throw InputError("simulation, solver iterations",
+                         "below 1 (" + std::to_string(s.solver.max_iterations) + ")");
+    if (s.thread_count < 0 || s.thread_count > 1024)
+        throw InputError("simulation, thread count", "out of range (" + std::to_string(s.thread_count) + ")",
+                         "give 0 to 1024");
+    body::WorldSettings out;
+    out.time_step = s.time_step;
+    out.gravity = vector_of(s.gravity, "simulation, gravity");
+    if (s.ground) {
+        require_at_least_zero(s.ground->friction, "simulation, ground friction");
+        if (!(std::abs(s.ground->offset) <= geometry::largest_coordinate))
+            throw InputError("simulation, ground offset", "is not finite or beyond 1e9");
+        out.ground = {direction_of(s.ground->normal, "simulation, ground normal"), s.ground->offset,
+                      s.ground->friction};
+    }
+    out.contact.pieces = s.contact.pieces;
+    out.contact.friction = s.contact.friction;
+    if (s.solver.explicit_steps) out.solver.kind = meshless::SolverKind::explicit_steps;
+    out.solver.tolerance = s.solver.tolerance;
+    out.solver.max_iterations = s.solver.max_iterations;
+    return out;
+}
+
+}  // namespace splitcubes::api

@@ -1,0 +1,31 @@
+// From the public interface's values to the library's, checked.
+#pragma once
+
+#include <splitcubes/api/mesh.h>
+#include <splitcubes/api/settings.h>
+#include <splitcubes/body/world.h>
+#include <splitcubes/io/read_mesh.h>
+
+#include <string>
+
+namespace splitcubes::api {
+
+// All throw InputError(where, ...) for what is not finite or out of range.
+
+inline Vector3 public_vector(const Vec3& v) {
+    return {v.x(), v.y(), v.z()};
+}
+Vec3 vector_of(const Vector3& v, const std::string& where);
+Isometry isometry_of(const Pose& pose, const std::string& where);
+/// The rest is checked by those who use it.
+geometry::TriangleMesh mesh_of(const MeshView& mesh, const std::string& where);
+io::Model model_of(const MeshView& mesh, const std::string& where);
+cutting::BladeShape blade_shape_of(const BladeView& blade, const std::string& where);
+/// Of a model that is not placed yet; places it.
+body::BodySettings place_body(io::Model& model, const BodySettings& settings);
+std::function<bool(const Vec3& rest)> region_of(const Region& region, const std::string& where);
+body::WorldSettings world_settings_of(const SimulationSettings& settings);
+void require_at_least_zero(double value, const std::string& where);
+void require_above_zero(double value, const std::string& where);
+
+}  // namespace splitcubes::api

@@ -1,0 +1,482 @@
+#include <splitcubes/api/internal/calls.h>
+#include <splitcubes/api/internal/convert.h>
+#include <splitcubes/api/internal/history.h>
+#include <splitcubes/api/internal/session.h>
+#include <splitcubes/api/internal/state_file.h>
+#include <splitcubes/api/internal/step_events.h>
+#include <splitcubes/api/simulation.h>
+#include <splitcubes/core/error.h>
+#include <splitcubes/core/plain_number.h>
+#include <splitcubes/io/read_mesh.h>
+#include <splitcubes/io/write_mesh.h>
+#include <splitcubes/splitting/extract.h>
+
+#include <limits>
+#include <type_traits>
+#include <utility>
+
+namespace splitcubes {
+
+using namespace api;
+
+class Simulation::Impl {
+  public:
+    explicit Impl(const SimulationSettings& settings)
+        : session_(world_settings_of(settings), std::make_shared<const Parallel>(settings.thread_count)),
+          history_(settings.history) {}
+
+    template <class Work>
+    auto read(const Work& work) const {
+        return run_call(gate_, false, [&] {
+            require_whole();
+            return work(session_);
+        });
+    }
+    template <class Work>
+    auto write(const Work& work) {
+        return run_call(gate_, true, [&] {
+            require_whole();
+            return work(session_);
+        });
+    }
+    /// For what cannot be left half done.
+    template <class Work>
+    auto whole(const Work& work) {
+        broken_ = true;
+        auto out = work();
+        broken_ = false;
+        return out;
+    }
+    StepResult step();
+    void mark() { history_.mark(session_.snapshot()); }
+    bool go(bool back);
+    void load(const std::string& file);
+    template <class Work>
+    auto history(const Work& work) const {
+        return run_call(gate_, false, [&] { return work(history_); });
+    }
+    bool marks_cuts() const { return history_.is_automatic(); }
+
+  private:
+    void require_whole() const {
+        if (broken_)
+            throw Error(ErrorKind::broken, "simulation: a step has failed half way; undo, or load a state");
+    }
+    Session session_of(const Snapshot& read, const std::string& file) const;
+    void become(Session next);
+
+    mutable Gate gate_;
+    Session session_;
+    History history_;
+    StepEvents events_;
+    bool broken_ = false;
+};
+
+namespace {
+
+// Throws unless a pose may be added to a path; makes what has stood still until now stand still.
+template <class Add>
+void add_pose(double now, double last, const Isometry& last_frame, double time, const Add& add) {
+    if (!(time > now) || !(time > last))
+        throw Error(ErrorKind::pose_not_later, "pose: its time (" + plain_number(time, 9) +
+                                                   " s) is not later than " +
+                                                   (last > now ? "the last pose (" + plain_number(last, 9)
+                                                               : "the simulation (" + plain_number(now, 9)) +
+                                                   " s)");
+    if (!(time <= std::numeric_limits<double>::max()))
+        throw Error(ErrorKind::invalid_argument, "pose: its time is not finite");
+    if (last < now) add(now, last_frame);
+}
+
+void add_track_pose(SampledMotion& track, double now, double time, const Pose& pose) {
+    const Isometry frame = isometry_of(pose, "pose");
+    add_pose(now, track.times().back(), track.frames().back(), time,
+             [&](double t, const Isometry& f) { track.add(t, f); });
+    track.add(time, frame);
+}
+
+Track track_from(double time, const Pose& pose, const std::string& where) {
+    auto track = std::make_shared<SampledMotion>();
+    track->add(time, isometry_of(pose, where));
+    return track;
+}
+
+bool any_lowered(const Session& session) {
+    for (std::size_t k = 0; k < session.things().tools.size(); ++k)
+        if (session.things().tools.at(k).lowered) return true;
+    return false;
+}
+
+BodyId add_model(Session& session, io::Model model, const BodySettings& settings) {
+    body::BodySettings made = place_body(model, settings);
+    return session.add_body({make_source(std::move(model), std::move(made))});
+}
+
+template <class List>
+std::size_t track_bytes(const List& list) {
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < list.size(); ++k) count += list.at(k).track->times().capacity();
+    return count * (sizeof(double) + sizeof(Isometry));
+}
+
+geometry::SurfaceMesh surface_of(const Session& session, BodyId id) {
+    geometry::SurfaceMesh out = session.body(id).surface_mesh();
+    const auto& source = session.things().bodies[id].source;
+    if (source->transfer) out.attributes = source->transfer->onto(out, session.parallel());
+    return out;
+}
+
+}  // namespace
+
+// A file's bodies can be none that there can be.
+Session Simulation::Impl::session_of(const Snapshot& read, const std::string& file) const {
+    try {
+        return {read, session_.shared_parallel()};
+    } catch (const InputError& error) {
+        throw Error(ErrorKind::bad_file, file + ": is damaged: " + error.what());
+    }
+}
+
+StepResult Simulation::Impl::step() {
+    return write([&](Session& session) {
+        events_.begin(session);
+        return whole([&] {
+            const body::StepReport report = session.world().step();
+            StepResult out = events_.end(session, report);
+            session.update_surfaces();
+            session.forget_past_poses();
+            return out;
+        });
+    });
+}
+
+// What is shown goes on by revisions that have not been.
+void Simulation::Impl::become(Session next) {
+    std::uint64_t revision = 0;
+    for (std::size_t b = 0; b < session_.things().bodies.size(); ++b)
+        revision = std::max(revision, session_.stream(b).view().revision);
+    next.things().continue_after(session_.things());
+    for (std::size_t b = 0; b < next.things().bodies.size(); ++b) next.stream(b).set_revision(revision + 2);
+    session_ = std::move(next);
+    broken_ = false;
+}
+
+bool Simulation::Impl::go(bool back) {
+    return run_call(gate_, true, [&] {
+        const std::optional<Snapshot> to = history_.peek(back);
+        if (!to) return false;
+        Session next(*to, session_.shared_parallel());
+        Snapshot now = broken_ ? *to : session_.snapshot();
+        history_.moved(back, std::move(now));
+        become(std::move(next));
+        return true;
+    });
+}
+
+void Simulation::Impl::load(const std::string& file) {
+    run_call(gate_, true, [&] {
+        const Snapshot read = read_state_file(file, session_.parallel());
+        Session next = session_of(read, file);
+        become(std::move(next));
+        history_.clear();
+    });
+}
+
+Simulation::Simulation(const SimulationSettings& settings) {
+    Gate gate;
+    impl_ = run_call(gate, true, [&] { return std::make_unique<Impl>(settings); });
+}
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+double Simulation::time() const {
+    return impl_->read([](const Session& s) { return s.world().time(); });
+}
+double Simulation::time_step() const {
+    return impl_->read([](const Session& s) { return s.world().settings().time_step; });
+}
+
+// --- bodies ---
+
+BodyId Simulation::add_body(const MeshView& mesh, const BodySettings& settings) {
+    return impl_->write(
+        [&](Session& s) { return add_model(s, model_of(mesh, "body '" + settings.name + "'"), settings); });
+}
+
+BodyId Simulation::add_body(const std::string& mesh_file, const BodySettings& settings) {
+    return impl_->write([&](Session& s) {
+        io::Model model;
+        try {
+            model = io::read_model(mesh_file);
+        } catch (const InputError& error) {
+            throw Error(ErrorKind::bad_file, error.what());
+        }
+        return add_model(s, std::move(model), settings);
+    });
+}
+
+void Simulation::remove_body(BodyId body) {
+    impl_->write([&](Session& s) { s.remove_body(body); });
+}
+
+std::vector<BodyId> Simulation::bodies() const {
+    return impl_->read([](const Session& s) {
+        std::vector<BodyId> out;
+        for (std::size_t k = 0; k < s.things().bodies.size(); ++k) out.push_back(s.things().bodies.id_at(k));
+        return out;
+    });
+}
+
+std::size_t Simulation::piece_count(BodyId body) const {
+    return impl_->read([&](const Session& s) { return s.body(body).pieces().count(); });
+}
+
+std::vector<std::string> Simulation::material_names(BodyId body) const {
+    return impl_->read(
+        [&](const Session& s) { return s.stream(s.things().bodies.position(body)).material_names(); });
+}
+
+SurfaceView Simulation::surface(BodyId body) const {
+    return impl_->read([&](const Session& s) { return s.stream(s.things().bodies.position(body)).view(); });
+}
+
+void Simulation::write_surface(BodyId body, const std::string& file, int piece) const {
+    impl_->read([&](const Session& s) {
+        const geometry::SurfaceMesh whole = surface_of(s, body);
+        if (piece >= 0 && static_cast<std::size_t>(piece) >= s.body(body).pieces().count())
+            throw InputError("piece",
+                             std::to_string(piece) + " of " + std::to_string(s.body(body).pieces().count()),
+                             "they are numbered from 0");
+        io::write_mesh(file, piece < 0 ? whole : splitting::extract_piece(whole, piece));
+    });
+}
+
+std::size_t Simulation::cut_with_sheet(BodyId body, const MeshView& sheet) {
+    return impl_->write([&](Session& s) {
+        const std::size_t position = s.things().bodies.position(body);
+        s.require_cut_number();
+        const geometry::TriangleMesh mesh = mesh_of(sheet, "sheet");
+        return impl_->whole([&] {
+            const std::size_t count =
+                s.body(body).cut_with_sheet(mesh, s.world().take_cut_number(), s.parallel());
+            s.update_surface(position);
+            return count;
+        });
+    });
+}
+
+std::size_t Simulation::cut_with_blade(BodyId body, const BladeView& blade, std::span<const TimedPose> path) {
+    return impl_->write([&](Session& s) {
+        const std::size_t position = s.things().bodies.position(body);
+        s.require_cut_number();
+        if (path.data() == nullptr || path.size() < 2)
+            throw InputError("path", "has " + std::to_string(path.size()) + " poses", "give two or more");
+        SampledMotion motion;
+        for (const TimedPose& at : path) {
+            if (!motion.empty() && !(at.time > motion.times().back()))
+                throw Error(ErrorKind::pose_not_later,
+                            "path: its times do not increase; order the poses by time");
+            motion.add(at.time, isometry_of(at.pose, "path, pose"));
+        }
+        cutting::Blade swept("blade", blade_shape_of(blade, "blade"), motion);
+        swept.set_active(motion.times().front(), motion.times().back());
+        return impl_->whole([&] {
+            const std::size_t count =
+                s.body(body).cut_with_blade(swept, s.world().take_cut_number(), s.parallel());
+            s.update_surface(position);
+            return count;
+        });
+    });
+}
+
+// --- tools ---
+
+ToolId Simulation::add_tool(const BladeView& blade, const ToolSettings& settings) {
+    return impl_->write([&](Session& s) {
+        const std::string where = "tool '" + settings.name + "'";
+        s.require_cut_number();
+        require_at_least_zero(settings.side_reach, where + ", side reach");
+        require_at_least_zero(settings.side_friction, where + ", side friction");
+        std::vector<std::size_t> bodies;
+        for (const BodyId id : settings.bodies) bodies.push_back(s.things().bodies.position(id));
+        SampledMotion path;
+        path.add(s.world().time(), isometry_of(settings.pose, where + ", pose"));
+        cutting::Blade made(settings.name, blade_shape_of(blade, where), path);
+        constexpr double never = -std::numeric_limits<double>::infinity();
+        made.set_active(never, never);
+        s.world().add_tool(std::move(made), std::move(bodies), {settings.side_reach, settings.side_friction});
+        return s.things().tools.add({});
+    });
+}
+
+void Simulation::add_tool_pose(ToolId tool, double time, const Pose& pose) {
+    impl_->write([&](Session& s) {
+        const std::size_t k = s.things().tools.position(tool);
+        const Isometry frame = isometry_of(pose, "pose");
+        const SampledMotion& path = s.world().tools()[k].blade.samples();
+        add_pose(s.world().time(), path.times().back(), Isometry(path.frames().back()), time,
+                 [&](double t, const Isometry& f) { s.world().move_tool(k, t, f); });
+        s.world().move_tool(k, time, frame);
+    });
+}
+
+void Simulation::lower_tool(ToolId tool) {
+    impl_->write([&](Session& s) {
+        const std::size_t k = s.things().tools.position(tool);
+        if (s.things().tools.at(k).lowered) return;
+        if (impl_->marks_cuts() && !any_lowered(s)) impl_->mark();
+        // One that was raised just now has not been raised at all.
+        const cutting::Blade& blade = s.world().tools()[k].blade;
+        const double now = s.world().time();
+        const double from = blade.active_until() == now ? blade.active_from() : now;
+        s.world().set_tool_active(k, from, std::numeric_limits<double>::infinity());
+        s.things().tools.at(k).lowered = true;
+    });
+}
+
+void Simulation::raise_tool(ToolId tool) {
+    impl_->write([&](Session& s) {
+        const std::size_t k = s.things().tools.position(tool);
+        if (!s.things().tools.at(k).lowered) return;
+        s.world().set_tool_active(k, s.world().tools()[k].blade.active_from(), s.world().time());
+        s.things().tools.at(k).lowered = false;
+    });
+}
+
+bool Simulation::is_lowered(ToolId tool) const {
+    return impl_->read([&](const Session& s) { return s.things().tools[tool].lowered; });
+}
+
+void Simulation::remove_tool(ToolId tool) {
+    impl_->write([&](Session& s) {
+        s.world().remove_tool(s.things().tools.position(tool));
+        s.things().tools.remove(tool);
+    });
+}
+
+// --- handles, constraints, colliders ---
+
+HandleId Simulation::add_handle(BodyId body, const HandleSettings& settings) {
+    return impl_->write([&](Session& s) {
+        const std::string where = "handle '" + settings.name + "'";
+        s.things().bodies.position(body);
+        require_above_zero(settings.stiffness, where + ", stiffness");
+        if (!(settings.force_limit > 0)) throw InputError(where + ", force limit", "must be above zero");
+        return s.add_handle({body, settings.name, settings.region, settings.stiffness, settings.force_limit,
+                             s.world().time(),
+                             track_from(s.world().time(), settings.pose, where + ", pose")});
+    });
+}
+
+void Simulation::add_handle_pose(HandleId handle, double time, const Pose& pose) {
+    impl_->write(
+        [&](Session& s) { add_track_pose(*s.things().handles[handle].track, s.world().time(), time, pose); });
+}
+
+void Simulation::remove_handle(HandleId handle) {
+    impl_->write([&](Session& s) { s.remove_handle(handle); });
+}
+
+ConstraintId Simulation::add_constraint(BodyId body, const ConstraintSettings& settings) {
+    return impl_->write([&](Session& s) {
+        s.things().bodies.position(body);
+        return s.add_constraint({body, settings.region, s.world().time(),
+                                 track_from(s.world().time(), settings.pose, "constraint, pose")});
+    });
+}
+
+void Simulation::add_constraint_pose(ConstraintId constraint, double time, const Pose& pose) {
+    impl_->write([&](Session& s) {
+        add_track_pose(*s.things().constraints[constraint].track, s.world().time(), time, pose);
+    });
+}
+
+void Simulation::remove_constraint(ConstraintId constraint) {
+    impl_->write([&](Session& s) { s.remove_constraint(constraint); });
+}
+
+ColliderId Simulation::add_collider(const ColliderSettings& settings) {
+    return impl_->write([&](Session& s) {
+        const std::string where = "collider '" + settings.name + "'";
+        require_at_least_zero(settings.friction, where + ", friction");
+        const ShapeSource shape = std::visit(
+            [&](const auto& one) -> ShapeSource {
+                if constexpr (std::is_same_v<std::decay_t<decltype(one)>, MeshView>)
+                    return std::make_shared<const geometry::TriangleMesh>(mesh_of(one, where));
+                else
+                    return one;
+            },
+            settings.shape);
+        return s.add_collider({settings.name, settings.friction, shape,
+                               make_solid(shape, where, s.parallel()),
+                               track_from(s.world().time(), settings.pose, where + ", pose")});
+    });
+}
+
+void Simulation::add_collider_pose(ColliderId collider, double time, const Pose& pose) {
+    impl_->write([&](Session& s) {
+        add_track_pose(*s.things().colliders[collider].track, s.world().time(), time, pose);
+    });
+}
+
+void Simulation::remove_collider(ColliderId collider) {
+    impl_->write([&](Session& s) { s.remove_collider(collider); });
+}
+
+// --- time and state ---
+
+StepResult Simulation::step() {
+    return impl_->step();
+}
+
+std::uint64_t Simulation::state_hash() const {
+    return impl_->read([](const Session& s) { return s.world().state_hash().value(); });
+}
+
+void Simulation::mark_undo_point() {
+    impl_->write([&](Session&) { impl_->mark(); });
+}
+
+bool Simulation::undo() {
+    return impl_->go(true);
+}
+
+bool Simulation::redo() {
+    return impl_->go(false);
+}
+
+std::size_t Simulation::undo_count() const {
+    return impl_->history([](const History& h) { return h.count(true); });
+}
+
+std::size_t Simulation::redo_count() const {
+    return impl_->history([](const History& h) { return h.count(false); });
+}
+
+void Simulation::save(const std::string& file) const {
+    impl_->read([&](const Session& s) { write_state_file(file, s.snapshot()); });
+}
+
+void Simulation::load(const std::string& file) {
+    impl_->load(file);
+}
+
+MemoryUse Simulation::memory_use() const {
+    MemoryUse out;
+    impl_->read([&](const Session& s) {
+        for (std::size_t b = 0; b < s.things().bodies.size(); ++b) out.surfaces += s.stream(b).bytes();
+        for (const body::Tool& tool : s.world().tools())
+            out.motion_samples +=
+                tool.blade.samples().times().capacity() * (sizeof(double) + sizeof(Isometry));
+        out.motion_samples += track_bytes(s.things().handles) + track_bytes(s.things().constraints) +
+                              track_bytes(s.things().colliders);
+    });
+    impl_->history([&](const History& h) {
+        out.history_memory = h.memory();
+        out.history_disk = h.disk();
+    });
+    return out;
+}
+
+}  // namespace splitcubes

@@ -1,0 +1,164 @@
+// Soft bodies that blades cut while they deform: the interface for programs that show them.
+#pragma once
+
+#include <splitcubes/api/error.h>
+#include <splitcubes/api/mesh.h>
+#include <splitcubes/api/settings.h>
+#include <splitcubes/api/step_result.h>
+#include <splitcubes/api/surface.h>
+#include <splitcubes/api/types.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace splitcubes {
+
+/// Memory that the simulation keeps beside the bodies themselves, bytes.
+struct MemoryUse {
+    std::size_t surfaces = 0;        ///< arrays of surface(), all bodies; grow with what is cut
+    std::size_t motion_samples = 0;  ///< poses of tools, handles, constraints and colliders not yet passed
+    std::size_t history_memory = 0;  ///< undo and redo, within HistorySettings::memory_budget
+    std::size_t history_disk = 0;    ///< undo and redo, within HistorySettings::disk_budget
+};
+
+/// A world of soft bodies, tools, handles, constraints and colliders, advanced in time steps of equal length.
+///
+/// **Order of things.** Between two steps the caller adds poses with times after time(); step() advances by
+/// one time step. A blade cuts what it crossed in the time step before the one that is taken, both ends of
+/// which are known then: its mark appears one step after it passed.
+///
+/// **Threads.** Calls of one simulation are made by one thread at a time; const calls may run beside each
+/// other. A call that runs beside one that it may not run beside, and one made from within a RegionTest,
+/// throws ErrorKind::busy. Different simulations have nothing in common. A step uses
+/// SimulationSettings::thread_count threads of its own; results do not depend on it by a bit.
+///
+/// **Lifetimes.** Views that are given (MeshView, BladeView) are read during the call. Spans that are
+/// returned are valid until the next call that is not const. Ids are values.
+///
+/// **Errors.** Every call throws Error and nothing else, and has changed nothing then (but see step).
+///
+/// **Memory** does not grow with time: poses that are past are dropped, the history has a budget, and bodies
+/// grow with what is cut of them, at most to all edges of their grids.
+class Simulation {
+  public:
+    /// @throws Error for settings out of range.
+    explicit Simulation(const SimulationSettings& settings = {});
+    ~Simulation();
+    /// A simulation that was moved from can only be assigned to and destroyed.
+    Simulation(Simulation&&) noexcept;
+    /// See the other.
+    Simulation& operator=(Simulation&&) noexcept;
+
+    /// s; 0 at the start, one time step more after each step.
+    double time() const;
+    /// s, as in the settings.
+    double time_step() const;
+
+    // --- bodies ---
+
+    /// Adds a body at rest as its mesh is placed, moving as its settings say.
+    BodyId add_body(const MeshView& mesh, const BodySettings& settings);
+    /// The same from a file: OBJ, PLY, STL, glTF or GLB, with its texture coordinates and materials.
+    BodyId add_body(const std::string& mesh_file, const BodySettings& settings);
+    /// Removes a body with its handles and constraints.
+    void remove_body(BodyId body);
+    /// In the order in which they were added.
+    std::vector<BodyId> bodies() const;
+    /// Pieces that it has come to, those that lie apart from the start included; numbered from 0.
+    std::size_t piece_count(BodyId body) const;
+    /// Of SurfaceView::triangle_material: the input's own, then what cut faces and bare ones have.
+    std::vector<std::string> material_names(BodyId body) const;
+    /// The surface as it is now, and what the last call changed of it.
+    SurfaceView surface(BodyId body) const;
+    /// Writes the surface as it is now: PLY, OBJ, STL or GLB. piece: that one alone; below 0: all.
+    void write_surface(BodyId body, const std::string& file, int piece = -1) const;
+
+    /// Cuts a body along a sheet of triangles at rest coordinates. Returns the number of grid edges cut.
+    std::size_t cut_with_sheet(BodyId body, const MeshView& sheet);
+    /// Cuts a body along what a blade sweeps on a path, in rest coordinates: two poses or more, times
+    /// increasing.
+    std::size_t cut_with_blade(BodyId body, const BladeView& blade, std::span<const TimedPose> path);
+
+    // --- tools ---
+
+    /// Adds a blade that is raised.
+    ToolId add_tool(const BladeView& blade, const ToolSettings& settings = {});
+    /// Where the tool is at a time: after time() and after its last pose. Between poses it goes straight,
+    /// after the last it stands still; any number may be given between two steps.
+    /// @throws Error pose_not_later otherwise.
+    void add_tool_pose(ToolId tool, double time, const Pose& pose);
+    /// From time() on it cuts. With HistorySettings::automatic, and where no other tool is lowered, undo goes
+    /// back to just before. Nothing where it is lowered already.
+    void lower_tool(ToolId tool);
+    /// From time() on it moves without cutting. Nothing where it is raised already.
+    void raise_tool(ToolId tool);
+    /// Whether it cuts.
+    bool is_lowered(ToolId tool) const;
+    /// What it has cut stays cut.
+    void remove_tool(ToolId tool);
+
+    // --- handles, constraints, colliders ---
+
+    /// Adds springs that pull a region of a body.
+    HandleId add_handle(BodyId body, const HandleSettings& settings);
+    /// Where the springs pull to at a time (world from rest), as add_tool_pose.
+    void add_handle_pose(HandleId handle, double time, const Pose& pose);
+    /// Lets go.
+    void remove_handle(HandleId handle);
+    /// Holds a region of a body.
+    ConstraintId add_constraint(BodyId body, const ConstraintSettings& settings);
+    /// Where the region is at a time (world from rest), as add_tool_pose.
+    void add_constraint_pose(ConstraintId constraint, double time, const Pose& pose);
+    /// Lets go.
+    void remove_constraint(ConstraintId constraint);
+    /// Adds a thing that bodies push against.
+    ColliderId add_collider(const ColliderSettings& settings);
+    /// Where it is at a time, as add_tool_pose.
+    void add_collider_pose(ColliderId collider, double time, const Pose& pose);
+    /// What lay on it falls.
+    void remove_collider(ColliderId collider);
+
+    // --- time ---
+
+    /// Advances everything by one time step.
+    /// @throws Error of the kind out_of_memory or failed where it could not; the simulation is
+    /// ErrorKind::broken then, until undo or load.
+    StepResult step();
+    /// Of the whole state: equal for equal runs, bit for bit.
+    std::uint64_t state_hash() const;
+
+    // --- state ---
+
+    /// Keeps the state as it is now for undo, and forgets what could be redone.
+    void mark_undo_point();
+    /// Goes back to the last kept state: bodies, tools, their poses, time. Ids of what is there in that state
+    /// name it again. Returns whether there was one. Bodies are made again from their meshes: this takes as
+    /// long as adding them did.
+    bool undo();
+    /// Takes the last undo back. Returns whether there was one.
+    bool redo();
+    /// Kept states that undo can go back to.
+    std::size_t undo_count() const;
+    /// Kept states that redo can go forward to.
+    std::size_t redo_count() const;
+    /// Writes all of the simulation but its history, whole or not at all; read by this version of the library
+    /// on machines of this byte order only. Regions by RegionTest cannot be written
+    /// (ErrorKind::invalid_argument).
+    void save(const std::string& file) const;
+    /// Becomes what was saved, time step and gravity included; threads and history stay as they are set, and
+    /// the history is emptied. Ids are those of the simulation that was saved.
+    void load(const std::string& file);
+
+    /// What it keeps beside the bodies.
+    MemoryUse memory_use() const;
+
+  private:
+    class Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace splitcubes

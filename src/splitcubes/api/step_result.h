@@ -1,0 +1,86 @@
+// What a time step did.
+#pragma once
+
+#include <splitcubes/api/types.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace splitcubes {
+
+/// What a tool feels: force and torque of the bodies on it, averaged over the interval in which it moved,
+/// torque about the origin of its frame. It resists by the work of cutting
+/// (MaterialSettings::cutting_resistance) and by friction on its sides.
+struct ToolResult {
+    ToolId tool;          ///< whose
+    Vector3 force;        ///< N, world
+    Vector3 torque;       ///< N m, world
+    double cut_area = 0;  ///< m^2 at rest, cut in this step
+    double cut_work = 0;  ///< J, resistance times area
+};
+
+/// The force of a handle on its body.
+struct HandleResult {
+    HandleId handle;  ///< whose
+    Vector3 force;    ///< N, world
+};
+
+/// Wall-clock time of a stage of the step.
+struct StageTime {
+    const char* name = "";  ///< as docs/architecture.md has it; lives as long as the program
+    double seconds = 0;     ///< s
+};
+
+/// A tool began to cut a body, after a step in which it did not.
+struct CutBegan {
+    ToolId tool;  ///< that cuts
+    BodyId body;  ///< that is cut
+};
+/// A piece came off. Pieces of a body are numbered from 0; the larger part keeps the number.
+struct PieceSeparated {
+    BodyId body;              ///< of the pieces
+    std::int32_t piece = 0;   ///< the new one
+    std::int32_t parent = 0;  ///< that it belonged to
+};
+/// A body tore.
+struct Torn {
+    BodyId body;            ///< that tore
+    std::size_t edges = 0;  ///< grid edges that gave way in the step
+};
+/// A piece has become so small that it moves as a rigid body from now on.
+struct FragmentMadeRigid {
+    BodyId body;             ///< of the piece
+    std::int32_t piece = 0;  ///< its number
+};
+
+/// What went wrong in a step and was mended; bits of StepResult::warnings.
+enum StepWarning : std::uint32_t {
+    warning_inverted = 1,         ///< samples turned inside out
+    warning_not_converged = 2,    ///< the linear solve stopped at its limit
+    warning_non_finite = 4,       ///< samples went without elastic force for the step
+    warning_frame_fallback = 8,   ///< nodes without a sample of their own followed a neighbour
+    warning_rank_deficient = 16,  ///< samples whose neighbours do not span space
+    warning_energy_excess = 32,   ///< energy that nothing had put in was taken
+};
+
+/// What one step did. Spans are valid until the next call that is not const.
+struct StepResult {
+    double time = 0;                                   ///< s, at the end of the step
+    std::span<const StageTime> stages;                 ///< in order
+    std::span<const ToolResult> tools;                 ///< in the order in which they were added
+    std::span<const HandleResult> handles;             ///< body by body
+    std::span<const CutBegan> cuts_began;              ///< events of the step
+    std::span<const PieceSeparated> pieces_separated;  ///< events of the step
+    std::span<const Torn> torn;                        ///< events of the step
+    std::span<const FragmentMadeRigid> made_rigid;     ///< events of the step
+    std::size_t pieces = 0;                            ///< of all bodies
+    std::size_t new_cut_edges = 0;                     ///< grid edges, by tools and tearing
+    std::size_t contacts = 0;                          ///< points that push
+    double kinetic_energy = 0;                         ///< J
+    double elastic_energy = 0;                         ///< J
+    int solver_iterations = 0;                         ///< of the linear solve
+    std::uint32_t warnings = 0;                        ///< StepWarning bits
+};
+
+}  // namespace splitcubes
