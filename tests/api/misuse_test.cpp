@@ -204,6 +204,16 @@ TEST(Misuse, CallsFromACallbackOrBesideAnotherAreRefused) {
     EXPECT_GT(done + refused, 0);
 }
 
+TEST(Misuse, OfOneThatWasMovedFrom) {
+    Table t;
+    Simulation other = std::move(t.simulation);
+    EXPECT_EQ(kind_of_error([&] { t.simulation.step(); }), static_cast<int>(ErrorKind::invalid_argument));
+    EXPECT_EQ(kind_of_error([&] { t.simulation.undo(); }), static_cast<int>(ErrorKind::invalid_argument));
+    other.step();
+    t.simulation = std::move(other);
+    EXPECT_EQ(t.simulation.piece_count(t.block), 1U);
+}
+
 TEST(Misuse, MessagesAreOneLineThatSaysWhere) {
     Table t;
     try {

@@ -38,6 +38,29 @@ void check_chain(const std::vector<SweptBlade>& parts) {
 
 }  // namespace
 
+TEST(Sweep, OfABladeThatForgotIsTheSame) {
+    SampledMotion path;
+    for (int k = 0; k < 20; ++k) {
+        Isometry frame = Isometry::Identity();
+        frame.linear() = Eigen::AngleAxisd(0.2 * k, Vec3::UnitZ()).toRotationMatrix();
+        frame.translation() = Vec3(0.1 * k, 0, std::sin(k));
+        path.add(0.1 * k, frame);
+    }
+    const Blade whole("b", make_straight_blade({0, 0, 0}, {0, 0, 1}), path);
+    Blade blade = whole;
+    blade.forget_before(0.72);
+    EXPECT_EQ(blade.samples().times().front(), path.times()[7]);
+    const auto a = sweep(whole, 0.72, 1.3), b = sweep(blade, 0.72, 1.3);
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t k = 0; k < a.size(); ++k) {
+        EXPECT_EQ(a[k].begin, b[k].begin);
+        EXPECT_EQ(a[k].segments[0].a1, b[k].segments[0].a1);
+    }
+    blade.set_active(0.8, 0.9);
+    EXPECT_TRUE(sweep(blade, 0.9, 1.3).empty());
+    EXPECT_FALSE(sweep(blade, 0.72, 1.3).empty());
+}
+
 TEST(Sweep, AStraightPathIsOnePart) {
     const Blade blade("b", BladeShape{{{{0, 0, 0}, {0, 0, 1}, {0, 1, 1}}, {{5, 0, 0}, {6, 0, 0}}}},
                       {{0, {0, 0, 0}, Quat::Identity()}, {2, {4, 0, 0}, Quat::Identity()}});

@@ -41,6 +41,19 @@ TEST(SampledMotion, IsConstantBetweenEqualSamples) {
     EXPECT_EQ(motion.at(1.0 / 3).matrix(), motion.frames()[0].matrix());
 }
 
+TEST(SampledMotion, ForgettingChangesNothingFromThatTimeOn) {
+    SampledMotion whole;
+    for (int k = 0; k < 8; ++k) whole.add(k, make_frame(Vec3(k * k, 0, -k), 0.3 * k));
+    for (const double from : {-1.0, 0.0, 2.5, 3.0, 7.0, 9.0}) {
+        SampledMotion motion = whole;
+        const std::size_t gone = motion.forget_before(from);
+        EXPECT_EQ(motion.times().size() + gone, whole.times().size());
+        EXPECT_EQ(gone, from < 0 ? 0U : static_cast<std::size_t>(std::min(from, 7.0)));
+        for (double time = from; time < 10; time += 0.25)
+            EXPECT_EQ(motion.at(time).matrix(), whole.at(time).matrix());
+    }
+}
+
 TEST(SampledMotion, RefusesInvalidSamples) {
     SampledMotion motion;
     motion.add(1, Isometry::Identity());

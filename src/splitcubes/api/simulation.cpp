@@ -187,25 +187,32 @@ Simulation::Simulation(const SimulationSettings& settings) {
     impl_ = run_call(gate, true, [&] { return std::make_unique<Impl>(settings); });
 }
 Simulation::~Simulation() = default;
+
+Simulation::Impl& Simulation::impl() const {
+    if (!impl_)
+        throw Error(ErrorKind::invalid_argument, "simulation: has been moved from; assign one to it first");
+    return *impl_;
+}
+
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 double Simulation::time() const {
-    return impl_->read([](const Session& s) { return s.world().time(); });
+    return impl().read([](const Session& s) { return s.world().time(); });
 }
 double Simulation::time_step() const {
-    return impl_->read([](const Session& s) { return s.world().settings().time_step; });
+    return impl().read([](const Session& s) { return s.world().settings().time_step; });
 }
 
 // --- bodies ---
 
 BodyId Simulation::add_body(const MeshView& mesh, const BodySettings& settings) {
-    return impl_->write(
+    return impl().write(
         [&](Session& s) { return add_model(s, model_of(mesh, "body '" + settings.name + "'"), settings); });
 }
 
 BodyId Simulation::add_body(const std::string& mesh_file, const BodySettings& settings) {
-    return impl_->write([&](Session& s) {
+    return impl().write([&](Session& s) {
         io::Model model;
         try {
             model = io::read_model(mesh_file);
@@ -217,11 +224,11 @@ BodyId Simulation::add_body(const std::string& mesh_file, const BodySettings& se
 }
 
 void Simulation::remove_body(BodyId body) {
-    impl_->write([&](Session& s) { s.remove_body(body); });
+    impl().write([&](Session& s) { s.remove_body(body); });
 }
 
 std::vector<BodyId> Simulation::bodies() const {
-    return impl_->read([](const Session& s) {
+    return impl().read([](const Session& s) {
         std::vector<BodyId> out;
         for (std::size_t k = 0; k < s.things().bodies.size(); ++k) out.push_back(s.things().bodies.id_at(k));
         return out;
@@ -229,20 +236,20 @@ std::vector<BodyId> Simulation::bodies() const {
 }
 
 std::size_t Simulation::piece_count(BodyId body) const {
-    return impl_->read([&](const Session& s) { return s.body(body).pieces().count(); });
+    return impl().read([&](const Session& s) { return s.body(body).pieces().count(); });
 }
 
 std::vector<std::string> Simulation::material_names(BodyId body) const {
-    return impl_->read(
+    return impl().read(
         [&](const Session& s) { return s.stream(s.things().bodies.position(body)).material_names(); });
 }
 
 SurfaceView Simulation::surface(BodyId body) const {
-    return impl_->read([&](const Session& s) { return s.stream(s.things().bodies.position(body)).view(); });
+    return impl().read([&](const Session& s) { return s.stream(s.things().bodies.position(body)).view(); });
 }
 
 void Simulation::write_surface(BodyId body, const std::string& file, int piece) const {
-    impl_->read([&](const Session& s) {
+    impl().read([&](const Session& s) {
         const geometry::SurfaceMesh whole = surface_of(s, body);
         if (piece >= 0 && static_cast<std::size_t>(piece) >= s.body(body).pieces().count())
             throw InputError("piece",
@@ -253,11 +260,11 @@ void Simulation::write_surface(BodyId body, const std::string& file, int piece) 
 }
 
 std::size_t Simulation::cut_with_sheet(BodyId body, const MeshView& sheet) {
-    return impl_->write([&](Session& s) {
+    return impl().write([&](Session& s) {
         const std::size_t position = s.things().bodies.position(body);
         s.require_cut_number();
         const geometry::TriangleMesh mesh = mesh_of(sheet, "sheet");
-        return impl_->whole([&] {
+        return impl().whole([&] {
             const std::size_t count =
                 s.body(body).cut_with_sheet(mesh, s.world().take_cut_number(), s.parallel());
             s.update_surface(position);
@@ -267,7 +274,7 @@ std::size_t Simulation::cut_with_sheet(BodyId body, const MeshView& sheet) {
 }
 
 std::size_t Simulation::cut_with_blade(BodyId body, const BladeView& blade, std::span<const TimedPose> path) {
-    return impl_->write([&](Session& s) {
+    return impl().write([&](Session& s) {
         const std::size_t position = s.things().bodies.position(body);
         s.require_cut_number();
         if (path.data() == nullptr || path.size() < 2)
@@ -281,7 +288,7 @@ std::size_t Simulation::cut_with_blade(BodyId body, const BladeView& blade, std:
         }
         cutting::Blade swept("blade", blade_shape_of(blade, "blade"), motion);
         swept.set_active(motion.times().front(), motion.times().back());
-        return impl_->whole([&] {
+        return impl().whole([&] {
             const std::size_t count =
                 s.body(body).cut_with_blade(swept, s.world().take_cut_number(), s.parallel());
             s.update_surface(position);
@@ -293,7 +300,7 @@ std::size_t Simulation::cut_with_blade(BodyId body, const BladeView& blade, std:
 // --- tools ---
 
 ToolId Simulation::add_tool(const BladeView& blade, const ToolSettings& settings) {
-    return impl_->write([&](Session& s) {
+    return impl().write([&](Session& s) {
         const std::string where = "tool '" + settings.name + "'";
         s.require_cut_number();
         require_at_least_zero(settings.side_reach, where + ", side reach");
@@ -311,7 +318,7 @@ ToolId Simulation::add_tool(const BladeView& blade, const ToolSettings& settings
 }
 
 void Simulation::add_tool_pose(ToolId tool, double time, const Pose& pose) {
-    impl_->write([&](Session& s) {
+    impl().write([&](Session& s) {
         const std::size_t k = s.things().tools.position(tool);
         const Isometry frame = isometry_of(pose, "pose");
         const SampledMotion& path = s.world().tools()[k].blade.samples();
@@ -322,10 +329,10 @@ void Simulation::add_tool_pose(ToolId tool, double time, const Pose& pose) {
 }
 
 void Simulation::lower_tool(ToolId tool) {
-    impl_->write([&](Session& s) {
+    impl().write([&](Session& s) {
         const std::size_t k = s.things().tools.position(tool);
         if (s.things().tools.at(k).lowered) return;
-        if (impl_->marks_cuts() && !any_lowered(s)) impl_->mark();
+        if (impl().marks_cuts() && !any_lowered(s)) impl().mark();
         // One that was raised just now has not been raised at all.
         const cutting::Blade& blade = s.world().tools()[k].blade;
         const double now = s.world().time();
@@ -336,7 +343,7 @@ void Simulation::lower_tool(ToolId tool) {
 }
 
 void Simulation::raise_tool(ToolId tool) {
-    impl_->write([&](Session& s) {
+    impl().write([&](Session& s) {
         const std::size_t k = s.things().tools.position(tool);
         if (!s.things().tools.at(k).lowered) return;
         s.world().set_tool_active(k, s.world().tools()[k].blade.active_from(), s.world().time());
@@ -345,11 +352,11 @@ void Simulation::raise_tool(ToolId tool) {
 }
 
 bool Simulation::is_lowered(ToolId tool) const {
-    return impl_->read([&](const Session& s) { return s.things().tools[tool].lowered; });
+    return impl().read([&](const Session& s) { return s.things().tools[tool].lowered; });
 }
 
 void Simulation::remove_tool(ToolId tool) {
-    impl_->write([&](Session& s) {
+    impl().write([&](Session& s) {
         s.world().remove_tool(s.things().tools.position(tool));
         s.things().tools.remove(tool);
     });
@@ -358,7 +365,7 @@ void Simulation::remove_tool(ToolId tool) {
 // --- handles, constraints, colliders ---
 
 HandleId Simulation::add_handle(BodyId body, const HandleSettings& settings) {
-    return impl_->write([&](Session& s) {
+    return impl().write([&](Session& s) {
         const std::string where = "handle '" + settings.name + "'";
         s.things().bodies.position(body);
         require_above_zero(settings.stiffness, where + ", stiffness");
@@ -370,16 +377,16 @@ HandleId Simulation::add_handle(BodyId body, const HandleSettings& settings) {
 }
 
 void Simulation::add_handle_pose(HandleId handle, double time, const Pose& pose) {
-    impl_->write(
+    impl().write(
         [&](Session& s) { add_track_pose(*s.things().handles[handle].track, s.world().time(), time, pose); });
 }
 
 void Simulation::remove_handle(HandleId handle) {
-    impl_->write([&](Session& s) { s.remove_handle(handle); });
+    impl().write([&](Session& s) { s.remove_handle(handle); });
 }
 
 ConstraintId Simulation::add_constraint(BodyId body, const ConstraintSettings& settings) {
-    return impl_->write([&](Session& s) {
+    return impl().write([&](Session& s) {
         s.things().bodies.position(body);
         return s.add_constraint({body, settings.region, s.world().time(),
                                  track_from(s.world().time(), settings.pose, "constraint, pose")});
@@ -387,17 +394,17 @@ ConstraintId Simulation::add_constraint(BodyId body, const ConstraintSettings& s
 }
 
 void Simulation::add_constraint_pose(ConstraintId constraint, double time, const Pose& pose) {
-    impl_->write([&](Session& s) {
+    impl().write([&](Session& s) {
         add_track_pose(*s.things().constraints[constraint].track, s.world().time(), time, pose);
     });
 }
 
 void Simulation::remove_constraint(ConstraintId constraint) {
-    impl_->write([&](Session& s) { s.remove_constraint(constraint); });
+    impl().write([&](Session& s) { s.remove_constraint(constraint); });
 }
 
 ColliderId Simulation::add_collider(const ColliderSettings& settings) {
-    return impl_->write([&](Session& s) {
+    return impl().write([&](Session& s) {
         const std::string where = "collider '" + settings.name + "'";
         require_at_least_zero(settings.friction, where + ", friction");
         const ShapeSource shape = std::visit(
@@ -415,56 +422,56 @@ ColliderId Simulation::add_collider(const ColliderSettings& settings) {
 }
 
 void Simulation::add_collider_pose(ColliderId collider, double time, const Pose& pose) {
-    impl_->write([&](Session& s) {
+    impl().write([&](Session& s) {
         add_track_pose(*s.things().colliders[collider].track, s.world().time(), time, pose);
     });
 }
 
 void Simulation::remove_collider(ColliderId collider) {
-    impl_->write([&](Session& s) { s.remove_collider(collider); });
+    impl().write([&](Session& s) { s.remove_collider(collider); });
 }
 
 // --- time and state ---
 
 StepResult Simulation::step() {
-    return impl_->step();
+    return impl().step();
 }
 
 std::uint64_t Simulation::state_hash() const {
-    return impl_->read([](const Session& s) { return s.world().state_hash().value(); });
+    return impl().read([](const Session& s) { return s.world().state_hash().value(); });
 }
 
 void Simulation::mark_undo_point() {
-    impl_->write([&](Session&) { impl_->mark(); });
+    impl().write([&](Session&) { impl().mark(); });
 }
 
 bool Simulation::undo() {
-    return impl_->go(true);
+    return impl().go(true);
 }
 
 bool Simulation::redo() {
-    return impl_->go(false);
+    return impl().go(false);
 }
 
 std::size_t Simulation::undo_count() const {
-    return impl_->history([](const History& h) { return h.count(true); });
+    return impl().history([](const History& h) { return h.count(true); });
 }
 
 std::size_t Simulation::redo_count() const {
-    return impl_->history([](const History& h) { return h.count(false); });
+    return impl().history([](const History& h) { return h.count(false); });
 }
 
 void Simulation::save(const std::string& file) const {
-    impl_->read([&](const Session& s) { write_state_file(file, s.snapshot()); });
+    impl().read([&](const Session& s) { write_state_file(file, s.snapshot()); });
 }
 
 void Simulation::load(const std::string& file) {
-    impl_->load(file);
+    impl().load(file);
 }
 
 MemoryUse Simulation::memory_use() const {
     MemoryUse out;
-    impl_->read([&](const Session& s) {
+    impl().read([&](const Session& s) {
         for (std::size_t b = 0; b < s.things().bodies.size(); ++b) out.surfaces += s.stream(b).bytes();
         for (const body::Tool& tool : s.world().tools())
             out.motion_samples +=
@@ -472,7 +479,7 @@ MemoryUse Simulation::memory_use() const {
         out.motion_samples += track_bytes(s.things().handles) + track_bytes(s.things().constraints) +
                               track_bytes(s.things().colliders);
     });
-    impl_->history([&](const History& h) {
+    impl().history([&](const History& h) {
         out.history_memory = h.memory();
         out.history_disk = h.disk();
     });

@@ -48,7 +48,7 @@ class Simulation {
     /// @throws Error for settings out of range.
     explicit Simulation(const SimulationSettings& settings = {});
     ~Simulation();
-    /// A simulation that was moved from can only be assigned to and destroyed.
+    /// One that was moved from throws at every call until another one is assigned to it.
     Simulation(Simulation&&) noexcept;
     /// See the other.
     Simulation& operator=(Simulation&&) noexcept;
@@ -158,6 +158,7 @@ class Simulation {
 
   private:
     class Impl;
+    Impl& impl() const;
     std::unique_ptr<Impl> impl_;
 };
 
