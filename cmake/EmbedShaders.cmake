@@ -49,9 +49,9 @@ endif()
 set(_embed_shaders_script ${CMAKE_CURRENT_LIST_FILE})
 function(splitcubes_embed_shaders target)
   set(output ${CMAKE_CURRENT_BINARY_DIR}/${target}_shaders.cpp)
-  file(GLOB inputs CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/shaders/*)
+  file(GLOB inputs CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/shaders/*)
   add_custom_command(OUTPUT ${output}
-    COMMAND ${CMAKE_COMMAND} -DSHADER_DIR=${CMAKE_SOURCE_DIR}/shaders -DOUTPUT=${output}
+    COMMAND ${CMAKE_COMMAND} -DSHADER_DIR=${PROJECT_SOURCE_DIR}/shaders -DOUTPUT=${output}
             -P ${_embed_shaders_script}
     DEPENDS ${inputs} ${_embed_shaders_script} VERBATIM)
   target_sources(${target} PRIVATE ${output})

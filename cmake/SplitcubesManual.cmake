@@ -1,6 +1,6 @@
 # Installs the man page and the completion of shells. The program writes them from the options that it
 # has; it does so when it is installed.
-set(_manual ${CMAKE_BINARY_DIR}/manual)
+set(_manual ${PROJECT_BINARY_DIR}/manual)
 install(CODE "
   file(MAKE_DIRECTORY ${_manual})
   foreach(text \"man\" \"completion bash\" \"completion zsh\" \"completion fish\")

@@ -8,7 +8,7 @@ packages=(
   libeigen3-dev libtbb-dev nlohmann-json3-dev libstb-dev libhwy-dev libmd-dev
   libepoxy-dev libegl1-mesa-dev libegl-dev libgl-dev libgl1-mesa-dri ffmpeg
   libgtest-dev libgmock-dev libbenchmark-dev
-  clang libclang-rt-14-dev clang-format clang-tidy
+  clang libclang-rt-14-dev clang-format clang-tidy doxygen
 )
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then

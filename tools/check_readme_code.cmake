@@ -1,0 +1,60 @@
+# Checks that the C++ in README.md stands in a program of examples/, which the tests compile and run.
+#
+#   cmake -P tools/check_readme_code.cmake                  this source tree
+#   cmake -DROOT=<folder> -P tools/check_readme_code.cmake  another one
+#   cmake -DSELF_TEST=<empty folder> -P ...                 proves, there, that it can fail
+cmake_minimum_required(VERSION 3.22)
+
+if(SELF_TEST)
+  foreach(code "int a = 1;" "int b = 1;")
+    file(WRITE ${SELF_TEST}/README.md "text\n```cpp\n${code}\n```\n")
+    file(WRITE ${SELF_TEST}/examples/one.cpp "void f() {\n    int a = 1;\n}\n")
+    execute_process(COMMAND ${CMAKE_COMMAND} -DROOT=${SELF_TEST} -P ${CMAKE_CURRENT_LIST_FILE}
+      RESULT_VARIABLE result OUTPUT_QUIET ERROR_QUIET)
+    if((code MATCHES "a" AND NOT result EQUAL 0) OR (code MATCHES "b" AND result EQUAL 0))
+      message(FATAL_ERROR "self-test: '${code}' ended with ${result}")
+    endif()
+  endforeach()
+  return()
+endif()
+
+if(NOT ROOT)
+  get_filename_component(ROOT ${CMAKE_CURRENT_LIST_DIR}/.. ABSOLUTE)
+endif()
+
+# Without the white space at the ends of lines, and with no character that lists of CMake take for theirs.
+function(read_plain file out)
+  file(READ ${file} text)
+  string(REPLACE ";" "<semicolon>" text "${text}")
+  string(REPLACE "[" "<open>" text "${text}")
+  string(REPLACE "]" "<close>" text "${text}")
+  string(REGEX REPLACE "\n[ ]*" "\n" text "${text}")
+  set(${out} "${text}" PARENT_SCOPE)
+endfunction()
+
+file(GLOB examples ${ROOT}/examples/*.cpp)
+set(all "")
+foreach(example IN LISTS examples)
+  read_plain(${example} text)
+  string(APPEND all "\n${text}")
+endforeach()
+read_plain(${ROOT}/README.md readme)
+set(count 0)
+while(TRUE)
+  string(FIND "${readme}" "\n```cpp\n" begin)
+  if(begin EQUAL -1)
+    break()
+  endif()
+  math(EXPR begin "${begin} + 8")
+  string(SUBSTRING "${readme}" ${begin} -1 readme)
+  string(FIND "${readme}" "\n```" end)
+  string(SUBSTRING "${readme}" 0 ${end} code)
+  string(FIND "${all}" "\n${code}\n" at)
+  if(at EQUAL -1)
+    string(REPLACE "<semicolon>" ";" code "${code}")
+    message(NOTICE "${code}")
+    message(FATAL_ERROR "README.md: the code above stands in no file of examples/")
+  endif()
+  math(EXPR count "${count} + 1")
+endwhile()
+message(STATUS "README.md: ${count} pieces of code stand in examples/")
