@@ -83,7 +83,7 @@ void Body::add_handle(Handle handle) {
 
 void Body::remove_handle(std::size_t number) {
     handles_.erase(handles_.begin() + static_cast<std::ptrdiff_t>(number));
-    grabbed_.clear();
+    handle_phyxels_.clear();
 }
 
 void Body::add_handle_springs(const StepContext& context, std::uint32_t part,

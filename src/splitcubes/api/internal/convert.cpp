@@ -47,7 +47,7 @@ void require_above_zero(double value, const std::string& where) {
 
 Vec3 vector_of(const Vector3& v, const std::string& where) {
     const Vec3 out(v.x, v.y, v.z);
-    if (!(out.cwiseAbs().maxCoeff() <= geometry::largest_coordinate) || !out.allFinite())
+    if (!(out.cwiseAbs().maxCoeff() <= geometry::max_coordinate) || !out.allFinite())
         throw InputError(where, "is not finite or beyond 1e9");
     return out;
 }
@@ -187,7 +187,7 @@ body::WorldSettings world_settings_of(const SimulationSettings& s) {
     out.gravity = vector_of(s.gravity, "simulation, gravity");
     if (s.ground) {
         require_at_least_zero(s.ground->friction, "simulation, ground friction");
-        if (!(std::abs(s.ground->offset) <= geometry::largest_coordinate))
+        if (!(std::abs(s.ground->offset) <= geometry::max_coordinate))
             throw InputError("simulation, ground offset", "is not finite or beyond 1e9");
         out.ground = {direction_of(s.ground->normal, "simulation, ground normal"), s.ground->offset,
                       s.ground->friction};
