@@ -74,6 +74,22 @@ TEST(History, WhatFollowsFromAnUndoneStateIsWhatFollowedFromIt) {
     EXPECT_EQ(b.simulation.redo_count(), 0U) << "another future";
 }
 
+TEST(History, CutsAtRestAreUndoneToo) {
+    Bench b;
+    const std::uint64_t before = b.simulation.state_hash();
+    b.simulation.cut_with_sheet(b.block, SheetMesh(0.3, 0.004).view());
+    EXPECT_EQ(b.simulation.piece_count(b.block), 2U);
+    ASSERT_TRUE(b.simulation.undo());
+    EXPECT_EQ(b.simulation.state_hash(), before);
+    EXPECT_EQ(b.simulation.piece_count(b.block), 1U);
+    HistorySettings none;
+    none.automatic = false;
+    Bench other(none);
+    other.simulation.cut_with_sheet(other.block, SheetMesh(0.3, 0.004).view());
+    other.stroke(0.053);
+    EXPECT_FALSE(other.simulation.undo());
+}
+
 TEST(History, IdsNameTheSameThingsAgain) {
     Bench b;
     b.simulation.mark_undo_point();

@@ -91,6 +91,54 @@ TEST(Things, ColliderBearsAndCarriesAndIsRemoved) {
     }
 }
 
+TEST(Events, ABarThatIsPulledApartTears) {
+    Simulation simulation(in_free_space());
+    BodySettings bar = soft_block();
+    bar.tearing = TearingSettings{.strength = 4e3};
+    const BodyId body = simulation.add_body(BoxMesh(0.3, 0.06, 0.06).view(), bar);
+    simulation.add_constraint(body, {.region = BoxRegion{{-1, -1, -1}, {-0.12, 1, 1}}});
+    const ConstraintId pulled =
+        simulation.add_constraint(body, {.region = BoxRegion{{0.12, -1, -1}, {1, 1, 1}}});
+    simulation.add_constraint_pose(pulled, 1, {{0.3, 0, 0}, {}});
+    std::size_t torn = 0, separated = 0, edges = 0;
+    for (int k = 0; k < 60 && separated == 0; ++k) {
+        const StepResult result = simulation.step();
+        for (const Torn& event : result.torn) {
+            EXPECT_EQ(event.body, body);
+            torn += event.edges;
+        }
+        edges += result.new_cut_edges;
+        separated += result.pieces_separated.size();
+        EXPECT_TRUE(result.cuts_began.empty());
+    }
+    EXPECT_GT(torn, 5U);
+    EXPECT_EQ(torn, edges);
+    EXPECT_GE(separated, 1U);
+}
+
+TEST(Events, APieceThatIsTooSmallToDeformBecomesRigid) {
+    Simulation simulation(in_free_space());
+    const BodyId block = simulation.add_body(BoxMesh(0.2, 0.2, 0.2).view(), soft_block());
+    simulation.cut_with_sheet(block, SheetMesh(0.3, 0.064).view());
+    const std::array<Vector3, 2> edge{Vector3{-0.3, 0, 0}, Vector3{0.3, 0, 0}};
+    const std::array<TimedPose, 2> path{TimedPose{0, {{0, 0.064, 0.3}, {}}},
+                                        TimedPose{1, {{0, 0.064, -0.3}, {}}}};
+    simulation.cut_with_blade(block, {edge}, path);
+    const ToolId knife = simulation.add_tool({edge_along_y}, {.pose = {{0.2, 0, 0.064}, {}}});
+    simulation.lower_tool(knife);
+    std::vector<std::int32_t> separated, rigid;
+    for (int k = 1; k <= 10; ++k) {
+        simulation.add_tool_pose(knife, simulation.time() + simulation.time_step(),
+                                 {{0.2 - 0.04 * k, 0, 0.064}, {}});
+        const StepResult result = simulation.step();
+        for (const PieceSeparated& event : result.pieces_separated) separated.push_back(event.piece);
+        for (const FragmentMadeRigid& event : result.made_rigid) rigid.push_back(event.piece);
+    }
+    ASSERT_GE(rigid.size(), 1U);
+    EXPECT_LT(rigid.size(), separated.size()) << "the others still deform";
+    for (const std::int32_t piece : rigid) EXPECT_THAT(separated, testing::Contains(piece));
+}
+
 TEST(Removal, OfABodyLeavesTheOthersAsTheyWere) {
     // Beside each other, so that they do not meet: what is left goes on as if it had been alone.
     const auto position_after = [](bool with_others) {

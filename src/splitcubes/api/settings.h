@@ -37,7 +37,7 @@ struct SolverSettings {
 
 /// What undo and redo keep.
 struct HistorySettings {
-    /// Each lower_tool while no other tool is lowered begins a cut that undo takes back.
+    /// Undo goes back to before each cut at rest, and before each lower_tool while no other tool is lowered.
     bool automatic = true;
     std::uint64_t memory_budget = std::uint64_t{256} << 20;  ///< bytes; what is beyond goes to the disk
     /// Folder for what is beyond the memory budget, which must exist; empty: the oldest entries are dropped

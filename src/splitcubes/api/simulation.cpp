@@ -55,7 +55,9 @@ class Simulation::Impl {
     auto history(const Work& work) const {
         return run_call(gate_, false, [&] { return work(history_); });
     }
-    bool marks_cuts() const { return history_.is_automatic(); }
+    void mark_cut() {
+        if (history_.is_automatic()) mark();
+    }
 
   private:
     void require_whole() const {
@@ -264,6 +266,7 @@ std::size_t Simulation::cut_with_sheet(BodyId body, const MeshView& sheet) {
         const std::size_t position = s.things().bodies.position(body);
         s.require_cut_number();
         const geometry::TriangleMesh mesh = mesh_of(sheet, "sheet");
+        if (!any_lowered(s)) impl().mark_cut();
         return impl().whole([&] {
             const std::size_t count =
                 s.body(body).cut_with_sheet(mesh, s.world().take_cut_number(), s.parallel());
@@ -288,6 +291,7 @@ std::size_t Simulation::cut_with_blade(BodyId body, const BladeView& blade, std:
         }
         cutting::Blade swept("blade", blade_shape_of(blade, "blade"), motion);
         swept.set_active(motion.times().front(), motion.times().back());
+        if (!any_lowered(s)) impl().mark_cut();
         return impl().whole([&] {
             const std::size_t count =
                 s.body(body).cut_with_blade(swept, s.world().take_cut_number(), s.parallel());
@@ -332,7 +336,7 @@ void Simulation::lower_tool(ToolId tool) {
     impl().write([&](Session& s) {
         const std::size_t k = s.things().tools.position(tool);
         if (s.things().tools.at(k).lowered) return;
-        if (impl().marks_cuts() && !any_lowered(s)) impl().mark();
+        if (!any_lowered(s)) impl().mark_cut();
         // One that was raised just now has not been raised at all.
         const cutting::Blade& blade = s.world().tools()[k].blade;
         const double now = s.world().time();

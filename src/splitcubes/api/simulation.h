@@ -77,7 +77,8 @@ class Simulation {
     /// Writes the surface as it is now: PLY, OBJ, STL or GLB. piece: that one alone; below 0: all.
     void write_surface(BodyId body, const std::string& file, int piece = -1) const;
 
-    /// Cuts a body along a sheet of triangles at rest coordinates. Returns the number of grid edges cut.
+    /// Cuts a body along a sheet of triangles in rest coordinates. Returns the number of grid edges cut. With
+    /// HistorySettings::automatic undo takes it back, unless a tool is lowered; so for blades.
     std::size_t cut_with_sheet(BodyId body, const MeshView& sheet);
     /// Cuts a body along what a blade sweeps on a path, in rest coordinates: two poses or more, times
     /// increasing.

@@ -26,6 +26,12 @@ void forget_before(const List& list, double time) {
     for (std::size_t k = 0; k < list.size(); ++k) list.at(k).track->forget_before(time);
 }
 
+// Contacts name bodies and colliders by 16 bits.
+void require_key(std::size_t count, const char* what) {
+    constexpr std::size_t most = 65000;
+    if (count >= most) throw InputError("simulation", std::string("has 65000 ") + what, "remove some");
+}
+
 // Removes all of a body.
 template <class List>
 void remove_of(List& list, BodyId body) {
@@ -124,6 +130,7 @@ void Session::make_body(const BodyEntry& entry) {
 }
 
 BodyId Session::add_body(BodyEntry entry) {
+    require_key(things_.bodies.size(), "bodies");
     make_body(entry);
     return things_.bodies.add(std::move(entry));
 }
@@ -194,6 +201,7 @@ void Session::make_collider(const ColliderEntry& entry) {
 }
 
 ColliderId Session::add_collider(ColliderEntry entry) {
+    require_key(things_.colliders.size(), "colliders");
     make_collider(entry);
     return things_.colliders.add(std::move(entry));
 }
@@ -207,7 +215,7 @@ void Session::remove_collider(ColliderId id) {
 void Session::require_cut_number() const {
     if (world_->next_cut_number() >= body::tear_cut_number)
         throw Error(ErrorKind::failed,
-                    "simulation: has had a million cuts; save it no further, start another one");
+                    "simulation: has had a million tools and cuts at rest; start another one");
 }
 
 void Session::update_surface(std::size_t position) {
