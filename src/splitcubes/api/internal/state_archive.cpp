@@ -118,7 +118,7 @@ void attributes(A& a, geometry::MeshAttributes& m, std::size_t triangles) {
     rows(a, m.corner_uv);
     rows(a, m.corner_colour);
     numbers(a, m.triangle_material);
-    m.materials.resize(a.count(m.materials.size(), 4 * sizeof(float)));
+    m.materials.resize(a.count(m.materials.size(), 33));
     for (geometry::Material& material : m.materials) {
         a.text(material.name);
         a.text(material.texture);
@@ -284,8 +284,9 @@ body::Tool any_tool() {
 
 template <class A>
 void tools(A& a, Snapshot& s) {
-    s.tools.resize(a.count(s.tools.size(), 8), any_tool());
-    require_state(s.tools.size() == s.things.tools.size(), "tools without ids");
+    const std::size_t count = a.count(s.tools.size(), 240);
+    require_state(count == s.things.tools.size(), "tools without ids");
+    s.tools.resize(count, any_tool());
     for (body::Tool& tool : s.tools) {
         blade(a, tool);
         a.number(tool.sides.reach);
