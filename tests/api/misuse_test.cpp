@@ -204,6 +204,25 @@ TEST(Misuse, CallsFromACallbackOrBesideAnotherAreRefused) {
     EXPECT_GT(done + refused, 0);
 }
 
+TEST(Misuse, AStepThatFailedHalfWayLeavesUndoAndLoad) {
+    Table t;
+    Simulation& s = t.simulation;
+    s.mark_undo_point();
+    const std::uint64_t hash = s.state_hash();
+    bool throws = false;
+    s.add_constraint(t.block, {.region = RegionTest([&](const Vector3& p) {
+                                   if (throws) throw 1;
+                                   return p.z > 0.05;
+                               })});
+    throws = true;
+    EXPECT_EQ(kind_of_error([&] { s.step(); }), static_cast<int>(ErrorKind::failed));
+    EXPECT_EQ(kind_of_error([&] { s.step(); }), static_cast<int>(ErrorKind::broken));
+    EXPECT_EQ(kind_of_error([&] { s.surface(t.block); }), static_cast<int>(ErrorKind::broken));
+    ASSERT_TRUE(s.undo());
+    EXPECT_EQ(s.state_hash(), hash);
+    s.step();
+}
+
 TEST(Misuse, OfOneThatWasMovedFrom) {
     Table t;
     Simulation other = std::move(t.simulation);
