@@ -72,7 +72,7 @@ Course run_course(body::World& world, double seconds, double quiet) {
         course.max_kinetic = std::max(course.max_kinetic, report.kinetic_energy);
         course.max_elastic = std::max(course.max_elastic, report.elastic_energy);
         course.top_speed = std::max(course.top_speed, report.top_speed);
-        course.removed += report.energy_taken;
+        course.removed += report.energy_removed;
         if (step % 16 == 15)
             for (const std::string& line : world.bodies()[0]->validate()) ADD_FAILURE() << line;
     }

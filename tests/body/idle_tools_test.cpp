@@ -47,7 +47,7 @@ TEST(IdleTools, AToolThatMissesReportsBothBoxes) {
     scene.add(0.3);
     const std::vector<IdleTool> idle = scene.after(12);
     ASSERT_EQ(idle.size(), 1U);
-    EXPECT_EQ(idle[0].before.cut + idle[0].before.skin + idle[0].before.uncut, 0U);
+    EXPECT_EQ(idle[0].before.cut + idle[0].before.boundary + idle[0].before.uncut, 0U);
     EXPECT_NEAR(idle[0].sweep.min[0], 0.3, 1e-12);
     EXPECT_NEAR(idle[0].sweep.max[2], 0.2, 1e-12);
     EXPECT_NEAR(idle[0].sweep.min[2], -0.2, 1e-12);
@@ -71,7 +71,7 @@ TEST(IdleTools, AToolWithinACellOfTheSurfaceReportsBoundaryEdges) {
     const std::vector<IdleTool> idle = scene.after(12);
     ASSERT_EQ(idle.size(), 1U);
     EXPECT_EQ(idle[0].before.uncut + idle[0].before.cut, 0U);
-    EXPECT_GT(idle[0].before.skin, 50U);
+    EXPECT_GT(idle[0].before.boundary, 50U);
 }
 
 TEST(IdleTools, AnInactiveToolSweepsNothing) {
@@ -112,7 +112,7 @@ TEST(IdleTools, FollowsAMovingBody) {
     EXPECT_EQ(idle[0].tool, 1U);
     EXPECT_EQ(idle[0].before.uncut, 0U);
     EXPECT_GT(idle[0].before.cut, 50U);
-    EXPECT_EQ(idle[1].before.cut + idle[1].before.skin + idle[1].before.uncut, 0U);
+    EXPECT_EQ(idle[1].before.cut + idle[1].before.boundary + idle[1].before.uncut, 0U);
     EXPECT_GT(idle[1].bounds.max[0], 0.4) << "where it was meanwhile";
 }
 
@@ -143,7 +143,7 @@ TEST(CrossedEdges, AreEqualForASheetAndTheBladeThatSweepsIt) {
          {splitting::edges_crossed_by_sheet(grid, whole), edges_crossed_by_blade(grid, blade, *threads(2))}) {
         EXPECT_EQ(crossed.cut, cut);
         EXPECT_GT(crossed.uncut, cut / 2);
-        EXPECT_EQ(crossed.skin, 0U) << "the plane lies along edges of neither side";
+        EXPECT_EQ(crossed.boundary, 0U) << "the plane lies along edges of neither side";
     }
     EXPECT_EQ(splitting::edges_crossed_by_sheet(grid, half).cut, cut);
     EXPECT_EQ(splitting::edges_crossed_by_sheet(grid, half).uncut, 0U);
