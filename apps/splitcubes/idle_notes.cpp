@@ -96,8 +96,8 @@ std::string idle_note(const IdleCutter& idle) {
     if (crossed.boundary > 0 || crossed.uncut > 0)
         return "nothing was cut: it stayed closer than a cell (" + text_of(idle.cell_size, idle.unit) +
                ") to the surface of '" + idle.body_name + "', where it crosses " +
-               edges(crossed.boundary + crossed.uncut) + " of the grid; move it further in, or take a smaller " +
-               idle.cell_option;
+               edges(crossed.boundary + crossed.uncut) +
+               " of the grid; move it further in, or take a smaller " + idle.cell_option;
     const std::string missed = "nothing was cut: it missed '" + idle.body_name + "'; ";
     if (idle.plane) return missed + where_plane_is(*idle.plane, idle);
     const bool apart = !idle.cutter.meets(idle.body);

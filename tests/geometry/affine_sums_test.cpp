@@ -109,10 +109,10 @@ TEST(AffineSums, TransformPointsAndNormalsLikeSingleMotions) {
             const Vec3 untouched(7, 8, 9);
             std::vector<Vec3> positions(count + 1, untouched), normals(count + 1, untouched);
             transform_points(count, motions.data(),
-                         {{point[0].data(), point[1].data(), point[2].data()},
-                          {normal[0].data(), normal[1].data(), normal[2].data()},
-                          factor.data()},
-                         positions.data(), normals.data());
+                             {{point[0].data(), point[1].data(), point[2].data()},
+                              {normal[0].data(), normal[1].data(), normal[2].data()},
+                              factor.data()},
+                             positions.data(), normals.data());
             for (std::size_t k = 0; k < count; ++k) {
                 EXPECT_EQ(positions[k], expected[k].point) << name << ' ' << k << " of " << count;
                 EXPECT_EQ(normals[k], expected[k].normal) << name << ' ' << k << " of " << count;

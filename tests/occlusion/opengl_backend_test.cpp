@@ -29,8 +29,8 @@ Triangles scene_of(Random& random, const PairQuery& pair) {
     if (random.below(2)) {
         const Vec3 centre = 0.5 * (pair.a + pair.b);
         out = box_boundary(random, centre - Vec3::Constant(random.uniform(0.2, 0.6)),
-                       centre + Vec3::Constant(random.uniform(0.2, 0.6)),
-                       1 + static_cast<int>(random.below(5)));
+                           centre + Vec3::Constant(random.uniform(0.2, 0.6)),
+                           1 + static_cast<int>(random.below(5)));
         out = moved(out, motion_of(random_turn(random), random_in_box(random, 0.1)));
     }
     const int count = static_cast<int>(random.below(60));

@@ -203,8 +203,9 @@ TEST_P(Visibility, SamplesOutsideTheBodyDoNotCount) {
         const Isometry motion = motion_of(random_turn(random), random_in_box(random, 0.1));
         const double below = random.uniform(0.02, 0.45);  // the pair's depth below the top
         const PairQuery pair{motion * Vec3(-0.5, 0, -below), motion * Vec3(0.5, 0, -below)};
-        const auto skin = moved(
-            box_boundary(random, {-1.2, -1, -1.2}, {1.2, 1, 0}, 1 + static_cast<int>(random.below(9))), motion);
+        const auto skin =
+            moved(box_boundary(random, {-1.2, -1, -1.2}, {1.2, 1, 0}, 1 + static_cast<int>(random.below(9))),
+                  motion);
         ASSERT_EQ(evaluate(skin, pair), 1) << round;
 
         // A cut between the two that ends at the boundary separates them completely.

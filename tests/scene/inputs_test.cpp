@@ -130,7 +130,7 @@ TEST_F(Inputs, MissingOrChangedOnesAreNamed) {
                 .shape)
             .sha256,
         hash);
-    EXPECT_NE(refusal([&] { parse(text, {"bodies[0].shape.mesh.sha256=abc"}); }).find("no SHA-256"),
+    EXPECT_NE(refusal([&] { parse(text, {"bodies[0].shape.mesh.sha256=abc"}); }).find("not a SHA-256"),
               std::string::npos);
 }
 

@@ -144,7 +144,8 @@ class Body {
                                const Parallel& parallel);
 
     /// The same along the whole path of a blade, whose world is rest space.
-    std::size_t cut_with_blade(const cutting::Blade& blade, std::int32_t cut_number, const Parallel& parallel);
+    std::size_t cut_with_blade(const cutting::Blade& blade, std::int32_t cut_number,
+                               const Parallel& parallel);
 
     const std::string& name() const { return settings_.name; }
     const BodySettings& settings() const { return settings_; }

@@ -99,7 +99,8 @@ void Body::move_surface(const Parallel& parallel) {
 
 void Body::update_surface(const StepContext& context, StepReport& report) {
     move_surface(context.parallel);
-    if (context.contacts && sample_revision_ != surface_->revision()) rebuild_contact_samples(context.parallel);
+    if (context.contacts && sample_revision_ != surface_->revision())
+        rebuild_contact_samples(context.parallel);
     report.phyxels += phyxels_.size();
     report.pieces += pieces_->count();
     report.cut_edges += cut_edge_count_;

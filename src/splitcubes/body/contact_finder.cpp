@@ -379,7 +379,8 @@ bool ContactFinder::is_far(const Collider& collider, const ColliderPoses& poses,
     const double moved = (poses.to_after * centre - poses.to_before * centre).norm() +
                          (poses.to_after.linear() - poses.to_before.linear()).norm() * radius;
     const double distance = collider.solid->at(poses.to_before * centre).distance;
-    return distance - collider.solid->lipschitz_constant() * radius > (1 + 1e-9) * (patch.max_displacement + moved);
+    return distance - collider.solid->lipschitz_constant() * radius >
+           (1 + 1e-9) * (patch.max_displacement + moved);
 }
 
 void ContactFinder::meet_collider(const Task& task, std::size_t collider_index, const ColliderPoses& poses,

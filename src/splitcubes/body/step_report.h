@@ -98,7 +98,7 @@ struct StepReport {
     std::vector<Vec3> handle_forces;       // N, on the bodies, per handle, body by body
     std::size_t energy_excess_pieces = 0;  // pieces with an energy excess
     int retries = 0;                       // steps of bodies that were repeated with smaller substeps
-    double energy_removed = 0;               // J, removed from pieces with an energy excess
+    double energy_removed = 0;             // J, removed from pieces with an energy excess
     std::uint32_t flags = 0;
 
     double& stage_seconds(Stage stage) { return seconds[static_cast<std::size_t>(stage)]; }

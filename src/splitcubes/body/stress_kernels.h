@@ -19,7 +19,8 @@ struct StressTask {
     /// In: negative for an excluded phyxel. Out: Pa, Frobenius norm of the stress; -1 for a phyxel that is
     /// excluded here (compressed below min_volume, or not finite); negative input is kept.
     double* size;
-    /// Out: 0 if no principal stress is above limit - slack * size, by the test of has_eigenvalues_below; else 1.
+    /// Out: 0 if no principal stress is above limit - slack * size, by the test of has_eigenvalues_below;
+    /// else 1.
     std::uint8_t* is_above;
 };
 

@@ -75,7 +75,8 @@ class Blade {
 
     /// Drops the samples that the path from this time (s) on does not depend on; keyframes stay.
     void forget_before(double time);
-    /// When it cuts (s); until: may be infinite. Throws InputError for an interval that ends before it begins.
+    /// When it cuts (s); until: may be infinite. Throws InputError for an interval that ends before it
+    /// begins.
     void set_active(double from, double until);
 
     const std::string& name() const { return name_; }

@@ -132,8 +132,8 @@ HWY_INLINE Three turned(const W (&jacobian)[3][3], const Three& normal) {
     return unit;
 }
 
-void carry(std::size_t count, const AffineDisplacement* motions, const TransformedPoints& points, Vec3* positions,
-           Vec3* normals) {
+void carry(std::size_t count, const AffineDisplacement* motions, const TransformedPoints& points,
+           Vec3* positions, Vec3* normals) {
     constexpr std::size_t step = hn::MaxLanes(wide);
     static_assert(transform_width % step == 0);
     const auto place =
@@ -175,7 +175,7 @@ void sum_affine(std::span<const AffineRow> rows, const std::uint32_t* index, con
 }
 
 void transform_points(std::size_t count, const AffineDisplacement* motions, const TransformedPoints& points,
-                  Vec3* positions, Vec3* normals) {
+                      Vec3* positions, Vec3* normals) {
     HWY_DYNAMIC_DISPATCH(carry)(count, motions, points, positions, normals);
 }
 

@@ -35,6 +35,6 @@ struct TransformedPoints {
 /// transformed by the cofactor matrix of that motion's Jacobian, normalised, or unchanged if it vanishes. The
 /// same bits as AffineDisplacement and Eigen's products one by one, for every instruction set.
 void transform_points(std::size_t count, const AffineDisplacement* motions, const TransformedPoints& points,
-                  Vec3* positions, Vec3* normals);
+                      Vec3* positions, Vec3* normals);
 
 }  // namespace splitcubes::geometry

@@ -126,7 +126,8 @@ void NearestPoint::consider(std::uint32_t slot, const Query& query, Hit& best, d
     const std::array<double, 3> weights = nearest_to_origin(a, b, c);
     const double distance = point_of(weights, a, b, c).norm();
     double value = distance;
-    if (query.back_side_penalty > 0 && (b - a).cross(c - a).dot(query.normal) < 0) value += query.back_side_penalty;
+    if (query.back_side_penalty > 0 && (b - a).cross(c - a).dot(query.normal) < 0)
+        value += query.back_side_penalty;
     if (value > best_value || (value == best_value && triangle >= best.triangle)) return;
     best_value = value;
     best = {triangle, weights, distance};

@@ -211,7 +211,7 @@ void ImplicitSolver::Group::update_direction(float beta) {
         const CoarsePart coarse{s.aggregates_.index(), s.aggregates_.correction(), s.aggregates_.count() + 1};
         for_slices(job.parallel, s.elastic_.slice_count(), [&](const SliceRange& range) {
             meshless::update_direction(s.elastic_.stride(), range, beta, s.float_inverse_.data(),
-                                     s.float_r_.data(), coarse, s.float_p_.data());
+                                       s.float_r_.data(), coarse, s.float_p_.data());
         });
     });
     if (forces->empty()) return;

@@ -92,12 +92,13 @@ Momenta together(std::span<const Momenta> parts) {
 }
 
 void momenta_of_pieces(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out,
-                   std::vector<Momenta>& partial, const Parallel& parallel) {
+                       std::vector<Momenta>& partial, const Parallel& parallel) {
     constexpr std::size_t grain = 1024;
     const auto pieces = static_cast<std::size_t>(piece_count);
     const std::size_t chunks = (phyxels.size() + grain - 1) / grain;
     // With many pieces the partial sums would cost more than the threads save.
-    if (chunks < 2 || pieces > 64 || !phyxels.rigid.empty()) return momenta_of_pieces(phyxels, piece_count, out);
+    if (chunks < 2 || pieces > 64 || !phyxels.rigid.empty())
+        return momenta_of_pieces(phyxels, piece_count, out);
     partial.resize(chunks * pieces);
     const auto each = [&](const auto& add) {
         const auto chunk = [&](std::size_t begin, std::size_t end) {

@@ -27,23 +27,23 @@ struct PhyxelStart {
 /// All phyxels of a body. Every array has one entry per phyxel; phyxels are only
 /// ever appended, so an index stays valid for the body's life.
 struct Phyxels {
-    std::vector<Vec3> rest_position;           // m, rest space, never changes
-    std::vector<Vec3> position;                // m, world, written by ImplicitSolver
-    std::vector<Vec3> velocity;                // m/s, world, written by ImplicitSolver, relump_after_split
-    std::vector<Vec3> previous_position;       // m, world, one step ago (BDF2 history)
-    std::vector<Vec3> previous_velocity;       // m/s, world, one step ago (BDF2 history)
-    std::vector<double> mass;                  // kg, written by apply(MassLumping), relump_after_split
-    std::vector<double> volume;                // m^3 at rest, written by the same
-    std::vector<double> support_radius;        // m, rest space, h of the kernel
-    std::vector<double> contact_radius;        // m, contact distance
-    std::vector<Mat3> deformation;             // d world / d rest, completed where rank < 3
-    std::vector<Mat3> rotation;                // rotation part of `deformation`, det = +1
-    std::vector<Mat3> plastic_strain;          // rest space, symmetric (Plasticity)
-    std::vector<std::int32_t> piece;           // id of its piece, 0..piece_count-1
+    std::vector<Vec3> rest_position;            // m, rest space, never changes
+    std::vector<Vec3> position;                 // m, world, written by ImplicitSolver
+    std::vector<Vec3> velocity;                 // m/s, world, written by ImplicitSolver, relump_after_split
+    std::vector<Vec3> previous_position;        // m, world, one step ago (BDF2 history)
+    std::vector<Vec3> previous_velocity;        // m/s, world, one step ago (BDF2 history)
+    std::vector<double> mass;                   // kg, written by apply(MassLumping), relump_after_split
+    std::vector<double> volume;                 // m^3 at rest, written by the same
+    std::vector<double> support_radius;         // m, rest space, h of the kernel
+    std::vector<double> contact_radius;         // m, contact distance
+    std::vector<Mat3> deformation;              // d world / d rest, completed where rank < 3
+    std::vector<Mat3> rotation;                 // rotation part of `deformation`, det = +1
+    std::vector<Mat3> plastic_strain;           // rest space, symmetric (Plasticity)
+    std::vector<std::int32_t> piece;            // id of its piece, 0..piece_count-1
     std::vector<std::uint8_t> restart_history;  // 1: the next step restarts BDF2 with backward Euler
-    std::vector<std::uint8_t> touching;        // 1: on the ground, written by ImplicitSolver
-    std::vector<double> elastic_energy;        // J, at the end of the last step, with the links of that step
-    std::vector<double> reserve;               // J, its share of its piece's energy budget (EnergyGuard)
+    std::vector<std::uint8_t> touching;         // 1: on the ground, written by ImplicitSolver
+    std::vector<double> elastic_energy;         // J, at the end of the last step, with the links of that step
+    std::vector<double> reserve;                // J, its share of its piece's energy budget (EnergyGuard)
     /// s, the step between previous_position and position; 0 before the first step.
     /// A change of step size restarts BDF2.
     double history_step = 0;
@@ -82,7 +82,7 @@ struct Momenta {
 void momenta_of_pieces(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out);
 /// The same up to rounding, on several threads; `partial` is a buffer.
 void momenta_of_pieces(const Phyxels& phyxels, int piece_count, std::vector<Momenta>& out,
-                   std::vector<Momenta>& partial, const Parallel& parallel);
+                       std::vector<Momenta>& partial, const Parallel& parallel);
 
 /// Returns the momenta of several bodies together.
 Momenta together(std::span<const Momenta> parts);

@@ -229,8 +229,9 @@ void step_rigid(Phyxels& phyxels, const StepInput& input, double mass_damping) {
     for (std::size_t k = 0; k < rigid.bodies.size(); ++k) {
         RigidPiece& body = rigid.bodies[k];
         body.touching = 0;
-        const auto hold = std::find_if(input.kinematic_rigid_pieces.begin(), input.kinematic_rigid_pieces.end(),
-                                       [&](const RigidKinematicTarget& h) { return h.body == k; });
+        const auto hold =
+            std::find_if(input.kinematic_rigid_pieces.begin(), input.kinematic_rigid_pieces.end(),
+                         [&](const RigidKinematicTarget& h) { return h.body == k; });
         if (hold != input.kinematic_rigid_pieces.end())
             follow_motion(hold->motion, input.dt, body);
         else if (!input.obstacles.empty())

@@ -16,7 +16,8 @@ namespace splitcubes::meshless {
 /// less than a fiftieth of what gravity adds in a substep is stopped. Initial penetration is reduced by a
 /// fifth per step.
 ///
-/// Held pieces: a piece named by input.kinematic_rigid_pieces follows that motion; its momenta are those of the motion.
+/// Held pieces: a piece named by input.kinematic_rigid_pieces follows that motion; its momenta are those of
+/// the motion.
 void step_rigid(Phyxels& phyxels, const StepInput& input, double mass_damping);
 
 }  // namespace splitcubes::meshless

@@ -79,7 +79,7 @@ struct CoarsePart {
 
 /// Computes p = inverse r + coarse + beta p.
 void update_direction(std::size_t stride, const SliceRange& range, float beta, const float* inverse,
-                    const float* r, const CoarsePart& coarse, float* p);
+                      const float* r, const CoarsePart& coarse, float* p);
 
 /// Sets p to inverse r; returns r . inverse r.
 double begin_direction(std::size_t stride, const SliceRange& range, const float* inverse, const float* r,

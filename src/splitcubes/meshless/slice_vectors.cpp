@@ -150,7 +150,7 @@ double begin_direction(std::size_t stride, const SliceRange& range, const float*
 }
 
 void update_direction(std::size_t stride, const SliceRange& range, float beta, const float* inverse,
-                    const float* r, const CoarsePart& coarse, float* p) {
+                      const float* r, const CoarsePart& coarse, float* p) {
     const FlushTiny flush;
     HWY_DYNAMIC_DISPATCH(turn_slices)(stride, range, beta, inverse, r, coarse, p);
 }

@@ -35,7 +35,7 @@ struct StepInput {
     std::span<const Vec3> held_position;  // per phyxel, m, world, at the end of the step; or empty
     ContactInput contacts;                // of part 0 only; its sides refer to this body
     int piece_count = 1;
-    std::span<const Obstacle> obstacles;     // colliders for rigid pieces
+    std::span<const Obstacle> obstacles;                           // colliders for rigid pieces
     std::span<const RigidKinematicTarget> kinematic_rigid_pieces;  // at most one per rigid piece
 };
 
@@ -58,21 +58,21 @@ struct SolverOptions {
 };
 
 struct SolverReport {
-    int iterations = 0;                 // conjugate gradient iterations over all solves of the step
-    int solves = 0;                     // 1, more if contacts changed; 0 for explicit steps
-    int substeps = 1;                   // substeps of an explicit step
-    double residual = 0;                // relative to the forces of the step, after the last solve
-    std::size_t inverted = 0;           // phyxels with det F <= 0 after the step
-    std::size_t rank_deficient = 0;     // phyxels whose neighbourhood has rank below 3
-    std::size_t non_finite = 0;         // phyxels that became non-finite and moved on without elastic force
-    std::size_t contacts = 0;           // active contacts
+    int iterations = 0;              // conjugate gradient iterations over all solves of the step
+    int solves = 0;                  // 1, more if contacts changed; 0 for explicit steps
+    int substeps = 1;                // substeps of an explicit step
+    double residual = 0;             // relative to the forces of the step, after the last solve
+    std::size_t inverted = 0;        // phyxels with det F <= 0 after the step
+    std::size_t rank_deficient = 0;  // phyxels whose neighbourhood has rank below 3
+    std::size_t non_finite = 0;      // phyxels that became non-finite and moved on without elastic force
+    std::size_t contacts = 0;        // active contacts
     std::size_t energy_excess_pieces = 0;  // pieces with an energy excess (EnergyGuard)
-    int retries = 0;                    // repetitions of the step with finer substeps
-    double energy_removed = 0;            // J, removed by EnergyGuard
-    double kinetic_energy = 0;          // J
-    double elastic_energy = 0;          // J
-    double contact_energy = 0;          // J, stored in contact springs (implicit steps)
-    Vec3 momentum = Vec3::Zero();       // kg m/s
+    int retries = 0;                       // repetitions of the step with finer substeps
+    double energy_removed = 0;             // J, removed by EnergyGuard
+    double kinetic_energy = 0;             // J
+    double elastic_energy = 0;             // J
+    double contact_energy = 0;             // J, stored in contact springs (implicit steps)
+    Vec3 momentum = Vec3::Zero();          // kg m/s
     Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the origin
     double top_speed = 0;                  // m/s
 };

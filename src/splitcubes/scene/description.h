@@ -176,7 +176,7 @@ struct MaterialDescription {
     double zero_energy = 0.1;      // dimensionless weight of the penalty on zero-energy modes
     std::optional<PlasticityDescription> plasticity;  // none: elastic
     std::optional<TearingDescription> tearing;        // none: only tools cut it
-    double cutting_resistance = 0;                    // J/m^2, fracture toughness: work of a blade per rest area
+    double cutting_resistance = 0;  // J/m^2, fracture toughness: work of a blade per rest area
     bool operator==(const MaterialDescription&) const = default;
 };
 

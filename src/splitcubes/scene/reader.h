@@ -33,8 +33,8 @@ struct Source {
     std::string_view text;
     std::string name;
     std::filesystem::path folder;
-    std::vector<Override> overrides;  // the last one that covers a value made it
-    mutable Problems problems = {};   // that readers found so far
+    std::vector<Override> overrides;                     // the last one that covers a value made it
+    mutable Problems problems = {};                      // that readers found so far
     mutable std::vector<std::string> deprecations = {};  // one line each, of deprecated keys that were read
 
     const Override* override_of(const JsonPath& path) const;

@@ -8,9 +8,9 @@
 namespace splitcubes::splitting {
 
 struct CrossedEdges {
-    std::size_t uncut = 0;  // between inside nodes, not cut: would be cut
-    std::size_t cut = 0;    // between inside nodes, already cut
-    std::size_t boundary = 0;   // one end is outside, or the edge crosses a gap of the input
+    std::size_t uncut = 0;     // between inside nodes, not cut: would be cut
+    std::size_t cut = 0;       // between inside nodes, already cut
+    std::size_t boundary = 0;  // one end is outside, or the edge crosses a gap of the input
 
     void add(const NodeGrid& grid, const GridEdge& edge) {
         const bool lower = grid.inside(edge.node), upper = grid.inside(edge.upper());

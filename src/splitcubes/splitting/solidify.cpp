@@ -3,8 +3,8 @@
 #include <splitcubes/core/plain_number.h>
 #include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/geometry/repair.h>
-#include <splitcubes/splitting/pieces.h>
 #include <splitcubes/splitting/boundary_crossings.h>
+#include <splitcubes/splitting/pieces.h>
 #include <splitcubes/splitting/solid_memory.h>
 #include <splitcubes/splitting/solidify.h>
 

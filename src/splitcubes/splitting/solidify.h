@@ -24,10 +24,10 @@ struct SolidifyReport {
     /// Number of edges with both ends outside, material in between and no inside node around: too thin for
     /// this cell size.
     std::size_t lost_thin_edges = 0;
-    double lost_thickness = 0;       // m, median of the lost material
-    double sufficient_cell_size = 0;    // m, would keep nine tenths of the lost edges' material
-    geometry::TriangleMesh lost;     // triangles of the mesh on either side of the lost material
-    std::vector<std::string> notes;  // one line each: a finding and its treatment
+    double lost_thickness = 0;        // m, median of the lost material
+    double sufficient_cell_size = 0;  // m, would keep nine tenths of the lost edges' material
+    geometry::TriangleMesh lost;      // triangles of the mesh on either side of the lost material
+    std::vector<std::string> notes;   // one line each: a finding and its treatment
 };
 
 /// Makes the solid of a mesh. Copies of a triangle count once; triangles of mixed orientation are reoriented

@@ -48,10 +48,10 @@ class VertexBlock {
     }
     void transform(Vec3* positions, Vec3* normals) const {
         geometry::transform_points(count_, sum_.data(),
-                               {{point_[0].data(), point_[1].data(), point_[2].data()},
-                                {normal_[0].data(), normal_[1].data(), normal_[2].data()},
-                                factor_.data()},
-                               positions, normals);
+                                   {{point_[0].data(), point_[1].data(), point_[2].data()},
+                                    {normal_[0].data(), normal_[1].data(), normal_[2].data()},
+                                    factor_.data()},
+                                   positions, normals);
         // Unused vertices stay at rest.
         for (std::size_t i = 0; i < count_; ++i)
             if (rows_[i].count == 0) {
