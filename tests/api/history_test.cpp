@@ -4,7 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <filesystem>
+#include <set>
+#include <vector>
 
 namespace splitcubes::api_tests {
 namespace {
@@ -115,6 +119,49 @@ TEST(History, SurfaceOfAnUndoneBodyIsCopiedAsAWhole) {
     EXPECT_TRUE(std::ranges::equal(surface.rest_positions, rest));
     ASSERT_EQ(surface.changed_vertices.size(), 1U);
     EXPECT_EQ(surface.changed_vertices[0].count, surface.vertex_slots());
+}
+
+// Copies triangle slots within the change ranges alone.
+bool patch_equals_whole(const SurfaceView& surface, std::vector<std::uint32_t>& copy) {
+    copy.resize(surface.triangles.size());
+    for (const Range& r : surface.changed_triangles)
+        std::copy_n(surface.triangles.begin() + 3 * std::ptrdiff_t{r.first}, 3 * r.count,
+                    copy.begin() + 3 * std::ptrdiff_t{r.first});
+    return std::ranges::equal(copy, surface.triangles);
+}
+
+TEST(History, ChangeRangesKeepACopyEqualOverUndoAndRedo) {
+    Bench b;
+    std::vector<std::uint32_t> copy;
+    const auto follows = [&] { return patch_equals_whole(b.simulation.surface(b.block), copy); };
+    EXPECT_TRUE(follows());
+    b.simulation.cut_with_sheet(b.block, SheetMesh(0.3, 0.004).view());
+    EXPECT_TRUE(follows());
+    b.simulation.cut_with_sheet(b.block, SheetMesh(0.3, 0.044).view());
+    EXPECT_TRUE(follows());
+    ASSERT_TRUE(b.simulation.undo());
+    EXPECT_TRUE(follows());
+    ASSERT_TRUE(b.simulation.undo());
+    EXPECT_TRUE(follows());
+    ASSERT_TRUE(b.simulation.redo());
+    EXPECT_TRUE(follows());
+    ASSERT_TRUE(b.simulation.redo());
+    EXPECT_TRUE(follows());
+}
+
+TEST(History, NoRevisionIsGivenTwice) {
+    std::set<std::uint64_t> seen;
+    for (int round = 0; round < 2; ++round) {
+        Bench b;
+        EXPECT_TRUE(seen.insert(b.simulation.surface(b.block).revision).second);
+        b.simulation.mark_undo_point();
+        b.simulation.cut_with_sheet(b.block, SheetMesh(0.3, 0.004).view());
+        EXPECT_TRUE(seen.insert(b.simulation.surface(b.block).revision).second);
+        b.simulation.remove_body(b.block);
+        ASSERT_TRUE(b.simulation.undo());
+        EXPECT_TRUE(seen.insert(b.simulation.surface(b.block).revision).second);
+    }
+    EXPECT_FALSE(seen.contains(0));
 }
 
 TEST(History, StaysWithinItsBudgets) {

@@ -81,7 +81,7 @@ struct BodySettings {
     Pose placement = {};             ///< world from the mesh; rest space is the world with the body so placed
     double scale = 1;                ///< of the mesh before it is placed, > 0
     double cell_size = 0;            ///< m, of the grid that cuts are made in; 0: by `cells`
-    int cells = 32;                  ///< along the longest side, where no cell size is given, 1 to 1024
+    int cells = 32;                  ///< along the longest side, where no cell size is given, 2 to 1024
     int phyxel_count = 800;          ///< elastic samples, about; 1 or more
     MaterialSettings material = {};  ///< that it is made of
     std::optional<TearingSettings> tearing = {};  ///< none: only tools cut it

@@ -152,13 +152,8 @@ StepResult Simulation::Impl::step() {
     });
 }
 
-// What is shown goes on by revisions that have not been.
 void Simulation::Impl::become(Session next) {
-    std::uint64_t revision = 0;
-    for (std::size_t b = 0; b < session_.things().bodies.size(); ++b)
-        revision = std::max(revision, session_.stream(b).view().revision);
     next.things().continue_after(session_.things());
-    for (std::size_t b = 0; b < next.things().bodies.size(); ++b) next.stream(b).set_revision(revision + 2);
     session_ = std::move(next);
     broken_ = false;
 }

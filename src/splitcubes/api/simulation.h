@@ -33,8 +33,9 @@ struct MemoryUse {
 ///
 /// **Threads.** Calls of one simulation are made by one thread at a time; const calls may run beside each
 /// other. A call that runs beside one that it may not run beside, and one made from within a RegionTest,
-/// throws ErrorKind::busy. Different simulations have nothing in common. A step uses
-/// SimulationSettings::thread_count threads of its own; results do not depend on it by a bit.
+/// throws ErrorKind::busy: a thread that draws while another one steps needs a mutex of the caller around
+/// both. Different simulations have nothing in common. A step uses SimulationSettings::thread_count threads
+/// of its own; results do not depend on it by a bit.
 ///
 /// **Lifetimes.** Views that are given (MeshView, BladeView) are read during the call. Spans that are
 /// returned are valid until the next call that is not const. Ids are values.
@@ -78,7 +79,8 @@ class Simulation {
     void write_surface(BodyId body, const std::string& file, int piece = -1) const;
 
     /// Cuts a body along a sheet of triangles in rest coordinates. Returns the number of grid edges cut. With
-    /// HistorySettings::automatic undo takes it back, unless a tool is lowered; so for blades.
+    /// HistorySettings::automatic undo takes it back, unless a tool is lowered; so for blades. Pieces that
+    /// come off are no events: piece_count() tells.
     std::size_t cut_with_sheet(BodyId body, const MeshView& sheet);
     /// Cuts a body along what a blade sweeps on a path, in rest coordinates: two poses or more, times
     /// increasing.
@@ -89,7 +91,8 @@ class Simulation {
     /// Adds a blade that is raised.
     ToolId add_tool(const BladeView& blade, const ToolSettings& settings = {});
     /// Where the tool is at a time: after time() and after its last pose. Between poses it goes straight,
-    /// after the last it stands still; any number may be given between two steps.
+    /// after the last it stands still; any number may be given between two steps. A pose cannot be taken
+    /// back: one that lies far ahead keeps the tool from others until then.
     /// @throws Error pose_not_later otherwise.
     void add_tool_pose(ToolId tool, double time, const Pose& pose);
     /// From time() on it cuts. With HistorySettings::automatic, and where no other tool is lowered, undo goes
@@ -99,7 +102,8 @@ class Simulation {
     void raise_tool(ToolId tool);
     /// Whether it cuts.
     bool is_lowered(ToolId tool) const;
-    /// What it has cut stays cut.
+    /// What it has cut stays cut. What it crossed in the last time step is not cut yet: to have that, raise
+    /// it and step once before.
     void remove_tool(ToolId tool);
 
     // --- handles, constraints, colliders ---
@@ -116,7 +120,8 @@ class Simulation {
     void add_constraint_pose(ConstraintId constraint, double time, const Pose& pose);
     /// Lets go.
     void remove_constraint(ConstraintId constraint);
-    /// Adds a thing that bodies push against.
+    /// Adds a thing that bodies push against. A body at rest, without gravity, that it overlaps from the
+    /// start is not pushed until one of them moves.
     ColliderId add_collider(const ColliderSettings& settings);
     /// Where it is at a time, as add_tool_pose.
     void add_collider_pose(ColliderId collider, double time, const Pose& pose);

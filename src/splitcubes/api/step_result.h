@@ -9,9 +9,13 @@
 
 namespace splitcubes {
 
-/// What a tool feels: force and torque of the bodies on it, averaged over the interval in which it moved,
-/// torque about the origin of its frame. It resists by the work of cutting
-/// (MaterialSettings::cutting_resistance) and by friction on its sides.
+/// Force and torque of the bodies on a tool, averaged over the interval whose cut this step made, one step
+/// late; torque about the origin of the tool's frame. They come from the work of cutting
+/// (MaterialSettings::cutting_resistance) and from friction on the tool's sides.
+///
+/// The work is done edge by edge of the grid: a blade that moves along a plane of the grid meets a row of
+/// edges at once, and its force comes in pulses, of the right work. For a device that a hand holds, average
+/// over the time that the blade takes for a cell, or use smaller cells.
 struct ToolResult {
     ToolId tool;          ///< whose
     Vector3 force;        ///< N, world
@@ -32,7 +36,8 @@ struct StageTime {
     double seconds = 0;     ///< s
 };
 
-/// A tool began to cut a body, after a step in which it did not.
+/// A tool began to cut a body, after a step in which it cut no edge of its grid. A slow blade begins once a
+/// cell.
 struct CutBegan {
     ToolId tool;  ///< that cuts
     BodyId body;  ///< that is cut

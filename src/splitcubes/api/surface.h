@@ -22,7 +22,8 @@ enum class SurfaceOrigin : std::uint8_t {
 /// ranges, which tell what the last step, cut at rest, undo, redo or load did to this body: patching a copy
 /// in these ranges after each of them keeps it equal to the whole. Whoever has missed one sees it by
 /// `revision`, which has then gone up by more than one, and copies everything. Ranges ascend and do not
-/// overlap; they may take in a few slots that did not change. After undo, redo and load they are the whole.
+/// overlap; they may take in a few slots that did not change. After undo, redo and load they are the whole,
+/// which may be shorter or longer than the copy.
 ///
 /// Spans are valid until the next call that is not const, or the end of the simulation.
 struct SurfaceView {
@@ -42,7 +43,8 @@ struct SurfaceView {
     /// Vertex slots that stand for another vertex than before: their last position is not where they come
     /// from.
     std::span<const Range> new_vertices;
-    /// Goes up by one with each change of the ranges' arrays, by more with undo, redo and load.
+    /// Goes up by one with each change of the ranges' arrays, by more with undo, redo and load. Never 0, and
+    /// never the same for two surfaces of a program.
     std::uint64_t revision = 0;
 
     std::size_t vertex_slots() const { return pieces.size(); }           ///< used or free

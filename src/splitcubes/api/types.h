@@ -2,9 +2,16 @@
 // kilograms, angles radians.
 #pragma once
 
+#if defined(_MSVC_LANG) ? _MSVC_LANG < 202002L : __cplusplus < 202002L
+#error "splitcubes needs C++20: compile with -std=c++20 or later"
+#endif
+
+#include <compare>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 
+/// The public interface; all that a program needs.
 namespace splitcubes {
 
 /// Three numbers; where nothing else is said a place in the world, m.
@@ -35,7 +42,8 @@ struct TimedPose {
 };
 
 /// Names a thing of one Simulation, by value. Zero, as it starts, is none. An id is never given twice: after
-/// its thing is removed every call refuses it (ErrorKind::unknown_id).
+/// its thing is removed every call refuses it (ErrorKind::unknown_id). Ids of two simulations may be equal;
+/// keep them apart.
 template <class Tag>
 struct Id {
     std::uint32_t index = 0;       ///< for tables of the caller; used again after a removal
@@ -45,6 +53,8 @@ struct Id {
     explicit operator bool() const { return generation != 0; }
     /// Whether two ids name the same thing.
     friend bool operator==(const Id&, const Id&) = default;
+    /// An order, for maps; it means nothing else.
+    friend std::strong_ordering operator<=>(const Id&, const Id&) = default;
 };
 
 using BodyId = Id<struct BodyTag>;              ///< a soft body
@@ -60,3 +70,12 @@ struct Range {
 };
 
 }  // namespace splitcubes
+
+/// For unordered maps.
+template <class Tag>
+struct std::hash<splitcubes::Id<Tag>> {
+    /// Of index and generation.
+    std::size_t operator()(const splitcubes::Id<Tag>& id) const noexcept {
+        return std::hash<std::uint64_t>()(std::uint64_t{id.generation} << 32 | id.index);
+    }
+};

@@ -40,7 +40,7 @@ class SlotList {
             if (items_[k].id == id) return k;
         throw Error(ErrorKind::unknown_id,
                     std::string(kind_) + " id: names nothing" +
-                        (id ? " that is still there; it was removed" : "; it is zero"));
+                        (id ? " here; its thing was removed, or is of another simulation" : "; it is zero"));
     }
     T& operator[](Name id) { return items_[position(id)].item; }
     const T& operator[](Name id) const { return items_[position(id)].item; }

@@ -1,6 +1,7 @@
 #include <splitcubes/api/internal/surface_stream.h>
 
 #include <algorithm>
+#include <atomic>
 #include <numeric>
 
 namespace splitcubes::api {
@@ -26,6 +27,12 @@ void append_ranges(std::span<const std::uint32_t> numbers, std::uint32_t each, s
         else
             out.push_back({first, each});
     }
+}
+
+// Streams never share a revision: one that shows another state of a body must not seem unchanged.
+std::uint64_t first_revision() {
+    static std::atomic<std::uint64_t> streams{0};
+    return ++streams << 32;
 }
 
 // No two vertices of a surface have the same; not 0.
@@ -57,11 +64,18 @@ std::vector<std::string> names_of_materials(const geometry::AttributeTransfer* t
 SurfaceStream::SurfaceStream(const body::Body& body,
                              std::shared_ptr<const geometry::AttributeTransfer> transfer,
                              const Parallel& parallel)
-    : transfer_(std::move(transfer)), material_names_(names_of_materials(transfer_.get())) {
+    : transfer_(std::move(transfer)),
+      material_names_(names_of_materials(transfer_.get())),
+      revision_(first_revision()) {
     std::vector<std::uint32_t> cells(body.surface().cells().size());
     std::iota(cells.begin(), cells.end(), 0U);
     update_cells(body, cells, parallel);
     move(body, parallel);
+    // A copy may hold another surface: free slots have changed, too.
+    const auto vertices = static_cast<std::uint32_t>(pieces_.size());
+    const auto triangles = static_cast<std::uint32_t>(material_.size());
+    if (vertices > 0) vertex_ranges_ = new_ranges_ = {{0, vertices}};
+    if (triangles > 0) triangle_ranges_ = {{0, triangles}};
 }
 
 void SurfaceStream::forget_changes() {

@@ -30,8 +30,6 @@ class SurfaceStream {
     SurfaceView view() const;
     const std::vector<std::string>& material_names() const { return material_names_; }
     std::size_t bytes() const;
-    /// So that whoever copies by it copies everything.
-    void set_revision(std::uint64_t revision) { revision_ = revision; }
 
   private:
     /// Quads of a cell, as they are in the triangle slots.
@@ -58,7 +56,7 @@ class SurfaceStream {
     // Slots of the last change, then as ranges.
     std::vector<std::uint32_t> changed_quads_, changed_, fresh_;
     std::vector<Range> vertex_ranges_, triangle_ranges_, new_ranges_;
-    std::uint64_t revision_ = 0;
+    std::uint64_t revision_;
 };
 
 }  // namespace splitcubes::api
