@@ -74,6 +74,11 @@ TEST(StateFile, WhatIsLoadedGoesOnAsIfNothingHadBeen) {
     EXPECT_EQ(other.state_hash(), e.simulation.state_hash());
     EXPECT_EQ(other.time(), e.simulation.time());
     EXPECT_EQ(other.bodies(), e.simulation.bodies());
+    EXPECT_EQ(other.tools(), std::vector{e.knife});
+    EXPECT_EQ(other.handles(), e.simulation.handles());
+    EXPECT_FALSE(other.handles().empty());
+    EXPECT_EQ(other.constraints(), e.simulation.constraints());
+    EXPECT_EQ(other.colliders(), e.simulation.colliders());
     EXPECT_TRUE(other.is_lowered(e.knife));
     EXPECT_TRUE(
         std::ranges::equal(other.surface(e.block).triangles, e.simulation.surface(e.block).triangles));

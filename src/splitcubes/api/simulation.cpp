@@ -225,11 +225,7 @@ void Simulation::remove_body(BodyId body) {
 }
 
 std::vector<BodyId> Simulation::bodies() const {
-    return impl().read([](const Session& s) {
-        std::vector<BodyId> out;
-        for (std::size_t k = 0; k < s.things().bodies.size(); ++k) out.push_back(s.things().bodies.id_at(k));
-        return out;
-    });
+    return impl().read([](const Session& s) { return s.things().bodies.ids(); });
 }
 
 std::size_t Simulation::piece_count(BodyId body) const {
@@ -361,6 +357,10 @@ void Simulation::remove_tool(ToolId tool) {
     });
 }
 
+std::vector<ToolId> Simulation::tools() const {
+    return impl().read([](const Session& s) { return s.things().tools.ids(); });
+}
+
 // --- handles, constraints, colliders ---
 
 HandleId Simulation::add_handle(BodyId body, const HandleSettings& settings) {
@@ -428,6 +428,18 @@ void Simulation::add_collider_pose(ColliderId collider, double time, const Pose&
 
 void Simulation::remove_collider(ColliderId collider) {
     impl().write([&](Session& s) { s.remove_collider(collider); });
+}
+
+std::vector<HandleId> Simulation::handles() const {
+    return impl().read([](const Session& s) { return s.things().handles.ids(); });
+}
+
+std::vector<ConstraintId> Simulation::constraints() const {
+    return impl().read([](const Session& s) { return s.things().constraints.ids(); });
+}
+
+std::vector<ColliderId> Simulation::colliders() const {
+    return impl().read([](const Session& s) { return s.things().colliders.ids(); });
 }
 
 // --- time and state ---

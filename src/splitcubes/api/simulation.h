@@ -105,6 +105,8 @@ class Simulation {
     /// What it has cut stays cut. What it crossed in the last time step is not cut yet: to have that, raise
     /// it and step once before.
     void remove_tool(ToolId tool);
+    /// In the order in which they were added, as StepResult::tools.
+    std::vector<ToolId> tools() const;
 
     // --- handles, constraints, colliders ---
 
@@ -127,6 +129,12 @@ class Simulation {
     void add_collider_pose(ColliderId collider, double time, const Pose& pose);
     /// What lay on it falls.
     void remove_collider(ColliderId collider);
+    /// In the order in which they were added.
+    std::vector<HandleId> handles() const;
+    /// In the order in which they were added.
+    std::vector<ConstraintId> constraints() const;
+    /// In the order in which they were added, without the ground.
+    std::vector<ColliderId> colliders() const;
 
     // --- time ---
 

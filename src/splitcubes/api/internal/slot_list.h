@@ -47,6 +47,12 @@ class SlotList {
     T& at(std::size_t position) { return items_[position].item; }
     const T& at(std::size_t position) const { return items_[position].item; }
     Name id_at(std::size_t position) const { return items_[position].id; }
+    /// By position.
+    std::vector<Name> ids() const {
+        std::vector<Name> out;
+        for (const Item& item : items_) out.push_back(item.id);
+        return out;
+    }
     std::size_t size() const { return items_.size(); }
     /// Gives no generation that the other one has given.
     void continue_after(const SlotList& other) {
