@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <functional>
 #include <limits>
+#include <string>
 #include <thread>
 
 namespace splitcubes::api_tests {
@@ -29,6 +31,31 @@ void expect_error(Simulation& simulation, ErrorKind kind, const Call& call) {
     EXPECT_EQ(kind_of_error(call), static_cast<int>(kind));
     EXPECT_EQ(simulation.state_hash(), hash);
     EXPECT_EQ(simulation.bodies().size(), bodies);
+}
+
+std::string message_of(const std::function<void()>& call) {
+    try {
+        call();
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "";
+}
+
+TEST(Misuse, MessagesNameTheBodyOrTheFile) {
+    Table t;
+    BodySettings settings = soft_block();
+    settings.name = "liver";
+    const BoxMesh flat(0.2, 0.2, 0);
+    BoxMesh broken = t.box;
+    broken.positions[4] = nan;
+    for (const BoxMesh& mesh : {flat, broken})
+        EXPECT_THAT(message_of([&] { t.simulation.add_body(mesh.view(), settings); }),
+                    testing::StartsWith("body 'liver'"));
+    EXPECT_THAT(message_of([&] { t.simulation.add_body("", settings); }),
+                testing::HasSubstr("name is empty"));
+    EXPECT_THAT(message_of([&] { t.simulation.save(""); }), testing::HasSubstr("name is empty"));
+    EXPECT_THAT(message_of([&] { t.simulation.load(""); }), testing::HasSubstr("name is empty"));
 }
 
 TEST(Misuse, Meshes) {

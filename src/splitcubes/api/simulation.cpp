@@ -109,9 +109,20 @@ bool any_lowered(const Session& session) {
     return false;
 }
 
+// Errors of the mesh name the body.
 BodyId add_model(Session& session, io::Model model, const BodySettings& settings) {
-    body::BodySettings made = place_body(model, settings);
-    return session.add_body({make_source(std::move(model), std::move(made))});
+    const std::string where = "body '" + settings.name + "'";
+    try {
+        body::BodySettings made = place_body(model, settings);
+        return session.add_body({make_source(std::move(model), std::move(made))});
+    } catch (const InputError& error) {
+        const std::string text = error.what();
+        throw Error(ErrorKind::invalid_argument, text.starts_with(where) ? text : where + ", " + text);
+    }
+}
+
+void require_file_name(const std::string& file) {
+    if (file.empty()) throw Error(ErrorKind::invalid_argument, "file: its name is empty");
 }
 
 template <class List>
@@ -172,6 +183,7 @@ bool Simulation::Impl::go(bool back) {
 
 void Simulation::Impl::load(const std::string& file) {
     run_call(gate_, true, [&] {
+        require_file_name(file);
         const Snapshot read = read_state_file(file, session_.parallel());
         Session next = session_of(read, file);
         become(std::move(next));
@@ -210,6 +222,7 @@ BodyId Simulation::add_body(const MeshView& mesh, const BodySettings& settings) 
 
 BodyId Simulation::add_body(const std::string& mesh_file, const BodySettings& settings) {
     return impl().write([&](Session& s) {
+        require_file_name(mesh_file);
         io::Model model;
         try {
             model = io::read_model(mesh_file);
@@ -473,7 +486,10 @@ std::size_t Simulation::redo_count() const {
 }
 
 void Simulation::save(const std::string& file) const {
-    impl().read([&](const Session& s) { write_state_file(file, s.snapshot()); });
+    impl().read([&](const Session& s) {
+        require_file_name(file);
+        write_state_file(file, s.snapshot());
+    });
 }
 
 void Simulation::load(const std::string& file) {
