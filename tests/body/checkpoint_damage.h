@@ -1,8 +1,8 @@
 // Damages checkpoints but keeps their checksum valid.
 #pragma once
 
+#include <splitcubes/core/checksum.h>
 #include <splitcubes/core/random.h>
-#include <splitcubes/core/state_hash.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -15,17 +15,6 @@ namespace splitcubes::body::damage {
 // The header is a line of text and three numbers: identity, length and checksum of the payload.
 inline std::size_t payload_begin(std::string_view checkpoint) {
     return checkpoint.find('\n') + 1 + 3 * sizeof(std::uint64_t);
-}
-
-inline std::uint64_t checksum(std::string_view bytes) {
-    StateHash hash;
-    for (; bytes.size() >= 8; bytes.remove_prefix(8)) {
-        std::uint64_t word = 0;
-        std::memcpy(&word, bytes.data(), sizeof word);
-        hash.add_word(word);
-    }
-    for (const char c : bytes) hash.add_word(static_cast<unsigned char>(c));
-    return hash.value();
 }
 
 /// Updates length and checksum to the payload.

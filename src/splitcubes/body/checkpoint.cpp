@@ -1,6 +1,6 @@
 #include <splitcubes/body/checkpoint.h>
+#include <splitcubes/core/checksum.h>
 #include <splitcubes/core/error.h>
-
 #include <splitcubes/core/state_stream.h>
 
 #include <cstring>
@@ -12,17 +12,6 @@ namespace {
 // The number is raised with every change of the stored data or of the results of a step.
 constexpr std::string_view any_signature = "Splitcubes checkpoint ";
 constexpr std::string_view signature = "Splitcubes checkpoint 5\n";
-
-std::uint64_t checksum(std::string_view bytes) {
-    StateHash hash;
-    for (; bytes.size() >= 8; bytes.remove_prefix(8)) {
-        std::uint64_t word = 0;
-        std::memcpy(&word, bytes.data(), sizeof word);
-        hash.add_word(word);
-    }
-    for (const char c : bytes) hash.add_word(static_cast<unsigned char>(c));
-    return hash.value();
-}
 
 struct Head {
     std::uint64_t identity = 0, length = 0, checksum = 0;

@@ -1,9 +1,9 @@
 #include <splitcubes/api/internal/state_archive.h>
 #include <splitcubes/api/internal/state_file.h>
 #include <splitcubes/core/atomic_file.h>
+#include <splitcubes/core/checksum.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/memory.h>
-#include <splitcubes/core/state_hash.h>
 
 #include <cstring>
 #include <filesystem>
@@ -22,17 +22,6 @@ constexpr std::string_view mark = "Splitcubes simulation 1\n";
 struct Envelope {
     std::uint64_t length = 0, checksum = 0;
 };
-
-std::uint64_t checksum_of(std::string_view bytes) {
-    StateHash hash;
-    for (; bytes.size() >= 8; bytes.remove_prefix(8)) {
-        std::uint64_t word = 0;
-        std::memcpy(&word, bytes.data(), sizeof word);
-        hash.add_word(word);
-    }
-    for (const char c : bytes) hash.add_word(static_cast<unsigned char>(c));
-    return hash.value();
-}
 
 [[noreturn]] void refuse(const std::string& file, const std::string& problem) {
     throw Error(ErrorKind::bad_file, printable(file, 400) + ": " + problem);
@@ -56,7 +45,7 @@ std::string_view checked_payload(std::string_view bytes, const std::string& file
     Envelope envelope;
     if (bytes.size() >= sizeof envelope) std::memcpy(&envelope, bytes.data(), sizeof envelope);
     if (bytes.size() < sizeof envelope || bytes.size() - sizeof envelope != envelope.length ||
-        checksum_of(bytes.substr(sizeof envelope)) != envelope.checksum)
+        checksum(bytes.substr(sizeof envelope)) != envelope.checksum)
         refuse(file, "is damaged or cut off");
     return bytes.substr(sizeof envelope);
 }
@@ -68,7 +57,7 @@ void write_state_file(const std::string& file, const Snapshot& snapshot) {
     Snapshot copy = snapshot;
     archive_snapshot(archive, copy);
     const std::string payload = archive.writer.take();
-    const Envelope envelope{payload.size(), checksum_of(payload)};
+    const Envelope envelope{payload.size(), checksum(payload)};
     AtomicFile out(file);
     out.write(mark);
     out.write({reinterpret_cast<const char*>(&envelope), sizeof envelope});
