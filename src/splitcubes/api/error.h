@@ -1,4 +1,4 @@
-// What every call of the public interface throws, and nothing else.
+// The only exception that calls of the public interface throw.
 #pragma once
 
 #include <stdexcept>

@@ -1,4 +1,4 @@
-// How simulations and what is in them are made. All have defaults; set what matters by designated
+// Settings of simulations and of the things in them. All have defaults; set what matters by designated
 // initialisers.
 #pragma once
 
@@ -22,20 +22,20 @@ struct Ground {
     double friction = 0.5;    ///< Coulomb coefficient, >= 0
 };
 
-/// How bodies and pieces meet each other.
+/// Contact between bodies and pieces.
 struct ContactSettings {
     bool pieces = false;    ///< pieces and bodies push on each other, and cut faces on theirs
     double friction = 0.5;  ///< between them, Coulomb coefficient, >= 0
 };
 
-/// How time steps are taken.
+/// Settings of the time steps.
 struct SolverSettings {
     bool explicit_steps = false;  ///< many small explicit steps in place of an implicit one
     double tolerance = 1e-3;      ///< of the linear solve, relative to the forces of the step
     int max_iterations = 200;     ///< of the linear solve
 };
 
-/// What undo and redo keep.
+/// Budgets of undo and redo.
 struct HistorySettings {
     /// Undo goes back to before each cut at rest, and before each lower_tool while no other tool is lowered.
     bool automatic = true;
@@ -46,7 +46,7 @@ struct HistorySettings {
     std::uint64_t disk_budget = std::uint64_t{4} << 30;  ///< bytes; beyond it the oldest entries are dropped
 };
 
-/// What a Simulation is made with.
+/// Settings of a Simulation.
 struct SimulationSettings {
     double time_step = 1.0 / 60;        ///< s, > 0
     Vector3 gravity{0, 0, -9.81};       ///< m/s^2

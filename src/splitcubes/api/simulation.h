@@ -71,7 +71,8 @@ class Simulation {
     std::vector<BodyId> bodies() const;
     /// Pieces that it has come to, those that lie apart from the start included; numbered from 0.
     std::size_t piece_count(BodyId body) const;
-    /// Of SurfaceView::triangle_material: the input's own, then what cut faces and bare ones have.
+    /// Names of the materials in SurfaceView::triangle_material: those of the input, then those of cut and
+    /// bare faces.
     std::vector<std::string> material_names(BodyId body) const;
     /// The surface as it is now, and what the last call changed of it.
     SurfaceView surface(BodyId body) const;
@@ -90,7 +91,7 @@ class Simulation {
 
     /// Adds a blade that is raised.
     ToolId add_tool(const BladeView& blade, const ToolSettings& settings = {});
-    /// Where the tool is at a time: after time() and after its last pose. Between poses it goes straight,
+    /// Sets the tool's pose at a time, after time() and after its last pose. Between poses it goes straight,
     /// after the last it stands still; any number may be given between two steps. A pose cannot be taken
     /// back: one that lies far ahead keeps the tool from others until then.
     /// @throws Error pose_not_later otherwise.
@@ -102,8 +103,8 @@ class Simulation {
     void raise_tool(ToolId tool);
     /// Whether it cuts.
     bool is_lowered(ToolId tool) const;
-    /// What it has cut stays cut. What it crossed in the last time step is not cut yet: to have that, raise
-    /// it and step once before.
+    /// Removes a tool. Its cuts stay. What it crossed in the last time step is not cut yet: to have that,
+    /// raise it and step once before.
     void remove_tool(ToolId tool);
     /// In the order in which they were added, as StepResult::tools.
     std::vector<ToolId> tools() const;
@@ -112,22 +113,22 @@ class Simulation {
 
     /// Adds springs that pull a region of a body.
     HandleId add_handle(BodyId body, const HandleSettings& settings);
-    /// Where the springs pull to at a time (world from rest), as add_tool_pose.
+    /// Sets the target of the springs at a time (world from rest), as add_tool_pose.
     void add_handle_pose(HandleId handle, double time, const Pose& pose);
     /// Lets go.
     void remove_handle(HandleId handle);
     /// Holds a region of a body.
     ConstraintId add_constraint(BodyId body, const ConstraintSettings& settings);
-    /// Where the region is at a time (world from rest), as add_tool_pose.
+    /// Sets the pose of the region at a time (world from rest), as add_tool_pose.
     void add_constraint_pose(ConstraintId constraint, double time, const Pose& pose);
     /// Lets go.
     void remove_constraint(ConstraintId constraint);
     /// Adds a thing that bodies push against. A body at rest, without gravity, that it overlaps from the
     /// start is not pushed until one of them moves.
     ColliderId add_collider(const ColliderSettings& settings);
-    /// Where it is at a time, as add_tool_pose.
+    /// Sets its pose at a time, as add_tool_pose.
     void add_collider_pose(ColliderId collider, double time, const Pose& pose);
-    /// What lay on it falls.
+    /// Removes a collider. Bodies that lay on it fall.
     void remove_collider(ColliderId collider);
     /// In the order in which they were added.
     std::vector<HandleId> handles() const;
@@ -142,7 +143,7 @@ class Simulation {
     /// @throws Error of the kind out_of_memory or failed where it could not; the simulation is
     /// ErrorKind::broken then, until undo or load.
     StepResult step();
-    /// Of the whole state: equal for equal runs, bit for bit.
+    /// Returns a hash of the whole state: equal for equal runs, bit for bit.
     std::uint64_t state_hash() const;
 
     // --- state ---
@@ -167,7 +168,7 @@ class Simulation {
     /// the history is emptied. Ids are those of the simulation that was saved.
     void load(const std::string& file);
 
-    /// What it keeps beside the bodies.
+    /// Returns the memory that it keeps beside the bodies.
     MemoryUse memory_use() const;
 
   private:

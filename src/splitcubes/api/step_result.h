@@ -1,4 +1,4 @@
-// What a time step did.
+// Results of a time step.
 #pragma once
 
 #include <splitcubes/api/types.h>
@@ -59,7 +59,7 @@ struct FragmentMadeRigid {
     std::int32_t piece = 0;  ///< its number
 };
 
-/// What went wrong in a step and was mended; bits of StepResult::warnings.
+/// Faults of a step that were corrected; bits of StepResult::warnings.
 enum StepWarning : std::uint32_t {
     warning_inverted = 1,         ///< samples turned inside out
     warning_not_converged = 2,    ///< the linear solve stopped at its limit
@@ -69,7 +69,7 @@ enum StepWarning : std::uint32_t {
     warning_energy_excess = 32,   ///< energy that nothing had put in was taken
 };
 
-/// What one step did. Spans are valid until the next call that is not const.
+/// Results of one step. Spans are valid until the next call that is not const.
 struct StepResult {
     double time = 0;                                   ///< s, at the end of the step
     std::span<const StageTime> stages;                 ///< in order

@@ -8,7 +8,7 @@
 
 namespace splitcubes {
 
-/// Where a triangle comes from.
+/// Origin of a triangle.
 enum class SurfaceOrigin : std::uint8_t {
     boundary = 0,  ///< the surface that the input had
     cut = 1,       ///< made by a cut or a tear

@@ -35,7 +35,7 @@ struct Pose {
     Quaternion rotation = {};  ///< world from own frame
 };
 
-/// Where something is at a time.
+/// A pose at a time.
 struct TimedPose {
     double time = 0;  ///< s
     Pose pose;        ///< world from own frame
@@ -74,7 +74,7 @@ struct Range {
 /// For unordered maps.
 template <class Tag>
 struct std::hash<splitcubes::Id<Tag>> {
-    /// Of index and generation.
+    /// Hashes index and generation.
     std::size_t operator()(const splitcubes::Id<Tag>& id) const noexcept {
         return std::hash<std::uint64_t>()(std::uint64_t{id.generation} << 32 | id.index);
     }

@@ -1,4 +1,4 @@
-// What becomes of a world's other things when one is removed.
+// Removal of bodies, tools and colliders; the indices of the others follow.
 #include <splitcubes/body/world.h>
 
 #include <algorithm>

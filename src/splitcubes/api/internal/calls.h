@@ -1,4 +1,4 @@
-// How calls of the public interface are kept apart, and what leaves them.
+// The gate that keeps calls of the public interface apart, and the translation of their errors.
 #pragma once
 
 #include <splitcubes/api/error.h>

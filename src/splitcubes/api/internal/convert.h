@@ -21,7 +21,7 @@ Isometry isometry_of(const Pose& pose, const std::string& where);
 geometry::TriangleMesh mesh_of(const MeshView& mesh, const std::string& where);
 io::Model model_of(const MeshView& mesh, const std::string& where);
 cutting::BladeShape blade_shape_of(const BladeView& blade, const std::string& where);
-/// Of a model that is not placed yet; places it.
+/// Places a model and returns the settings of its body.
 body::BodySettings place_body(io::Model& model, const BodySettings& settings);
 std::function<bool(const Vec3& rest)> region_of(const Region& region, const std::string& where);
 body::WorldSettings world_settings_of(const SimulationSettings& settings);

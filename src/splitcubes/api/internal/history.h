@@ -12,7 +12,7 @@
 namespace splitcubes::api {
 
 /// The bytes of a state lie in memory or, beyond the budget, in a file of the folder; the oldest go first.
-/// What names the things of a state stays in memory: it is small and shared.
+/// The names of the things of a state stay in memory: they are small and shared.
 class History {
   public:
     /// Throws InputError for a folder that is not there.

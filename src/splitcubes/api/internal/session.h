@@ -16,7 +16,7 @@
 
 namespace splitcubes::api {
 
-/// What a body was made of; shared by all states that have it.
+/// Source of a body; all states that have the body share it.
 struct BodySource {
     io::Model model;  // placed
     body::BodySettings settings;
@@ -57,11 +57,11 @@ struct ColliderEntry {
     std::shared_ptr<const geometry::SignedDistance> solid;
     Track track;
 };
-/// Of a shape, checked; throws InputError.
+/// Makes the signed distance of a shape; throws InputError.
 std::shared_ptr<const geometry::SignedDistance> make_solid(const ShapeSource& shape, const std::string& where,
                                                            const Parallel& parallel);
 
-/// What there is, by its ids and in the world's order.
+/// All things of a simulation, by their ids and in the order of the world.
 struct Things {
     SlotList<BodyTag, BodyEntry> bodies{"body"};
     SlotList<ToolTag, ToolEntry> tools{"tool"};

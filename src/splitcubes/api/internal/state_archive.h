@@ -17,7 +17,7 @@ struct SavingArchive {
         writer.add(value);
     }
     void text(std::string& value) { writer.add_text(value); }
-    /// How many of something, each of at least so many bytes.
+    /// Reads a count of elements that have at least so many bytes each.
     std::size_t count(std::size_t size, std::size_t) {
         writer.add(std::uint64_t{size});
         return size;

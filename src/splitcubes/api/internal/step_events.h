@@ -1,4 +1,4 @@
-// What a step did, by ids, kept until the next one.
+// Events and forces of a step, by ids, kept until the next one.
 #pragma once
 
 #include <splitcubes/api/internal/session.h>

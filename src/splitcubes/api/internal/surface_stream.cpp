@@ -16,7 +16,7 @@ void make_ascending(std::vector<std::uint32_t>& slots) {
     slots.erase(std::unique(slots.begin(), slots.end()), slots.end());
 }
 
-// Of ascending numbers; each stands for `each` slots.
+// Returns ranges of ascending indices; each index stands for `each` slots.
 void append_ranges(std::span<const std::uint32_t> numbers, std::uint32_t each, std::uint32_t gap,
                    std::vector<Range>& out) {
     out.clear();
@@ -166,7 +166,7 @@ void SurfaceStream::update_pieces(const body::Body& body, const Parallel& parall
     make_ascending(changed_);
 }
 
-// Of the changed triangles alone: what each gets depends on no other.
+// Updates the changed triangles alone: the attributes of one depend on no other.
 void SurfaceStream::update_attributes(const body::Body& body, const Parallel& parallel) {
     geometry::SurfaceMesh part;
     std::vector<std::size_t> slots;

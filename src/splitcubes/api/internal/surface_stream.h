@@ -24,7 +24,7 @@ class SurfaceStream {
     void forget_changes();
     /// Takes in what the body's last retessellate changed and the pieces that parted with it.
     void take_changes(const body::Body& body, const Parallel& parallel);
-    /// Where the vertices are now.
+    /// Updates positions and normals of the vertices.
     void move(const body::Body& body, const Parallel& parallel);
 
     SurfaceView view() const;
