@@ -87,8 +87,11 @@ bool is_within(const fs::path& name) {
            std::none_of(name.begin(), name.end(), [](const fs::path& part) { return part == ".."; });
 }
 
-bool is_leftover(const std::string& name) {  // of AtomicFile, see there
-    return name.starts_with(".splitcubes-") && name.ends_with(".tmp");
+// Returns whether a killed process's AtomicFile may have left a file of this name.
+bool is_leftover(const std::string& name) {
+    const std::string start = ".splitcubes-", ending = ".tmp";
+    return name.starts_with(start) && name.ends_with(ending) &&
+           all_digits(name.substr(start.size(), name.size() - start.size() - ending.size()));
 }
 
 std::string count_files(std::size_t files) {
@@ -302,10 +305,25 @@ void OutputFolder::remove_replaced() {
     replaced_.clear();
 }
 
+void OutputFolder::remove_leftovers(const std::string& folder) const {
+    std::error_code error;
+    std::vector<fs::path> leftovers;
+    if (!folder.empty() && !is_here(fs::path(folder) / "any")) return;
+    for (const auto& entry : fs::directory_iterator(path_ / folder, error))
+        if (is_leftover(entry.path().filename().string()) &&
+            fs::is_regular_file(entry.symlink_status(error)))
+            leftovers.push_back(entry.path());
+    for (const fs::path& file : leftovers) fs::remove(file, error);
+}
+
 void OutputFolder::clear(const std::function<bool(const std::string&)>& keep) {
     remove_replaced();
     std::set<std::string> kept;
     std::error_code error;
+    // Without a list the folder may be one where others write.
+    if (!names_.empty()) remove_leftovers("");
+    for (const std::string& name : names_)
+        if (name.ends_with('/')) remove_leftovers(name.substr(0, name.size() - 1));
     for (const std::string& name : names_)
         if (is_listed_file(name) && (keep(name) || !is_here(name) || !fs::remove(path_ / name, error)))
             kept.insert(name);

@@ -43,8 +43,9 @@ class OutputFolder {
     /// Returns whether a command that fills the folder may write a file of this path.
     bool may_write(const std::filesystem::path& file) const;
 
-    /// Removes listed files, except those to keep, and the files that `force` replaces; files behind a
-    /// symbolic link within the folder stay. To be called once, before the first add().
+    /// Removes listed files, except those to keep, the temporary files that a killed process left in this
+    /// folder and in listed ones, and the files that `force` replaces; files behind a symbolic link within
+    /// the folder stay. To be called once, before the first add().
     void clear(const std::function<bool(const std::string&)>& keep);
 
     /// Lists a name, relative to the folder, creates its folders, and returns the file to write.
@@ -70,6 +71,7 @@ class OutputFolder {
     bool is_listed_file(const std::string& name) const;
     bool is_here(const std::filesystem::path& name) const;
     void remove_replaced();
+    void remove_leftovers(const std::string& folder) const;
     void append(const std::string& name);
 
     std::filesystem::path path_;

@@ -212,6 +212,26 @@ TEST_F(Files, FilesOfAKilledRunAreRecognised) {
     EXPECT_EQ(text_of(in("out/surface/00000")), "mine");
 }
 
+// Where files without a name are not supported, a kill leaves a partial temporary file.
+TEST_F(Files, TemporaryFilesOfAKilledRunAreRemoved) {
+    ASSERT_EQ(run_block({"--frames", "1", "--links"}).code, 0);
+    const std::vector<const char*> leftovers = {"out/.splitcubes-0.tmp", "out/links/.splitcubes-12.tmp",
+                                                "out/surface/.splitcubes-0.tmp"};
+    for (const char* file : leftovers) put(file, "left");
+    for (const char* file : {"out/surface/.splitcubes-a.tmp", "out/.splitcubes-.tmp"}) put(file, "mine");
+    ASSERT_EQ(run_block({"--frames", "1"}).code, 0);
+    for (const char* file : leftovers) EXPECT_FALSE(fs::exists(in(file))) << file;
+    EXPECT_FALSE(fs::exists(in("out/links")));
+    for (const char* file : {"out/surface/.splitcubes-a.tmp", "out/.splitcubes-.tmp"})
+        EXPECT_EQ(text_of(in(file)), "mine") << file;
+    // Those of another folder, behind a link, stay.
+    put("far/.splitcubes-0.tmp", "mine");
+    fs::remove_all(in("out/surface"));
+    fs::create_symlink(in("far"), in("out/surface"));
+    EXPECT_EQ(run_block({"--frames", "1"}).code, 2);
+    EXPECT_EQ(text_of(in("far/.splitcubes-0.tmp")), "mine");
+}
+
 TEST_F(Files, TwoRunsDoNotShareAFolder) {
     for (const int signal_number : {SIGTERM, SIGKILL}) {
         SCOPED_TRACE(signal_number);
