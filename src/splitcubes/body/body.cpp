@@ -7,7 +7,6 @@
 #include <splitcubes/splitting/validate.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -25,24 +24,6 @@ void check_settings(const BodySettings& s) {
         throw InputError(where, "phyxel count must be at least 1");
     if (!s.velocity.allFinite() || !s.angular_velocity.allFinite())
         throw InputError(where, "velocities must be finite");
-}
-
-// Length of a node's material along an axis, in cells: in each direction up to the boundary if that crosses
-// the edge, else half way to the next node.
-double node_extent(const splitting::NodeGrid& grid, const Vec3i& node, int axis) {
-    double extent = 0;
-    for (const int step : {-1, 1}) {
-        Vec3i lower = node;
-        if (step < 0) --lower[axis];
-        const std::int32_t slot = grid.slot({lower, axis});
-        if (slot < 0 || grid.crossing(slot).origin != splitting::Origin::boundary) {
-            extent += 0.5;
-        } else {
-            const double t = grid.crossing(slot).parameter;
-            extent += step > 0 ? t : 1 - t;
-        }
-    }
-    return extent;
 }
 
 // Estimated bytes of phyxels with their links and their share of the nodes; measured.
@@ -86,7 +67,7 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
     parallel.begin("body '" + settings_.name + "': occluders");
     build_occluders(parallel);
     parallel.begin("body '" + settings_.name + "': nodes");
-    list_inside_nodes(parallel);
+    inside_ = list_material_nodes(grid_, *surface_, *pieces_, parallel);
     parallel.begin("body '" + settings_.name + "': phyxels");
     // A deformation model moves the phyxels, so few are enough.
     if (settings_.deformation) settings_.phyxel_count = std::min(settings_.phyxel_count, 64);
@@ -164,37 +145,6 @@ void Body::set_occluders(std::span<const std::uint32_t> cells, const Parallel& p
     occluders_.set_cells(changed, parallel);
 }
 
-void Body::list_inside_nodes(const Parallel& parallel) {
-    for (std::size_t brick = 0; brick < grid_.bricks().total(); ++brick) {
-        if (brick % between_checks == 0) parallel.check();
-        for (std::uint64_t word = grid_.inside_word(brick); word; word &= word - 1) {
-            const auto local = static_cast<unsigned>(std::countr_zero(word));
-            inside_nodes_.push_back(grid_.bricks().base(brick) + splitting::BrickLayout::local_node(local));
-        }
-    }
-    const double cell_volume = std::pow(grid_.rest().cell_size, 3);
-    inside_rest_.resize(inside_nodes_.size());
-    inside_piece_.resize(inside_nodes_.size());
-    inside_volume_.resize(inside_nodes_.size());
-    parallel.for_each(inside_nodes_.size(), 1024, [&](std::size_t i) {
-        const Vec3i& node = inside_nodes_[i];
-        inside_rest_[i] = grid_.rest().node_position(node);
-        inside_piece_[i] = pieces_->piece_of(grid_, node);
-        inside_volume_[i] = cell_volume * node_extent(grid_, node, 0) * node_extent(grid_, node, 1) *
-                            node_extent(grid_, node, 2);
-    });
-    // Scales the volumes so that those of a piece's nodes sum to the volume that its surface encloses.
-    const auto measures = splitting::measure_pieces(
-        splitting::extract(grid_, *surface_, *pieces_, {}, {}, parallel), pieces_->count());
-    std::vector<double> lumped(pieces_->count(), 0);
-    for (std::size_t i = 0; i < inside_nodes_.size(); ++i)
-        lumped[static_cast<std::size_t>(inside_piece_[i])] += inside_volume_[i];
-    for (std::size_t i = 0; i < inside_nodes_.size(); ++i) {
-        const auto piece = static_cast<std::size_t>(inside_piece_[i]);
-        if (measures[piece].volume > 0) inside_volume_[i] *= measures[piece].volume / lumped[piece];
-    }
-}
-
 // Returns the nearest inside node that sees the point and whose piece is accepted; among equally near ones
 // the first in grid order; the fallback if none of the 27 nodes around is.
 Vec3i Body::owner_of(const Vec3& rest, const Vec3i& fallback,
@@ -227,17 +177,16 @@ std::optional<Vec3> Body::point_in_material(const Vec3& candidate) const {
 
 std::vector<Vec3> Body::sample_positions(double spacing, const Parallel& parallel) const {
     geometry::Box box;
-    for (const Vec3& rest : inside_rest_) box.add(rest);
+    for (const Vec3& rest : inside_.rest_position) box.add(rest);
     box = box.grown(0.5 * grid_.rest().cell_size);
     // No point of a full lattice is farther than 0.87 spacings from a sample.
     return meshless::sample_solid(
-        box, spacing, [this](const Vec3& candidate) { return point_in_material(candidate); }, inside_rest_,
-        0.95 * spacing, parallel);
+        box, spacing, [this](const Vec3& candidate) { return point_in_material(candidate); },
+        inside_.rest_position, 0.95 * spacing, parallel);
 }
 
 void Body::sample(const Parallel& parallel) {
-    double volume = 0;
-    for (const double v : inside_volume_) volume += v;
+    const double volume = inside_.total_volume();
     spacing_ = settings_.phyxel_spacing;
     require_memory("phyxels",
                    phyxel_memory(spacing_ > 0 ? volume / std::pow(spacing_, 3) : settings_.phyxel_count),
@@ -271,9 +220,8 @@ void Body::sample(const Parallel& parallel) {
     parallel.begin("body '" + settings_.name + "': links");
     rebuild_samples(parallel);
     parallel.begin("body '" + settings_.name + "': volumes");
-    const meshless::MaterialNodes lump{inside_rest_, inside_volume_, inside_piece_};
-    lumping_ = meshless::lump(lump, phyxels_, locator_, parallel);
-    meshless::apply(lumping_, inside_volume_, settings_.material.density, phyxels_);
+    lumping_ = meshless::lump(inside_.for_lumping(), phyxels_, locator_, parallel);
+    meshless::apply(lumping_, inside_.volume, settings_.material.density, phyxels_);
     parallel.begin("body '" + settings_.name + "': gradients");
     neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
 
@@ -366,8 +314,8 @@ void Body::add_to_hash(StateHash& hash) const {
 std::vector<std::string> Body::validate() const {
     std::vector<std::string> lines = splitting::validate(grid_);
     for (std::string& line : splitting::validate(grid_, *surface_, *pieces_)) lines.push_back(line);
-    for (std::size_t i = 0; i < inside_nodes_.size(); ++i)
-        if (inside_piece_[i] != pieces_->piece_of(grid_, inside_nodes_[i])) {
+    for (std::size_t i = 0; i < inside_.size(); ++i)
+        if (inside_.piece[i] != pieces_->piece_of(grid_, inside_.node[i])) {
             lines.push_back("a node with the wrong piece");
             break;
         }
@@ -390,9 +338,9 @@ std::vector<std::string> Body::validate() const {
         if (!body.centre.allFinite() || !body.rotation.allFinite() || !body.momentum.allFinite() ||
             !body.angular_momentum.allFinite())
             lines.push_back("a rigid piece that is not finite");
-    double lumped = 0, owned = 0;
+    double lumped = 0;
     for (const double v : phyxels_.volume) lumped += v;
-    for (const double v : inside_volume_) owned += v;
+    const double owned = inside_.total_volume();
     if (std::abs(lumped - owned) > 1e-9 * owned) lines.push_back("the volumes of phyxels and nodes differ");
     return lines;
 }

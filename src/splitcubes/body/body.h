@@ -3,6 +3,7 @@
 #pragma once
 
 #include <splitcubes/body/collider.h>
+#include <splitcubes/body/material_nodes.h>
 #include <splitcubes/body/moving_bricks.h>
 #include <splitcubes/body/node_tracker.h>
 #include <splitcubes/body/step_report.h>
@@ -213,7 +214,6 @@ class Body {
     std::vector<std::string> validate() const;
 
   private:
-    void list_inside_nodes(const Parallel& parallel);
     void sample(const Parallel& parallel);
     void build_occluders(const Parallel& parallel);
     void add_occluders(std::uint32_t cell, std::vector<geometry::OccluderTriangle>& out) const;
@@ -276,7 +276,6 @@ class Body {
         double weight = 0;
     };
     NodeMotion motion_of(std::uint32_t node, std::int32_t side) const;
-    Vec3 extents_of(std::span<const std::uint32_t> nodes) const;
     std::pair<Vec3, Vec3> node_reach(const Vec3i& node) const;
     void add_sample(std::uint32_t node, std::int32_t piece);
     void add_samples(std::int32_t piece, std::span<const std::uint32_t> nodes, std::size_t wanted,
@@ -291,7 +290,6 @@ class Body {
     void reset_small_strains(std::span<const Kind> kinds, std::size_t old_count, const Parallel& parallel);
     void reset_strain(std::span<const std::size_t> members);
     bool is_chain(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
-    void weigh_nodes(std::span<const std::uint32_t> nodes, meshless::RigidPiece& body) const;
     meshless::RigidPiece initial_rigid_piece(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
     std::vector<Vec3> contact_points(const meshless::RigidPiece& body,
                                      std::span<const std::uint32_t> nodes) const;
@@ -320,12 +318,7 @@ class Body {
     std::vector<geometry::Box> occluder_box_;  // per surface cell: of its occluders, m, rest space
     std::unique_ptr<occlusion::Criterion> criterion_;
 
-    // Inside nodes, in brick order; set at construction (pieces: by label_pieces).
-    std::vector<Vec3i> inside_nodes_;
-    std::vector<Vec3> inside_rest_;      // m, rest space
-    std::vector<double> inside_volume_;  // m^3
-    std::vector<std::int32_t> inside_piece_;
-
+    MaterialNodes inside_;
     meshless::Phyxels phyxels_;
     meshless::PhyxelLocator locator_;
     meshless::Pairs pairs_;

@@ -10,37 +10,37 @@ using splitting::GridEdge;
 void Body::make_deformation() {
     deformation::NodeSet nodes;
     nodes.rest = grid_.rest();
-    nodes.place = inside_nodes_;
+    nodes.place = inside_.node;
     nodes.velocity = settings_.velocity;
     nodes.angular_velocity = settings_.angular_velocity;
     for (const double mass : phyxels_.mass) nodes.mass += mass;
     node_index_ = splitting::SlotMap<1>(grid_.bricks());
-    for (std::size_t n = 0; n < inside_nodes_.size(); ++n)
-        node_index_.set(inside_nodes_[n], 0, static_cast<std::int32_t>(n));
-    for (std::uint32_t n = 0; n < inside_nodes_.size(); ++n)
+    for (std::size_t n = 0; n < inside_.size(); ++n)
+        node_index_.set(inside_.node[n], 0, static_cast<std::int32_t>(n));
+    for (std::uint32_t n = 0; n < inside_.size(); ++n)
         for (int axis = 0; axis < 3; ++axis) {
-            const GridEdge edge{inside_nodes_[n], axis};
+            const GridEdge edge{inside_.node[n], axis};
             if (!grid_.has_edge(edge) || grid_.is_cut(edge) || !grid_.inside(edge.upper())) continue;
             nodes.uncut_edges.push_back(
                 {n, static_cast<std::uint32_t>(node_index_.get(edge.upper(), 0)), axis});
         }
     deformation_ = settings_.deformation(std::move(nodes));
     const Parallel one(1);
-    node_frames_.resize(inside_nodes_.size());
+    node_frames_.resize(inside_.size());
     deformation_->node_frames(node_frames_, one);
     node_frames_before_ = node_frames_;
 }
 
 void Body::advance_deformation(const StepContext& context, StepReport& report) {
-    std::vector<std::uint8_t> held(inside_nodes_.size(), 0);
-    std::vector<Vec3> held_position(inside_nodes_.size(), Vec3::Zero());
+    std::vector<std::uint8_t> held(inside_.size(), 0);
+    std::vector<Vec3> held_position(inside_.size(), Vec3::Zero());
     for (const HoldConstraint& constraint : constraints_) {
         if (context.time < constraint.from || context.time >= constraint.until) continue;
         const Isometry motion = constraint.motion(context.time + context.dt);
-        for (std::size_t n = 0; n < inside_nodes_.size(); ++n) {
-            if (!constraint.region(inside_rest_[n])) continue;
+        for (std::size_t n = 0; n < inside_.size(); ++n) {
+            if (!constraint.region(inside_.rest_position[n])) continue;
             held[n] = 1;
-            held_position[n] = motion * inside_rest_[n];
+            held_position[n] = motion * inside_.rest_position[n];
         }
     }
     deformation::Motion motion{context.time, context.dt,    context.gravity, std::nullopt,
@@ -122,10 +122,10 @@ void Body::evaluate_some_before(const TrackerContext& context, std::span<const s
 // Returns the bricks with an edge that may be in the box, m, world, now or a step ago.
 std::vector<std::uint32_t> Body::bricks_of_nodes_in(const geometry::Box& box) const {
     std::vector<geometry::Box> of_brick(grid_.bricks().total());
-    for (std::size_t n = 0; n < inside_nodes_.size(); ++n) {
+    for (std::size_t n = 0; n < inside_.size(); ++n) {
         // A node also belongs to the edges that come from the three lower nodes, whose bricks may differ.
         for (int axis = -1; axis < 3; ++axis) {
-            Vec3i node = inside_nodes_[n];
+            Vec3i node = inside_.node[n];
             if (axis >= 0) --node[axis];
             if ((node.array() < 0).any()) continue;
             geometry::Box& own = of_brick[grid_.bricks().brick_of(node)];

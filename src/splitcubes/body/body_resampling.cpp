@@ -40,36 +40,17 @@ std::vector<std::int32_t> families_of(std::span<const splitting::PieceSplit> spl
 
 }  // namespace
 
-// Returns the edge lengths, m, descending, of the homogeneous box with the second moments of the nodes'
-// volume, each node being a cube of the grid.
-Vec3 Body::extents_of(std::span<const std::uint32_t> nodes) const {
-    double volume = 0;
-    Vec3 centre = Vec3::Zero();
-    for (const std::uint32_t n : nodes) {
-        volume += inside_volume_[n];
-        centre += inside_volume_[n] * inside_rest_[n];
-    }
-    centre /= volume;
-    const double h = grid_.rest().cell_size;
-    Mat3 second = h * h / 12 * Mat3::Identity();
-    for (const std::uint32_t n : nodes) {
-        const Vec3 arm = inside_rest_[n] - centre;
-        second += inside_volume_[n] / volume * arm * arm.transpose();
-    }
-    return (12 * eigen_symmetric(second).values).cwiseMax(0).cwiseSqrt();
-}
-
 // Interpolates the state of a node from the phyxels as they were before the split. Phyxels that now belong to
 // piece `side` are preferred, since the others have separated from it; then the node's kernel, which respects
 // visibility, is preferred to the phyxels among which its mass is lumped.
 Body::NodeMotion Body::motion_of(std::uint32_t node, std::int32_t side) const {
-    const Vec3& rest = inside_rest_[node];
+    const Vec3& rest = inside_.rest_position[node];
     std::span<const std::uint32_t> visible, lumped{lumping_.phyxel};
     std::span<const double> visible_weight, lumped_weight{lumping_.share};
     const std::uint32_t begin = lumping_.offsets[node], count = lumping_.offsets[node + 1] - begin;
     lumped = lumped.subspan(begin, count);
     lumped_weight = lumped_weight.subspan(begin, count);
-    const std::int32_t tracked = tracker_.find(inside_nodes_[node]);
+    const std::int32_t tracked = tracker_.find(inside_.node[node]);
     const meshless::NodeKernels& kernels = tracker_.kernels();
     if (tracked >= 0 && static_cast<std::size_t>(tracked) < kernels.size()) {
         const meshless::NodeKernels::Row& row = kernels.rows[static_cast<std::size_t>(tracked)];
@@ -108,7 +89,7 @@ Body::NodeMotion Body::motion_of(std::uint32_t node, std::int32_t side) const {
 void Body::add_sample(std::uint32_t node, std::int32_t piece) {
     const NodeMotion motion = motion_of(node, piece);
     meshless::PhyxelStart start;
-    start.rest_position = inside_rest_[node];
+    start.rest_position = inside_.rest_position[node];
     start.piece = piece;
     start.contact_radius = 0.5 * grid_.rest().cell_size;
     start.position = motion.position;
@@ -116,7 +97,7 @@ void Body::add_sample(std::uint32_t node, std::int32_t piece) {
     start.velocity = motion.velocity;
     start.plastic_strain = motion.plastic_strain;
     phyxels_.append(start);
-    owner_.push_back(inside_nodes_[node]);
+    owner_.push_back(inside_.node[node]);
     previous_deformation_.push_back(start.deformation);
 }
 
@@ -129,7 +110,7 @@ void Body::add_samples(std::int32_t piece, std::span<const std::uint32_t> nodes,
     const auto update_distances = [&](const Vec3& rest) {
         ++have;
         for (std::size_t k = 0; k < nodes.size(); ++k)
-            distance[k] = std::min(distance[k], (inside_rest_[nodes[k]] - rest).squaredNorm());
+            distance[k] = std::min(distance[k], (inside_.rest_position[nodes[k]] - rest).squaredNorm());
     };
     for (std::size_t i = 0; i < phyxels_.size(); ++i)
         if (phyxels_.piece[i] == piece) update_distances(phyxels_.rest_position[i]);
@@ -140,7 +121,7 @@ void Body::add_samples(std::int32_t piece, std::span<const std::uint32_t> nodes,
         if (far == distance.end() || *far < min_squared) return;
         const std::uint32_t n = nodes[static_cast<std::size_t>(far - distance.begin())];
         add_sample(n, piece);
-        update_distances(inside_rest_[n]);
+        update_distances(inside_.rest_position[n]);
     }
 }
 
@@ -152,13 +133,13 @@ std::size_t Body::add_samples_around(std::uint32_t phyxel, std::span<const std::
     const double min_squared = 0.25 * grid_.rest().cell_size * grid_.rest().cell_size;
     std::vector<std::uint32_t> near;
     for (const std::uint32_t n : nodes)
-        if ((inside_rest_[n] - rest).squaredNorm() < reach * reach &&
-            !occluders_.segment_blocked(rest, inside_rest_[n]))
+        if ((inside_.rest_position[n] - rest).squaredNorm() < reach * reach &&
+            !occluders_.segment_blocked(rest, inside_.rest_position[n]))
             near.push_back(n);
     std::vector<double> distance(near.size(), 1e300);  // m^2
     const auto update_distances = [&](const Vec3& at) {
         for (std::size_t k = 0; k < near.size(); ++k)
-            distance[k] = std::min(distance[k], (inside_rest_[near[k]] - at).squaredNorm());
+            distance[k] = std::min(distance[k], (inside_.rest_position[near[k]] - at).squaredNorm());
     };
     const std::int32_t piece = phyxels_.piece[phyxel];
     for (std::size_t i = 0; i < phyxels_.size(); ++i)
@@ -171,21 +152,10 @@ std::size_t Body::add_samples_around(std::uint32_t phyxel, std::span<const std::
         if (far == distance.end() || *far < min_squared) break;
         const std::uint32_t n = near[static_cast<std::size_t>(far - distance.begin())];
         add_sample(n, piece);
-        update_distances(inside_rest_[n]);
+        update_distances(inside_.rest_position[n]);
         ++added;
     }
     return added;
-}
-
-// Sets mass, rest centre and inertia of a rigid piece of these nodes from its shape.
-void Body::weigh_nodes(std::span<const std::uint32_t> nodes, meshless::RigidPiece& body) const {
-    std::vector<Vec3> rest;
-    std::vector<double> mass;
-    for (const std::uint32_t n : nodes) {
-        rest.push_back(inside_rest_[n]);
-        mass.push_back(settings_.material.density * inside_volume_[n]);
-    }
-    meshless::weigh({rest, mass, grid_.rest().cell_size}, body);
 }
 
 // Returns the rigid piece that a piece becomes. A part of a rigid piece continues that piece's motion. A part
@@ -204,7 +174,7 @@ meshless::RigidPiece Body::initial_rigid_piece(std::int32_t piece,
         const meshless::RigidPiece& whole = phyxels_.rigid.bodies[static_cast<std::size_t>(parent)];
         body.shape = whole.shape;
         body.rotation = whole.rotation;
-        weigh_nodes(nodes, body);
+        inside_.weigh(nodes, density, body);
         body.centre = whole.world_point_of_rest(body.rest_centre);
         body.momentum = body.mass * whole.velocity_at(body.centre);
         body.angular_momentum =
@@ -217,17 +187,17 @@ meshless::RigidPiece Body::initial_rigid_piece(std::int32_t piece,
     double total = 0;
     for (std::size_t k = 0; k < nodes.size(); ++k) {
         motions.push_back(motion_of(nodes[k], piece));
-        mass.push_back(density * inside_volume_[nodes[k]]);
+        mass.push_back(density * inside_.volume[nodes[k]]);
         plastic_strain += mass[k] * motions[k].plastic_strain;
         body.centre += mass[k] * motions[k].position;
         total += mass[k];
     }
     body.centre /= total;
     body.shape = meshless::stretch_of(settings_.material, plastic_strain / total);
-    weigh_nodes(nodes, body);
+    inside_.weigh(nodes, density, body);
     Mat3 covariance = Mat3::Zero(), mean = Mat3::Zero();
     for (std::size_t k = 0; k < nodes.size(); ++k) {
-        const Vec3 own = body.shape * (inside_rest_[nodes[k]] - body.rest_centre);
+        const Vec3 own = body.shape * (inside_.rest_position[nodes[k]] - body.rest_centre);
         covariance += mass[k] * (motions[k].position - body.centre) * own.transpose();
         covariance += mass[k] * edge * edge / 12 * motions[k].jacobian * body.shape;
         mean += mass[k] / total * motions[k].jacobian;
@@ -260,11 +230,11 @@ std::vector<Vec3> Body::contact_points(const meshless::RigidPiece& body,
     std::vector<Vec3> corners;
     const double h = grid_.rest().cell_size;
     for (const std::uint32_t n : nodes) {
-        const auto [low, high] = node_reach(inside_nodes_[n]);
+        const auto [low, high] = node_reach(inside_.node[n]);
         for (int c = 0; c < 8; ++c) {
             Vec3 offset;
             for (int k = 0; k < 3; ++k) offset[k] = (c >> k & 1) != 0 ? high[k] : -low[k];
-            corners.push_back(body.shape * (inside_rest_[n] + h * offset - body.rest_centre));
+            corners.push_back(body.shape * (inside_.rest_position[n] + h * offset - body.rest_centre));
         }
     }
     std::vector<std::size_t> outer;
@@ -316,7 +286,7 @@ void Body::fill_pieces(const StepContext& context, std::span<const std::vector<s
                                    : kinds[k] == Kind::rigid ? 1
                                                              : 0;
         if (count[k] < wanted) add_samples(static_cast<std::int32_t>(k), nodes[k], wanted, 0);
-        if (kinds[k] == Kind::small && is_sparse(count[k], extents_of(nodes[k])[0]))
+        if (kinds[k] == Kind::small && is_sparse(count[k], inside_.extents_of(nodes[k])[0]))
             add_samples(static_cast<std::int32_t>(k), nodes[k], nodes[k].size(), spacing_);
     }
     refresh_links(context, old_count, change);
@@ -341,7 +311,7 @@ bool Body::is_chain(std::int32_t piece, std::span<const std::uint32_t> nodes) co
         ++all;
         deficient += neighbourhoods_.rank()[i] < 3;
     }
-    return 2 * deficient >= all && extents_of(nodes)[1] < rigid_length * spacing_;
+    return 2 * deficient >= all && inside_.extents_of(nodes)[1] < rigid_length * spacing_;
 }
 
 std::vector<std::size_t> Body::phyxel_counts() const {
@@ -360,7 +330,7 @@ std::vector<Body::Kind> Body::kinds_of(std::span<const std::vector<std::uint32_t
     std::vector<Kind> kinds(nodes.size(), Kind::untouched);
     for (std::size_t k = 0; k < nodes.size(); ++k) {
         if (nodes[k].empty()) continue;
-        const double length = extents_of(nodes[k])[0] / spacing_;
+        const double length = inside_.extents_of(nodes[k])[0] / spacing_;
         const bool was_rigid = phyxels_.rigid.index(lumping_.piece[nodes[k].front()]) >= 0;
         if (was_rigid || length < rigid_length)
             kinds[k] = Kind::rigid;
@@ -473,8 +443,8 @@ void Body::resample(const StepContext& context, TopologyChange& change, StepRepo
     const std::size_t before = phyxels_.size();
     const std::vector<std::int32_t> family = families_of(change.splits, pieces_->count());
     std::vector<std::vector<std::uint32_t>> nodes(pieces_->count());  // of touched pieces
-    for (std::uint32_t n = 0; n < inside_nodes_.size(); ++n) {
-        const auto piece = static_cast<std::size_t>(inside_piece_[n]);
+    for (std::uint32_t n = 0; n < inside_.size(); ++n) {
+        const auto piece = static_cast<std::size_t>(inside_.piece[n]);
         if (family[piece] >= 0) nodes[piece].push_back(n);
     }
     std::vector<Kind> kinds = kinds_of(nodes);
@@ -489,8 +459,8 @@ void Body::resample(const StepContext& context, TopologyChange& change, StepRepo
             is_chain(static_cast<std::int32_t>(k), nodes[k]))
             kinds[k] = Kind::rigid;
     make_rigid(nodes, kinds, change);
-    meshless::relump_after_split(lumping_, {inside_rest_, inside_volume_, inside_piece_},
-                                 settings_.material.density, locator_, phyxels_, context.parallel);
+    meshless::relump_after_split(lumping_, inside_.for_lumping(), settings_.material.density, locator_,
+                                 phyxels_, context.parallel);
     reset_small_strains(kinds, before, context.parallel);
     split_momentum.settle(phyxels_);
     meshless::write_phyxels(phyxels_);

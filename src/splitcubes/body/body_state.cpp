@@ -102,8 +102,7 @@ void Body::load_cuts(StateReader& reader) {
         cut_edge_count_ = stage_ends[s];
     }
     cut_stage_ends_ = stage_ends;
-    for (std::size_t n = 0; n < inside_nodes_.size(); ++n)
-        inside_piece_[n] = pieces_->piece_of(grid_, inside_nodes_[n]);
+    inside_.label_pieces(grid_, *pieces_);
 }
 
 void Body::save_phyxels(StateWriter& writer) const {
@@ -236,7 +235,7 @@ void Body::save_lumping(StateWriter& writer) const {
 
 // Each node's mass is lumped to phyxels of its own piece, in ascending order, with shares that sum to one.
 void Body::load_lumping(StateReader& reader) {
-    const std::size_t nodes = inside_nodes_.size();
+    const std::size_t nodes = inside_.size();
     meshless::MassLumping lumping;
     lumping.offsets = {0};
     const std::vector<std::uint32_t> ends = reader.numbers<std::uint32_t>(nodes);
@@ -248,7 +247,7 @@ void Body::load_lumping(StateReader& reader) {
         entries, 0, static_cast<std::uint32_t>(phyxels_.size() - 1), "mass lumped to an unknown phyxel");
     read_numbers(reader, entries, lumping.share, "mass lumping with an invalid share");
     lumping.whole = reader.numbers<std::uint8_t>(nodes, 0, 1, "mass lumping with an invalid flag");
-    lumping.piece = inside_piece_;
+    lumping.piece = inside_.piece;
     for (std::size_t n = 0; n < nodes; ++n) {
         const std::uint32_t begin = lumping.offsets[n], end = lumping.offsets[n + 1];
         lumping.unlumped += begin == end;
@@ -256,14 +255,14 @@ void Body::load_lumping(StateReader& reader) {
         for (std::uint32_t e = begin; e < end; ++e) {
             require_state(e == begin || lumping.phyxel[e - 1] < lumping.phyxel[e],
                           "mass lumping entries out of order");
-            require_state(phyxels_.piece[lumping.phyxel[e]] == inside_piece_[n],
+            require_state(phyxels_.piece[lumping.phyxel[e]] == inside_.piece[n],
                           "mass lumped to a phyxel of another piece");
             sum += lumping.share[e];
         }
         require_state(begin == end || std::abs(sum - 1) <= 1e-6, "mass lumping whose shares do not sum to 1");
     }
     lumping_ = std::move(lumping);
-    meshless::apply(lumping_, inside_volume_, settings_.material.density, phyxels_);
+    meshless::apply(lumping_, inside_.volume, settings_.material.density, phyxels_);
     for (const double volume : phyxels_.volume) require_state(volume >= 0, "a phyxel with a negative volume");
 }
 
@@ -288,8 +287,8 @@ void Body::load_rigid(StateReader& reader) {
     const std::size_t count = reader.count(4 + 27 * sizeof(double));
     std::vector<std::vector<std::uint32_t>> nodes(count == 0 ? 0 : pieces_->count());
     if (count > 0)
-        for (std::uint32_t n = 0; n < inside_nodes_.size(); ++n)
-            nodes[static_cast<std::size_t>(inside_piece_[n])].push_back(n);
+        for (std::uint32_t n = 0; n < inside_.size(); ++n)
+            nodes[static_cast<std::size_t>(inside_.piece[n])].push_back(n);
     const double length = grid_.rest().cell_size * grid_.rest().node_count.cast<double>().norm();
     for (std::size_t k = 0; k < count; ++k) {
         meshless::RigidPiece body;
@@ -306,7 +305,7 @@ void Body::load_rigid(StateReader& reader) {
                           stretch[2] > 1e-3 && stretch[0] < 1e3,
                       "a rigid piece with an invalid shape");
         require_state(is_rotation(body.rotation, 1e-6), "a rigid piece with an invalid rotation");
-        weigh_nodes(nodes[static_cast<std::size_t>(body.piece)], body);
+        inside_.weigh(nodes[static_cast<std::size_t>(body.piece)], settings_.material.density, body);
         std::vector<Vec3> points;
         read_numbers(reader,
                      reader.number<std::uint32_t>(0, max_points, "a rigid piece with too many points"),
@@ -382,8 +381,7 @@ void Body::load_motion(StateReader& reader) {
     if (!deformation_) return;
     std::vector<double> state;
     read_numbers(reader, deformation_->state().size(), state, "an invalid deformation state");
-    read_numbers(reader, inside_nodes_.size(), node_frames_before_,
-                 "a node with an invalid frame or position");
+    read_numbers(reader, inside_.size(), node_frames_before_, "a node with an invalid frame or position");
     restore_deformation(state);
 }
 

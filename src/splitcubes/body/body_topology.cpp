@@ -64,8 +64,7 @@ void Body::label_pieces(TopologyChange& change) {
     change.splits = pieces_->update(grid_, change.crossings);
     last_splits_ = change.splits;
     if (change.splits.empty()) return;
-    for (std::size_t i = 0; i < inside_nodes_.size(); ++i)
-        inside_piece_[i] = pieces_->piece_of(grid_, inside_nodes_[i]);
+    inside_.label_pieces(grid_, *pieces_);
     tracker_.mark_pieces_changed();
 }
 
