@@ -275,16 +275,6 @@ geometry::SurfaceMesh Body::surface_mesh() const {
     return splitting::extract(grid_, *surface_, *pieces_, vertex_positions_, vertex_normals_);
 }
 
-void Body::add_constraint(HoldConstraint constraint) {
-    constraints_.push_back(std::move(constraint));
-    constrained_.clear();
-}
-
-void Body::remove_constraint(std::size_t number) {
-    constraints_.erase(constraints_.begin() + static_cast<std::ptrdiff_t>(number));
-    constrained_.clear();
-}
-
 void Body::add_to_hash(StateHash& hash) const {
     for (const splitting::Crossing& c : grid_.crossings()) {
         hash.add_word(splitting::edge_id(c.edge));

@@ -2,7 +2,7 @@
 // the three consistent.
 #pragma once
 
-#include <splitcubes/body/collider.h>
+#include <splitcubes/body/boundary_conditions.h>
 #include <splitcubes/body/material_nodes.h>
 #include <splitcubes/body/moving_bricks.h>
 #include <splitcubes/body/node_tracker.h>
@@ -58,15 +58,6 @@ struct BodySettings {
     std::optional<TearSettings> tearing;  // none: the body never tears, only tools cut it
 };
 
-/// Prescribes the positions of the phyxels whose rest position is in a region: fixed, or along a path.
-struct HoldConstraint {
-    std::function<bool(const Vec3& rest)> region;
-    /// World from rest for the held phyxels at a time, s; identity: fixed.
-    std::function<Isometry(double time)> motion;
-    double from = 0;       // s
-    double until = 1e300;  // s
-};
-
 /// Input of one step of one body.
 struct StepContext {
     double time = 0;  // s, at the start of the step
@@ -98,22 +89,24 @@ class Body {
     Body(const geometry::TriangleMesh& placed, const BodySettings& settings, const Parallel& parallel);
     ~Body();
 
-    void add_constraint(HoldConstraint constraint);
-    void add_handle(Handle handle);
+    void add_constraint(HoldConstraint constraint) { boundary_.add_constraint(std::move(constraint)); }
+    void add_handle(Handle handle) { boundary_.add_handle(std::move(handle)); }
     /// Removes one; those behind it move up by one.
-    void remove_handle(std::size_t number);
-    void remove_constraint(std::size_t number);
-    const std::vector<Handle>& handles() const { return handles_; }
+    void remove_handle(std::size_t index) { boundary_.remove_handle(index); }
+    void remove_constraint(std::size_t index) { boundary_.remove_constraint(index); }
+    const std::vector<Handle>& handles() const { return boundary_.handles(); }
     void set_handle_motion(std::size_t index, std::function<Isometry(double time)> motion) {
-        handles_[index].motion = std::move(motion);
+        boundary_.set_handle_motion(index, std::move(motion));
     }
-    /// Appends the springs of the active handles, with their targets at the end of the step, and one force
-    /// limit, N, per handle. part: index of this body in its contact island.
+    /// Appends the springs of the active handles; see BoundaryConditions::add_handle_springs.
     void add_handle_springs(const StepContext& context, std::uint32_t part,
-                            std::vector<meshless::HandleSpring>& handle_springs, std::vector<double>& limits);
-    const std::vector<HoldConstraint>& constraints() const { return constraints_; }
+                            std::vector<meshless::HandleSpring>& handle_springs,
+                            std::vector<double>& limits) {
+        boundary_.add_handle_springs(phyxels_, context.time, context.dt, part, handle_springs, limits);
+    }
+    const std::vector<HoldConstraint>& constraints() const { return boundary_.constraints(); }
     void set_constraint_motion(std::size_t index, std::function<Isometry(double time)> motion) {
-        constraints_[index].motion = std::move(motion);
+        boundary_.set_constraint_motion(index, std::move(motion));
     }
 
     // The stages of a step. World::step calls them in this order.
@@ -164,12 +157,9 @@ class Body {
     bool is_lattice_driven() const { return deformation_ != nullptr; }
     void advance_deformation(const StepContext& context, StepReport& report);
     /// Per phyxel, as of the last begin_step: 1 if a constraint prescribes its position.
-    std::span<const std::uint8_t> held() const { return held_; }
+    std::span<const std::uint8_t> held() const { return boundary_.held(); }
     /// Whether a constraint moves a rigid piece, as of the last begin_step. index: in RigidPieces::bodies.
-    bool holds_rigid(std::size_t index) const {
-        return std::any_of(kinematic_rigid_pieces_.begin(), kinematic_rigid_pieces_.end(),
-                           [&](const meshless::RigidKinematicTarget& hold) { return hold.body == index; });
-    }
+    bool holds_rigid(std::size_t index) const { return boundary_.holds_rigid(index); }
     const meshless::Pairs& pairs() const { return pairs_; }
     const meshless::Neighbourhoods& neighbourhoods() const { return neighbourhoods_; }
     /// The triangles that can block a line of sight between phyxels, in rest space.
@@ -295,7 +285,6 @@ class Body {
                                      std::span<const std::uint32_t> nodes) const;
     void make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds,
                     TopologyChange& change);
-    std::vector<meshless::RigidKinematicTarget> kinematic_rigid_pieces(const StepContext& context) const;
     void rebuild_contact_samples(const Parallel& parallel);
     void choose_active_samples();
     void choose_cut_face_samples();
@@ -355,17 +344,9 @@ class Body {
     std::vector<geometry::Frame> node_frames_;         // per inside node, now
     std::vector<geometry::Frame> node_frames_before_;  // the same, a step ago
 
-    std::unique_ptr<Tearing> tearing_;     // null: does not tear
-    std::vector<std::uint8_t> tear_held_;  // per phyxel, 1: held in the last step; scratch of tear
+    std::unique_ptr<Tearing> tearing_;  // null: does not tear
 
-    std::vector<HoldConstraint> constraints_;
-    std::vector<std::vector<std::uint32_t>> constrained_;  // per constraint: its phyxels; empty: dirty
-    std::vector<std::uint8_t> held_;                       // per phyxel, of this step
-    std::vector<Vec3> held_position_;                      // per phyxel, m, world
-    std::vector<meshless::RigidKinematicTarget> kinematic_rigid_pieces_;  // of this step
-
-    std::vector<Handle> handles_;
-    std::vector<std::vector<std::uint32_t>> handle_phyxels_;  // per handle: its phyxels; empty: dirty
+    BoundaryConditions boundary_;
     std::vector<ContactSample> contact_samples_;
     std::uint64_t sample_revision_ = ~std::uint64_t{0};  // revision of the surface they were chosen on
 };

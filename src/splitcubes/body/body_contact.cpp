@@ -1,4 +1,4 @@
-// Influences of contact samples, and handles.
+// Influences of contact samples.
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/contact_sides.h>
 
@@ -74,43 +74,6 @@ meshless::ContactSide Body::influences_of(std::uint32_t vertex, std::uint32_t no
     for (std::uint32_t k = 0; k < side.count; ++k) side.weight[k] /= total;
     reproduce_affine_motion(phyxels_.rest_position, v.rest, spacing_, side);
     return side;
-}
-
-void Body::add_handle(Handle handle) {
-    handles_.push_back(std::move(handle));
-    handle_phyxels_.clear();
-}
-
-void Body::remove_handle(std::size_t number) {
-    handles_.erase(handles_.begin() + static_cast<std::ptrdiff_t>(number));
-    handle_phyxels_.clear();
-}
-
-void Body::add_handle_springs(const StepContext& context, std::uint32_t part,
-                              std::vector<meshless::HandleSpring>& handle_springs,
-                              std::vector<double>& limits) {
-    if (handle_phyxels_.size() != handles_.size()) {
-        handle_phyxels_.assign(handles_.size(), {});
-        for (std::size_t h = 0; h < handles_.size(); ++h)
-            for (std::uint32_t i = 0; i < phyxels_.size(); ++i)
-                if (handles_[h].region(phyxels_.rest_position[i])) handle_phyxels_[h].push_back(i);
-    }
-    for (std::size_t h = 0; h < handles_.size(); ++h) {
-        const Handle& handle = handles_[h];
-        const auto limit_index = static_cast<std::uint32_t>(limits.size());
-        limits.push_back(handle.limit);
-        if (context.time < handle.from || context.time >= handle.until) continue;
-        const Isometry motion = handle.motion(context.time + context.dt);
-        double mass = 0;
-        for (const std::uint32_t i : handle_phyxels_[h]) mass += phyxels_.mass[i];
-        if (!(mass > 0)) continue;
-        for (const std::uint32_t i : handle_phyxels_[h]) {
-            const double stiffness = handle.stiffness * phyxels_.mass[i] / mass;
-            if (stiffness > 0)
-                handle_springs.push_back(
-                    {part, i, limit_index, motion * phyxels_.rest_position[i], stiffness});
-        }
-    }
 }
 
 }  // namespace splitcubes::body

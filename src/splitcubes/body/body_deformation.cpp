@@ -32,19 +32,10 @@ void Body::make_deformation() {
 }
 
 void Body::advance_deformation(const StepContext& context, StepReport& report) {
-    std::vector<std::uint8_t> held(inside_.size(), 0);
-    std::vector<Vec3> held_position(inside_.size(), Vec3::Zero());
-    for (const HoldConstraint& constraint : constraints_) {
-        if (context.time < constraint.from || context.time >= constraint.until) continue;
-        const Isometry motion = constraint.motion(context.time + context.dt);
-        for (std::size_t n = 0; n < inside_.size(); ++n) {
-            if (!constraint.region(inside_.rest_position[n])) continue;
-            held[n] = 1;
-            held_position[n] = motion * inside_.rest_position[n];
-        }
-    }
+    const BoundaryConditions::HeldPoints held =
+        boundary_.hold(inside_.rest_position, context.time, context.dt);
     deformation::Motion motion{context.time, context.dt,    context.gravity, std::nullopt,
-                               held,         held_position, context.parallel};
+                               held.held,    held.position, context.parallel};
     if (context.ground)
         motion.ground = deformation::Motion::Ground{context.ground->normal, context.ground->offset,
                                                     context.ground->friction};

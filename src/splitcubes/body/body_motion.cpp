@@ -5,57 +5,18 @@
 
 namespace splitcubes::body {
 
-// Returns the prescribed motions of rigid pieces: a piece with a phyxel in a held region moves as a whole
-// with the first such constraint.
-std::vector<meshless::RigidKinematicTarget> Body::kinematic_rigid_pieces(const StepContext& context) const {
-    std::vector<meshless::RigidKinematicTarget> holds;
-    std::vector<std::uint8_t> found(phyxels_.rigid.bodies.size(), 0);
-    if (found.empty()) return holds;
-    for (std::size_t c = 0; c < constraints_.size(); ++c) {
-        if (context.time < constraints_[c].from || context.time >= constraints_[c].until) continue;
-        const Isometry motion = constraints_[c].motion(context.time + context.dt) *
-                                constraints_[c].motion(context.time).inverse();
-        for (const std::uint32_t i : constrained_[c]) {
-            const std::int32_t index = phyxels_.rigid.index(phyxels_.piece[i]);
-            if (index < 0 || found[static_cast<std::size_t>(index)] != 0) continue;
-            found[static_cast<std::size_t>(index)] = 1;
-            holds.push_back({static_cast<std::size_t>(index), motion});
-        }
-    }
-    return holds;
-}
-
 meshless::StepInput Body::begin_step(const StepContext& context) {
-    if (constrained_.size() != constraints_.size()) {
-        constrained_.assign(constraints_.size(), {});
-        for (std::size_t c = 0; c < constraints_.size(); ++c)
-            for (std::uint32_t i = 0; i < phyxels_.size(); ++i)
-                if (constraints_[c].region(phyxels_.rest_position[i])) constrained_[c].push_back(i);
-    }
-    held_.assign(phyxels_.size(), 0);
-    held_position_.resize(phyxels_.size());
+    boundary_.begin_step(phyxels_, context.time, context.dt, context.parallel);
     previous_deformation_.resize(phyxels_.size());
-    context.parallel.for_each(phyxels_.size(), 1024, [&](std::size_t i) {
-        held_position_[i].setZero();
-        previous_deformation_[i] = phyxels_.deformation[i];
-    });
-    const double end = context.time + context.dt;
-    for (std::size_t c = 0; c < constraints_.size(); ++c) {
-        if (context.time < constraints_[c].from || context.time >= constraints_[c].until) continue;
-        const Isometry motion = constraints_[c].motion(end);
-        for (const std::uint32_t i : constrained_[c]) {
-            held_[i] = 1;
-            held_position_[i] = motion * phyxels_.rest_position[i];
-        }
-    }
-    kinematic_rigid_pieces_ = kinematic_rigid_pieces(context);
+    context.parallel.for_each(phyxels_.size(), 1024,
+                              [&](std::size_t i) { previous_deformation_[i] = phyxels_.deformation[i]; });
     meshless::StepInput input;
     input.dt = context.dt;
     input.gravity = context.gravity;
-    input.held = held_;
-    input.held_position = held_position_;
+    input.held = boundary_.held();
+    input.held_position = boundary_.held_position();
     input.obstacles = context.obstacles;
-    input.kinematic_rigid_pieces = kinematic_rigid_pieces_;
+    input.kinematic_rigid_pieces = boundary_.kinematic_rigid_pieces();
     input.piece_count = static_cast<int>(pieces_->count());
     return input;
 }

@@ -265,8 +265,7 @@ void Body::refresh_links(const StepContext& context, std::size_t old_count, Topo
     if (phyxels_.size() != old_count) {
         rebuild_samples(context.parallel);
         neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, context.parallel);
-        constrained_.clear();
-        handle_phyxels_.clear();
+        boundary_.forget_phyxels();
         tracker_.mark_all();
     } else if (!change.dirty_pairs.empty()) {
         neighbourhoods_.update(phyxels_, pairs_, change.dirty_pairs, settings_.material, context.parallel);
@@ -325,8 +324,9 @@ std::vector<Body::Kind> Body::kinds_of(std::span<const std::vector<std::uint32_t
     const std::vector<std::size_t> count = phyxel_counts();
     // A piece with held phyxels cannot have its strain reset, so it gets no new phyxels.
     std::vector<std::uint8_t> held(nodes.size(), 0);
-    for (std::size_t i = 0; i < held_.size(); ++i)
-        if (held_[i] != 0) held[static_cast<std::size_t>(phyxels_.piece[i])] = 1;
+    const std::span<const std::uint8_t> held_phyxels = boundary_.held();
+    for (std::size_t i = 0; i < held_phyxels.size(); ++i)
+        if (held_phyxels[i] != 0) held[static_cast<std::size_t>(phyxels_.piece[i])] = 1;
     std::vector<Kind> kinds(nodes.size(), Kind::untouched);
     for (std::size_t k = 0; k < nodes.size(); ++k) {
         if (nodes[k].empty()) continue;
@@ -452,7 +452,7 @@ void Body::resample(const StepContext& context, TopologyChange& change, StepRepo
     for (std::size_t k = 0; k < nodes.size(); ++k)
         if (!nodes[k].empty() && phyxels_.rigid.index(lumping_.piece[nodes[k].front()]) >= 0)
             elastic_family[k] = -1;
-    const meshless::SplitMomentum split_momentum(phyxels_, elastic_family, held_);
+    const meshless::SplitMomentum split_momentum(phyxels_, elastic_family, boundary_.held());
     fill_pieces(context, nodes, kinds, change);
     for (std::size_t k = 0; k < nodes.size(); ++k)
         if ((kinds[k] == Kind::small || kinds[k] == Kind::large) &&

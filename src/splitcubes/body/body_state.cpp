@@ -393,8 +393,7 @@ void Body::rebuild_derived_state(const Parallel& parallel) {
     changes_.mark_all();
     locator_ = meshless::PhyxelLocator(phyxels_.rest_position, 1.6 * spacing_);
     neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
-    constrained_.clear();
-    handle_phyxels_.clear();
+    boundary_.forget_phyxels();
     surface_to_tracked_.clear();
     for (const Vec3i& node : surface_->nodes()) {
         require_state(tracker_.find(node) >= 0, "a node of the surface that is not tracked");

@@ -17,16 +17,10 @@ void check_tearing(const TearSettings& s, const std::string& where) {
 
 void Body::tear(const StepContext& context, TopologyChange& change, StepReport& report) {
     if (!tearing_) return;
-    // The phyxels held in the last step follow from the constraints: held_ is not in a checkpoint.
-    std::vector<std::uint8_t>& held = tear_held_;
-    held.assign(phyxels_.size(), 0);
-    const double last_time = context.time - context.dt;
-    for (const HoldConstraint& constraint : constraints_) {
-        if (last_time < constraint.from || last_time >= constraint.until) continue;
-        context.parallel.for_each(held.size(), 1024, [&](std::size_t i) {
-            if (constraint.region(phyxels_.rest_position[i])) held[i] = 1;
-        });
-    }
+    // The phyxels held in the last step follow from the constraints: those of begin_step are not in a
+    // checkpoint.
+    const std::span<const std::uint8_t> held =
+        boundary_.held_among(phyxels_.rest_position, context.time - context.dt, context.parallel);
     const std::vector<std::int32_t> slots =
         tearing_->tear(grid_, {*pieces_, occluders_, phyxels_, neighbourhoods_, locator_, settings_.material,
                                tracker_, frames_, held, spacing_, context.dt, context.parallel});

@@ -1,4 +1,4 @@
-// Rigid colliders, contact options and handles.
+// Rigid colliders and contact options.
 #pragma once
 
 #include <splitcubes/geometry/signed_distance.h>
@@ -23,18 +23,6 @@ struct Collider {
 struct ContactOptions {
     bool pieces = false;    // pieces and bodies push on each other, and cut faces of one piece, too
     double friction = 0.5;  // between them, Coulomb coefficient, >= 0
-};
-
-/// Attachment of a region of a body to a moving frame by springs of limited total force.
-struct Handle {
-    std::string name;
-    std::function<bool(const Vec3& rest)> region;
-    /// World from rest of the grabbed region at a time, s.
-    std::function<Isometry(double time)> motion;
-    double stiffness = 1000;  // N/m, sum over the region
-    double limit = 1e300;     // N, maximum of the total force
-    double from = 0;          // s, start time
-    double until = 1e300;     // s, end time
 };
 
 }  // namespace splitcubes::body

@@ -81,6 +81,12 @@ struct RigidPieces {
     }
 };
 
+/// A kinematic rigid piece and its prescribed motion in a step.
+struct RigidKinematicTarget {
+    std::size_t body = 0;                    // index into RigidPieces::bodies
+    Isometry motion = Isometry::Identity();  // world at the end of the step from world at its start
+};
+
 /// The grid cubes that make up a body, one per node.
 struct RigidCubes {
     std::span<const Vec3> rest_position;  // m, rest space

@@ -8,17 +8,12 @@
 #include <splitcubes/meshless/material.h>
 #include <splitcubes/meshless/neighbourhoods.h>
 #include <splitcubes/meshless/phyxels.h>
+#include <splitcubes/meshless/rigid_pieces.h>
 
 #include <cstdint>
 #include <span>
 
 namespace splitcubes::meshless {
-
-/// A kinematic rigid piece and its prescribed motion in a step.
-struct RigidKinematicTarget {
-    std::size_t body = 0;                    // index into RigidPieces::bodies
-    Isometry motion = Isometry::Identity();  // world at the end of the step from world at its start
-};
 
 /// A collider for rigid pieces, with its motion in a step.
 struct Obstacle {

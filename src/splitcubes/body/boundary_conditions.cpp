@@ -1,0 +1,141 @@
+#include <splitcubes/body/boundary_conditions.h>
+#include <splitcubes/meshless/contact.h>
+#include <splitcubes/meshless/phyxels.h>
+
+#include <algorithm>
+
+namespace splitcubes::body {
+
+namespace {
+
+// Lists, per region, the phyxels whose rest position is in it; does nothing if there is a list per region.
+template <class Region>
+void list_phyxels_of(const std::vector<Region>& regions, const meshless::Phyxels& phyxels,
+                     std::vector<std::vector<std::uint32_t>>& out) {
+    if (out.size() == regions.size()) return;
+    out.assign(regions.size(), {});
+    for (std::size_t r = 0; r < regions.size(); ++r)
+        for (std::uint32_t i = 0; i < phyxels.size(); ++i)
+            if (regions[r].region(phyxels.rest_position[i])) out[r].push_back(i);
+}
+
+}  // namespace
+
+void BoundaryConditions::add_constraint(HoldConstraint constraint) {
+    constraints_.push_back(std::move(constraint));
+    constrained_.clear();
+}
+
+void BoundaryConditions::add_handle(Handle handle) {
+    handles_.push_back(std::move(handle));
+    handle_phyxels_.clear();
+}
+
+void BoundaryConditions::remove_constraint(std::size_t index) {
+    constraints_.erase(constraints_.begin() + static_cast<std::ptrdiff_t>(index));
+    constrained_.clear();
+}
+
+void BoundaryConditions::remove_handle(std::size_t index) {
+    handles_.erase(handles_.begin() + static_cast<std::ptrdiff_t>(index));
+    handle_phyxels_.clear();
+}
+
+void BoundaryConditions::forget_phyxels() {
+    constrained_.clear();
+    handle_phyxels_.clear();
+}
+
+std::vector<meshless::RigidKinematicTarget> BoundaryConditions::find_kinematic_rigid_pieces(
+    const meshless::Phyxels& phyxels, double time, double dt) const {
+    std::vector<meshless::RigidKinematicTarget> targets;
+    std::vector<std::uint8_t> found(phyxels.rigid.bodies.size(), 0);
+    if (found.empty()) return targets;
+    for (std::size_t c = 0; c < constraints_.size(); ++c) {
+        if (!constraints_[c].is_active(time)) continue;
+        const Isometry motion = constraints_[c].motion(time + dt) * constraints_[c].motion(time).inverse();
+        for (const std::uint32_t i : constrained_[c]) {
+            const std::int32_t index = phyxels.rigid.index(phyxels.piece[i]);
+            if (index < 0 || found[static_cast<std::size_t>(index)] != 0) continue;
+            found[static_cast<std::size_t>(index)] = 1;
+            targets.push_back({static_cast<std::size_t>(index), motion});
+        }
+    }
+    return targets;
+}
+
+void BoundaryConditions::begin_step(const meshless::Phyxels& phyxels, double time, double dt,
+                                    const Parallel& parallel) {
+    list_phyxels_of(constraints_, phyxels, constrained_);
+    held_.assign(phyxels.size(), 0);
+    held_position_.resize(phyxels.size());
+    parallel.for_each(phyxels.size(), 1024, [&](std::size_t i) { held_position_[i].setZero(); });
+    for (std::size_t c = 0; c < constraints_.size(); ++c) {
+        if (!constraints_[c].is_active(time)) continue;
+        const Isometry motion = constraints_[c].motion(time + dt);
+        for (const std::uint32_t i : constrained_[c]) {
+            held_[i] = 1;
+            held_position_[i] = motion * phyxels.rest_position[i];
+        }
+    }
+    kinematic_rigid_pieces_ = find_kinematic_rigid_pieces(phyxels, time, dt);
+}
+
+bool BoundaryConditions::holds_rigid(std::size_t index) const {
+    return std::any_of(kinematic_rigid_pieces_.begin(), kinematic_rigid_pieces_.end(),
+                       [&](const meshless::RigidKinematicTarget& target) { return target.body == index; });
+}
+
+std::span<const std::uint8_t> BoundaryConditions::held_among(std::span<const Vec3> rest_position, double time,
+                                                             const Parallel& parallel) {
+    held_among_.assign(rest_position.size(), 0);
+    for (const HoldConstraint& constraint : constraints_) {
+        if (!constraint.is_active(time)) continue;
+        parallel.for_each(rest_position.size(), 1024, [&](std::size_t i) {
+            if (constraint.region(rest_position[i])) held_among_[i] = 1;
+        });
+    }
+    return held_among_;
+}
+
+BoundaryConditions::HeldPoints BoundaryConditions::hold(std::span<const Vec3> rest_position, double time,
+                                                        double dt) const {
+    HeldPoints out;
+    out.held.assign(rest_position.size(), 0);
+    out.position.assign(rest_position.size(), Vec3::Zero());
+    for (const HoldConstraint& constraint : constraints_) {
+        if (!constraint.is_active(time)) continue;
+        const Isometry motion = constraint.motion(time + dt);
+        for (std::size_t i = 0; i < rest_position.size(); ++i) {
+            if (!constraint.region(rest_position[i])) continue;
+            out.held[i] = 1;
+            out.position[i] = motion * rest_position[i];
+        }
+    }
+    return out;
+}
+
+void BoundaryConditions::add_handle_springs(const meshless::Phyxels& phyxels, double time, double dt,
+                                            std::uint32_t part,
+                                            std::vector<meshless::HandleSpring>& handle_springs,
+                                            std::vector<double>& limits) {
+    list_phyxels_of(handles_, phyxels, handle_phyxels_);
+    for (std::size_t h = 0; h < handles_.size(); ++h) {
+        const Handle& handle = handles_[h];
+        const auto limit_index = static_cast<std::uint32_t>(limits.size());
+        limits.push_back(handle.limit);
+        if (!handle.is_active(time)) continue;
+        const Isometry motion = handle.motion(time + dt);
+        double mass = 0;
+        for (const std::uint32_t i : handle_phyxels_[h]) mass += phyxels.mass[i];
+        if (!(mass > 0)) continue;
+        for (const std::uint32_t i : handle_phyxels_[h]) {
+            const double stiffness = handle.stiffness * phyxels.mass[i] / mass;
+            if (stiffness > 0)
+                handle_springs.push_back(
+                    {part, i, limit_index, motion * phyxels.rest_position[i], stiffness});
+        }
+    }
+}
+
+}  // namespace splitcubes::body
