@@ -39,9 +39,6 @@ std::unique_ptr<occlusion::Criterion> criterion_of(const BodySettings& settings)
                                          : occlusion::make_cpu_backend(settings.visibility));
 }
 
-// Iterations of a long serial loop between two checks for cancellation.
-constexpr std::size_t between_checks = 4096;
-
 }  // namespace
 
 Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, const Parallel& parallel)
@@ -51,8 +48,7 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
       surface_((parallel.begin("body '" + settings_.name + "': surface"),
                 std::make_unique<splitting::Surface>(grid_, parallel))),
       pieces_(std::make_unique<splitting::Pieces>(grid_)),
-      occluders_(grid_.rest().origin, grid_.rest().cell_size, grid_.rest().node_count),
-      changes_(grid_.rest()),
+      occluders_(grid_.rest()),
       criterion_(criterion_of(settings)),
       tracker_(grid_.bricks()) {
     check_settings(settings_);
@@ -65,7 +61,7 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
     }
     solid_crossings_ = grid_.crossings().size();
     parallel.begin("body '" + settings_.name + "': occluders");
-    build_occluders(parallel);
+    occluders_.build(grid_, *surface_, parallel);
     parallel.begin("body '" + settings_.name + "': nodes");
     inside_ = list_material_nodes(grid_, *surface_, *pieces_, parallel);
     parallel.begin("body '" + settings_.name + "': phyxels");
@@ -100,51 +96,6 @@ std::pair<Vec3, Vec3> Body::node_reach(const Vec3i& node) const {
     return {low, high};
 }
 
-void Body::build_occluders(const Parallel& parallel) {
-    std::vector<std::uint32_t> cells(surface_->cells().size());
-    std::iota(cells.begin(), cells.end(), 0U);
-    set_occluders(cells, parallel);
-}
-
-// Adds two triangles for each cut edge of the cell, whichever side has a quad: both sides coincide at rest.
-void Body::add_occluders(std::uint32_t cell, std::vector<geometry::OccluderTriangle>& out) const {
-    const std::span<const splitting::SurfaceQuad> quads = surface_->quads(surface_->cells()[cell]);
-    for (auto q = quads.begin(); q != quads.end(); ++q) {
-        const auto same = [&](const splitting::SurfaceQuad& other) { return other.crossing == q->crossing; };
-        if (std::any_of(quads.begin(), q, same)) continue;
-        const splitting::Crossing& crossing = grid_.crossing(q->crossing);
-        // A crossing between two inside nodes is a cut, which has no outside.
-        const bool is_boundary = grid_.inside(crossing.edge.node) != grid_.inside(crossing.edge.upper());
-        const auto at = [&](std::size_t k) { return surface_->vertices()[q->vertices[k]].rest; };
-        out.push_back({{at(0), at(1), at(2)}, is_boundary});
-        out.push_back({{at(0), at(2), at(3)}, is_boundary});
-    }
-}
-
-void Body::set_occluders(std::span<const std::uint32_t> cells, const Parallel& parallel) {
-    std::vector<geometry::OccluderTriangle> triangles;
-    std::vector<std::size_t> end;
-    for (const std::uint32_t c : cells) {
-        if (end.size() % between_checks == 0) parallel.check();
-        add_occluders(c, triangles);
-        end.push_back(triangles.size());
-    }
-    occluder_box_.resize(surface_->cells().size());
-    std::vector<geometry::OccluderGrid::CellTriangles> changed;
-    for (std::size_t k = 0; k < cells.size(); ++k) {
-        if (k % between_checks == 0) parallel.check();
-        const std::size_t begin = k == 0 ? 0 : end[k - 1];
-        const auto own =
-            std::span<const geometry::OccluderTriangle>(triangles).subspan(begin, end[k] - begin);
-        geometry::Box box;
-        for (const geometry::OccluderTriangle& t : own)
-            for (const Vec3& corner : t.corner) box.add(corner);
-        occluder_box_[cells[k]] = box;
-        changed.push_back({surface_->cells()[cells[k]].place, own});
-    }
-    occluders_.set_cells(changed, parallel);
-}
-
 // Returns the nearest inside node that sees the point and whose piece is accepted; among equally near ones
 // the first in grid order; the fallback if none of the 27 nodes around is.
 Vec3i Body::owner_of(const Vec3& rest, const Vec3i& fallback,
@@ -159,7 +110,7 @@ Vec3i Body::owner_of(const Vec3& rest, const Vec3i& fallback,
         const double distance = (node.cast<double>() - at).squaredNorm();
         if (distance >= best_distance) continue;
         if (!accepts(pieces_->piece_of(grid_, node))) continue;
-        if (occluders_.segment_blocked(grid_.rest().node_position(node), rest)) continue;
+        if (occluders_.grid().segment_blocked(grid_.rest().node_position(node), rest)) continue;
         best = node;
         best_distance = distance;
     }
@@ -172,7 +123,7 @@ std::optional<Vec3> Body::point_in_material(const Vec3& candidate) const {
     const Vec3i node = grid_.rest().to_grid(candidate).array().round().cast<int>();
     if (!grid_.rest().contains(node) || !grid_.inside(node)) return std::nullopt;
     const Vec3 at_node = grid_.rest().node_position(node);
-    return occluders_.segment_blocked(at_node, candidate) ? at_node : candidate;
+    return occluders_.grid().segment_blocked(at_node, candidate) ? at_node : candidate;
 }
 
 std::vector<Vec3> Body::sample_positions(double spacing, const Parallel& parallel) const {

@@ -7,7 +7,7 @@
 #include <splitcubes/body/moving_bricks.h>
 #include <splitcubes/body/node_tracker.h>
 #include <splitcubes/body/step_report.h>
-#include <splitcubes/body/surface_changes.h>
+#include <splitcubes/body/surface_occluders.h>
 #include <splitcubes/body/tear_settings.h>
 #include <splitcubes/body/topology_change.h>
 #include <splitcubes/core/parallel.h>
@@ -15,7 +15,6 @@
 #include <splitcubes/core/state_stream.h>
 #include <splitcubes/cutting/sweep.h>
 #include <splitcubes/deformation/deformation.h>
-#include <splitcubes/geometry/occluder_grid.h>
 #include <splitcubes/geometry/triangle_mesh.h>
 #include <splitcubes/meshless/mass_lumping.h>
 #include <splitcubes/meshless/material.h>
@@ -163,7 +162,7 @@ class Body {
     const meshless::Pairs& pairs() const { return pairs_; }
     const meshless::Neighbourhoods& neighbourhoods() const { return neighbourhoods_; }
     /// The triangles that can block a line of sight between phyxels, in rest space.
-    const geometry::OccluderGrid& occluders() const { return occluders_; }
+    const geometry::OccluderGrid& occluders() const { return occluders_.grid(); }
     /// Returns phyxels and pairs as input for a visibility criterion; spans refer to this body.
     occlusion::PairSet pair_set() const {
         return {phyxels_.rest_position, phyxels_.support_radius, phyxels_.piece, pairs_.a, pairs_.b};
@@ -189,7 +188,7 @@ class Body {
     meshless::ContactSide influences_of(std::uint32_t vertex, std::uint32_t node, std::int32_t piece,
                                         std::uint32_t part) const;
     /// Regions in which the occluders may have changed.
-    const SurfaceChanges& surface_changes() const { return changes_; }
+    const SurfaceChanges& surface_changes() const { return occluders_.changes(); }
 
     std::int64_t step_count() const { return step_; }
     void add_to_hash(StateHash& hash) const;
@@ -205,9 +204,6 @@ class Body {
 
   private:
     void sample(const Parallel& parallel);
-    void build_occluders(const Parallel& parallel);
-    void add_occluders(std::uint32_t cell, std::vector<geometry::OccluderTriangle>& out) const;
-    void set_occluders(std::span<const std::uint32_t> cells, const Parallel& parallel);
     std::uint32_t nearest_phyxel_of_piece(const Vec3& rest, std::int32_t piece) const;
     Vec3i owner_of(const Vec3& rest, const Vec3i& fallback,
                    const std::function<bool(std::int32_t piece)>& accepts) const;
@@ -294,7 +290,7 @@ class Body {
                               const Isometry& tool_now, ToolForce& tool_force) const;
     void settle_topology(const Parallel& parallel, TopologyChange& change);
     TrackerContext tracker_context(const Parallel& parallel) const {
-        return {grid_, *pieces_, occluders_, phyxels_, locator_, parallel};
+        return {grid_, *pieces_, occluders_.grid(), phyxels_, locator_, parallel};
     }
 
     BodySettings settings_;
@@ -302,9 +298,7 @@ class Body {
     splitting::NodeGrid grid_;
     std::unique_ptr<splitting::Surface> surface_;
     std::unique_ptr<splitting::Pieces> pieces_;
-    geometry::OccluderGrid occluders_;
-    SurfaceChanges changes_;                   // of the occluders
-    std::vector<geometry::Box> occluder_box_;  // per surface cell: of its occluders, m, rest space
+    SurfaceOccluders occluders_;
     std::unique_ptr<occlusion::Criterion> criterion_;
 
     MaterialNodes inside_;

@@ -134,7 +134,7 @@ std::size_t Body::add_samples_around(std::uint32_t phyxel, std::span<const std::
     std::vector<std::uint32_t> near;
     for (const std::uint32_t n : nodes)
         if ((inside_.rest_position[n] - rest).squaredNorm() < reach * reach &&
-            !occluders_.segment_blocked(rest, inside_.rest_position[n]))
+            !occluders_.grid().segment_blocked(rest, inside_.rest_position[n]))
             near.push_back(n);
     std::vector<double> distance(near.size(), 1e300);  // m^2
     const auto update_distances = [&](const Vec3& at) {

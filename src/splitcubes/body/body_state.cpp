@@ -387,10 +387,7 @@ void Body::load_motion(StateReader& reader) {
 
 // Rebuilds all state that is not stored.
 void Body::rebuild_derived_state(const Parallel& parallel) {
-    occluders_ = geometry::OccluderGrid(grid_.rest().origin, grid_.rest().cell_size, grid_.rest().node_count);
-    occluder_box_.clear();
-    build_occluders(parallel);
-    changes_.mark_all();
+    occluders_.rebuild(grid_, *surface_, parallel);
     locator_ = meshless::PhyxelLocator(phyxels_.rest_position, 1.6 * spacing_);
     neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
     boundary_.forget_phyxels();

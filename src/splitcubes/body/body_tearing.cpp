@@ -21,9 +21,9 @@ void Body::tear(const StepContext& context, TopologyChange& change, StepReport& 
     // checkpoint.
     const std::span<const std::uint8_t> held =
         boundary_.held_among(phyxels_.rest_position, context.time - context.dt, context.parallel);
-    const std::vector<std::int32_t> slots =
-        tearing_->tear(grid_, {*pieces_, occluders_, phyxels_, neighbourhoods_, locator_, settings_.material,
-                               tracker_, frames_, held, spacing_, context.dt, context.parallel});
+    const std::vector<std::int32_t> slots = tearing_->tear(
+        grid_, {*pieces_, occluders_.grid(), phyxels_, neighbourhoods_, locator_, settings_.material,
+                tracker_, frames_, held, spacing_, context.dt, context.parallel});
     change.crossings.insert(change.crossings.end(), slots.begin(), slots.end());
     report.new_cut_edges += slots.size();
     report.torn_edges += slots.size();

@@ -3,25 +3,10 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
-#include <map>
 
 namespace splitcubes::body {
 
 namespace {
-
-// Returns one box per brick of changed cells: few boxes, none much larger than the changed region.
-std::vector<geometry::Box> boxes_of(const splitting::Surface& surface, std::span<const std::uint32_t> cells,
-                                    std::span<const geometry::Box> changed) {
-    std::map<std::array<int, 3>, geometry::Box> by_brick;
-    for (std::size_t k = 0; k < cells.size(); ++k) {
-        const Vec3i cell = surface.cells()[cells[k]].place;
-        by_brick[{cell[2] >> 2, cell[1] >> 2, cell[0] >> 2}].add(changed[k]);
-    }
-    std::vector<geometry::Box> out;
-    for (const auto& [brick, box] : by_brick) out.push_back(box);
-    return out;
-}
 
 bool meets_any(const geometry::Box& box, std::span<const geometry::Box> boxes) {
     return std::any_of(boxes.begin(), boxes.end(), [&](const geometry::Box& b) { return b.meets(box); });
@@ -32,17 +17,7 @@ bool meets_any(const geometry::Box& box, std::span<const geometry::Box> boxes) {
 void Body::retessellate(const Parallel& parallel, TopologyChange& change, StepReport& report) {
     const std::vector<std::uint32_t>& changed = surface_->retessellate(grid_, change.crossings);
     change.cells = changed;
-    // A box covers the old and the new occluders of its cell: visibility changes near both.
-    std::vector<geometry::Box> boxes;
-    if (!changed.empty()) changes_.begin();
-    for (const std::uint32_t c : changed)
-        boxes.push_back(c < occluder_box_.size() ? occluder_box_[c] : geometry::Box{});
-    set_occluders(changed, parallel);
-    for (std::size_t k = 0; k < changed.size(); ++k) {
-        boxes[k].add(occluder_box_[changed[k]]);
-        changes_.mark(boxes[k]);
-    }
-    change.boxes = boxes_of(*surface_, changed, boxes);
+    change.boxes = occluders_.update(grid_, *surface_, changed, parallel);
     cut_edge_count_ += change.crossings.size();
     // Checkpoints rely on all crossings being stored in the order in which they were cut.
     assert(solid_crossings_ + cut_edge_count_ == grid_.crossings().size());
@@ -100,7 +75,7 @@ void Body::evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& 
         queried.push_back(k);
     }
     std::vector<float> visibility(queried.size());
-    criterion_->evaluate(occluders_, pair_set(), queried, visibility, parallel);
+    criterion_->evaluate(occluders_.grid(), pair_set(), queried, visibility, parallel);
     for (std::size_t q = 0; q < queried.size(); ++q) pairs_.visibility[queried[q]] = visibility[q];
 }
 
@@ -179,7 +154,7 @@ void Body::update_visibility(const StepContext& context, TopologyChange& change,
 
     double reach = 0;
     for (const double h : phyxels_.support_radius) reach = std::max(reach, h);
-    tracker_.mark_near(change.boxes, reach, occluders_.changes(), context.parallel);
+    tracker_.mark_near(change.boxes, reach, occluders_.grid().changes(), context.parallel);
 }
 
 void Body::rebuild_neighbourhoods(const StepContext& context, TopologyChange& change) {
