@@ -74,7 +74,7 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
                                              neighbourhoods_);
     if (settings_.deformation) make_deformation();
     parallel.begin("body '" + settings_.name + "': boundary");
-    track_surface_nodes();
+    surface_motion_.track_nodes(grid_, *surface_, tracker_);
     const StepContext at_rest{0, 0, Vec3::Zero(), {}, {}, {}, parallel};
     StepReport report;
     update_node_frames(at_rest, report);
@@ -223,7 +223,8 @@ void Body::rebuild_samples(const Parallel& parallel) {
 }
 
 geometry::SurfaceMesh Body::surface_mesh() const {
-    return splitting::extract(grid_, *surface_, *pieces_, vertex_positions_, vertex_normals_);
+    return splitting::extract(grid_, *surface_, *pieces_, surface_motion_.positions(),
+                              surface_motion_.normals());
 }
 
 void Body::add_to_hash(StateHash& hash) const {
@@ -249,7 +250,7 @@ void Body::add_to_hash(StateHash& hash) const {
     for (const std::int32_t piece : phyxels_.piece) hash.add(piece);
     for (const double mass : phyxels_.mass) hash.add(mass);
     for (const float v : pairs_.visibility) hash.add(static_cast<double>(v));
-    add(vertex_positions_);
+    add(surface_motion_.positions());
 }
 
 std::vector<std::string> Body::validate() const {

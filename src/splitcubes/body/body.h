@@ -7,6 +7,7 @@
 #include <splitcubes/body/moving_bricks.h>
 #include <splitcubes/body/node_tracker.h>
 #include <splitcubes/body/step_report.h>
+#include <splitcubes/body/surface_motion.h>
 #include <splitcubes/body/surface_occluders.h>
 #include <splitcubes/body/tear_settings.h>
 #include <splitcubes/body/topology_change.h>
@@ -170,8 +171,8 @@ class Body {
     const NodeTracker& nodes() const { return tracker_; }
     double phyxel_spacing() const { return spacing_; }
     /// Per surface vertex, world frame, as of the last update_surface.
-    const std::vector<Vec3>& vertex_positions() const { return vertex_positions_; }
-    const std::vector<Vec3>& vertex_normals() const { return vertex_normals_; }
+    const std::vector<Vec3>& vertex_positions() const { return surface_motion_.positions(); }
+    const std::vector<Vec3>& vertex_normals() const { return surface_motion_.normals(); }
     /// Returns the current surface, world frame.
     geometry::SurfaceMesh surface_mesh() const;
     std::size_t cut_edge_count() const { return cut_edge_count_; }
@@ -223,7 +224,6 @@ class Body {
     deformation::NodeEdge between_nodes(const splitting::GridEdge& edge) const;
     void notify_cut_edges(const TopologyChange& change);
     void restore_deformation(std::span<const double> state);
-    void move_surface(const Parallel& parallel);
     void save_cuts(StateWriter& writer) const;
     void load_cuts(StateReader& reader);
     void save_phyxels(StateWriter& writer) const;
@@ -250,7 +250,6 @@ class Body {
                                                    const Parallel& parallel) const;
     std::size_t bridge(std::uint32_t phyxel, std::span<const std::uint32_t> ligament, TopologyChange& change);
     void bridge_ligaments(std::span<const std::uint32_t> reevaluated, TopologyChange& change);
-    void track_surface_nodes();
     /// Treatment of a piece in a step in which pieces split (see kinds_of).
     enum class Kind : std::uint8_t { untouched, rigid, small, large };
     /// State of a node, interpolated from phyxels.
@@ -313,16 +312,14 @@ class Body {
     double spacing_ = 0;                      // m, between phyxels
 
     NodeTracker tracker_;
-    std::vector<std::uint32_t> surface_to_tracked_;  // per surface node
-    std::vector<geometry::Frame> frames_;            // per tracked node, now
+    std::vector<geometry::Frame> frames_;         // per tracked node, now
     std::vector<geometry::Frame> frames_before_;  // per tracked node, a step ago; set where candidate_edges
                                                   // requested it
     MovingBricks moving_bricks_;
     std::vector<Vec3> cut_position_;      // per tracked node, m, world, at its last cut_edges
     std::vector<std::int64_t> cut_step_;  // per tracked node, step of cut_position_; -2: never
     std::int64_t step_ = 0;
-    std::vector<geometry::AffineDisplacement> surface_motion_;  // per surface node, of this step
-    std::vector<Vec3> vertex_positions_, vertex_normals_;
+    SurfaceMotion surface_motion_;
     std::size_t cut_edge_count_ = 0;
     std::vector<splitting::PieceSplit> last_splits_;  // see splits()
 

@@ -12,7 +12,7 @@ std::uint32_t Body::dominant_node(std::uint32_t vertex) const {
     std::size_t heaviest = 0;
     for (std::size_t k = 1; k < influences.count; ++k)
         if (influences.weights[k] > influences.weights[heaviest]) heaviest = k;
-    return surface_to_tracked_[influences.nodes[heaviest]];
+    return surface_motion_.tracked(influences.nodes[heaviest]);
 }
 
 // Returns the first of equally near phyxels; the phyxel count if the piece has none.

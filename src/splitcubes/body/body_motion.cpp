@@ -49,17 +49,8 @@ void Body::update_node_frames(const StepContext& context, StepReport& report) {
     if (!deformation_ && tracker_.fallback_count() > 0) report.flags |= flag_frame_fallback;
 }
 
-void Body::move_surface(const Parallel& parallel) {
-    surface_motion_.resize(surface_to_tracked_.size());
-    parallel.for_each(surface_motion_.size(), 512, [&](std::size_t k) {
-        const std::uint32_t node = surface_to_tracked_[k];
-        surface_motion_[k] = geometry::AffineDisplacement(tracker_.rest_positions()[node], frames_[node]);
-    });
-    splitting::deform(*surface_, grid_.rest(), surface_motion_, vertex_positions_, vertex_normals_, parallel);
-}
-
 void Body::update_surface(const StepContext& context, StepReport& report) {
-    move_surface(context.parallel);
+    surface_motion_.update(*surface_, grid_.rest(), tracker_, frames_, context.parallel);
     if (context.contacts && sample_revision_ != surface_->revision())
         rebuild_contact_samples(context.parallel);
     report.phyxels += phyxels_.size();

@@ -391,13 +391,9 @@ void Body::rebuild_derived_state(const Parallel& parallel) {
     locator_ = meshless::PhyxelLocator(phyxels_.rest_position, 1.6 * spacing_);
     neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, parallel);
     boundary_.forget_phyxels();
-    surface_to_tracked_.clear();
-    for (const Vec3i& node : surface_->nodes()) {
-        require_state(tracker_.find(node) >= 0, "a node of the surface that is not tracked");
-        surface_to_tracked_.push_back(tracker_.hold(grid_, node));
-    }
+    surface_motion_.retrack_nodes(grid_, *surface_, tracker_);
     if (deformation_) deformation_->node_frames(node_frames_, parallel);
-    move_surface(parallel);
+    surface_motion_.update(*surface_, grid_.rest(), tracker_, frames_, parallel);
     rebuild_contact_samples(parallel);
 }
 

@@ -24,13 +24,7 @@ void Body::retessellate(const Parallel& parallel, TopologyChange& change, StepRe
     assert(std::is_sorted(change.crossings.begin(), change.crossings.end()));
     if (!change.crossings.empty()) cut_stage_ends_.push_back(static_cast<std::uint32_t>(cut_edge_count_));
     report.changed_cells += changed.size();
-    track_surface_nodes();
-}
-
-void Body::track_surface_nodes() {
-    const std::vector<Vec3i>& nodes = surface_->nodes();
-    for (std::size_t k = surface_to_tracked_.size(); k < nodes.size(); ++k)
-        surface_to_tracked_.push_back(tracker_.hold(grid_, nodes[k]));
+    surface_motion_.track_nodes(grid_, *surface_, tracker_);
 }
 
 void Body::label_pieces(TopologyChange& change) {
