@@ -9,6 +9,7 @@
 #include <splitcubes/body/step_report.h>
 #include <splitcubes/body/surface_motion.h>
 #include <splitcubes/body/surface_occluders.h>
+#include <splitcubes/body/surface_sampler.h>
 #include <splitcubes/body/tear_settings.h>
 #include <splitcubes/body/topology_change.h>
 #include <splitcubes/core/parallel.h>
@@ -68,18 +69,6 @@ struct StepContext {
     meshless::SolverOptions solver;
     const Parallel& parallel;
     bool contacts = true;  // the next step searches for contacts and needs the contact samples
-};
-
-/// Surface vertex at which contacts are searched for.
-struct ContactSample {
-    std::uint32_t vertex;  // of the surface
-    std::int32_t piece;
-    std::uint32_t by;  // vertex of the sample that represents it on flat faces; its own if it is active
-    // For contact between two cut faces: the vertex that represents it; and a vertex of the opposite cut
-    // face, in the same cell, that represents both while the two nearly coincide. Its own vertex: none.
-    std::uint32_t face_delegate, opposite;
-
-    bool pushes() const { return by == vertex; }
 };
 
 /// One soft solid. Its rest space is the world at time 0: the mesh is used where it is placed.
@@ -179,9 +168,9 @@ class Body {
 
     /// Samples of the surface, about two per phyxel spacing, as of the last update_surface with
     /// StepContext::contacts.
-    const std::vector<ContactSample>& contact_samples() const { return contact_samples_; }
+    const std::vector<ContactSample>& contact_samples() const { return sampler_.samples(); }
     /// Changes whenever contact_samples() does.
-    std::uint64_t sample_revision() const { return sample_revision_; }
+    std::uint64_t sample_revision() const { return sampler_.revision(); }
     /// Returns the tracked node with the largest weight at a surface vertex.
     std::uint32_t dominant_node(std::uint32_t vertex) const;
     /// Returns the phyxels of a piece with the largest weights at a surface vertex; never empty. node: the
@@ -280,11 +269,6 @@ class Body {
                                      std::span<const std::uint32_t> nodes) const;
     void make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds,
                     TopologyChange& change);
-    void rebuild_contact_samples(const Parallel& parallel);
-    void choose_active_samples();
-    void choose_cut_face_samples();
-    std::vector<std::uint32_t> opposite_samples() const;
-    int spacing_in_cells() const;
     void accumulate_cut_force(std::int32_t slot, double dt, const Isometry& tool_before,
                               const Isometry& tool_now, ToolForce& tool_force) const;
     void settle_topology(const Parallel& parallel, TopologyChange& change);
@@ -338,8 +322,7 @@ class Body {
     std::unique_ptr<Tearing> tearing_;  // null: does not tear
 
     BoundaryConditions boundary_;
-    std::vector<ContactSample> contact_samples_;
-    std::uint64_t sample_revision_ = ~std::uint64_t{0};  // revision of the surface they were chosen on
+    SurfaceSampler sampler_;
 };
 
 }  // namespace splitcubes::body

@@ -51,8 +51,8 @@ void Body::update_node_frames(const StepContext& context, StepReport& report) {
 
 void Body::update_surface(const StepContext& context, StepReport& report) {
     surface_motion_.update(*surface_, grid_.rest(), tracker_, frames_, context.parallel);
-    if (context.contacts && sample_revision_ != surface_->revision())
-        rebuild_contact_samples(context.parallel);
+    if (context.contacts && sampler_.revision() != surface_->revision())
+        sampler_.rebuild(grid_, *surface_, *pieces_, spacing_, context.parallel);
     report.phyxels += phyxels_.size();
     report.pieces += pieces_->count();
     report.cut_edges += cut_edge_count_;

@@ -394,7 +394,7 @@ void Body::rebuild_derived_state(const Parallel& parallel) {
     surface_motion_.retrack_nodes(grid_, *surface_, tracker_);
     if (deformation_) deformation_->node_frames(node_frames_, parallel);
     surface_motion_.update(*surface_, grid_.rest(), tracker_, frames_, parallel);
-    rebuild_contact_samples(parallel);
+    sampler_.rebuild(grid_, *surface_, *pieces_, spacing_, parallel);
 }
 
 }  // namespace splitcubes::body

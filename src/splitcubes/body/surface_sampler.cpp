@@ -1,5 +1,6 @@
-// Contact samples of a body's surface.
-#include <splitcubes/body/body.h>
+#include <splitcubes/body/surface_sampler.h>
+#include <splitcubes/splitting/pieces.h>
+#include <splitcubes/splitting/surface.h>
 
 #include <algorithm>
 #include <bit>
@@ -99,11 +100,12 @@ float share_distance(const Vec3i& cell, int side, float share) {
 
 // Lists one vertex per surface cell and fan; in each box of half a phyxel spacing only the first one of each
 // piece and main direction of the normal.
-void Body::rebuild_contact_samples(const Parallel& parallel) {
+void SurfaceSampler::rebuild(const splitting::NodeGrid& grid, const splitting::Surface& surface,
+                             const splitting::Pieces& pieces, double spacing, const Parallel& parallel) {
     constexpr std::size_t chunk = 4096;
-    const double cell = grid_.rest().cell_size;
-    const int side = std::max(1, static_cast<int>(std::floor(0.5 * spacing_ / cell)));
-    const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
+    const double cell = grid.rest().cell_size;
+    const int side = std::max(1, static_cast<int>(std::floor(0.5 * spacing / cell)));
+    const std::vector<splitting::SurfaceVertex>& vertices = surface.vertices();
     std::vector<std::vector<SampleCandidate>> found((vertices.size() + chunk - 1) / chunk);
     const auto look_at = [&](std::size_t v) {
         const splitting::SurfaceVertex& vertex = vertices[v];
@@ -111,41 +113,36 @@ void Body::rebuild_contact_samples(const Parallel& parallel) {
         if (vertex.corners == all_corners || !(vertex.normal.cwiseAbs().maxCoeff() > 0)) return;
         found[v / chunk].push_back(
             {key_of(vertex.place, side, main_direction(vertex.normal)),
-             {static_cast<std::uint32_t>(v), pieces_->piece_of(grid_, surface_->influence(vertex)),
+             {static_cast<std::uint32_t>(v), pieces.piece_of(grid, surface.influence(vertex)),
               static_cast<std::uint32_t>(v), static_cast<std::uint32_t>(v), static_cast<std::uint32_t>(v)}});
     };
     parallel.for_each(vertices.size(), chunk, look_at);
     std::size_t count = 0;
     for (const std::vector<SampleCandidate>& candidates : found) count += candidates.size();
     BoxIndices seen(count);
-    contact_samples_.clear();
+    samples_.clear();
     for (const std::vector<SampleCandidate>& candidates : found)
         for (const SampleCandidate& candidate : candidates)
-            if (seen.index_of(candidate.box, candidate.point.piece) == contact_samples_.size())
-                contact_samples_.push_back(candidate.point);
-    choose_active_samples();
-    choose_cut_face_samples();
-    sample_revision_ = surface_->revision();
-}
-
-int Body::spacing_in_cells() const {
-    return std::max(1, static_cast<int>(std::floor(max_box_share * spacing_ / grid_.rest().cell_size)));
+            if (seen.index_of(candidate.box, candidate.point.piece) == samples_.size())
+                samples_.push_back(candidate.point);
+    const int spacing_in_cells = std::max(1, static_cast<int>(std::floor(max_box_share * spacing / cell)));
+    choose_active_samples(surface, spacing_in_cells);
+    choose_cut_face_samples(surface, spacing_in_cells);
+    revision_ = surface.revision();
 }
 
 // Lets one sample per spacing push on a flat face: the phyxels have no finer motion that more samples could
 // constrain. Where normals vary within a spacing, one sample per normal pushes.
-void Body::choose_active_samples() {
-    const int side = spacing_in_cells();
-    const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
-    BoxIndices indices(contact_samples_.size());
+void SurfaceSampler::choose_active_samples(const splitting::Surface& surface, int side) {
+    const std::vector<splitting::SurfaceVertex>& vertices = surface.vertices();
+    BoxIndices indices(samples_.size());
     std::vector<SampleFace> faces;
-    std::vector<std::uint32_t> face_of(contact_samples_.size());
+    std::vector<std::uint32_t> face_of(samples_.size());
     std::vector<std::uint32_t> first;  // per box: its first face
-    for (std::uint32_t k = 0; k < contact_samples_.size(); ++k) {
-        const splitting::SurfaceVertex& vertex = vertices[contact_samples_[k].vertex];
+    for (std::uint32_t k = 0; k < samples_.size(); ++k) {
+        const splitting::SurfaceVertex& vertex = vertices[samples_[k].vertex];
         const int direction = main_direction(vertex.normal);
-        const std::size_t box =
-            indices.index_of(key_of(vertex.place, side, direction), contact_samples_[k].piece);
+        const std::size_t box = indices.index_of(key_of(vertex.place, side, direction), samples_[k].piece);
         if (box == first.size()) first.push_back(SampleFace::none);
         const Vec3f normal = vertex.normal.normalized();
         const float square =
@@ -164,30 +161,28 @@ void Body::choose_active_samples() {
             faces[index].square = square;
         }
     }
-    for (std::uint32_t k = 0; k < contact_samples_.size(); ++k)
-        contact_samples_[k].by = contact_samples_[faces[face_of[k]].best].vertex;
+    for (std::uint32_t k = 0; k < samples_.size(); ++k)
+        samples_[k].by = samples_[faces[face_of[k]].best].vertex;
 }
 
 // Chooses which samples of cut faces push on each other. Pushing samples in one cell whose corners are
 // disjoint are on the two faces of a cut. The opposite face fits, so one sample per spacing is enough on
 // rough cut faces, too; and of two opposite samples the first searches for both.
-void Body::choose_cut_face_samples() {
-    const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
+void SurfaceSampler::choose_cut_face_samples(const splitting::Surface& surface, int side) {
+    const std::vector<splitting::SurfaceVertex>& vertices = surface.vertices();
     const auto cosine = [&](std::uint32_t a, std::uint32_t b) {
-        const Vec3f &one = vertices[contact_samples_[a].vertex].normal,
-                    &other = vertices[contact_samples_[b].vertex].normal;
+        const Vec3f &one = vertices[samples_[a].vertex].normal, &other = vertices[samples_[b].vertex].normal;
         return one.dot(other) / (one.norm() * other.norm());
     };
-    const std::vector<std::uint32_t> opposite = opposite_samples();
-    const int side = spacing_in_cells();
-    BoxIndices indices(contact_samples_.size());
+    const std::vector<std::uint32_t> opposite = opposite_samples(surface);
+    BoxIndices indices(samples_.size());
     std::vector<SampleFace> cut_faces;
-    std::vector<std::uint32_t> cut_face_of(contact_samples_.size(), SampleFace::none), first;
-    for (std::uint32_t k = 0; k < contact_samples_.size(); ++k) {
+    std::vector<std::uint32_t> cut_face_of(samples_.size(), SampleFace::none), first;
+    for (std::uint32_t k = 0; k < samples_.size(); ++k) {
         if (opposite[k] == SampleFace::none) continue;
-        const splitting::SurfaceVertex& vertex = vertices[contact_samples_[k].vertex];
-        const std::size_t box = indices.index_of(key_of(vertex.place, side, main_direction(vertex.normal)),
-                                                 contact_samples_[k].piece);
+        const splitting::SurfaceVertex& vertex = vertices[samples_[k].vertex];
+        const std::size_t box =
+            indices.index_of(key_of(vertex.place, side, main_direction(vertex.normal)), samples_[k].piece);
         if (box == first.size()) first.push_back(SampleFace::none);
         const float square = share_distance(vertex.place, side, 0.5F);
         std::uint32_t index = first[box];
@@ -203,32 +198,32 @@ void Body::choose_cut_face_samples() {
         }
         cut_face_of[k] = index;
     }
-    for (std::uint32_t k = 0; k < contact_samples_.size(); ++k) {
+    for (std::uint32_t k = 0; k < samples_.size(); ++k) {
         if (cut_face_of[k] == SampleFace::none) continue;
         const std::uint32_t best = cut_faces[cut_face_of[k]].best, other = opposite[k];
-        contact_samples_[k].face_delegate = contact_samples_[best].vertex;
+        samples_[k].face_delegate = samples_[best].vertex;
         // A sample that delegates to its opposite sample cannot be a delegate itself.
         if (best == k && other < k && cut_faces[cut_face_of[other]].best == other &&
-            contact_samples_[other].opposite == contact_samples_[other].vertex)
-            contact_samples_[k].opposite = contact_samples_[other].vertex;
+            samples_[other].opposite == samples_[other].vertex)
+            samples_[k].opposite = samples_[other].vertex;
     }
 }
 
-// Returns, for each pushing sample, one in its cell that a cut has separated from it; Face::none if there is
-// none.
-std::vector<std::uint32_t> Body::opposite_samples() const {
-    const std::vector<splitting::SurfaceVertex>& vertices = surface_->vertices();
-    BoxIndices indices(contact_samples_.size());
+// Returns, for each pushing sample, one in its cell that a cut has separated from it; SampleFace::none if
+// there is none.
+std::vector<std::uint32_t> SurfaceSampler::opposite_samples(const splitting::Surface& surface) const {
+    const std::vector<splitting::SurfaceVertex>& vertices = surface.vertices();
+    BoxIndices indices(samples_.size());
     std::vector<std::uint32_t> last;  // per cell: its last sample so far
-    std::vector<std::uint32_t> before(contact_samples_.size(), SampleFace::none),
-        out(contact_samples_.size(), SampleFace::none);
-    for (std::uint32_t k = 0; k < contact_samples_.size(); ++k) {
-        if (!contact_samples_[k].pushes()) continue;
-        const splitting::SurfaceVertex& vertex = vertices[contact_samples_[k].vertex];
+    std::vector<std::uint32_t> before(samples_.size(), SampleFace::none),
+        out(samples_.size(), SampleFace::none);
+    for (std::uint32_t k = 0; k < samples_.size(); ++k) {
+        if (!samples_[k].pushes()) continue;
+        const splitting::SurfaceVertex& vertex = vertices[samples_[k].vertex];
         const std::size_t cell = indices.index_of(key_of(vertex.place, 1, 0), 0);
         if (cell == last.size()) last.push_back(SampleFace::none);
         for (std::uint32_t at = last[cell]; at != SampleFace::none; at = before[at]) {
-            if ((vertices[contact_samples_[at].vertex].corners & vertex.corners) != 0) continue;
+            if ((vertices[samples_[at].vertex].corners & vertex.corners) != 0) continue;
             if (out[k] == SampleFace::none) out[k] = at;
             if (out[at] == SampleFace::none) out[at] = k;
         }
