@@ -3,26 +3,24 @@
 #pragma once
 
 #include <splitcubes/body/boundary_conditions.h>
+#include <splitcubes/body/body_settings.h>
 #include <splitcubes/body/material_nodes.h>
 #include <splitcubes/body/moving_bricks.h>
 #include <splitcubes/body/node_tracker.h>
+#include <splitcubes/body/step_context.h>
 #include <splitcubes/body/step_report.h>
 #include <splitcubes/body/surface_motion.h>
 #include <splitcubes/body/surface_occluders.h>
 #include <splitcubes/body/surface_sampler.h>
-#include <splitcubes/body/tear_settings.h>
 #include <splitcubes/body/topology_change.h>
 #include <splitcubes/core/parallel.h>
 #include <splitcubes/core/state_hash.h>
 #include <splitcubes/core/state_stream.h>
 #include <splitcubes/cutting/sweep.h>
-#include <splitcubes/deformation/deformation.h>
 #include <splitcubes/geometry/triangle_mesh.h>
 #include <splitcubes/meshless/mass_lumping.h>
-#include <splitcubes/meshless/material.h>
 #include <splitcubes/meshless/neighbourhoods.h>
 #include <splitcubes/meshless/time_integrator.h>
-#include <splitcubes/occlusion/criterion.h>
 #include <splitcubes/splitting/extract.h>
 #include <splitcubes/splitting/pieces.h>
 #include <splitcubes/splitting/solidify.h>
@@ -39,37 +37,6 @@
 namespace splitcubes::body {
 
 class Tearing;
-
-struct BodySettings {
-    std::string name = "body";
-    double cell_size = 0;       // m, > 0
-    double phyxel_spacing = 0;  // m; 0: chosen to match phyxel_count
-    int phyxel_count = 800;     // target; used only if no spacing is given
-    meshless::Material material;
-    Vec3 velocity = Vec3::Zero();          // m/s, at time 0
-    Vec3 angular_velocity = Vec3::Zero();  // rad/s, about the centre of mass, at time 0
-    occlusion::VisibilityOptions visibility;
-    occlusion::CriterionKind criterion = occlusion::CriterionKind::occlusion_disk;
-    /// Creates the backend that evaluates the occlusion disks; empty: the CPU backend.
-    std::function<std::unique_ptr<occlusion::VisibilityBackend>(const occlusion::VisibilityOptions&)>
-        make_visibility_backend;
-    /// Creates the deformation model that moves the nodes; empty: the phyxels' elasticity moves them. A body
-    /// with such a model cannot tear, and its phyxels follow their nodes.
-    deformation::MakeDeformation deformation;
-    std::optional<TearSettings> tearing;  // none: the body never tears, only tools cut it
-};
-
-/// Input of one step of one body.
-struct StepContext {
-    double time = 0;  // s, at the start of the step
-    double dt = 0;    // s
-    Vec3 gravity = Vec3::Zero();
-    std::optional<meshless::GroundPlane> ground;    // for bodies with a deformation model
-    std::span<const meshless::Obstacle> obstacles;  // for rigid pieces
-    meshless::SolverOptions solver;
-    const Parallel& parallel;
-    bool contacts = true;  // the next step searches for contacts and needs the contact samples
-};
 
 /// One soft solid. Its rest space is the world at time 0: the mesh is used where it is placed.
 class Body {
