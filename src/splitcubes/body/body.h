@@ -2,8 +2,9 @@
 // the three consistent.
 #pragma once
 
-#include <splitcubes/body/boundary_conditions.h>
 #include <splitcubes/body/body_settings.h>
+#include <splitcubes/body/boundary_conditions.h>
+#include <splitcubes/body/elastic_samples.h>
 #include <splitcubes/body/material_nodes.h>
 #include <splitcubes/body/moving_bricks.h>
 #include <splitcubes/body/node_tracker.h>
@@ -12,14 +13,11 @@
 #include <splitcubes/body/surface_motion.h>
 #include <splitcubes/body/surface_occluders.h>
 #include <splitcubes/body/surface_sampler.h>
-#include <splitcubes/body/topology_change.h>
 #include <splitcubes/core/parallel.h>
 #include <splitcubes/core/state_hash.h>
 #include <splitcubes/core/state_stream.h>
 #include <splitcubes/cutting/sweep.h>
 #include <splitcubes/geometry/triangle_mesh.h>
-#include <splitcubes/meshless/mass_lumping.h>
-#include <splitcubes/meshless/neighbourhoods.h>
 #include <splitcubes/meshless/time_integrator.h>
 #include <splitcubes/splitting/extract.h>
 #include <splitcubes/splitting/pieces.h>
@@ -58,7 +56,8 @@ class Body {
     void add_handle_springs(const StepContext& context, std::uint32_t part,
                             std::vector<meshless::HandleSpring>& handle_springs,
                             std::vector<double>& limits) {
-        boundary_.add_handle_springs(phyxels_, context.time, context.dt, part, handle_springs, limits);
+        boundary_.add_handle_springs(samples_.phyxels, context.time, context.dt, part, handle_springs,
+                                     limits);
     }
     const std::vector<HoldConstraint>& constraints() const { return boundary_.constraints(); }
     void set_constraint_motion(std::size_t index, std::function<Isometry(double time)> motion) {
@@ -105,8 +104,8 @@ class Body {
     const splitting::Pieces& pieces() const { return *pieces_; }
     /// Pieces that the last step or the last cut at rest separated.
     const std::vector<splitting::PieceSplit>& splits() const { return last_splits_; }
-    const meshless::Phyxels& phyxels() const { return phyxels_; }
-    meshless::Phyxels& phyxels() { return phyxels_; }
+    const meshless::Phyxels& phyxels() const { return samples_.phyxels; }
+    meshless::Phyxels& phyxels() { return samples_.phyxels; }
     meshless::TimeIntegrator& solver() { return solver_; }
     /// Whether a deformation model moves the body instead of its phyxels. Such a body takes no part in
     /// contacts and steps by advance_deformation.
@@ -116,16 +115,14 @@ class Body {
     std::span<const std::uint8_t> held() const { return boundary_.held(); }
     /// Whether a constraint moves a rigid piece, as of the last begin_step. index: in RigidPieces::bodies.
     bool holds_rigid(std::size_t index) const { return boundary_.holds_rigid(index); }
-    const meshless::Pairs& pairs() const { return pairs_; }
-    const meshless::Neighbourhoods& neighbourhoods() const { return neighbourhoods_; }
+    const meshless::Pairs& pairs() const { return samples_.pairs; }
+    const meshless::Neighbourhoods& neighbourhoods() const { return samples_.neighbourhoods; }
     /// The triangles that can block a line of sight between phyxels, in rest space.
     const geometry::OccluderGrid& occluders() const { return occluders_.grid(); }
     /// Returns phyxels and pairs as input for a visibility criterion; spans refer to this body.
-    occlusion::PairSet pair_set() const {
-        return {phyxels_.rest_position, phyxels_.support_radius, phyxels_.piece, pairs_.a, pairs_.b};
-    }
+    occlusion::PairSet pair_set() const { return samples_.pair_set(); }
     const NodeTracker& nodes() const { return tracker_; }
-    double phyxel_spacing() const { return spacing_; }
+    double phyxel_spacing() const { return samples_.spacing; }
     /// Per surface vertex, world frame, as of the last update_surface.
     const std::vector<Vec3>& vertex_positions() const { return surface_motion_.positions(); }
     const std::vector<Vec3>& vertex_normals() const { return surface_motion_.normals(); }
@@ -160,15 +157,6 @@ class Body {
     std::vector<std::string> validate() const;
 
   private:
-    void sample(const Parallel& parallel);
-    std::uint32_t nearest_phyxel_of_piece(const Vec3& rest, std::int32_t piece) const;
-    Vec3i owner_of(const Vec3& rest, const Vec3i& fallback,
-                   const std::function<bool(std::int32_t piece)>& accepts) const;
-    std::optional<Vec3> point_in_material(const Vec3& candidate) const;
-    std::vector<Vec3> sample_positions(double spacing, const Parallel& parallel) const;
-    void set_contact_radii(std::size_t first, const Parallel& parallel);
-    void rebuild_samples(const Parallel& parallel);
-    void evaluate_pairs(std::span<const std::uint32_t> pairs, const Parallel& parallel);
     std::vector<splitting::GridEdge> edges_near(std::span<const cutting::SweptBlade> blades,
                                                 const Parallel& parallel);
     std::vector<splitting::GridEdge> uncut_edges_of(std::span<const std::uint32_t> bricks) const;
@@ -182,16 +170,6 @@ class Body {
     void restore_deformation(std::span<const double> state);
     void save_cuts(StateWriter& writer) const;
     void load_cuts(StateReader& reader);
-    void save_phyxels(StateWriter& writer) const;
-    void load_phyxels(StateReader& reader);
-    void load_new_phyxels(StateReader& reader, std::size_t count);
-    void check_supports() const;
-    void save_lumping(StateWriter& writer) const;
-    void load_lumping(StateReader& reader);
-    void save_rigid(StateWriter& writer) const;
-    void load_rigid(StateReader& reader);
-    void save_pairs(StateWriter& writer) const;
-    void load_pairs(StateReader& reader);
     void save_motion(StateWriter& writer) const;
     void load_motion(StateReader& reader);
     void rebuild_derived_state(const Parallel& parallel);
@@ -200,12 +178,6 @@ class Body {
     void evaluate_some_now(const TrackerContext& context, std::span<const std::uint32_t> nodes);
     void evaluate_some_before(const TrackerContext& context, std::span<const std::uint32_t> nodes);
     std::vector<std::uint32_t> bricks_of_nodes_in(const geometry::Box& box) const;
-    void update_owners(const TopologyChange& change, const Parallel& parallel);
-    std::vector<std::uint32_t> pairs_to_reevaluate(std::span<const geometry::Box> changed,
-                                                   std::span<const std::int32_t> piece_before,
-                                                   const Parallel& parallel) const;
-    std::size_t bridge(std::uint32_t phyxel, std::span<const std::uint32_t> ligament, TopologyChange& change);
-    void bridge_ligaments(std::span<const std::uint32_t> reevaluated, TopologyChange& change);
     /// Treatment of a piece in a step in which pieces split (see kinds_of).
     enum class Kind : std::uint8_t { untouched, rigid, small, large };
     /// State of a node, interpolated from phyxels.
@@ -226,7 +198,6 @@ class Body {
     void refresh_links(const StepContext& context, std::size_t old_count, TopologyChange& change);
     void fill_pieces(const StepContext& context, std::span<const std::vector<std::uint32_t>> nodes,
                      std::span<const Kind> kinds, TopologyChange& change);
-    std::vector<std::size_t> phyxel_counts() const;
     std::vector<Kind> kinds_of(std::span<const std::vector<std::uint32_t>> nodes) const;
     void reset_small_strains(std::span<const Kind> kinds, std::size_t old_count, const Parallel& parallel);
     void reset_strain(std::span<const std::size_t> members);
@@ -239,8 +210,11 @@ class Body {
     void accumulate_cut_force(std::int32_t slot, double dt, const Isometry& tool_before,
                               const Isometry& tool_now, ToolForce& tool_force) const;
     void settle_topology(const Parallel& parallel, TopologyChange& change);
+    SampleContext sample_context(const Parallel& parallel) const {
+        return {grid_, *pieces_, occluders_.grid(), inside_, settings_.material, parallel};
+    }
     TrackerContext tracker_context(const Parallel& parallel) const {
-        return {grid_, *pieces_, occluders_.grid(), phyxels_, locator_, parallel};
+        return {grid_, *pieces_, occluders_.grid(), samples_.phyxels, samples_.locator, parallel};
     }
 
     BodySettings settings_;
@@ -249,18 +223,10 @@ class Body {
     std::unique_ptr<splitting::Surface> surface_;
     std::unique_ptr<splitting::Pieces> pieces_;
     SurfaceOccluders occluders_;
-    std::unique_ptr<occlusion::Criterion> criterion_;
 
     MaterialNodes inside_;
-    meshless::Phyxels phyxels_;
-    meshless::PhyxelLocator locator_;
-    meshless::Pairs pairs_;
-    meshless::Neighbourhoods neighbourhoods_;
-    meshless::MassLumping lumping_;
+    ElasticSamples samples_;
     meshless::TimeIntegrator solver_;
-    std::vector<Vec3i> owner_;                // per phyxel: the inside node that decides its piece
-    std::vector<Mat3> previous_deformation_;  // per phyxel, one step ago
-    double spacing_ = 0;                      // m, between phyxels
 
     NodeTracker tracker_;
     std::vector<geometry::Frame> frames_;         // per tracked node, now
@@ -274,10 +240,9 @@ class Body {
     std::size_t cut_edge_count_ = 0;
     std::vector<splitting::PieceSplit> last_splits_;  // see splits()
 
-    // Counts of crossings and phyxels of the uncut body, and the number of cut edges after each stage that
-    // cut some. A checkpoint stores only later ones; loading repeats the stages to rebuild surface and
-    // pieces.
-    std::size_t solid_crossings_ = 0, solid_phyxels_ = 0;
+    // Crossings of the uncut body, and the number of cut edges after each stage that cut some. A checkpoint
+    // stores only later ones; loading repeats the stages to rebuild surface and pieces.
+    std::size_t solid_crossings_ = 0;
     std::vector<std::uint32_t> cut_stage_ends_;
 
     // Set if a deformation model moves the nodes.

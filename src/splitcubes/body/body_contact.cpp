@@ -2,8 +2,6 @@
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/contact_sides.h>
 
-#include <limits>
-
 namespace splitcubes::body {
 
 std::uint32_t Body::dominant_node(std::uint32_t vertex) const {
@@ -13,28 +11,6 @@ std::uint32_t Body::dominant_node(std::uint32_t vertex) const {
     for (std::size_t k = 1; k < influences.count; ++k)
         if (influences.weights[k] > influences.weights[heaviest]) heaviest = k;
     return surface_motion_.tracked(influences.nodes[heaviest]);
-}
-
-// Returns the first of equally near phyxels; the phyxel count if the piece has none.
-std::uint32_t Body::nearest_phyxel_of_piece(const Vec3& rest, std::int32_t piece) const {
-    double nearest = std::numeric_limits<double>::infinity();
-    auto best = static_cast<std::uint32_t>(phyxels_.size());
-    const auto take = [&](std::uint32_t i) {
-        const double distance = (phyxels_.rest_position[i] - rest).squaredNorm();
-        if (phyxels_.piece[i] == piece && (distance < nearest || (distance == nearest && i < best))) {
-            nearest = distance;
-            best = i;
-        }
-        return true;
-    };
-    // A radius query returns all phyxels within it, so the nearest of them is the nearest of all.
-    constexpr int max_doublings = 4;
-    double radius = 1.5 * spacing_;
-    for (int k = 0; k < max_doublings && std::isinf(nearest); ++k, radius *= 2)
-        locator_.visit(rest, radius, take);
-    if (std::isinf(nearest))
-        for (std::uint32_t i = 0; i < phyxels_.size(); ++i) take(i);
-    return best;
 }
 
 // Takes the influences of the vertex's dominant node: a contact needs the nearby phyxels, not the exact
@@ -64,15 +40,15 @@ meshless::ContactSide Body::influences_of(std::uint32_t vertex, std::uint32_t no
     }
     if (side.count == 0) {
         // The node has no visible phyxel: use the nearest one of the piece.
-        side.phyxel[0] = nearest_phyxel_of_piece(v.rest, piece);
+        side.phyxel[0] = samples_.nearest_of_piece(v.rest, piece);
         side.weight[0] = 1;
-        side.count = side.phyxel[0] < phyxels_.size() ? 1 : 0;
+        side.count = side.phyxel[0] < samples_.phyxels.size() ? 1 : 0;
         if (side.count == 0) side.phyxel[0] = 0;
     }
     double total = 0;
     for (std::uint32_t k = 0; k < side.count; ++k) total += side.weight[k];
     for (std::uint32_t k = 0; k < side.count; ++k) side.weight[k] /= total;
-    reproduce_affine_motion(phyxels_.rest_position, v.rest, spacing_, side);
+    reproduce_affine_motion(samples_.phyxels.rest_position, v.rest, samples_.spacing, side);
     return side;
 }
 

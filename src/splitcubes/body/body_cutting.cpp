@@ -30,7 +30,8 @@ std::vector<GridEdge> Body::edges_near(std::span<const cutting::SweptBlade> blad
     // The margin is far larger than the tolerance of the exact edge tests that follow.
     const SweptBoxes swept(blades, 1e-3 * cell + 1e-5 * blade.size().norm());
     // One cell of slack, because a node without a kernel follows a neighbouring node.
-    return moving_bricks_.edges_near({grid_, phyxels_, previous_deformation_, cell}, swept, parallel);
+    return moving_bricks_.edges_near({grid_, samples_.phyxels, samples_.previous_deformation, cell}, swept,
+                                     parallel);
 }
 
 std::vector<GridEdge> Body::uncut_edges_of(std::span<const std::uint32_t> bricks) const {

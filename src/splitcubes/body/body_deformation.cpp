@@ -13,7 +13,7 @@ void Body::make_deformation() {
     nodes.place = inside_.node;
     nodes.velocity = settings_.velocity;
     nodes.angular_velocity = settings_.angular_velocity;
-    for (const double mass : phyxels_.mass) nodes.mass += mass;
+    for (const double mass : samples_.phyxels.mass) nodes.mass += mass;
     node_index_ = splitting::SlotMap<1>(grid_.bricks());
     for (std::size_t n = 0; n < inside_.size(); ++n)
         node_index_.set(inside_.node[n], 0, static_cast<std::int32_t>(n));
@@ -55,14 +55,17 @@ void Body::advance_deformation(const StepContext& context, StepReport& report) {
 }
 
 void Body::move_phyxels_with_nodes(double dt) {
-    previous_deformation_ = phyxels_.deformation;
-    phyxels_.previous_position = phyxels_.position;
-    for (std::size_t i = 0; i < phyxels_.size(); ++i) {
-        const geometry::Frame& frame = node_frames_[static_cast<std::size_t>(node_index_.get(owner_[i], 0))];
-        const Vec3 from_node = phyxels_.rest_position[i] - grid_.rest().node_position(owner_[i]);
-        phyxels_.position[i] = frame.position + frame.jacobian * from_node;
-        phyxels_.deformation[i] = frame.jacobian;
-        phyxels_.velocity[i] = (phyxels_.position[i] - phyxels_.previous_position[i]) / dt;
+    samples_.previous_deformation = samples_.phyxels.deformation;
+    samples_.phyxels.previous_position = samples_.phyxels.position;
+    for (std::size_t i = 0; i < samples_.phyxels.size(); ++i) {
+        const geometry::Frame& frame =
+            node_frames_[static_cast<std::size_t>(node_index_.get(samples_.owner[i], 0))];
+        const Vec3 from_node =
+            samples_.phyxels.rest_position[i] - grid_.rest().node_position(samples_.owner[i]);
+        samples_.phyxels.position[i] = frame.position + frame.jacobian * from_node;
+        samples_.phyxels.deformation[i] = frame.jacobian;
+        samples_.phyxels.velocity[i] =
+            (samples_.phyxels.position[i] - samples_.phyxels.previous_position[i]) / dt;
     }
 }
 
@@ -96,18 +99,19 @@ void Body::pick_frames(const std::vector<geometry::Frame>& nodes, std::vector<ge
 void Body::evaluate_frames_now(const TrackerContext& context) {
     tracker_.clear_fresh();
     if (deformation_) return pick_frames(node_frames_, frames_);
-    tracker_.evaluate(context, phyxels_.position, phyxels_.deformation, frames_);
+    tracker_.evaluate(context, samples_.phyxels.position, samples_.phyxels.deformation, frames_);
 }
 
 // Evaluates the current frames of the given tracked nodes.
 void Body::evaluate_some_now(const TrackerContext& context, std::span<const std::uint32_t> nodes) {
     if (deformation_) return pick_frames(node_frames_, frames_);
-    tracker_.evaluate_some(context, nodes, phyxels_.position, phyxels_.deformation, frames_);
+    tracker_.evaluate_some(context, nodes, samples_.phyxels.position, samples_.phyxels.deformation, frames_);
 }
 
 void Body::evaluate_some_before(const TrackerContext& context, std::span<const std::uint32_t> nodes) {
     if (deformation_) return pick_frames(node_frames_before_, frames_before_);
-    tracker_.evaluate_some(context, nodes, phyxels_.previous_position, previous_deformation_, frames_before_);
+    tracker_.evaluate_some(context, nodes, samples_.phyxels.previous_position, samples_.previous_deformation,
+                           frames_before_);
 }
 
 // Returns the bricks with an edge that may be in the box, m, world, now or a step ago.

@@ -6,10 +6,11 @@
 namespace splitcubes::body {
 
 meshless::StepInput Body::begin_step(const StepContext& context) {
-    boundary_.begin_step(phyxels_, context.time, context.dt, context.parallel);
-    previous_deformation_.resize(phyxels_.size());
-    context.parallel.for_each(phyxels_.size(), 1024,
-                              [&](std::size_t i) { previous_deformation_[i] = phyxels_.deformation[i]; });
+    boundary_.begin_step(samples_.phyxels, context.time, context.dt, context.parallel);
+    samples_.previous_deformation.resize(samples_.phyxels.size());
+    context.parallel.for_each(samples_.phyxels.size(), 1024, [&](std::size_t i) {
+        samples_.previous_deformation[i] = samples_.phyxels.deformation[i];
+    });
     meshless::StepInput input;
     input.dt = context.dt;
     input.gravity = context.gravity;
@@ -52,24 +53,26 @@ void Body::update_node_frames(const StepContext& context, StepReport& report) {
 void Body::update_surface(const StepContext& context, StepReport& report) {
     surface_motion_.update(*surface_, grid_.rest(), tracker_, frames_, context.parallel);
     if (context.contacts && sampler_.revision() != surface_->revision())
-        sampler_.rebuild(grid_, *surface_, *pieces_, spacing_, context.parallel);
-    report.phyxels += phyxels_.size();
+        sampler_.rebuild(grid_, *surface_, *pieces_, samples_.spacing, context.parallel);
+    report.phyxels += samples_.phyxels.size();
     report.pieces += pieces_->count();
     report.cut_edges += cut_edge_count_;
     report.surface_cells += surface_->cells().size();
     report.triangles += surface_->triangle_count();
-    report.pairs +=
-        context.parallel.sum<std::size_t>(pairs_.size(), 1 << 15, 0, [&](std::size_t begin, std::size_t end) {
+    report.pairs += context.parallel.sum<std::size_t>(
+        samples_.pairs.size(), 1 << 15, 0, [&](std::size_t begin, std::size_t end) {
             std::uint32_t visible = 0;
-            for (std::size_t k = begin; k < end; ++k) visible += std::uint32_t{pairs_.visibility[k] > 0};
+            for (std::size_t k = begin; k < end; ++k)
+                visible += std::uint32_t{samples_.pairs.visibility[k] > 0};
             return std::size_t{visible};
         });
-    report.mass +=
-        context.parallel.sum<double>(phyxels_.size(), 2048, 0, [&](std::size_t begin, std::size_t end) {
-            double mass = 0;
-            for (std::size_t i = begin; i < end; ++i) mass += phyxels_.mass[i];
-            return mass;
-        });
+    report.mass += context.parallel.sum<double>(samples_.phyxels.size(), 2048, 0,
+                                                [&](std::size_t begin, std::size_t end) {
+                                                    double mass = 0;
+                                                    for (std::size_t i = begin; i < end; ++i)
+                                                        mass += samples_.phyxels.mass[i];
+                                                    return mass;
+                                                });
 }
 
 }  // namespace splitcubes::body

@@ -45,9 +45,10 @@ std::vector<std::int32_t> families_of(std::span<const splitting::PieceSplit> spl
 // visibility, is preferred to the phyxels among which its mass is lumped.
 Body::NodeMotion Body::motion_of(std::uint32_t node, std::int32_t side) const {
     const Vec3& rest = inside_.rest_position[node];
-    std::span<const std::uint32_t> visible, lumped{lumping_.phyxel};
-    std::span<const double> visible_weight, lumped_weight{lumping_.share};
-    const std::uint32_t begin = lumping_.offsets[node], count = lumping_.offsets[node + 1] - begin;
+    std::span<const std::uint32_t> visible, lumped{samples_.lumping.phyxel};
+    std::span<const double> visible_weight, lumped_weight{samples_.lumping.share};
+    const std::uint32_t begin = samples_.lumping.offsets[node],
+                        count = samples_.lumping.offsets[node + 1] - begin;
     lumped = lumped.subspan(begin, count);
     lumped_weight = lumped_weight.subspan(begin, count);
     const std::int32_t tracked = tracker_.find(inside_.node[node]);
@@ -62,14 +63,15 @@ Body::NodeMotion Body::motion_of(std::uint32_t node, std::int32_t side) const {
         NodeMotion sum;
         for (std::size_t k = 0; k < row.size(); ++k) {
             const std::uint32_t i = row[k];
-            if (own_side && phyxels_.piece[i] != side) continue;
+            if (own_side && samples_.phyxels.piece[i] != side) continue;
             const double weight = std::abs(weights[k]);
             sum.weight += weight;
-            sum.position += weight * (phyxels_.position[i] +
-                                      phyxels_.deformation[i] * (rest - phyxels_.rest_position[i]));
-            sum.jacobian += weight * phyxels_.deformation[i];
-            sum.velocity += weight * phyxels_.velocity[i];
-            sum.plastic_strain += weight * phyxels_.plastic_strain[i];
+            sum.position +=
+                weight * (samples_.phyxels.position[i] +
+                          samples_.phyxels.deformation[i] * (rest - samples_.phyxels.rest_position[i]));
+            sum.jacobian += weight * samples_.phyxels.deformation[i];
+            sum.velocity += weight * samples_.phyxels.velocity[i];
+            sum.plastic_strain += weight * samples_.phyxels.plastic_strain[i];
         }
         return sum;
     };
@@ -96,9 +98,9 @@ void Body::add_sample(std::uint32_t node, std::int32_t piece) {
     start.deformation = motion.jacobian;
     start.velocity = motion.velocity;
     start.plastic_strain = motion.plastic_strain;
-    phyxels_.append(start);
-    owner_.push_back(inside_.node[node]);
-    previous_deformation_.push_back(start.deformation);
+    samples_.phyxels.append(start);
+    samples_.owner.push_back(inside_.node[node]);
+    samples_.previous_deformation.push_back(start.deformation);
 }
 
 // Adds phyxels to a piece at its own nodes in farthest-point order, until it has as many as wanted or each
@@ -112,8 +114,8 @@ void Body::add_samples(std::int32_t piece, std::span<const std::uint32_t> nodes,
         for (std::size_t k = 0; k < nodes.size(); ++k)
             distance[k] = std::min(distance[k], (inside_.rest_position[nodes[k]] - rest).squaredNorm());
     };
-    for (std::size_t i = 0; i < phyxels_.size(); ++i)
-        if (phyxels_.piece[i] == piece) update_distances(phyxels_.rest_position[i]);
+    for (std::size_t i = 0; i < samples_.phyxels.size(); ++i)
+        if (samples_.phyxels.piece[i] == piece) update_distances(samples_.phyxels.rest_position[i]);
     const double half_cell = 0.5 * grid_.rest().cell_size;
     const double min_squared = std::max(within * within, half_cell * half_cell);
     while (have < wanted) {
@@ -128,8 +130,8 @@ void Body::add_samples(std::int32_t piece, std::span<const std::uint32_t> nodes,
 // Adds phyxels around one whose neighbours do not span space, at visible nodes of its piece within its
 // support, those farthest from all phyxels around first. Returns the number added.
 std::size_t Body::add_samples_around(std::uint32_t phyxel, std::span<const std::uint32_t> nodes) {
-    const Vec3 rest = phyxels_.rest_position[phyxel];
-    const double reach = 0.9 * phyxels_.support_radius[phyxel];
+    const Vec3 rest = samples_.phyxels.rest_position[phyxel];
+    const double reach = 0.9 * samples_.phyxels.support_radius[phyxel];
     const double min_squared = 0.25 * grid_.rest().cell_size * grid_.rest().cell_size;
     std::vector<std::uint32_t> near;
     for (const std::uint32_t n : nodes)
@@ -141,11 +143,11 @@ std::size_t Body::add_samples_around(std::uint32_t phyxel, std::span<const std::
         for (std::size_t k = 0; k < near.size(); ++k)
             distance[k] = std::min(distance[k], (inside_.rest_position[near[k]] - at).squaredNorm());
     };
-    const std::int32_t piece = phyxels_.piece[phyxel];
-    for (std::size_t i = 0; i < phyxels_.size(); ++i)
-        if (phyxels_.piece[i] == piece &&
-            (phyxels_.rest_position[i] - rest).squaredNorm() < 4 * reach * reach)
-            update_distances(phyxels_.rest_position[i]);
+    const std::int32_t piece = samples_.phyxels.piece[phyxel];
+    for (std::size_t i = 0; i < samples_.phyxels.size(); ++i)
+        if (samples_.phyxels.piece[i] == piece &&
+            (samples_.phyxels.rest_position[i] - rest).squaredNorm() < 4 * reach * reach)
+            update_distances(samples_.phyxels.rest_position[i]);
     std::size_t added = 0;
     for (int k = 0; k < phyxels_per_iteration; ++k) {
         const auto far = std::max_element(distance.begin(), distance.end());
@@ -169,9 +171,9 @@ meshless::RigidPiece Body::initial_rigid_piece(std::int32_t piece,
     const double edge = grid_.rest().cell_size;
     meshless::RigidPiece body;
     body.piece = piece;
-    const std::int32_t parent = phyxels_.rigid.index(lumping_.piece[nodes.front()]);
+    const std::int32_t parent = samples_.phyxels.rigid.index(samples_.lumping.piece[nodes.front()]);
     if (parent >= 0) {
-        const meshless::RigidPiece& whole = phyxels_.rigid.bodies[static_cast<std::size_t>(parent)];
+        const meshless::RigidPiece& whole = samples_.phyxels.rigid.bodies[static_cast<std::size_t>(parent)];
         body.shape = whole.shape;
         body.rotation = whole.rotation;
         inside_.weigh(nodes, density, body);
@@ -206,12 +208,13 @@ meshless::RigidPiece Body::initial_rigid_piece(std::int32_t piece,
 
     std::vector<meshless::Momenta> held;
     for (std::size_t k = 0; k < nodes.size(); ++k)
-        for (std::uint32_t e = lumping_.offsets[nodes[k]]; e < lumping_.offsets[nodes[k] + 1]; ++e) {
+        for (std::uint32_t e = samples_.lumping.offsets[nodes[k]]; e < samples_.lumping.offsets[nodes[k] + 1];
+             ++e) {
             meshless::Momenta one;
             // Weighted by the absolute share: moment-corrected shares can be negative, which no fit allows.
-            one.mass = mass[k] * std::abs(lumping_.share[e]);
-            one.centre = phyxels_.position[lumping_.phyxel[e]];
-            one.linear = one.mass * phyxels_.velocity[lumping_.phyxel[e]];
+            one.mass = mass[k] * std::abs(samples_.lumping.share[e]);
+            one.centre = samples_.phyxels.position[samples_.lumping.phyxel[e]];
+            one.linear = one.mass * samples_.phyxels.velocity[samples_.lumping.phyxel[e]];
             held.push_back(one);
         }
     const meshless::Momenta sum = meshless::together(held);
@@ -256,19 +259,21 @@ std::vector<Vec3> Body::contact_points(const meshless::RigidPiece& body,
 // Whether a piece has fewer phyxels than its length, m, has spacings. A slab that is cut out between two
 // layers of phyxels may have none.
 bool Body::is_sparse(std::size_t phyxels, double length) const {
-    return static_cast<double>(phyxels) * spacing_ < length;
+    return static_cast<double>(phyxels) * samples_.spacing < length;
 }
 
 // Rebuilds pairs and neighbourhoods if phyxels were added since there were old_count; else updates them for
 // the changed pairs.
 void Body::refresh_links(const StepContext& context, std::size_t old_count, TopologyChange& change) {
-    if (phyxels_.size() != old_count) {
-        rebuild_samples(context.parallel);
-        neighbourhoods_.rebuild(phyxels_, pairs_, settings_.material, context.parallel);
+    if (samples_.phyxels.size() != old_count) {
+        samples_.rebuild_pairs(sample_context(context.parallel));
+        samples_.neighbourhoods.rebuild(samples_.phyxels, samples_.pairs, settings_.material,
+                                        context.parallel);
         boundary_.forget_phyxels();
         tracker_.mark_all();
     } else if (!change.dirty_pairs.empty()) {
-        neighbourhoods_.update(phyxels_, pairs_, change.dirty_pairs, settings_.material, context.parallel);
+        samples_.neighbourhoods.update(samples_.phyxels, samples_.pairs, change.dirty_pairs,
+                                       settings_.material, context.parallel);
     }
     change.dirty_pairs.clear();
 }
@@ -278,25 +283,25 @@ void Body::refresh_links(const StepContext& context, std::size_t old_count, Topo
 // change the strain around them and release elastic energy.
 void Body::fill_pieces(const StepContext& context, std::span<const std::vector<std::uint32_t>> nodes,
                        std::span<const Kind> kinds, TopologyChange& change) {
-    std::size_t old_count = phyxels_.size();
-    const std::vector<std::size_t> count = phyxel_counts();
+    std::size_t old_count = samples_.phyxels.size();
+    const std::vector<std::size_t> count = samples_.count_by_piece(pieces_->count());
     for (std::size_t k = 0; k < nodes.size(); ++k) {
         const std::size_t wanted = kinds[k] == Kind::small   ? std::min(min_phyxels, nodes[k].size())
                                    : kinds[k] == Kind::rigid ? 1
                                                              : 0;
         if (count[k] < wanted) add_samples(static_cast<std::int32_t>(k), nodes[k], wanted, 0);
         if (kinds[k] == Kind::small && is_sparse(count[k], inside_.extents_of(nodes[k])[0]))
-            add_samples(static_cast<std::int32_t>(k), nodes[k], nodes[k].size(), spacing_);
+            add_samples(static_cast<std::int32_t>(k), nodes[k], nodes[k].size(), samples_.spacing);
     }
     refresh_links(context, old_count, change);
     for (int iteration = 0; iteration < rank_iterations; ++iteration) {
-        old_count = phyxels_.size();
+        old_count = samples_.phyxels.size();
         for (std::uint32_t i = 0; i < old_count; ++i) {
-            const auto piece = static_cast<std::size_t>(phyxels_.piece[i]);
-            if (kinds[piece] == Kind::small && neighbourhoods_.rank()[i] < 3)
+            const auto piece = static_cast<std::size_t>(samples_.phyxels.piece[i]);
+            if (kinds[piece] == Kind::small && samples_.neighbourhoods.rank()[i] < 3)
                 add_samples_around(i, nodes[piece]);
         }
-        if (phyxels_.size() == old_count) break;
+        if (samples_.phyxels.size() == old_count) break;
         refresh_links(context, old_count, change);
     }
 }
@@ -305,38 +310,32 @@ void Body::fill_pieces(const StepContext& context, std::span<const std::vector<s
 // rank-deficient.
 bool Body::is_chain(std::int32_t piece, std::span<const std::uint32_t> nodes) const {
     std::size_t all = 0, deficient = 0;
-    for (std::size_t i = 0; i < phyxels_.size(); ++i) {
-        if (phyxels_.piece[i] != piece) continue;
+    for (std::size_t i = 0; i < samples_.phyxels.size(); ++i) {
+        if (samples_.phyxels.piece[i] != piece) continue;
         ++all;
-        deficient += neighbourhoods_.rank()[i] < 3;
+        deficient += samples_.neighbourhoods.rank()[i] < 3;
     }
-    return 2 * deficient >= all && inside_.extents_of(nodes)[1] < rigid_length * spacing_;
-}
-
-std::vector<std::size_t> Body::phyxel_counts() const {
-    std::vector<std::size_t> count(pieces_->count(), 0);
-    for (const std::int32_t piece : phyxels_.piece) ++count[static_cast<std::size_t>(piece)];
-    return count;
+    return 2 * deficient >= all && inside_.extents_of(nodes)[1] < rigid_length * samples_.spacing;
 }
 
 // Returns the treatment of each piece; pieces without listed nodes stay untouched.
 std::vector<Body::Kind> Body::kinds_of(std::span<const std::vector<std::uint32_t>> nodes) const {
-    const std::vector<std::size_t> count = phyxel_counts();
+    const std::vector<std::size_t> count = samples_.count_by_piece(pieces_->count());
     // A piece with held phyxels cannot have its strain reset, so it gets no new phyxels.
     std::vector<std::uint8_t> held(nodes.size(), 0);
     const std::span<const std::uint8_t> held_phyxels = boundary_.held();
     for (std::size_t i = 0; i < held_phyxels.size(); ++i)
-        if (held_phyxels[i] != 0) held[static_cast<std::size_t>(phyxels_.piece[i])] = 1;
+        if (held_phyxels[i] != 0) held[static_cast<std::size_t>(samples_.phyxels.piece[i])] = 1;
     std::vector<Kind> kinds(nodes.size(), Kind::untouched);
     for (std::size_t k = 0; k < nodes.size(); ++k) {
         if (nodes[k].empty()) continue;
-        const double length = inside_.extents_of(nodes[k])[0] / spacing_;
-        const bool was_rigid = phyxels_.rigid.index(lumping_.piece[nodes[k].front()]) >= 0;
+        const double length = inside_.extents_of(nodes[k])[0] / samples_.spacing;
+        const bool was_rigid = samples_.phyxels.rigid.index(samples_.lumping.piece[nodes[k].front()]) >= 0;
         if (was_rigid || length < rigid_length)
             kinds[k] = Kind::rigid;
         else
             kinds[k] = held[k] == 0 && ((count[k] < few_phyxels && length < small_length) ||
-                                        is_sparse(count[k], length * spacing_))
+                                        is_sparse(count[k], length * samples_.spacing))
                            ? Kind::small
                            : Kind::large;
     }
@@ -346,7 +345,7 @@ std::vector<Body::Kind> Body::kinds_of(std::span<const std::vector<std::uint32_t
 void Body::make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds,
                       TopologyChange& change) {
     meshless::RigidPieces all;
-    const meshless::RigidPieces& old = phyxels_.rigid;
+    const meshless::RigidPieces& old = samples_.phyxels.rigid;
     for (const meshless::RigidPiece& body : old.bodies)
         if (kinds[static_cast<std::size_t>(body.piece)] == Kind::untouched)
             all.put(body, old.points_of(body));
@@ -355,11 +354,13 @@ void Body::make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::sp
         const meshless::RigidPiece body = initial_rigid_piece(static_cast<std::int32_t>(k), nodes[k]);
         all.put(body, contact_points(body, nodes[k]));
     }
-    phyxels_.rigid = std::move(all);
+    samples_.phyxels.rigid = std::move(all);
     // Rigid pieces have no elastic links.
-    for (std::uint32_t k = 0; k < pairs_.size(); ++k) {
-        if (!(pairs_.visibility[k] > 0) || phyxels_.rigid.index(phyxels_.piece[pairs_.a[k]]) < 0) continue;
-        pairs_.visibility[k] = 0;
+    for (std::uint32_t k = 0; k < samples_.pairs.size(); ++k) {
+        if (!(samples_.pairs.visibility[k] > 0) ||
+            samples_.phyxels.rigid.index(samples_.phyxels.piece[samples_.pairs.a[k]]) < 0)
+            continue;
+        samples_.pairs.visibility[k] = 0;
         change.dirty_pairs.push_back(k);
     }
 }
@@ -367,23 +368,25 @@ void Body::make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::sp
 // Resets the strain of small pieces that got phyxels, or whose elastic energy has grown by the change of
 // neighbours: releasing that energy would add it to the motion.
 void Body::reset_small_strains(std::span<const Kind> kinds, std::size_t old_count, const Parallel& parallel) {
-    std::vector<Mat3> deformation(phyxels_.size()), rotation(phyxels_.size());
-    meshless::compute_deformation(neighbourhoods_, phyxels_.rest_position, phyxels_.position,
-                                  phyxels_.rotation, deformation, rotation, parallel);
+    std::vector<Mat3> deformation(samples_.phyxels.size()), rotation(samples_.phyxels.size());
+    meshless::compute_deformation(samples_.neighbourhoods, samples_.phyxels.rest_position,
+                                  samples_.phyxels.position, samples_.phyxels.rotation, deformation, rotation,
+                                  parallel);
     std::vector<double> before(kinds.size(), 0), after(kinds.size(), 0), noise(kinds.size(), 0);  // J
     std::vector<std::vector<std::size_t>> members(kinds.size());
     std::vector<std::uint8_t> grown(kinds.size(), 0);
-    for (std::size_t i = 0; i < phyxels_.size(); ++i) {
-        const auto piece = static_cast<std::size_t>(phyxels_.piece[i]);
+    for (std::size_t i = 0; i < samples_.phyxels.size(); ++i) {
+        const auto piece = static_cast<std::size_t>(samples_.phyxels.piece[i]);
         if (kinds[piece] != Kind::small) continue;
         members[piece].push_back(i);
         if (i >= old_count) grown[piece] = 1;
         const auto energy = [&](const Mat3& F, const Mat3& R) {
-            return phyxels_.volume[i] *
-                   meshless::energy_density(settings_.material, F, R, phyxels_.plastic_strain[i]);
+            return samples_.phyxels.volume[i] *
+                   meshless::energy_density(settings_.material, F, R, samples_.phyxels.plastic_strain[i]);
         };
-        noise[piece] += noise_strain * noise_strain * settings_.material.youngs_modulus * phyxels_.volume[i];
-        before[piece] += energy(phyxels_.deformation[i], phyxels_.rotation[i]);
+        noise[piece] +=
+            noise_strain * noise_strain * settings_.material.youngs_modulus * samples_.phyxels.volume[i];
+        before[piece] += energy(samples_.phyxels.deformation[i], samples_.phyxels.rotation[i]);
         after[piece] += energy(deformation[i], rotation[i]);
     }
     for (std::size_t k = 0; k < kinds.size(); ++k)
@@ -399,40 +402,40 @@ void Body::reset_strain(std::span<const std::size_t> members) {
     double total = 0;
     for (const std::size_t i : members) {
         meshless::Momenta one;
-        one.mass = phyxels_.mass[i];
-        one.centre = phyxels_.position[i];
-        one.linear = one.mass * phyxels_.velocity[i];
+        one.mass = samples_.phyxels.mass[i];
+        one.centre = samples_.phyxels.position[i];
+        one.linear = one.mass * samples_.phyxels.velocity[i];
         parts.push_back(one);
         total += one.mass;
-        rest += one.mass * phyxels_.rest_position[i];
-        mean += one.mass * phyxels_.deformation[i];
-        plastic_strain += one.mass * phyxels_.plastic_strain[i];
+        rest += one.mass * samples_.phyxels.rest_position[i];
+        mean += one.mass * samples_.phyxels.deformation[i];
+        plastic_strain += one.mass * samples_.phyxels.plastic_strain[i];
     }
     if (!(total > 0)) return;
     rest /= total;
     plastic_strain /= total;
     const meshless::Momenta sum = meshless::together(parts);
     const Mat3 stretch = meshless::stretch_of(settings_.material, plastic_strain);
-    Mat3 covariance = 0.01 * spacing_ * spacing_ * mean * stretch;
+    Mat3 covariance = 0.01 * samples_.spacing * samples_.spacing * mean * stretch;
     for (const std::size_t i : members)
-        covariance += phyxels_.mass[i] * (phyxels_.position[i] - sum.centre) *
-                      (stretch * (phyxels_.rest_position[i] - rest)).transpose();
+        covariance += samples_.phyxels.mass[i] * (samples_.phyxels.position[i] - sum.centre) *
+                      (stretch * (samples_.phyxels.rest_position[i] - rest)).transpose();
     const Mat3 rotation = rotation_of(covariance, rotation_of(mean));
     Mat3 inertia = Mat3::Zero();
     for (const std::size_t i : members) {
-        const Vec3 arm = rotation * stretch * (phyxels_.rest_position[i] - rest);
-        inertia += phyxels_.mass[i] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+        const Vec3 arm = rotation * stretch * (samples_.phyxels.rest_position[i] - rest);
+        inertia += samples_.phyxels.mass[i] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
     }
     const Vec3 rotation_rate = meshless::angular_velocity(inertia, sum.angular_momentum);
     for (const std::size_t i : members) {
-        const Vec3 arm = rotation * stretch * (phyxels_.rest_position[i] - rest);
-        phyxels_.position[i] = phyxels_.previous_position[i] = sum.centre + arm;
-        phyxels_.velocity[i] = phyxels_.previous_velocity[i] =
+        const Vec3 arm = rotation * stretch * (samples_.phyxels.rest_position[i] - rest);
+        samples_.phyxels.position[i] = samples_.phyxels.previous_position[i] = sum.centre + arm;
+        samples_.phyxels.velocity[i] = samples_.phyxels.previous_velocity[i] =
             sum.linear / sum.mass + rotation_rate.cross(arm);
-        phyxels_.deformation[i] = previous_deformation_[i] = rotation * stretch;
-        phyxels_.rotation[i] = rotation;
-        phyxels_.plastic_strain[i] = plastic_strain;
-        phyxels_.restart_history[i] = 1;
+        samples_.phyxels.deformation[i] = samples_.previous_deformation[i] = rotation * stretch;
+        samples_.phyxels.rotation[i] = rotation;
+        samples_.phyxels.plastic_strain[i] = plastic_strain;
+        samples_.phyxels.restart_history[i] = 1;
     }
 }
 
@@ -440,7 +443,7 @@ void Body::reset_strain(std::span<const std::size_t> members) {
 // nodes; momenta are conserved.
 void Body::resample(const StepContext& context, TopologyChange& change, StepReport& report) {
     if (change.splits.empty()) return;
-    const std::size_t before = phyxels_.size();
+    const std::size_t before = samples_.phyxels.size();
     const std::vector<std::int32_t> family = families_of(change.splits, pieces_->count());
     std::vector<std::vector<std::uint32_t>> nodes(pieces_->count());  // of touched pieces
     for (std::uint32_t n = 0; n < inside_.size(); ++n) {
@@ -450,28 +453,28 @@ void Body::resample(const StepContext& context, TopologyChange& change, StepRepo
     std::vector<Kind> kinds = kinds_of(nodes);
     std::vector<std::int32_t> elastic_family = family;  // -1 also for parts of rigid pieces: they conserve it
     for (std::size_t k = 0; k < nodes.size(); ++k)
-        if (!nodes[k].empty() && phyxels_.rigid.index(lumping_.piece[nodes[k].front()]) >= 0)
+        if (!nodes[k].empty() && samples_.phyxels.rigid.index(samples_.lumping.piece[nodes[k].front()]) >= 0)
             elastic_family[k] = -1;
-    const meshless::SplitMomentum split_momentum(phyxels_, elastic_family, boundary_.held());
+    const meshless::SplitMomentum split_momentum(samples_.phyxels, elastic_family, boundary_.held());
     fill_pieces(context, nodes, kinds, change);
     for (std::size_t k = 0; k < nodes.size(); ++k)
         if ((kinds[k] == Kind::small || kinds[k] == Kind::large) &&
             is_chain(static_cast<std::int32_t>(k), nodes[k]))
             kinds[k] = Kind::rigid;
     make_rigid(nodes, kinds, change);
-    meshless::relump_after_split(lumping_, inside_.for_lumping(), settings_.material.density, locator_,
-                                 phyxels_, context.parallel);
+    meshless::relump_after_split(samples_.lumping, inside_.for_lumping(), settings_.material.density,
+                                 samples_.locator, samples_.phyxels, context.parallel);
     reset_small_strains(kinds, before, context.parallel);
-    split_momentum.settle(phyxels_);
-    meshless::write_phyxels(phyxels_);
-    for (std::size_t i = 0; i < phyxels_.size(); ++i) {
-        if (kinds[static_cast<std::size_t>(phyxels_.piece[i])] != Kind::rigid) continue;
-        phyxels_.previous_position[i] = phyxels_.position[i];
-        phyxels_.previous_velocity[i] = phyxels_.velocity[i];
-        previous_deformation_[i] = phyxels_.deformation[i];
+    split_momentum.settle(samples_.phyxels);
+    meshless::write_phyxels(samples_.phyxels);
+    for (std::size_t i = 0; i < samples_.phyxels.size(); ++i) {
+        if (kinds[static_cast<std::size_t>(samples_.phyxels.piece[i])] != Kind::rigid) continue;
+        samples_.phyxels.previous_position[i] = samples_.phyxels.position[i];
+        samples_.phyxels.previous_velocity[i] = samples_.phyxels.velocity[i];
+        samples_.previous_deformation[i] = samples_.phyxels.deformation[i];
     }
     change.volumes_changed = true;
-    change.new_phyxels = phyxels_.size() - before;
+    change.new_phyxels = samples_.phyxels.size() - before;
     report.new_phyxels += change.new_phyxels;
 }
 

@@ -20,10 +20,10 @@ void Body::tear(const StepContext& context, TopologyChange& change, StepReport& 
     // The phyxels held in the last step follow from the constraints: those of begin_step are not in a
     // checkpoint.
     const std::span<const std::uint8_t> held =
-        boundary_.held_among(phyxels_.rest_position, context.time - context.dt, context.parallel);
+        boundary_.held_among(samples_.phyxels.rest_position, context.time - context.dt, context.parallel);
     const std::vector<std::int32_t> slots = tearing_->tear(
-        grid_, {*pieces_, occluders_.grid(), phyxels_, neighbourhoods_, locator_, settings_.material,
-                tracker_, frames_, held, spacing_, context.dt, context.parallel});
+        grid_, {*pieces_, occluders_.grid(), samples_.phyxels, samples_.neighbourhoods, samples_.locator,
+                settings_.material, tracker_, frames_, held, samples_.spacing, context.dt, context.parallel});
     change.crossings.insert(change.crossings.end(), slots.begin(), slots.end());
     report.new_cut_edges += slots.size();
     report.torn_edges += slots.size();

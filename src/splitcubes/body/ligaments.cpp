@@ -1,6 +1,6 @@
-// Ligaments: small groups of phyxels that see no other phyxel of their piece although uncut grid edges
-// connect them to it around the occluders. Without bridging links they would fly off.
-#include <splitcubes/body/body.h>
+#include <splitcubes/body/elastic_samples.h>
+#include <splitcubes/body/ligaments.h>
+#include <splitcubes/splitting/node_grid.h>
 
 #include <algorithm>
 #include <deque>
@@ -83,30 +83,28 @@ Ligament find_ligament(const meshless::Neighbourhoods& links, const meshless::Pa
     return out;
 }
 
-}  // namespace
-
 // Makes pairs of a phyxel with phyxels outside its ligament visible if a short path through the material
 // connects them. Returns the number of such pairs.
-std::size_t Body::bridge(std::uint32_t phyxel, std::span<const std::uint32_t> ligament,
-                         TopologyChange& change) {
-    double reach = 0;
-    for (const double h : phyxels_.support_radius) reach = std::max(reach, h);
-    const int max_length = max_detour + static_cast<int>(2 * reach / grid_.rest().cell_size);
+std::size_t bridge(const splitting::NodeGrid& grid, ElasticSamples& samples, std::uint32_t phyxel,
+                   std::span<const std::uint32_t> ligament, TopologyChange& change) {
+    const meshless::Phyxels& phyxels = samples.phyxels;
+    const double reach = samples.largest_support();
+    const int max_length = max_detour + static_cast<int>(2 * reach / grid.rest().cell_size);
     const std::unordered_map<std::uint64_t, int> path_lengths =
-        path_lengths_from(grid_, owner_[phyxel], max_length);
+        path_lengths_from(grid, samples.owner[phyxel], max_length);
     std::vector<std::uint32_t> near;
-    locator_.near(phyxels_.rest_position[phyxel], reach, near);
+    samples.locator.near(phyxels.rest_position[phyxel], reach, near);
     std::size_t bridges = 0;
     for (const std::uint32_t j : near) {
-        if (phyxels_.piece[j] != phyxels_.piece[phyxel]) continue;
+        if (phyxels.piece[j] != phyxels.piece[phyxel]) continue;
         if (std::find(ligament.begin(), ligament.end(), j) != ligament.end()) continue;
-        const auto path = path_lengths.find(splitting::edge_id({owner_[j], 0}));
+        const auto path = path_lengths.find(splitting::edge_id({samples.owner[j], 0}));
         if (path == path_lengths.end()) continue;
-        if (path->second > (owner_[j] - owner_[phyxel]).lpNorm<1>() + max_detour) continue;
-        const std::size_t pair = find_pair(pairs_, phyxel, j);
-        if (pair == pairs_.size()) continue;
-        if (pairs_.visibility[pair] == 0) {
-            pairs_.visibility[pair] = bridge_visibility;
+        if (path->second > (samples.owner[j] - samples.owner[phyxel]).lpNorm<1>() + max_detour) continue;
+        const std::size_t pair = find_pair(samples.pairs, phyxel, j);
+        if (pair == samples.pairs.size()) continue;
+        if (samples.pairs.visibility[pair] == 0) {
+            samples.pairs.visibility[pair] = bridge_visibility;
             change.dirty_pairs.push_back(static_cast<std::uint32_t>(pair));
         }
         ++bridges;
@@ -114,22 +112,25 @@ std::size_t Body::bridge(std::uint32_t phyxel, std::span<const std::uint32_t> li
     return bridges;
 }
 
-// reevaluated: pairs whose visibility may have changed in this step.
-void Body::bridge_ligaments(std::span<const std::uint32_t> reevaluated, TopologyChange& change) {
-    std::vector<std::size_t> members(pieces_->count(), 0);
-    for (const std::int32_t piece : phyxels_.piece) ++members[static_cast<std::size_t>(piece)];
-    std::vector<std::uint8_t> done(phyxels_.size(), 0);  // bridged, or needs no bridge
-    std::vector<std::uint8_t> seen(phyxels_.size(), 0);  // scratch
-    std::vector<std::uint8_t> many(phyxels_.size(), 0);  // its group is large, or its whole piece
+}  // namespace
+
+void bridge_ligaments(const splitting::NodeGrid& grid, std::size_t piece_count, ElasticSamples& samples,
+                      std::span<const std::uint32_t> reevaluated, TopologyChange& change) {
+    const meshless::Phyxels& phyxels = samples.phyxels;
+    const meshless::Pairs& pairs = samples.pairs;
+    const std::vector<std::size_t> members = samples.count_by_piece(piece_count);
+    std::vector<std::uint8_t> done(phyxels.size(), 0);  // bridged, or needs no bridge
+    std::vector<std::uint8_t> seen(phyxels.size(), 0);  // scratch
+    std::vector<std::uint8_t> many(phyxels.size(), 0);  // its group is large, or its whole piece
     for (const std::uint32_t k : reevaluated) {
-        if (pairs_.visibility[k] > 0) continue;
-        for (const std::uint32_t i : {pairs_.a[k], pairs_.b[k]}) {
-            if (done[i] != 0 || phyxels_.rigid.index(phyxels_.piece[i]) >= 0) continue;
-            const Ligament ligament = find_ligament(neighbourhoods_, pairs_, i, many, seen);
+        if (pairs.visibility[k] > 0) continue;
+        for (const std::uint32_t i : {pairs.a[k], pairs.b[k]}) {
+            if (done[i] != 0 || phyxels.rigid.index(phyxels.piece[i]) >= 0) continue;
+            const Ligament ligament = find_ligament(samples.neighbourhoods, pairs, i, many, seen);
             const std::vector<std::uint32_t>& own = ligament.phyxels;
-            const bool whole = own.size() == members[static_cast<std::size_t>(phyxels_.piece[i])];
+            const bool whole = own.size() == members[static_cast<std::size_t>(phyxels.piece[i])];
             if (!whole && !ligament.many)
-                for (const std::uint32_t j : own) bridge(j, own, change);
+                for (const std::uint32_t j : own) bridge(grid, samples, j, own, change);
             for (const std::uint32_t j : own) {
                 done[j] = 1;
                 many[j] = whole || ligament.many ? 1 : 0;

@@ -1,0 +1,107 @@
+// The elastic samples of a body and all that links them to each other and to its material.
+#pragma once
+
+#include <splitcubes/body/topology_change.h>
+#include <splitcubes/core/state_stream.h>
+#include <splitcubes/meshless/mass_lumping.h>
+#include <splitcubes/meshless/neighbourhoods.h>
+#include <splitcubes/occlusion/criterion.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace splitcubes::splitting {
+class NodeGrid;
+class Pieces;
+}  // namespace splitcubes::splitting
+
+namespace splitcubes::body {
+
+struct BodySettings;
+struct MaterialNodes;
+
+/// The topology in which the samples lie.
+struct SampleContext {
+    const splitting::NodeGrid& grid;
+    const splitting::Pieces& pieces;
+    const geometry::OccluderGrid& occluders;
+    const MaterialNodes& nodes;
+    const meshless::Material& material;
+    const Parallel& parallel;
+};
+
+/// Phyxels, the pairs of them that are within reach, their visibility past the surface, and the mass lumped
+/// to them. Resampler adds phyxels after a split.
+struct ElasticSamples {
+    explicit ElasticSamples(std::unique_ptr<occlusion::Criterion> criterion);
+    ~ElasticSamples();
+
+    meshless::Phyxels phyxels;
+    meshless::PhyxelLocator locator;  // of the rest positions
+    meshless::Pairs pairs;
+    meshless::Neighbourhoods neighbourhoods;
+    meshless::MassLumping lumping;           // of the inside nodes
+    std::vector<Vec3i> owner;                // per phyxel: the inside node that decides its piece
+    std::vector<Mat3> previous_deformation;  // per phyxel, one step ago
+    double spacing = 0;                      // m, between phyxels
+    std::size_t initial_count = 0;           // phyxels of the uncut body; the later ones lie at nodes
+    std::unique_ptr<occlusion::Criterion> criterion;  // of the visibility of pairs
+
+    /// Places the phyxels of an uncut body, links them and gives them mass and initial velocity. Announces
+    /// its stages to the monitor.
+    void place(const SampleContext& context, const BodySettings& settings);
+    void rebuild_locator();
+    /// Recomputes what depends on the set of phyxels: locator, support radii of new ones, pairs and their
+    /// visibility. Visibility that is already known is kept if the criterion allows it.
+    void rebuild_pairs(const SampleContext& context);
+
+    struct VisibilityUpdate {
+        bool pieces_changed = false;  // of phyxels
+        std::size_t evaluated = 0;    // pairs
+    };
+    /// Updates owners and pieces of the phyxels and the visibility of pairs after the occluders changed.
+    /// Bridges ligaments. Adds to change.dirty_pairs.
+    VisibilityUpdate update_visibility(const SampleContext& context, TopologyChange& change);
+
+    /// Returns the nearest phyxel of a piece to a point (m, rest space), the first of equally near ones; the
+    /// phyxel count if the piece has none.
+    std::uint32_t nearest_of_piece(const Vec3& rest, std::int32_t piece) const;
+    /// Returns the number of phyxels of each piece.
+    std::vector<std::size_t> count_by_piece(std::size_t piece_count) const;
+    double largest_support() const;  // m
+    /// Returns phyxels and pairs as input for a visibility criterion; spans refer to this object.
+    occlusion::PairSet pair_set() const {
+        return {phyxels.rest_position, phyxels.support_radius, phyxels.piece, pairs.a, pairs.b};
+    }
+
+    /// Writes the phyxels, the mass lumping, the rigid pieces and the pairs to a checkpoint.
+    void save(const splitting::NodeGrid& grid, const meshless::Material& material, StateWriter& writer) const;
+    /// Restores what save wrote into the samples of a body with the same settings and cuts. Throws
+    /// DamagedState.
+    void load(const SampleContext& context, StateReader& reader);
+
+  private:
+    void set_contact_radii(const SampleContext& context);
+    void evaluate_pairs(const SampleContext& context, std::span<const std::uint32_t> requested);
+    void save_phyxels(const splitting::NodeGrid& grid, const meshless::Material& material,
+                      StateWriter& writer) const;
+    void load_phyxels(const SampleContext& context, StateReader& reader);
+    void load_new_phyxels(const SampleContext& context, StateReader& reader, std::size_t count);
+    void check_supports(const SampleContext& context) const;
+    void save_lumping(StateWriter& writer) const;
+    void load_lumping(const SampleContext& context, StateReader& reader);
+    void save_rigid(StateWriter& writer) const;
+    void load_rigid(const SampleContext& context, StateReader& reader);
+    void save_pairs(StateWriter& writer) const;
+    void load_pairs(StateReader& reader);
+};
+
+/// Returns the nearest inside node that sees a point (m, rest space) and whose piece is accepted; among
+/// equally near ones the first in grid order; the fallback if none of the 27 nodes around is.
+Vec3i owner_of(const SampleContext& context, const Vec3& rest, const Vec3i& fallback,
+               const std::function<bool(std::int32_t piece)>& accepts);
+
+}  // namespace splitcubes::body
