@@ -73,19 +73,6 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
 
 Body::~Body() = default;
 
-// Extent of a node's material down and up each axis, in cells: up to the crossing, boundary or cut, if the
-// edge has one, else half way to the next node.
-std::pair<Vec3, Vec3> Body::node_reach(const Vec3i& node) const {
-    Vec3 low = Vec3::Constant(0.5), high = low;
-    for (int axis = 0; axis < 3; ++axis) {
-        const std::int32_t above = grid_.slot({node, axis});
-        if (above >= 0) high[axis] = grid_.crossing(above).parameter;
-        const std::int32_t below = grid_.slot({node - Vec3i::Unit(axis), axis});
-        if (below >= 0) low[axis] = 1 - grid_.crossing(below).parameter;
-    }
-    return {low, high};
-}
-
 geometry::SurfaceMesh Body::surface_mesh() const {
     return splitting::extract(grid_, *surface_, *pieces_, surface_motion_.positions(),
                               surface_motion_.normals());

@@ -178,35 +178,6 @@ class Body {
     void evaluate_some_now(const TrackerContext& context, std::span<const std::uint32_t> nodes);
     void evaluate_some_before(const TrackerContext& context, std::span<const std::uint32_t> nodes);
     std::vector<std::uint32_t> bricks_of_nodes_in(const geometry::Box& box) const;
-    /// Treatment of a piece in a step in which pieces split (see kinds_of).
-    enum class Kind : std::uint8_t { untouched, rigid, small, large };
-    /// State of a node, interpolated from phyxels.
-    struct NodeMotion {
-        Vec3 position = Vec3::Zero();        // m, world
-        Mat3 jacobian = Mat3::Zero();        // d world / d rest
-        Vec3 velocity = Vec3::Zero();        // m/s
-        Mat3 plastic_strain = Mat3::Zero();  // rest space
-        double weight = 0;
-    };
-    NodeMotion motion_of(std::uint32_t node, std::int32_t side) const;
-    std::pair<Vec3, Vec3> node_reach(const Vec3i& node) const;
-    void add_sample(std::uint32_t node, std::int32_t piece);
-    void add_samples(std::int32_t piece, std::span<const std::uint32_t> nodes, std::size_t wanted,
-                     double within);
-    bool is_sparse(std::size_t phyxels, double length) const;
-    std::size_t add_samples_around(std::uint32_t phyxel, std::span<const std::uint32_t> nodes);
-    void refresh_links(const StepContext& context, std::size_t old_count, TopologyChange& change);
-    void fill_pieces(const StepContext& context, std::span<const std::vector<std::uint32_t>> nodes,
-                     std::span<const Kind> kinds, TopologyChange& change);
-    std::vector<Kind> kinds_of(std::span<const std::vector<std::uint32_t>> nodes) const;
-    void reset_small_strains(std::span<const Kind> kinds, std::size_t old_count, const Parallel& parallel);
-    void reset_strain(std::span<const std::size_t> members);
-    bool is_chain(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
-    meshless::RigidPiece initial_rigid_piece(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
-    std::vector<Vec3> contact_points(const meshless::RigidPiece& body,
-                                     std::span<const std::uint32_t> nodes) const;
-    void make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds,
-                    TopologyChange& change);
     void accumulate_cut_force(std::int32_t slot, double dt, const Isometry& tool_before,
                               const Isometry& tool_now, ToolForce& tool_force) const;
     void settle_topology(const Parallel& parallel, TopologyChange& change);

@@ -1,5 +1,6 @@
 // The middle stages of a step, which update topology, visibility and neighbourhoods after edges were cut.
 #include <splitcubes/body/body.h>
+#include <splitcubes/body/resampling.h>
 
 #include <algorithm>
 #include <cassert>
@@ -37,6 +38,16 @@ void Body::update_visibility(const StepContext& context, TopologyChange& change,
     report.disks += updated.evaluated;
     tracker_.mark_near(change.boxes, samples_.largest_support(), occluders_.grid().changes(),
                        context.parallel);
+}
+
+void Body::resample(const StepContext& context, TopologyChange& change, StepReport& report) {
+    if (change.splits.empty()) return;
+    body::resample(sample_context(context.parallel), tracker_, boundary_.held(), samples_, change);
+    if (change.new_phyxels > 0) {
+        boundary_.forget_phyxels();
+        tracker_.mark_all();
+    }
+    report.new_phyxels += change.new_phyxels;
 }
 
 void Body::rebuild_neighbourhoods(const StepContext& context, TopologyChange& change) {

@@ -1,0 +1,22 @@
+// Treatment of pieces after a split: each gets enough phyxels to span space, or becomes rigid.
+#pragma once
+
+#include <splitcubes/body/topology_change.h>
+
+#include <cstdint>
+#include <span>
+
+namespace splitcubes::body {
+
+class NodeTracker;
+struct ElasticSamples;
+struct SampleContext;
+
+/// Gives each piece of the splits of this step enough phyxels to span space or makes it rigid. Mass is lumped
+/// again from the nodes; momenta are conserved. tracker: its kernels are those before the split. held: per
+/// phyxel of the last step, 1 if its position was prescribed. Sets change.new_phyxels, volumes_changed and
+/// dirty_pairs.
+void resample(const SampleContext& context, const NodeTracker& tracker, std::span<const std::uint8_t> held,
+              ElasticSamples& samples, TopologyChange& change);
+
+}  // namespace splitcubes::body
