@@ -1,5 +1,6 @@
 // Every edge that a blade crosses is found, for any deformation of the body.
 #include <splitcubes/body/body.h>
+#include <splitcubes/body/moving_bricks.h>
 #include <splitcubes/core/random.h>
 #include <splitcubes/geometry/shapes.h>
 #include <splitcubes/meshless/frames.h>

@@ -1,5 +1,6 @@
 // Revisions of the rows of tracked nodes.
 #include <splitcubes/body/body.h>
+#include <splitcubes/body/node_tracker.h>
 #include <splitcubes/geometry/shapes.h>
 
 #include <gtest/gtest.h>

@@ -1,4 +1,6 @@
 #include <splitcubes/body/body.h>
+#include <splitcubes/body/lattice_node_motion.h>
+#include <splitcubes/body/phyxel_node_motion.h>
 #include <splitcubes/body/tearing.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/splitting/sheet_cut.h>
@@ -8,8 +10,6 @@
 #include <cmath>
 
 namespace splitcubes::body {
-
-using splitting::GridEdge;
 
 namespace {
 
@@ -40,8 +40,7 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
                 std::make_unique<splitting::Surface>(grid_, parallel))),
       pieces_(std::make_unique<splitting::Pieces>(grid_)),
       occluders_(grid_.rest()),
-      samples_(criterion_of(settings)),
-      tracker_(grid_.bricks()) {
+      samples_(criterion_of(settings)) {
     check_settings(settings_);
     meshless::check_material(settings_.material, "body '" + settings_.name + "' material");
     if (settings_.tearing && settings_.deformation)
@@ -62,9 +61,15 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
     if (settings_.tearing)
         tearing_ = std::make_unique<Tearing>(*settings_.tearing, settings_.material, grid_, samples_.phyxels,
                                              samples_.neighbourhoods);
-    if (settings_.deformation) make_deformation();
+    if (settings_.deformation) {
+        auto lattice = std::make_unique<LatticeNodeMotion>(grid_, inside_, samples_, settings_);
+        lattice_ = lattice.get();
+        motion_ = std::move(lattice);
+    } else {
+        motion_ = std::make_unique<PhyxelNodeMotion>(grid_.bricks(), samples_);
+    }
     parallel.begin("body '" + settings_.name + "': boundary");
-    surface_motion_.track_nodes(grid_, *surface_, tracker_);
+    surface_motion_.track_nodes(grid_, *surface_, motion_->tracker());
     const StepContext at_rest{0, 0, Vec3::Zero(), {}, {}, {}, parallel};
     StepReport report;
     update_node_frames(at_rest, report);
@@ -72,6 +77,18 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
 }
 
 Body::~Body() = default;
+
+const NodeTracker& Body::nodes() const {
+    return motion_->tracker();
+}
+
+std::int64_t Body::step_count() const {
+    return motion_->step_count();
+}
+
+TrackerContext Body::tracker_context(const Parallel& parallel) const {
+    return {grid_, *pieces_, occluders_.grid(), samples_.phyxels, samples_.locator, parallel};
+}
 
 geometry::SurfaceMesh Body::surface_mesh() const {
     return splitting::extract(grid_, *surface_, *pieces_, surface_motion_.positions(),

@@ -6,8 +6,6 @@
 #include <splitcubes/body/boundary_conditions.h>
 #include <splitcubes/body/elastic_samples.h>
 #include <splitcubes/body/material_nodes.h>
-#include <splitcubes/body/moving_bricks.h>
-#include <splitcubes/body/node_tracker.h>
 #include <splitcubes/body/step_context.h>
 #include <splitcubes/body/step_report.h>
 #include <splitcubes/body/surface_motion.h>
@@ -34,7 +32,11 @@
 
 namespace splitcubes::body {
 
+class LatticeNodeMotion;
+class NodeMotion;
+class NodeTracker;
 class Tearing;
+struct TrackerContext;
 
 /// One soft solid. Its rest space is the world at time 0: the mesh is used where it is placed.
 class Body {
@@ -109,7 +111,7 @@ class Body {
     meshless::TimeIntegrator& solver() { return solver_; }
     /// Whether a deformation model moves the body instead of its phyxels. Such a body takes no part in
     /// contacts and steps by advance_deformation.
-    bool is_lattice_driven() const { return deformation_ != nullptr; }
+    bool is_lattice_driven() const { return lattice_ != nullptr; }
     void advance_deformation(const StepContext& context, StepReport& report);
     /// Per phyxel, as of the last begin_step: 1 if a constraint prescribes its position.
     std::span<const std::uint8_t> held() const { return boundary_.held(); }
@@ -121,7 +123,7 @@ class Body {
     const geometry::OccluderGrid& occluders() const { return occluders_.grid(); }
     /// Returns phyxels and pairs as input for a visibility criterion; spans refer to this body.
     occlusion::PairSet pair_set() const { return samples_.pair_set(); }
-    const NodeTracker& nodes() const { return tracker_; }
+    const NodeTracker& nodes() const;
     double phyxel_spacing() const { return samples_.spacing; }
     /// Per surface vertex, world frame, as of the last update_surface.
     const std::vector<Vec3>& vertex_positions() const { return surface_motion_.positions(); }
@@ -144,7 +146,7 @@ class Body {
     /// Regions in which the occluders may have changed.
     const SurfaceChanges& surface_changes() const { return occluders_.changes(); }
 
-    std::int64_t step_count() const { return step_; }
+    std::int64_t step_count() const;
     void add_to_hash(StateHash& hash) const;
     /// Writes all state that a step reads and that neither follows from the settings nor from other state.
     void save(StateWriter& writer) const;
@@ -157,36 +159,16 @@ class Body {
     std::vector<std::string> validate() const;
 
   private:
-    std::vector<splitting::GridEdge> edges_near(std::span<const cutting::SweptBlade> blades,
-                                                const Parallel& parallel);
-    std::vector<splitting::GridEdge> uncut_edges_of(std::span<const std::uint32_t> bricks) const;
-    std::vector<std::uint32_t> track_ends(std::span<const splitting::GridEdge> edges);
-    std::vector<cutting::CandidateEdge> candidate_edges(std::span<const splitting::GridEdge> edges,
-                                                        const StepContext& context);
-    void make_deformation();
-    void move_phyxels_with_nodes(double dt);
-    deformation::NodeEdge between_nodes(const splitting::GridEdge& edge) const;
-    void notify_cut_edges(const TopologyChange& change);
-    void restore_deformation(std::span<const double> state);
     void save_cuts(StateWriter& writer) const;
     void load_cuts(StateReader& reader);
-    void save_motion(StateWriter& writer) const;
-    void load_motion(StateReader& reader);
     void rebuild_derived_state(const Parallel& parallel);
-    void pick_frames(const std::vector<geometry::Frame>& nodes, std::vector<geometry::Frame>& out) const;
-    void evaluate_frames_now(const TrackerContext& context);
-    void evaluate_some_now(const TrackerContext& context, std::span<const std::uint32_t> nodes);
-    void evaluate_some_before(const TrackerContext& context, std::span<const std::uint32_t> nodes);
-    std::vector<std::uint32_t> bricks_of_nodes_in(const geometry::Box& box) const;
     void accumulate_cut_force(std::int32_t slot, double dt, const Isometry& tool_before,
                               const Isometry& tool_now, ToolForce& tool_force) const;
     void settle_topology(const Parallel& parallel, TopologyChange& change);
     SampleContext sample_context(const Parallel& parallel) const {
         return {grid_, *pieces_, occluders_.grid(), inside_, settings_.material, parallel};
     }
-    TrackerContext tracker_context(const Parallel& parallel) const {
-        return {grid_, *pieces_, occluders_.grid(), samples_.phyxels, samples_.locator, parallel};
-    }
+    TrackerContext tracker_context(const Parallel& parallel) const;
 
     BodySettings settings_;
     splitting::SolidifyReport solidify_report_;
@@ -199,14 +181,8 @@ class Body {
     ElasticSamples samples_;
     meshless::TimeIntegrator solver_;
 
-    NodeTracker tracker_;
-    std::vector<geometry::Frame> frames_;         // per tracked node, now
-    std::vector<geometry::Frame> frames_before_;  // per tracked node, a step ago; set where candidate_edges
-                                                  // requested it
-    MovingBricks moving_bricks_;
-    std::vector<Vec3> cut_position_;      // per tracked node, m, world, at its last cut_edges
-    std::vector<std::int64_t> cut_step_;  // per tracked node, step of cut_position_; -2: never
-    std::int64_t step_ = 0;
+    std::unique_ptr<NodeMotion> motion_;
+    LatticeNodeMotion* lattice_ = nullptr;  // motion_ if a deformation model moves the nodes; else null
     SurfaceMotion surface_motion_;
     std::size_t cut_edge_count_ = 0;
     std::vector<splitting::PieceSplit> last_splits_;  // see splits()
@@ -215,12 +191,6 @@ class Body {
     // stores only later ones; loading repeats the stages to rebuild surface and pieces.
     std::size_t solid_crossings_ = 0;
     std::vector<std::uint32_t> cut_stage_ends_;
-
-    // Set if a deformation model moves the nodes.
-    std::unique_ptr<deformation::Deformation> deformation_;
-    splitting::SlotMap<1> node_index_;                 // of inside nodes, per grid node
-    std::vector<geometry::Frame> node_frames_;         // per inside node, now
-    std::vector<geometry::Frame> node_frames_before_;  // the same, a step ago
 
     std::unique_ptr<Tearing> tearing_;  // null: does not tear
 

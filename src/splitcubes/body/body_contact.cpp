@@ -1,6 +1,7 @@
 // Influences of contact samples.
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/contact_sides.h>
+#include <splitcubes/body/node_motion.h>
 
 namespace splitcubes::body {
 
@@ -32,7 +33,7 @@ meshless::ContactSide Body::influences_of(std::uint32_t vertex, std::uint32_t no
         side.phyxel[at] = phyxel;
         side.weight[at] = weight;
     };
-    const meshless::NodeKernels& kernels = tracker_.kernels();
+    const meshless::NodeKernels& kernels = motion_->tracker().kernels();
     if (node < kernels.size()) {
         const meshless::NodeKernels::Row& row = kernels.rows[node];
         for (std::uint32_t k = row.begin; k < row.begin + row.count; ++k)

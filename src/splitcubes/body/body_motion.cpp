@@ -1,5 +1,6 @@
 // The last stages of a step: integration of the body, then node frames and surface.
 #include <splitcubes/body/body.h>
+#include <splitcubes/body/lattice_node_motion.h>
 
 #include <algorithm>
 
@@ -22,8 +23,29 @@ meshless::StepInput Body::begin_step(const StepContext& context) {
     return input;
 }
 
+void Body::advance_deformation(const StepContext& context, StepReport& report) {
+    const BoundaryConditions::HeldPoints held =
+        boundary_.hold(inside_.rest_position, context.time, context.dt);
+    deformation::Motion motion{context.time, context.dt,    context.gravity, std::nullopt,
+                               held.held,    held.position, context.parallel};
+    if (context.ground)
+        motion.ground = deformation::Motion::Ground{context.ground->normal, context.ground->offset,
+                                                    context.ground->friction};
+    const deformation::MotionReport moved = lattice_->advance(motion);
+    lattice_->move_phyxels(grid_, context.dt, samples_);
+    lattice_->count_step();
+    report.substeps = std::max(report.substeps, moved.substeps);
+    report.contacts += moved.contacts;
+    report.kinetic_energy += moved.kinetic_energy;
+    report.elastic_energy += moved.elastic_energy;
+    report.momentum += moved.momentum;
+    report.angular_momentum += moved.angular_momentum;
+    report.top_speed = std::max(report.top_speed, moved.top_speed);
+    if (!moved.finite) report.flags |= flag_non_finite;
+}
+
 void Body::end_step(const StepContext& context, const meshless::SolverReport& solved, StepReport& report) {
-    ++step_;
+    motion_->count_step();
     report.solver_iterations += solved.iterations;
     report.substeps = std::max(report.substeps, solved.substeps);
     report.contacts += solved.contacts;
@@ -44,14 +66,12 @@ void Body::end_step(const StepContext& context, const meshless::SolverReport& so
 }
 
 void Body::update_node_frames(const StepContext& context, StepReport& report) {
-    const TrackerContext tracker = tracker_context(context.parallel);
-    tracker_.refresh(tracker);
-    evaluate_frames_now(tracker);
-    if (!deformation_ && tracker_.fallback_count() > 0) report.flags |= flag_frame_fallback;
+    motion_->update_frames(tracker_context(context.parallel));
+    if (motion_->has_fallback_frames()) report.flags |= flag_frame_fallback;
 }
 
 void Body::update_surface(const StepContext& context, StepReport& report) {
-    surface_motion_.update(*surface_, grid_.rest(), tracker_, frames_, context.parallel);
+    surface_motion_.update(*surface_, grid_.rest(), motion_->tracker(), motion_->frames(), context.parallel);
     if (context.contacts && sampler_.revision() != surface_->revision())
         sampler_.rebuild(grid_, *surface_, *pieces_, samples_.spacing, context.parallel);
     report.phyxels += samples_.phyxels.size();

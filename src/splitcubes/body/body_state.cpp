@@ -2,6 +2,7 @@
 // derived, so that it cannot contradict it: grid, surface and pieces from the cuts, masses from the mass
 // lumping, kernels and vertices from phyxels and nodes. Every stored number is checked when it is read.
 #include <splitcubes/body/body.h>
+#include <splitcubes/body/node_motion.h>
 #include <splitcubes/math/state_numbers.h>
 
 #include <algorithm>
@@ -30,16 +31,14 @@ bool is_direction_along(const Vec3& normal, int axis) {
 void Body::save(StateWriter& writer) const {
     save_cuts(writer);
     samples_.save(grid_, settings_.material, writer);
-    tracker_.save(writer, samples_.phyxels);
-    save_motion(writer);
+    motion_->save(writer, samples_.phyxels);
 }
 
 void Body::load(StateReader& reader, const Parallel& parallel) {
     try {
         load_cuts(reader);
         samples_.load(sample_context(parallel), reader);
-        tracker_.load(reader, tracker_context(parallel));
-        load_motion(reader);
+        motion_->load(reader, tracker_context(parallel));
         rebuild_derived_state(parallel);
     } catch (const DamagedState& damaged) {
         throw DamagedState(std::string(damaged.what()) + " in body '" + settings_.name + "'");
@@ -96,56 +95,14 @@ void Body::load_cuts(StateReader& reader) {
     inside_.label_pieces(grid_, *pieces_);
 }
 
-void Body::save_motion(StateWriter& writer) const {
-    writer.add(numbers_of(frames_));
-    writer.add(step_);
-    // Only the positions of nodes that were near a blade in the last step are used again.
-    std::vector<std::uint32_t> nodes;
-    std::vector<Vec3> positions;
-    for (std::uint32_t node = 0; node < cut_step_.size(); ++node) {
-        if (cut_step_[node] != step_ - 1) continue;
-        nodes.push_back(node);
-        positions.push_back(cut_position_[node]);
-    }
-    writer.add(std::uint64_t{nodes.size()});
-    writer.add(std::span<const std::uint32_t>(nodes));
-    writer.add(numbers_of(positions));
-    if (!deformation_) return;
-    const std::vector<double> state = deformation_->state();
-    writer.add(std::span<const double>(state));
-    writer.add(numbers_of(node_frames_before_));
-}
-
-void Body::load_motion(StateReader& reader) {
-    read_numbers(reader, tracker_.size(), frames_, "a node with an invalid frame or position");
-    step_ = reader.number<std::int64_t>(0, std::numeric_limits<std::int32_t>::max(), "an invalid step count");
-    const std::size_t near_blades = reader.count(sizeof(Vec3) + sizeof(std::uint32_t));
-    const std::vector<std::uint32_t> nodes = reader.numbers<std::uint32_t>(near_blades);
-    std::vector<Vec3> positions;
-    read_numbers(reader, near_blades, positions, "a node with an invalid frame or position");
-    cut_position_.assign(tracker_.size(), Vec3::Zero());
-    cut_step_.assign(tracker_.size(), -2);
-    for (std::size_t k = 0; k < near_blades; ++k) {
-        require_state(nodes[k] < tracker_.size(), "an unknown node");
-        cut_position_[nodes[k]] = positions[k];
-        cut_step_[nodes[k]] = step_ - 1;
-    }
-    if (!deformation_) return;
-    std::vector<double> state;
-    read_numbers(reader, deformation_->state().size(), state, "an invalid deformation state");
-    read_numbers(reader, inside_.size(), node_frames_before_, "a node with an invalid frame or position");
-    restore_deformation(state);
-}
-
 // Rebuilds all state that is not stored.
 void Body::rebuild_derived_state(const Parallel& parallel) {
     occluders_.rebuild(grid_, *surface_, parallel);
     samples_.rebuild_locator();
     samples_.neighbourhoods.rebuild(samples_.phyxels, samples_.pairs, settings_.material, parallel);
     boundary_.forget_phyxels();
-    surface_motion_.retrack_nodes(grid_, *surface_, tracker_);
-    if (deformation_) deformation_->node_frames(node_frames_, parallel);
-    surface_motion_.update(*surface_, grid_.rest(), tracker_, frames_, parallel);
+    surface_motion_.retrack_nodes(grid_, *surface_, motion_->tracker());
+    surface_motion_.update(*surface_, grid_.rest(), motion_->tracker(), motion_->frames(), parallel);
     sampler_.rebuild(grid_, *surface_, *pieces_, samples_.spacing, parallel);
 }
 

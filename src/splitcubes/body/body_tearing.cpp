@@ -1,5 +1,6 @@
 // The stage of a step in which a body tears.
 #include <splitcubes/body/body.h>
+#include <splitcubes/body/node_motion.h>
 #include <splitcubes/body/tearing.h>
 #include <splitcubes/core/error.h>
 
@@ -21,9 +22,10 @@ void Body::tear(const StepContext& context, TopologyChange& change, StepReport& 
     // checkpoint.
     const std::span<const std::uint8_t> held =
         boundary_.held_among(samples_.phyxels.rest_position, context.time - context.dt, context.parallel);
-    const std::vector<std::int32_t> slots = tearing_->tear(
-        grid_, {*pieces_, occluders_.grid(), samples_.phyxels, samples_.neighbourhoods, samples_.locator,
-                settings_.material, tracker_, frames_, held, samples_.spacing, context.dt, context.parallel});
+    const std::vector<std::int32_t> slots =
+        tearing_->tear(grid_, {*pieces_, occluders_.grid(), samples_.phyxels, samples_.neighbourhoods,
+                               samples_.locator, settings_.material, motion_->tracker(), motion_->frames(),
+                               held, samples_.spacing, context.dt, context.parallel});
     change.crossings.insert(change.crossings.end(), slots.begin(), slots.end());
     report.new_cut_edges += slots.size();
     report.torn_edges += slots.size();

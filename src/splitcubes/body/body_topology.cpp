@@ -1,5 +1,6 @@
 // The middle stages of a step, which update topology, visibility and neighbourhoods after edges were cut.
 #include <splitcubes/body/body.h>
+#include <splitcubes/body/node_motion.h>
 #include <splitcubes/body/resampling.h>
 
 #include <algorithm>
@@ -17,7 +18,7 @@ void Body::retessellate(const Parallel& parallel, TopologyChange& change, StepRe
     assert(std::is_sorted(change.crossings.begin(), change.crossings.end()));
     if (!change.crossings.empty()) cut_stage_ends_.push_back(static_cast<std::uint32_t>(cut_edge_count_));
     report.changed_cells += changed.size();
-    surface_motion_.track_nodes(grid_, *surface_, tracker_);
+    surface_motion_.track_nodes(grid_, *surface_, motion_->tracker());
 }
 
 void Body::label_pieces(TopologyChange& change) {
@@ -27,39 +28,39 @@ void Body::label_pieces(TopologyChange& change) {
     last_splits_ = change.splits;
     if (change.splits.empty()) return;
     inside_.label_pieces(grid_, *pieces_);
-    tracker_.mark_pieces_changed();
+    motion_->tracker().mark_pieces_changed();
 }
 
 void Body::update_visibility(const StepContext& context, TopologyChange& change, StepReport& report) {
     if (change.boxes.empty()) return;
     const ElasticSamples::VisibilityUpdate updated =
         samples_.update_visibility(sample_context(context.parallel), change);
-    if (updated.pieces_changed) tracker_.mark_pieces_changed();
+    if (updated.pieces_changed) motion_->tracker().mark_pieces_changed();
     report.disks += updated.evaluated;
-    tracker_.mark_near(change.boxes, samples_.largest_support(), occluders_.grid().changes(),
-                       context.parallel);
+    motion_->tracker().mark_near(change.boxes, samples_.largest_support(), occluders_.grid().changes(),
+                                 context.parallel);
 }
 
 void Body::resample(const StepContext& context, TopologyChange& change, StepReport& report) {
     if (change.splits.empty()) return;
-    body::resample(sample_context(context.parallel), tracker_, boundary_.held(), samples_, change);
+    body::resample(sample_context(context.parallel), motion_->tracker(), boundary_.held(), samples_, change);
     if (change.new_phyxels > 0) {
         boundary_.forget_phyxels();
-        tracker_.mark_all();
+        motion_->tracker().mark_all();
     }
     report.new_phyxels += change.new_phyxels;
 }
 
 void Body::rebuild_neighbourhoods(const StepContext& context, TopologyChange& change) {
-    if (deformation_) notify_cut_edges(change);
+    motion_->edges_cut(grid_, change.crossings);
     if (!change.dirty_pairs.empty())
         samples_.neighbourhoods.update(samples_.phyxels, samples_.pairs, change.dirty_pairs,
                                        settings_.material, context.parallel);
     if (change.volumes_changed)
         samples_.neighbourhoods.refresh_volumes(samples_.phyxels, settings_.material, context.parallel);
     change.dirty_pairs.clear();
-    tracker_.let_sleep();
-    tracker_.refresh(tracker_context(context.parallel));
+    motion_->tracker().let_sleep();
+    motion_->tracker().refresh(tracker_context(context.parallel));
 }
 
 }  // namespace splitcubes::body

@@ -1,5 +1,6 @@
 #include <splitcubes/body/contact_finder.h>
 #include <splitcubes/body/contact_sides.h>
+#include <splitcubes/body/node_tracker.h>
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,5 @@
 // Tool reaction forces.
+#include <splitcubes/body/node_motion.h>
 #include <splitcubes/body/world.h>
 
 #include <algorithm>
@@ -36,10 +37,11 @@ void Body::accumulate_cut_force(std::int32_t slot, double dt, const Isometry& to
     const double work = settings_.material.cutting_resistance * area;
     tool_force.area += area;
     tool_force.work += work;
-    const std::int32_t a = tracker_.find(crossing.edge.node), b = tracker_.find(crossing.edge.upper());
+    const std::int32_t a = motion_->tracker().find(crossing.edge.node),
+                       b = motion_->tracker().find(crossing.edge.upper());
     if (!(work > 0) || a < 0 || b < 0) return;
-    const Vec3 point = (1 - crossing.parameter) * frames_[static_cast<std::size_t>(a)].position +
-                       crossing.parameter * frames_[static_cast<std::size_t>(b)].position;
+    const Vec3 point = (1 - crossing.parameter) * motion_->frames()[static_cast<std::size_t>(a)].position +
+                       crossing.parameter * motion_->frames()[static_cast<std::size_t>(b)].position;
     const Vec3 displacement = point - tool_before * (tool_now.inverse() * point);
     // Below a micrometre per second there is no direction of motion to resist.
     if (displacement.norm() > 1e-6 * dt)
