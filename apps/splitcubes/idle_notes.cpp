@@ -3,6 +3,7 @@
 #include "report.h"
 
 #include <splitcubes/core/plain_number.h>
+#include <splitcubes/cutting/sweep.h>
 
 #include <nlohmann/json.hpp>
 

@@ -18,6 +18,7 @@
 #include <splitcubes/io/read_surface.h>
 #include <splitcubes/render/image.h>
 #include <splitcubes/render/video.h>
+#include <splitcubes/splitting/surface.h>
 
 #include <algorithm>
 #include <iostream>

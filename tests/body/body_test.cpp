@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/geometry/mesh_check.h>
+#include <splitcubes/splitting/extract.h>
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,7 @@
 // The contact samples equal those of a reference implementation.
 #include <splitcubes/body/world.h>
 #include <splitcubes/geometry/shapes.h>
+#include <splitcubes/splitting/surface.h>
 
 #include <gtest/gtest.h>
 

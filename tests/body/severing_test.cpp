@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/geometry/mesh_check.h>
+#include <splitcubes/splitting/extract.h>
 
 #include <algorithm>
 #include <string>

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/io/read_mesh.h>
+#include <splitcubes/splitting/extract.h>
 #include <splitcubes/splitting/sheet_cut.h>
 #include <splitcubes/splitting/validate.h>
 

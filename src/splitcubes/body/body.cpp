@@ -1,8 +1,13 @@
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/lattice_node_motion.h>
 #include <splitcubes/body/phyxel_node_motion.h>
+#include <splitcubes/body/step_context.h>
+#include <splitcubes/body/step_report.h>
 #include <splitcubes/body/tearing.h>
 #include <splitcubes/core/error.h>
+#include <splitcubes/core/state_hash.h>
+#include <splitcubes/meshless/time_integrator.h>
+#include <splitcubes/splitting/extract.h>
 #include <splitcubes/splitting/sheet_cut.h>
 #include <splitcubes/splitting/validate.h>
 
@@ -40,7 +45,8 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
                 std::make_unique<splitting::Surface>(grid_, parallel))),
       pieces_(std::make_unique<splitting::Pieces>(grid_)),
       occluders_(grid_.rest()),
-      samples_(criterion_of(settings)) {
+      samples_(criterion_of(settings)),
+      solver_(std::make_unique<meshless::TimeIntegrator>()) {
     check_settings(settings_);
     meshless::check_material(settings_.material, "body '" + settings_.name + "' material");
     if (settings_.tearing && settings_.deformation)

@@ -6,36 +6,49 @@
 #include <splitcubes/body/boundary_conditions.h>
 #include <splitcubes/body/elastic_samples.h>
 #include <splitcubes/body/material_nodes.h>
-#include <splitcubes/body/step_context.h>
-#include <splitcubes/body/step_report.h>
 #include <splitcubes/body/surface_motion.h>
 #include <splitcubes/body/surface_occluders.h>
 #include <splitcubes/body/surface_sampler.h>
-#include <splitcubes/core/parallel.h>
-#include <splitcubes/core/state_hash.h>
-#include <splitcubes/core/state_stream.h>
-#include <splitcubes/cutting/sweep.h>
-#include <splitcubes/geometry/triangle_mesh.h>
-#include <splitcubes/meshless/time_integrator.h>
-#include <splitcubes/splitting/extract.h>
 #include <splitcubes/splitting/pieces.h>
 #include <splitcubes/splitting/solidify.h>
-#include <splitcubes/splitting/surface.h>
 
-#include <algorithm>
 #include <functional>
 #include <memory>
-#include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
+
+namespace splitcubes {
+class StateHash;
+class StateReader;
+class StateWriter;
+namespace cutting {
+class Blade;
+struct SweptBlade;
+}  // namespace cutting
+namespace meshless {
+struct ContactSide;
+struct HandleSpring;
+struct SolverReport;
+struct StepInput;
+class TimeIntegrator;
+}  // namespace meshless
+namespace splitting {
+class Surface;
+}
+}  // namespace splitcubes
 
 namespace splitcubes::body {
 
 class LatticeNodeMotion;
 class NodeMotion;
 class NodeTracker;
+struct StepContext;
+struct StepReport;
 class Tearing;
+struct ToolForce;
+struct TopologyChange;
 struct TrackerContext;
 
 /// One soft solid. Its rest space is the world at time 0: the mesh is used where it is placed.
@@ -56,11 +69,7 @@ class Body {
     }
     /// Appends the springs of the active handles; see BoundaryConditions::add_handle_springs.
     void add_handle_springs(const StepContext& context, std::uint32_t part,
-                            std::vector<meshless::HandleSpring>& handle_springs,
-                            std::vector<double>& limits) {
-        boundary_.add_handle_springs(samples_.phyxels, context.time, context.dt, part, handle_springs,
-                                     limits);
-    }
+                            std::vector<meshless::HandleSpring>& handle_springs, std::vector<double>& limits);
     const std::vector<HoldConstraint>& constraints() const { return boundary_.constraints(); }
     void set_constraint_motion(std::size_t index, std::function<Isometry(double time)> motion) {
         boundary_.set_constraint_motion(index, std::move(motion));
@@ -108,7 +117,7 @@ class Body {
     const std::vector<splitting::PieceSplit>& splits() const { return last_splits_; }
     const meshless::Phyxels& phyxels() const { return samples_.phyxels; }
     meshless::Phyxels& phyxels() { return samples_.phyxels; }
-    meshless::TimeIntegrator& solver() { return solver_; }
+    meshless::TimeIntegrator& solver() { return *solver_; }
     /// Whether a deformation model moves the body instead of its phyxels. Such a body takes no part in
     /// contacts and steps by advance_deformation.
     bool is_lattice_driven() const { return lattice_ != nullptr; }
@@ -179,7 +188,7 @@ class Body {
 
     MaterialNodes inside_;
     ElasticSamples samples_;
-    meshless::TimeIntegrator solver_;
+    std::unique_ptr<meshless::TimeIntegrator> solver_;
 
     std::unique_ptr<NodeMotion> motion_;
     LatticeNodeMotion* lattice_ = nullptr;  // motion_ if a deformation model moves the nodes; else null

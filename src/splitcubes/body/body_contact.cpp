@@ -2,6 +2,8 @@
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/contact_sides.h>
 #include <splitcubes/body/node_motion.h>
+#include <splitcubes/meshless/contact.h>
+#include <splitcubes/splitting/surface.h>
 
 namespace splitcubes::body {
 

@@ -3,6 +3,9 @@
 #include <splitcubes/body/node_motion.h>
 #include <splitcubes/body/node_ties.h>
 #include <splitcubes/body/rest_cut.h>
+#include <splitcubes/body/step_context.h>
+#include <splitcubes/body/step_report.h>
+#include <splitcubes/body/topology_change.h>
 #include <splitcubes/splitting/sheet_cut.h>
 
 namespace splitcubes::body {

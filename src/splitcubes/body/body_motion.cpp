@@ -1,6 +1,9 @@
 // The last stages of a step: integration of the body, then node frames and surface.
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/lattice_node_motion.h>
+#include <splitcubes/body/step_context.h>
+#include <splitcubes/body/step_report.h>
+#include <splitcubes/splitting/surface.h>
 
 #include <algorithm>
 
@@ -42,6 +45,12 @@ void Body::advance_deformation(const StepContext& context, StepReport& report) {
     report.angular_momentum += moved.angular_momentum;
     report.top_speed = std::max(report.top_speed, moved.top_speed);
     if (!moved.finite) report.flags |= flag_non_finite;
+}
+
+void Body::add_handle_springs(const StepContext& context, std::uint32_t part,
+                              std::vector<meshless::HandleSpring>& handle_springs,
+                              std::vector<double>& limits) {
+    boundary_.add_handle_springs(samples_.phyxels, context.time, context.dt, part, handle_springs, limits);
 }
 
 void Body::end_step(const StepContext& context, const meshless::SolverReport& solved, StepReport& report) {

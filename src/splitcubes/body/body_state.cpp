@@ -4,6 +4,7 @@
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/node_motion.h>
 #include <splitcubes/math/state_numbers.h>
+#include <splitcubes/splitting/surface.h>
 
 #include <algorithm>
 #include <cmath>

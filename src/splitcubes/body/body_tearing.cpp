@@ -1,7 +1,10 @@
 // The stage of a step in which a body tears.
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/node_motion.h>
+#include <splitcubes/body/step_context.h>
+#include <splitcubes/body/step_report.h>
 #include <splitcubes/body/tearing.h>
+#include <splitcubes/body/topology_change.h>
 #include <splitcubes/core/error.h>
 
 #include <cmath>

@@ -2,6 +2,10 @@
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/node_motion.h>
 #include <splitcubes/body/resampling.h>
+#include <splitcubes/body/step_context.h>
+#include <splitcubes/body/step_report.h>
+#include <splitcubes/body/topology_change.h>
+#include <splitcubes/splitting/surface.h>
 
 #include <algorithm>
 #include <cassert>

@@ -1,6 +1,8 @@
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/contact_finder.h>
 #include <splitcubes/body/contact_sides.h>
 #include <splitcubes/body/node_tracker.h>
+#include <splitcubes/splitting/surface.h>
 
 #include <algorithm>
 #include <array>

@@ -1,11 +1,11 @@
 // Search for contacts between bodies, pieces and colliders.
 #pragma once
 
-#include <splitcubes/body/body.h>
 #include <splitcubes/body/collider.h>
 #include <splitcubes/body/contact_sides.h>
 #include <splitcubes/body/sample_grid.h>
 #include <splitcubes/geometry/box.h>
+#include <splitcubes/meshless/contact.h>
 
 #include <algorithm>
 #include <array>
@@ -17,7 +17,15 @@
 #include <span>
 #include <vector>
 
+namespace splitcubes::meshless {
+struct Phyxels;
+}
+
 namespace splitcubes::body {
+
+class Body;
+struct ContactSample;
+class SurfaceChanges;
 
 /// Bodies that are solved together because they may push on each other, or a single body.
 struct ContactIsland {

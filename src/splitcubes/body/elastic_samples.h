@@ -1,8 +1,6 @@
 // The elastic samples of a body and all that links them to each other and to its material.
 #pragma once
 
-#include <splitcubes/body/topology_change.h>
-#include <splitcubes/core/state_stream.h>
 #include <splitcubes/meshless/mass_lumping.h>
 #include <splitcubes/meshless/neighbourhoods.h>
 #include <splitcubes/occlusion/criterion.h>
@@ -13,15 +11,20 @@
 #include <span>
 #include <vector>
 
-namespace splitcubes::splitting {
+namespace splitcubes {
+class StateReader;
+class StateWriter;
+namespace splitting {
 class NodeGrid;
 class Pieces;
-}  // namespace splitcubes::splitting
+}  // namespace splitting
+}  // namespace splitcubes
 
 namespace splitcubes::body {
 
 struct BodySettings;
 struct MaterialNodes;
+struct TopologyChange;
 
 /// The topology in which the samples lie.
 struct SampleContext {

@@ -1,6 +1,7 @@
 // Pieces of the phyxels and visibility of their pairs after the occluders changed.
 #include <splitcubes/body/elastic_samples.h>
 #include <splitcubes/body/ligaments.h>
+#include <splitcubes/body/topology_change.h>
 #include <splitcubes/splitting/pieces.h>
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 #include <splitcubes/body/elastic_samples.h>
 #include <splitcubes/body/ligaments.h>
+#include <splitcubes/body/topology_change.h>
 #include <splitcubes/splitting/node_grid.h>
 
 #include <algorithm>

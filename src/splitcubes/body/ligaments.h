@@ -2,8 +2,7 @@
 // connect them to it around the occluders. Without bridging links they would fly off.
 #pragma once
 
-#include <splitcubes/body/topology_change.h>
-
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -14,6 +13,7 @@ class NodeGrid;
 namespace splitcubes::body {
 
 struct ElasticSamples;
+struct TopologyChange;
 
 /// Makes pairs between ligaments and the rest of their piece visible where a short path through the material
 /// connects them, and adds these pairs to change.dirty_pairs. reevaluated: pairs whose visibility may have

@@ -2,6 +2,7 @@
 #include <splitcubes/body/material_nodes.h>
 #include <splitcubes/body/node_tracker.h>
 #include <splitcubes/body/resampling.h>
+#include <splitcubes/body/topology_change.h>
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/meshless/elasticity.h>
 #include <splitcubes/meshless/split_momentum.h>

@@ -1,8 +1,6 @@
 // Treatment of pieces after a split: each gets enough phyxels to span space, or becomes rigid.
 #pragma once
 
-#include <splitcubes/body/topology_change.h>
-
 #include <cstdint>
 #include <span>
 
@@ -11,6 +9,7 @@ namespace splitcubes::body {
 class NodeTracker;
 struct ElasticSamples;
 struct SampleContext;
+struct TopologyChange;
 
 /// Gives each piece of the splits of this step enough phyxels to span space or makes it rigid. Mass is lumped
 /// again from the nodes; momenta are conserved. tracker: its kernels are those before the split. held: per

@@ -1,5 +1,7 @@
 // Search for contacts of rigid fragments.
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/rigid_contacts.h>
+#include <splitcubes/meshless/solver_types.h>
 
 #include <Eigen/LU>
 #include <algorithm>

@@ -1,9 +1,10 @@
 // Contacts of rigid fragments with elastic pieces and with each other, supported by colliders.
 #pragma once
 
-#include <splitcubes/body/body.h>
 #include <splitcubes/body/contact_finder.h>
 #include <splitcubes/body/sphere_grid.h>
+#include <splitcubes/geometry/signed_distance.h>
+#include <splitcubes/meshless/contact.h>
 
 #include <array>
 #include <cstdint>
@@ -12,6 +13,12 @@
 #include <span>
 #include <utility>
 #include <vector>
+
+namespace splitcubes::meshless {
+struct Obstacle;
+struct Phyxels;
+struct RigidPiece;
+}  // namespace splitcubes::meshless
 
 namespace splitcubes::body {
 

@@ -1,5 +1,7 @@
 // Position correction and impulses of rigid fragments after a step.
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/rigid_contacts.h>
+#include <splitcubes/meshless/solver_types.h>
 
 #include <Eigen/LU>
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Contacts between the surfaces of pieces and bodies.
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/contact_finder.h>
 
 #include <algorithm>

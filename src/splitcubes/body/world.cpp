@@ -1,6 +1,8 @@
+#include <splitcubes/body/step_context.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/stopwatch.h>
+#include <splitcubes/cutting/sweep.h>
 #include <splitcubes/math/state_numbers.h>
 
 #include <algorithm>

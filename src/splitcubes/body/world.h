@@ -4,14 +4,22 @@
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/contact_finder.h>
 #include <splitcubes/body/rigid_contacts.h>
+#include <splitcubes/body/step_report.h>
+#include <splitcubes/body/topology_change.h>
+#include <splitcubes/core/state_hash.h>
 #include <splitcubes/cutting/blade.h>
+#include <splitcubes/meshless/implicit_solver.h>
 
 #include <limits>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace splitcubes::body {
+
+struct StepContext;
 
 struct WorldSettings {
     double time_step = 1.0 / 60;                  // s

@@ -1,5 +1,7 @@
 // Integration of bodies, alone or in islands of bodies in contact.
+#include <splitcubes/body/step_context.h>
 #include <splitcubes/body/world.h>
+#include <splitcubes/meshless/time_integrator.h>
 
 #include <algorithm>
 #include <array>
