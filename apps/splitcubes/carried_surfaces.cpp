@@ -1,5 +1,6 @@
 #include "carried_surfaces.h"
 
+#include <splitcubes/body/body.h>
 #include <splitcubes/io/write_mesh.h>
 #include <splitcubes/splitting/surface.h>
 

@@ -1,5 +1,6 @@
 #include "contact_bench.h"
 
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/checkpoint.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/core/error.h>

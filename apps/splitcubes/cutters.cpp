@@ -2,6 +2,7 @@
 
 #include "command_line.h"
 
+#include <splitcubes/body/body.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/scene/build.h>

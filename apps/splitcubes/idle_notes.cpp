@@ -2,6 +2,7 @@
 
 #include "report.h"
 
+#include <splitcubes/body/body.h>
 #include <splitcubes/core/plain_number.h>
 #include <splitcubes/cutting/sweep.h>
 

@@ -1,5 +1,6 @@
 #include "links.h"
 
+#include <splitcubes/body/body.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/io/atomic_file.h>
 

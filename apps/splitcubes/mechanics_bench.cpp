@@ -1,5 +1,6 @@
 #include "mechanics_bench.h"
 
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/core/stopwatch.h>
 #include <splitcubes/geometry/shapes.h>

@@ -1,5 +1,6 @@
 #include "paper_world.h"
 
+#include <splitcubes/body/body.h>
 #include <splitcubes/geometry/shapes.h>
 
 namespace splitcubes::app {

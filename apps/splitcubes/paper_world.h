@@ -2,6 +2,7 @@
 #pragma once
 
 #include <splitcubes/body/world.h>
+#include <splitcubes/occlusion/criterion.h>
 
 #include <memory>
 

@@ -2,6 +2,7 @@
 
 #include "links.h"
 
+#include <splitcubes/body/body.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/stopwatch.h>
 #include <splitcubes/geometry/mesh_check.h>

@@ -1,5 +1,6 @@
 #include "validation.h"
 
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/geometry/shapes.h>
 

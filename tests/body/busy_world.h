@@ -1,6 +1,7 @@
 // A small world that has every kind of state that a checkpoint stores.
 #pragma once
 
+#include <splitcubes/body/body.h>
 #include <splitcubes/deformation/mass_spring.h>
 
 #include "laws/worlds.h"

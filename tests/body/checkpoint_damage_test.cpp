@@ -1,5 +1,6 @@
 // Damaged checkpoints with a valid checksum are rejected with a one-line message, or are states from which
 // the world can continue.
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/checkpoint.h>
 #include <splitcubes/core/error.h>
 

@@ -1,4 +1,5 @@
 // Checkpoints: a restored world continues exactly like one that was never interrupted.
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/checkpoint.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/random.h>

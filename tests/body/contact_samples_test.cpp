@@ -1,4 +1,5 @@
 // The contact samples equal those of a reference implementation.
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/geometry/shapes.h>
 #include <splitcubes/splitting/surface.h>

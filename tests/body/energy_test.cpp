@@ -2,6 +2,7 @@
 #include "laws/solids.h"
 #include "laws/worlds.h"
 
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/world.h>
 
 #include <gtest/gtest.h>

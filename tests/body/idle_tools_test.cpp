@@ -1,4 +1,5 @@
 // Diagnosis of idle tools in simple worlds.
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/idle_tools.h>
 #include <splitcubes/body/rest_cut.h>
 

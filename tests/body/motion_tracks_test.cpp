@@ -1,4 +1,5 @@
 // Recorded motions: a world that replays them has bit-identical states.
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/motion_tracks.h>
 #include <splitcubes/core/error.h>
 

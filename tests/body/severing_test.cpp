@@ -3,6 +3,7 @@
 #include "laws/worlds.h"
 
 #include <gtest/gtest.h>
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/splitting/extract.h>

@@ -2,6 +2,7 @@
 #include "laws/worlds.h"
 
 #include <gtest/gtest.h>
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/tear_settings.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/core/error.h>

@@ -4,6 +4,7 @@
 #include "laws/solids.h"
 #include "laws/worlds.h"
 
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/core/stopwatch.h>
 

@@ -1,4 +1,5 @@
 // Laws of a world in motion: conservation, determinism, constraints.
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/world.h>
 
 #include "laws/solids.h"

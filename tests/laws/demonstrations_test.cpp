@@ -2,6 +2,7 @@
 #include "laws/worlds.h"
 
 #include <gtest/gtest.h>
+#include <splitcubes/body/body.h>
 #include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/scene/build.h>
 #include <splitcubes/scene/parse.h>

@@ -1,6 +1,7 @@
 // Small worlds for property tests.
 #pragma once
 
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/geometry/shapes.h>
 

@@ -1,3 +1,4 @@
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/idle_tools.h>
 #include <splitcubes/body/rest_cut.h>
 

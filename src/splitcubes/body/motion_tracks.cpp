@@ -1,3 +1,4 @@
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/motion_tracks.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/cutting/sweep.h>

@@ -1,4 +1,5 @@
 // Tool reaction forces.
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/node_motion.h>
 #include <splitcubes/body/world.h>
 

@@ -1,3 +1,7 @@
+#include <splitcubes/body/body.h>
+#include <splitcubes/body/contact_finder.h>
+#include <splitcubes/body/island_step.h>
+#include <splitcubes/body/rigid_contacts.h>
 #include <splitcubes/body/step_context.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/core/error.h>
@@ -11,7 +15,11 @@
 namespace splitcubes::body {
 
 World::World(const WorldSettings& settings, std::shared_ptr<const Parallel> parallel)
-    : settings_(settings), parallel_(std::move(parallel)) {
+    : settings_(settings),
+      parallel_(std::move(parallel)),
+      contact_finder_(std::make_unique<ContactFinder>()),
+      rigid_contacts_(std::make_unique<RigidContacts>()),
+      island_step_(std::make_unique<IslandStep>()) {
     if (!(settings.time_step > 0)) throw InputError("time step", "must be positive");
     if (settings.ground)
         colliders_.push_back({"ground",
@@ -19,6 +27,10 @@ World::World(const WorldSettings& settings, std::shared_ptr<const Parallel> para
                               {},
                               settings.ground->friction});
 }
+
+World::World(World&&) noexcept = default;
+World& World::operator=(World&&) noexcept = default;
+World::~World() = default;
 
 Body& World::add_body(const geometry::TriangleMesh& placed, const BodySettings& settings) {
     bodies_.push_back(std::make_unique<Body>(placed, settings, *parallel_));
@@ -100,11 +112,11 @@ StepReport World::step() {
         contact_islands_);
     const RigidContacts::Task rigid{bodies_, obstacles, settings_.contact.friction, settings_.time_step,
                                     settings_.gravity};
-    if (settings_.contact.pieces) rigid_contacts_.find(rigid, *contact_finder_, *parallel_);
+    if (settings_.contact.pieces) rigid_contacts_->find(rigid, *contact_finder_, *parallel_);
     done(Stage::detect_contacts);
     integrate(context, report);
     if (settings_.contact.pieces) {
-        const RigidContacts::Outcome pushed = rigid_contacts_.push(rigid);
+        const RigidContacts::Outcome pushed = rigid_contacts_->push(rigid);
         report.kinetic_energy += pushed.kinetic_energy;
         report.contacts += pushed.contacts;
     }

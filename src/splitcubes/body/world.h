@@ -1,24 +1,33 @@
 // All bodies and tools of a simulation, and the step that advances them.
 #pragma once
 
-#include <splitcubes/body/body.h>
-#include <splitcubes/body/contact_finder.h>
-#include <splitcubes/body/rigid_contacts.h>
+#include <splitcubes/body/collider.h>
 #include <splitcubes/body/step_report.h>
 #include <splitcubes/body/topology_change.h>
 #include <splitcubes/core/state_hash.h>
 #include <splitcubes/cutting/blade.h>
-#include <splitcubes/meshless/implicit_solver.h>
+#include <splitcubes/meshless/solver_types.h>
 
 #include <limits>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
+
+namespace splitcubes {
+class StateReader;
+class StateWriter;
+}  // namespace splitcubes
 
 namespace splitcubes::body {
 
+class Body;
+struct BodySettings;
+class ContactFinder;
+struct ContactIsland;
+class RigidContacts;
 struct StepContext;
 
 struct WorldSettings {
@@ -57,6 +66,9 @@ struct Tool {
 class World {
   public:
     World(const WorldSettings& settings, std::shared_ptr<const Parallel> parallel);
+    World(World&&) noexcept;
+    World& operator=(World&&) noexcept;
+    ~World();
 
     Body& add_body(const geometry::TriangleMesh& placed, const BodySettings& settings);
     void add_collider(Collider collider) { colliders_.push_back(std::move(collider)); }
@@ -137,20 +149,12 @@ class World {
     std::vector<TopologyChange> topology_changes_;  // per body, of the last step
     std::vector<Tool> tools_;
     std::vector<Collider> colliders_;
-    std::unique_ptr<ContactFinder> contact_finder_ = std::make_unique<ContactFinder>();
+    std::unique_ptr<ContactFinder> contact_finder_;
     std::vector<ContactIsland> contact_islands_;
-    RigidContacts rigid_contacts_;
+    std::unique_ptr<RigidContacts> rigid_contacts_;
     std::vector<meshless::CachedContact> cached_contacts_;  // sorted by key
-    /// Buffers of the island that is being stepped, reused to avoid allocations.
-    struct IslandStep {
-        std::vector<meshless::CachedContact> cached;
-        std::vector<meshless::HandleSpring> handle_springs;
-        std::vector<double> limits;
-        std::vector<Vec3> handle_forces;
-        std::vector<meshless::StepInput> inputs;
-        std::vector<meshless::ImplicitSolver::Member> members;
-    };
-    IslandStep island_step_;
+    struct IslandStep;
+    std::unique_ptr<IslandStep> island_step_;
     std::vector<meshless::CachedContact> next_cached_contacts_;
     std::int64_t step_count_ = 0;
     std::int32_t next_cut_number_ = 0;

@@ -1,4 +1,8 @@
 // Integration of bodies, alone or in islands of bodies in contact.
+#include <splitcubes/body/body.h>
+#include <splitcubes/body/contact_finder.h>
+#include <splitcubes/body/island_step.h>
+#include <splitcubes/body/rigid_contacts.h>
 #include <splitcubes/body/step_context.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/meshless/time_integrator.h>
@@ -38,7 +42,7 @@ void World::integrate(const StepContext& context, StepReport& report) {
 void World::integrate_island(const ContactIsland& island, const StepContext& context, StepReport& report) {
     if (bodies_[island.bodies[0]]->is_lattice_driven())
         return bodies_[island.bodies[0]]->advance_deformation(context, report);
-    IslandStep& step = island_step_;
+    IslandStep& step = *island_step_;
     find_cached_contacts(island.contacts, cached_contacts_, step.cached);
     step.handle_springs.clear();
     step.limits.clear();
@@ -77,7 +81,7 @@ void World::integrate_island(const ContactIsland& island, const StepContext& con
 // Implicit steps: solves one system for all bodies of the island.
 void World::step_together(const ContactIsland& island, const ContactInput& contacts,
                           const StepContext& context, StepReport& report) {
-    IslandStep& step = island_step_;
+    IslandStep& step = *island_step_;
     step.members.clear();
     for (std::size_t k = 0; k < island.bodies.size(); ++k) {
         Body& body = *bodies_[island.bodies[k]];

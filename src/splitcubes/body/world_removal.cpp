@@ -1,4 +1,6 @@
 // Removal of bodies, tools and colliders; the indices of the others follow.
+#include <splitcubes/body/body.h>
+#include <splitcubes/body/contact_finder.h>
 #include <splitcubes/body/world.h>
 
 #include <algorithm>

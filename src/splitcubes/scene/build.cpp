@@ -1,3 +1,4 @@
+#include <splitcubes/body/body.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/memory.h>
 #include <splitcubes/deformation/free_form.h>

@@ -1,6 +1,7 @@
 // Builds a world that can be stepped from a scene description.
 #pragma once
 
+#include <splitcubes/body/body_settings.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/io/read_mesh.h>
 #include <splitcubes/scene/description.h>

@@ -1,6 +1,7 @@
 // Contact search and tearing do not allocate after warm-up.
 #include "counted_allocations.h"
 
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/contact_finder.h>
 #include <splitcubes/body/tearing.h>
 #include <splitcubes/body/world.h>

@@ -3,6 +3,7 @@
 
 #include <splitcubes/api/mesh.h>
 #include <splitcubes/api/settings.h>
+#include <splitcubes/body/body_settings.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/io/read_mesh.h>
 
