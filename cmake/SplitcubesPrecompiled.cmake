@@ -12,9 +12,11 @@ set(_math_headers
   <algorithm> <array> <bit> <cassert> <cmath> <cstddef> <cstdint> <cstdio> <cstring> <filesystem> <fstream>
   <functional> <iostream> <limits> <map> <memory> <numbers> <numeric> <optional> <set> <span> <sstream> <string>
   <string_view> <tuple> <utility> <vector> <Eigen/Core> <Eigen/Geometry> <Eigen/LU>)
-set(_world_headers ${_math_headers} <nlohmann/json.hpp> <splitcubes/body/world.h>)
+set(_world_headers ${_math_headers} <nlohmann/json.hpp> <splitcubes/body/body.h>
+  <splitcubes/body/world.h>)
 set(_test_headers ${_math_headers} <gtest/gtest.h> <gmock/gmock.h>)
-set(_test_world_headers ${_test_headers} <splitcubes/body/world.h>)
+set(_test_world_headers ${_test_headers} <splitcubes/body/body.h>
+  <splitcubes/body/world.h>)
 set(_world_targets splitcubes_body nlohmann_json::nlohmann_json)
 set(_test_targets GTest::gtest GTest::gmock)
 set(_test_world_targets ${_test_targets} splitcubes_body)
