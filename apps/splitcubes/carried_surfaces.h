@@ -1,7 +1,6 @@
 // The surfaces of a world with the attributes of the meshes that its bodies were made from.
 #pragma once
 
-#include <splitcubes/body/world.h>
 #include <splitcubes/geometry/attribute_transfer.h>
 #include <splitcubes/io/read_mesh.h>
 
@@ -10,6 +9,11 @@
 #include <functional>
 #include <optional>
 #include <vector>
+
+namespace splitcubes::body {
+class Body;
+class World;
+}  // namespace splitcubes::body
 
 namespace splitcubes::app {
 

@@ -1,6 +1,7 @@
 #include "links.h"
 
 #include <splitcubes/body/body.h>
+#include <splitcubes/body/world.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/io/atomic_file.h>
 

@@ -1,10 +1,15 @@
 // The links between phyxels of a run, as files and as lines coloured by visibility.
 #pragma once
 
-#include <splitcubes/body/world.h>
+#include <splitcubes/math/types.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <vector>
+
+namespace splitcubes::body {
+class World;
+}
 
 namespace splitcubes::app {
 

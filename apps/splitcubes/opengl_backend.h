@@ -1,7 +1,7 @@
 // The OpenGL backend of occlusion disks for the program's runs.
 #pragma once
 
-#include <splitcubes/body/body.h>
+#include <splitcubes/body/body_settings.h>
 
 namespace splitcubes::app {
 

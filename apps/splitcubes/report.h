@@ -4,12 +4,16 @@
 #include <splitcubes/core/parallel.h>
 #include <splitcubes/geometry/triangle_mesh.h>
 #include <splitcubes/io/read_mesh.h>
-#include <splitcubes/splitting/pieces.h>
 #include <splitcubes/splitting/solidify.h>
-#include <splitcubes/splitting/surface.h>
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
+#include <string>
+
+namespace splitcubes::splitting {
+class Pieces;
+class Surface;
+}  // namespace splitcubes::splitting
 
 namespace splitcubes::app {
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/world.h>
+#include <splitcubes/meshless/constitutive.h>
 
 #include <memory>
 

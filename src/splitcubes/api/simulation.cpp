@@ -5,6 +5,7 @@
 #include <splitcubes/api/internal/state_file.h>
 #include <splitcubes/api/internal/step_events.h>
 #include <splitcubes/api/simulation.h>
+#include <splitcubes/body/body.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/plain_number.h>
 #include <splitcubes/io/read_mesh.h>

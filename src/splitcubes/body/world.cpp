@@ -3,6 +3,7 @@
 #include <splitcubes/body/island_step.h>
 #include <splitcubes/body/rigid_contacts.h>
 #include <splitcubes/body/step_context.h>
+#include <splitcubes/body/topology_change.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/stopwatch.h>
@@ -31,6 +32,10 @@ World::World(const WorldSettings& settings, std::shared_ptr<const Parallel> para
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 World::~World() = default;
+
+std::span<const TopologyChange> World::topology_changes() const {
+    return topology_changes_;
+}
 
 Body& World::add_body(const geometry::TriangleMesh& placed, const BodySettings& settings) {
     bodies_.push_back(std::make_unique<Body>(placed, settings, *parallel_));

@@ -3,10 +3,10 @@
 
 #include <splitcubes/body/collider.h>
 #include <splitcubes/body/step_report.h>
-#include <splitcubes/body/topology_change.h>
 #include <splitcubes/core/state_hash.h>
 #include <splitcubes/cutting/blade.h>
-#include <splitcubes/meshless/solver_types.h>
+#include <splitcubes/meshless/contact.h>
+#include <splitcubes/meshless/solver_options.h>
 
 #include <limits>
 #include <memory>
@@ -19,6 +19,10 @@
 namespace splitcubes {
 class StateReader;
 class StateWriter;
+namespace meshless {
+struct Obstacle;
+struct StepInput;
+}  // namespace meshless
 }  // namespace splitcubes
 
 namespace splitcubes::body {
@@ -29,6 +33,7 @@ class ContactFinder;
 struct ContactIsland;
 class RigidContacts;
 struct StepContext;
+struct TopologyChange;
 
 struct WorldSettings {
     double time_step = 1.0 / 60;                  // s
@@ -112,7 +117,7 @@ class World {
     const std::vector<std::unique_ptr<Body>>& bodies() const { return bodies_; }
     const std::vector<Tool>& tools() const { return tools_; }
     /// Per body: what the last step changed. Valid until the next step.
-    std::span<const TopologyChange> topology_changes() const { return topology_changes_; }
+    std::span<const TopologyChange> topology_changes() const;
     const std::vector<Collider>& colliders() const { return colliders_; }
     void set_collider_motion(std::size_t index, std::function<Isometry(double time)> motion) {
         colliders_[index].motion = std::move(motion);

@@ -1,4 +1,4 @@
-// Input, options and report of a time step, common to all solvers.
+// Input and report of a time step, common to all solvers.
 #pragma once
 
 #include <splitcubes/core/parallel.h>
@@ -9,6 +9,7 @@
 #include <splitcubes/meshless/neighbourhoods.h>
 #include <splitcubes/meshless/phyxels.h>
 #include <splitcubes/meshless/rigid_pieces.h>
+#include <splitcubes/meshless/solver_options.h>
 
 #include <cstdint>
 #include <span>
@@ -32,24 +33,6 @@ struct StepInput {
     int piece_count = 1;
     std::span<const Obstacle> obstacles;                           // colliders for rigid pieces
     std::span<const RigidKinematicTarget> kinematic_rigid_pieces;  // at most one per rigid piece
-};
-
-enum class SolverKind : std::uint8_t {
-    implicit_steps,  // ImplicitSolver
-    explicit_steps,  // ExplicitSolver
-};
-
-struct SolverOptions {
-    SolverKind kind = SolverKind::implicit_steps;
-    // For ImplicitSolver; restore_momentum applies to both.
-    double tolerance = 1e-3;       // residual relative to the forces of the step
-    int max_iterations = 200;      // conjugate gradient iterations per solve
-    bool bdf2 = true;              // false: backward Euler throughout
-    bool warm_start = true;        // starts from the last step's acceleration
-    bool restore_momentum = true;  // for pieces that are neither held nor in contact
-    bool guard_energy = true;      // false disables EnergyGuard, to measure the bare solver
-    int further_solves = 0;        // implicit: additional Newton iterations, each relinearised
-    int refinement = 1;            // explicit: factor on the number of substeps for stability
 };
 
 struct SolverReport {

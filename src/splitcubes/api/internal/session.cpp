@@ -1,5 +1,6 @@
 #include <splitcubes/api/internal/convert.h>
 #include <splitcubes/api/internal/session.h>
+#include <splitcubes/body/body.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/state_stream.h>
 

@@ -1,5 +1,6 @@
 #include <splitcubes/api/internal/convert.h>
 #include <splitcubes/api/internal/step_events.h>
+#include <splitcubes/body/body.h>
 
 #include <algorithm>
 

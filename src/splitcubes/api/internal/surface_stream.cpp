@@ -1,4 +1,5 @@
 #include <splitcubes/api/internal/surface_stream.h>
+#include <splitcubes/body/body.h>
 #include <splitcubes/splitting/surface.h>
 
 #include <algorithm>

@@ -2,13 +2,17 @@
 #pragma once
 
 #include <splitcubes/api/surface.h>
-#include <splitcubes/body/body.h>
 #include <splitcubes/geometry/attribute_transfer.h>
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
+
+namespace splitcubes::body {
+class Body;
+}
 
 namespace splitcubes::api {
 
