@@ -1,6 +1,5 @@
-// Stress and strength around phyxels and edges.
+#include <splitcubes/body/stress_field.h>
 #include <splitcubes/body/stress_kernels.h>
-#include <splitcubes/body/tearing.h>
 #include <splitcubes/geometry/segment_fan.h>
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/meshless/constitutive.h>
@@ -20,41 +19,58 @@ namespace {
 
 // Phyxels and nodes per parallel task.
 constexpr std::size_t stress_grain = 256, node_grain = 32;
+
 // Value of stress_norm_ for a held phyxel, whose motion is prescribed. Other excluded phyxels have -1.
 constexpr double held_phyxel = -2;
+
 // Relative margin of bounds, far above the rounding error of the bound and of the bounded values.
 constexpr double bound_slack = 1e-6;
+
 // Volume at rest times this: a phyxel compressed below that, or inverted, is excluded.
 constexpr double min_volume = 0.05;
-// Bits of Tearing::is_strained_.
+
+// Bits of StressField::is_strained_.
 constexpr std::uint8_t strained = 1, beside_strained = 2;
+
+// Phyxels and nodes; a piece with fewer resolves no stress field and does not tear.
+constexpr std::size_t min_tear_phyxels = 16;
+constexpr std::size_t min_tear_nodes = 64;
 
 }  // namespace
 
+StressField::StressField(const StrengthField& strength, const meshless::Phyxels& phyxels,
+                         const meshless::Neighbourhoods& neighbourhoods)
+    : strength_(strength) {
+    for (const double h : phyxels.support_radius) reach_ = std::max(reach_, h);
+    // A sheet of one layer of phyxels has rank 2 initially, and in-plane stress.
+    for (const std::uint8_t rank : neighbourhoods.rank())
+        own_rank_.push_back(std::max<std::uint8_t>(rank, 2));
+}
+
 // Sets the minimum strength of new phyxels over the nodes within half a spacing along each axis, because a
 // weak region may be thinner than the spacing.
-void Tearing::find_min_strengths(const NodeGrid& grid, const TearContext& context) {
+void StressField::find_min_strengths(const NodeGrid& grid, const TearContext& context) {
     const std::size_t known = min_strength_.size(), count = context.phyxels.size();
-    min_strength_.resize(count, settings_.strength);
+    min_strength_.resize(count, strength_.settings().strength);
     own_rank_.resize(count, 3);
-    if (!settings_.strength_factor) return;
+    if (!strength_.settings().strength_factor) return;
     context.parallel.for_each(count - known, stress_grain, [&](std::size_t k) {
         const Vec3& rest = context.phyxels.rest_position[known + k];
         const Vec3 half = Vec3::Constant(0.5 * context.spacing);
         const Vec3i low = grid.rest().to_grid(rest - half).array().floor().cast<int>();
         const Vec3i high = grid.rest().to_grid(rest + half).array().ceil().cast<int>();
-        double weakest = strength_at(rest);
+        double weakest = strength_.at(rest);
         for (int z = low[2]; z <= high[2]; ++z)
             for (int y = low[1]; y <= high[1]; ++y)
                 for (int x = low[0]; x <= high[0]; ++x)
-                    weakest = std::min(weakest, strength_at(grid.rest().node_position({x, y, z})));
+                    weakest = std::min(weakest, strength_.at(grid.rest().node_position({x, y, z})));
         min_strength_[known + k] = weakest;
     });
 }
 
 // Computes the stress of one phyxel, for materials that find_corotated_stresses does not support. On entry,
 // the norm is negative for an excluded phyxel.
-void Tearing::measure_phyxel(const TearContext& context, std::size_t i, double threshold) {
+void StressField::measure_phyxel(const TearContext& context, std::size_t i, double threshold) {
     const meshless::Phyxels& p = context.phyxels;
     const bool is_included = stress_norm_[i] >= 0;
     stress_[i].setZero();
@@ -75,7 +91,7 @@ void Tearing::measure_phyxel(const TearContext& context, std::size_t i, double t
 
 // Computes the phyxels' stresses and marks those that may have a principal stress above the threshold, Pa.
 // Returns the largest norm, Pa, an upper bound of all principal stresses.
-double Tearing::measure_phyxels(const TearContext& context, double threshold) {
+double StressField::measure_phyxels(const TearContext& context, double threshold) {
     const meshless::Phyxels& p = context.phyxels;
     const std::size_t count = p.size();
     stress_.resize(count);
@@ -107,7 +123,7 @@ double Tearing::measure_phyxels(const TearContext& context, double threshold) {
 
 // Computes upper bounds of the phyxels' principal stresses and marks the neighbours of those above the
 // threshold, Pa. Most material is below it, which is decided without principal values.
-void Tearing::bound_principal_stress(const TearContext& context, double threshold) {
+void StressField::bound_principal_stress(const TearContext& context, double threshold) {
     const meshless::Neighbourhoods& n = context.neighbourhoods;
     const std::size_t count = context.phyxels.size();
     principal_.resize(count);
@@ -122,22 +138,27 @@ void Tearing::bound_principal_stress(const TearContext& context, double threshol
     }
 }
 
-void Tearing::find_loads(const TearContext& context) {
+double StressField::find_loads(const NodeGrid& grid, const TearContext& context) {
+    find_min_strengths(grid, context);
+    if (measure_phyxels(context, min_stress()) <
+        strength_.settings().propagation_ratio * strength_.settings().strength * strength_.min_factor())
+        return 0;
     load_.assign(context.phyxels.size(), 0);
     bound_principal_stress(context, min_stress());
     context.parallel.for_each(load_.size(), stress_grain, [&](std::size_t i) {
         if (is_strained_[i] != 0) load_[i] = load_of(context, i);
     });
-    top_load_ = 0;
-    for (const double load : load_) top_load_ = std::max(top_load_, load);
+    double largest = 0;
+    for (const double load : load_) largest = std::max(largest, load);
+    return largest;
 }
 
 // Returns the load of one phyxel, or 0 if it is below the smallest load that matters.
-double Tearing::load_of(const TearContext& context, std::size_t i) const {
+double StressField::load_of(const TearContext& context, std::size_t i) const {
     const meshless::Neighbourhoods& n = context.neighbourhoods;
     const std::size_t begin = n.offsets()[i], end = n.offsets()[i + 1];
     const double own = meshless::kernel(0, context.phyxels.support_radius[i]);
-    const double threshold = min_load * settings_.propagation_ratio * min_strength_[i];
+    const double threshold = min_load_share * strength_.settings().propagation_ratio * min_strength_[i];
     // The largest principal stress of a mean is at most the mean of the largest principal stresses.
     double largest = stress_norm_[i], total = 0, top = 0;
     const auto bound = [&](std::size_t j, double weight) {
@@ -148,7 +169,7 @@ double Tearing::load_of(const TearContext& context, std::size_t i) const {
     };
     bound(i, own);
     for (std::size_t k = begin; k < end; ++k) bound(n.neighbour()[k], n.weight()[k]);
-    if (!(largest >= settings_.propagation_ratio * min_strength_[i]) ||
+    if (!(largest >= strength_.settings().propagation_ratio * min_strength_[i]) ||
         top < (threshold - bound_slack * std::abs(threshold)) * total)
         return 0;
     total = 0;
@@ -166,19 +187,25 @@ double Tearing::load_of(const TearContext& context, std::size_t i) const {
     return eigen_symmetric(mean).values[0] / std::max(min_strength_[i], 1e-300);
 }
 
-// Whether the tracker has the kernel of a node. index: its tracker index or -1.
-bool Tearing::has_kernel(const TearContext& context, std::int32_t index) {
-    return index >= 0 && static_cast<std::size_t>(index) < context.nodes.kernels().size() &&
-           context.nodes.is_awake(static_cast<std::uint32_t>(index));
+void StressField::begin_nodes(const TearContext& context) {
+    ++step_;
+    node_stress_.resize(context.nodes.kernels().size());
+    phyxels_of_.assign(context.pieces.count(), 0);
+    for (const std::int32_t piece : context.phyxels.piece) ++phyxels_of_[static_cast<std::size_t>(piece)];
+}
+
+bool StressField::is_large(const TearContext& context, std::int32_t piece) const {
+    const auto p = static_cast<std::size_t>(piece);
+    return phyxels_of_[p] >= min_tear_phyxels && context.pieces.node_counts()[p] >= min_tear_nodes;
 }
 
 // Calls use(phyxel, weight) for the phyxels that influence a node and returns the sum of the weights. index:
 // tracker index of the node or -1; without a kernel there, the phyxels are searched.
 template <class Use>
-double Tearing::for_influences(const TearContext& context, const NodeGrid& grid, const Vec3i& node,
-                               std::int32_t index, const Use& use) const {
+double StressField::for_influences(const TearContext& context, const NodeGrid& grid, const Vec3i& node,
+                                   std::int32_t index, const Use& use) const {
     const meshless::NodeKernels& kernels = context.nodes.kernels();
-    if (has_kernel(context, index)) {
+    if (context.has_kernel(index)) {
         const meshless::NodeKernels::Row& row = kernels.rows[static_cast<std::size_t>(index)];
         for (std::uint32_t k = row.begin; k < row.begin + row.count; ++k)
             use(kernels.phyxel[k], kernels.weight[k]);
@@ -200,8 +227,8 @@ double Tearing::for_influences(const TearContext& context, const NodeGrid& grid,
     return total;
 }
 
-Tearing::StressSum Tearing::sum_stress(const TearContext& context, const NodeGrid& grid, const Vec3i& node,
-                                       std::int32_t index) const {
+StressSum StressField::sum_stress(const TearContext& context, const NodeGrid& grid, const Vec3i& node,
+                                  std::int32_t index) const {
     StressSum out;
     const double all = for_influences(context, grid, node, index, [&](std::uint32_t i, double weight) {
         if (stress_norm_[i] == held_phyxel) out.held += weight;
@@ -212,24 +239,26 @@ Tearing::StressSum Tearing::sum_stress(const TearContext& context, const NodeGri
     return all > 0 ? StressSum{out.stress / all, out.total / all, out.held / all} : StressSum{};
 }
 
-// Returns the stress sum of a node: the stored one if it is valid in this step, else computed.
-Tearing::StressSum Tearing::stress_at(const TearContext& context, const NodeGrid& grid, const Vec3i& node,
-                                      std::int32_t index) const {
-    if (!has_kernel(context, index)) return sum_stress(context, grid, node, index);
+StressSum StressField::stress_at(const TearContext& context, const NodeGrid& grid, const Vec3i& node,
+                                 std::int32_t index) const {
+    if (!context.has_kernel(index)) return sum_stress(context, grid, node, index);
     const NodeStress& known = node_stress_[static_cast<std::size_t>(index)];
     return known.step == step_ ? known.sum : sum_stress(context, grid, node, index);
 }
 
-// Requests the stress of a tracked node, to be computed once per step by find_requested_stresses.
-void Tearing::request_stress(const TearContext& context, std::int32_t index) {
-    if (!has_kernel(context, index)) return;
+void StressField::request_stress(const TearContext& context, std::int32_t index) {
+    if (!context.has_kernel(index)) return;
     NodeStress& node = node_stress_[static_cast<std::size_t>(index)];
     if (node.step == step_) return;
     node.step = step_;
     requested_nodes_.push_back(static_cast<std::uint32_t>(index));
 }
 
-void Tearing::find_requested_stresses(const TearContext& context, const NodeGrid& grid) {
+void StressField::store_stress(const TearContext& context, std::int32_t index, const StressSum& sum) {
+    if (context.has_kernel(index)) node_stress_[static_cast<std::size_t>(index)] = {step_, sum};
+}
+
+void StressField::find_requested_stresses(const TearContext& context, const NodeGrid& grid) {
     context.parallel.for_each(requested_nodes_.size(), node_grain, [&](std::size_t k) {
         const std::uint32_t index = requested_nodes_[k];
         node_stress_[index].sum =
@@ -238,11 +267,9 @@ void Tearing::find_requested_stresses(const TearContext& context, const NodeGrid
     requested_nodes_.clear();
 }
 
-// Returns the stress of an edge from the stress sum of its nodes; zero if the largest principal stress is
-// below the threshold, Pa. nodes: tracker indices of the ends or -1.
-Tearing::Stress Tearing::find_stress(const TearContext& context, const NodeGrid& grid, const GridEdge& edge,
-                                     const std::array<std::int32_t, 2>& nodes, const StressSum& sum,
-                                     double threshold) const {
+EdgeStress StressField::find_stress(const TearContext& context, const NodeGrid& grid, const GridEdge& edge,
+                                    const std::array<std::int32_t, 2>& nodes, const StressSum& sum,
+                                    double threshold) const {
     if (!(sum.total > sum.held)) return {};
     const Mat3 mean = sum.stress / sum.total;
     if (has_eigenvalues_below(mean, threshold - bound_slack * (std::abs(threshold) + mean.norm()))) return {};
@@ -251,8 +278,8 @@ Tearing::Stress Tearing::find_stress(const TearContext& context, const NodeGrid&
 }
 
 // Returns the kernel mean of the deformation gradient at an edge, over the phyxels that are not excluded.
-Mat3 Tearing::gradient_at(const TearContext& context, const NodeGrid& grid, const GridEdge& edge,
-                          const std::array<std::int32_t, 2>& nodes) const {
+Mat3 StressField::gradient_at(const TearContext& context, const NodeGrid& grid, const GridEdge& edge,
+                              const std::array<std::int32_t, 2>& nodes) const {
     Mat3 gradient = Mat3::Zero();
     double total = 0;
     for (const int end : {0, 1}) {

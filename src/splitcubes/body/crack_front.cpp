@@ -1,5 +1,5 @@
-// Crack fronts: the cells with cracks, those that are loaded, and the edges that a crack may cut next.
-#include <splitcubes/body/tearing.h>
+// Crack tips, the cells that are loaded, and the edges that a crack may cut next.
+#include <splitcubes/body/crack_front.h>
 #include <splitcubes/math/cofactor.h>
 
 #include <algorithm>
@@ -16,13 +16,16 @@ namespace {
 
 // Crack cells per parallel task.
 constexpr std::size_t crack_grain = 64;
+
 // Tangent of the largest angle by which `propose` turns a crack's plane: 13.9 degrees,
 // atan(t sin a / (1 - t + t cos a)) for a share t = 1/4 (turning_share) of a direction a = 60 degrees off.
 constexpr double max_turn_tangent = 0.2475;
+
 // Cosine of 45 degrees less that angle. If a tip's normal is this close to a crossing's, each normal that it
 // may propose is within 45 degrees of it, hence also their mean over several tips, well within
-// min_opening_cosine.
+// CrackCells::min_opening_cosine.
 constexpr double certain_shielding_cosine = 0.857;
+
 // Offsets of edges on one grid line, nearest first to either side.
 constexpr std::array<int, 4> along_line{-1, -2, 1, 2};
 
@@ -33,74 +36,34 @@ struct FacePair {
     int axis;
 };
 
+// Returns the ratio of the stress ahead of a crack tip to the crack opening one cell behind it, Pa/m; 0 for
+// plastic materials. The opening at a distance r behind the tip is 8 K / E' sqrt(r / (2 pi)), the stress at a
+// distance d ahead K / sqrt(2 pi d) (Westergaard's field; Anderson, Fracture Mechanics, section 2.6; plane
+// strain). d is half a support radius, about where the phyxels around a tip sample the stress.
+double opening_modulus(const meshless::Material& material, double cell_size, double reach) {
+    if (material.plasticity) return 0;
+    const double nu = material.poisson_ratio;
+    return material.youngs_modulus / (1 - nu * nu) / (8 * std::sqrt(cell_size * 0.5 * reach));
+}
+
 }  // namespace
 
-// Returns the frame of a node, or nullptr if the last step did not track it. index: tracker index of the node
-// or -1; set if it is found.
-const geometry::Frame* Tearing::frame_of(const TearContext& context, const Vec3i& node, std::int32_t& index) {
-    if (index < 0) index = context.nodes.find(node);
-    if (index < 0 || !context.nodes.is_awake(static_cast<std::uint32_t>(index)) ||
-        static_cast<std::size_t>(index) >= context.frames.size())
-        return nullptr;
-    return &context.frames[static_cast<std::size_t>(index)];
-}
-
-// Registers the cuts made since the last call, by blades, sheets and tearing.
-void Tearing::note_crossings(const NodeGrid& grid) {
-    const auto& crossings = grid.crossings();
-    for (; known_crossings_ < crossings.size(); ++known_crossings_) {
-        const splitting::Crossing& c = crossings[known_crossings_];
-        if (c.origin == splitting::Origin::boundary) continue;
-        // The crossing shields edges up to two away on its grid line.
-        for (int along = -2; along <= 2; ++along) {
-            GridEdge edge = c.edge;
-            edge.node[edge.axis] += along;
-            for_cells_around(grid, edge,
-                             [&](const Key& cell) { note_crossing_beside(grid, cell, along == 0); });
-        }
-    }
-}
-
-// Invalidates the tip of a cell near a new cut. is_own: an edge of the cell itself is cut, so that the cell
-// is registered as a crack cell.
-void Tearing::note_crossing_beside(const NodeGrid& grid, const Key& cell, bool is_own) {
-    const std::int32_t known = crack_cell_index_.get({cell[0], cell[1], cell[2]}, 0);
-    if (known >= 0) {
-        crack_cells_[static_cast<std::size_t>(known)].is_stale = true;
-    } else if (is_own) {
-        crack_cell_index_.set({cell[0], cell[1], cell[2]}, 0, static_cast<std::int32_t>(crack_cells_.size()));
-        crack_cells_.emplace_back().cell = cell;
-        note_open_edges(grid, cell);
-    }
-}
-
-// Registers the uncut edges of a new crack cell that are not yet registered.
-void Tearing::note_open_edges(const NodeGrid& grid, const Key& key) {
-    for (int e = 0; e < splitting::edge_count; ++e) {
-        const GridEdge edge = splitting::cell_edge({key[0], key[1], key[2]}, e);
-        if (!is_uncut(grid, edge) || open_edge_index_.get(edge.node, edge.axis) >= 0) continue;
-        open_edge_index_.set(edge.node, edge.axis, static_cast<std::int32_t>(open_edges_.size()));
-        open_edges_.emplace_back().edge = edge;
-    }
-}
-
-// Removes cut edges from the open ones, which changes their indices.
-void Tearing::forget_cut_edges() {
-    for (CrackCell& cell : crack_cells_) cell.is_stale = true;
-    std::size_t kept = 0;
-    for (const OpenEdge& open : open_edges_) {
-        const bool is_cut = open.stretch < 0;
-        open_edge_index_.set(open.edge.node, open.edge.axis, is_cut ? -1 : static_cast<std::int32_t>(kept));
-        if (!is_cut) open_edges_[kept++] = open;
-    }
-    open_edges_.resize(kept);
-}
+CrackFront::CrackFront(const StrengthField& strength, StressField& stress, CrackCells& cells,
+                       const meshless::Material& material, const NodeGrid& grid)
+    : strength_(strength),
+      stress_(stress),
+      cells_(cells),
+      crack_speed_(strength.settings().crack_speed > 0
+                       ? strength.settings().crack_speed
+                       : 0.4 * std::sqrt(material.lame_mu() / material.density)),
+      cell_size_(grid.rest().cell_size),
+      opening_modulus_(opening_modulus(material, cell_size_, stress.reach())) {}
 
 // Returns the mean plane of the cracks in a cell and the uncut edges within its reach. Also lists the cell's
 // crack faces.
-Tearing::Tip Tearing::tip_of(const NodeGrid& grid, CrackCell& crack) const {
+CrackTip CrackFront::tip_of(const NodeGrid& grid, CrackCell& crack) const {
     const Vec3i cell(crack.cell[0], crack.cell[1], crack.cell[2]);
-    Tip tip;
+    CrackTip tip;
     crack.crack_face_count = 0;
     for (int e = 0; e < splitting::edge_count; ++e) {
         const std::int32_t slot = grid.slot(splitting::cell_edge(cell, e));
@@ -114,12 +77,12 @@ Tearing::Tip Tearing::tip_of(const NodeGrid& grid, CrackCell& crack) const {
     if (count == 0 || !(tip.normal.norm() > 0.5)) return tip;
     tip.centre /= count;
     tip.normal.normalize();
-    tip.weak_plane = weak_plane_at(tip.centre);
-    if (tip.weak_plane && std::abs(tip.weak_plane->normal.dot(tip.normal)) < min_opening_cosine)
+    tip.weak_plane = strength_.weak_plane_at(tip.centre);
+    if (tip.weak_plane && std::abs(tip.weak_plane->normal.dot(tip.normal)) < CrackCells::min_opening_cosine)
         tip.weak_plane.reset();
     for (int e = 0; e < splitting::edge_count; ++e) {
         const GridEdge edge = splitting::cell_edge(cell, e);
-        if (!is_uncut(grid, edge)) continue;
+        if (!CrackCells::is_uncut(grid, edge)) continue;
         const Vec3 a = grid.rest().node_position(edge.node), b = grid.rest().node_position(edge.upper());
         // Cheap test: no plane that is turned so little reaches the edge.
         const double from = tip.normal.dot(a - tip.centre), to = tip.normal.dot(b - tip.centre);
@@ -127,14 +90,14 @@ Tearing::Tip Tearing::tip_of(const NodeGrid& grid, CrackCell& crack) const {
         if (!tip.weak_plane && !may_meet(tip, a, b)) continue;
         tip.edges |= std::uint32_t{1} << e;
         tip.shielding[static_cast<std::size_t>(e)] = certain_shielding(grid, tip, edge);
-        tip.open[static_cast<std::size_t>(e)] = open_edge_index_.get(edge.node, edge.axis);
+        tip.open[static_cast<std::size_t>(e)] = cells_.open_index_of(edge);
     }
     return tip;
 }
 
 // Returns the crossings that shield an edge from any cut that the tip may propose. Bit k: the crossing at
 // along_line[k] edges from this one.
-std::uint8_t Tearing::certain_shielding(const NodeGrid& grid, const Tip& tip, const GridEdge& edge) const {
+std::uint8_t CrackFront::certain_shielding(const NodeGrid& grid, const CrackTip& tip, const GridEdge& edge) {
     if (tip.weak_plane) return 0;
     unsigned out = 0;
     bool is_open = true;
@@ -154,7 +117,7 @@ std::uint8_t Tearing::certain_shielding(const NodeGrid& grid, const Tip& tip, co
 
 // Whether a plane through the tip's centre, turned by at most the largest turning angle, can cross the edge
 // from a to b, extended by edge_slack at both ends.
-bool Tearing::may_meet(const Tip& tip, const Vec3& a, const Vec3& b) {
+bool CrackFront::may_meet(const CrackTip& tip, const Vec3& a, const Vec3& b) {
     const Vec3 from = a - edge_slack * (b - a) - tip.centre, to = b + edge_slack * (b - a) - tip.centre;
     const double height_from = tip.normal.dot(from), height_to = tip.normal.dot(to);
     if (height_from * height_to <= 0) return true;
@@ -166,7 +129,7 @@ bool Tearing::may_meet(const Tip& tip, const Vec3& a, const Vec3& b) {
 
 // Returns the stress, Pa, ahead of a crack that is implied by its opening in the cell, without the part that
 // the strain on either side explains. 0: closed, unknown, or below any strength.
-double Tearing::opening_stress(const TearContext& context, CrackCell& cell) const {
+double CrackFront::opening_stress(const TearContext& context, CrackCell& cell) const {
     if (opening_modulus_ == 0) return 0;
     double sum = 0, widest_squared = 0;
     int count = 0;
@@ -175,8 +138,8 @@ double Tearing::opening_stress(const TearContext& context, CrackCell& cell) cons
         CrackFaces& crack_faces = cell.crack_faces[k];
         const GridEdge edge =
             splitting::cell_edge({cell.cell[0], cell.cell[1], cell.cell[2]}, crack_faces.edge);
-        const geometry::Frame* a = frame_of(context, edge.node, crack_faces.lower);
-        const geometry::Frame* b = frame_of(context, edge.upper(), crack_faces.upper);
+        const geometry::Frame* a = context.frame_of(edge.node, crack_faces.lower);
+        const geometry::Frame* b = context.frame_of(edge.upper(), crack_faces.upper);
         if (!a || !b) continue;
         const Vec3 lower = a->position + crack_faces.parameter * cell_size_ * a->jacobian.col(edge.axis);
         const Vec3 upper =
@@ -185,7 +148,9 @@ double Tearing::opening_stress(const TearContext& context, CrackCell& cell) cons
         widest_squared = std::max(widest_squared, (upper - lower).squaredNorm());
     }
     // Most cracks are nowhere open widely enough to matter.
-    if (!(opening_modulus_ * std::sqrt(widest_squared) > settings_.strength * min_strength_factor_)) return 0;
+    if (!(opening_modulus_ * std::sqrt(widest_squared) >
+          strength_.settings().strength * strength_.min_factor()))
+        return 0;
     const auto end = pairs.begin() + count;
     count = 0;
     for (auto pair = pairs.begin(); pair != end; ++pair) {
@@ -202,15 +167,15 @@ double Tearing::opening_stress(const TearContext& context, CrackCell& cell) cons
 
 // Lists the phyxels near crack cells; neither move at rest. Returns false, without a list, if phyxels were
 // added since the last call: they may be added in each step, and then a list would not pay.
-bool Tearing::list_near_phyxels(const NodeGrid& grid, const TearContext& context) {
+bool CrackFront::list_near_phyxels(const NodeGrid& grid, const TearContext& context) {
     if (phyxels_known_ != context.phyxels.size()) {
         near_.clear();
         first_near_.assign(1, 0);
         phyxels_known_ = context.phyxels.size();
         return false;
     }
-    for (std::size_t k = first_near_.size() - 1; k < crack_cells_.size(); ++k) {
-        visit_near(grid, context, crack_cells_[k].cell, [&](std::uint32_t i) {
+    for (std::size_t k = first_near_.size() - 1; k < cells_.cells().size(); ++k) {
+        visit_near(grid, context, cells_.cells()[k].cell, [&](std::uint32_t i) {
             near_.push_back(i);
             return true;
         });
@@ -220,29 +185,27 @@ bool Tearing::list_near_phyxels(const NodeGrid& grid, const TearContext& context
 }
 
 // Collects the crack cells from which a crack may grow and near which a phyxel is loaded enough.
-void Tearing::find_loaded_front(const NodeGrid& grid, const TearContext& context) {
+void CrackFront::find_loaded_front(const NodeGrid& grid, const TearContext& context) {
     const bool is_listed = list_near_phyxels(grid, context);
-    is_loaded_.resize(crack_cells_.size());
-    context.parallel.for_each(crack_cells_.size(), 4 * crack_grain, [&](std::size_t k) {
-        const CrackCell& cell = crack_cells_[k];
+    is_loaded_.resize(cells_.cells().size());
+    context.parallel.for_each(cells_.cells().size(), 4 * crack_grain, [&](std::size_t k) {
+        const CrackCell& cell = cells_.cells()[k];
         is_loaded_[k] = 0;
         if (!cell.is_stale && cell.tip.edges == 0) return;
-        const auto is_idle = [&](std::uint32_t i) {
-            return !(load_[i] >= min_load * settings_.propagation_ratio);
-        };
+        const auto is_idle = [&](std::uint32_t i) { return !(stress_.load()[i] >= stress_.min_load()); };
         is_loaded_[k] = !(is_listed ? std::all_of(near_.begin() + first_near_[k],
                                                   near_.begin() + first_near_[k + 1], is_idle)
                                     : visit_near(grid, context, cell.cell, is_idle));
     });
     front_.clear();
-    for (std::uint32_t k = 0; k < crack_cells_.size(); ++k)
+    for (std::uint32_t k = 0; k < cells_.cells().size(); ++k)
         if (is_loaded_[k] != 0) front_.push_back(k);
 }
 
 // Updates the tips of the front's cells and lists the open edges that these may cut.
-void Tearing::list_front_edges(const NodeGrid& grid, const TearContext& context) {
+void CrackFront::list_front_edges(const NodeGrid& grid, const TearContext& context) {
     context.parallel.for_each(front_.size(), crack_grain, [&](std::size_t k) {
-        CrackCell& cell = crack_cells_[front_[k]];
+        CrackCell& cell = cells_.cells()[front_[k]];
         if (cell.is_stale) cell.tip = tip_of(grid, cell);
         cell.is_stale = false;
         cell.opening_stress = cell.tip.edges != 0 ? opening_stress(context, cell) : 0;
@@ -250,13 +213,14 @@ void Tearing::list_front_edges(const NodeGrid& grid, const TearContext& context)
     ++epoch_;
     front_edges_.clear();
     for (const std::uint32_t index : front_) {
-        const CrackCell& cell = crack_cells_[index];
+        const CrackCell& cell = cells_.cells()[index];
         const bool is_wide_open =
-            cell.opening_stress > slab_opening * settings_.strength * min_strength_factor_;
+            cell.opening_stress >
+            CrackCells::slab_opening * strength_.settings().strength * strength_.min_factor();
         for (std::uint32_t edges = cell.tip.edges; edges != 0; edges &= edges - 1) {
             const auto e = static_cast<std::size_t>(std::countr_zero(edges));
             const auto k = static_cast<std::uint32_t>(cell.tip.open[e]);
-            OpenEdge& open = open_edges_[k];
+            OpenEdge& open = cells_.open_edges()[k];
             if (open.queried_epoch != epoch_) {
                 front_edges_.push_back(k);
                 open.queried_epoch = epoch_;
@@ -267,13 +231,13 @@ void Tearing::list_front_edges(const NodeGrid& grid, const TearContext& context)
             open.tips[open.tip_count++] = index;
         }
     }
-    std::erase_if(front_edges_, [&](std::uint32_t k) { return open_edges_[k].shielding != 0; });
+    std::erase_if(front_edges_, [&](std::uint32_t k) { return cells_.open_edges()[k].shielding != 0; });
     for (const std::uint32_t k : front_edges_) {
-        OpenEdge& open = open_edges_[k];
+        OpenEdge& open = cells_.open_edges()[k];
         if (open.lower < 0) open.lower = context.nodes.find(open.edge.node);
         if (open.upper < 0) open.upper = context.nodes.find(open.edge.upper());
-        request_stress(context, open.lower);
-        request_stress(context, open.upper);
+        stress_.request_stress(context, open.lower);
+        stress_.request_stress(context, open.upper);
     }
 }
 

@@ -1,14 +1,30 @@
-// Weak planes of a material whose strength varies.
-#include <splitcubes/body/tearing.h>
+#include <splitcubes/body/strength_field.h>
 #include <splitcubes/math/decompose.h>
 
 #include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
 
 namespace splitcubes::body {
 
-// Returns the plane along which the material radius a rest position is weak, if there is one: from the second
-// moments of the weakness (strongest over own strength, minus 1) at grid points radius.
-std::optional<Tearing::WeakPlane> Tearing::weak_plane_at(const Vec3& rest) const {
+StrengthField::StrengthField(const TearSettings& settings, const splitting::NodeGrid& grid)
+    : settings_(settings), cell_size_(grid.rest().cell_size) {
+    if (!settings_.strength_factor) return;
+    min_factor_ = std::numeric_limits<double>::infinity();
+    for (std::size_t brick = 0; brick < grid.bricks().total(); ++brick)
+        for (std::uint64_t word = grid.inside_word(brick); word; word &= word - 1) {
+            const auto local = static_cast<unsigned>(std::countr_zero(word));
+            const Vec3i node = grid.bricks().base(brick) + splitting::BrickLayout::local_node(local);
+            min_factor_ = std::min(min_factor_, settings_.strength_factor(grid.rest().node_position(node)));
+        }
+}
+
+// From the second moments of the weakness (strongest over own strength, minus 1) at the grid points within
+// the radius.
+std::optional<WeakPlane> StrengthField::weak_plane_at(const Vec3& rest) const {
     if (!settings_.strength_factor) return std::nullopt;
     constexpr int radius = 3;  // cells
     std::vector<std::pair<Vec3, double>> samples;
