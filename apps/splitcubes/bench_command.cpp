@@ -53,12 +53,12 @@ void run_once(const std::shared_ptr<const Parallel>& parallel, Sample& sample) {
         const body::StepReport report = world->step();
         if (k == 0) sample.first = report;
         sample.last = report;
-        const bool cut = report.new_cut_edges > 0;
+        const bool cut = report.counts.new_cut_edges > 0;
         (cut ? sample.cutting : sample.idle).push_back(1e3 * report.total_seconds());
         if (!cut) continue;
-        sample.new_edges += report.new_cut_edges;
-        sample.disks += report.disks;
-        sample.iterations += static_cast<std::size_t>(report.solver_iterations);
+        sample.new_edges += report.counts.new_cut_edges;
+        sample.disks += report.counts.disks;
+        sample.iterations += static_cast<std::size_t>(report.solver.iterations);
         for (std::size_t s = 0; s < body::stage_count; ++s)
             sample.stages[s].push_back(1e3 * report.seconds[s]);
     }
@@ -73,8 +73,8 @@ int bench_paper(const BenchOptions& options) {
     const std::size_t steps = sample.cutting.size();
     std::printf(
         "bench paper: %zu phyxels, %zu links, %zu surface cells, %zu -> %zu triangles, %d threads, %d runs\n",
-        sample.first.phyxels, sample.first.pairs, sample.first.surface_cells, sample.first.triangles,
-        sample.last.triangles, parallel->thread_count(), options.runs);
+        sample.first.totals.phyxels, sample.first.totals.pairs, sample.first.totals.surface_cells,
+        sample.first.totals.triangles, sample.last.totals.triangles, parallel->thread_count(), options.runs);
     std::printf("%-24s %10s %10s\n", "stage, steps that cut", "median ms", "p95 ms");
     Json stages;
     for (std::size_t s = 0; s < body::stage_count; ++s) {
@@ -96,10 +96,10 @@ int bench_paper(const BenchOptions& options) {
         {"bench", "paper"},
         {"threads", parallel->thread_count()},
         {"runs", options.runs},
-        {"phyxels", sample.first.phyxels},
-        {"surface_cells", sample.first.surface_cells},
-        {"triangles_first", sample.first.triangles},
-        {"triangles_last", sample.last.triangles},
+        {"phyxels", sample.first.totals.phyxels},
+        {"surface_cells", sample.first.totals.surface_cells},
+        {"triangles_first", sample.first.totals.triangles},
+        {"triangles_last", sample.last.totals.triangles},
         {"cutting",
          {{"steps", steps},
           {"median_ms", median},

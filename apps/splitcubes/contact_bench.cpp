@@ -107,9 +107,9 @@ void run_contact_once(const ContactCase& c, const std::shared_ptr<const Parallel
         if (k <= c.warm) continue;
         for (std::size_t s = 0; s < body::stage_count; ++s) out.stages[s].push_back(1e3 * report.seconds[s]);
         out.whole.push_back(1e3 * report.total_seconds());
-        out.torn += report.torn_edges;
-        out.contacts += report.contacts;
-        if (report.new_cut_edges <= report.torn_edges) continue;
+        out.torn += report.counts.torn_edges;
+        out.contacts += report.counts.contacts;
+        if (report.counts.new_cut_edges <= report.counts.torn_edges) continue;
         out.cutting.push_back(out.whole.back());
         out.cutting_contact.push_back(ms_of(report, body::Stage::detect_contacts) +
                                       ms_of(report, body::Stage::tear));
@@ -122,8 +122,8 @@ Json time_contact(const ContactCase& c, int runs, const std::shared_ptr<const Pa
     const auto steps = static_cast<double>(times.whole.size());
     const double whole = median(times.whole), added = median(times.added);
     std::printf("%s: %zu phyxels, %zu -> %zu pieces, %d threads, %.0f steps of which %zu cut\n", c.name,
-                times.first.phyxels, times.first.pieces, times.last.pieces, parallel->thread_count(), steps,
-                times.cutting.size());
+                times.first.totals.phyxels, times.first.totals.pieces, times.last.totals.pieces,
+                parallel->thread_count(), steps, times.cutting.size());
     std::printf("%-24s %10s %8s\n", "stage", "median ms", "share %");
     Json stages;
     for (std::size_t s = 0; s < body::stage_count; ++s) {
@@ -153,8 +153,8 @@ Json time_contact(const ContactCase& c, int runs, const std::shared_ptr<const Pa
         100 * share, mean(times.whole), 100 * mean_share, cutting, 100 * cutting_share);
     std::fflush(stdout);
     return {{"world", c.name},
-            {"phyxels", times.first.phyxels},
-            {"pieces", times.last.pieces},
+            {"phyxels", times.first.totals.phyxels},
+            {"pieces", times.last.totals.pieces},
             {"steps", times.whole.size()},
             {"contacts_a_step", static_cast<double>(times.contacts) / steps},
             {"torn_edges_a_step", static_cast<double>(times.torn) / steps},

@@ -24,9 +24,9 @@ CriterionTimes time_criterion(std::size_t kind, int runs, const std::shared_ptr<
         const auto world = make_paper_world(parallel, static_cast<occlusion::CriterionKind>(kind));
         for (int k = 0; k < paper_steps; ++k) {
             const body::StepReport report = world->step();
-            if (report.new_cut_edges == 0) continue;
+            if (report.counts.new_cut_edges == 0) continue;
             by_step[k].push_back(1e3 * report.seconds[stage]);
-            out.pairs += static_cast<double>(report.disks);
+            out.pairs += static_cast<double>(report.counts.disks);
             ++count;
         }
     }

@@ -238,14 +238,14 @@ Json bench_world(const std::shared_ptr<const Parallel>& parallel) {
     std::size_t phyxels = 0, triangles = 0;
     for (int k = 0; k < 50; ++k) {
         const body::StepReport report = world->step();
-        phyxels = report.phyxels;
-        triangles = report.triangles;
-        if (report.new_cut_edges == 0) {
+        phyxels = report.totals.phyxels;
+        triangles = report.totals.triangles;
+        if (report.counts.new_cut_edges == 0) {
             idle.push_back(1e3 * report.total_seconds());
             continue;
         }
         whole.push_back(1e3 * report.total_seconds());
-        edges += static_cast<double>(report.new_cut_edges);
+        edges += static_cast<double>(report.counts.new_cut_edges);
         for (std::size_t s = 0; s < body::stage_count; ++s) stages[s].push_back(1e3 * report.seconds[s]);
     }
     const Spread cutting(whole), still(idle);

@@ -110,15 +110,16 @@ void RunOutput::add_metrics(const body::StepReport& r, int frame) {
         row << ',' << 1e3 * r.seconds[k];
         seconds_.stages[k] += r.seconds[k];
     }
-    row << ',' << 1e3 * r.total_seconds() << ',' << r.phyxels << ',' << r.pairs << ',' << r.cut_edges << ','
-        << r.new_cut_edges << ',' << r.torn_edges << ',' << r.surface_cells << ',' << r.triangles << ','
-        << r.pieces << ',' << r.disks << ',' << r.mass;
-    for (const Vec3& v : {r.momentum, r.angular_momentum})
+    row << ',' << 1e3 * r.total_seconds() << ',' << r.totals.phyxels << ',' << r.totals.pairs << ','
+        << r.totals.cut_edges << ',' << r.counts.new_cut_edges << ',' << r.counts.torn_edges << ','
+        << r.totals.surface_cells << ',' << r.totals.triangles << ',' << r.totals.pieces << ','
+        << r.counts.disks << ',' << r.totals.mass;
+    for (const Vec3& v : {r.totals.momentum, r.totals.angular_momentum})
         for (int k = 0; k < 3; ++k) row << ',' << v[k];
-    row << ',' << r.kinetic_energy << ',' << r.elastic_energy << ',' << r.contact_energy << ',' << r.top_speed
-        << ',' << r.solver_iterations << ',' << r.substeps << ',' << r.contacts << ','
-        << r.energy_excess_pieces << ',' << r.retries << ',' << r.energy_removed << ','
-        << body::flag_text(r.flags);
+    row << ',' << r.totals.kinetic_energy << ',' << r.totals.elastic_energy << ',' << r.totals.contact_energy
+        << ',' << r.totals.top_speed << ',' << r.solver.iterations << ',' << r.solver.substeps << ','
+        << r.counts.contacts << ',' << r.solver.energy_excess_pieces << ',' << r.solver.retries << ','
+        << r.solver.energy_removed << ',' << body::flag_text(r.flags);
     const auto add = [&](const Vec3& v) { row << ',' << v[0] << ',' << v[1] << ',' << v[2]; };
     for (const body::ToolForce& tool : r.tools) {
         add(tool.force);

@@ -168,9 +168,9 @@ int simulate(const scene::SceneDescription& wanted, const RunOptions& options,
         output.write_frame(*world, report, frame);
         if (options.checkpoint_every > 0 && frame % options.checkpoint_every == 0)
             checkpoints.write(*world, output.metrics());
-        progress.show(static_cast<std::size_t>(frame), std::to_string(frame) + " frames, " +
-                                                           std::to_string(report.pieces) +
-                                                           (report.pieces == 1 ? " piece" : " pieces"));
+        progress.show(static_cast<std::size_t>(frame),
+                      std::to_string(frame) + " frames, " + std::to_string(report.totals.pieces) +
+                          (report.totals.pieces == 1 ? " piece" : " pieces"));
     }
     progress.finish();
     print_notes(description.name, output.flags().notes());

@@ -40,7 +40,7 @@ body::StepReport settle(body::World& world) {
     body::StepReport report = world.step();
     for (int k = 0; k < 600; ++k) {
         report = world.step();
-        if (k > 20 && report.top_speed < 1e-7) break;
+        if (k > 20 && report.totals.top_speed < 1e-7) break;
     }
     return report;
 }
@@ -149,7 +149,7 @@ ValidationPoint torsion(int across, const Space& parallel) {
     const double length = first - bar.held_up_to();
     const double shear = stiffness / (2 * (1 + poisson));
     const double energy = shear * 0.1406 * std::pow(bar_side, 4) * angle * angle / (2 * length);
-    return {"torsion", across, bar.body->phyxels().size(), report.elastic_energy, energy, "J"};
+    return {"torsion", across, bar.body->phyxels().size(), report.totals.elastic_energy, energy, "J"};
 }
 
 // Radial vibration of a free sphere: w R / c_L is the first root of x cot x = 1 - x^2 / (4 k^2), k = c_T /
@@ -203,7 +203,7 @@ ValidationPoint gravity_of_sphere(int across, const Space& parallel) {
     const double dt = world.settings().time_step;
     for (int k = 0; k < 600; ++k) {
         for (std::size_t i = 0; i < p.size(); ++i) p.velocity[i] -= dt * gravity / radius * p.position[i];
-        if (world.step().top_speed < 1e-7 && k > 20) break;
+        if (world.step().totals.top_speed < 1e-7 && k > 20) break;
     }
     const double lambda_2mu = stiffness * (1 - poisson) / ((1 + poisson) * (1 - 2 * poisson));
     double measured = 0, expected = 0, mass = 0;

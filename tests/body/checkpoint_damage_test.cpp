@@ -87,8 +87,8 @@ TEST(BusyWorld, HasAllStateThatACheckpointStores) {
     std::size_t torn = 0, contacts = 0;
     for (int step = 0; step < 20; ++step) {
         const StepReport report = world->step();
-        torn += report.torn_edges;
-        contacts += report.contacts;
+        torn += report.counts.torn_edges;
+        contacts += report.counts.contacts;
     }
     const Body& block = *world->bodies()[0];
     EXPECT_GT(block.pieces().count(), 3U);

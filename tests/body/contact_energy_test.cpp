@@ -50,7 +50,8 @@ StepReport expect_only_losses(World& world, int steps, double share, double tole
     StepReport report;
     for (int step = 0; step < steps; ++step) {
         report = world.step();
-        now = report.kinetic_energy + report.elastic_energy + report.contact_energy + potential(world);
+        now = report.totals.kinetic_energy + report.totals.elastic_energy + report.totals.contact_energy +
+              potential(world);
         if (step == 0) first = lowest = now;
         EXPECT_LT(now - lowest, tolerance + share * (first - lowest)) << "step " << step;
         lowest = std::min(lowest, now);
@@ -72,8 +73,8 @@ TEST(ContactEnergy, ABallBouncesLowerEachTime) {
         world.add_body(at(geometry::make_sphere(0.03, 3), Vec3(0, 0, 0.13)), soft_rubber(0.012));
         world.add_collider({"solid", solid, {}, 0.6});
         const StepReport last = expect_only_losses(world, 150, 0.01, 1e-6);
-        EXPECT_LT(last.kinetic_energy, 1e-4);
-        EXPECT_GT(last.contacts, 0U);
+        EXPECT_LT(last.totals.kinetic_energy, 1e-4);
+        EXPECT_GT(last.counts.contacts, 0U);
     }
 }
 
@@ -129,7 +130,7 @@ TEST(ContactEnergy, ABallOnASoftPlateOnlyLoses) {
             at(geometry::make_sphere(drop.radius, 3), Vec3(drop.offset.x(), drop.offset.y(), height)), ball);
         const StepReport last = expect_only_losses(world, 100, 0.01, drop.tolerance);
         if (drop.all_around) {
-            EXPECT_GT(last.contacts, 0U);
+            EXPECT_GT(last.counts.contacts, 0U);
         }
     }
 }
@@ -147,10 +148,10 @@ TEST(ContactEnergy, ABallInTheMiddleOfASoftPlateComesToRest) {
     for (int step = 0; step < 120; ++step) report = world.step();
     for (int step = 0; step < 20; ++step) {
         report = world.step();
-        iterations += report.solver_iterations;
-        EXPECT_LT(report.top_speed, 5e-3);
+        iterations += report.solver.iterations;
+        EXPECT_LT(report.totals.top_speed, 5e-3);
     }
-    EXPECT_GT(report.contacts, 2U);
+    EXPECT_GT(report.counts.contacts, 2U);
     EXPECT_LT(iterations, 20 * settings.solver.max_iterations) << "solves run out of iterations";
 }
 
@@ -190,7 +191,7 @@ TEST(ContactEnergy, AStripFoldedOnItselfOnlyLoses) {
     lower.motion = [](double) { return Isometry::Identity(); };
     strip.add_constraint(lower);
     const StepReport last = expect_only_losses(world, 120, 0.01, 1e-5);
-    EXPECT_GT(last.contacts, 3U) << "the upper arm lies on the lower";
+    EXPECT_GT(last.counts.contacts, 3U) << "the upper arm lies on the lower";
 }
 
 TEST(ContactEnergy, BodiesThatCollideOffCentreKeepTheirMomenta) {
@@ -204,16 +205,16 @@ TEST(ContactEnergy, BodiesThatCollideOffCentreKeepTheirMomenta) {
     world.add_body(at(geometry::make_sphere(0.035, 3), Vec3(0.005, 0.012, 0.07)), thrown);
     world.add_body(geometry::make_box(Vec3::Constant(0.05)), still);
     StepReport report = world.step();
-    const Vec3 momentum = report.momentum, angular_momentum = report.angular_momentum;
-    double energy = report.kinetic_energy + report.elastic_energy;
+    const Vec3 momentum = report.totals.momentum, angular_momentum = report.totals.angular_momentum;
+    double energy = report.totals.kinetic_energy + report.totals.elastic_energy;
     std::size_t contacts = 0;
     for (int step = 0; step < 60; ++step) {
         report = world.step();
-        contacts = std::max(contacts, report.contacts);
-        ASSERT_LT((report.momentum - momentum).norm(), 1e-9 * momentum.norm()) << "step " << step;
-        ASSERT_LT((report.angular_momentum - angular_momentum).norm(), 1e-5 * angular_momentum.norm())
+        contacts = std::max(contacts, report.counts.contacts);
+        ASSERT_LT((report.totals.momentum - momentum).norm(), 1e-9 * momentum.norm()) << "step " << step;
+        ASSERT_LT((report.totals.angular_momentum - angular_momentum).norm(), 1e-5 * angular_momentum.norm())
             << "step " << step;
-        const double now = report.kinetic_energy + report.elastic_energy;
+        const double now = report.totals.kinetic_energy + report.totals.elastic_energy;
         ASSERT_LT(now, (1 + 2e-3) * energy) << "step " << step;
         energy = std::min(energy, now);
     }

@@ -69,8 +69,8 @@ TEST(ContactFinder, FindsTheSameContactsAsAFreshFinder) {
     std::size_t contacts = 0, torn = 0, cut = 0;
     for (int step = 0; step < 50; ++step) {
         const StepReport report = world.step();
-        torn += report.torn_edges;
-        cut += report.new_cut_edges;
+        torn += report.counts.torn_edges;
+        cut += report.counts.new_cut_edges;
         kept.find(task_of(world), *parallel, found);
         ContactFinder fresh;
         fresh.find(task_of(world), Parallel(1), expected);

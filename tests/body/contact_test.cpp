@@ -65,13 +65,13 @@ void expect_rest_on(std::shared_ptr<const geometry::SignedDistance> solid, const
     double energy = 0, deepest = 0;
     for (int step = 0; step < 150; ++step) {
         const StepReport report = world.step();
-        const double now = report.kinetic_energy + report.elastic_energy + height_energy(world);
+        const double now = report.totals.kinetic_energy + report.totals.elastic_energy + height_energy(world);
         if (step == 0) energy = now;
         EXPECT_LT(now - energy, 1e-3 * std::abs(energy)) << "step " << step;
         for (const Vec3& p : body.vertex_positions()) deepest = std::min(deepest, solid->at(p).distance);
         if (step == 149) {
-            EXPECT_LT(report.top_speed, 0.01);
-            EXPECT_GT(report.contacts, 3U);
+            EXPECT_LT(report.totals.top_speed, 0.01);
+            EXPECT_GT(report.counts.contacts, 3U);
         }
     }
     EXPECT_GT(deepest, -0.05 * body.phyxel_spacing()) << "a twentieth of the spacing";
@@ -98,7 +98,7 @@ std::size_t contacts_below(World& world) {
     world.add_body(box_at({0.24, 0.24, 0.08}, {0, 0, 0.0401}), settings);
     StepReport report;
     for (int step = 0; step < 40; ++step) report = world.step();
-    return report.contacts;
+    return report.counts.contacts;
 }
 
 TEST(Contact, AFlatFacePushesOncePerSpacingOnAPlaneAndWithAllSamplesElsewhere) {
@@ -124,7 +124,7 @@ TEST(Contact, ACutThroughAStandingBlockKeepsItsSupportingContacts) {
                                    {then + 0.4 * settings.time_step, {0.0042, 0, -0.1}, Quat::Identity()}}));
     const std::size_t before = contacts_below(world);
     std::size_t min_contacts = before;
-    for (int step = 0; step < 6; ++step) min_contacts = std::min(min_contacts, world.step().contacts);
+    for (int step = 0; step < 6; ++step) min_contacts = std::min(min_contacts, world.step().counts.contacts);
     EXPECT_EQ(world.bodies()[0]->pieces().count(), 2U);
     EXPECT_GT(min_contacts + 3, before);
 }
@@ -163,7 +163,7 @@ TEST(Contact, PassesBesideAPlate) {
     thrown.velocity = Vec3(0, 0, -5);
     Body& body = world.add_body(box_at(Vec3::Constant(0.05), Vec3(0.04, 0, 0.15)), thrown);
     world.add_collider({"plate", geometry::make_box_distance(Vec3(0.02, 0.4, 0.02), 0), {}, 0.5});
-    for (int step = 0; step < 6; ++step) EXPECT_EQ(world.step().contacts, 0U);
+    for (int step = 0; step < 6; ++step) EXPECT_EQ(world.step().counts.contacts, 0U);
     EXPECT_NEAR(centre_of_piece(body, 0).z(), 0.15 - 5 * 6 / 60.0, 1e-9);
 }
 
@@ -181,10 +181,10 @@ TEST(Contact, ABodySticksOrSlidesOnASlopeByItsFriction) {
         Body& body = world.add_body(box_at(Vec3(0.09, 0.09, 0.03), Vec3(0, 0, 0.0151)), rubber(spacing, 5e5));
         StepReport report;
         for (int step = 0; step < 30; ++step) report = world.step();
-        const double before = report.momentum.x() / report.mass;
+        const double before = report.totals.momentum.x() / report.totals.mass;
         const Vec3 there = centre_of_piece(body, 0);
         for (int step = 0; step < 60; ++step) report = world.step();
-        const double gained = report.momentum.x() / report.mass - before;
+        const double gained = report.totals.momentum.x() / report.totals.mass - before;
         const double pull = settings.gravity.x(), press = -settings.gravity.z();
         if (friction > slope) {
             EXPECT_LT((centre_of_piece(body, 0) - there).norm(), 1e-5)
@@ -210,17 +210,17 @@ TEST(Contact, SlidingBodiesObeyCoulombsLaw) {
         StepReport report;
         for (int step = 0; step < 6; ++step) report = world.step();
         const meshless::Momenta before = meshless::total_momenta(upper.phyxels());
-        const double both = report.momentum.x();
+        const double both = report.totals.momentum.x();
         const int steps = static_cast<int>(std::lround(time * 60));
         int iterations = 0;
         for (int step = 0; step < steps; ++step) {
             report = world.step();
-            iterations = std::max(iterations, report.solver_iterations);
+            iterations = std::max(iterations, report.solver.iterations);
         }
         const double lost = before.linear.x() - meshless::total_momenta(upper.phyxels()).linear.x();
         const double wanted = friction * 9.81 * before.mass * steps / 60;
         EXPECT_NEAR(lost, wanted, 0.05 * wanted) << "spacing " << spacing;
-        EXPECT_NEAR(report.momentum.x(), both, 1e-3 * both) << "the other body takes it";
+        EXPECT_NEAR(report.totals.momentum.x(), both, 1e-3 * both) << "the other body takes it";
         EXPECT_LT(iterations, 300);
     }
 }
@@ -237,7 +237,7 @@ TEST(Contact, AMovingColliderPushes) {
                         0.5});
     StepReport report;
     for (int step = 0; step < 60; ++step) report = world.step();
-    EXPECT_NEAR(report.momentum.x() / report.mass, 0.2, 0.02);
+    EXPECT_NEAR(report.totals.momentum.x() / report.totals.mass, 0.2, 0.02);
     double left = 1;
     for (const Vec3& p : body.vertex_positions()) left = std::min(left, p.x());
     EXPECT_GT(left, -0.05 + 0.2 + 0.01 - 0.05 * body.phyxel_spacing());
@@ -260,11 +260,11 @@ TEST(Contact, CollidingPiecesKeepTheirMomentaAndGainNoEnergy) {
     std::size_t contacts = 0;
     for (int step = 0; step < 60; ++step) {
         const StepReport report = world.step();
-        contacts = std::max(contacts, report.contacts);
+        contacts = std::max(contacts, report.counts.contacts);
         const meshless::Momenta now = meshless::total_momenta(phyxels);
         ASSERT_LT((now.linear - before.linear).norm(), 1e-9 * before.linear.norm()) << "step " << step;
         ASSERT_LT((now.angular() - before.angular()).norm(), 1e-5 * before.linear.norm() * 0.06);
-        const double after = report.kinetic_energy + report.elastic_energy;
+        const double after = report.totals.kinetic_energy + report.totals.elastic_energy;
         ASSERT_LT(after, (1 + 1e-3) * energy) << "step " << step;
         energy = std::min(energy, after);
     }
@@ -281,13 +281,13 @@ TEST(Contact, CollidingBodiesShareTheirMomentum) {
     world.add_body(box_at(Vec3::Constant(0.06), Vec3(0, 0, 0.08)), thrown);
     Body& target = world.add_body(geometry::make_box(Vec3::Constant(0.06)), still);
     StepReport report = world.step();
-    const Vec3 momentum = report.momentum, angular_momentum = report.angular_momentum;
-    double energy = report.kinetic_energy;
+    const Vec3 momentum = report.totals.momentum, angular_momentum = report.totals.angular_momentum;
+    double energy = report.totals.kinetic_energy;
     for (int step = 0; step < 40; ++step) {
         report = world.step();
-        EXPECT_LT((report.momentum - momentum).norm(), 1e-9 * momentum.norm());
-        EXPECT_LT((report.angular_momentum - angular_momentum).norm(), 1e-5 * 0.06 * momentum.norm());
-        const double now = report.kinetic_energy + report.elastic_energy;
+        EXPECT_LT((report.totals.momentum - momentum).norm(), 1e-9 * momentum.norm());
+        EXPECT_LT((report.totals.angular_momentum - angular_momentum).norm(), 1e-5 * 0.06 * momentum.norm());
+        const double now = report.totals.kinetic_energy + report.totals.elastic_energy;
         EXPECT_LT(now, (1 + 1e-3) * energy);
         energy = std::min(energy, now);
     }
@@ -301,7 +301,7 @@ TEST(Contact, AFreshCutPushesNothing) {
     StepReport report;
     for (int step = 0; step < 30; ++step) {
         report = world.step();
-        EXPECT_LT(report.top_speed, 1e-3) << "step " << step;
+        EXPECT_LT(report.totals.top_speed, 1e-3) << "step " << step;
     }
 }
 
@@ -357,10 +357,11 @@ TEST(Contact, AStackOfThreeSlicesRests) {
     double kinetic = 0, first = 0, max_energy = -1e300;
     for (int step = 0; step < 600; ++step) {
         const StepReport report = world.step();
-        const double energy = report.kinetic_energy + report.elastic_energy + height_energy(world);
+        const double energy =
+            report.totals.kinetic_energy + report.totals.elastic_energy + height_energy(world);
         if (step == 0) first = energy;
         max_energy = std::max(max_energy, energy);
-        kinetic = std::max(kinetic, report.kinetic_energy);
+        kinetic = std::max(kinetic, report.totals.kinetic_energy);
     }
     for (int k = 0; k < 3; ++k)
         EXPECT_LT((centre_of_piece(body, k) - start[static_cast<std::size_t>(k)]).norm(), 1e-4 * 0.09)
@@ -411,9 +412,9 @@ TEST(Contact, AHandlePullsUpToItsLimit) {
             impulse += report.handle_forces[0] / 60;
             EXPECT_LE(report.handle_forces[0].norm(), 1.05 * limit);
         }
-        EXPECT_NEAR(report.momentum.x(), impulse.x(), 0.05 * impulse.x());
+        EXPECT_NEAR(report.totals.momentum.x(), impulse.x(), 0.05 * impulse.x());
         if (limit < 1) {
-            EXPECT_NEAR(report.momentum.x(), limit * 5 / 60, 0.05 * limit * 5 / 60);
+            EXPECT_NEAR(report.totals.momentum.x(), limit * 5 / 60, 0.05 * limit * 5 / 60);
         }
     }
 }

@@ -63,17 +63,18 @@ Course run_course(body::World& world, double seconds, double quiet) {
     course.first += gravity_energy(world);
     for (int step = 0; step < static_cast<int>(std::lround(seconds / dt)); ++step) {
         const body::StepReport report = world.step();
-        const double energy = report.kinetic_energy + report.elastic_energy + gravity_energy(world);
+        const double energy =
+            report.totals.kinetic_energy + report.totals.elastic_energy + gravity_energy(world);
         EXPECT_TRUE(std::isfinite(energy)) << "step " << step;
         if (world.time() <= quiet) {
             course.first = energy;
             continue;
         }
         course.max_energy = std::max(course.max_energy, energy);
-        course.max_kinetic = std::max(course.max_kinetic, report.kinetic_energy);
-        course.max_elastic = std::max(course.max_elastic, report.elastic_energy);
-        course.top_speed = std::max(course.top_speed, report.top_speed);
-        course.removed += report.energy_removed;
+        course.max_kinetic = std::max(course.max_kinetic, report.totals.kinetic_energy);
+        course.max_elastic = std::max(course.max_elastic, report.totals.elastic_energy);
+        course.top_speed = std::max(course.top_speed, report.totals.top_speed);
+        course.removed += report.solver.energy_removed;
         if (step % 16 == 15)
             for (const std::string& line : world.bodies()[0]->validate()) ADD_FAILURE() << line;
     }

@@ -102,7 +102,7 @@ TEST(RigidContacts, AHeapOfFragmentsRestsOnTheGround) {
     StepReport report;
     for (int step = 0; step < 240; ++step) {
         report = world.step();
-        double now = report.kinetic_energy + report.elastic_energy;
+        double now = report.totals.kinetic_energy + report.totals.elastic_energy;
         for (std::size_t i = 0; i < body.phyxels().size(); ++i)
             now += 9.81 * body.phyxels().mass[i] * body.phyxels().position[i].z();
         if (step == 0) first = now;
@@ -110,7 +110,7 @@ TEST(RigidContacts, AHeapOfFragmentsRestsOnTheGround) {
         EXPECT_LT(now, energy + 0.08 * first) << "step " << step;
         energy = std::min(energy, now);
     }
-    EXPECT_LT(report.kinetic_energy, 1e-5);
+    EXPECT_LT(report.totals.kinetic_energy, 1e-5);
     // Pieces of 2 cm, stacked five high.
     const std::vector<meshless::RigidPiece>& pieces = body.phyxels().rigid.bodies;
     for (std::size_t k = 0; k < pieces.size(); ++k) {
@@ -149,8 +149,8 @@ TEST(RigidContacts, FragmentsThatHitABodyConserveMomenta) {
     std::size_t contacts = 0;
     for (int step = 0; step < 40; ++step) {
         const StepReport report = world.step();
-        contacts = std::max(contacts, report.contacts);
-        const double now = report.kinetic_energy + report.elastic_energy;
+        contacts = std::max(contacts, report.counts.contacts);
+        const double now = report.totals.kinetic_energy + report.totals.elastic_energy;
         EXPECT_LT(now, energy * (1 + 1e-3)) << "step " << step;
         energy = std::min(energy, now);
     }
@@ -196,8 +196,8 @@ TEST(RigidContacts, AClosingSurfaceDoesNotThrowTheFragmentItEncloses) {
     std::size_t contacts = 0;
     for (int step = 0; step < 60; ++step) {
         const StepReport report = world.step();
-        contacts = std::max(contacts, report.contacts);
-        const double now = report.kinetic_energy + report.elastic_energy;
+        contacts = std::max(contacts, report.counts.contacts);
+        const double now = report.totals.kinetic_energy + report.totals.elastic_energy;
         if (step == 0) first = now;
         EXPECT_LT(now, energy + 1e-3 * first) << "step " << step;
         energy = std::min(energy, now);

@@ -51,11 +51,11 @@ struct PulledBar {
     // Steps until the first edge tears and returns the number of steps; max_steps + 1 if none tears.
     int run_until_torn(int max_steps) {
         for (int step = 1; step <= max_steps; ++step)
-            if (world->step().torn_edges > 0) return step;
+            if (world->step().counts.torn_edges > 0) return step;
         return max_steps + 1;
     }
     void run(int steps) {
-        for (int k = 0; k < steps; ++k) torn += world->step().torn_edges;
+        for (int k = 0; k < steps; ++k) torn += world->step().counts.torn_edges;
     }
     std::unique_ptr<World> world;
     Body* body = nullptr;
@@ -92,7 +92,7 @@ TEST(Tearing, UnderItsOwnWeightABodyNeverTears) {
         Body& body = world.add_body(geometry::make_box(bar_size), s);
         body.add_constraint(hold_beyond(Vec3(0.1, 0, 0), Vec3::UnitX()));
         std::size_t torn = 0;
-        for (int k = 0; k < 60; ++k) torn += world.step().torn_edges;
+        for (int k = 0; k < 60; ++k) torn += world.step().counts.torn_edges;
         EXPECT_EQ(torn, 0U) << cell;
     }
 }
@@ -214,7 +214,7 @@ TEST(Tearing, MomentaAreConservedInFreeFlight) {
     const double scale = before.angular_momentum.norm() + before.mass * 0.05 * 4;
     std::size_t torn = 0, torn_whole = 0;
     for (int k = 0; k < 60; ++k) {
-        torn += burst.world->step().torn_edges;
+        torn += burst.world->step().counts.torn_edges;
         // A split relumps mass, and fragments that are too small lose their angular momentum.
         if (burst.body->pieces().count() > 1) continue;
         torn_whole = torn;
@@ -232,15 +232,15 @@ TEST(Tearing, MomentaAreConservedInFreeFlight) {
 TEST(Tearing, NoEnergyAppears) {
     Burst burst(2.5);
     StepReport report = burst.world->step();
-    const double start = report.kinetic_energy + report.elastic_energy;
+    const double start = report.totals.kinetic_energy + report.totals.elastic_energy;
     double energy = start;
     std::size_t torn = 0;
     for (int k = 0; k < 60; ++k) {
         report = burst.world->step();
-        const double now = report.kinetic_energy + report.elastic_energy;
-        EXPECT_LT(now - energy, 2e-3 * start) << "step " << k << ", torn " << report.torn_edges;
+        const double now = report.totals.kinetic_energy + report.totals.elastic_energy;
+        EXPECT_LT(now - energy, 2e-3 * start) << "step " << k << ", torn " << report.counts.torn_edges;
         energy = now;
-        torn += report.torn_edges;
+        torn += report.counts.torn_edges;
     }
     EXPECT_GT(torn, 20U);
     EXPECT_LT(energy, start);

@@ -169,18 +169,19 @@ inline TortureResult run(const Torture& torture) {
     const auto steps = static_cast<int>(std::lround(torture.seconds / dt));
     for (int step = 0; step < steps && out.violated.empty(); ++step) {
         const body::StepReport report = world->step();
-        out.new_phyxels += report.new_phyxels;
+        out.new_phyxels += report.counts.new_phyxels;
         const int count = static_cast<int>(body.pieces().count());
         meshless::momenta_of_pieces(body.phyxels(), count, now);
-        if (!std::isfinite(report.kinetic_energy) || !std::isfinite(report.elastic_energy))
+        if (!std::isfinite(report.totals.kinetic_energy) || !std::isfinite(report.totals.elastic_energy))
             fail("not finite");
         if (step % 16 == 15 || step + 1 == steps)
             for (const std::string& line : body.validate()) fail(line);
-        if (std::abs(report.mass - out.mass) > 1e-9 * out.mass) fail("mass");
+        if (std::abs(report.totals.mass - out.mass) > 1e-9 * out.mass) fail("mass");
         // Work of the support: its force times its displacement, as all held points move alike.
         if (torture.load == Load::shaken) {
             const Vec3 displacement = shake(world->time()) - shake(world->time() - dt);
-            put_in += (report.momentum - total.linear - dt * total.mass * gravity).dot(displacement) / dt;
+            put_in +=
+                (report.totals.momentum - total.linear - dt * total.mass * gravity).dot(displacement) / dt;
         }
         if (torture.load == Load::spinning) {
             const meshless::Momenta after = meshless::total_momenta(body.phyxels());
@@ -189,12 +190,13 @@ inline TortureResult run(const Torture& torture) {
                                                   (after.angular_momentum - total.angular_momentum).norm());
             total.angular_momentum = after.angular_momentum;
         }
-        total.linear = report.momentum;
-        const double energy = report.kinetic_energy + report.elastic_energy + potential_energy(now, gravity);
+        total.linear = report.totals.momentum;
+        const double energy =
+            report.totals.kinetic_energy + report.totals.elastic_energy + potential_energy(now, gravity);
         out.max_gain = std::max(out.max_gain, energy - put_in);
-        out.max_motion_gain = std::max(out.max_motion_gain, energy - report.elastic_energy - put_in);
+        out.max_motion_gain = std::max(out.max_motion_gain, energy - report.totals.elastic_energy - put_in);
         out.energy_put_in = std::max(out.energy_put_in, put_in - floor);
-        out.top_speed = std::max(out.top_speed, report.top_speed);
+        out.top_speed = std::max(out.top_speed, report.totals.top_speed);
         const std::vector<std::uint8_t> free = free_pieces(body, torture);
         for (std::size_t k = 0; k < now.size(); ++k) {
             const Vec3 velocity = now[k].linear / now[k].mass;

@@ -58,8 +58,8 @@ TEST(World, RestWithoutLoadStaysAtRest) {
             const StepReport report = world.step();
             ASSERT_EQ(body.phyxels().position, positions) << "step " << step;
             ASSERT_EQ(hash_of_positions(body), hash) << "step " << step;
-            ASSERT_EQ(report.top_speed, 0);
-            ASSERT_EQ(report.elastic_energy, 0);
+            ASSERT_EQ(report.totals.top_speed, 0);
+            ASSERT_EQ(report.totals.elastic_energy, 0);
         }
         EXPECT_EQ(body.pieces().count(), cut ? 2U : 1U);
     }
@@ -104,12 +104,13 @@ TEST(World, ASpinningBodyKeepsItsMomenta) {
     double previous_energy = 1e300;
     for (int step = 0; step < 600; ++step) {
         const StepReport report = world.step();
-        ASSERT_LT((report.momentum - before.linear).norm(), 1e-5 * before.linear.norm()) << "step " << step;
-        ASSERT_LT((report.angular_momentum - before.angular_momentum).norm(),
+        ASSERT_LT((report.totals.momentum - before.linear).norm(), 1e-5 * before.linear.norm())
+            << "step " << step;
+        ASSERT_LT((report.totals.angular_momentum - before.angular_momentum).norm(),
                   1e-5 * before.angular_momentum.norm())
             << "step " << step;
         if (step % 100 == 99) {
-            const double energy = report.kinetic_energy + report.elastic_energy;
+            const double energy = report.totals.kinetic_energy + report.totals.elastic_energy;
             EXPECT_LT(energy, 1.001 * previous_energy);
             previous_energy = energy;
         }
@@ -135,9 +136,9 @@ std::string hash_of_cutting(int thread_count, StepReport& last) {
 TEST(World, SameBitsForAnyNumberOfThreads) {
     StepReport report;
     const std::string one = hash_of_cutting(1, report);
-    EXPECT_EQ(report.pieces, 2U);
-    EXPECT_GT(report.contacts, 0U);
-    EXPECT_GT(report.cut_edges, 50U);
+    EXPECT_EQ(report.totals.pieces, 2U);
+    EXPECT_GT(report.counts.contacts, 0U);
+    EXPECT_GT(report.totals.cut_edges, 50U);
     EXPECT_EQ(hash_of_cutting(1, report), one) << "a second run";
     EXPECT_EQ(hash_of_cutting(2, report), one);
     EXPECT_EQ(hash_of_cutting(3, report), one);
@@ -183,11 +184,12 @@ TEST(World, MassAndMomentumAreConservedWhileTwentyBladesCut) {
     StepReport report;
     for (int step = 0; step < 50; ++step) {
         report = world->step();
-        ASSERT_NEAR(report.mass, before.mass, 1e-12 * before.mass) << "step " << step;
-        ASSERT_LT((report.momentum - before.linear).norm(), 1e-6 * before.mass * 0.3) << "step " << step;
+        ASSERT_NEAR(report.totals.mass, before.mass, 1e-12 * before.mass) << "step " << step;
+        ASSERT_LT((report.totals.momentum - before.linear).norm(), 1e-6 * before.mass * 0.3)
+            << "step " << step;
     }
-    EXPECT_GT(report.pieces, 5U);
-    EXPECT_EQ(report.pieces, world->bodies()[0]->pieces().count());
+    EXPECT_GT(report.totals.pieces, 5U);
+    EXPECT_EQ(report.totals.pieces, world->bodies()[0]->pieces().count());
 }
 
 struct Shredded {
@@ -214,11 +216,11 @@ const std::vector<Shredded>& shredded() {
                     const std::int32_t now = body.phyxels().piece[i];
                     one.strays += now != before[i] && now < known;
                 }
-                const double energy = report.kinetic_energy + report.elastic_energy;
+                const double energy = report.totals.kinetic_energy + report.totals.elastic_energy;
                 if (step == 0) one.first_energy = energy;
                 if (energy > one.max_energy) one.step = step;
                 one.max_energy = std::max(one.max_energy, energy);
-                one.max_kinetic = std::max(one.max_kinetic, report.kinetic_energy);
+                one.max_kinetic = std::max(one.max_kinetic, report.totals.kinetic_energy);
             }
         }
         return out;
@@ -261,7 +263,7 @@ TEST(World, SmallPiecesOfASpinningBodyAreHardlyFasterThanIt) {
         for (const Vec3& v : body.phyxels().velocity)
             ASSERT_LT(v.norm(), 3 * top) << "trial " << trial << ", a piece of " << nodes << " nodes";
         for (int step = 0; step < 10; ++step)
-            ASSERT_LT(world.step().top_speed, 3 * top)
+            ASSERT_LT(world.step().totals.top_speed, 3 * top)
                 << "trial " << trial << ", a piece of " << nodes << " nodes, step " << step;
     }
 }
@@ -280,8 +282,9 @@ TEST(World, MomentumIsConservedWhenPiecesSeparateInFreeFlight) {
     std::size_t max_pieces = 1;
     for (int step = 0; step < 60; ++step) {
         const StepReport report = world.step();
-        max_pieces = std::max(max_pieces, report.pieces);
-        ASSERT_LT((report.momentum - before.linear).norm(), 1e-6 * before.linear.norm()) << "step " << step;
+        max_pieces = std::max(max_pieces, report.totals.pieces);
+        ASSERT_LT((report.totals.momentum - before.linear).norm(), 1e-6 * before.linear.norm())
+            << "step " << step;
         // About the centre of mass, which itself moves slightly when mass is relumped.
         const Vec3 angular_momentum = meshless::total_momenta(body.phyxels()).angular_momentum;
         ASSERT_LT((angular_momentum - spin_before).norm(), 1e-5 * spin_before.norm()) << "step " << step;
@@ -307,9 +310,9 @@ TEST(World, MomentumGrowsByGravityOnly) {
     for (int step = 0; step < 30; ++step) {
         report = world.step();
         const Vec3 expected = before.linear + before.mass * world.time() * settings.gravity;
-        ASSERT_LT((report.momentum - expected).norm(), 1e-6 * before.mass * 5) << "step " << step;
+        ASSERT_LT((report.totals.momentum - expected).norm(), 1e-6 * before.mass * 5) << "step " << step;
     }
-    EXPECT_EQ(report.pieces, 2U);
+    EXPECT_EQ(report.totals.pieces, 2U);
 }
 
 TEST(World, ToolsCutOnlyTheirBodies) {
@@ -353,8 +356,8 @@ TEST(World, ABodyRestsOnTheGround) {
     Body& body = world.add_body(geometry::make_box(Vec3(0.2, 0.16, 0.14)), block);
     StepReport report;
     for (int step = 0; step < 240; ++step) report = world.step();
-    EXPECT_LT(report.top_speed, 0.01);
-    EXPECT_GT(report.contacts, 4U);
+    EXPECT_LT(report.totals.top_speed, 0.01);
+    EXPECT_GT(report.counts.contacts, 4U);
     double lowest = 1e300;
     for (const Vec3& p : body.surface_mesh().mesh.positions) lowest = std::min(lowest, p[2]);
     EXPECT_NEAR(lowest, -0.2, 0.2 * body.phyxel_spacing());

@@ -37,7 +37,7 @@ class Showing {
             const double begin = world->time();
             last = world->step();
             add_tools(begin);
-            top_speed = std::max(top_speed, last.top_speed);
+            top_speed = std::max(top_speed, last.totals.top_speed);
             if (watch) watch(*world, last);
             if (until && until(*world)) break;
         }
@@ -80,7 +80,7 @@ class Showing {
     void check() const {
         for (const auto& body : world->bodies())
             EXPECT_EQ(body->validate(), std::vector<std::string>{}) << body->name();
-        EXPECT_NEAR(last.mass, mass, 1e-9 * mass);
+        EXPECT_NEAR(last.totals.mass, mass, 1e-9 * mass);
         EXPECT_TRUE(geometry::check_mesh(world->surface_mesh().mesh).valid());
     }
 };
@@ -132,14 +132,14 @@ double share_beyond(const body::Body& body, const Vec3& point, const Vec3& norma
 TEST(Scenes, ScissorsTakeThePearsTopOff) {
     const Showing run("pear_scissors.json", {"bodies[0].cells=28", "bodies[0].phyxel_count=350"});
     const body::Body& pear = *run.world->bodies()[0];
-    ASSERT_EQ(run.last.pieces, 2U);
+    ASSERT_EQ(run.last.totals.pieces, 2U);
     const std::vector<meshless::Momenta> parts = pieces_of(pear);
     // Both blades stay in the plane through their pivot with their axis as normal.
     EXPECT_NEAR(parts[1].mass / run.mass, share_beyond(pear, {-0.1, 0, 0.14}, {0, 0.35, 1}), 0.006);
     EXPECT_LT(parts[1].centre[1], parts[0].centre[1] - 0.06) << "the top lies beside the pear";
     EXPECT_LT(parts[1].centre[2], 0.05);
     EXPECT_NEAR(parts[0].centre.head<2>().norm(), 0, 0.02) << "the pear stands";
-    EXPECT_LT(run.last.top_speed, 0.02);
+    EXPECT_LT(run.last.totals.top_speed, 0.02);
     EXPECT_LT(run.top_speed, 3);
     for (const Showing::ToolRecord& blade : run.tools) {
         EXPECT_EQ(blade.max_before, 0);
@@ -175,10 +175,10 @@ TEST(Scenes, TheScalpelOpensTheLiverAndLeavesItWhole) {
                           for (const Vec3& force : report.handle_forces)
                               max_force = std::max(max_force, force.norm());
                       });
-    EXPECT_EQ(run.last.pieces, 1U);
+    EXPECT_EQ(run.last.totals.pieces, 1U);
     // The numbers are those of the journal version's demonstration.
-    EXPECT_NEAR(static_cast<double>(run.last.phyxels), 566, 0.02 * 566);
-    EXPECT_NEAR(static_cast<double>(run.last.surface_cells), 1177, 0.02 * 1177);
+    EXPECT_NEAR(static_cast<double>(run.last.totals.phyxels), 566, 0.02 * 566);
+    EXPECT_NEAR(static_cast<double>(run.last.totals.surface_cells), 1177, 0.02 * 1177);
     EXPECT_GT(max_force, 1);
     EXPECT_LE(max_force, 3.0001) << "the handles' limit";
     EXPECT_EQ(run.tools[0].max_before, 0);
@@ -225,7 +225,7 @@ double energy_of(const body::World& world, const body::StepReport& report) {
         const meshless::Momenta all = meshless::total_momenta(body->phyxels());
         height += 9.81 * all.mass * all.centre[2];
     }
-    return report.kinetic_energy + report.elastic_energy + height;
+    return report.totals.kinetic_energy + report.totals.elastic_energy + height;
 }
 
 const std::vector<std::string> coarse_plate = {"bodies[0].cells=40", "bodies[1].cells=10"};
@@ -241,7 +241,7 @@ TEST(Scenes, AFallingBallBreaksThePlate) {
                           if (first == 0) first = energy;
                           highest = std::max(highest, energy);
                           // The ball's lowest point has 1.5 cm to fall at 2.5 m/s and more.
-                          if (report.time < 0.02) torn_before_contact += report.torn_edges;
+                          if (report.time < 0.02) torn_before_contact += report.counts.torn_edges;
                       });
     EXPECT_EQ(torn_before_contact, 0U);
     const std::vector<meshless::Momenta> parts = pieces_of(*run.world->bodies()[0]);
@@ -288,15 +288,15 @@ TEST(Scenes, ABallThatStaysOnTheBrokenPlatePressesItNoHarder) {
         double lowest = 1e300, max_kept = 0, top = 0;
         std::array<double, 3> last{};  // J, of the last steps
         std::size_t steps = 0;
-        const Showing run("plate_and_ball.json", overrides,
-                          [&](const body::World& world, const body::StepReport& report) {
-                              last[steps++ % last.size()] = energy_of(world, report) + report.contact_energy;
-                              const double kept = *std::min_element(last.begin(), last.end());
-                              if (steps < last.size()) return;
-                              lowest = std::min(lowest, kept);
-                              max_kept = std::max(max_kept, kept - lowest);
-                              top = std::max(top, last[(steps - 1) % last.size()] - lowest);
-                          });
+        const Showing run(
+            "plate_and_ball.json", overrides, [&](const body::World& world, const body::StepReport& report) {
+                last[steps++ % last.size()] = energy_of(world, report) + report.totals.contact_energy;
+                const double kept = *std::min_element(last.begin(), last.end());
+                if (steps < last.size()) return;
+                lowest = std::min(lowest, kept);
+                max_kept = std::max(max_kept, kept - lowest);
+                top = std::max(top, last[(steps - 1) % last.size()] - lowest);
+            });
         EXPECT_GT(run.world->bodies()[0]->pieces().count(), 1U);
         EXPECT_LT(max_kept, 0.02 * fall.energy) << "of " << fall.energy << " J that the ball brings";
         EXPECT_LT(top, 0.25 * fall.energy) << "for a step";
@@ -310,7 +310,7 @@ TEST(Scenes, WithoutTheBallThePlateBearsItself) {
     std::size_t torn = 0;
     const Showing run(
         "plate_and_ball.json", overrides,
-        [&torn](const body::World&, const body::StepReport& report) { torn += report.torn_edges; });
+        [&torn](const body::World&, const body::StepReport& report) { torn += report.counts.torn_edges; });
     EXPECT_EQ(torn, 0U);
     EXPECT_NEAR(meshless::total_momenta(run.world->bodies()[0]->phyxels()).centre[2], 0.16, 0.003);
 }
@@ -319,8 +319,8 @@ TEST(Scenes, SantaLosesAnArmByTearingAndTheTopOfHisHatByTheWire) {
     std::size_t torn = 0, torn_by_wire = 0;
     const Showing run("santa_claus.json", {"bodies[0].cells=44", "bodies[0].phyxel_count=500", "frames=180"},
                       [&](const body::World&, const body::StepReport& report) {
-                          torn += report.torn_edges;
-                          if (report.tools[0].area > 0) torn_by_wire += report.torn_edges;
+                          torn += report.counts.torn_edges;
+                          if (report.tools[0].area > 0) torn_by_wire += report.counts.torn_edges;
                       });
     const std::vector<meshless::Momenta> parts = pieces_of(*run.world->bodies()[0]);
     ASSERT_GE(parts.size(), 3U);

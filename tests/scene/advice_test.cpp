@@ -135,7 +135,7 @@ TEST(Advice, overlap_notes_predict_the_first_steps) {
         const auto world =
             build_world(parse_scene_text(text, "x.json", "/"), std::make_shared<const Parallel>(2), report);
         double out = 0;
-        for (int k = 0; k < 3; ++k) out = std::max(out, world->step().top_speed);
+        for (int k = 0; k < 3; ++k) out = std::max(out, world->step().totals.top_speed);
         return out;
     };
     const std::string still = R"(, "gravity": [0, 0, 0])";

@@ -27,7 +27,7 @@ void Body::cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t c
         change.crossings.push_back(slot);
         accumulate_cut_force(slot, context.dt, tool_before, tool_now, tool_force);
     }
-    report.new_cut_edges += cuts.size();
+    report.counts.new_cut_edges += cuts.size();
 }
 
 std::size_t Body::cut_with_sheet(const geometry::TriangleMesh& sheet, std::int32_t cut_number,

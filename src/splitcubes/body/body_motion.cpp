@@ -37,13 +37,13 @@ void Body::advance_deformation(const StepContext& context, StepReport& report) {
     const deformation::MotionReport moved = lattice_->advance(motion);
     lattice_->move_phyxels(grid_, context.dt, samples_);
     lattice_->count_step();
-    report.substeps = std::max(report.substeps, moved.substeps);
-    report.contacts += moved.contacts;
-    report.kinetic_energy += moved.kinetic_energy;
-    report.elastic_energy += moved.elastic_energy;
-    report.momentum += moved.momentum;
-    report.angular_momentum += moved.angular_momentum;
-    report.top_speed = std::max(report.top_speed, moved.top_speed);
+    report.solver.substeps = std::max(report.solver.substeps, moved.substeps);
+    report.counts.contacts += moved.contacts;
+    report.totals.kinetic_energy += moved.kinetic_energy;
+    report.totals.elastic_energy += moved.elastic_energy;
+    report.totals.momentum += moved.momentum;
+    report.totals.angular_momentum += moved.angular_momentum;
+    report.totals.top_speed = std::max(report.totals.top_speed, moved.top_speed);
     if (!moved.finite) report.flags |= flag_non_finite;
 }
 
@@ -55,19 +55,19 @@ void Body::add_handle_springs(const StepContext& context, std::uint32_t part,
 
 void Body::end_step(const StepContext& context, const meshless::SolverReport& solved, StepReport& report) {
     motion_->count_step();
-    report.solver_iterations += solved.iterations;
-    report.substeps = std::max(report.substeps, solved.substeps);
-    report.contacts += solved.contacts;
-    report.energy_excess_pieces += solved.energy_excess_pieces;
-    report.retries += solved.retries;
-    report.energy_removed += solved.energy_removed;
+    report.solver.iterations += solved.iterations;
+    report.solver.substeps = std::max(report.solver.substeps, solved.substeps);
+    report.counts.contacts += solved.contacts;
+    report.solver.energy_excess_pieces += solved.energy_excess_pieces;
+    report.solver.retries += solved.retries;
+    report.solver.energy_removed += solved.energy_removed;
     if (solved.energy_excess_pieces > 0) report.flags |= flag_energy_excess;
-    report.kinetic_energy += solved.kinetic_energy;
-    report.elastic_energy += solved.elastic_energy;
-    report.contact_energy += solved.contact_energy;
-    report.momentum += solved.momentum;
-    report.angular_momentum += solved.angular_momentum;
-    report.top_speed = std::max(report.top_speed, solved.top_speed);
+    report.totals.kinetic_energy += solved.kinetic_energy;
+    report.totals.elastic_energy += solved.elastic_energy;
+    report.totals.contact_energy += solved.contact_energy;
+    report.totals.momentum += solved.momentum;
+    report.totals.angular_momentum += solved.angular_momentum;
+    report.totals.top_speed = std::max(report.totals.top_speed, solved.top_speed);
     if (solved.inverted > 0) report.flags |= flag_inverted;
     if (solved.non_finite > 0) report.flags |= flag_non_finite;
     if (solved.rank_deficient > 0) report.flags |= flag_rank_deficient;
@@ -83,19 +83,19 @@ void Body::update_surface(const StepContext& context, StepReport& report) {
     surface_motion_.update(*surface_, grid_.rest(), motion_->tracker(), motion_->frames(), context.parallel);
     if (context.contacts && sampler_.revision() != surface_->revision())
         sampler_.rebuild(grid_, *surface_, *pieces_, samples_.spacing, context.parallel);
-    report.phyxels += samples_.phyxels.size();
-    report.pieces += pieces_->count();
-    report.cut_edges += cut_edge_count_;
-    report.surface_cells += surface_->cells().size();
-    report.triangles += surface_->triangle_count();
-    report.pairs += context.parallel.sum<std::size_t>(
+    report.totals.phyxels += samples_.phyxels.size();
+    report.totals.pieces += pieces_->count();
+    report.totals.cut_edges += cut_edge_count_;
+    report.totals.surface_cells += surface_->cells().size();
+    report.totals.triangles += surface_->triangle_count();
+    report.totals.pairs += context.parallel.sum<std::size_t>(
         samples_.pairs.size(), 1 << 15, 0, [&](std::size_t begin, std::size_t end) {
             std::uint32_t visible = 0;
             for (std::size_t k = begin; k < end; ++k)
                 visible += std::uint32_t{samples_.pairs.visibility[k] > 0};
             return std::size_t{visible};
         });
-    report.mass += context.parallel.sum<double>(samples_.phyxels.size(), 2048, 0,
+    report.totals.mass += context.parallel.sum<double>(samples_.phyxels.size(), 2048, 0,
                                                 [&](std::size_t begin, std::size_t end) {
                                                     double mass = 0;
                                                     for (std::size_t i = begin; i < end; ++i)

@@ -30,8 +30,8 @@ void Body::tear(const StepContext& context, TopologyChange& change, StepReport& 
                                samples_.locator, settings_.material, motion_->tracker(), motion_->frames(),
                                held, samples_.spacing, context.dt, context.parallel});
     change.crossings.insert(change.crossings.end(), slots.begin(), slots.end());
-    report.new_cut_edges += slots.size();
-    report.torn_edges += slots.size();
+    report.counts.new_cut_edges += slots.size();
+    report.counts.torn_edges += slots.size();
 }
 
 }  // namespace splitcubes::body

@@ -21,7 +21,7 @@ void Body::retessellate(const Parallel& parallel, TopologyChange& change, StepRe
     assert(solid_crossings_ + cut_edge_count_ == grid_.crossings().size());
     assert(std::is_sorted(change.crossings.begin(), change.crossings.end()));
     if (!change.crossings.empty()) cut_stage_ends_.push_back(static_cast<std::uint32_t>(cut_edge_count_));
-    report.changed_cells += changed.size();
+    report.counts.changed_cells += changed.size();
     surface_motion_.track_nodes(grid_, *surface_, motion_->tracker());
 }
 
@@ -40,7 +40,7 @@ void Body::update_visibility(const StepContext& context, TopologyChange& change,
     const ElasticSamples::VisibilityUpdate updated =
         samples_.update_visibility(sample_context(context.parallel), change);
     if (updated.pieces_changed) motion_->tracker().mark_pieces_changed();
-    report.disks += updated.evaluated;
+    report.counts.disks += updated.evaluated;
     motion_->tracker().mark_near(change.boxes, samples_.largest_support(), occluders_.grid().changes(),
                                  context.parallel);
 }
@@ -52,7 +52,7 @@ void Body::resample(const StepContext& context, TopologyChange& change, StepRepo
         boundary_.forget_phyxels();
         motion_->tracker().mark_all();
     }
-    report.new_phyxels += change.new_phyxels;
+    report.counts.new_phyxels += change.new_phyxels;
 }
 
 void Body::rebuild_neighbourhoods(const StepContext& context, TopologyChange& change) {

@@ -68,10 +68,8 @@ struct ToolForce {
     double work = 0;             // J, cutting resistance times area
 };
 
-struct StepReport {
-    double time = 0;                            // s, at the end of the step
-    std::array<double, stage_count> seconds{};  // wall clock of each stage
-    // Totals over all bodies, at the end of the step.
+/// State of all bodies at the end of a step.
+struct StepTotals {
     std::size_t phyxels = 0;
     std::size_t pairs = 0;      // undirected, with visibility above 0
     std::size_t cut_edges = 0;  // between inside nodes
@@ -85,21 +83,37 @@ struct StepReport {
     double elastic_energy = 0;             // J
     double contact_energy = 0;             // J, in the springs of contacts (implicit steps)
     double top_speed = 0;                  // m/s
-    // Of this step.
+};
+
+/// Changes and contacts of one step, over all bodies.
+struct StepCounts {
     std::size_t new_cut_edges = 0;  // by tools and by tearing
     std::size_t torn_edges = 0;     // by tearing
     std::size_t changed_cells = 0;
     std::size_t disks = 0;  // pairs whose visibility was evaluated
     std::size_t new_phyxels = 0;
-    int solver_iterations = 0;
+    std::size_t contacts = 0;  // with a normal force
+};
+
+/// Work of the time integration in one step, over all bodies.
+struct StepSolver {
+    int iterations = 0;                    // of the linear solver
     int substeps = 0;                      // maximum over the bodies; the implicit solver makes 1
-    std::size_t contacts = 0;              // with a normal force
-    std::vector<ToolForce> tools;          // per tool
-    std::vector<Vec3> handle_forces;       // N, on the bodies, per handle, body by body
-    std::size_t energy_excess_pieces = 0;  // pieces with an energy excess
     int retries = 0;                       // steps of bodies that were repeated with smaller substeps
+    std::size_t energy_excess_pieces = 0;  // pieces with an energy excess
     double energy_removed = 0;             // J, removed from pieces with an energy excess
-    std::uint32_t flags = 0;
+};
+
+/// Report of one step of a World.
+struct StepReport {
+    double time = 0;                            // s, at the end of the step
+    std::array<double, stage_count> seconds{};  // wall clock of each stage
+    StepTotals totals;
+    StepCounts counts;
+    StepSolver solver;
+    std::vector<ToolForce> tools;     // per tool
+    std::vector<Vec3> handle_forces;  // N, on the bodies, per handle, body by body
+    std::uint32_t flags = 0;          // see Flag
 
     double& stage_seconds(Stage stage) { return seconds[static_cast<std::size_t>(stage)]; }
     double total_seconds() const {

@@ -122,8 +122,8 @@ StepReport World::step() {
     integrate(context, report);
     if (settings_.contact.pieces) {
         const RigidContacts::Outcome pushed = rigid_contacts_->push(rigid);
-        report.kinetic_energy += pushed.kinetic_energy;
-        report.contacts += pushed.contacts;
+        report.totals.kinetic_energy += pushed.kinetic_energy;
+        report.counts.contacts += pushed.contacts;
     }
     done(Stage::integrate);
     for (auto& body : bodies_) body->update_node_frames(context, report);

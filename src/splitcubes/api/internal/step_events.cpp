@@ -47,12 +47,12 @@ StepResult StepEvents::end(Session& session, const body::StepReport& report) {
             .pieces_separated = pieces_separated_,
             .torn = torn_,
             .made_rigid = made_rigid_,
-            .pieces = report.pieces,
-            .new_cut_edges = report.new_cut_edges,
-            .contacts = report.contacts,
-            .kinetic_energy = report.kinetic_energy,
-            .elastic_energy = report.elastic_energy,
-            .solver_iterations = report.solver_iterations,
+            .pieces = report.totals.pieces,
+            .new_cut_edges = report.counts.new_cut_edges,
+            .contacts = report.counts.contacts,
+            .kinetic_energy = report.totals.kinetic_energy,
+            .elastic_energy = report.totals.elastic_energy,
+            .solver_iterations = report.solver.iterations,
             .warnings = report.flags};
 }
 
