@@ -48,28 +48,29 @@ void Aggregates::bisect(std::span<const Vec3> rest, std::size_t begin, std::size
         for (; set.level > 0 && set.end - set.begin <= limits[set.level - 1]; --set.level)
             ++opened[set.level - 1];
         if (set.level == 0) {
-            first_member_.push_back(static_cast<std::uint32_t>(set.end));
+            boxes_.first_member.push_back(static_cast<std::uint32_t>(set.end));
             for (std::size_t l = 0; l < levels_.size(); ++l) levels_[l].box.push_back(opened[l]);
             continue;
         }
-        Vec3 low = rest[member_[set.begin]], high = low;
+        Vec3 low = rest[boxes_.member[set.begin]], high = low;
         for (std::size_t k = set.begin; k < set.end; ++k) {
-            low = low.cwiseMin(rest[member_[k]]);
-            high = high.cwiseMax(rest[member_[k]]);
+            low = low.cwiseMin(rest[boxes_.member[k]]);
+            high = high.cwiseMax(rest[boxes_.member[k]]);
         }
         int axis = 0;
         (high - low).maxCoeff(&axis);
         // Keeps a lattice plane at the exact middle on one side.
         const double middle = 0.5 * (low[axis] + high[axis]) + 1e-6 * (high[axis] - low[axis]);
-        other_.clear();
+        scratch_.other.clear();
         std::size_t split = set.begin;
         for (std::size_t k = set.begin; k < set.end; ++k) {
-            if (rest[member_[k]][axis] < middle)
-                member_[split++] = member_[k];
+            if (rest[boxes_.member[k]][axis] < middle)
+                boxes_.member[split++] = boxes_.member[k];
             else
-                other_.push_back(member_[k]);
+                scratch_.other.push_back(boxes_.member[k]);
         }
-        std::copy(other_.begin(), other_.end(), member_.begin() + static_cast<std::ptrdiff_t>(split));
+        std::copy(scratch_.other.begin(), scratch_.other.end(),
+                  boxes_.member.begin() + static_cast<std::ptrdiff_t>(split));
         if (split == set.begin || split == set.end) split = (set.begin + set.end) / 2;
         sets.push_back({split, set.end, set.level});
         sets.push_back({set.begin, split, set.level});
@@ -78,14 +79,16 @@ void Aggregates::bisect(std::span<const Vec3> rest, std::size_t begin, std::size
 
 void Aggregates::bisect_pieces(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods) {
     const std::size_t n = phyxels.size();
-    member_.clear();
+    boxes_.member.clear();
     for (std::uint32_t i = 0; i < n; ++i)
-        if (held_[i] == 0) member_.push_back(i);
-    std::stable_sort(member_.begin(), member_.end(),
-                     [&](std::uint32_t a, std::uint32_t b) { return piece_[a] < piece_[b]; });
+        if (source_.held[i] == 0) boxes_.member.push_back(i);
+    std::stable_sort(boxes_.member.begin(), boxes_.member.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return source_.piece[a] < source_.piece[b]; });
     std::vector<std::size_t> ends;
-    for (std::size_t k = 1; k <= member_.size(); ++k)
-        if (k == member_.size() || piece_[member_[k]] != piece_[member_[k - 1]]) ends.push_back(k);
+    for (std::size_t k = 1; k <= boxes_.member.size(); ++k)
+        if (k == boxes_.member.size() ||
+            source_.piece[boxes_.member[k]] != source_.piece[boxes_.member[k - 1]])
+            ends.push_back(k);
     std::size_t largest = 0, begin = 0;
     for (const std::size_t end : ends) {
         largest = std::max(largest, end - begin);
@@ -95,45 +98,46 @@ void Aggregates::bisect_pieces(const Phyxels& phyxels, const Neighbourhoods& nei
     for (std::size_t size = max_box_size; size < largest; size *= growth) ++count;
     levels_.resize(count);
     for (Level& level : levels_) level.box.clear();
-    first_member_.assign(1, 0);
+    boxes_.first_member.assign(1, 0);
     begin = 0;
     for (const std::size_t end : ends) {
         bisect(phyxels.rest_position, begin, end);
         begin = end;
     }
-    const std::size_t boxes = first_member_.size() - 1;
-    box_.assign(n, none);
-    component_.assign(n, 0);
-    index_in_box_.assign(n, 0);
+    const std::size_t boxes = boxes_.first_member.size() - 1;
+    location_.box.assign(n, none);
+    location_.component.assign(n, 0);
+    location_.index_in_box.assign(n, 0);
     for (std::uint32_t box = 0; box < boxes; ++box)
-        for (std::uint32_t k = first_member_[box]; k < first_member_[box + 1]; ++k) box_[member_[k]] = box;
-    component_count_.assign(boxes, 0);
-    couplings_.resize(boxes);
-    dirty_.assign(boxes, 1);
-    relink_.assign(boxes, 1);
-    list_.reserve(boxes);
+        for (std::uint32_t k = boxes_.first_member[box]; k < boxes_.first_member[box + 1]; ++k)
+            location_.box[boxes_.member[k]] = box;
+    boxes_.component_count.assign(boxes, 0);
+    boxes_.couplings.resize(boxes);
+    boxes_.dirty.assign(boxes, 1);
+    boxes_.relink.assign(boxes, 1);
+    scratch_.boxes.reserve(boxes);
     stride_ = neighbourhoods.slices().stride();
-    row_revision_.assign(neighbourhoods.row_revision().begin(), neighbourhoods.row_revision().end());
+    source_.row_revision.assign(neighbourhoods.row_revision().begin(), neighbourhoods.row_revision().end());
 }
 
 // Marks the boxes whose links changed.
 void Aggregates::find_dirty(const Neighbourhoods& neighbourhoods) {
     const std::span<const std::uint64_t> now = neighbourhoods.row_revision();
     for (std::size_t i = 0; i < now.size(); ++i) {
-        if (now[i] == row_revision_[i]) continue;
-        row_revision_[i] = now[i];
-        if (box_[i] != none) dirty_[box_[i]] = 1;
+        if (now[i] == source_.row_revision[i]) continue;
+        source_.row_revision[i] = now[i];
+        if (location_.box[i] != none) boxes_.dirty[location_.box[i]] = 1;
         for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
-            const std::uint32_t box = box_[neighbourhoods.neighbour()[l]];
-            if (box != none) dirty_[box] = 1;
+            const std::uint32_t box = location_.box[neighbourhoods.neighbour()[l]];
+            if (box != none) boxes_.dirty[box] = 1;
         }
     }
 }
 
 // Finds the connected components within a box. Returns whether they changed.
 bool Aggregates::update_components(const Neighbourhoods& neighbourhoods, std::uint32_t box) {
-    const std::uint32_t begin = first_member_[box], size = first_member_[box + 1] - begin;
-    const std::span<std::uint32_t> members(member_.data() + begin, size);
+    const std::uint32_t begin = boxes_.first_member[box], size = boxes_.first_member[box + 1] - begin;
+    const std::span<std::uint32_t> members(boxes_.member.data() + begin, size);
     std::sort(members.begin(), members.end());
     std::array<std::uint32_t, max_box_size> root{};
     const auto find = [&](std::uint32_t k) {
@@ -142,12 +146,12 @@ bool Aggregates::update_components(const Neighbourhoods& neighbourhoods, std::ui
     };
     for (std::uint32_t k = 0; k < size; ++k) {
         const std::uint32_t i = members[k];
-        index_in_box_[i] = root[k] = k;
+        location_.index_in_box[i] = root[k] = k;
         for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
             const std::uint32_t j = neighbourhoods.neighbour()[l];
             if (j >= i) break;
-            if (box_[j] != box || !(neighbourhoods.link_coupling(l, i) > 0)) continue;
-            const std::uint32_t a = find(k), b = find(index_in_box_[j]);
+            if (location_.box[j] != box || !(neighbourhoods.link_coupling(l, i) > 0)) continue;
+            const std::uint32_t a = find(k), b = find(location_.index_in_box[j]);
             root[std::max(a, b)] = std::min(a, b);
         }
     }
@@ -156,38 +160,46 @@ bool Aggregates::update_components(const Neighbourhoods& neighbourhoods, std::ui
     bool changed = false;
     for (std::uint32_t k = 0; k < size; ++k) {
         component[k] = root[k] == k ? count++ : component[find(k)];
-        changed = changed || component_[members[k]] != component[k];
-        component_[members[k]] = component[k];
+        changed = changed || location_.component[members[k]] != component[k];
+        location_.component[members[k]] = component[k];
     }
-    changed = changed || component_count_[box] != count;
-    component_count_[box] = count;
+    changed = changed || boxes_.component_count[box] != count;
+    boxes_.component_count[box] = count;
     if (count > 1)
         std::sort(members.begin(), members.end(), [&](std::uint32_t a, std::uint32_t b) {
-            return component_[a] != component_[b] ? component_[a] < component_[b] : a < b;
+            return location_.component[a] != location_.component[b]
+                       ? location_.component[a] < location_.component[b]
+                       : a < b;
         });
     return changed;
 }
 
 // Sums the couplings of the components of a box.
 void Aggregates::update_couplings(const Neighbourhoods& neighbourhoods, std::uint32_t box) {
-    std::vector<Coupling>& couplings = couplings_[box];
+    std::vector<Coupling>& couplings = boxes_.couplings[box];
     couplings.clear();
     std::size_t begin = 0, slot = 0;  // index of the component's first coupling, and of the last one used
-    for (std::uint32_t k = first_member_[box]; k < first_member_[box + 1]; ++k) {
-        const std::uint32_t i = member_[k];
-        if (k == first_member_[box] || component_[i] != component_[member_[k - 1]])
+    for (std::uint32_t k = boxes_.first_member[box]; k < boxes_.first_member[box + 1]; ++k) {
+        const std::uint32_t i = boxes_.member[k];
+        if (k == boxes_.first_member[box] ||
+            location_.component[i] != location_.component[boxes_.member[k - 1]])
             begin = slot = couplings.size();
         for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
             const std::uint32_t j = neighbourhoods.neighbour()[l];
             const double stiffness = neighbourhoods.link_coupling(l, i);
-            if (!(stiffness > 0) || (box_[j] == box && component_[j] == component_[i])) continue;
-            const std::uint32_t to = box_[j] == none ? 0 : component_[j];
-            const auto matches = [&](const Coupling& c) { return c.to_box == box_[j] && c.to == to; };
+            if (!(stiffness > 0) ||
+                (location_.box[j] == box && location_.component[j] == location_.component[i]))
+                continue;
+            const std::uint32_t to = location_.box[j] == none ? 0 : location_.component[j];
+            const auto matches = [&](const Coupling& c) {
+                return c.to_box == location_.box[j] && c.to == to;
+            };
             // Consecutive neighbours often belong to the same component.
             if (slot >= couplings.size() || !matches(couplings[slot])) {
                 slot = begin;
                 while (slot < couplings.size() && !matches(couplings[slot])) ++slot;
-                if (slot == couplings.size()) couplings.push_back({component_[i], box_[j], to, 0});
+                if (slot == couplings.size())
+                    couplings.push_back({location_.component[i], location_.box[j], to, 0});
             }
             couplings[slot].stiffness += stiffness;
         }
@@ -197,54 +209,59 @@ void Aggregates::update_couplings(const Neighbourhoods& neighbourhoods, std::uin
 // Calls act(from, to, stiffness) for each coupling, with component indices; `to` may be none.
 template <class Do>
 void Aggregates::each_coupling(const Do& act) const {
-    for (std::size_t box = 0; box < couplings_.size(); ++box)
-        for (const Coupling& c : couplings_[box])
-            act(first_component_[box] + c.from, c.to_box == none ? none : first_component_[c.to_box] + c.to,
-                c.stiffness);
+    for (std::size_t box = 0; box < boxes_.couplings.size(); ++box)
+        for (const Coupling& c : boxes_.couplings[box])
+            act(boxes_.first_component[box] + c.from,
+                c.to_box == none ? none : boxes_.first_component[c.to_box] + c.to, c.stiffness);
 }
 
 void Aggregates::number_components() {
-    first_component_.assign(1, 0);
-    for (const std::uint32_t count : component_count_)
-        first_component_.push_back(first_component_.back() + count);
-    const std::size_t components = first_component_.back();
-    first_.assign(components + 1, static_cast<std::uint32_t>(member_.size()));
-    for (std::size_t k = member_.size(); k-- > 0;)
-        first_[first_component_[box_[member_[k]]] + component_[member_[k]]] = static_cast<std::uint32_t>(k);
-    box_of_component_.resize(components);
-    for (std::uint32_t box = 0; box < component_count_.size(); ++box)
-        for (std::uint32_t p = first_component_[box]; p < first_component_[box + 1]; ++p)
-            box_of_component_[p] = box;
-    for (auto* array : {&inertia_, &added_, &finest_}) array->resize(components);
-    component_sum_.resize(components);
+    boxes_.first_component.assign(1, 0);
+    for (const std::uint32_t count : boxes_.component_count)
+        boxes_.first_component.push_back(boxes_.first_component.back() + count);
+    const std::size_t components = boxes_.first_component.back();
+    components_.first.assign(components + 1, static_cast<std::uint32_t>(boxes_.member.size()));
+    for (std::size_t k = boxes_.member.size(); k-- > 0;)
+        components_.first[boxes_.first_component[location_.box[boxes_.member[k]]] +
+                          location_.component[boxes_.member[k]]] = static_cast<std::uint32_t>(k);
+    components_.box.resize(components);
+    for (std::uint32_t box = 0; box < boxes_.component_count.size(); ++box)
+        for (std::uint32_t p = boxes_.first_component[box]; p < boxes_.first_component[box + 1]; ++p)
+            components_.box[p] = box;
+    for (auto* array : {&components_.inertia, &components_.added, &components_.finest})
+        array->resize(components);
+    components_.sum.resize(components);
 }
 
 // Builds the aggregates of level 0: components, with splinters joined to a neighbour.
 void Aggregates::join_splinters() {
-    const std::size_t components = component_sum_.size();
-    const auto is_splinter = [&](std::uint32_t p) { return 3 * (first_[p + 1] - first_[p]) < max_box_size; };
-    root_.resize(components);
-    std::iota(root_.begin(), root_.end(), 0U);
-    strongest_.assign(components, 0);
+    const std::size_t components = components_.sum.size();
+    const auto is_splinter = [&](std::uint32_t p) {
+        return 3 * (components_.first[p + 1] - components_.first[p]) < max_box_size;
+    };
+    scratch_.root.resize(components);
+    std::iota(scratch_.root.begin(), scratch_.root.end(), 0U);
+    scratch_.strongest.assign(components, 0);
     each_coupling([&](std::uint32_t from, std::uint32_t to, double stiffness) {
-        if (to == none || !(stiffness > strongest_[from]) || !is_splinter(from) || is_splinter(to)) return;
-        strongest_[from] = stiffness;
-        root_[from] = to;
+        if (to == none || !(stiffness > scratch_.strongest[from]) || !is_splinter(from) || is_splinter(to))
+            return;
+        scratch_.strongest[from] = stiffness;
+        scratch_.root[from] = to;
     });
     std::vector<std::uint32_t>& aggregate_of = levels_[0].aggregate_of;
     aggregate_of.resize(components);
     std::uint32_t count = 0;
     for (std::uint32_t p = 0; p < components; ++p)
-        if (root_[p] == p) aggregate_of[p] = count++;
+        if (scratch_.root[p] == p) aggregate_of[p] = count++;
     for (std::uint32_t p = 0; p < components; ++p) {
-        aggregate_of[p] = aggregate_of[root_[p]];
-        box_of_component_[p] = box_of_component_[root_[p]];
+        aggregate_of[p] = aggregate_of[scratch_.root[p]];
+        components_.box[p] = components_.box[scratch_.root[p]];
     }
     levels_[0].stiffness.assign(count, 0);
     index_.assign(stride_, static_cast<std::int32_t>(count));
     for (std::uint32_t p = 0; p < components; ++p)
-        for (std::uint32_t k = first_[p]; k < first_[p + 1]; ++k)
-            index_[member_[k]] = static_cast<std::int32_t>(aggregate_of[p]);
+        for (std::uint32_t k = components_.first[p]; k < components_.first[p + 1]; ++k)
+            index_[boxes_.member[k]] = static_cast<std::int32_t>(aggregate_of[p]);
     correction_.assign(3 * (std::size_t{count} + 1), 0);
 }
 
@@ -255,22 +272,22 @@ void Aggregates::build_level(std::size_t level) {
     if (level > 0) {
         Level& below = levels_[level - 1];
         const std::size_t children = below.size();
-        root_.resize(children);
-        std::iota(root_.begin(), root_.end(), 0U);
+        scratch_.root.resize(children);
+        std::iota(scratch_.root.begin(), scratch_.root.end(), 0U);
         const auto find = [&](std::uint32_t k) {
-            while (root_[k] != k) k = root_[k] = root_[root_[k]];
+            while (scratch_.root[k] != k) k = scratch_.root[k] = scratch_.root[scratch_.root[k]];
             return k;
         };
         each_coupling([&](std::uint32_t from, std::uint32_t to, double) {
-            if (to == none || current.box[box_of_component_[from]] != current.box[box_of_component_[to]])
-                return;
+            if (to == none || current.box[components_.box[from]] != current.box[components_.box[to]]) return;
             const std::uint32_t a = find(below.aggregate_of[from]), b = find(below.aggregate_of[to]);
-            root_[std::max(a, b)] = std::min(a, b);
+            scratch_.root[std::max(a, b)] = std::min(a, b);
         });
         below.parent.resize(children);
         size = 0;
         for (std::uint32_t k = 0; k < children; ++k)
-            below.parent[k] = root_[k] == k ? static_cast<std::uint32_t>(size++) : below.parent[find(k)];
+            below.parent[k] =
+                scratch_.root[k] == k ? static_cast<std::uint32_t>(size++) : below.parent[find(k)];
         current.aggregate_of.resize(below.aggregate_of.size());
         for (std::size_t p = 0; p < current.aggregate_of.size(); ++p)
             current.aggregate_of[p] = below.parent[below.aggregate_of[p]];
@@ -293,38 +310,38 @@ void Aggregates::sum_link_stiffness(Level& level) const {
 void Aggregates::update(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
                         std::span<const std::uint8_t> held, const Parallel& parallel) {
     assert(held.size() == phyxels.size());
-    if (structure_ != neighbourhoods.structure() || piece_ != phyxels.piece ||
-        !std::equal(held.begin(), held.end(), held_.begin(), held_.end())) {
-        structure_ = neighbourhoods.structure();
-        piece_ = phyxels.piece;
-        held_.assign(held.begin(), held.end());
+    if (source_.structure != neighbourhoods.structure() || source_.piece != phyxels.piece ||
+        !std::equal(held.begin(), held.end(), source_.held.begin(), source_.held.end())) {
+        source_.structure = neighbourhoods.structure();
+        source_.piece = phyxels.piece;
+        source_.held.assign(held.begin(), held.end());
         bisect_pieces(phyxels, neighbourhoods);
-        revision_ = 0;
+        source_.revision = 0;
     }
-    if (revision_ == neighbourhoods.revision()) return;
-    revision_ = neighbourhoods.revision();
+    if (source_.revision == neighbourhoods.revision()) return;
+    source_.revision = neighbourhoods.revision();
     find_dirty(neighbourhoods);
     const auto list = [&](std::vector<std::uint8_t>& marks) {
-        list_.clear();
+        scratch_.boxes.clear();
         for (std::uint32_t box = 0; box < marks.size(); ++box)
-            if (marks[box] != 0) list_.push_back(box);
+            if (marks[box] != 0) scratch_.boxes.push_back(box);
     };
-    list(dirty_);
-    for_aggregates(parallel, list_.size(), [&](std::size_t k) {
+    list(boxes_.dirty);
+    for_aggregates(parallel, scratch_.boxes.size(), [&](std::size_t k) {
         // 2: components changed, so the neighbouring boxes must update their couplings.
-        dirty_[list_[k]] = update_components(neighbourhoods, list_[k]) ? 2 : 1;
+        boxes_.dirty[scratch_.boxes[k]] = update_components(neighbourhoods, scratch_.boxes[k]) ? 2 : 1;
     });
-    for (const std::uint32_t box : list_) {
-        relink_[box] = 1;
-        if (dirty_[box] == 2)
-            for (const Coupling& c : couplings_[box])
-                if (c.to_box != none) relink_[c.to_box] = 1;
-        dirty_[box] = 0;
+    for (const std::uint32_t box : scratch_.boxes) {
+        boxes_.relink[box] = 1;
+        if (boxes_.dirty[box] == 2)
+            for (const Coupling& c : boxes_.couplings[box])
+                if (c.to_box != none) boxes_.relink[c.to_box] = 1;
+        boxes_.dirty[box] = 0;
     }
-    list(relink_);
-    for_aggregates(parallel, list_.size(),
-                   [&](std::size_t k) { update_couplings(neighbourhoods, list_[k]); });
-    std::fill(relink_.begin(), relink_.end(), std::uint8_t{0});
+    list(boxes_.relink);
+    for_aggregates(parallel, scratch_.boxes.size(),
+                   [&](std::size_t k) { update_couplings(neighbourhoods, scratch_.boxes[k]); });
+    std::fill(boxes_.relink.begin(), boxes_.relink.end(), std::uint8_t{0});
     number_components();
     join_splinters();
     for (std::size_t l = 0; l < levels_.size(); ++l) build_level(l);
@@ -333,25 +350,25 @@ void Aggregates::update(const Phyxels& phyxels, const Neighbourhoods& neighbourh
 void Aggregates::compute_weights(const Neighbourhoods& neighbourhoods, double factor,
                                  std::span<const double> inertia, std::span<const double> added,
                                  const Parallel& parallel) {
-    for_aggregates(parallel, component_sum_.size(), [&](std::size_t p) {
+    for_aggregates(parallel, components_.sum.size(), [&](std::size_t p) {
         double inertia_sum = 0, contacts = 0, links = 0;
-        for (std::uint32_t k = first_[p]; k < first_[p + 1]; ++k) {
-            const std::uint32_t i = member_[k];
+        for (std::uint32_t k = components_.first[p]; k < components_.first[p + 1]; ++k) {
+            const std::uint32_t i = boxes_.member[k];
             inertia_sum += inertia[i];
             links += neighbourhoods.stiffness_diagonal()[i];
             if (!added.empty()) contacts += added[i];
         }
-        inertia_[p] = inertia_sum;
-        added_[p] = contacts;
-        finest_[p] = inertia_sum + contacts + factor * links;
+        components_.inertia[p] = inertia_sum;
+        components_.added[p] = contacts;
+        components_.finest[p] = inertia_sum + contacts + factor * links;
     });
     for (std::size_t l = 0; l < levels_.size(); ++l) {
         Level& level = levels_[l];
         std::fill(level.inertia.begin(), level.inertia.end(), 0.0);
         for (std::size_t c = 0; c < level.size(); ++c) level.diagonal[c] = factor * level.stiffness[c];
-        for (std::size_t p = 0; p < component_sum_.size(); ++p) {
-            level.inertia[level.aggregate_of[p]] += inertia_[p];
-            level.diagonal[level.aggregate_of[p]] += inertia_[p] + added_[p];
+        for (std::size_t p = 0; p < components_.sum.size(); ++p) {
+            level.inertia[level.aggregate_of[p]] += components_.inertia[p];
+            level.diagonal[level.aggregate_of[p]] += components_.inertia[p] + components_.added[p];
         }
         invert_diagonal(l);
     }
@@ -362,7 +379,8 @@ void Aggregates::invert_diagonal(std::size_t level) {
     Level& current = levels_[level];
     for (auto* array : {&current.finer, &current.remaining}) std::fill(array->begin(), array->end(), 0.0);
     if (level == 0) {
-        for (std::size_t p = 0; p < finest_.size(); ++p) current.finer[current.aggregate_of[p]] += finest_[p];
+        for (std::size_t p = 0; p < components_.finest.size(); ++p)
+            current.finer[current.aggregate_of[p]] += components_.finest[p];
         std::fill(current.remaining.begin(), current.remaining.end(), 1.0);
     } else {
         const Level& below = levels_[level - 1];
@@ -384,19 +402,19 @@ void Aggregates::invert_diagonal(std::size_t level) {
 
 double Aggregates::correct(const float* r, const Parallel& parallel) {
     if (count() == 0) return 0;
-    for_aggregates(parallel, component_sum_.size(), [&](std::size_t p) {
+    for_aggregates(parallel, components_.sum.size(), [&](std::size_t p) {
         Vec3 sum = Vec3::Zero();
-        for (std::uint32_t k = first_[p]; k < first_[p + 1]; ++k) {
-            const float* const slot = r + member_[k];
+        for (std::uint32_t k = components_.first[p]; k < components_.first[p + 1]; ++k) {
+            const float* const slot = r + boxes_.member[k];
             sum += Vec3(static_cast<double>(slot[0]), static_cast<double>(slot[stride_]),
                         static_cast<double>(slot[2 * stride_]));
         }
-        component_sum_[p] = sum;
+        components_.sum[p] = sum;
     });
     double product = 0;
     for (Level& level : levels_) std::fill(level.sum.begin(), level.sum.end(), Vec3::Zero());
-    for (std::size_t p = 0; p < component_sum_.size(); ++p)
-        levels_[0].sum[levels_[0].aggregate_of[p]] += component_sum_[p];
+    for (std::size_t p = 0; p < components_.sum.size(); ++p)
+        levels_[0].sum[levels_[0].aggregate_of[p]] += components_.sum[p];
     for (std::size_t l = 1; l < levels_.size(); ++l) {
         for (std::size_t c = 0; c < levels_[l - 1].size(); ++c)
             levels_[l].sum[levels_[l - 1].parent[c]] += levels_[l - 1].sum[c];

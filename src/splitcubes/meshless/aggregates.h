@@ -85,6 +85,43 @@ class Aggregates {
         std::uint32_t to = 0;      // component within to_box
         double stiffness = 0;      // N/m
     };
+    /// State from which the aggregates were made, to find what has changed since.
+    struct Source {
+        std::uint64_t structure = 0;              // structure() of the neighbourhoods at the last bisection
+        std::uint64_t revision = 0;               // revision() of the neighbourhoods at the last update
+        std::vector<std::int32_t> piece;          // per phyxel, at the last bisection
+        std::vector<std::uint8_t> held;           // per phyxel, at the last bisection
+        std::vector<std::uint64_t> row_revision;  // per phyxel, at the last update of its links
+    };
+    /// Position of each phyxel in the boxes of level 0.
+    struct Location {
+        std::vector<std::uint32_t> box;           // per phyxel, its box, or none
+        std::vector<std::uint32_t> component;     // per phyxel, its component within the box
+        std::vector<std::uint32_t> index_in_box;  // per phyxel, scratch of update_components
+    };
+    /// Boxes of level 0.
+    struct Boxes {
+        std::vector<std::uint32_t> member;             // phyxels, sorted by box and component
+        std::vector<std::uint32_t> first_member;       // per box, its start in member; one extra entry
+        std::vector<std::uint32_t> component_count;    // per box
+        std::vector<std::uint32_t> first_component;    // per box, index of its first component; one extra
+        std::vector<std::vector<Coupling>> couplings;  // per box
+        std::vector<std::uint8_t> dirty, relink;       // per box: components, couplings to be rebuilt
+    };
+    /// Components of the boxes of level 0.
+    struct Components {
+        std::vector<std::uint32_t> first;            // per component, its start in Boxes::member; one extra
+        std::vector<std::uint32_t> box;              // per component, the box of its aggregate of level 0
+        std::vector<double> inertia, added, finest;  // N/m, per component; finest: with the links
+        std::vector<Vec3> sum;                       // N, per component, of the residual
+    };
+    /// Arrays that are used within one call; kept to avoid allocations.
+    struct Scratch {
+        std::vector<std::uint32_t> other;  // of bisect: members on the upper side
+        std::vector<std::uint32_t> boxes;  // of update: boxes to be rebuilt
+        std::vector<std::uint32_t> root;   // of join_splinters and build_level: union-find
+        std::vector<double> strongest;     // of join_splinters: N/m, per component
+    };
     static constexpr std::uint32_t none = ~0U;
 
     void bisect_pieces(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods);
@@ -100,31 +137,15 @@ class Aggregates {
     template <class Do>
     void each_coupling(const Do& act) const;
 
-    std::uint64_t structure_ = 0;                   // structure() of the neighbourhoods at the last bisection
-    std::uint64_t revision_ = 0;                    // revision() of the neighbourhoods at the last update
-    std::vector<std::int32_t> piece_;               // per phyxel, at the last bisection
-    std::vector<std::uint8_t> held_;                // per phyxel, at the last bisection
-    std::vector<std::uint64_t> row_revision_;       // per phyxel, at the last update of its links
-    std::vector<std::uint32_t> member_;             // phyxels, sorted by box of level 0 and component
-    std::vector<std::uint32_t> other_;              // scratch of bisect
-    std::vector<std::uint32_t> first_member_;       // per box of level 0; one extra entry
-    std::vector<std::uint32_t> box_;                // per phyxel, its box of level 0, or none
-    std::vector<std::uint32_t> component_;          // per phyxel, its component within the box
-    std::vector<std::uint32_t> index_in_box_;       // per phyxel, scratch of update_components
-    std::vector<std::uint32_t> component_count_;    // per box
-    std::vector<std::vector<Coupling>> couplings_;  // per box
-    std::vector<std::uint8_t> dirty_, relink_;      // per box: components, couplings to be rebuilt
-    std::vector<std::uint32_t> list_;               // boxes, scratch
-    std::vector<std::uint32_t> first_component_;    // per box, index of its first component; one extra entry
-    std::vector<std::uint32_t> first_;              // per component, its start in member_; one extra entry
-    std::vector<std::uint32_t> root_, box_of_component_;  // scratch of build_level
-    std::vector<double> strongest_;                       // N/m, per component, scratch of join_splinters
-    IndexArray index_;                                    // per row, aggregate of level 0
+    Source source_;
+    Location location_;
+    Boxes boxes_;
+    Components components_;
     std::vector<Level> levels_;
-    std::vector<double> inertia_, added_, finest_;  // N/m, per component
-    std::vector<Vec3> component_sum_;               // N, per component
+    IndexArray index_;  // per row, aggregate of level 0
     FloatArray correction_;
     std::size_t stride_ = 0;
+    Scratch scratch_;
 };
 
 }  // namespace splitcubes::meshless
