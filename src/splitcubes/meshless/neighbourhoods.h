@@ -65,67 +65,69 @@ class Neighbourhoods {
     /// rows whose volume changed are recomputed.
     void refresh_volumes(const Phyxels& phyxels, const Material& material, const Parallel& parallel);
 
-    std::size_t size() const { return rank_.size(); }
-    std::size_t link_count() const { return neighbour_.size(); }
+    std::size_t size() const { return rows_.rank.size(); }
+    std::size_t link_count() const { return links_.neighbour.size(); }
 
     // Per phyxel.
     /// size + 1 entries: row i is [offsets[i], offsets[i + 1]).
     std::span<const std::uint32_t> offsets() const { return offsets_; }
     /// Number of independent directions of the neighbours: 0..3.
-    std::span<const std::uint8_t> rank() const { return rank_; }
+    std::span<const std::uint8_t> rank() const { return rows_.rank; }
     /// Columns: the kept directions first, then the dropped ones; rest space,
     /// right-handed.
-    std::span<const Mat3> basis() const { return basis_; }
+    std::span<const Mat3> basis() const { return rows_.basis; }
     /// Returns the projection onto the kept directions of phyxel i; exactly the identity with rank 3.
     Mat3 kept_directions(std::size_t i) const {
-        if (rank_[i] == 3) return Mat3::Identity();
+        if (rows_.rank[i] == 3) return Mat3::Identity();
         Mat3 projection = Mat3::Zero();
-        for (int k = 0; k < rank_[i]; ++k) projection += basis_[i].col(k) * basis_[i].col(k).transpose();
+        for (int k = 0; k < rows_.rank[i]; ++k)
+            projection += rows_.basis[i].col(k) * rows_.basis[i].col(k).transpose();
         return projection;
     }
     /// sum_j g_ij, 1/m.
-    std::span<const Vec3> gradient_sum() const { return gradient_sum_; }
+    std::span<const Vec3> gradient_sum() const { return rows_.gradient_sum; }
     /// m^3, as of the last rebuild, update or refresh.
-    std::span<const double> volume() const { return volume_; }
+    std::span<const double> volume() const { return rows_.volume; }
     /// Mean of the diagonal of the stiffness matrix's 3x3 block, N/m, for the preconditioner. Exact for
     /// corotated phyxels with equal rotations.
-    std::span<const double> stiffness_diagonal() const { return diagonal_; }
+    std::span<const double> stiffness_diagonal() const { return rows_.diagonal; }
     /// Returns the contribution of a link of phyxel i to the stiffness, N/m, against shifting one of its ends
     /// relative to the other. Summed over a plane through a lattice, the mean over shift directions is exact,
     /// since the gradients of both sides see half of each jump. Symmetric in the two directions of the link.
     double link_coupling(std::size_t link, std::size_t i) const {
-        return coupling_[i] * weight_[link] + coupling_[neighbour_[link]] * weight_[reverse_[link]];
+        return rows_.coupling[i] * links_.weight[link] +
+               rows_.coupling[links_.neighbour[link]] * links_.weight[links_.reverse[link]];
     }
     /// A_i = sum_j w_ij x_ij x_ij^T, 1/m.
-    std::span<const Mat3> moment() const { return moment_; }
+    std::span<const Mat3> moment() const { return rows_.moment; }
     /// c_i of the penalty c_i w_ij / 2 |F_i x_ij - (x_j - x_i)|^2, N m^2. Zero where the
     /// neighbours do not determine F_i well enough.
-    std::span<const double> penalty() const { return penalty_; }
+    std::span<const double> penalty() const { return rows_.penalty; }
 
     // Per link i -> j.
-    std::span<const std::uint32_t> neighbour() const { return neighbour_; }
+    std::span<const std::uint32_t> neighbour() const { return links_.neighbour; }
     /// g_ij = w_ij A_i^+ x_ij, 1/m, rest space.
-    std::span<const Vec3> gradient() const { return gradient_; }
+    std::span<const Vec3> gradient() const { return links_.gradient; }
     /// g_ji, so that forces can be gathered.
-    std::span<const Vec3> reverse_gradient() const { return reverse_gradient_; }
+    std::span<const Vec3> reverse_gradient() const { return links_.reverse_gradient; }
     /// x_ij = X_j - X_i, m, rest space.
-    std::span<const Vec3> rest_edge() const { return rest_edge_; }
+    std::span<const Vec3> rest_edge() const { return links_.rest_edge; }
     /// w_ij * visibility, 1/m^3.
-    std::span<const double> weight() const { return weight_; }
+    std::span<const double> weight() const { return links_.weight; }
     /// The link j -> i.
-    std::span<const std::uint32_t> reverse() const { return reverse_; }
+    std::span<const std::uint32_t> reverse() const { return links_.reverse; }
 
     /// Returns whether phyxel i has rank 2 and neighbours off its plane.
-    bool has_neighbours_off_plane(std::size_t i) const { return off_plane_[i] != 0; }
+    bool has_neighbours_off_plane(std::size_t i) const { return rows_.off_plane[i] != 0; }
 
     /// Index of the link's pair in the given Pairs.
-    std::span<const std::uint32_t> pair() const { return pair_; }
+    std::span<const std::uint32_t> pair() const { return links_.pair; }
 
     const LinkSlices& slices() const { return slices_; }
     /// Changes with every update; equal revisions mean equal contents.
     std::uint64_t revision() const { return revision_; }
     /// The same for the weights and penalty of each row, and for the list of neighbours.
-    std::span<const std::uint64_t> row_revision() const { return row_revision_; }
+    std::span<const std::uint64_t> row_revision() const { return rows_.revision; }
     std::uint64_t structure() const { return structure_; }
 
   private:
@@ -134,6 +136,39 @@ class Neighbourhoods {
         double zero_energy = -1, mu = -1, lambda = -1, volume_stiffness = -1;
         bool operator==(const MaterialKey&) const = default;
     };
+    /// Per directed link i -> j.
+    struct Links {
+        StreamArray<std::uint32_t> neighbour;  // phyxel j
+        StreamArray<std::uint32_t> reverse;    // the link j -> i
+        StreamArray<std::uint32_t> pair;       // index of its pair
+        StreamArray<Vec3> rest_edge;           // x_ij, m
+        StreamArray<Vec3> gradient;            // g_ij, 1/m
+        StreamArray<Vec3> reverse_gradient;    // g_ji, 1/m
+        StreamArray<double> base_weight;       // w_ij, 1/m^3
+        StreamArray<double> weight;            // w_ij * visibility, 1/m^3
+    };
+    /// Per phyxel i.
+    struct Rows {
+        std::vector<std::uint8_t> rank;
+        std::vector<std::uint8_t> off_plane;  // 1: has_neighbours_off_plane
+        StreamArray<Mat3> basis;
+        std::vector<Vec3> gradient_sum;    // 1/m
+        StreamArray<Mat3> moment;          // A_i, 1/m
+        StreamArray<Mat3> inverse_moment;  // pseudo-inverse in the kept directions, m
+        std::vector<double> base_trace;    // trace of the moment before any cut, 1/m
+        std::vector<double> penalty;       // c_i, N m^2
+        std::vector<double> volume;        // m^3
+        std::vector<double> diagonal;      // N/m
+        std::vector<double> coupling;      // link_coupling per unit of weight, N m^2
+        std::vector<std::uint64_t> revision;
+    };
+    /// Rows that an update changes; kept to avoid allocations.
+    struct Scratch {
+        std::vector<std::uint8_t> mark;   // per phyxel: 1 changed row, 2 neighbour of one; else 0
+        std::vector<std::uint32_t> rows;  // changed rows
+        std::vector<std::uint32_t> ring;  // these and their neighbours
+    };
+
     static MaterialKey key_of(const Material& material);
 
     void build_structure(const Phyxels& phyxels, const Pairs& pairs, const Parallel& parallel);
@@ -144,36 +179,18 @@ class Neighbourhoods {
     void link_back(std::size_t i);
     void finish_row(const Material& material, std::size_t i);
     double link_penalty(std::size_t link, std::size_t i) const {
-        return penalty_[i] * weight_[link] + penalty_[neighbour_[link]] * weight_[reverse_[link]];
+        return rows_.penalty[i] * links_.weight[link] +
+               rows_.penalty[links_.neighbour[link]] * links_.weight[links_.reverse[link]];
     }
     void add_ring();
 
-    std::vector<std::uint32_t> offsets_;    // rows of links, one more than phyxels
-    StreamArray<std::uint32_t> neighbour_;  // per link, phyxel
-    StreamArray<std::uint32_t> reverse_;    // per link i -> j, the link j -> i
-    StreamArray<std::uint32_t> pair_;       // per link, index of its pair
-    StreamArray<Vec3> rest_edge_;           // per link, m
-    StreamArray<Vec3> gradient_;            // per link, 1/m
-    StreamArray<Vec3> reverse_gradient_;    // per link, 1/m
-    StreamArray<double> base_weight_;       // per link, w_ij, 1/m^3
-    StreamArray<double> weight_;            // per link, w_ij * visibility, 1/m^3
-    std::vector<std::uint8_t> rank_;        // per phyxel
-    std::vector<std::uint8_t> off_plane_;   // per phyxel
-    StreamArray<Mat3> basis_;               // per phyxel
-    std::vector<Vec3> gradient_sum_;        // per phyxel, 1/m
-    StreamArray<Mat3> moment_;              // per phyxel, 1/m
-    StreamArray<Mat3> inverse_moment_;      // per phyxel, pseudo-inverse in the kept directions, m
-    std::vector<double> base_trace_;        // per phyxel, trace of the moment before any cut, 1/m
-    std::vector<double> penalty_;           // per phyxel, N m^2
-    std::vector<double> volume_;            // per phyxel, m^3
-    std::vector<double> diagonal_;          // per phyxel, N/m
-    std::vector<double> coupling_;          // per phyxel, link_coupling per unit of weight, N m^2
-    std::vector<std::uint64_t> row_revision_;
-    std::vector<std::uint8_t> mark_;          // scratch of update: 1 changed row, 2 neighbour of one
-    std::vector<std::uint32_t> rows_, ring_;  // scratch of update
+    std::vector<std::uint32_t> offsets_;  // rows of links, one more than phyxels
+    Links links_;
+    Rows rows_;
     LinkSlices slices_;
     MaterialKey material_key_;  // of the penalties and diagonals
     std::uint64_t revision_ = 0, structure_ = 0;
+    Scratch scratch_;
 };
 
 }  // namespace splitcubes::meshless
