@@ -1,4 +1,5 @@
 #include <splitcubes/splitting/boundary_crossings.h>
+#include <splitcubes/splitting/tuning.h>
 
 #include <algorithm>
 #include <cmath>
@@ -92,8 +93,8 @@ void note_thin(const NodeGrid& grid, const geometry::TriangleMesh& mesh, const E
                const EdgeCrossing& leave, BoundaryPart& part) {
     const Vec3 in = geometry::triangle_normal(mesh, enter.triangle);
     const Vec3 out = geometry::triangle_normal(mesh, leave.triangle);
-    constexpr double slab_cosine = -0.9;
-    if (in.dot(out) > slab_cosine && inside_node_around(grid, {enter.node, enter.axis})) return;
+    if (in.dot(out) > tuning::solidify::slab_cosine && inside_node_around(grid, {enter.node, enter.axis}))
+        return;
     const double along = (leave.parameter - enter.parameter) * grid.rest().cell_size;
     // The sheet is at most as thick as its steeper side implies.
     const double cosine = std::max(std::abs(in[enter.axis]), std::abs(out[enter.axis]));

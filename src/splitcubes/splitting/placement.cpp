@@ -1,5 +1,6 @@
 #include <splitcubes/splitting/placement.h>
 #include <splitcubes/splitting/table.h>
+#include <splitcubes/splitting/tuning.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -9,18 +10,6 @@
 namespace splitcubes::splitting {
 
 namespace {
-
-// Drops singular values below a tenth of the largest; the normal matrix holds their squares.
-constexpr double eigenvalue_cutoff = 0.01;
-constexpr double face_widening = 0.25;
-constexpr double crease_widening = 0.5;
-// If a cut meets the boundary (or an older cut) just beyond the face, the face vertex is placed there: a
-// crease that stopped at the face would be jagged.
-constexpr double meeting_widening = 0.5;
-// Three planes, or a sheet and its cutter, determine their intersection at any distance; a corner of a tilted
-// cube was found up to 0.8 of a cell outside the nearest cell that meets all three planes.
-constexpr double corner_widening = 1.0;
-constexpr double grazing_cosine = 0.05;
 
 // Returns the least-squares intersection of the lines or planes n_k . (x - p_k) = 0, moved from `start` only
 // along directions that they determine.
@@ -42,7 +31,7 @@ Eigen::Matrix<double, Dim, 1> least_squares_point(std::span<const Eigen::Matrix<
     rank = 0;
     for (int k = 0; k < Dim; ++k) {
         const double value = eigen.eigenvalues()[k];
-        if (!(value > eigenvalue_cutoff * largest)) continue;
+        if (!(value > tuning::placement::eigenvalue_cutoff * largest)) continue;
         step += eigen.eigenvectors().col(k) * (eigen.eigenvectors().col(k).dot(right) / value);
         ++rank;
     }
@@ -65,7 +54,7 @@ Eigen::Matrix<double, Dim, 1> slide(const Eigen::Matrix<double, Dim, 1>& start,
     Mat free = Mat::Zero();
     int fixed_rank = 0;
     for (int k = 0; k < Dim; ++k) {
-        if (eigen.eigenvalues()[k] > eigenvalue_cutoff * largest)
+        if (eigen.eigenvalues()[k] > tuning::placement::eigenvalue_cutoff * largest)
             ++fixed_rank;
         else
             free += eigen.eigenvectors().col(k) * eigen.eigenvectors().col(k).transpose();
@@ -76,7 +65,8 @@ Eigen::Matrix<double, Dim, 1> slide(const Eigen::Matrix<double, Dim, 1>& start,
     for (std::size_t k = 0; k < normals.size(); ++k) {
         const Vec projected = free * normals[k];
         // Nearly parallel sheets have no nearby intersection.
-        if (projected.squaredNorm() < eigenvalue_cutoff * normals[k].squaredNorm()) continue;
+        if (projected.squaredNorm() < tuning::placement::eigenvalue_cutoff * normals[k].squaredNorm())
+            continue;
         along[count] = projected;
         at[count++] = start + projected * (normals[k].dot(points[k] - start) / projected.squaredNorm());
     }
@@ -133,11 +123,11 @@ bool is_smooth_pair(int edge0, const FaceCrossing& a, int side0, int edge1, cons
                     int side1) {
     const double na = a.normal.dot(along(edge0)), nb = b.normal.dot(along(edge1));
     const double cosine = a.normal.dot(b.normal);
-    if (std::abs(na) < grazing_cosine || std::abs(nb) < grazing_cosine)
-        return std::abs(cosine) >= sharp_cosine;
+    if (std::abs(na) < tuning::placement::grazing_cosine || std::abs(nb) < tuning::placement::grazing_cosine)
+        return std::abs(cosine) >= tuning::placement::sharp_cosine;
     // Both normals oriented to the same side of the sheet.
     const double oriented_cosine = (na * side0 > 0 ? 1 : -1) * (nb * side1 > 0 ? 1 : -1) * cosine;
-    return oriented_cosine >= sharp_cosine;
+    return oriented_cosine >= tuning::placement::sharp_cosine;
 }
 
 // Returns the middle of the cubic Hermite arc that leaves both crossings along their tangents.
@@ -230,7 +220,7 @@ FacePlacement place_face_vertex(unsigned ring_mask, const std::array<FaceCrossin
     int rank = 0;
     if (first == ring_mask) {
         const Vec2 best = least_squares_point<2>({points.data(), n}, {normals.data(), n}, mean, rank);
-        return {clamp_towards<2>(best, mean, face_widening), false};
+        return {clamp_towards<2>(best, mean, tuning::placement::face_widening), false};
     }
     const auto middle = static_cast<std::size_t>(
         std::stable_partition(cut.begin(), cut.begin() + count, [&](int k) { return first >> k & 1; }) -
@@ -242,7 +232,7 @@ FacePlacement place_face_vertex(unsigned ring_mask, const std::array<FaceCrossin
     const Vec2 alone = place_face_vertex(first, crossings).point;
     const Vec2 best = slide<2>(alone, {normals.data(), middle}, {points.data() + middle, n - middle},
                                {normals.data() + middle, n - middle}, rank);
-    return {clamp_towards<2>(best, alone, meeting_widening), false};
+    return {clamp_towards<2>(best, alone, tuning::placement::meeting_widening), false};
 }
 
 Vec3 place_between_centres(int face_axis, double face_level, const Vec3& low, const Vec3& high) {
@@ -267,7 +257,8 @@ Planes planes_of(std::span<const CellCrossing> crossings) {
     for (std::size_t i = 0; i < crossings.size(); ++i) {
         sheet[i] = i;
         for (std::size_t j = 0; j < i; ++j) {
-            if (std::abs(crossings[i].normal.dot(crossings[j].normal)) < sharp_cosine) continue;
+            if (std::abs(crossings[i].normal.dot(crossings[j].normal)) < tuning::placement::sharp_cosine)
+                continue;
             const std::size_t into = std::min(sheet[i], sheet[j]), from = std::max(sheet[i], sheet[j]);
             std::replace(sheet.begin(), sheet.begin() + static_cast<std::ptrdiff_t>(i) + 1, from, into);
         }
@@ -299,13 +290,13 @@ bool is_smooth(std::span<const CellCrossing> crossings) {
         for (std::size_t j = i + 1; j < crossings.size(); ++j) {
             double cosine = crossings[i].normal.dot(crossings[j].normal);
             if (crossings[i].grazing || crossings[j].grazing) cosine = std::abs(cosine);
-            if (cosine < sharp_cosine) return false;
+            if (cosine < tuning::placement::sharp_cosine) return false;
         }
     return true;
 }
 
 double widening(int rank) {
-    return rank == 3 ? corner_widening : crease_widening;
+    return rank == 3 ? tuning::placement::corner_widening : tuning::placement::crease_widening;
 }
 
 Vec3 place_equals(std::span<const CellCrossing> crossings, bool oriented, const Vec3& mean) {
@@ -336,7 +327,7 @@ Vec3 place_centre(std::span<const CellCrossing> crossings, bool oriented, const 
     const Vec3 best =
         slide<3>(alone, {fixed.normals.data(), fixed.count}, {wanted.points.data(), wanted.count},
                  {wanted.normals.data(), wanted.count}, rank);
-    return clamp_towards<3>(best, alone, corner_widening);
+    return clamp_towards<3>(best, alone, tuning::placement::corner_widening);
 }
 
 }  // namespace splitcubes::splitting

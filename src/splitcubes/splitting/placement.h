@@ -12,9 +12,6 @@
 
 namespace splitcubes::splitting {
 
-/// Two crossings are sharp when their normals differ by more than acos(0.9), about 26 degrees.
-inline constexpr double sharp_cosine = 0.9;
-
 /// A crossing in the coordinates u, v of its face.
 struct FaceCrossing {
     Vec2 point = Vec2::Zero();   // on ring edge k

@@ -7,6 +7,7 @@
 #include <splitcubes/splitting/pieces.h>
 #include <splitcubes/splitting/solid_memory.h>
 #include <splitcubes/splitting/solidify.h>
+#include <splitcubes/splitting/tuning.h>
 
 #include <algorithm>
 #include <functional>
@@ -83,9 +84,8 @@ std::string keeping_size(const TriangleMesh& mesh, const SolidifyReport& report)
 // Notes gaps between walls less than a cell apart if they make up a share of the surface: every crease has a
 // few such edges.
 void note_gaps(const NodeGrid& grid, SolidifyReport& report) {
-    constexpr double min_share = 0.02;
     const double share = static_cast<double>(report.gap_edges) / static_cast<double>(grid.crossings().size());
-    if (share > min_share)
+    if (share > tuning::solidify::min_gap_share)
         report.notes.push_back("gaps narrower than a cell of " + text_in(report.unit, grid.rest().cell_size) +
                                " run along " + percent(share) +
                                " of its surface: the walls there stay apart, and meet in the gap's "
@@ -94,11 +94,9 @@ void note_gaps(const NodeGrid& grid, SolidifyReport& report) {
 
 // Notes material that falls between the nodes if it is more than the tips and rims that every mesh has.
 bool note_lost(const TriangleMesh& mesh, const NodeGrid& grid, SolidifyReport& report) {
-    constexpr std::size_t min_edges = 8;
-    constexpr double min_share = 0.005;
     const auto lost = static_cast<double>(report.lost_thin_edges);
-    if (report.lost_thin_edges < min_edges &&
-        lost <= min_share * static_cast<double>(grid.crossings().size()))
+    if (report.lost_thin_edges < tuning::solidify::min_lost_edges &&
+        lost <= tuning::solidify::min_lost_share * static_cast<double>(grid.crossings().size()))
         return false;
     const double cell = grid.rest().cell_size;
     // A surface crosses 1.5 grid edges per cell face of its area, averaged over all directions.
@@ -158,15 +156,10 @@ void note_findings(const TriangleMesh& welded, const NodeGrid& grid, SolidifyRep
                      "give a mesh that bounds a solid, or a smaller cell size");
 }
 
-// A sheet has a winding number of about 1/2 close to it but no inside: more of its surface would be invented
-// than that of a body with holes. Of the grid edges that cross the surface, a half sphere without its base
-// has a quarter in the hole; hilly sheets have a third.
-constexpr double max_invented_share = 0.3;
-
 void refuse_sheet(const NodeGrid& grid, const SolidifyReport& report) {
     const double share =
         static_cast<double>(report.bisected_edges) / static_cast<double>(grid.crossings().size());
-    if (share <= max_invented_share) return;
+    if (share <= tuning::solidify::max_invented_share) return;
     throw InputError("mesh",
                      "encloses no volume: " + std::to_string(static_cast<int>(100 * share)) +
                          " % of the closed surface would have to be invented",
@@ -201,8 +194,6 @@ TriangleMesh repaired_mesh(const TriangleMesh& mesh, SolidifyReport& report) {
 }  // namespace
 
 double solid_memory(const TriangleMesh& mesh, const RestGrid& rest) {
-    // Measured with spheres of 50 to 300 cells, closed ones and ones with holes.
-    constexpr double per_node = 2, per_cut_edge = 1800, per_crossing = 80;
     double area = 0;  // cells
     for (const geometry::Triangle& t : mesh.triangles) {
         const Vec3& a = mesh.positions[t[0]];
@@ -212,7 +203,9 @@ double solid_memory(const TriangleMesh& mesh, const RestGrid& rest) {
     // The mean of |nx| + |ny| + |nz| over all directions is 3/2. An edge is cut once, however often it is
     // crossed.
     const double crossings = 1.5 * area / (rest.cell_size * rest.cell_size);
-    return per_node * nodes + per_cut_edge * std::min(crossings, 3 * nodes) + per_crossing * crossings;
+    return tuning::solidify::bytes_per_node * nodes +
+           tuning::solidify::bytes_per_cut_edge * std::min(crossings, 3 * nodes) +
+           tuning::solidify::bytes_per_crossing * crossings;
 }
 
 NodeGrid solidify(const TriangleMesh& mesh, const RestGrid& rest, SolidifyReport& report,

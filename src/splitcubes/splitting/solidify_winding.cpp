@@ -4,6 +4,7 @@
 #include <splitcubes/geometry/winding_number.h>
 #include <splitcubes/splitting/boundary_crossings.h>
 #include <splitcubes/splitting/soup_edges.h>
+#include <splitcubes/splitting/tuning.h>
 
 #include <algorithm>
 #include <cmath>
@@ -33,9 +34,9 @@ class GradientBound {
         std::vector<Mark> marks;
         for (std::size_t brick = 0; brick < length_.size(); ++brick)
             if (length_[brick] > 0) marks.push_back({layout_.base(brick) / brick_side, length_[brick]});
-        constexpr double most_work = 1e8;
         const bool boundary_everywhere =
-            endless_ || static_cast<double>(marks.size()) * static_cast<double>(layout_.total()) > most_work;
+            endless_ || static_cast<double>(marks.size()) * static_cast<double>(layout_.total()) >
+                            tuning::solidify::max_gradient_work;
         if (marks.empty() && !endless_) return;
         parallel.for_each(layout_.total(), 64, [&](std::size_t brick) {
             bound_[brick] = boundary_everywhere ? std::numeric_limits<double>::infinity()
@@ -161,7 +162,6 @@ class WindingSolid {
     // is evaluated again only if the bound on the change could matter.
     void follow_row(const Vec3i& start, std::span<const EdgeCrossing> crossings, const GradientBound& bound,
                     std::uint8_t* inside) const {
-        constexpr double evaluation_error = 5e-3;
         double winding = 0, error = std::numeric_limits<double>::infinity();
         std::size_t next = 0;
         const int count = grid_.rest().node_count[0];
@@ -175,7 +175,7 @@ class WindingSolid {
                 const geometry::WindingNumber::Estimate quick = winding_.quick_at(at);
                 const bool is_clear = std::abs(std::abs(quick.value) - 0.5) > quick.tolerance;
                 winding = is_clear ? quick.value : winding_.at(at);
-                error = evaluation_error;
+                error = tuning::solidify::evaluation_error;
             }
             inside[x] = std::abs(winding) > 0.5;
         }
@@ -284,9 +284,8 @@ class WindingSolid {
 
     // Exact for meshes with holes; for a soup the last digits are not worth the time.
     double value_at(const Vec3& at) const {
-        constexpr std::size_t crowd = 4096;
         const geometry::WindingNumber::Estimate quick = winding_.quick_at(at);
-        return quick.near_count > crowd ? quick.value : winding_.at(at);
+        return quick.near_count > tuning::solidify::max_near_triangles ? quick.value : winding_.at(at);
     }
 
     const TriangleMesh& mesh_;

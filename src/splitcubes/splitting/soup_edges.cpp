@@ -1,4 +1,5 @@
 #include <splitcubes/splitting/soup_edges.h>
+#include <splitcubes/splitting/tuning.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,15 +13,8 @@ using geometry::WindingTriangles;
 
 namespace {
 
-// Cells. Within this distance of a crossing, the sweep's lattice may put a point on its other side.
-constexpr double resolution = 2e-6;
-// Bound on the difference between WindingNumber::at and the sum over all triangles.
-constexpr double tree_error = 2e-3;
-// Bound on a sum of independent rounding errors, over the root of the sum of their squares.
-constexpr double rounding_spread = 14;
-
 double rounding(double error2) {
-    return rounding_spread * std::sqrt(error2);
+    return tuning::soup_edges::rounding_spread * std::sqrt(error2);
 }
 
 // Error of a quintic that matches values and two derivatives at both ends of a unit interval, per integral of
@@ -101,14 +95,12 @@ std::vector<WindingTriangles::Corners> corners_of(const geometry::TriangleMesh& 
 
 bool SoupEdges::pays(const geometry::WindingNumber& winding, const geometry::TriangleMesh& mesh,
                      const RestGrid& rest) {
-    constexpr std::size_t crowd = 1000;  // near triangles
-    constexpr double sum_cost = 1.0 / 12;
-    constexpr double most_nodes = 1e7, most_cells = 1e5;
     const double nodes = rest.node_count.cast<double>().prod();
     const geometry::Box box = mesh.bounds();
-    if (mesh.triangles.size() < crowd || nodes > most_nodes ||
+    if (mesh.triangles.size() < tuning::soup_edges::min_near_triangles ||
+        nodes > tuning::soup_edges::max_nodes ||
         !(std::max(rest.to_grid(box.min).cwiseAbs().maxCoeff(), rest.to_grid(box.max).cwiseAbs().maxCoeff()) <
-          most_cells))
+          tuning::soup_edges::max_extent))
         return false;
     double near = 0;
     for (int k = 0; k < 64; ++k) {
@@ -116,7 +108,8 @@ bool SoupEdges::pays(const geometry::WindingNumber& winding, const geometry::Tri
         near += static_cast<double>(winding.quick_at(box.min + share.cwiseProduct(box.size())).near_count);
     }
     near /= 64;
-    return near > crowd && near > sum_cost * static_cast<double>(mesh.triangles.size());
+    return near > tuning::soup_edges::min_near_triangles &&
+           near > tuning::soup_edges::sum_cost_ratio * static_cast<double>(mesh.triangles.size());
 }
 
 SoupEdges::SoupEdges(const geometry::TriangleMesh& mesh, const RestGrid& rest,
@@ -166,7 +159,8 @@ bool SoupEdges::inside_at(const GridEdge& edge, double parameter) const {
     const Vec3 at = edge.node.cast<double>() + parameter * Vec3::Unit(edge.axis);
     const WindingJet jet = jets_.value(jets_.triangles(), centered(at));
     const double size = std::abs(jet.value);
-    if (jet.sound && std::abs(size - 0.5) > tree_error + rounding(jet.error2)) return size > 0.5;
+    if (jet.sound && std::abs(size - 0.5) > tuning::soup_edges::tree_error + rounding(jet.error2))
+        return size > 0.5;
     return winding_.exceeds(
         rest_.node_position(edge.node) + parameter * rest_.cell_size * Vec3::Unit(edge.axis), 0.5);
 }
@@ -188,7 +182,7 @@ void SoupEdges::set_nodes(const Parallel& parallel) {
         }
         if ((node.array() == 0).any() || (node.array() == n.array() - 1).any()) return;
         const double size = std::abs(jet.value);
-        if (jet.sound && std::abs(size - 0.5) > tree_error + rounding(jet.error2))
+        if (jet.sound && std::abs(size - 0.5) > tuning::soup_edges::tree_error + rounding(jet.error2))
             inside_[i] = size > 0.5;
         else
             inside_[i] = winding_.exceeds(rest_.node_position(node), 0.5);
@@ -288,8 +282,9 @@ class SoupEdges::Worker {
     }
 
     static bool close_to(std::span<const EdgeCrossing> crossings, double t) {
-        return std::any_of(crossings.begin(), crossings.end(),
-                           [&](const EdgeCrossing& c) { return std::abs(c.parameter - t) < resolution; });
+        return std::any_of(crossings.begin(), crossings.end(), [&](const EdgeCrossing& c) {
+            return std::abs(c.parameter - t) < tuning::soup_edges::crossing_resolution;
+        });
     }
 
     // A part of an edge with the sums over all triangles, without their jumps, at both ends.
@@ -356,10 +351,11 @@ class SoupEdges::Worker {
         for (std::size_t k = 0; k + 1 < crossings.size(); ++k) {
             if (counts(crossings[k]) && !marked(crossings[k], serial_)) behind += crossings[k].direction;
             const double a = crossings[k].parameter, b = crossings[k + 1].parameter, t = 0.5 * (a + b);
-            if (b - a < 4 * resolution || t < part.begin || t >= part.end) continue;
+            if (b - a < 4 * tuning::soup_edges::crossing_resolution || t < part.begin || t >= part.end)
+                continue;
             const WindingJet here = out_.jets_.value(near, point(edge, t));
             const double size = std::abs(far.at(t).value - behind + here.value);
-            const double error = part.error + rounding(here.error2) + tree_error;
+            const double error = part.error + rounding(here.error2) + tuning::soup_edges::tree_error;
             if (here.sound && std::abs(size - 0.5) > error) out_.after_[first + k] = size > 0.5;
         }
     }
@@ -402,7 +398,7 @@ class SoupEdges::Worker {
 };
 
 void SoupEdges::set_edges(const Parallel& parallel) {
-    constexpr int side = 8;
+    constexpr int side = tuning::soup_edges::cube_side;
     const Vec3i cubes = (rest_.node_count + Vec3i::Constant(side - 1)) / side;
     const auto count = static_cast<std::size_t>(cubes.prod());
     std::vector<std::vector<BoundaryCut>> holes(count);

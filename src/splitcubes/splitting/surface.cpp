@@ -1,5 +1,6 @@
 #include <splitcubes/splitting/placement.h>
 #include <splitcubes/splitting/surface.h>
+#include <splitcubes/splitting/tuning.h>
 
 #include <algorithm>
 #include <bit>
@@ -9,8 +10,6 @@
 namespace splitcubes::splitting {
 
 namespace {
-
-constexpr double grazing_edge_cosine = 0.05;
 
 Vec3 face_point(int axis, double level, const Vec2& in_face) {
     Vec3 p;
@@ -103,8 +102,7 @@ void Surface::take_in(const NodeGrid& grid, std::span<const std::int32_t> new_sl
     if (new_slots.empty()) return;
     std::size_t done = 0;
     const auto check = [&] {
-        constexpr std::size_t between_checks = 4096;
-        if (watched && ++done % between_checks == 0) watched->check();
+        if (watched && ++done % tuning::surface::cells_between_checks == 0) watched->check();
     };
     ++revision_;
     edge_vertices_.resize(grid.crossings().size(), {-1, -1});
@@ -357,7 +355,7 @@ Vec3 Surface::place_group(const NodeGrid& grid, unsigned group, const CellContex
         for (int k = 0; k < 3; ++k) c.point[k] = corner_bit(edge_corners[i][0], k);
         c.point[axis] += raw.hit;
         c.normal = configuration.edge_side[i] < 0 ? Vec3(-raw.normal) : raw.normal;
-        c.grazing = std::abs(raw.normal[axis]) < grazing_edge_cosine;
+        c.grazing = std::abs(raw.normal[axis]) < tuning::placement::grazing_edge_cosine;
         c.cut = raw.cut;
     }
     const unsigned faces = configuration.group_faces[group];

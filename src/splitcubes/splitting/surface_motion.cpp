@@ -2,6 +2,7 @@
 #include <splitcubes/core/prefetch.h>
 #include <splitcubes/geometry/affine_sums.h>
 #include <splitcubes/splitting/surface.h>
+#include <splitcubes/splitting/tuning.h>
 
 #include <algorithm>
 #include <cassert>
@@ -63,10 +64,10 @@ class VertexBlock {
   private:
     // Vertices are read in sequence, but the cell of each is an indirect access.
     static void prefetch_ahead(const Surface& surface, std::size_t i) {
-        constexpr std::size_t vertices_ahead = 64, cells_ahead = 16;
         const std::span<const SurfaceVertex> vertices = surface.vertices();
-        prefetch(vertices.data() + std::min(i + vertices_ahead, vertices.size() - 1));
-        const SurfaceVertex& later = vertices[std::min(i + cells_ahead, vertices.size() - 1)];
+        prefetch(vertices.data() + std::min(i + tuning::surface::vertices_ahead, vertices.size() - 1));
+        const SurfaceVertex& later =
+            vertices[std::min(i + tuning::surface::cells_ahead, vertices.size() - 1)];
         const SurfaceCell& cell = surface.cells()[later.cell];
         prefetch(&cell.place);
         prefetch(&cell.node.back());
