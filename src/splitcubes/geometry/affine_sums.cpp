@@ -8,6 +8,7 @@
 #include <hwy/highway.h>
 
 #include <splitcubes/geometry/affine_sums.h>
+#include <splitcubes/geometry/tuning.h>
 
 #include <algorithm>
 
@@ -22,8 +23,6 @@ using V = hn::Vec<decltype(d)>;
 constexpr std::size_t lanes = hn::MaxLanes(d);
 constexpr std::size_t vectors = AffineDisplacement::entry_count / lanes;
 
-constexpr std::size_t prefetch_terms = 512;  // prefetch distance, in terms
-
 // A running sum. Its additions depend on each other; sums of several rows run in parallel.
 struct Sum {
     V part[vectors];
@@ -34,8 +33,8 @@ struct Sum {
     }
     HWY_INLINE void add(const std::uint32_t* index, const double* weight, const AffineDisplacement* motions) {
         // Further than hardware prefetches; a prefetch past the end is harmless.
-        hwy::Prefetch(weight + next + prefetch_terms);
-        hwy::Prefetch(index + next + prefetch_terms);
+        hwy::Prefetch(weight + next + tuning::affine_sums::prefetch_terms);
+        hwy::Prefetch(index + next + tuning::affine_sums::prefetch_terms);
         const V w = hn::Set(d, weight[next]);
         const double* motion = motions[index[next]].entries();
         for (std::size_t v = 0; v < vectors; ++v)
@@ -125,8 +124,7 @@ HWY_INLINE Three turned(const W (&jacobian)[3][3], const Three& normal) {
     const Three out = product(cofactor, normal);
     const W length = hn::Sqrt(hn::Add(hn::Add(hn::Mul(out.v[0], out.v[0]), hn::Mul(out.v[1], out.v[1])),
                                       hn::Mul(out.v[2], out.v[2])));
-    constexpr double least = 1e-9;
-    const auto is_long = hn::Gt(length, hn::Set(wide, least));
+    const auto is_long = hn::Gt(length, hn::Set(wide, tuning::affine_sums::min_normal_length));
     Three unit;
     for (int r = 0; r < 3; ++r) unit.v[r] = hn::IfThenElse(is_long, hn::Div(out.v[r], length), normal.v[r]);
     return unit;

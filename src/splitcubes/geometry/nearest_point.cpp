@@ -1,4 +1,5 @@
 #include <splitcubes/geometry/nearest_point.h>
+#include <splitcubes/geometry/tuning.h>
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +8,6 @@
 namespace splitcubes::geometry {
 
 namespace {
-
-constexpr std::uint32_t leaf_size = 4;
-constexpr int max_depth = 60;  // halving 2^32 triangles takes 30
 
 double distance2(const Box& box, const Vec3& point) {
     double sum = 0;
@@ -98,7 +96,8 @@ std::uint32_t NearestPoint::build(std::uint32_t begin, std::uint32_t end, std::s
                                   int depth) {
     const auto number = static_cast<std::uint32_t>(nodes_.size());
     nodes_.push_back({Box{}, begin, end, 0});
-    if (end - begin <= leaf_size || depth == max_depth) return number;
+    if (end - begin <= tuning::distance::nearest_leaf_size || depth == tuning::distance::nearest_max_depth)
+        return number;
     Box box;
     for (std::uint32_t i = begin; i < end; ++i) box.add(centroids[order_[i]]);
     int axis = 0;
@@ -142,7 +141,7 @@ NearestPoint::Hit NearestPoint::at(const Query& query) const {
         std::uint32_t node;
         double distance2;
     };
-    std::array<Entry, max_depth + 4> stack;
+    std::array<Entry, tuning::distance::nearest_max_depth + 4> stack;
     std::size_t height = 0;
     const auto too_far = [&](double d2) {
         const double reach = best_value + slack_;

@@ -1,5 +1,6 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/geometry/occluder_grid.h>
+#include <splitcubes/geometry/tuning.h>
 
 #include <algorithm>
 #include <cmath>
@@ -32,9 +33,8 @@ OccluderGrid::OccluderGrid(const Vec3& origin, double cell_size, const Vec3i& ce
 }
 
 void OccluderGrid::lay_out_words() {
-    constexpr double most = 1 << 21;
     const Vec3i count = brick_of(cell_count_ - Vec3i::Ones()) + Vec3i::Constant(3);
-    if (count.cast<double>().prod() > most) return;
+    if (count.cast<double>().prod() > tuning::occluders::max_direct_bricks) return;
     word_count_ = count;
     words_.assign(static_cast<std::size_t>(count.prod()), 0);
     brick_indices_.assign(words_.size(), 0);
@@ -120,7 +120,7 @@ void OccluderGrid::pack(Brick& brick, const Vec3i& cell, std::uint32_t id) {
     const Vec3 centre = brick.packed.centre();
     const double reach =
         std::max((entry.box.max - centre).maxCoeff(), (centre - entry.box.min).maxCoeff()) - 2 * cell_size_;
-    if (reach > max_overhang * cell_size_) {
+    if (reach > tuning::occluders::max_overhang * cell_size_) {
         loose_.push_back({key_of(cell), id});
         return;
     }
@@ -138,7 +138,7 @@ bool OccluderGrid::for_listings(std::uint64_t owner, std::uint32_t index, std::u
                                 const Use& use) const {
     const Vec3i low = cell_at(entries_[id].box.min, -listing_margin);
     const Vec3i high = cell_at(entries_[id].box.max, listing_margin);
-    if ((high - low).maxCoeff() >= max_span) return false;
+    if ((high - low).maxCoeff() >= tuning::occluders::max_span) return false;
     const RoughBox rough = RoughBox::around(entries_[id].box);
     const RoughPlane plane(entries_[id].triangle.corner, origin_);
     for (int z = low[2]; z <= high[2]; ++z)
@@ -320,9 +320,8 @@ bool OccluderGrid::is_clear(const Box& box) const {
 
 // Returns false also for ranges where the test would cost more than it saves.
 bool OccluderGrid::is_clear(const Vec3i& low, const Vec3i& high) const {
-    constexpr int max_bricks = 4;  // along an axis
     const Vec3i first = brick_of(low), last = brick_of(high);
-    if ((last - first).maxCoeff() >= max_bricks) return false;
+    if ((last - first).maxCoeff() >= tuning::occluders::max_clear_bricks) return false;
     for (int z = first[2]; z <= last[2]; ++z)
         for (int y = first[1]; y <= last[1]; ++y)
             for (int x = first[0]; x <= last[0]; ++x) {
@@ -430,19 +429,18 @@ bool overlap_in_plane(const std::array<Vec3, 3>& p, const Vec3& d, const Vec3& n
 // Tests the edges by triple products, whose sign is consistent for the two triangles at
 // an edge, then the sides of the triangle's plane.
 bool segment_meets_triangle(const Vec3& a, const Vec3& b, const std::array<Vec3, 3>& corner) {
-    constexpr double relative = 1e-13;
     const Vec3 d = b - a;
     const std::array<Vec3, 3> p{corner[0] - a, corner[1] - a, corner[2] - a};
     const double length = d.cwiseAbs().maxCoeff();
     const double size =
         std::max(p[0].cwiseAbs().cwiseMax(p[1].cwiseAbs()).cwiseMax(p[2].cwiseAbs()).maxCoeff(), length);
-    const double edge_slack = relative * size * size * length;
+    const double edge_slack = tuning::occluders::segment_tolerance * size * size * length;
     const double e0 = d.dot(p[0].cross(p[1])), e1 = d.dot(p[1].cross(p[2])), e2 = d.dot(p[2].cross(p[0]));
     const auto [low, high] = std::minmax({e0, e1, e2});
     if (low < -edge_slack && high > edge_slack) return false;
     const Vec3 normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
     const double normal_size = normal.cwiseAbs().maxCoeff();
-    const double plane_slack = relative * normal_size * size;
+    const double plane_slack = tuning::occluders::segment_tolerance * normal_size * size;
     const double side_a = -normal.dot(p[0]);
     const double side_b = side_a + normal.dot(d);
     if ((side_a > plane_slack && side_b > plane_slack) || (side_a < -plane_slack && side_b < -plane_slack))
@@ -450,7 +448,8 @@ bool segment_meets_triangle(const Vec3& a, const Vec3& b, const std::array<Vec3,
     const double longest =
         std::max({(p[1] - p[0]).squaredNorm(), (p[2] - p[1]).squaredNorm(), (p[0] - p[2]).squaredNorm()});
     if (!(normal_size > 1e-14 * longest)) return false;
-    if (low >= -edge_slack && high <= edge_slack) return overlap_in_plane(p, d, normal, relative * size);
+    if (low >= -edge_slack && high <= edge_slack)
+        return overlap_in_plane(p, d, normal, tuning::occluders::segment_tolerance * size);
     return true;
 }
 

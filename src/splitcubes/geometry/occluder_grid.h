@@ -102,8 +102,6 @@ class OccluderGrid {
   private:
     static constexpr int brick_bits = 2;  // cells of a brick along an axis: 4
     static constexpr std::uint32_t brick_cells = 64;
-    static constexpr int max_span = 8;      // cells; longer triangles go to large_
-    static constexpr int max_overhang = 4;  // cells beyond their brick; others go to loose_
 
     // One listing of a triangle in a cell.
     struct Ref {

@@ -7,6 +7,7 @@
 #include <hwy/highway.h>
 
 #include <splitcubes/geometry/occluder_lanes.h>
+#include <splitcubes/geometry/tuning.h>
 
 #include <algorithm>
 #include <bit>
@@ -120,11 +121,10 @@ RoughBox RoughBox::around(const Box& box) {
 }
 
 RoughPlane::RoughPlane(const std::array<Vec3, 3>& corner, const Vec3& origin) {
-    // The normal of a thinner triangle is not accurate to single precision.
-    constexpr double min_relative_area = 1e-6;
     const Vec3 p = corner[1] - corner[0], q = corner[2] - corner[0], across = p.cross(q);
     const double length = across.norm();
-    if (!(length > min_relative_area * std::max({p.squaredNorm(), q.squaredNorm(), (p - q).squaredNorm()})))
+    if (!(length > tuning::occluders::min_plane_area_ratio *
+                       std::max({p.squaredNorm(), q.squaredNorm(), (p - q).squaredNorm()})))
         return;
     const Vec3 unit = across / length;
     for (std::size_t k = 0; k < 3; ++k) normal[k] = static_cast<float>(unit[static_cast<Eigen::Index>(k)]);
@@ -139,15 +139,13 @@ RoughSegment::RoughSegment(const Vec3& from, const Vec3& to, const Box& around, 
         b[k] = static_cast<float>(q[static_cast<Eigen::Index>(k)]);
     }
     size = static_cast<float>(std::max(p.lpNorm<1>(), q.lpNorm<1>()));
-    // Replaces the reciprocal of zero. The result is far inside or far outside, as `margin` keeps the
-    // difference from being zero.
-    constexpr double max_inverse = 1e30;
     for (std::size_t k = 0; k < 3; ++k) {
         const auto axis = static_cast<Eigen::Index>(k);
         const double difference = to[axis] - from[axis];
         start[k] = static_cast<float>(from[axis]);
-        inverse[k] =
-            static_cast<float>(std::abs(difference) * max_inverse > 1 ? 1 / difference : max_inverse);
+        inverse[k] = static_cast<float>(std::abs(difference) * tuning::occluders::max_reciprocal > 1
+                                            ? 1 / difference
+                                            : tuning::occluders::max_reciprocal);
     }
     margin = static_cast<float>(3e-7 * (around.max.cwiseAbs().maxCoeff() + around.min.cwiseAbs().maxCoeff()) +
                                 1e-7 * around.size().maxCoeff());

@@ -1,4 +1,5 @@
 #include <splitcubes/geometry/occluder_pack.h>
+#include <splitcubes/geometry/tuning.h>
 
 #include <algorithm>
 #include <bit>
@@ -10,8 +11,6 @@ namespace splitcubes::geometry {
 namespace {
 
 constexpr std::uint32_t all_lanes = 0xffff;
-// A pack with more triangles than this takes no triangles of other blocks.
-constexpr int shared_fill = 8;
 
 void refit(OccluderPack& pack) {
     pack.low.fill(std::numeric_limits<float>::infinity());
@@ -44,7 +43,7 @@ void PackedTriangles::add(std::uint8_t cell, std::uint8_t block, const std::arra
             home = &pack;
             break;
         }
-        if (!home && std::popcount(pack.used) <= shared_fill) home = &pack;
+        if (!home && std::popcount(pack.used) <= tuning::occluders::shared_fill) home = &pack;
     }
     if (!home) home = &packs_.emplace_back();
     const auto lane = static_cast<std::size_t>(std::countr_one(home->used));

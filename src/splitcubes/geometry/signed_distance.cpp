@@ -1,6 +1,7 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/geometry/nearest_point.h>
 #include <splitcubes/geometry/signed_distance.h>
+#include <splitcubes/geometry/tuning.h>
 #include <splitcubes/geometry/winding_number.h>
 
 #include <algorithm>
@@ -9,9 +10,6 @@
 namespace splitcubes::geometry {
 
 namespace {
-
-// Maximum number of sphere tracing steps: longer paths graze the solid and count as contact.
-constexpr int max_trace_steps = 64;
 
 class PlaneDistance : public SignedDistance {
   public:
@@ -162,7 +160,7 @@ std::shared_ptr<const SignedDistance> make_mesh_distance(const TriangleMesh& mes
 double first_contact(const SignedDistance& solid, const Vec3& from, const Vec3& to, double margin) {
     const double length = (to - from).norm();
     double travelled = 0;
-    for (int k = 0; k < max_trace_steps; ++k) {
+    for (int k = 0; k < tuning::distance::max_trace_steps; ++k) {
         const double share = length > 0 ? travelled / length : 0;
         const double distance = solid.at(from + share * (to - from)).distance;
         if (distance < margin) return share;

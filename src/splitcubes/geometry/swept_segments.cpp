@@ -1,4 +1,5 @@
 #include <splitcubes/geometry/swept_segments.h>
+#include <splitcubes/geometry/tuning.h>
 
 #include <algorithm>
 #include <array>
@@ -7,13 +8,6 @@
 namespace splitcubes::geometry {
 
 namespace {
-
-// A determinant below this fraction of the product of its columns' lengths may be zero
-// for the exact motion: extrema below it count as double roots.
-constexpr double touch_share = 1e-10;
-// A cubic that stays below this fraction does not reliably give the contact time; the
-// times at which an end reaches the other segment are used instead.
-constexpr double coplanar_share = 1e-7;
 
 // Relative motion. Each vector changes linearly from its 0 to its 1; with s along the
 // blade and r along the edge the points coincide where s u - r v = w.
@@ -168,16 +162,16 @@ std::optional<SegmentHit> first_touch(const Relative& m) {
 
     const Cubic cubic = coplanarity(m);
     const auto [low, high] = std::minmax({cubic.k[0], cubic.k[1], cubic.k[2], cubic.k[3]});
-    const double touch = touch_share * scale;
+    const double touch = tuning::swept_segments::touch_share * scale;
     if (low > touch || high < -touch) return std::nullopt;  // convex hull of the Bernstein coefficients
 
     double tolerance = 1e-7 * std::min(u, v) + 1e-11 * (u + v + w);
     Times times;
-    const bool coplanar = std::max(-low, high) <= coplanar_share * scale;
+    const bool coplanar = std::max(-low, high) <= tuning::swept_segments::coplanar_share * scale;
     add_cubic_roots(cubic, touch, times);
     if (coplanar) {
         // The distance that such segments may have across their plane.
-        tolerance += 4 * coplanar_share * (u + v + w);
+        tolerance += 4 * tuning::swept_segments::coplanar_share * (u + v + w);
         add_end_contacts(m, times);
         std::sort(times.begin(), times.end());
     }

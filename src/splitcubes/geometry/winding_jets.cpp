@@ -6,6 +6,7 @@
 // Must be included after foreach_target.h.
 #include <hwy/highway.h>
 
+#include <splitcubes/geometry/tuning.h>
 #include <splitcubes/geometry/winding_jets.h>
 
 #include <algorithm>
@@ -286,11 +287,10 @@ void add_triangle(const WindingTriangles::Corners& corners, const Vec3& point, W
     const double volume = c[0].dot(area);
     const double rest = l[0] * products[0] + l[1] * dots[1] + l[2] * dots[2];
     const double square = volume * volume + rest * rest, lengths = l[0] * l[1] * l[2];
-    // Distance, to boundary or triangle, below which the lattice of crossings does not resolve the side.
-    constexpr double resolution = 2e-6;
     const double shortest = std::min({l[0], l[1], l[2]});
-    if (!(square > 0) || std::sqrt(square) * shortest < 30 * resolution * lengths ||
-        (rest < 0 && std::abs(volume) < resolution * area.norm())) {
+    if (!(square > 0) ||
+        std::sqrt(square) * shortest < 30 * tuning::winding_number::side_resolution * lengths ||
+        (rest < 0 && std::abs(volume) < tuning::winding_number::side_resolution * area.norm())) {
         jet.sound = false;
         return;
     }
@@ -372,15 +372,13 @@ WindingJets::WindingJets(std::vector<WindingTriangles::Corners> all) : all_(std:
 
 template <bool with_derivatives>
 WindingJet WindingJets::sum(const WindingTriangles& some, const Vec3& point) const {
-    // Short blocks keep the rounding error of single-precision sums small.
-    constexpr std::size_t block = 1024;
     const float at[3] = {static_cast<float>(point[0]), static_cast<float>(point[1]),
                          static_cast<float>(point[2])};
     WindingJet out;
     JetLanes lanes;
     ScalarProduct product;
-    for (std::size_t begin = 0; begin < some.size(); begin += block) {
-        const std::size_t end = std::min(begin + block, some.size());
+    for (std::size_t begin = 0; begin < some.size(); begin += tuning::winding_number::sum_block) {
+        const std::size_t end = std::min(begin + tuning::winding_number::sum_block, some.size());
         if constexpr (with_derivatives)
             HWY_DYNAMIC_DISPATCH(add_jets)(some, begin, end, at, reach_, lanes);
         else

@@ -1,4 +1,5 @@
 #include <splitcubes/core/error.h>
+#include <splitcubes/geometry/tuning.h>
 #include <splitcubes/geometry/winding_number.h>
 
 #include <algorithm>
@@ -9,11 +10,6 @@
 namespace splitcubes::geometry {
 
 namespace {
-
-// Accuracy parameter of Barill et al., opening distance over node radius. With 2 the worst errors inside a
-// mesh's bounding box are 6e-3, with this value below 1e-3.
-constexpr double beta = 3.25;
-constexpr std::uint32_t triangles_per_leaf = 4;
 
 // Returns the signed solid angle of a triangle seen from the origin (van Oosterom and Strackee 1983, eq. 8).
 // Zero from within the triangle's plane.
@@ -148,7 +144,7 @@ struct WindingNumber::Builder {
     Moments build(std::uint32_t begin, std::uint32_t end) {
         const std::size_t index = out.nodes_.size();
         out.nodes_.emplace_back();
-        const bool leaf = end - begin <= triangles_per_leaf;
+        const bool leaf = end - begin <= tuning::winding_number::triangles_per_leaf;
         Moments moments;
         if (leaf) {
             moments = triangle_moments(corners[order[begin]]);
@@ -172,8 +168,9 @@ struct WindingNumber::Builder {
         for (std::uint32_t t = begin; t < end; ++t)
             for (const Vec3& corner : corners[order[t]])
                 radius2 = std::max(radius2, (corner - moments.center).squaredNorm());
-        node.opening_distance2 = beta * beta * radius2;
-        node.whole_distance = beta * std::sqrt(radius2);
+        node.opening_distance2 =
+            tuning::winding_number::opening_ratio * tuning::winding_number::opening_ratio * radius2;
+        node.whole_distance = tuning::winding_number::opening_ratio * std::sqrt(radius2);
         if (!leaf)
             for (const std::size_t child : {index + 1, std::size_t{out.nodes_[index + 1].skip}})
                 node.whole_distance =
