@@ -1,4 +1,5 @@
 #include <splitcubes/cutting/sweep.h>
+#include <splitcubes/cutting/tuning.h>
 
 #include <algorithm>
 #include <bit>
@@ -12,10 +13,6 @@ namespace {
 using geometry::Box;
 using geometry::MovingSegment;
 using geometry::SegmentHit;
-
-// If the relative motion of blade and edge across the blade within the interval is below this share of the
-// edge's length, it defines no direction.
-constexpr double standstill_share = 1e-7;
 
 // The first hit of a candidate.
 struct Hit {
@@ -113,7 +110,7 @@ Vec3 world_normal(const Hit& hit, const MovingSegment& edge, Vec3& last_normal) 
         ((1 - s) * (b.a1 - b.a0) + s * (b.b1 - b.b0)) / (hit.part->end - hit.part->begin);
     const Vec3 edge_velocity = (1 - r) * (edge.a1 - edge.a0) + r * (edge.b1 - edge.b0);
     const Vec3 normal = direction.cross(blade_velocity - edge_velocity);
-    const double min_norm = standstill_share * direction.norm() * along_edge.norm();
+    const double min_norm = tuning::cut_edges::standstill_share * direction.norm() * along_edge.norm();
     if (normal.norm() > min_norm && normal.allFinite()) {
         last_normal = normal.stableNormalized();
         return last_normal;

@@ -1,4 +1,5 @@
 #include <splitcubes/cutting/sweep.h>
+#include <splitcubes/cutting/tuning.h>
 
 #include <algorithm>
 #include <cassert>
@@ -7,8 +8,6 @@
 namespace splitcubes::cutting {
 
 namespace {
-
-constexpr double smooth_parts_per_span = 16;
 
 // Rounds a number of parts up, with a tolerance: a part of the maximum size is not divided again, so a
 // recorded sweep has the same parts as the original.
@@ -28,7 +27,7 @@ void add_times(const Blade& blade, double from, double until, std::vector<double
         const double share = (until - from) / (b.time - a.time);
         parts = std::max(parts, part_count(share * a.rotation.angularDistance(b.rotation) / max_turn));
         if (blade.interpolation() == PathInterpolation::smooth)
-            parts = std::max(parts, part_count(share * smooth_parts_per_span));
+            parts = std::max(parts, part_count(share * tuning::sweep::parts_per_smooth_span));
     }
     for (int k = 1; k < static_cast<int>(parts); ++k) {
         const double time = from + (until - from) * (k / parts);
