@@ -1,5 +1,6 @@
 #include <splitcubes/occlusion/criterion.h>
 #include <splitcubes/occlusion/segment_criteria.h>
+#include <splitcubes/occlusion/tuning.h>
 
 #include <algorithm>
 #include <cassert>
@@ -16,9 +17,6 @@ PairQuery query(const PairSet& pairs, std::size_t pair) {
 geometry::Box box_of(const PairQuery& pair, double margin) {
     return geometry::Box{pair.a.cwiseMin(pair.b), pair.a.cwiseMax(pair.b)}.grown(margin);
 }
-
-// Share of the distance that exceeds the rounding of segment tests.
-constexpr double rounding = 1e-5;
 
 class DiskCriterion final : public Criterion {
   public:
@@ -56,7 +54,7 @@ class VisibilityCriterion final : public Criterion {
     }
     geometry::Box region(const PairSet& pairs, std::size_t pair) const override {
         const PairQuery ends = query(pairs, pair);
-        return box_of(ends, rounding * (ends.b - ends.a).norm());
+        return box_of(ends, tuning::criteria::box_margin * (ends.b - ends.a).norm());
     }
 };
 
@@ -72,7 +70,8 @@ class TransparencyCriterion final : public Criterion {
         });
     }
     geometry::Box region(const PairSet& pairs, std::size_t pair) const override {
-        return box_of(query(pairs, pair), (transparent_share + rounding) * pairs.reach(pair));
+        return box_of(query(pairs, pair),
+                      (transparent_share + tuning::criteria::box_margin) * pairs.reach(pair));
     }
 };
 
@@ -91,7 +90,7 @@ class GraphCriterion final : public Criterion {
     }
     // A path no longer than the support extends at most half the support beyond the two phyxels.
     geometry::Box region(const PairSet& pairs, std::size_t pair) const override {
-        return box_of(query(pairs, pair), (0.5 + rounding) * pairs.reach(pair));
+        return box_of(query(pairs, pair), (0.5 + tuning::criteria::box_margin) * pairs.reach(pair));
     }
     bool depends_on_others() const override { return true; }
 

@@ -8,6 +8,7 @@
 
 #include <splitcubes/occlusion/cpu/packs.h>
 #include <splitcubes/occlusion/cpu/rasterize.h>
+#include <splitcubes/occlusion/tuning.h>
 
 #include <algorithm>
 #include <bit>
@@ -23,8 +24,7 @@ using Lanes = hn::CappedTag<float, width>;
 using V = hn::Vec<Lanes>;
 using M = hn::Mask<Lanes>;
 
-constexpr float unit = 5.97e-8F;      // relative error of one rounding
-constexpr float min_depth = 0.0625F;  // minimum depth of projected triangles, disk radii
+constexpr float unit = 5.97e-8F;  // relative error of one rounding
 constexpr float far = static_cast<float>(far_depth);
 
 // Triangles waiting to be projected, each from one apex.
@@ -382,7 +382,7 @@ HWY_INLINE void project_visible(Scene<size>& scene, std::uint32_t pack_index) {
                                            hn::Ge(high, set(static_cast<float>(near_depth) - rounding))),
                                    hn::Le(aside, hn::Mul(radius, radius)));
             if (hn::AllFalse(d, seen)) return;
-            const M ahead = hn::Ge(low, set(min_depth));
+            const M ahead = hn::Ge(low, set(tuning::disks::min_projected_depth));
             for (std::uint32_t left = bits_of(hn::AndNot(ahead, seen)); left; left &= left - 1)
                 scene.near.leftover.push_back(
                     {placed.pack->id[lane + static_cast<std::size_t>(std::countr_zero(left))], apex});
