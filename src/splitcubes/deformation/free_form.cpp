@@ -1,5 +1,6 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/deformation/free_form.h>
+#include <splitcubes/deformation/tuning.h>
 
 #include <algorithm>
 #include <cassert>
@@ -9,7 +10,6 @@ namespace splitcubes::deformation {
 
 namespace {
 
-constexpr std::size_t grain = 256;
 constexpr int max_degree = 12;
 
 std::size_t point_count(const Vec3i& degree) {
@@ -119,7 +119,7 @@ MotionReport FreeForm::advance(const Motion& motion) {
 }
 
 void FreeForm::node_frames(std::span<geometry::Frame> out, const Parallel& parallel) const {
-    parallel.for_each(out.size(), grain,
+    parallel.for_each(out.size(), tuning::free_form::point_grain,
                       [&](std::size_t n) { out[n] = frame_of(nodes_.rest_position(n), displacement_); });
 }
 

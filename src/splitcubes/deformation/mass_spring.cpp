@@ -1,5 +1,6 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/deformation/mass_spring.h>
+#include <splitcubes/deformation/tuning.h>
 #include <splitcubes/math/decompose.h>
 
 #include <algorithm>
@@ -9,10 +10,6 @@
 namespace splitcubes::deformation {
 
 namespace {
-
-constexpr std::size_t spring_grain = 256;
-// Share of the stability limit of symplectic Euler.
-constexpr double safety = 0.5;
 
 // Returns the corners of a face other than a diagonal's ends.
 std::array<Vec3i, 2> between(const Vec3i& a, int u, int v, int sign) {
@@ -179,9 +176,9 @@ void MassSpring::resolve_ground_contact(const Motion& motion, std::size_t node) 
 // Advances by one substep. share: part of the time step that has passed at its end.
 void MassSpring::substep(const Motion& motion, double dt, double share) {
     const double kept = 1 / (1 + settings_.mass_damping * dt);
-    motion.parallel.for_each(position_.size(), spring_grain,
+    motion.parallel.for_each(position_.size(), tuning::mass_spring::spring_grain,
                              [&](std::size_t n) { force_[n] = spring_force(n); });
-    motion.parallel.for_each(position_.size(), spring_grain, [&](std::size_t n) {
+    motion.parallel.for_each(position_.size(), tuning::mass_spring::spring_grain, [&](std::size_t n) {
         if (!motion.held.empty() && motion.held[n]) {
             const Vec3 to = next_[n] + share * (motion.held_position[n] - next_[n]);
             velocity_[n] = (to - position_[n]) / dt;
@@ -199,7 +196,7 @@ MotionReport MassSpring::advance(const Motion& motion) {
     // at most 12 k; damping is as stiff as 24 c.
     const double frequency = std::sqrt(12 * stiffness_ / mass_);
     const double damping = 12 * stiffness_ * settings_.stiffness_damping / mass_;
-    const double max_dt = safety * 2 / (frequency + damping);
+    const double max_dt = tuning::mass_spring::stability_share * 2 / (frequency + damping);
     const int substeps = static_cast<int>(std::clamp(std::ceil(motion.dt / max_dt), 1.0, 1e6));
     const std::vector<Vec3> position_before = position_, velocity_before = velocity_;
     next_ = position_;
@@ -239,7 +236,7 @@ MotionReport MassSpring::describe(const Motion& motion) const {
 
 void MassSpring::node_frames(std::span<geometry::Frame> out, const Parallel& parallel) const {
     const double min_moment = 0.3 * nodes_.rest.cell_size * nodes_.rest.cell_size;
-    parallel.for_each(out.size(), spring_grain, [&](std::size_t n) {
+    parallel.for_each(out.size(), tuning::mass_spring::spring_grain, [&](std::size_t n) {
         Mat3 moment = Mat3::Zero(), moved = Mat3::Zero();
         for (const Spring& s : springs_of(n)) {
             if (!s.is_intact) continue;
