@@ -2,6 +2,7 @@
 #include <splitcubes/body/thin_parts.h>
 #include <splitcubes/core/plain_number.h>
 #include <splitcubes/scene/advice.h>
+#include <splitcubes/scene/tuning.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -110,7 +111,7 @@ geometry::Box bounds_of_body(const body::Body& body) {
 // Bounds the nodes of one grid that lie inside the other's solid, m.
 geometry::Box common_nodes(const splitting::NodeGrid& a, const splitting::NodeGrid& b,
                            const geometry::Box& where) {
-    constexpr double max_nodes = 1e6;
+    constexpr double max_nodes = tuning::advice::max_overlap_nodes;
     const geometry::RestGrid& rest = a.rest();
     const Vec3i low = rest.to_grid(where.min).array().floor().cast<int>().max(0);
     const Vec3i high = rest.to_grid(where.max).array().ceil().cast<int>().min(rest.node_count.array() - 1);
@@ -127,9 +128,6 @@ geometry::Box common_nodes(const splitting::NodeGrid& a, const splitting::NodeGr
             }
     return out;
 }
-
-// Notes printed for each kind of overlap; further ones are only counted.
-constexpr std::size_t max_overlap_notes = 5;
 
 // Describes what contact does with an overlap: the initial penetration becomes the springs' rest gap, and an
 // overlap deeper than a phyxel spacing is not detected (docs/contact.md).
@@ -159,7 +157,7 @@ void note_body_overlaps(const body::World& world, Notes& notes) {
             const geometry::Box common = common_nodes(bodies[a]->grid(), bodies[b]->grid(), both);
             // Overlaps thinner than a cell may be discretisation error.
             if (common.empty() || common.size().minCoeff() < cell) continue;
-            if (++found > max_overlap_notes) continue;
+            if (++found > tuning::advice::max_overlap_notes) continue;
             const Vec3 size = common.size();
             notes.push_back({bodies[a]->name(),
                              "overlaps '" + bodies[b]->name() + "' at the start, over " + rounded(size[0]) +
@@ -167,9 +165,9 @@ void note_body_overlaps(const body::World& world, Notes& notes) {
                                  " m: " + fate_of_overlap(*bodies[a], *bodies[b], size.minCoeff() + cell) +
                                  "; move them apart"});
         }
-    if (found > max_overlap_notes)
-        notes.push_back(
-            {"scene", std::to_string(found - max_overlap_notes) + " more pairs of bodies overlap"});
+    if (found > tuning::advice::max_overlap_notes)
+        notes.push_back({"scene", std::to_string(found - tuning::advice::max_overlap_notes) +
+                                      " more pairs of bodies overlap"});
 }
 
 // Mass-spring nodes are projected onto the ground in the first step; contact resolves the penetration of
@@ -193,13 +191,14 @@ void note_collider_overlaps(const body::World& world, std::span<const std::uint8
             double deepest = 0;
             for (const Vec3& p : body->vertex_positions())
                 deepest = std::max(deepest, -colliders[c].solid->at(own * p).distance);
-            if (deepest < body->grid().rest().cell_size || ++found > max_overlap_notes) continue;
+            if (deepest < body->grid().rest().cell_size || ++found > tuning::advice::max_overlap_notes)
+                continue;
             notes.push_back({body->name(), "begins " + rounded(deepest) + " m inside '" + colliders[c].name +
                                                "', " + fate_in_collider(*body) + "; place it outside"});
         }
-    if (found > max_overlap_notes)
-        notes.push_back(
-            {"scene", std::to_string(found - max_overlap_notes) + " more bodies begin inside a collider"});
+    if (found > tuning::advice::max_overlap_notes)
+        notes.push_back({"scene", std::to_string(found - tuning::advice::max_overlap_notes) +
+                                      " more bodies begin inside a collider"});
 }
 
 }  // namespace
@@ -215,8 +214,8 @@ double kept_per_period(double angular_frequency, double time_step, bool bdf2) {
 }
 
 void note_few_phyxels(const body::World& world, Notes& notes) {
-    constexpr double min_share = 0.1;  // of the volume
-    constexpr int min_across = 4;      // phyxels; three are a third too soft in bending
+    constexpr double min_share = tuning::advice::min_thin_share;
+    constexpr int min_across = tuning::advice::min_phyxels_across;
     for (const auto& body : world.bodies()) {
         if (!is_elastic(*body)) continue;
         const double spacing = body->phyxel_spacing();
@@ -237,9 +236,9 @@ void note_few_phyxels(const body::World& world, Notes& notes) {
 }
 
 void note_damping_step(const body::World& world, Notes& notes) {
-    constexpr double seen_below = 12;  // Hz; faster vibrations are seen as a blur
-    constexpr double max_loss = 0.5;   // of the amplitude in a period; more is noted
-    constexpr double wanted = 0.9;     // share of the amplitude kept by the time step that the note suggests
+    constexpr double seen_below = tuning::advice::max_visible_frequency;
+    constexpr double max_loss = tuning::advice::max_amplitude_loss;
+    constexpr double wanted = tuning::advice::suggested_amplitude;
     const body::WorldSettings& settings = world.settings();
     if (settings.solver.kind == meshless::SolverKind::explicit_steps) return;
     for (const auto& body : world.bodies()) {

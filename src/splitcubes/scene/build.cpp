@@ -10,6 +10,7 @@
 #include <splitcubes/scene/implicit_model.h>
 #include <splitcubes/scene/overloaded.h>
 #include <splitcubes/scene/strength.h>
+#include <splitcubes/scene/tuning.h>
 
 #include <algorithm>
 #include <cmath>
@@ -232,7 +233,7 @@ body::Collider make_collider(const ColliderDescription& collider, const Parallel
     } else if (const auto* box = std::get_if<BoxShape>(&*collider.shape)) {
         out.solid = geometry::make_box_distance(scale * box->size, scale * collider.rounding);
     } else {
-        constexpr int cells = 64;
+        constexpr int cells = tuning::build::collider_cells;
         out.solid = geometry::make_mesh_distance(collider_mesh(collider, parallel, report), cells, parallel);
     }
     out.motion = [collider](double time) { return collider_frame(collider, time); };
@@ -306,7 +307,7 @@ std::unique_ptr<body::World> build_world(
         add_constraint(scene.constraints[k], *world->bodies()[index_of_body(scene.constraints[k].body)], k);
     for (const HandleDescription& handle : scene.handles)
         add_handle(handle, *world->bodies()[index_of_body(handle.body)]);
-    constexpr double per_collider = 3e6;  // bytes, for a collider with a distance grid
+    constexpr double per_collider = tuning::build::bytes_per_collider;
     require_memory("colliders", per_collider * static_cast<double>(scene.colliders.size()),
                    "use fewer colliders");
     for (const ColliderDescription& collider : scene.colliders) {

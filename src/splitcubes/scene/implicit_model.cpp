@@ -1,6 +1,7 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/memory.h>
 #include <splitcubes/scene/implicit_model.h>
+#include <splitcubes/scene/tuning.h>
 #include <splitcubes/splitting/extract.h>
 #include <splitcubes/splitting/node_grid.h>
 #include <splitcubes/splitting/pieces.h>
@@ -127,7 +128,8 @@ splitting::NodeGrid grid_of(const ImplicitShape& shape, const Field& field, cons
     const geometry::RestGrid rest = geometry::grid_around(box, geometry::cell_size_for(box, shape.cells));
     const Vec3 n = rest.node_count.cast<double>();
     // Bytes, measured on solids; assumes that the surface is as large as that of the bounding box.
-    constexpr double per_node = 2, per_face = 2700;
+    constexpr double per_node = tuning::build::implicit_bytes_per_node,
+                     per_face = tuning::build::implicit_bytes_per_face;
     require_memory("implicit shape",
                    per_node * n.prod() + per_face * 2 * (n[0] * n[1] + n[1] * n[2] + n[2] * n[0]),
                    "give it fewer cells");

@@ -1,6 +1,7 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/sha256.h>
 #include <splitcubes/scene/inputs.h>
+#include <splitcubes/scene/tuning.h>
 
 #include <algorithm>
 #include <map>
@@ -17,15 +18,14 @@ void add_mesh(const std::string& owner, Shape& shape, std::vector<Input>& out) {
         out.push_back({"the mesh of " + owner, &mesh->file, &mesh->sha256});
 }
 
-constexpr std::size_t most_candidates = 100000;
-
 /// Returns files with the extension of `name`; those with the same name come first.
 std::vector<fs::path> candidates(const fs::path& folder, const fs::path& name) {
     std::vector<fs::path> same, others;
     std::error_code error;
     constexpr auto options = fs::directory_options::skip_permission_denied;
     for (auto at = fs::recursive_directory_iterator(folder, options, error);
-         at != fs::recursive_directory_iterator() && same.size() + others.size() < most_candidates;
+         at != fs::recursive_directory_iterator() &&
+         same.size() + others.size() < tuning::input::max_candidates;
          at.increment(error)) {
         if (!at->is_regular_file(error)) continue;
         if (at->path().filename() == name.filename())

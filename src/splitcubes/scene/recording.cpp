@@ -4,6 +4,7 @@
 #include <splitcubes/scene/reader.h>
 #include <splitcubes/scene/recording.h>
 #include <splitcubes/scene/resolve.h>
+#include <splitcubes/scene/tuning.h>
 
 #include <cstdint>
 #include <fstream>
@@ -19,7 +20,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* format_name = "splitcubes recording 2";
 constexpr std::string_view any_format = "splitcubes recording ";
-constexpr double rigid_tolerance = 1e-6;
 
 // Key of a track for each kind of driven object, in the order of body::Driven.
 const std::vector<std::string_view> driven_keys = {"tool", "constraint", "handle", "collider"};
@@ -48,7 +48,8 @@ Isometry read_place(const Value& value) {
     for (int k = 0; k < 12; ++k) out.matrix()(k / 4, k % 4) = numbers[static_cast<std::size_t>(k)].number();
     const Mat3 turn = out.linear();
     if (value.sound() &&
-        !((turn * turn.transpose() - Mat3::Identity()).norm() <= rigid_tolerance && turn.determinant() > 0))
+        !((turn * turn.transpose() - Mat3::Identity()).norm() <= tuning::input::rigid_tolerance &&
+          turn.determinant() > 0))
         value.fail("is not a rigid motion", "give a rotation and a position, row by row");
     return out;
 }
