@@ -1,4 +1,5 @@
 #include <splitcubes/api/internal/convert.h>
+#include <splitcubes/api/internal/tuning.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/plain_number.h>
 #include <splitcubes/geometry/coordinate_limit.h>
@@ -11,8 +12,6 @@
 namespace splitcubes::api {
 
 namespace {
-
-constexpr double largest_setting = 1e30;
 
 std::string number_text(double value) {
     return plain_number(value, 6);
@@ -36,12 +35,12 @@ Vec3 direction_of(const Vector3& v, const std::string& where) {
 }  // namespace
 
 void require_at_least_zero(double value, const std::string& where) {
-    if (!(value >= 0 && value <= largest_setting))
+    if (!(value >= 0 && value <= tuning::input::max_setting))
         throw InputError(where, "must be finite and not below zero (" + number_text(value) + ")");
 }
 
 void require_above_zero(double value, const std::string& where) {
-    if (!(value > 0 && value <= largest_setting))
+    if (!(value > 0 && value <= tuning::input::max_setting))
         throw InputError(where, "must be finite and above zero (" + number_text(value) + ")");
 }
 

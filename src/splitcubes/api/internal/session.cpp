@@ -1,5 +1,6 @@
 #include <splitcubes/api/internal/convert.h>
 #include <splitcubes/api/internal/session.h>
+#include <splitcubes/api/internal/tuning.h>
 #include <splitcubes/body/body.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/state_stream.h>
@@ -53,7 +54,7 @@ std::shared_ptr<const BodySource> make_source(io::Model placed, body::BodySettin
 
 std::shared_ptr<const geometry::SignedDistance> make_solid(const ShapeSource& shape, const std::string& where,
                                                            const Parallel& parallel) {
-    constexpr int cells = 64;
+    constexpr int cells = tuning::input::collider_cells;
     if (const auto* half = std::get_if<HalfSpaceShape>(&shape)) {
         const Vec3 normal = vector_of(half->normal, where + ", normal");
         if (!std::isfinite(half->offset)) throw InputError(where + ", offset", "is not finite");

@@ -1,4 +1,5 @@
 #include <splitcubes/api/internal/surface_stream.h>
+#include <splitcubes/api/internal/tuning.h>
 #include <splitcubes/body/body.h>
 #include <splitcubes/splitting/surface.h>
 
@@ -9,9 +10,6 @@
 namespace splitcubes::api {
 
 namespace {
-
-// Gaps up to this many slots are taken in: a copy more is cheaper than a range more.
-constexpr std::uint32_t most_gap = 8;
 
 void make_ascending(std::vector<std::uint32_t>& slots) {
     std::sort(slots.begin(), slots.end());
@@ -112,8 +110,8 @@ void SurfaceStream::update_cells(const body::Body& body, std::span<const std::ui
     for (const std::uint32_t vertex : changed_) update_vertex(body, vertex);
     if (!body.splits().empty()) update_pieces(body, parallel);
     update_attributes(body, parallel);
-    append_ranges(changed_, 1, most_gap, vertex_ranges_);
-    append_ranges(changed_quads_, 2, most_gap, triangle_ranges_);
+    append_ranges(changed_, 1, tuning::surface_stream::max_gap, vertex_ranges_);
+    append_ranges(changed_quads_, 2, tuning::surface_stream::max_gap, triangle_ranges_);
     append_ranges(fresh_, 1, 0, new_ranges_);
     ++revision_;
 }
