@@ -1,5 +1,6 @@
 #include <splitcubes/meshless/aggregates.h>
 #include <splitcubes/meshless/loops.h>
+#include <splitcubes/meshless/tuning.h>
 
 #include <algorithm>
 #include <array>
@@ -10,21 +11,13 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// Ratio of the maximum box sizes of consecutive levels.
-constexpr std::size_t growth = 8;
-// Factor on the corrections of all levels. Levels overlap, so under-relaxation needs fewer iterations;
-// between 0.5 and 1 the value matters little.
-constexpr double relaxation = 0.7;
-// Aggregates per chunk of a parallel loop.
-constexpr std::size_t aggregate_grain = 8;
-
 /// Calls body(c) for each aggregate, in parallel.
 template <class Body>
 void for_aggregates(const Parallel& parallel, std::size_t count, const Body& body) {
     const auto chunk = [&](std::size_t begin, std::size_t end) {
         for (std::size_t c = begin; c < end; ++c) body(c);
     };
-    parallel.for_chunks(count, aggregate_grain, std::cref(chunk));
+    parallel.for_chunks(count, tuning::grains::aggregates, std::cref(chunk));
 }
 
 }  // namespace
@@ -36,7 +29,8 @@ void Aggregates::bisect(std::span<const Vec3> rest, std::size_t begin, std::size
         std::size_t begin, end, level;  // level: of the smallest box so far that contains the set
     };
     std::vector<std::size_t> limits(levels_.size(), max_box_size);
-    for (std::size_t l = 1; l < limits.size(); ++l) limits[l] = growth * limits[l - 1];
+    for (std::size_t l = 1; l < limits.size(); ++l)
+        limits[l] = tuning::preconditioner::level_growth * limits[l - 1];
     limits.back() = end - begin;
     std::vector<Set> sets = {{begin, end, levels_.size()}};
     std::vector<std::uint32_t> opened(levels_.size(), 0);
@@ -95,7 +89,8 @@ void Aggregates::bisect_pieces(const Phyxels& phyxels, const Neighbourhoods& nei
         begin = end;
     }
     std::size_t count = 1;
-    for (std::size_t size = max_box_size; size < largest; size *= growth) ++count;
+    for (std::size_t size = max_box_size; size < largest; size *= tuning::preconditioner::level_growth)
+        ++count;
     levels_.resize(count);
     for (Level& level : levels_) level.box.clear();
     boxes_.first_member.assign(1, 0);
@@ -395,8 +390,9 @@ void Aggregates::invert_diagonal(std::size_t level) {
     for (std::size_t c = 0; c < current.size(); ++c) {
         current.remaining[c] *=
             current.finer[c] > 0 ? std::max(0.0, 1 - current.inertia[c] / current.finer[c]) : 0;
-        current.inverse[c] =
-            current.diagonal[c] > 0 ? relaxation * current.remaining[c] / current.diagonal[c] : 0;
+        current.inverse[c] = current.diagonal[c] > 0 ? tuning::preconditioner::relaxation *
+                                                           current.remaining[c] / current.diagonal[c]
+                                                     : 0;
     }
 }
 

@@ -1,6 +1,7 @@
 #include <splitcubes/math/cofactor.h>
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/meshless/constitutive.h>
+#include <splitcubes/meshless/tuning.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,12 +9,6 @@
 namespace splitcubes::meshless {
 
 namespace {
-
-// Lower bound of the principal stretches in a tangent's frame: the compressive force of St.
-// Venant-Kirchhoff is largest at a stretch of 0.58 and falls below it.
-constexpr double min_stretch = 0.7;
-// Lower bound of the sum of two principal stretches in a plastic stress.
-constexpr double min_stretch_sum = 0.2;
 
 Mat3 symmetric(const Mat3& A) {
     return 0.5 * (A + A.transpose());
@@ -30,7 +25,7 @@ Mat3 stress_over_stretch(const Mat3& S, const Mat3& e) {
     Mat3 T = eigen.vectors.transpose() * e * eigen.vectors;
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j)
-            T(i, j) *= 2 / std::max(eigen.values[i] + eigen.values[j], min_stretch_sum);
+            T(i, j) *= 2 / std::max(eigen.values[i] + eigen.values[j], tuning::constitutive::min_stretch_sum);
     return symmetric(eigen.vectors * T * eigen.vectors.transpose());
 }
 
@@ -110,15 +105,15 @@ Tangent tangent(const Material& material, const Mat3& F, const Mat3& R, const Ma
     if (material.model == MaterialModel::corotated && !material.plasticity) return out;
     const SymmetricEigen stretch = eigen_symmetric(symmetric(R.transpose() * F));
     if (material.model == MaterialModel::corotated) {
-        const Vec3 s = stretch.values.cwiseMax(0.5 * min_stretch_sum);
+        const Vec3 s = stretch.values.cwiseMax(0.5 * tuning::constitutive::min_stretch_sum);
         out.axes = stretch.vectors;
         out.frame = R * stretch.vectors * s.asDiagonal();
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j) out.weights(i, j) = 2 / (s[i] + s[j]);
         return out;
     }
-    if (stretch.values[2] < min_stretch) {
-        const Vec3 raised = stretch.values.cwiseMax(min_stretch);
+    if (stretch.values[2] < tuning::constitutive::min_stretch) {
+        const Vec3 raised = stretch.values.cwiseMax(tuning::constitutive::min_stretch);
         out.frame = R * stretch.vectors * raised.asDiagonal() * stretch.vectors.transpose();
     } else {
         out.frame = F;

@@ -1,4 +1,5 @@
 #include <splitcubes/meshless/contact_forces.h>
+#include <splitcubes/meshless/tuning.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,34 +10,6 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// Ratio of contact stiffness to the stiffness of the touched phyxels. Higher values reduce penetration and
-// slow convergence.
-constexpr double hardness = 2.5;
-// A spring keeps its stiffness unless that of the touched phyxels changes by more than this factor.
-constexpr double max_stiffness_change = 4;
-// Springs per chunk of a parallel loop.
-constexpr std::size_t spring_grain = 128;
-// Share of the summed contact force that may violate the contact law at the end of a step. Lower values cost
-// more solves.
-constexpr double force_slack = 0.03;
-// Penetration in a step, as a share of max_depenetration, that counts as an impact and is solved again with
-// an offset. Contacts between deformable surfaces tolerate more: their gaps are measured anew in each step,
-// against other faces while bodies roll, and pushing such jumps back would make them yield in alternate steps
-// and gain energy.
-constexpr double impact_share_of_colliders = 0.02, impact_share_between_bodies = 1;
-// Share of the tolerated penetration that remains after the correction of an impact.
-constexpr double remaining_share = 0.5;
-// Shares of max_depenetration: how much deeper than it was left a contact may be found before its rest gap is
-// lowered, and the maximum overlap removed in a step.
-constexpr double jump_share = 0.05, depenetration_share = 0.25;
-// A guess that stretches the friction spring to this multiple of the friction limit starts out as sliding.
-constexpr double surely_sliding = 2;
-// Tangent stiffness of a slider over its secant stiffness. The law says zero, but without any stiffness
-// bodies that slide on all contacts oscillate from solve to solve.
-constexpr double slide_share = 0.5;
-// An approach in a step below this share of max_depenetration is resting contact, not an impact.
-constexpr double approach_share = 0.5;
-
 Vec3 along_plane(const Vec3& normal, const Vec3& v) {
     return v - normal * normal.dot(v);
 }
@@ -44,14 +17,15 @@ Vec3 along_plane(const Vec3& normal, const Vec3& v) {
 // Linearises the friction of a slider about its stretch: the limit as a constant force, plus a small
 // stiffness.
 void slide(const Vec3& tangential_displacement, double limit, double& tangent, Vec3& friction_force) {
-    tangent = slide_share * limit / tangential_displacement.norm();
+    tangent = tuning::contact::sliding_stiffness_share * limit / tangential_displacement.norm();
     friction_force =
         tangent * tangential_displacement - limit / tangential_displacement.norm() * tangential_displacement;
 }
 
 // Returns the penetration per step that is tolerated, m.
 double slack_of(const Contact& contact) {
-    return (contact.lower.is_collider() ? impact_share_of_colliders : impact_share_between_bodies) *
+    return (contact.lower.is_collider() ? tuning::contact::impact_share_of_colliders
+                                        : tuning::contact::impact_share_between_bodies) *
            contact.max_depenetration;
 }
 
@@ -89,10 +63,11 @@ void find_impacts(const ContactInput& input, ConstField velocity, double dt, con
                 dt * (side_value(contact.upper, velocity) - side_value(contact.lower, velocity)) -
                 contact.surface_displacement;
             const double closing = -contact.normal.dot(displacement);
-            impact[c] = closing > approach_share * contact.max_depenetration && contact.gap - closing < 0;
+            impact[c] = closing > tuning::contact::approach_share * contact.max_depenetration &&
+                        contact.gap - closing < 0;
         }
     };
-    parallel.for_chunks(input.contacts.size(), spring_grain, std::cref(find));
+    parallel.for_chunks(input.contacts.size(), tuning::grains::contact_springs, std::cref(find));
 }
 
 double ContactForces::load_of(const ContactSide& side) const {
@@ -132,7 +107,7 @@ ContactForces::ContactRow ContactForces::make_row(std::uint32_t index, const Cac
         ++sums.immovable;
         return row;
     }
-    row.normal = hardness / mobility;
+    row.normal = tuning::contact::stiffness_ratio / mobility;
     // An overlap at first contact (faces of a fresh cut, bodies placed into each other) is no compressed
     // spring.
     row.rest_gap = std::min(0.0, contact.gap);
@@ -148,13 +123,13 @@ ContactForces::ContactRow ContactForces::make_row(std::uint32_t index, const Cac
         if (!contact.lower.is_collider() && cached->stiffness > 0) {
             // The gap jumped because another face is nearest now; that is no compressed spring either.
             const double previous_gap = cached->rest_gap - cached->normal_force / cached->stiffness;
-            row.rest_gap +=
-                std::min(0.0, contact.gap - previous_gap + jump_share * contact.max_depenetration);
+            row.rest_gap += std::min(
+                0.0, contact.gap - previous_gap + tuning::contact::jump_share * contact.max_depenetration);
         }
         // Stiffening a loaded spring would create energy. Where that is needed, the spring keeps its force
         // with a shorter stretch.
-        if (cached->stiffness > row.normal / max_stiffness_change &&
-            cached->stiffness < row.normal * max_stiffness_change) {
+        if (cached->stiffness > row.normal / tuning::contact::max_stiffness_change &&
+            cached->stiffness < row.normal * tuning::contact::max_stiffness_change) {
             row.normal = cached->stiffness;
         } else if (cached->stiffness < row.normal) {
             const double share = cached->stiffness / row.normal;
@@ -174,7 +149,7 @@ ContactForces::ContactRow ContactForces::make_row(std::uint32_t index, const Cac
     const double stretch = row.tangent * tangential_displacement.norm();
     if (row.normal_force > 0) {
         const double limit = contact.friction * row.normal_force;
-        if (stretch > surely_sliding * limit)
+        if (stretch > tuning::contact::sliding_stretch * limit)
             slide(tangential_displacement, limit, row.tangent, row.friction_force);
     } else if (row.active) {
         const double overlap =
@@ -183,7 +158,8 @@ ContactForces::ContactRow ContactForces::make_row(std::uint32_t index, const Cac
         if (stretch > limit) row.tangent *= limit / stretch;
     }
     if (row.normal_force > 0)
-        row.depenetration = std::min(depenetration_share * contact.max_depenetration, -row.rest_gap);
+        row.depenetration =
+            std::min(tuning::contact::depenetration_share * contact.max_depenetration, -row.rest_gap);
     sums.depenetration += row.depenetration;
     if (cached && !contact.lower.is_collider()) {
         const double held = spring_energy(row, contact.gap, row.tangential_displacement);
@@ -218,7 +194,7 @@ void ContactForces::limit_depenetration(const RowSums& sums, const Parallel& par
                 rows_[r].rest_gap += (input_.contacts[rows_[r].contact].lower.is_collider() ? 1 : share) *
                                      rows_[r].depenetration;
     };
-    parallel.for_chunks(rows_.size(), spring_grain, std::cref(undo));
+    parallel.for_chunks(rows_.size(), tuning::grains::contact_springs, std::cref(undo));
 }
 
 // Ignores zero weights.
@@ -263,7 +239,7 @@ void ContactForces::make_springs(ConstField guess, const Parallel& parallel) {
         }
         return sums;
     };
-    const RowSums sums = begin_sum_(parallel, rows_.size(), spring_grain, make);
+    const RowSums sums = begin_sum_(parallel, rows_.size(), tuning::grains::contact_springs, make);
     min_depenetration_ = sums.max_depenetration;
     if (sums.immovable > 0) std::erase_if(rows_, [](const ContactRow& row) { return row.normal == 0; });
     limit_depenetration(sums, parallel);
@@ -338,7 +314,7 @@ void ContactForces::add_forces(ConstField position, Field force, const Parallel&
             force_[k] = spring_force(row, relative(row, position));
         }
     };
-    parallel.for_chunks(active_.size(), spring_grain, std::cref(find));
+    parallel.for_chunks(active_.size(), tuning::grains::contact_springs, std::cref(find));
     for (std::size_t k = 0; k < active_.size(); ++k) {
         if (!force_[k].allFinite()) continue;
         const Contact& contact = input_.contacts[rows_[active_[k]].contact];
@@ -404,7 +380,8 @@ bool ContactForces::revise_handle_springs(ConstField position) {
         const double limit = input_.handle_force_limits[s.given.handle];
         const double force = handle_forces_[s.given.handle].norm();
         const double scaled_stiffness = s.given.stiffness * (force > limit ? limit / force : 1);
-        changed = changed || std::abs(scaled_stiffness - s.stiffness) > force_slack * scaled_stiffness;
+        changed = changed ||
+                  std::abs(scaled_stiffness - s.stiffness) > tuning::contact::force_slack * scaled_stiffness;
         s.stiffness = scaled_stiffness;
     }
     return changed;
@@ -425,8 +402,9 @@ ContactForces::ForceSums ContactForces::revise_row(std::size_t r, ConstField pos
     const double excess = std::min(0.0, contact.gap) - contact.gap - contact.normal.dot(displacement);
     const double slack = slack_of(contact);
     const bool is_off = excess > slack || (row.offset > 0 && excess < 0);
-    revision.offset =
-        row.active && is_off ? std::max(0.0, row.offset + excess - remaining_share * slack) : row.offset;
+    revision.offset = row.active && is_off
+                          ? std::max(0.0, row.offset + excess - tuning::contact::remaining_share * slack)
+                          : row.offset;
     std::swap(row.offset, revision.offset);
     const Vec3 admissible = admissible_force(row, displacement, revision.tangent);
     std::swap(row.offset, revision.offset);
@@ -450,8 +428,9 @@ ContactForces::ForceSums ContactForces::revise_row(std::size_t r, ConstField pos
 
 bool ContactForces::revise(ConstField position, bool only_add, Field change, const Parallel& parallel) {
     revisions_.resize(rows_.size());
+    constexpr std::size_t grain = tuning::grains::contact_springs;
     const ForceSums sums =
-        revise_sum_(parallel, rows_.size(), spring_grain, [&](std::size_t begin, std::size_t end) {
+        revise_sum_(parallel, rows_.size(), grain, [&](std::size_t begin, std::size_t end) {
             ForceSums sum;
             for (std::size_t r = begin; r < end; ++r) sum += revise_row(r, position, only_add);
             return sum;
@@ -459,7 +438,7 @@ bool ContactForces::revise(ConstField position, bool only_add, Field change, con
     handle_stiffness_before_.clear();
     for (const HandleRow& s : handle_springs_) handle_stiffness_before_.push_back(s.stiffness);
     const bool handle_springs = !handle_springs_.empty() && revise_handle_springs(position);
-    if (!(sums.deviation > force_slack * sums.total) && !handle_springs) return false;
+    if (!(sums.deviation > tuning::contact::force_slack * sums.total) && !handle_springs) return false;
     listed_ = false;
     apply_revisions(position, change, parallel);
     return true;
@@ -483,7 +462,7 @@ void ContactForces::apply_revisions(ConstField position, Field change, const Par
     const auto take = [&](std::size_t begin, std::size_t end) {
         for (std::size_t r = begin; r < end; ++r) apply_revision(r);
     };
-    parallel.for_chunks(rows_.size(), spring_grain, std::cref(take));
+    parallel.for_chunks(rows_.size(), tuning::grains::contact_springs, std::cref(take));
     bool same = true;
     for (std::size_t r = 0; r < rows_.size(); ++r) {
         const Vec3& force_change = revisions_[r].force_change;
@@ -529,7 +508,7 @@ void ContactForces::finish(ConstField position, std::span<const std::span<std::u
     const auto end_rows = [&](std::size_t begin, std::size_t end) {
         for (std::size_t k = begin; k < end; ++k) ended_[k] = end_row(rows_[active_[k]], position);
     };
-    parallel.for_chunks(active_.size(), spring_grain, std::cref(end_rows));
+    parallel.for_chunks(active_.size(), tuning::grains::contact_springs, std::cref(end_rows));
     next_.clear();
     energy_ = 0;
     pushes_.assign(input_.contacts.size(), 0);

@@ -1,4 +1,5 @@
 #include <splitcubes/meshless/contact_products.h>
+#include <splitcubes/meshless/tuning.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,24 +9,20 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// Springs or touched phyxels per chunk of a parallel loop.
-constexpr std::size_t product_grain = 256;
-// Chebyshev polynomial of the preconditioner: range of the eigenvalues of D^-1 (E + C) that it is made for,
-// and its number of iterations. More iterations cost more per CG iteration and need fewer of those.
-constexpr double min_eigenvalue = 0.2, max_eigenvalue = 1;
-constexpr int chebyshev_iterations = 2;
 // Chebyshev recurrence: each update is `previous` times the last one plus `residual` times D^-1 of the
 // residual.
 struct Recurrence {
-    std::array<float, chebyshev_iterations> previous{}, residual{};
+    std::array<float, tuning::preconditioner::chebyshev_iterations> previous{}, residual{};
 };
 constexpr Recurrence make_recurrence() {
-    constexpr double middle = 0.5 * (max_eigenvalue + min_eigenvalue),
-                     half = 0.5 * (max_eigenvalue - min_eigenvalue);
+    constexpr double middle = 0.5 * (tuning::preconditioner::max_eigenvalue +
+                                     tuning::preconditioner::min_eigenvalue),
+                     half = 0.5 *
+                            (tuning::preconditioner::max_eigenvalue - tuning::preconditioner::min_eigenvalue);
     Recurrence out;
     out.residual[0] = static_cast<float>(1 / middle);
     double rho = half / middle;
-    for (std::size_t k = 1; k < chebyshev_iterations; ++k) {
+    for (std::size_t k = 1; k < tuning::preconditioner::chebyshev_iterations; ++k) {
         const double next = 1 / (2 * middle / half - rho);
         out.previous[k] = static_cast<float>(next * rho);
         out.residual[k] = static_cast<float>(2 * next / half);
@@ -134,7 +131,8 @@ void ContactProducts::read_rows(std::span<const RowPart> parts, std::vector<Pack
 
 // Computes the spring forces for displacements of the touched phyxels; returns the product of both.
 double ContactProducts::compute_forces(const std::vector<Packed>& displacements, const Parallel& parallel) {
-    return sum_(parallel, spring_count_, product_grain, [&](std::size_t begin, std::size_t end) {
+    constexpr std::size_t grain = tuning::grains::contact_products;
+    return sum_(parallel, spring_count_, grain, [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t s = begin; s < end; ++s) {
             const Spring& spring = springs_[s];
@@ -167,7 +165,7 @@ double ContactProducts::apply(std::span<const RowPart> parts, const Parallel& pa
                 part.out[static_cast<std::size_t>(k) * part.stride + touched_[t].phyxel] += sum[k];
         }
     };
-    parallel.for_chunks(touched_count_, product_grain, std::cref(sum_up));
+    parallel.for_chunks(touched_count_, tuning::grains::contact_products, std::cref(sum_up));
     return product;
 }
 
@@ -175,7 +173,7 @@ double ContactProducts::smooth(std::span<const RowPart> parts, const Parallel& p
     read_rows(parts, residual_);
     for (std::size_t t = 0; t < touched_count_; ++t)
         smooth_[t] = update_[t] = recurrence.residual[0] * touched_[t].bound * residual_[t];
-    for (std::size_t k = 1; k < chebyshev_iterations; ++k) {
+    for (std::size_t k = 1; k < tuning::preconditioner::chebyshev_iterations; ++k) {
         compute_forces(smooth_, parallel);
         const auto update = [&](std::size_t begin, std::size_t end) {
             for (std::size_t t = begin; t < end; ++t) {
@@ -185,7 +183,7 @@ double ContactProducts::smooth(std::span<const RowPart> parts, const Parallel& p
                 smooth_[t] += update_[t];
             }
         };
-        parallel.for_chunks(touched_count_, product_grain, std::cref(update));
+        parallel.for_chunks(touched_count_, tuning::grains::contact_products, std::cref(update));
     }
     double product = 0;
     for (std::size_t t = 0; t < touched_count_; ++t) {

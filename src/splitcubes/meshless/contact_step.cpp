@@ -1,5 +1,6 @@
 // Sequence of ImplicitSolver's step, for one body or for several in contact.
 #include <splitcubes/meshless/solver_group.h>
+#include <splitcubes/meshless/tuning.h>
 
 #include <algorithm>
 #include <array>
@@ -8,16 +9,6 @@
 #include <numeric>
 
 namespace splitcubes::meshless {
-
-namespace {
-
-// Change of the contact force on a piece, as displacement in a step over max_depenetration, above which the
-// history of the piece is broken.
-constexpr double force_jump_depenetrations = 2;
-// Factor on the tolerance while contacts still change; it undoes the tighter tolerance of bodies in contact.
-constexpr double early_tolerance_factor = 100;
-
-}  // namespace
 
 ImplicitSolver::GroupBuffer::GroupBuffer() = default;
 ImplicitSolver::GroupBuffer::GroupBuffer(const GroupBuffer& /*other*/) {}
@@ -102,12 +93,12 @@ bool ImplicitSolver::Group::revise(bool only_add) {
 void ImplicitSolver::Group::solve_with_contacts() {
     clear_contacts();
     refresh_contacts();
-    tolerance_factor = forces->empty() ? 1 : early_tolerance_factor;
+    tolerance_factor = forces->empty() ? 1 : tuning::passes::early_tolerance_factor;
     solve(true);
-    for (int pass = 0; pass < max_contact_passes; ++pass) {
-        const bool changed = revise(pass >= releasing_passes);
+    for (int pass = 0; pass < tuning::passes::max_passes; ++pass) {
+        const bool changed = revise(pass >= tuning::passes::releasing_passes);
         if (!changed && tolerance_factor == 1) break;
-        if (!changed || pass + 1 >= releasing_passes) tolerance_factor = 1;
+        if (!changed || pass + 1 >= tuning::passes::releasing_passes) tolerance_factor = 1;
         solve(false);
     }
     tolerance_factor = 1;
@@ -162,7 +153,8 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
         });
         return any;
     };
-    for (int pass = 0; pass < max_relinearisations && (pass < options.further_solves || any_new_distortion());
+    for (int pass = 0; pass < tuning::passes::max_relinearisations &&
+                       (pass < options.further_solves || any_new_distortion());
          ++pass) {
         group.each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
             for_phyxels(job.parallel, s.d_.size(), [&](std::size_t i) {
@@ -218,7 +210,7 @@ void ImplicitSolver::mark_force_jumps(const Job& job, const ContactForces& force
     const double max_depenetration = forces.min_depenetration();
     for (std::size_t k = 0; k < contact_change_.size(); ++k)
         if (contact_change_[k].norm() * job.input.dt * job.input.dt >
-            force_jump_depenetrations * max_depenetration * piece_mass_[k])
+            tuning::passes::force_jump * max_depenetration * piece_mass_[k])
             hit_[k] = 1;
 }
 

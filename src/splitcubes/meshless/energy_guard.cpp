@@ -1,6 +1,7 @@
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/meshless/energy_guard.h>
 #include <splitcubes/meshless/loops.h>
+#include <splitcubes/meshless/tuning.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,27 +10,6 @@
 namespace splitcubes::meshless {
 
 namespace {
-
-// Strain of a whole piece that single precision cannot tell from zero; its energy is tolerated.
-constexpr double noise_strain = 1e-5;
-// Share of the kinetic energy by which rounding and the unfinished solve may exceed the budget.
-constexpr double motion_share = 1e-3;
-// Share of the unspent budget that the reserve keeps per step. Higher values let oscillating errors pass
-// longer.
-constexpr double reserve_kept = 0.9;
-// Relative change of momentum above which a piece counts as pushed.
-constexpr double push_share = 1e-6;
-// Share of the budget by which the elastic energy may exceed it before the step is repeated: unfinished
-// solves leave less than that, and later steps make up for it.
-constexpr double excess_strain_share = 0.05;
-// Relative difference of displacements that counts as rounding.
-constexpr double same_displacement_share = 1e-6;
-// Maximum number of halvings of the deformation of a step; then all of it is removed.
-constexpr int max_halvings = 4;
-// Elastic energy that a piece may always keep: that before the step plus this share.
-constexpr double strain_slack = 0.05;
-// Relative uncertainty of a contact's work when computed from its force at the end of the step.
-constexpr double work_slack = 0.02;
 
 bool is_held(const StepInput& input, std::size_t i) {
     return !input.held.empty() && input.held[i] != 0;
@@ -68,8 +48,8 @@ void EnergyGuard::add_phyxel(const Phyxels& phyxels, const StepInput& input, boo
 
 void EnergyGuard::Account::add_hold(const Vec3& displacement, double m) {
     if (!(held_mass > 0)) held_displacement = displacement;
-    has_uniform_hold &=
-        (displacement - held_displacement).norm() <= same_displacement_share * held_displacement.norm();
+    has_uniform_hold &= (displacement - held_displacement).norm() <=
+                        tuning::energy::same_displacement_share * held_displacement.norm();
     held_moves |= !displacement.isZero(0);
     held_mass += m;
 }
@@ -163,7 +143,7 @@ void EnergyGuard::count_contacts(const Phyxels& phyxels, const ContactInput& con
         for (std::uint32_t k = 0; k < side.count; ++k)
             displacement += side.weight[k] * (phyxels.position[side.phyxel[k]] - position_[side.phyxel[k]]);
         const double work = force.dot(displacement);
-        contact_work_[slot(phyxels, side.phyxel[0])] += work + work_slack * std::abs(work);
+        contact_work_[slot(phyxels, side.phyxel[0])] += work + tuning::energy::work_slack * std::abs(work);
     };
     CachedContactFinder finder(contacts.cached);
     for (const Contact& contact : contacts.contacts) {
@@ -229,7 +209,7 @@ bool EnergyGuard::was_pushed(const Material& material, const StepInput& input, s
     const double damping_share = std::min(1.0, material.mass_damping * input.dt);
     const double rounding = 1e-9 * std::sqrt(2 * start.mass * start.total_kinetic);
     return !((end_[k].linear - start.linear - gravity_impulse).norm() <=
-             (push_share + damping_share) * size + rounding);
+             (tuning::energy::push_share + damping_share) * size + rounding);
 }
 
 EnergyGuard::Balance EnergyGuard::find_balance(const Material& material, const StepInput& input,
@@ -247,8 +227,9 @@ EnergyGuard::Balance EnergyGuard::find_balance(const Material& material, const S
     }
     kinetic_before = balance.is_isolated ? std::max(kinetic_before, 0.0) : kinetic_before;
     balance.budget = kinetic_before + start.elastic + start.reserve + extra_work_[k] + contact_work_[k];
-    const double noise = noise_strain * noise_strain * material.youngs_modulus * start.volume;
-    balance.limit = balance.budget + motion_share * std::max(kinetic_before, 0.0) +
+    const double noise =
+        tuning::energy::noise_strain * tuning::energy::noise_strain * material.youngs_modulus * start.volume;
+    balance.limit = balance.budget + tuning::energy::motion_share * std::max(kinetic_before, 0.0) +
                     tolerance * std::max(start.elastic, std::min(end.elastic, balance.budget)) + noise;
     balance.energy = kinetic + end.elastic;
     balance.has_excess = !(balance.energy <= balance.limit);
@@ -294,7 +275,7 @@ bool EnergyGuard::find_excess_strain(const Phyxels& phyxels, const Neighbourhood
         Balance& balance = balance_[k];
         if (!balance.has_excess) continue;
         balance.max_elastic =
-            balance.limit + excess_strain_share * std::abs(balance.budget) - rigid_energy(k);
+            balance.limit + tuning::energy::excess_strain_share * std::abs(balance.budget) - rigid_energy(k);
         balance.has_excess_strain = !(end_[k].elastic <= balance.max_elastic);
         any = any || balance.has_excess_strain;
     }
@@ -310,7 +291,7 @@ bool EnergyGuard::find_excess_strain(const Phyxels& phyxels, const Neighbourhood
     for (std::size_t k = 0; k < start_.size(); ++k) {
         Balance& balance = balance_[k];
         if (!balance.has_excess_strain) continue;
-        balance.max_elastic = std::max(balance.max_elastic, (1 + strain_slack) * elastic[k]);
+        balance.max_elastic = std::max(balance.max_elastic, (1 + tuning::energy::strain_slack) * elastic[k]);
         balance.has_excess_strain = !(end_[k].elastic <= balance.max_elastic);
         any = any || balance.has_excess_strain;
     }
@@ -381,8 +362,8 @@ void EnergyGuard::relax_excess_strain(Phyxels& phyxels, const Neighbourhoods& ne
         if (is_counted(phyxels, i) && is_relaxing_[slot(phyxels, i)] != 0 && material.plasticity)
             phyxels.plastic_strain[i] = plastic_strain_[i];
     double share = 1;
-    for (int k = 0; k <= max_halvings && any; ++k) {
-        share = k < max_halvings ? 0.5 * share : 0;
+    for (int k = 0; k <= tuning::energy::max_halvings && any; ++k) {
+        share = k < tuning::energy::max_halvings ? 0.5 * share : 0;
         interpolate_positions(phyxels, input, share);
         elastic_.take_state(neighbourhoods, material, configuration_of(phyxels), parallel);
         elastic_.energy(configuration_of(phyxels), parallel, phyxels.elastic_energy);
@@ -475,8 +456,9 @@ void EnergyGuard::write_reserves(Phyxels& phyxels, const Parallel& parallel) {
         if (balance_[k].is_isolated) current -= end_[k].linear.squaredNorm() / (2 * end_[k].mass);
         const double unspent = balance_[k].budget - current;
         const bool has_deficit = unspent < 0 && end_[k].elastic > 0;
-        sum_[k] = has_deficit ? unspent / end_[k].elastic
-                              : (unspent > 0 ? reserve_kept * unspent : unspent) / start_[k].mass;
+        sum_[k] = has_deficit
+                      ? unspent / end_[k].elastic
+                      : (unspent > 0 ? tuning::energy::reserve_kept * unspent : unspent) / start_[k].mass;
     }
     for_phyxels(parallel, phyxels.size(), [&](std::size_t i) {
         phyxels.reserve[i] = 0;

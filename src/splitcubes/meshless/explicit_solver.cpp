@@ -1,6 +1,7 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/random.h>
 #include <splitcubes/meshless/explicit_solver.h>
+#include <splitcubes/meshless/tuning.h>
 
 #include <algorithm>
 #include <array>
@@ -9,30 +10,6 @@
 #include <string>
 
 namespace splitcubes::meshless {
-
-namespace {
-
-// Substep size as a share of the stability limit: the one that is chosen, and the range in which the number
-// of substeps is kept, since leapfrog gains energy if steps keep changing. First for plain corotated
-// material, whose frequency does not grow; then for all others.
-struct Margin {
-    double chosen, min, max;
-};
-constexpr Margin steady_margin{0.6, 0.45, 0.7}, growing_margin{0.5, 0.35, 0.65};
-// Iterations of the power method from the initial guess, and for updates within a step. More get closer to w.
-constexpr int first_iterations = 16;
-constexpr int further_iterations = 4;
-// A stiffness that depends on stretch is re-estimated after this many substeps, or when the largest |F|^2 has
-// grown by this factor.
-constexpr int substeps_between = 8;
-constexpr double growth_between = 1.15;
-// Maximum number of substeps per step.
-constexpr int max_substeps_per_step = 100000;
-// Minimum mass that a phyxel moves with, as a share of the mean mass. Larger allows longer substeps and
-// distorts the motion of light phyxels more.
-constexpr double min_mass_share = 0.02;
-
-}  // namespace
 
 SolverReport ExplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
                                   const Material& material, const StepInput& input,
@@ -66,7 +43,8 @@ void ExplicitSolver::begin(const Job& job) {
     momenta_.begin(phyxels, job.input.piece_count, job.parallel);
     double total = 0;
     for (const double m : phyxels.mass) total += m;
-    const double min_mass = total > 0 ? min_mass_share * total / static_cast<double>(n) : 1;
+    const double min_mass =
+        total > 0 ? tuning::explicit_steps::min_mass_share * total / static_cast<double>(n) : 1;
     effective_mass_.resize(n);
     inverse_mass_.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
@@ -141,7 +119,7 @@ double ExplicitSolver::frequency_at_rest(const Job& job) {
                         job.parallel);
     draw_initial_mode(job);
     frequency_cache_ = {job.neighbourhoods.revision(), mu, lambda, effective_mass_,
-                        highest_frequency(job, first_iterations)};
+                        highest_frequency(job, tuning::explicit_steps::first_power_iterations)};
     return frequency_cache_.frequency;
 }
 
@@ -162,12 +140,15 @@ double ExplicitSolver::max_stable_step(const Job& job, int iterations) {
 int ExplicitSolver::substeps_for(const Job& job, int before, int iterations) {
     const double substeps_at_limit =
         job.refinement * job.input.dt / max_stable_step(job, iterations);  // at the stability limit
-    const Margin& margin = is_frame_sufficient(job.material) ? steady_margin : growing_margin;
+    const tuning::explicit_steps::Margin& margin = is_frame_sufficient(job.material)
+                                                       ? tuning::explicit_steps::steady_margin
+                                                       : tuning::explicit_steps::growing_margin;
     if (before > 0 && before >= substeps_at_limit / margin.max && before <= substeps_at_limit / margin.min)
         return before;
     const double needed_substeps = std::ceil(substeps_at_limit / margin.chosen);
-    if (!(needed_substeps <= max_substeps_per_step))
-        throw JobError("the explicit solver needs over " + std::to_string(max_substeps_per_step) +
+    if (!(needed_substeps <= tuning::explicit_steps::max_substeps_per_step))
+        throw JobError("the explicit solver needs over " +
+                       std::to_string(tuning::explicit_steps::max_substeps_per_step) +
                        " substeps a time step; take the implicit one, or a softer material");
     return std::max(1, static_cast<int>(needed_substeps));
 }
@@ -179,7 +160,8 @@ int ExplicitSolver::take_substeps(const Job& job) {
         job.material.model == MaterialModel::st_venant_kirchhoff || job.material.volume_stiffness > 0;
     const bool known = job.phyxels.history_step == dt;
     if (!is_frame_sufficient(job.material)) draw_initial_mode(job);
-    int per_step = substeps_for(job, known ? job.phyxels.substeps : 0, first_iterations);
+    int per_step =
+        substeps_for(job, known ? job.phyxels.substeps : 0, tuning::explicit_steps::first_power_iterations);
     elastic_.take_state(job.neighbourhoods, job.material, configuration_of(job.phyxels), job.parallel);
     elastic_.read_deformation(job.phyxels.deformation, job.phyxels.rotation, job.parallel);
     find_forces(job);
@@ -188,16 +170,20 @@ int ExplicitSolver::take_substeps(const Job& job) {
     while (done < 1) {
         const int count = std::max(1, static_cast<int>(std::ceil((1 - done) * per_step - 1e-6)));
         const double share = (1 - done) / count;
-        const double bound = changes ? growth_between * largest_stretch(job) : 0;
+        const double bound =
+            changes ? tuning::explicit_steps::growth_between_estimates * largest_stretch(job) : 0;
         int k = 0;
         do {
             ++k;
             substep(job, share * dt, k == count ? 1 : done + k * share);
-        } while (k < count && (!changes || (k < substeps_between && largest_stretch(job) < bound)));
+        } while (k < count && (!changes || (k < tuning::explicit_steps::substeps_between_estimates &&
+                                            largest_stretch(job) < bound)));
         substeps_taken += k;
         done = k == count ? 1 : done + k * share;
         // Within a step substeps only become shorter.
-        if (done < 1) per_step = std::max(per_step, substeps_for(job, per_step, further_iterations));
+        if (done < 1)
+            per_step = std::max(
+                per_step, substeps_for(job, per_step, tuning::explicit_steps::further_power_iterations));
     }
     elastic_.read_deformation(job.phyxels.deformation, job.phyxels.rotation, job.parallel);
     job.phyxels.substeps = per_step;

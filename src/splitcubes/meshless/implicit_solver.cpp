@@ -1,4 +1,5 @@
 #include <splitcubes/meshless/implicit_solver.h>
+#include <splitcubes/meshless/tuning.h>
 
 #include <algorithm>
 #include <array>
@@ -6,21 +7,6 @@
 #include <cmath>
 
 namespace splitcubes::meshless {
-
-namespace {
-
-// Displacement corrections below this share of the support radius are rounding errors: the solve stops there.
-constexpr double smallest_correction = 1e-10;
-// Displacements above this share of the support radius may have turned a neighbourhood too far for the
-// linearisation; only then are distortions checked.
-constexpr double distortion_check_share = 0.2;
-// Accelerations above smoothing_threshold times gravity are smoothed; own_weight is the weight of the phyxel
-// itself in a smoothing pass, the rest is its neighbours' mean.
-constexpr double smoothing_threshold = 2, own_weight = 0.25;
-// Relative rounding error of A d in single precision.
-constexpr double rounding_share = 1e-6;
-
-}  // namespace
 
 void ImplicitSolver::linearise(const Job& job) {
     elastic_.take_state(job.neighbourhoods, job.material,
@@ -39,7 +25,7 @@ bool ImplicitSolver::has_new_distortion(const Job& job) {
     const double far_count = sum_(job.parallel, n, [&](std::size_t begin, std::size_t end) {
         double count = 0;
         for (std::size_t i = begin; i < end; ++i) {
-            const double limit = distortion_check_share * phyxels.support_radius[i];
+            const double limit = tuning::guess::distortion_check_share * phyxels.support_radius[i];
             count += d_[i].squaredNorm() > limit * limit;
         }
         return count;
@@ -207,7 +193,7 @@ void ImplicitSolver::start_guess(const Job& job) {
 }
 
 bool ImplicitSolver::has_high_acceleration(const Job& job, const Vec3& acceleration_less_gravity) {
-    const double threshold = smoothing_threshold * job.input.gravity.norm();
+    const double threshold = tuning::guess::smoothing_threshold * job.input.gravity.norm();
     return acceleration_less_gravity.squaredNorm() > threshold * threshold;
 }
 
@@ -227,7 +213,9 @@ void ImplicitSolver::smooth_high_accelerations(const Job& job) {
             sum += links.weight()[l] * p_[links.neighbour()[l]];
             weight += links.weight()[l];
         }
-        return weight > 0 ? Vec3(own_weight * p_[i] + (1 - own_weight) / weight * sum) : p_[i];
+        return weight > 0 ? Vec3(tuning::guess::smoothing_own_weight * p_[i] +
+                                 (1 - tuning::guess::smoothing_own_weight) / weight * sum)
+                          : p_[i];
     };
     for (int pass = 0; pass < 2; ++pass) {
         for_phyxels(job.parallel, to_smooth_.size(), [&](std::size_t k) {
@@ -264,7 +252,7 @@ double ImplicitSolver::wanted_residual(const Job& job, double tolerance) {
             const Vec3 acceleration = (start_velocity_[i] - phyxels.previous_velocity[i]) / job.input.dt;
             const double force = phyxels.mass[i] * (acceleration.norm() + job.input.gravity.norm());
             sums.inertial += inverse_[i] * force * force;
-            const double correction = smallest_correction * phyxels.support_radius[i];
+            const double correction = tuning::solve::smallest_correction * phyxels.support_radius[i];
             sums.rounding += inverse_[i] > 0 ? correction * correction / inverse_[i] : 0;
         }
         return sums;
@@ -326,7 +314,7 @@ double ImplicitSolver::residual_at_base(const Job& job) {
 
 // Computes the residual from q_ = A d_; returns its squared norm. noise: estimate of its rounding error.
 double ImplicitSolver::residual_from_product(const Job& job, bool exact, double& noise) {
-    noise = exact ? 0 : rounding_share * rounding_share * squared_norm(job, q_);
+    noise = exact ? 0 : tuning::solve::rounding_share * tuning::solve::rounding_share * squared_norm(job, q_);
     for_phyxels(job.parallel, q_.size(),
                 [&](std::size_t i) { r_[i] = filtered(i, rhs_[i] + spring_force_[i] - q_[i]); });
     return squared_norm(job, r_);

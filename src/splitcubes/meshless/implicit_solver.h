@@ -52,15 +52,6 @@ class ImplicitSolver {
                               const SolverOptions& options, const Parallel& parallel);
 
   private:
-    // Maximum number of revisions of the contacts in a step.
-    static constexpr int max_contact_passes = 9;
-    // Revisions in which contacts may be released; later ones only add contacts, so that they end.
-    static constexpr int releasing_passes = 6;
-    // Maximum number of relinearisations of a step that distorts neighbourhoods.
-    static constexpr int max_relinearisations = 3;
-    // Maximum number of restarts of a solve from a residual in double precision.
-    static constexpr int max_refinements = 4;
-
     /// Sums over phyxels for the stopping criterion, in the norm of the inverse diagonal.
     struct ToleranceSums {
         // Squares: right side, inertia of the base against the prediction, inertia and gravity forces,

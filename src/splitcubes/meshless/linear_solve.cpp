@@ -1,45 +1,25 @@
 // Linear solve of ImplicitSolver's step over all bodies of a group: preconditioned conjugate gradients
 // (Hestenes and Stiefel 1952).
 #include <splitcubes/meshless/solver_group.h>
+#include <splitcubes/meshless/tuning.h>
 
 #include <algorithm>
 #include <cmath>
 
 namespace splitcubes::meshless {
 
-namespace {
-
-// Share of the target squared residual that rounding may reach before the residual is computed in double
-// precision.
-constexpr double noise_share = 0.1;
-// Factor on the tolerance of groups with contacts: a resting body rocks under the smallest residual force.
-constexpr double contact_tolerance_share = 0.01;
-// A solve may end early once the residual has fallen by fall_share from its largest value (when the guess
-// leaves a large residual, for example during a cut, small rocking does not matter), but without contacts
-// never above max_loose_factor times the tolerance.
-constexpr double fall_share = 1e-2, max_loose_factor = 10;
-// Share of its initial residual at which a solve may end while contacts still change: for the first solve of
-// a step, which only has to find the active contacts, and for later ones.
-constexpr double first_early_share = 0.2, early_share = 0.1;
-// Aggregates are weighed again if the spring stiffness changed by more than this share.
-constexpr double reweighing_share = 0.1;
-// Factor by which the squared residual may fall before single precision is exhausted and the residual is
-// recomputed in double precision.
-constexpr double single_precision_share = 1e-11;
-
-}  // namespace
-
 double ImplicitSolver::Group::tolerance() const {
-    const double share = forces->empty() ? 1 : contact_tolerance_share;
+    const double share = forces->empty() ? 1 : tuning::solve::contact_tolerance_share;
     return tolerance_factor * share * jobs[0].options.tolerance;
 }
 
 // Returns the squared residual at which a solve may end early, given the largest one so far. tight_square:
 // target of the tolerance. With contacts it does not exceed that of the plain tolerance.
 double ImplicitSolver::Group::loose_square(double tight_square) const {
-    const double times =
-        forces->empty() ? max_loose_factor : 1 / (tolerance_factor * contact_tolerance_share);
-    return std::min(times * times * tight_square, fall_share * fall_share * max_square);
+    const double times = forces->empty() ? tuning::solve::max_loose_factor
+                                         : 1 / (tolerance_factor * tuning::solve::contact_tolerance_share);
+    return std::min(times * times * tight_square,
+                    tuning::solve::fall_share * tuning::solve::fall_share * max_square);
 }
 
 double ImplicitSolver::Group::wanted_residual() {
@@ -76,7 +56,7 @@ double ImplicitSolver::Group::residual(bool exact, double& noise) {
 double ImplicitSolver::Group::first_residual(double target_square) {
     double noise = 0;
     double square = residual(false, noise);
-    if (noise > noise_share * target_square) square = residual(true, noise);
+    if (noise > tuning::solve::noise_share * target_square) square = residual(true, noise);
     max_square = square;
     return square;
 }
@@ -92,7 +72,8 @@ double ImplicitSolver::Group::kept_residual() {
 // Weighs the aggregates again if the springs changed substantially; small changes hardly affect the coarse
 // part.
 void ImplicitSolver::Group::reweigh_aggregates() {
-    if (std::abs(spring_stiffness - weighed_stiffness) <= reweighing_share * weighed_stiffness) return;
+    if (std::abs(spring_stiffness - weighed_stiffness) <= tuning::solve::reweighing_share * weighed_stiffness)
+        return;
     weighed_stiffness = spring_stiffness;
     each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.compute_aggregate_weights(job); });
 }
@@ -104,19 +85,22 @@ void ImplicitSolver::Group::solve(bool from_solution) {
     each([](ImplicitSolver& s, const Job&, std::uint32_t) { ++s.report_.solves; });
     int iterations_left = jobs[0].options.max_iterations;
     double square = from_solution ? first_residual(tight_square) : kept_residual();
-    const double early_factor = tolerance_factor > 1 ? (from_solution ? first_early_share : early_share) : 0;
+    const double early_factor =
+        tolerance_factor > 1 ? (from_solution ? tuning::solve::first_early_share : tuning::solve::early_share)
+                             : 0;
     const double target_square =
         std::max({tight_square, loose_square(tight_square), early_factor * early_factor * square});
-    if (!from_solution && target_square < single_precision_share * max_square)
+    if (!from_solution && target_square < tuning::solve::single_precision_share * max_square)
         square = first_residual(target_square);
     if (from_solution) weighed_stiffness = -1;
     if (square > target_square) reweigh_aggregates();
-    for (int pass = 0; pass < max_refinements && square > target_square && iterations_left > 0; ++pass) {
+    for (int pass = 0; pass < tuning::solve::max_refinements && square > target_square && iterations_left > 0;
+         ++pass) {
         // Limits the reduction to what single precision can reach at a time.
-        const bool is_in_reach = target_square >= single_precision_share * square;
+        const bool is_in_reach = target_square >= tuning::solve::single_precision_share * square;
         const double before = square;
-        square = conjugate_gradients(is_in_reach ? target_square : single_precision_share * square,
-                                     iterations_left);
+        square = conjugate_gradients(
+            is_in_reach ? target_square : tuning::solve::single_precision_share * square, iterations_left);
         if (is_in_reach) break;
         double noise = 0;
         square = max_square = residual(true, noise);

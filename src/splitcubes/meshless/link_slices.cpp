@@ -1,4 +1,5 @@
 #include <splitcubes/meshless/link_slices.h>
+#include <splitcubes/meshless/tuning.h>
 
 #include <algorithm>
 #include <array>
@@ -7,12 +8,6 @@
 namespace splitcubes::meshless {
 
 namespace {
-
-// Minimum number of lanes that share an index offset to form a run: indexed lanes cost
-// more than twice the loads of a run.
-constexpr std::size_t min_run = 8;
-// Relative tolerance for equal edges: covers rounding of positions.
-constexpr double edge_tolerance = 3e-7;
 
 struct Entry {
     std::int64_t distance;  // neighbour less row
@@ -66,7 +61,7 @@ void LinkSlices::build_edges(std::span<const std::uint32_t> offsets, std::span<c
         bool same = true;
         for (std::size_t lane = 0; lane < lanes; ++lane) {
             if ((filled[column] >> lane & 1U) == 0) edges[column][lane] = edge;
-            same = same && (edges[column][lane] - edge).norm() <= edge_tolerance * edge.norm();
+            same = same && (edges[column][lane] - edge).norm() <= tuning::links::edge_tolerance * edge.norm();
         }
         const auto at = static_cast<std::int32_t>(edge_.size());
         edge_at_.push_back(same ? at : ~at);
@@ -98,7 +93,7 @@ void LinkSlices::build_slice(std::span<const std::uint32_t> offsets, std::span<c
         const std::int64_t base = static_cast<std::int64_t>(first) + entries[begin].distance;
         const bool in_range =
             base >= 0 && base + static_cast<std::int64_t>(lanes) <= static_cast<std::int64_t>(stride());
-        const bool is_run = in_range && end - begin >= min_run;
+        const bool is_run = in_range && end - begin >= tuning::links::min_run;
         for (std::size_t k = begin; k < end; ++k) {
             if (is_run)
                 slot_[entries[k].link] = static_cast<std::uint32_t>(run_.size() * lanes) + entries[k].lane;

@@ -1,4 +1,5 @@
 #include <splitcubes/meshless/lumping_moments.h>
+#include <splitcubes/meshless/tuning.h>
 
 #include <Eigen/Cholesky>
 
@@ -11,26 +12,14 @@ namespace splitcubes::meshless {
 
 namespace {
 
-constexpr std::size_t moments_grain = 64;  // nodes per chunk
-// Fraction of a phyxel's uncorrected volume that the correction must leave.
-constexpr double min_volume = 0.3;
-// Upper bound of the summed absolute changes of a row's shares.
-constexpr double max_change = 3;
-// Scales the quadratic monomials to the size of the linear ones: coordinates are below one.
-constexpr double square_scale = 3;
-// Regularises directions in which a row's phyxels hardly spread (normal variances are 0.05 and more).
-// Iterative refinement removes most of its bias.
-constexpr double moments_damping = 0.005;
-constexpr int refinements = 2;
-
 using Moments = Eigen::Matrix<double, 9, 1>;
 using Products = Eigen::Matrix<double, 9, 9>;
 
 // Returns the linear and quadratic monomials at an offset in units of the support radius.
 Moments monomials(const Vec3& d) {
     Moments out;
-    out << d, square_scale * d.cwiseProduct(d), square_scale * d[0] * d[1], square_scale * d[1] * d[2],
-        square_scale * d[2] * d[0];
+    out << d, tuning::lumping::square_scale * d.cwiseProduct(d), tuning::lumping::square_scale * d[0] * d[1],
+        tuning::lumping::square_scale * d[1] * d[2], tuning::lumping::square_scale * d[2] * d[0];
     return out;
 }
 
@@ -52,9 +41,10 @@ class Row {
         }
         product.triangularView<Eigen::Lower>() -= mean * mean.transpose();
         product.triangularView<Eigen::StrictlyUpper>() = product.transpose();
-        const Eigen::LDLT<Products> damped(product + moments_damping * Products::Identity());
+        const Eigen::LDLT<Products> damped(product + tuning::lumping::moments_damping * Products::Identity());
         Moments change = Moments::Zero();
-        for (int pass = 0; pass <= refinements; ++pass) change -= damped.solve(mean + product * change);
+        for (int pass = 0; pass <= tuning::lumping::moments_refinements; ++pass)
+            change -= damped.solve(mean + product * change);
         if (change.allFinite()) apply(mean, change);
     }
 
@@ -66,7 +56,8 @@ class Row {
     void apply(const Moments& mean, const Moments& change) {
         double all = 0;
         for (std::size_t k = 0; k < share_.size(); ++k) all += share_[k] * std::abs(change.dot(at(k) - mean));
-        const double part = all > max_change ? max_change / all : 1;
+        const double part =
+            all > tuning::lumping::max_share_change ? tuning::lumping::max_share_change / all : 1;
         double sum = 0;
         for (std::size_t k = 0; k < share_.size(); ++k) {
             share_[k] *= 1 + part * change.dot(at(k) - mean);
@@ -94,7 +85,8 @@ bool copy_known_shares(const MassLumping& last, std::size_t node, std::span<cons
     return true;
 }
 
-// Scales back the changes of each piece such that its phyxels keep at least min_volume.
+// Scales back the changes of each piece such that its phyxels keep at least min_volume_share
+// of their volume.
 void keep_volumes(const MaterialNodes& nodes, const Phyxels& phyxels, std::span<const std::uint8_t> chosen,
                   std::span<const double> plain, MassLumping& lumping) {
     std::vector<double> volume(phyxels.size(), 0), before(phyxels.size(), 0);
@@ -108,8 +100,9 @@ void keep_volumes(const MaterialNodes& nodes, const Phyxels& phyxels, std::span<
         if (phyxels.piece[i] < 0) continue;
         const auto piece = static_cast<std::size_t>(phyxels.piece[i]);
         if (piece >= part.size()) part.resize(piece + 1, 1);
-        if (volume[i] < min_volume * before[i])
-            part[piece] = std::min(part[piece], (1 - min_volume) * before[i] / (before[i] - volume[i]));
+        if (volume[i] < tuning::lumping::min_volume_share * before[i])
+            part[piece] = std::min(
+                part[piece], (1 - tuning::lumping::min_volume_share) * before[i] / (before[i] - volume[i]));
     }
     for (std::size_t b = 0; b < chosen.size(); ++b) {
         if (chosen[b] == 0 || lumping.offsets[b] == lumping.offsets[b + 1]) continue;
@@ -129,7 +122,7 @@ void keep_moments(const MaterialNodes& nodes, const Phyxels& phyxels, std::span<
     lumping.whole.assign(chosen.size(), 1);
     for (std::size_t b = 0; b < last.node_count(); ++b)
         if (chosen[b] == 0) lumping.whole[b] = last.whole[b];
-    parallel.for_each(chosen.size(), moments_grain, [&](std::size_t b) {
+    parallel.for_each(chosen.size(), tuning::grains::lumping_moments, [&](std::size_t b) {
         const std::uint32_t begin = lumping.offsets[b], count = lumping.offsets[b + 1] - begin;
         if (chosen[b] == 0 || count < 2) return;
         const auto phyxel = std::span(lumping.phyxel).subspan(begin, count);

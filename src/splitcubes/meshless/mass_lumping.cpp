@@ -1,6 +1,7 @@
 #include <splitcubes/meshless/kernel.h>
 #include <splitcubes/meshless/lumping_moments.h>
 #include <splitcubes/meshless/mass_lumping.h>
+#include <splitcubes/meshless/tuning.h>
 
 #include <algorithm>
 #include <cassert>
@@ -17,8 +18,6 @@ std::size_t piece_limit(std::span<const std::int32_t> a, std::span<const std::in
     for (const std::int32_t piece : b) highest = std::max(highest, piece);
     return static_cast<std::size_t>(highest + 1);
 }
-
-constexpr std::size_t lump_grain = 512;  // nodes per chunk
 
 // Rows of a chunk of consecutive nodes.
 struct Rows {
@@ -117,9 +116,9 @@ class Lumper {
 // Calls add(node, rows) for every node and concatenates the rows in order.
 template <class Add>
 void lump_all(std::size_t nodes, const Add& add, MassLumping& lumping, const Parallel& parallel) {
-    std::vector<Rows> chunks((nodes + lump_grain - 1) / lump_grain);
-    parallel.for_chunks(nodes, lump_grain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t b = begin; b < end; ++b) add(b, chunks[begin / lump_grain]);
+    std::vector<Rows> chunks((nodes + tuning::grains::lumping - 1) / tuning::grains::lumping);
+    parallel.for_chunks(nodes, tuning::grains::lumping, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t b = begin; b < end; ++b) add(b, chunks[begin / tuning::grains::lumping]);
     });
     std::size_t entries = 0;
     for (const Rows& rows : chunks) entries += rows.phyxel.size();

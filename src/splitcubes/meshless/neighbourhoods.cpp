@@ -2,6 +2,7 @@
 #include <splitcubes/meshless/kernel.h>
 #include <splitcubes/meshless/loops.h>
 #include <splitcubes/meshless/neighbourhoods.h>
+#include <splitcubes/meshless/tuning.h>
 
 #include <algorithm>
 #include <atomic>
@@ -11,12 +12,6 @@
 namespace splitcubes::meshless {
 
 namespace {
-
-// Directions whose eigenvalue is below this fraction of the largest are dropped.
-constexpr double rank_threshold = 1e-3;
-// c_i = this * zero_energy * mu V_i / trace A_i. With 5, zero_energy 0.1 restores the shape of a body whose
-// phyxels start at random positions; 0.02 leaves it crumpled.
-constexpr double penalty_factor = 5;
 
 // Pa, twice the energy density of a gradient e n^T with unit vectors e and n, averaged over e.
 double mean_modulus(const Material& material) {
@@ -101,7 +96,7 @@ void Neighbourhoods::compute_row(const Pairs& pairs, std::size_t i) {
     rows_.moment[i] = moment;
     const SymmetricEigen eigen = eigen_symmetric(moment);
     int kept = 0;
-    while (kept < 3 && eigen.values[kept] > rank_threshold * eigen.values[0]) ++kept;
+    while (kept < 3 && eigen.values[kept] > tuning::neighbourhoods::rank_threshold * eigen.values[0]) ++kept;
     Mat3& basis = rows_.basis[i];
     basis = eigen.vectors;
     // Uses the expression that completes F, so that the completion is exact at rest.
@@ -137,8 +132,8 @@ bool Neighbourhoods::has_resolved_gradient(std::size_t i) const {
 
 void Neighbourhoods::set_penalty(const Material& material, std::size_t i) {
     const bool is_resolved = rows_.base_trace[i] > 0 && has_resolved_gradient(i);
-    rows_.penalty[i] = is_resolved ? penalty_factor * material.zero_energy * material.lame_mu() *
-                                         rows_.volume[i] / rows_.base_trace[i]
+    rows_.penalty[i] = is_resolved ? tuning::neighbourhoods::penalty_factor * material.zero_energy *
+                                         material.lame_mu() * rows_.volume[i] / rows_.base_trace[i]
                                    : 0;
     const double trace = rows_.moment[i].trace();
     rows_.coupling[i] =

@@ -1,5 +1,6 @@
 #include <splitcubes/meshless/phyxels.h>
 #include <splitcubes/meshless/rigid_pieces.h>
+#include <splitcubes/meshless/tuning.h>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -11,11 +12,6 @@
 namespace splitcubes::meshless {
 
 namespace {
-
-// Maximum rotation per substep, rad. Smaller is more accurate and slower.
-constexpr double max_substep_rotation = 0.2;
-// Maximum number of fixed-point iterations of the midpoint rule in a substep.
-constexpr int max_iterations = 60;
 
 Mat3 cross_matrix(const Vec3& v) {
     Mat3 m;
@@ -92,7 +88,7 @@ void turn_freely(RigidPiece& body, double dt, int max_substeps) {
     const Mat3 inverse = body.inertia.inverse();
     const double max_angular_speed =
         body.angular_momentum.norm() * inverse.norm();  // rad/s, upper bound of its angular speed
-    const double needed_substeps = std::ceil(max_angular_speed * dt / max_substep_rotation);
+    const double needed_substeps = std::ceil(max_angular_speed * dt / tuning::rigid::max_substep_rotation);
     if (!(needed_substeps <= std::max(1, max_substeps))) {
         precess(body, dt);
         return;
@@ -102,7 +98,7 @@ void turn_freely(RigidPiece& body, double dt, int max_substeps) {
     for (int k = 0; k < substeps; ++k) {
         const Vec3 before = body.rotation.transpose() * body.angular_momentum;
         Vec3 rotation_vector = h * (inverse * before);  // rad, own frame
-        for (int iteration = 0; iteration < max_iterations; ++iteration) {
+        for (int iteration = 0; iteration < tuning::rigid::max_midpoint_iterations; ++iteration) {
             const Vec3 after = cayley(-rotation_vector) * before;
             const Vec3 next = h * (inverse * (0.5 * (before + after)));
             const double change = (next - rotation_vector).norm();

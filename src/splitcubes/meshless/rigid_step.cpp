@@ -1,4 +1,5 @@
 #include <splitcubes/meshless/rigid_step.h>
+#include <splitcubes/meshless/tuning.h>
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -8,19 +9,6 @@
 namespace splitcubes::meshless {
 
 namespace {
-
-// Maximum rotation per substep of a piece near obstacles, rad, and maximum number of substeps. Smaller angles
-// follow contact points on arcs better.
-constexpr double max_substep_angle = 0.1;
-constexpr int max_contact_substeps = 256;
-// Maximum number of rotation substeps of turn_freely in a step.
-constexpr int max_rotation_substeps = 4096;
-// Maximum number of Gauss-Seidel iterations over the contacts of a substep.
-constexpr int max_impulse_iterations = 40;
-// A touching piece rests below this share of the speed that gravity adds in a substep.
-constexpr double resting_share = 0.02;
-// Share of an initial penetration that is removed per step.
-constexpr double penetration_correction_share = 0.2;
 
 // Contact of a point of a body with the tangent plane of an obstacle.
 struct PlaneContact {
@@ -142,7 +130,7 @@ bool apply_obstacle_impulses(const RigidPieces& rigid, const StepInput& input, d
     for (const PlaneContact& contact : contacts)
         surface_velocity = std::max(surface_velocity, contact.surface_velocity.norm());
     const double tolerance = 1e-6 * (std::sqrt(2 * before / body.mass) + surface_velocity);
-    for (int iteration = 0; iteration < max_impulse_iterations; ++iteration)
+    for (int iteration = 0; iteration < tuning::rigid::max_impulse_iterations; ++iteration)
         if (iterate_impulses(contacts, body) <= tolerance) break;
     const bool touches = std::any_of(contacts.begin(), contacts.end(),
                                      [](const PlaneContact& c) { return c.normal_impulse > 0; });
@@ -154,7 +142,7 @@ bool apply_obstacle_impulses(const RigidPieces& rigid, const StepInput& input, d
         body.momentum *= std::sqrt(before / after);
         body.angular_momentum *= std::sqrt(before / after);
     }
-    const double resting = resting_share * input.gravity.norm() * h;
+    const double resting = tuning::rigid::resting_share * input.gravity.norm() * h;
     if (body.kinetic_energy() < 0.5 * body.mass * resting * resting) {
         body.momentum.setZero();
         body.angular_momentum.setZero();
@@ -189,7 +177,8 @@ void move_among_obstacles(const RigidPieces& rigid, const StepInput& input, doub
         depth.push_back(std::min(deepest(rigid, MovedObstacle(obstacle, 0), body).distance, 0.0));
     const double angle = body.angular_velocity().norm() * input.dt;
     const int substeps = std::max(
-        1, static_cast<int>(std::min<double>(std::ceil(angle / max_substep_angle), max_contact_substeps)));
+        1, static_cast<int>(std::min<double>(std::ceil(angle / tuning::rigid::max_contact_substep_rotation),
+                                             tuning::rigid::max_contact_substeps)));
     const double h = input.dt / substeps;
     const double substep_damping_factor = std::pow(damping_factor, 1.0 / substeps);
     for (int k = 0; k < substeps; ++k) {
@@ -200,13 +189,13 @@ void move_among_obstacles(const RigidPieces& rigid, const StepInput& input, doub
             apply_obstacle_impulses(rigid, input, static_cast<double>(k) / substeps, h, body);
         body.touching = touches;
         body.centre += touches ? Vec3(h * body.velocity()) : Vec3(0.5 * h * (before + body.velocity()));
-        turn_freely(body, h, max_rotation_substeps / substeps);
+        turn_freely(body, h, tuning::rigid::max_rotation_substeps / substeps);
     }
     // Corrects the penetration gained since points move on arcs, and a share of the initial one.
     for (std::size_t k = 0; k < depth.size(); ++k) {
         const geometry::SignedDistance::Sample now =
             deepest(rigid, MovedObstacle(input.obstacles[k], 1), body);
-        const double correction = (1 - penetration_correction_share) * depth[k] - now.distance;
+        const double correction = (1 - tuning::rigid::penetration_correction_share) * depth[k] - now.distance;
         if (correction > 0) body.centre += correction * now.normal;
     }
 }

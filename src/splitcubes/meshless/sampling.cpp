@@ -1,5 +1,6 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/meshless/sampling.h>
+#include <splitcubes/meshless/tuning.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,10 +16,8 @@ namespace {
 class GrowingGrid {
   public:
     GrowingGrid(const geometry::Box& box, double cell_size) : origin_(box.min), cell_size_(cell_size) {
-        // Limits memory in large boxes; larger cells cost only time.
-        constexpr double max_cells = 0x1p24;
         const auto cells = [&] { return Vec3((box.size() / cell_size_).array().floor() + 1); };
-        while (cells().prod() > max_cells) cell_size_ *= 1.5;
+        while (cells().prod() > tuning::sampling::max_grid_cells) cell_size_ *= 1.5;
         count_ = cells().cast<int>();
         head_.assign(static_cast<std::size_t>(count_.prod()), -1);
     }
@@ -91,10 +90,10 @@ std::vector<Vec3> sample_solid(const geometry::Box& box, double spacing,
     GrowingGrid samples(box, std::max(0.5 * spacing, cover_radius));
     const auto lattice_size = static_cast<std::size_t>(n.prod());
     const auto nx = static_cast<std::size_t>(n.x()), ny = static_cast<std::size_t>(n.y());
-    constexpr std::size_t batch_size = std::size_t{1} << 18, grain = 256;
-    std::vector<std::optional<Vec3>> placed(std::min(lattice_size, batch_size));
-    for (std::size_t first = 0; first < lattice_size; first += batch_size) {
-        const std::size_t count = std::min(lattice_size - first, batch_size);
+    constexpr std::size_t grain = 256;
+    std::vector<std::optional<Vec3>> placed(std::min(lattice_size, tuning::sampling::batch_size));
+    for (std::size_t first = 0; first < lattice_size; first += tuning::sampling::batch_size) {
+        const std::size_t count = std::min(lattice_size - first, tuning::sampling::batch_size);
         parallel.for_each(count, grain, [&](std::size_t k) {
             const std::size_t i = first + k;
             const Vec3 lattice_point(static_cast<double>(i % nx), static_cast<double>(i / nx % ny),

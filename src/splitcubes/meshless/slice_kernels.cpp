@@ -8,6 +8,7 @@
 
 #include <splitcubes/meshless/flush_tiny.h>
 #include <splitcubes/meshless/slice_kernels.h>
+#include <splitcubes/meshless/tuning.h>
 
 HWY_BEFORE_NAMESPACE();
 namespace splitcubes::meshless {
@@ -20,9 +21,6 @@ using DI = hn::RebindToSigned<D>;
 using V = hn::Vec<D>;
 using M = hn::Mask<D>;
 constexpr D d;
-constexpr float far_from_rotation = 0.5F;  // |X^T X - I|^2 above which Newton-Schulz is not used
-constexpr float near_rotation = 8e-8F;     // |X^T X - I|^2 below which one more step is exact
-constexpr int max_rotation_steps = 8;
 struct Three {
     V x, y, z;
 };
@@ -38,10 +36,8 @@ HWY_INLINE Three load3(const float* from, std::size_t stride) {
     return {hn::LoadU(d, from), hn::LoadU(d, from + stride), hn::LoadU(d, from + 2 * stride)};
 }
 
-constexpr std::size_t prefetch_distance = 2048;  // floats; hardware prefetchers stop at page boundaries
-
 HWY_INLINE V load_streamed(const float* from) {
-    hwy::Prefetch(from + prefetch_distance);
+    hwy::Prefetch(from + tuning::links::prefetch_distance);
     return hn::LoadU(d, from);
 }
 
@@ -194,10 +190,11 @@ HWY_INLINE M rotate(const Nine& H, Nine& Y) {
     Y = H;
     M done = hn::Lt(hn::Zero(d), hn::Zero(d)), lost = hn::Not(hn::Gt(determinant(H), hn::Zero(d)));
     const V half = hn::Set(d, 0.5F);
-    for (int step = 0; step < max_rotation_steps; ++step) {
+    for (int step = 0; step < tuning::links::max_rotation_steps; ++step) {
         const Nine E = error_of(Y);
         const V error = squared_norm(E);
-        lost = hn::Or(lost, hn::And(hn::Not(done), hn::Not(hn::Lt(error, hn::Set(d, far_from_rotation)))));
+        lost = hn::Or(lost, hn::And(hn::Not(done),
+                                    hn::Not(hn::Lt(error, hn::Set(d, tuning::links::far_from_rotation)))));
         const M stop = hn::Or(done, lost);
         if (hn::AllTrue(d, stop)) break;
         const Nine YE = product<false>(Y, E);
@@ -205,7 +202,7 @@ HWY_INLINE M rotate(const Nine& H, Nine& Y) {
             const V next = hn::Sub(Y.m[k], hn::Mul(half, hn::Add(E.m[k], YE.m[k])));
             Y.m[k] = hn::IfThenElse(stop, Y.m[k], next);
         }
-        done = hn::Or(done, hn::And(hn::Not(stop), hn::Lt(error, hn::Set(d, near_rotation))));
+        done = hn::Or(done, hn::And(hn::Not(stop), hn::Lt(error, hn::Set(d, tuning::links::near_rotation))));
     }
     return hn::And(done, hn::Not(lost));
 }

@@ -1,4 +1,5 @@
 #include <splitcubes/meshless/sliced_elasticity.h>
+#include <splitcubes/meshless/tuning.h>
 
 #include <algorithm>
 #include <bit>
@@ -10,8 +11,6 @@ namespace splitcubes::meshless {
 namespace {
 
 constexpr std::size_t lanes = LinkSlices::lanes;
-// m, clamp of displacement components: squares of larger ones would overflow in single precision.
-constexpr double max_displacement = 1e15;
 
 }  // namespace
 
@@ -71,7 +70,7 @@ void SlicedElasticity::take_displacement(const Configuration& configuration, con
         for (int k = 0; k < 3; ++k) {
             const double u =
                 std::clamp(configuration.position[i][k] - configuration.rest_position[i][k] - first[k],
-                           -max_displacement, max_displacement);
+                           -tuning::links::max_displacement, tuning::links::max_displacement);
             const auto high = static_cast<float>(u);
             const std::size_t at = static_cast<std::size_t>(k) * n + i;
             high_[at] = high;

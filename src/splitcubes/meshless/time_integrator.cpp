@@ -1,21 +1,10 @@
 #include <splitcubes/meshless/time_integrator.h>
+#include <splitcubes/meshless/tuning.h>
 
 #include <algorithm>
 #include <array>
 
 namespace splitcubes::meshless {
-
-namespace {
-
-// Shares of the elastic energy by which a step may exceed the budget: the energy of a mode near the stability
-// limit of leapfrog oscillates by that much (EnergyGuard).
-constexpr double implicit_tolerance = 0.02, explicit_tolerance = 0.25;
-// Numbers of substeps that are tried in turn when a step exceeds its budget.
-constexpr std::array<int, 3> implicit_divisions = {1, 2, 4}, explicit_divisions = {2, 4, 8};
-// Additional Newton iterations of a repeated step.
-constexpr int further_solves = 2;
-
-}  // namespace
 
 SolverReport TimeIntegrator::step_elastic(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
                                           const Material& material, const StepInput& input,
@@ -23,8 +12,10 @@ SolverReport TimeIntegrator::step_elastic(Phyxels& phyxels, const Neighbourhoods
     check_step_input(phyxels, input);
     if (!options.guard_energy) return step_once(phyxels, neighbourhoods, material, input, options, parallel);
     const bool is_explicit = options.kind == SolverKind::explicit_steps;
-    const std::array<int, 3>& divisions = is_explicit ? explicit_divisions : implicit_divisions;
-    const double tolerance = is_explicit ? explicit_tolerance : implicit_tolerance;
+    const std::array<int, 3>& divisions =
+        is_explicit ? tuning::energy::explicit_divisions : tuning::energy::implicit_divisions;
+    const double tolerance =
+        is_explicit ? tuning::energy::explicit_tolerance : tuning::energy::implicit_tolerance;
     // Contacts belong to the whole step, which is therefore not divided.
     const std::size_t max_repetitions = is_explicit || input.contacts.empty() ? divisions.size() : 1;
     if (input.contacts.cached) {
@@ -61,7 +52,8 @@ void TimeIntegrator::correct(Phyxels& phyxels, const Neighbourhoods& neighbourho
                              const SolverOptions& options, SolverReport& report, const Parallel& parallel) {
     if (!options.guard_energy) return;
     guard_.count_contacts(phyxels, contacts, substep, options.kind != SolverKind::explicit_steps);
-    guard_.evaluate(phyxels, neighbourhoods, material, input, implicit_tolerance, {}, parallel);
+    guard_.evaluate(phyxels, neighbourhoods, material, input, tuning::energy::implicit_tolerance, {},
+                    parallel);
     guard_.enforce(phyxels, neighbourhoods, material, input, report, parallel);
 }
 
@@ -90,7 +82,7 @@ SolverReport TimeIntegrator::step_with_substeps(Phyxels& phyxels, const Neighbou
         return report;
     }
     options.bdf2 = false;
-    options.further_solves = further_solves;
+    options.further_solves = tuning::energy::further_newton_solves;
     StepInput substep = input;
     substep.dt = input.dt / division;
     SolverReport report;
