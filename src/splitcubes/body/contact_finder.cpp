@@ -2,6 +2,7 @@
 #include <splitcubes/body/contact_finder.h>
 #include <splitcubes/body/contact_sides.h>
 #include <splitcubes/body/node_tracker.h>
+#include <splitcubes/body/tuning.h>
 #include <splitcubes/splitting/surface.h>
 
 #include <algorithm>
@@ -18,11 +19,6 @@ namespace {
 using meshless::Contact;
 using meshless::ContactSide;
 
-// In phyxel spacings: speculative distance, beyond the displacement by speed; and maximum depenetration per
-// step.
-constexpr double collider_speculative_share = 0.05, depenetration_share = 0.02;
-constexpr double max_vertex_offset_share = 0.5;  // spacings, of a rendered vertex from its influences
-constexpr double max_weight_sum = 4;             // bound on the sum of a side's absolute weights
 // Markers of fresh samples in place of a previous index.
 constexpr std::int32_t new_sample = -1, no_sample = -2;
 
@@ -267,8 +263,8 @@ void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
             max_square = std::max(max_square, part.max_square);
         }
         all += static_cast<double>(count);
-        max_displacement_.push_back(task.dt *
-                                    (max_weight_sum * std::sqrt(max_square) + task.dt * task.gravity.norm()));
+        max_displacement_.push_back(task.dt * (tuning::contacts::max_weight_sum * std::sqrt(max_square) +
+                                               task.dt * task.gravity.norm()));
         spacing_.push_back(task.bodies[b]->phyxel_spacing());
     }
     mean_displacement_ = task.dt / std::max(all, 1.0) * sum;
@@ -321,8 +317,9 @@ void ContactFinder::place_samples(const Task& task, const Parallel& parallel) {
             patch.box.add(position_[k]);
             patch.spacing = std::max(patch.spacing, spacing_of(samples_[k]));
             patch.max_displacement =
-                std::max(patch.max_displacement, max_displacement_[samples_[k].body] +
-                                                     max_vertex_offset_share * spacing_of(samples_[k]));
+                std::max(patch.max_displacement,
+                         max_displacement_[samples_[k].body] +
+                             tuning::contacts::max_vertex_offset_share * spacing_of(samples_[k]));
         }
     };
     parallel.for_chunks(samples_.size(), grain, std::cref(place));
@@ -395,7 +392,8 @@ void ContactFinder::meet_collider(const Task& task, std::size_t collider_index, 
     const Vec3& position = position_[k];
     const Body& body = *task.bodies[s.body];
     const double moved = (to_after * position - to_before * position).norm();
-    const double far = moved + max_displacement_[s.body] + max_vertex_offset_share * spacing_of(s);
+    const double far =
+        moved + max_displacement_[s.body] + tuning::contacts::max_vertex_offset_share * spacing_of(s);
     if (collider.solid->at(to_before * position).distance > far) return;
     find_influences(task, k);
     const Vec3 from = to_before * position;
@@ -404,7 +402,7 @@ void ContactFinder::meet_collider(const Task& task, std::size_t collider_index, 
     own.part = 0;
     const Vec3 v = meshless::side_value(own, velocity);
     const Vec3 to = to_after * (position + task.dt * (v + task.dt * task.gravity));
-    const double margin = collider_speculative_share * spacing_of(s);
+    const double margin = tuning::contacts::collider_speculative_share * spacing_of(s);
     if (!(collider.solid->at(from).distance < (to - from).norm() + 2 * margin)) return;
     const double share = geometry::first_contact(*collider.solid, from, to, margin);
     if (!(share <= 1)) return;
@@ -418,7 +416,7 @@ void ContactFinder::meet_collider(const Task& task, std::size_t collider_index, 
     contact.gap = contact.normal.dot(position - before * touched);
     contact.surface_displacement = after * touched - before * touched;
     contact.friction = collider.friction;
-    contact.max_depenetration = depenetration_share * spacing_of(s);
+    contact.max_depenetration = tuning::contacts::collider_depenetration_share * spacing_of(s);
     if (!contact.normal.allFinite() || !std::isfinite(contact.gap)) return;
     chunk.found.push_back(contact);
     chunk.keys.push_back(contact.key);

@@ -1,4 +1,5 @@
 #include <splitcubes/body/contact_sides.h>
+#include <splitcubes/body/tuning.h>
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -10,11 +11,6 @@ using meshless::ContactSide;
 
 namespace {
 
-// In squared spacings: variance of a side's phyxels along an axis below which motion is hardly extrapolated
-// along it. A larger value reproduces less of the rotation; a smaller one gives larger weights.
-constexpr double min_spread = 0.005;
-// Share of the total weight below which a phyxel of a blended side is dropped.
-constexpr double min_weight = 1e-6;
 constexpr std::size_t min_slot_count = 256;  // a power of two
 
 }  // namespace
@@ -35,7 +31,8 @@ void reproduce_affine_motion(std::span<const Vec3> rest, const Vec3& rest_point,
     // In squared spacings. Each eigenvalue s contributes s / (s^2 + min_spread^2) instead of 1 / s
     // (Tikhonov regularisation), as one matrix that needs no eigenvectors.
     spread /= spacing * spacing;
-    const Mat3 damped = spread * spread + min_spread * min_spread * Mat3::Identity();
+    const Mat3 damped =
+        spread * spread + tuning::samples::min_spread * tuning::samples::min_spread * Mat3::Identity();
     const Vec3 slope = spread * (damped.inverse() * (rest_point - centre)) / (spacing * spacing);
     for (std::uint32_t k = 0; k < side.count; ++k) side.weight[k] *= 1 + slope.dot(arm[k]);
 }
@@ -97,7 +94,8 @@ ContactSide SideBlend::take(std::span<const Vec3> rest, const Vec3& rest_point, 
     for (const Share& share : shares_) slots_[share.slot] = {};
     shares_.clear();
     if (out.count == 0) return out;
-    while (out.count > 1 && !(out.weight[out.count - 1] > min_weight * total)) --out.count;
+    while (out.count > 1 && !(out.weight[out.count - 1] > tuning::samples::min_weight_share * total))
+        --out.count;
     double kept = 0;
     for (std::uint32_t k = 0; k < out.count; ++k) kept += out.weight[k];
     for (std::uint32_t k = 0; k < out.count; ++k)

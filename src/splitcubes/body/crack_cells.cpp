@@ -1,4 +1,5 @@
 #include <splitcubes/body/crack_cells.h>
+#include <splitcubes/body/tuning.h>
 
 #include <algorithm>
 #include <cmath>
@@ -61,7 +62,8 @@ void CrackCells::forget_cut_edges() {
 
 bool CrackCells::cut(NodeGrid& grid, const CutProposal& proposal, std::vector<std::int32_t>& slots) {
     const GridEdge edge = splitting::edge_from_id(proposal.id);
-    if (!(proposal.crack_opening > slab_opening) && is_shielded(grid, edge, proposal.normal)) return false;
+    if (!(proposal.crack_opening > tuning::tearing::slab_opening) && is_shielded(grid, edge, proposal.normal))
+        return false;
     const std::int32_t slot =
         grid.cut(edge, proposal.parameter, proposal.normal, splitting::Origin::cut, tear_cut_number);
     if (slot < 0) return false;
@@ -84,7 +86,7 @@ bool CrackCells::is_shielded(const NodeGrid& grid, const GridEdge& edge, const V
             if (slot < 0) continue;
             const splitting::Crossing& c = grid.crossing(slot);
             if (c.origin == splitting::Origin::boundary) break;
-            if (std::abs(c.normal.dot(normal)) > min_opening_cosine) return true;
+            if (std::abs(c.normal.dot(normal)) > tuning::tearing::min_opening_cosine) return true;
         }
     return false;
 }

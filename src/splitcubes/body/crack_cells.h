@@ -74,12 +74,6 @@ struct CrackCell {
 /// parts of Tearing keep their per-cell and per-edge state in it.
 class CrackCells {
   public:
-    /// Cosine of 60 degrees: largest angle between the planes of one crack, and between a crack's normal and
-    /// the principal direction where the crack grows.
-    static constexpr double min_opening_cosine = 0.5;
-    /// Stress implied by the crack opening, over the strength, from which on a crack may split off a slab.
-    static constexpr double slab_opening = 4;
-
     explicit CrackCells(const splitting::NodeGrid& grid);
 
     /// Registers the cuts made since the last call, by blades, sheets and tearing.

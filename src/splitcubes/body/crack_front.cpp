@@ -1,5 +1,6 @@
 // Crack tips, the cells that are loaded, and the edges that a crack may cut next.
 #include <splitcubes/body/crack_front.h>
+#include <splitcubes/body/tuning.h>
 #include <splitcubes/math/cofactor.h>
 
 #include <algorithm>
@@ -13,18 +14,6 @@ using splitting::GridEdge;
 using splitting::NodeGrid;
 
 namespace {
-
-// Crack cells per parallel task.
-constexpr std::size_t crack_grain = 64;
-
-// Tangent of the largest angle by which `propose` turns a crack's plane: 13.9 degrees,
-// atan(t sin a / (1 - t + t cos a)) for a share t = 1/4 (turning_share) of a direction a = 60 degrees off.
-constexpr double max_turn_tangent = 0.2475;
-
-// Cosine of 45 degrees less that angle. If a tip's normal is this close to a crossing's, each normal that it
-// may propose is within 45 degrees of it, hence also their mean over several tips, well within
-// CrackCells::min_opening_cosine.
-constexpr double certain_shielding_cosine = 0.857;
 
 // Offsets of edges on one grid line, nearest first to either side.
 constexpr std::array<int, 4> along_line{-1, -2, 1, 2};
@@ -78,7 +67,8 @@ CrackTip CrackFront::tip_of(const NodeGrid& grid, CrackCell& crack) const {
     tip.centre /= count;
     tip.normal.normalize();
     tip.weak_plane = strength_.weak_plane_at(tip.centre);
-    if (tip.weak_plane && std::abs(tip.weak_plane->normal.dot(tip.normal)) < CrackCells::min_opening_cosine)
+    if (tip.weak_plane &&
+        std::abs(tip.weak_plane->normal.dot(tip.normal)) < tuning::tearing::min_opening_cosine)
         tip.weak_plane.reset();
     for (int e = 0; e < splitting::edge_count; ++e) {
         const GridEdge edge = splitting::cell_edge(cell, e);
@@ -110,7 +100,8 @@ std::uint8_t CrackFront::certain_shielding(const NodeGrid& grid, const CrackTip&
         if (slot < 0) continue;
         const splitting::Crossing& c = grid.crossing(slot);
         is_open = c.origin != splitting::Origin::boundary;
-        if (is_open && std::abs(c.normal.dot(tip.normal)) > certain_shielding_cosine) out |= 1U << k;
+        if (is_open && std::abs(c.normal.dot(tip.normal)) > tuning::tearing::certain_shielding_cosine)
+            out |= 1U << k;
     }
     return static_cast<std::uint8_t>(out);
 }
@@ -118,13 +109,14 @@ std::uint8_t CrackFront::certain_shielding(const NodeGrid& grid, const CrackTip&
 // Whether a plane through the tip's centre, turned by at most the largest turning angle, can cross the edge
 // from a to b, extended by edge_slack at both ends.
 bool CrackFront::may_meet(const CrackTip& tip, const Vec3& a, const Vec3& b) {
-    const Vec3 from = a - edge_slack * (b - a) - tip.centre, to = b + edge_slack * (b - a) - tip.centre;
+    const Vec3 from = a - tuning::tearing::edge_slack * (b - a) - tip.centre,
+               to = b + tuning::tearing::edge_slack * (b - a) - tip.centre;
     const double height_from = tip.normal.dot(from), height_to = tip.normal.dot(to);
     if (height_from * height_to <= 0) return true;
     // The distance from the normal is largest at an end.
     const double width =
         std::max((from - height_from * tip.normal).norm(), (to - height_to * tip.normal).norm());
-    return std::min(std::abs(height_from), std::abs(height_to)) <= max_turn_tangent * width;
+    return std::min(std::abs(height_from), std::abs(height_to)) <= tuning::tearing::max_turn_tangent * width;
 }
 
 // Returns the stress, Pa, ahead of a crack that is implied by its opening in the cell, without the part that
@@ -188,7 +180,7 @@ bool CrackFront::list_near_phyxels(const NodeGrid& grid, const TearContext& cont
 void CrackFront::find_loaded_front(const NodeGrid& grid, const TearContext& context) {
     const bool is_listed = list_near_phyxels(grid, context);
     is_loaded_.resize(cells_.cells().size());
-    context.parallel.for_each(cells_.cells().size(), 4 * crack_grain, [&](std::size_t k) {
+    context.parallel.for_each(cells_.cells().size(), 4 * tuning::grains::crack_cells, [&](std::size_t k) {
         const CrackCell& cell = cells_.cells()[k];
         is_loaded_[k] = 0;
         if (!cell.is_stale && cell.tip.edges == 0) return;
@@ -204,7 +196,7 @@ void CrackFront::find_loaded_front(const NodeGrid& grid, const TearContext& cont
 
 // Updates the tips of the front's cells and lists the open edges that these may cut.
 void CrackFront::list_front_edges(const NodeGrid& grid, const TearContext& context) {
-    context.parallel.for_each(front_.size(), crack_grain, [&](std::size_t k) {
+    context.parallel.for_each(front_.size(), tuning::grains::crack_cells, [&](std::size_t k) {
         CrackCell& cell = cells_.cells()[front_[k]];
         if (cell.is_stale) cell.tip = tip_of(grid, cell);
         cell.is_stale = false;
@@ -216,7 +208,7 @@ void CrackFront::list_front_edges(const NodeGrid& grid, const TearContext& conte
         const CrackCell& cell = cells_.cells()[index];
         const bool is_wide_open =
             cell.opening_stress >
-            CrackCells::slab_opening * strength_.settings().strength * strength_.min_factor();
+            tuning::tearing::slab_opening * strength_.settings().strength * strength_.min_factor();
         for (std::uint32_t edges = cell.tip.edges; edges != 0; edges &= edges - 1) {
             const auto e = static_cast<std::size_t>(std::countr_zero(edges));
             const auto k = static_cast<std::uint32_t>(cell.tip.open[e]);

@@ -25,10 +25,6 @@ class CrackFront {
                    std::vector<std::int32_t>& slots);
 
   private:
-    /// Edge lengths beyond its ends in which a plane still counts as crossing an edge. Planes of one crack
-    /// differ by about as much; an edge that all of them miss would stay as a ligament.
-    static constexpr double edge_slack = 0.1;
-
     void grow(splitting::NodeGrid& grid, const TearContext& context, std::vector<std::int32_t>& slots);
     CrackTip tip_of(const splitting::NodeGrid& grid, CrackCell& cell) const;
     double opening_stress(const TearContext& context, CrackCell& cell) const;

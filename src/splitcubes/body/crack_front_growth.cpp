@@ -1,5 +1,6 @@
 // Growth of cracks.
 #include <splitcubes/body/crack_front.h>
+#include <splitcubes/body/tuning.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,17 +10,6 @@ namespace splitcubes::body {
 
 using splitting::GridEdge;
 using splitting::NodeGrid;
-
-namespace {
-
-// Open edges per parallel task.
-constexpr std::size_t edge_grain = 16;
-
-// Share of the principal direction in the normal of a crack's continuation. The phyxels' stress is noisy
-// around a tip, so a larger share makes cracks rough; a smaller one makes them turn late.
-constexpr double turning_share = 0.25;
-
-}  // namespace
 
 // Returns whether the crack of a cell cuts the edge under this stress, and sets `out` to the cut.
 bool CrackFront::propose(const NodeGrid& grid, const CrackCell& cell, const EdgeStress& stress,
@@ -32,8 +22,10 @@ bool CrackFront::propose(const NodeGrid& grid, const CrackCell& cell, const Edge
     double load = stress.largest / strength;
     Vec3 turned = tip.normal;
     if (load > strength_.settings().propagation_ratio &&
-        principal.dot(tip.normal) > CrackCells::min_opening_cosine)
-        turned = ((1 - turning_share) * tip.normal + turning_share * principal).normalized();
+        principal.dot(tip.normal) > tuning::tearing::min_opening_cosine)
+        turned =
+            ((1 - tuning::tearing::turning_share) * tip.normal + tuning::tearing::turning_share * principal)
+                .normalized();
     else if (load = crack_opening; !(load > 1))
         return false;
     Vec3 through = tip.centre;
@@ -45,7 +37,7 @@ bool CrackFront::propose(const NodeGrid& grid, const CrackCell& cell, const Edge
     const double along = turned.dot(b - a);
     if (std::abs(along) < 0.1 * grid.rest().cell_size) return false;
     const double parameter = turned.dot(through - a) / along;
-    if (parameter < -edge_slack || parameter > 1 + edge_slack) return false;
+    if (parameter < -tuning::tearing::edge_slack || parameter > 1 + tuning::tearing::edge_slack) return false;
     out = {splitting::edge_id(edge), load, std::clamp(parameter, 0.0, 1.0), turned, crack_opening};
     return true;
 }
@@ -89,7 +81,7 @@ void CrackFront::find_proposals(const NodeGrid& grid, const TearContext& context
     list_front_edges(grid, context);
     stress_.find_requested_stresses(context, grid);
     proposals_.resize(front_edges_.size());
-    context.parallel.for_each(front_edges_.size(), edge_grain, [&](std::size_t k) {
+    context.parallel.for_each(front_edges_.size(), tuning::grains::front_edges, [&](std::size_t k) {
         proposals_[k] = propose(grid, context, cells_.open_edges()[front_edges_[k]]);
     });
     std::erase_if(proposals_, [](const CutProposal& p) { return p.id == CutProposal::no_edge; });

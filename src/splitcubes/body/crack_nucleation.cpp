@@ -1,4 +1,5 @@
 #include <splitcubes/body/crack_nucleation.h>
+#include <splitcubes/body/tuning.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,20 +10,6 @@ namespace splitcubes::body {
 
 using splitting::GridEdge;
 using splitting::NodeGrid;
-
-namespace {
-
-// Cosine of 45 degrees: largest angle between principal direction and deformed edge where a crack begins.
-constexpr double min_edge_cosine = 0.7071;
-
-// Searches per step around phyxels where no edge turns out to be above its strength. More cost time; fewer
-// may delay a crack by a step.
-constexpr int max_vain_tries = 4;
-
-// Start nodes or edges per parallel task.
-constexpr std::size_t start_grain = 8;
-
-}  // namespace
 
 CrackNucleation::CrackNucleation(const StrengthField& strength, StressField& stress, CrackCells& cells,
                                  CrackFront& front, const meshless::Material& material)
@@ -54,7 +41,7 @@ bool CrackNucleation::is_beside_crack(const Vec3& rest, const Vec3& rest_normal,
         if (found == crack_points_.end()) continue;
         for (const CrackPoint& point : found->second)
             if ((point.rest - rest).squaredNorm() < distance * distance &&
-                std::abs(point.normal.dot(rest_normal)) > CrackCells::min_opening_cosine)
+                std::abs(point.normal.dot(rest_normal)) > tuning::tearing::min_opening_cosine)
                 return true;
     }
     return false;
@@ -91,13 +78,13 @@ void CrackNucleation::list_starts(const NodeGrid& grid, const TearContext& conte
                     if (CrackCells::is_uncut(grid, edge) && context.pieces.piece_of(grid, edge.node) == piece)
                         starts_.push_back({edge, index_of(edge.node), index_of(edge.upper()), {}, 0, {}});
                 }
-    context.parallel.for_each(start_nodes_.size(), start_grain, [&](std::size_t k) {
+    context.parallel.for_each(start_nodes_.size(), tuning::grains::crack_starts, [&](std::size_t k) {
         StartNode& node = start_nodes_[k];
         node.sum = stress_.stress_at(context, grid, node.node, node.index);
         // Kept, because neighbouring phyxels share nodes.
         stress_.store_stress(context, node.index, node.sum);
     });
-    context.parallel.for_each(starts_.size(), start_grain, [&](std::size_t k) {
+    context.parallel.for_each(starts_.size(), tuning::grains::crack_starts, [&](std::size_t k) {
         StartEdge& start = starts_[k];
         const StartNode &lower = start_nodes_[start.lower], &upper = start_nodes_[start.upper];
         start.rest = 0.5 * (grid.rest().node_position(lower.node) + grid.rest().node_position(upper.node));
@@ -133,10 +120,10 @@ void CrackNucleation::consider_start(const NodeGrid& grid, std::uint32_t phyxel,
     const Vec3 along =
         grid.rest().node_position(start.edge.upper()) - grid.rest().node_position(start.edge.node);
     const Vec3 deformed = stress.world_from_rest * along;
-    if (std::abs(stress.direction.dot(deformed)) < min_edge_cosine * deformed.norm()) return;
+    if (std::abs(stress.direction.dot(deformed)) < tuning::tearing::min_edge_cosine * deformed.norm()) return;
     Vec3 normal = (stress.world_from_rest.transpose() * stress.direction).normalized();
     const std::optional<WeakPlane> weak_plane = strength_.weak_plane_at(start.rest);
-    if (weak_plane && std::abs(weak_plane->normal.dot(normal)) > CrackCells::min_opening_cosine)
+    if (weak_plane && std::abs(weak_plane->normal.dot(normal)) > tuning::tearing::min_opening_cosine)
         normal = weak_plane->normal;
     if (!normal.allFinite() || is_beside_crack(start.rest, normal, load) ||
         CrackCells::is_shielded(grid, start.edge, normal))
@@ -161,7 +148,8 @@ void CrackNucleation::begin_cracks(NodeGrid& grid, const TearContext& context,
                 return (at - rest).squaredNorm() < min_distance * min_distance;
             }))
             continue;
-        if (!begin_crack_at(grid, context, i, slots) && ++vain_tries == max_vain_tries) return;
+        if (!begin_crack_at(grid, context, i, slots) && ++vain_tries == tuning::tearing::max_vain_tries)
+            return;
     }
 }
 

@@ -1,4 +1,5 @@
 #include <splitcubes/body/crack_separation.h>
+#include <splitcubes/body/tuning.h>
 
 #include <algorithm>
 #include <array>
@@ -12,9 +13,6 @@ using splitting::GridEdge;
 using splitting::NodeGrid;
 
 namespace {
-
-// Crack cells per parallel task; open edges per parallel task.
-constexpr std::size_t cell_grain = 8, open_grain = 256;
 
 // Whether the edge has been cut, not by the boundary.
 bool is_cracked(const NodeGrid& grid, const GridEdge& edge) {
@@ -49,13 +47,10 @@ bool is_passed(const NodeGrid& grid, const GridEdge& edge) {
     return torn >= 2 && torn + outside >= 3;
 }
 
-// Cells; largest distance between the two sheets of a step whose riser is cut. Larger closes more gaps
-// between cracks, but may join cracks that would pass each other.
-constexpr int max_riser = 3;
-
 // Whether the edge is the riser of a step between two sheets: one sheet ends beside its lower node, the other
 // beside its upper node, on opposite sides and within max_riser.
 bool is_riser(const NodeGrid& grid, const GridEdge& edge) {
+    constexpr int max_riser = tuning::tearing::max_riser;
     for (int k = 1; k <= 2; ++k) {
         const int across = (edge.axis + k) % 3;
         const int low_back = distance_to_crack(grid, edge.node, across, -1, max_riser);
@@ -71,7 +66,7 @@ bool is_riser(const NodeGrid& grid, const GridEdge& edge) {
 
 // Whether is_passed and is_riser of the cell's edges may depend on this edge.
 bool is_near(const GridEdge& edge, const CellKey& cell) {
-    constexpr int max_distance = max_riser + 1;
+    constexpr int max_distance = tuning::tearing::max_riser + 1;
     int distance = 0;
     for (int axis = 0; axis < 3; ++axis)
         distance = std::max(distance, std::abs(edge.node[axis] - cell[static_cast<std::size_t>(axis)]));
@@ -91,7 +86,7 @@ CrackSeparation::CrackSeparation(const StrengthField& strength, const StressFiel
 
 void CrackSeparation::break_ligaments(NodeGrid& grid, const TearContext& context,
                                       std::vector<std::int32_t>& slots) {
-    context.parallel.for_each(cells_.open_edges().size(), open_grain, [&](std::size_t k) {
+    context.parallel.for_each(cells_.open_edges().size(), tuning::grains::crack_faces, [&](std::size_t k) {
         OpenEdge& open = cells_.open_edges()[k];
         if (open.stretch < 0) return;
         open.stretch = -1;
@@ -158,9 +153,8 @@ std::uint32_t CrackSeparation::passed_edges_in(const NodeGrid& grid, const TearC
 
 void CrackSeparation::cut_passed_edges(NodeGrid& grid, const TearContext& context,
                                        std::vector<std::int32_t>& slots) {
-    constexpr int max_passes = 4;
     std::size_t before = 0;
-    for (int pass = 0; pass < max_passes; ++pass) {
+    for (int pass = 0; pass < tuning::tearing::max_passed_edge_passes; ++pass) {
         CrackCells::list_cells_around(grid, slots, touched_cells_);
         // Only cells near the last pass's cuts can have changed.
         if (pass > 0)
@@ -173,7 +167,7 @@ void CrackSeparation::cut_passed_edges(NodeGrid& grid, const TearContext& contex
         for (const CellKey& cell : touched_cells_)
             cells_.cells()[static_cast<std::size_t>(cells_.index_of(cell))].touched_epoch = epoch_;
         passed_edges_.resize(touched_cells_.size());
-        context.parallel.for_each(touched_cells_.size(), cell_grain, [&](std::size_t k) {
+        context.parallel.for_each(touched_cells_.size(), tuning::grains::passed_cells, [&](std::size_t k) {
             passed_edges_[k] = passed_edges_in(grid, context, touched_cells_[k]);
         });
         before = slots.size();

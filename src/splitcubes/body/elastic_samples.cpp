@@ -1,6 +1,7 @@
 #include <splitcubes/body/body_settings.h>
 #include <splitcubes/body/elastic_samples.h>
 #include <splitcubes/body/material_nodes.h>
+#include <splitcubes/body/tuning.h>
 #include <splitcubes/core/memory.h>
 #include <splitcubes/meshless/sampling.h>
 #include <splitcubes/splitting/pieces.h>
@@ -17,8 +18,7 @@ namespace {
 
 // Estimated bytes of phyxels with their links and their share of the nodes; measured.
 double phyxel_memory(double count) {
-    constexpr double per_phyxel = 14e3;
-    return per_phyxel * count;
+    return tuning::set_up::bytes_per_phyxel * count;
 }
 
 // Returns the candidate if its nearest node is inside and sees it; that node's position if the node is
@@ -171,10 +171,8 @@ std::uint32_t ElasticSamples::nearest_of_piece(const Vec3& rest, std::int32_t pi
         }
         return true;
     };
-    // A radius query returns all phyxels within it, so the nearest of them is the nearest of all.
-    constexpr int max_doublings = 4;
     double radius = 1.5 * spacing;
-    for (int k = 0; k < max_doublings && std::isinf(nearest); ++k, radius *= 2)
+    for (int k = 0; k < tuning::set_up::max_radius_doublings && std::isinf(nearest); ++k, radius *= 2)
         locator.visit(rest, radius, take);
     if (std::isinf(nearest))
         for (std::uint32_t i = 0; i < phyxels.size(); ++i) take(i);

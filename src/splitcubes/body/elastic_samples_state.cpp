@@ -1,6 +1,7 @@
 // Saves elastic samples to a checkpoint and restores them. Every stored number is checked when it is read.
 #include <splitcubes/body/elastic_samples.h>
 #include <splitcubes/body/material_nodes.h>
+#include <splitcubes/body/tuning.h>
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/math/state_numbers.h>
 #include <splitcubes/splitting/pieces.h>
@@ -13,8 +14,6 @@ namespace splitcubes::body {
 
 namespace {
 
-// Largest deviation of a stored rotation of a phyxel from orthogonality.
-constexpr double rotation_tolerance = 1e-3;
 // Least stored bytes of a phyxel: bounds the count that is read.
 constexpr std::size_t bytes_of_phyxel = 338;
 
@@ -141,7 +140,8 @@ void ElasticSamples::load_phyxels(const SampleContext& context, StateReader& rea
     for (auto* matrices : {&phyxels.deformation, &phyxels.rotation, &previous_deformation})
         read_numbers(reader, count, *matrices, "a phyxel with an invalid deformation");
     for (const Mat3& rotation : phyxels.rotation)
-        require_state(is_rotation(rotation, rotation_tolerance), "a phyxel with an invalid rotation");
+        require_state(is_rotation(rotation, tuning::set_up::rotation_tolerance),
+                      "a phyxel with an invalid rotation");
     if (context.material.plasticity)
         read_numbers(reader, count, phyxels.plastic_strain, "a phyxel with an invalid plastic strain");
     for (auto* flags : {&phyxels.restart_history, &phyxels.touching})

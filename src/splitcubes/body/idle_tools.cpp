@@ -1,6 +1,7 @@
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/idle_tools.h>
 #include <splitcubes/body/rest_cut.h>
+#include <splitcubes/body/tuning.h>
 
 #include <algorithm>
 #include <cmath>
@@ -37,14 +38,13 @@ Vec3 rest_of(const meshless::Phyxels& phyxels, const Vec3& point) {
 }
 
 // Returns the blade's lines in rest space, sampled about every half phyxel spacing but not much finer than
-// max_points per line.
+// max_idle_points per line.
 std::vector<std::vector<Vec3>> rest_pose(const Body& body, const std::vector<std::vector<Vec3>>& pose) {
-    constexpr int max_points = 200;
     std::vector<std::vector<Vec3>> out;
     for (const std::vector<Vec3>& line : pose) {
         double length = 0;
         for (std::size_t i = 0; i + 1 < line.size(); ++i) length += (line[i + 1] - line[i]).norm();
-        const double step = std::max(0.5 * body.phyxel_spacing(), length / max_points);
+        const double step = std::max(0.5 * body.phyxel_spacing(), length / tuning::cutting::max_idle_points);
         std::vector<Vec3>& points = out.emplace_back();
         for (std::size_t i = 0; i + 1 < line.size(); ++i) {
             const int parts = std::max(1, static_cast<int>(std::ceil((line[i + 1] - line[i]).norm() / step)));

@@ -1,6 +1,7 @@
 #include <splitcubes/body/elastic_samples.h>
 #include <splitcubes/body/ligaments.h>
 #include <splitcubes/body/topology_change.h>
+#include <splitcubes/body/tuning.h>
 #include <splitcubes/splitting/node_grid.h>
 
 #include <algorithm>
@@ -12,14 +13,6 @@ namespace splitcubes::body {
 using splitting::GridEdge;
 
 namespace {
-
-// Visibility of a bridging pair. Small, so that it hardly affects phyxels with other neighbours; a phyxel
-// without others follows its bridges at any value.
-constexpr float bridge_visibility = 0.1F;
-// Phyxels; a connected group of more is no ligament. Bounds the search.
-constexpr std::size_t max_ligament_size = 200;
-// Grid edges by which a path through the material may be longer than the path without cuts.
-constexpr int max_detour = 2;
 
 // Returns the index of the pair of two phyxels, or the number of pairs if there is none.
 std::size_t find_pair(const meshless::Pairs& pairs, std::uint32_t i, std::uint32_t j) {
@@ -69,7 +62,8 @@ Ligament find_ligament(const meshless::Neighbourhoods& links, const meshless::Pa
     Ligament out{{phyxel}, false};
     std::vector<std::uint32_t>& found = out.phyxels;
     seen[phyxel] = 1;
-    for (std::size_t k = 0; k < found.size() && found.size() <= max_ligament_size && !out.many; ++k)
+    for (std::size_t k = 0;
+         k < found.size() && found.size() <= tuning::resampling::max_ligament_size && !out.many; ++k)
         for (std::uint32_t l = links.offsets()[found[k]]; l < links.offsets()[found[k] + 1] && !out.many;
              ++l) {
             const std::uint32_t j = links.neighbour()[l];
@@ -80,7 +74,7 @@ Ligament find_ligament(const meshless::Neighbourhoods& links, const meshless::Pa
             found.push_back(j);
         }
     for (const std::uint32_t i : found) seen[i] = 0;
-    out.many = out.many || found.size() > max_ligament_size;
+    out.many = out.many || found.size() > tuning::resampling::max_ligament_size;
     return out;
 }
 
@@ -90,7 +84,8 @@ std::size_t bridge(const splitting::NodeGrid& grid, ElasticSamples& samples, std
                    std::span<const std::uint32_t> ligament, TopologyChange& change) {
     const meshless::Phyxels& phyxels = samples.phyxels;
     const double reach = samples.largest_support();
-    const int max_length = max_detour + static_cast<int>(2 * reach / grid.rest().cell_size);
+    const int max_length =
+        tuning::resampling::max_bridge_detour + static_cast<int>(2 * reach / grid.rest().cell_size);
     const std::unordered_map<std::uint64_t, int> path_lengths =
         path_lengths_from(grid, samples.owner[phyxel], max_length);
     std::vector<std::uint32_t> near;
@@ -101,11 +96,13 @@ std::size_t bridge(const splitting::NodeGrid& grid, ElasticSamples& samples, std
         if (std::find(ligament.begin(), ligament.end(), j) != ligament.end()) continue;
         const auto path = path_lengths.find(splitting::edge_id({samples.owner[j], 0}));
         if (path == path_lengths.end()) continue;
-        if (path->second > (samples.owner[j] - samples.owner[phyxel]).lpNorm<1>() + max_detour) continue;
+        if (path->second >
+            (samples.owner[j] - samples.owner[phyxel]).lpNorm<1>() + tuning::resampling::max_bridge_detour)
+            continue;
         const std::size_t pair = find_pair(samples.pairs, phyxel, j);
         if (pair == samples.pairs.size()) continue;
         if (samples.pairs.visibility[pair] == 0) {
-            samples.pairs.visibility[pair] = bridge_visibility;
+            samples.pairs.visibility[pair] = tuning::resampling::bridge_visibility;
             change.dirty_pairs.push_back(static_cast<std::uint32_t>(pair));
         }
         ++bridges;

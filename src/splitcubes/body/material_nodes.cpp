@@ -1,4 +1,5 @@
 #include <splitcubes/body/material_nodes.h>
+#include <splitcubes/body/tuning.h>
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/splitting/extract.h>
 
@@ -8,9 +9,6 @@
 namespace splitcubes::body {
 
 namespace {
-
-// Bricks of the serial loop between two checks for cancellation.
-constexpr std::size_t bricks_between_checks = 4096;
 
 // Length of a node's material along an axis, in cells: in each direction up to the boundary if that crosses
 // the edge, else half way to the next node.
@@ -75,7 +73,7 @@ MaterialNodes list_material_nodes(const splitting::NodeGrid& grid, const splitti
     MaterialNodes out;
     out.cell_size = grid.rest().cell_size;
     for (std::size_t brick = 0; brick < grid.bricks().total(); ++brick) {
-        if (brick % bricks_between_checks == 0) parallel.check();
+        if (brick % tuning::set_up::bricks_between_checks == 0) parallel.check();
         for (std::uint64_t word = grid.inside_word(brick); word; word &= word - 1) {
             const auto local = static_cast<unsigned>(std::countr_zero(word));
             out.node.push_back(grid.bricks().base(brick) + splitting::BrickLayout::local_node(local));

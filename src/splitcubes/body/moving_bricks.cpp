@@ -1,4 +1,5 @@
 #include <splitcubes/body/moving_bricks.h>
+#include <splitcubes/body/tuning.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,9 +13,6 @@ using splitting::GridEdge;
 namespace {
 
 static_assert(NodeHulls::side == brick_side);
-
-// Bricks per parallel task.
-constexpr std::size_t brick_grain = 4;
 
 // Returns the box of a brick's nodes and the upper ends of its edges; m, rest space.
 geometry::Box cube_of(const splitting::NodeGrid& grid, std::size_t brick) {
@@ -139,10 +137,8 @@ void MovingBricks::spread_boxes(const splitting::BrickLayout& layout, int around
 
 void MovingBricks::choose_bricks(const State& state, const SweptBoxes& swept, const Parallel& parallel) {
     const splitting::BrickLayout& layout = state.grid.bricks();
-    // The mean of every 32nd phyxel is close enough.
-    constexpr std::size_t sample_stride = 32;
     MapSum sum;
-    for (std::size_t k = 0; k < phyxels_.size(); k += sample_stride)
+    for (std::size_t k = 0; k < phyxels_.size(); k += tuning::cutting::motion_sample_stride)
         sum += sum_of(state, std::span(phyxels_).subspan(k, 1));
     mean_ = sum.mean();
     find_boxes(state, parallel);
@@ -281,13 +277,14 @@ std::vector<GridEdge> MovingBricks::edges_near(const State& state, const SweptBo
     for (const double radius : state.phyxels.support_radius) reach_ = std::max(reach_, radius + state.margin);
     choose_bricks(state, swept, parallel);
     list_influences(state, parallel);
-    edges_.resize((chosen_.size() + brick_grain - 1) / brick_grain);
+    constexpr std::size_t grain = tuning::grains::moving_bricks;
+    edges_.resize((chosen_.size() + grain - 1) / grain);
     scratch_.resize(std::max(scratch_.size(), edges_.size()));
-    parallel.for_chunks(chosen_.size(), brick_grain, [&](std::size_t begin, std::size_t end) {
-        Scratch& scratch = scratch_[begin / brick_grain];
-        edges_[begin / brick_grain].clear();
+    parallel.for_chunks(chosen_.size(), grain, [&](std::size_t begin, std::size_t end) {
+        Scratch& scratch = scratch_[begin / grain];
+        edges_[begin / grain].clear();
         for (std::size_t k = begin; k < end; ++k)
-            add_edges(state, chosen_[k], swept, scratch, edges_[begin / brick_grain]);
+            add_edges(state, chosen_[k], swept, scratch, edges_[begin / grain]);
     });
     std::vector<GridEdge> out;
     for (const std::vector<GridEdge>& edges : edges_) out.insert(out.end(), edges.begin(), edges.end());

@@ -1,4 +1,5 @@
 #include <splitcubes/body/node_ties.h>
+#include <splitcubes/body/tuning.h>
 
 #include <algorithm>
 #include <array>
@@ -12,11 +13,6 @@ namespace {
 using cutting::EdgeCut;
 using splitting::GridEdge;
 
-// Share of an edge from its end within which a hit counts as a hit of the node.
-constexpr double at_node = 1e-4;
-// Component of a unit normal along an edge below which the edge lies in the cut.
-constexpr double in_cut = 1e-6;
-
 using TieKey = std::array<int, 3>;
 
 TieKey key(const Vec3i& node) {
@@ -27,7 +23,7 @@ TieKey key(const Vec3i& node) {
 double side_of(const Vec3& normal) {
     static const Vec3 towards = Vec3(0.61, 0.53, 0.59);  // not along any axis, diagonal or plane of the grid
     const double along = normal.dot(towards);
-    return std::abs(along) > in_cut ? std::copysign(1.0, along) : 0.0;
+    return std::abs(along) > tuning::cutting::in_plane_cosine ? std::copysign(1.0, along) : 0.0;
 }
 
 struct Tie {
@@ -46,7 +42,7 @@ bool is_open(const splitting::NodeGrid& grid, const GridEdge& edge) {
 bool is_certain(const splitting::NodeGrid& grid, const Vec3i& node, const Tie& tie) {
     if (tie.normal.isZero(0)) return false;
     for (int axis = 0; axis < 3; ++axis) {
-        if (std::abs(tie.normal[axis]) <= in_cut) continue;
+        if (std::abs(tie.normal[axis]) <= tuning::cutting::in_plane_cosine) continue;
         const auto& hit = tie.hit[static_cast<std::size_t>(axis)];
         const GridEdge below{node - Vec3i::Unit(axis), axis}, above{node, axis};
         if ((!hit[0] && is_open(grid, below)) || (!hit[1] && is_open(grid, above))) return false;
@@ -55,11 +51,11 @@ bool is_certain(const splitting::NodeGrid& grid, const Vec3i& node, const Tie& t
 }
 
 bool meets_lower(const EdgeCut& cut) {
-    return cut.parameter <= at_node;
+    return cut.parameter <= tuning::cutting::node_hit_share;
 }
 
 bool meets_upper(const EdgeCut& cut) {
-    return cut.parameter >= 1 - at_node;
+    return cut.parameter >= 1 - tuning::cutting::node_hit_share;
 }
 
 Ties ties_of(const splitting::NodeGrid& grid, const std::vector<EdgeCut>& cuts) {
@@ -68,7 +64,7 @@ Ties ties_of(const splitting::NodeGrid& grid, const std::vector<EdgeCut>& cuts) 
         if (!meets_lower(cut) && !meets_upper(cut)) continue;
         const GridEdge edge = splitting::edge_from_id(cut.id);
         const auto axis = static_cast<std::size_t>(edge.axis);
-        if (!(std::abs(cut.rest_normal[edge.axis]) > in_cut)) continue;
+        if (!(std::abs(cut.rest_normal[edge.axis]) > tuning::cutting::in_plane_cosine)) continue;
         Tie& tie = ties[key(meets_lower(cut) ? edge.node : edge.upper())];
         tie.hit[axis][meets_lower(cut) ? 1 : 0] = true;
         if (tie.normal.isZero(0)) tie.normal = side_of(cut.rest_normal) * cut.rest_normal;
@@ -83,11 +79,16 @@ Ties ties_of(const splitting::NodeGrid& grid, const std::vector<EdgeCut>& cuts) 
 bool is_redundant(const EdgeCut& cut, const Ties& ties) {
     const GridEdge edge = splitting::edge_from_id(cut.id);
     const auto lower = ties.find(key(edge.node)), upper = ties.find(key(edge.upper()));
-    if (lower != ties.end() && meets_lower(cut) && lower->second.normal[edge.axis] > in_cut) return true;
-    if (upper != ties.end() && meets_upper(cut) && upper->second.normal[edge.axis] < -in_cut) return true;
+    if (lower != ties.end() && meets_lower(cut) &&
+        lower->second.normal[edge.axis] > tuning::cutting::in_plane_cosine)
+        return true;
+    if (upper != ties.end() && meets_upper(cut) &&
+        upper->second.normal[edge.axis] < -tuning::cutting::in_plane_cosine)
+        return true;
     if (lower == ties.end() || upper == ties.end()) return false;
     const Vec3 &a = lower->second.normal, &b = upper->second.normal;
-    return std::abs(a[edge.axis]) <= in_cut && std::abs(b[edge.axis]) <= in_cut && a.dot(b) > 0;
+    return std::abs(a[edge.axis]) <= tuning::cutting::in_plane_cosine &&
+           std::abs(b[edge.axis]) <= tuning::cutting::in_plane_cosine && a.dot(b) > 0;
 }
 
 }  // namespace

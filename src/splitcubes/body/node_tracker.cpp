@@ -1,4 +1,5 @@
 #include <splitcubes/body/node_tracker.h>
+#include <splitcubes/body/tuning.h>
 #include <splitcubes/geometry/segment_fan.h>
 #include <splitcubes/meshless/kernel.h>
 
@@ -229,8 +230,7 @@ std::uint32_t NodeTracker::nearest_source(const TrackerContext& context, std::ui
     const splitting::NodeGrid& grid = context.grid;
     std::deque<Vec3i> queue{nodes_[node]};
     std::set<std::uint64_t> visited{splitting::edge_id({nodes_[node], 0})};
-    constexpr std::size_t search_limit = 4096;
-    while (!queue.empty() && visited.size() < search_limit) {
+    while (!queue.empty() && visited.size() < tuning::set_up::max_source_search) {
         const Vec3i at = queue.front();
         queue.pop_front();
         for (int axis = 0; axis < 3; ++axis)

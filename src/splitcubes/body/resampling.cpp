@@ -3,6 +3,7 @@
 #include <splitcubes/body/node_tracker.h>
 #include <splitcubes/body/resampling.h>
 #include <splitcubes/body/topology_change.h>
+#include <splitcubes/body/tuning.h>
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/meshless/elasticity.h>
 #include <splitcubes/meshless/split_momentum.h>
@@ -13,22 +14,6 @@
 namespace splitcubes::body {
 
 namespace {
-
-// Phyxels that a small piece gets, if it has as many nodes, before the ranks of neighbourhoods are checked.
-constexpr std::size_t min_phyxels = 8;
-// Iterations that add phyxels to neighbourhoods that do not span space, and phyxels added to each per
-// iteration. More cost time and phyxels; fewer leave more rank-deficient neighbourhoods.
-constexpr int rank_iterations = 3;
-constexpr int phyxels_per_iteration = 3;
-// Phyxel spacings, about one support radius. A shorter piece is rigid: each of its phyxels would have all
-// others as neighbours, and its deformation would hardly be visible.
-constexpr double rigid_length = 2;
-// Phyxels and phyxel spacings. A piece with fewer phyxels and of less length is small: it gets more phyxels,
-// and starts without strain if these, or the cut, would give it elastic energy.
-constexpr std::size_t few_phyxels = 64;
-constexpr double small_length = 6;
-// Strain below which elastic energy counts as noise.
-constexpr double noise_strain = 1e-4;
 
 // Returns per piece the family it belongs to, the pieces that were one before the split; -1: untouched.
 std::vector<std::int32_t> families_of(std::span<const splitting::PieceSplit> splits, std::size_t pieces) {
@@ -208,7 +193,7 @@ std::size_t Resampler::add_samples_around(std::uint32_t phyxel, std::span<const 
             (samples_.phyxels.rest_position[i] - rest).squaredNorm() < 4 * reach * reach)
             update_distances(samples_.phyxels.rest_position[i]);
     std::size_t added = 0;
-    for (int k = 0; k < phyxels_per_iteration; ++k) {
+    for (int k = 0; k < tuning::resampling::phyxels_per_rank_iteration; ++k) {
         const auto far = std::max_element(distance.begin(), distance.end());
         if (far == distance.end() || *far < min_squared) break;
         const std::uint32_t n = near[static_cast<std::size_t>(far - distance.begin())];
@@ -342,7 +327,8 @@ void Resampler::fill_pieces(std::span<const std::vector<std::uint32_t>> nodes, s
     std::size_t old_count = samples_.phyxels.size();
     const std::vector<std::size_t> count = samples_.count_by_piece(context_.pieces.count());
     for (std::size_t k = 0; k < nodes.size(); ++k) {
-        const std::size_t wanted = kinds[k] == Kind::small   ? std::min(min_phyxels, nodes[k].size())
+        const std::size_t wanted = kinds[k] == Kind::small
+                                       ? std::min(tuning::resampling::min_piece_phyxels, nodes[k].size())
                                    : kinds[k] == Kind::rigid ? 1
                                                              : 0;
         if (count[k] < wanted) add_samples(static_cast<std::int32_t>(k), nodes[k], wanted, 0);
@@ -350,7 +336,7 @@ void Resampler::fill_pieces(std::span<const std::vector<std::uint32_t>> nodes, s
             add_samples(static_cast<std::int32_t>(k), nodes[k], nodes[k].size(), samples_.spacing);
     }
     refresh_links(old_count);
-    for (int iteration = 0; iteration < rank_iterations; ++iteration) {
+    for (int iteration = 0; iteration < tuning::resampling::rank_iterations; ++iteration) {
         old_count = samples_.phyxels.size();
         for (std::uint32_t i = 0; i < old_count; ++i) {
             const auto piece = static_cast<std::size_t>(samples_.phyxels.piece[i]);
@@ -371,7 +357,8 @@ bool Resampler::is_chain(std::int32_t piece, std::span<const std::uint32_t> node
         ++all;
         deficient += samples_.neighbourhoods.rank()[i] < 3;
     }
-    return 2 * deficient >= all && context_.nodes.extents_of(nodes)[1] < rigid_length * samples_.spacing;
+    return 2 * deficient >= all &&
+           context_.nodes.extents_of(nodes)[1] < tuning::resampling::rigid_length * samples_.spacing;
 }
 
 // Returns the treatment of each piece; pieces without listed nodes stay untouched.
@@ -386,10 +373,11 @@ std::vector<Resampler::Kind> Resampler::kinds_of(std::span<const std::vector<std
         if (nodes[k].empty()) continue;
         const double length = context_.nodes.extents_of(nodes[k])[0] / samples_.spacing;
         const bool was_rigid = samples_.phyxels.rigid.index(samples_.lumping.piece[nodes[k].front()]) >= 0;
-        if (was_rigid || length < rigid_length)
+        if (was_rigid || length < tuning::resampling::rigid_length)
             kinds[k] = Kind::rigid;
         else
-            kinds[k] = held[k] == 0 && ((count[k] < few_phyxels && length < small_length) ||
+            kinds[k] = held[k] == 0 && ((count[k] < tuning::resampling::small_phyxel_count &&
+                                         length < tuning::resampling::small_length) ||
                                         is_sparse(count[k], length * samples_.spacing))
                            ? Kind::small
                            : Kind::large;
@@ -438,8 +426,8 @@ void Resampler::reset_small_strains(std::span<const Kind> kinds, std::size_t old
             return samples_.phyxels.volume[i] *
                    meshless::energy_density(context_.material, F, R, samples_.phyxels.plastic_strain[i]);
         };
-        noise[piece] +=
-            noise_strain * noise_strain * context_.material.youngs_modulus * samples_.phyxels.volume[i];
+        noise[piece] += tuning::resampling::noise_strain * tuning::resampling::noise_strain *
+                        context_.material.youngs_modulus * samples_.phyxels.volume[i];
         before[piece] += energy(samples_.phyxels.deformation[i], samples_.phyxels.rotation[i]);
         after[piece] += energy(deformation[i], rotation[i]);
     }

@@ -1,5 +1,6 @@
 #include <splitcubes/body/node_ties.h>
 #include <splitcubes/body/rest_cut.h>
+#include <splitcubes/body/tuning.h>
 #include <splitcubes/cutting/sweep.h>
 
 #include <algorithm>
@@ -52,14 +53,13 @@ class Candidates {
     }
 
   private:
-    static constexpr double small = 2;   // cells, size of boxes that are not halved further
-    static constexpr int deepest = 100;  // halvings; reached only by extreme coordinates
-
     void add_patch(const MovingSegment& s, int depth) {
         const Box box = geometry::bounds_of(s).grown(margin_);
         if (!box.meets(space_)) return;
         const double size = box.size().maxCoeff() - 2 * margin_;
-        if (depth == deepest || size <= std::max(small, 4 * margin_)) return add_edges(box);
+        if (depth == tuning::cutting::rest_cut_max_depth ||
+            size <= std::max(tuning::cutting::rest_cut_leaf_size, 4 * margin_))
+            return add_edges(box);
         const double along = std::max((s.b0 - s.a0).norm(), (s.b1 - s.a1).norm());
         const double across = std::max((s.a1 - s.a0).norm(), (s.b1 - s.b0).norm());
         if (along >= across) {

@@ -1,6 +1,7 @@
 // Search for contacts of rigid fragments.
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/rigid_contacts.h>
+#include <splitcubes/body/tuning.h>
 #include <splitcubes/meshless/solver_types.h>
 
 #include <Eigen/LU>
@@ -14,20 +15,6 @@ namespace splitcubes::body {
 namespace {
 
 using meshless::RigidPiece;
-
-// In phyxel spacings, as in ContactFinder: search radius for surfaces, maximum believed overlap, maximum
-// tangential distance of a point from a sample, and speculative distance.
-constexpr double fragment_reach_share = 1.25, fragment_overlap_share = 1, fragment_tangential_share = 0.9,
-                 fragment_speculative_share = 0.05;
-// Depenetration per step of an overlap that existed before: in spacings, plus this share of its depth.
-constexpr double fragment_depenetration_share = 0.005, fragment_depth_share = 0.1;
-// In spacings: limit of the believed displacement of a surface or fragment per step. Bounds the search.
-constexpr double displacement_limit_share = 2;
-// Dot product of normals above which samples belong to one face.
-constexpr double fragment_one_face_cosine = 0.8;
-// In spacings: how much farther than the nearest sample a face is followed.
-constexpr double fragment_face_share = 0.75;
-constexpr double absurdly_far = 1e90;  // m, clamp for the positions that the grid of balls can take
 
 }  // namespace
 
@@ -57,8 +44,8 @@ void RigidContacts::list_fragments(const Task& task) {
                 fragment.high = fragment.high.cwiseMax(point);
             }
             const double speed = piece.velocity().norm() + piece.angular_velocity().norm() * fragment.radius;
-            fragment.max_displacement =
-                std::min(task.dt * speed + fall, displacement_limit_share * body.phyxel_spacing());
+            fragment.max_displacement = std::min(
+                task.dt * speed + fall, tuning::fragments::max_displacement_share * body.phyxel_spacing());
             if (piece.centre.allFinite() && std::isfinite(speed)) fragments_.push_back(std::move(fragment));
         }
     }
@@ -83,7 +70,7 @@ void RigidContacts::measure_surfaces(const Task& task) {
         for (std::size_t piece = 0; piece < max_displacements_[b].size(); ++piece) {
             double& displacement = max_displacements_[b][piece];
             displacement = std::min(task.dt * std::sqrt(displacement) + fall,
-                                    displacement_limit_share * body.phyxel_spacing());
+                                    tuning::fragments::max_displacement_share * body.phyxel_spacing());
             if (phyxels.rigid.index(static_cast<std::int32_t>(piece)) < 0)
                 max_surface_displacement_ = std::max(max_surface_displacement_, displacement);
         }
@@ -101,7 +88,7 @@ void RigidContacts::sort_fragments() {
     double widest = 0;
     for (const Fragment& fragment : fragments_)
         widest = std::max(widest, fragment.radius + fragment.max_displacement);
-    cell_ = 2 * widest + fragment_speculative_share * spacing_;
+    cell_ = 2 * widest + tuning::fragments::speculative_share * spacing_;
     sorted_.clear();
     for (std::uint32_t k = 0; k < fragments_.size(); ++k) {
         const Vec3& centre = piece_of(fragments_[k]).centre;
@@ -133,13 +120,15 @@ void RigidContacts::list_samples(const ContactFinder& finder, const Parallel& pa
     constexpr std::size_t grain = 512;
     const std::span<const Vec3> positions = finder.sample_positions();
     const auto farthest = [&](const Fragment& fragment) {
-        return fragment.radius + fragment.max_displacement + fragment_reach_share * spacing_ +
+        return fragment.radius + fragment.max_displacement + tuning::fragments::reach_share * spacing_ +
                max_surface_displacement_;
     };
     balls_.clear();
     for (const Fragment& fragment : fragments_)
-        balls_.push_back(
-            {piece_of(fragment).centre.cwiseMax(-absurdly_far).cwiseMin(absurdly_far), farthest(fragment)});
+        balls_.push_back({piece_of(fragment)
+                              .centre.cwiseMax(-tuning::fragments::max_grid_coordinate)
+                              .cwiseMin(tuning::fragments::max_grid_coordinate),
+                          farthest(fragment)});
     grid_.build(balls_);
     near_.resize(std::max(near_.size(), (positions.size() + grain - 1) / grain));
     for (std::vector<Near>& near : near_) near.clear();
@@ -231,14 +220,14 @@ bool RigidContacts::set_gap(const Task& task, const Vec3& point, std::size_t par
                             ContactRow& row) const {
     const Plane& face = planes.all[partner];
     const double spacing = task.bodies[face.body]->phyxel_spacing();
-    const double width = std::sqrt(planes.square[partner]) + fragment_face_share * spacing;
+    const double width = std::sqrt(planes.square[partner]) + tuning::fragments::face_reach_share * spacing;
     double distance = 0, total = 0;
     Vec3 normal = Vec3::Zero();
     for (std::size_t n = 0; n < planes.all.size(); ++n) {
         if (!(planes.square[n] < width * width)) continue;
         const Plane& plane = planes.all[n];
         if (plane.body != face.body || plane.piece != face.piece) continue;
-        if (!(plane.normal.dot(face.normal) > fragment_one_face_cosine)) continue;
+        if (!(plane.normal.dot(face.normal) > tuning::fragments::one_face_cosine)) continue;
         const double share = 1 - planes.square[n] / (width * width);
         distance += share * share * plane.normal.dot(point - plane.position);
         normal += share * share * plane.normal;
@@ -248,15 +237,15 @@ bool RigidContacts::set_gap(const Task& task, const Vec3& point, std::size_t par
     distance /= total;
     normal.normalize();
     const Vec3 off = point - face.position;
-    if (distance < -fragment_overlap_share * spacing ||
-        (off - normal.dot(off) * normal).norm() > fragment_tangential_share * spacing)
+    if (distance < -tuning::fragments::max_overlap_share * spacing ||
+        (off - normal.dot(off) * normal).norm() > tuning::fragments::max_tangential_share * spacing)
         return false;
     row.normal = normal;
     row.gap = distance;
-    row.max_depenetration =
-        fragment_depenetration_share * spacing + fragment_depth_share * std::max(-distance, 0.0);
+    row.max_depenetration = tuning::fragments::depenetration_share * spacing +
+                            tuning::fragments::depth_share * std::max(-distance, 0.0);
     row.friction = task.friction;
-    return normal.allFinite() && distance <= fragment_speculative_share * spacing +
+    return normal.allFinite() && distance <= tuning::fragments::speculative_share * spacing +
                                                  fragments_[row.upper].max_displacement +
                                                  max_displacement_of(face.body, face.piece);
 }
@@ -304,7 +293,7 @@ void RigidContacts::meet_fragment(const Task& task, std::uint32_t first, std::ui
     if ((piece_of(a).centre - piece_of(b).centre).squaredNorm() > far * far) return;
     const double spacing =
         std::min(task.bodies[a.body]->phyxel_spacing(), task.bodies[b.body]->phyxel_spacing());
-    const double near = fragment_speculative_share * spacing + displacements;
+    const double near = tuning::fragments::speculative_share * spacing + displacements;
     const BoxFace of_second = face_between(a, b), of_first = face_between(b, a);
     const bool takes_second = of_second.gap >= of_first.gap;
     const BoxFace face = takes_second ? of_second : of_first;
@@ -313,8 +302,8 @@ void RigidContacts::meet_fragment(const Task& task, std::uint32_t first, std::ui
     const RigidPiece& moving = piece_of(fragments_[upper]);
     const RigidPiece& box = piece_of(fragments_[lower]);
     const Vec3 normal = face.sign * Vec3::Unit(face.axis);
-    const Vec3 low = fragments_[lower].low - Vec3::Constant(fragment_speculative_share * spacing);
-    const Vec3 high = fragments_[lower].high + Vec3::Constant(fragment_speculative_share * spacing);
+    const Vec3 low = fragments_[lower].low - Vec3::Constant(tuning::fragments::speculative_share * spacing);
+    const Vec3 high = fragments_[lower].high + Vec3::Constant(tuning::fragments::speculative_share * spacing);
     const std::size_t before = rows_.size();
     // If no point lies in front of the face itself, all count: edges cross.
     for (const bool strict : {true, false}) {
@@ -337,8 +326,8 @@ void RigidContacts::meet_fragment(const Task& task, std::uint32_t first, std::ui
             row.lower_own = in_box - distance * normal;
             row.normal = box.rotation * normal;
             row.gap = distance;
-            row.max_depenetration =
-                fragment_depenetration_share * spacing + fragment_depth_share * std::max(-distance, 0.0);
+            row.max_depenetration = tuning::fragments::depenetration_share * spacing +
+                                    tuning::fragments::depth_share * std::max(-distance, 0.0);
             row.friction = task.friction;
             row.start = point - box.world_point(row.lower_own);
             if (row.start.allFinite()) rows_.push_back(row);

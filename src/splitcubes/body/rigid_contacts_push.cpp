@@ -1,6 +1,7 @@
 // Position correction and impulses of rigid fragments after a step.
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/rigid_contacts.h>
+#include <splitcubes/body/tuning.h>
 #include <splitcubes/meshless/solver_types.h>
 
 #include <Eigen/LU>
@@ -12,18 +13,6 @@ namespace splitcubes::body {
 namespace {
 
 using meshless::RigidPiece;
-
-// Share of the max depenetration below which a penetration counts as rounding.
-constexpr double negligible_share = 1e-3;
-// In spacings: distance below which obstacles and neighbours support a fragment that is pushed.
-constexpr double support_share = 0.02;
-// Limits of the position and the velocity iterations: accuracy of deep heaps against time.
-constexpr int position_iterations = 30, max_iterations = 200;
-// Shares of the fastest approach. Changes of velocity below the first one end the iterations. Changes below
-// the second one end them, too, if the last few_iterations did not reduce them to the third share of what
-// they were.
-constexpr double converged_share = 1e-3, small_share = 0.02, stagnation_ratio = 0.75;
-constexpr int few_iterations = 10;  // between checks for stagnation
 
 Mat3 cross_matrix(const Vec3& v) {
     Mat3 out;
@@ -115,7 +104,7 @@ double RigidContacts::remaining_gap(const ContactRow& row) const {
 bool RigidContacts::correct_position(const Task& task, const ContactRow& row) {
     const double mobility = linear_mobility(row);
     const double correction = -remaining_gap(row);
-    if (!(correction > negligible_share * row.max_depenetration) || !(mobility > 0) ||
+    if (!(correction > tuning::fragments::negligible_share * row.max_depenetration) || !(mobility > 0) ||
         !std::isfinite(correction))
         return false;
     const Vec3 push = correction / mobility * row.normal;
@@ -142,7 +131,7 @@ bool RigidContacts::correct_position(const Task& task, const ContactRow& row) {
 // their surface would add strain energy.
 void RigidContacts::correct_positions(const Task& task) {
     bool any = true;
-    for (int iteration = 0; iteration < position_iterations && any; ++iteration) {
+    for (int iteration = 0; iteration < tuning::fragments::max_position_iterations && any; ++iteration) {
         any = false;
         for (const ContactRow& row : rows_) any = correct_position(task, row) || any;
         for (Fragment& fragment : fragments_)
@@ -202,7 +191,7 @@ void RigidContacts::meet_obstacles(const Task& task, std::uint32_t fragment_inde
     if (fragment.held) return;
     const RigidPiece& piece = piece_of(fragment);
     const meshless::RigidPieces& rigid = phyxels_[fragment.body]->rigid;
-    const double near = support_share * task.bodies[fragment.body]->phyxel_spacing();
+    const double near = tuning::fragments::support_share * task.bodies[fragment.body]->phyxel_spacing();
     for (const meshless::Obstacle& obstacle : task.obstacles) {
         const Isometry to_own = obstacle.after.inverse();
         for (const Vec3& own : rigid.points_of(piece)) {
@@ -328,7 +317,7 @@ void RigidContacts::solve_all(double fastest) {
         return push.lower >= fragments_.size() && push.lower + 1 < movers_.size();
     };
     double proxy_change = 0, other_change = 0, before = std::numeric_limits<double>::infinity();
-    for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    for (int iteration = 0; iteration < tuning::fragments::max_velocity_iterations; ++iteration) {
         double largest = 0;
         for (std::size_t k = 0; k < pushes_.size(); ++k) {
             Push& push = pushes_[iteration % 2 == 0 ? k : pushes_.size() - 1 - k];
@@ -337,10 +326,12 @@ void RigidContacts::solve_all(double fastest) {
             max_change = std::max(max_change, change);
             largest = std::max(largest, change);
         }
-        if (!(largest > converged_share * fastest)) break;
-        if (iteration % few_iterations != few_iterations - 1) continue;
-        if (proxy_change > other_change && proxy_change < small_share * fastest &&
-            proxy_change > stagnation_ratio * before)
+        if (!(largest > tuning::fragments::converged_share * fastest)) break;
+        if (iteration % tuning::fragments::stagnation_check_interval !=
+            tuning::fragments::stagnation_check_interval - 1)
+            continue;
+        if (proxy_change > other_change && proxy_change < tuning::fragments::stagnation_share * fastest &&
+            proxy_change > tuning::fragments::stagnation_ratio * before)
             break;
         before = proxy_change;
         proxy_change = other_change = 0;
@@ -382,7 +373,7 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
     std::erase_if(rows_, [&](ContactRow& row) {
         const double left = remaining_gap(row);
         row.min_normal_velocity = -std::max(left, 0.0) / task.dt;
-        return !(left < support_share * spacing_) || !fragments_[row.upper].pushed;
+        return !(left < tuning::fragments::support_share * spacing_) || !fragments_[row.upper].pushed;
     });
     if (rows_.empty()) return outcome;
     for (std::uint32_t k = 0; k < fragments_.size(); ++k)

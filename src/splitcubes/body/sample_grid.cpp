@@ -1,5 +1,6 @@
 #include <splitcubes/body/facing_lanes.h>
 #include <splitcubes/body/sample_grid.h>
+#include <splitcubes/body/tuning.h>
 #include <splitcubes/geometry/box.h>
 
 #include <algorithm>
@@ -20,23 +21,19 @@ Vec3 on_side(std::size_t side, double u, double v) {
     return out.normalized();
 }
 
-// Share of the minimum reach that cells cover as extra reach of slow points; larger shares make larger cells.
-constexpr double slow_share = 0.04;
-
 // Clamps to a finite float; absurd distances are compared in double precision only.
 float to_float(double value) {
     constexpr double max_value = 1e30;
     return static_cast<float>(std::clamp(value, -max_value, max_value));
 }
 
-// Where each side of the cube is divided, along both of its axes. The middle part covers 11.2 degrees about
-// an axis: surfaces at right angles to each other, as of boxes, do not face each other then.
-constexpr double middle_part = 0.14;
-constexpr std::array<double, 4> part_ends{-1, -middle_part, middle_part, 1};
+constexpr std::array<double, 4> part_ends{-1, -tuning::samples::direction_bin_edge,
+                                          tuning::samples::direction_bin_edge, 1};
 
 // Returns which part of the side a normal's coordinate falls into; main: the largest absolute coordinate.
 int part_of(double coordinate, double main) {
-    return (coordinate >= -middle_part * main) + (coordinate > middle_part * main);
+    return (coordinate >= -tuning::samples::direction_bin_edge * main) +
+           (coordinate > tuning::samples::direction_bin_edge * main);
 }
 
 }  // namespace
@@ -96,7 +93,7 @@ void SampleGrid::lay_out(std::span<const Vec3> points, const Reach& reach) {
     extent_ = extent.maxCoeff();
     // Points within reach of slow points are in adjacent cells.
     reach_ = reach;
-    size_ = (1.0001 + 2 * slow_share) * reach.min;
+    size_ = (1.0001 + 2 * tuning::samples::slow_reach_share) * reach.min;
     // At most about eight cells per point, however far the points are scattered.
     const double limit = 8.0 * static_cast<double>(points.size()) + 64;
     while (((extent / size_).array().floor() + 1).prod() > limit) size_ *= 1.5;

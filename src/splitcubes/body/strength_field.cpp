@@ -1,4 +1,5 @@
 #include <splitcubes/body/strength_field.h>
+#include <splitcubes/body/tuning.h>
 #include <splitcubes/math/decompose.h>
 
 #include <algorithm>
@@ -26,7 +27,7 @@ StrengthField::StrengthField(const TearSettings& settings, const splitting::Node
 // the radius.
 std::optional<WeakPlane> StrengthField::weak_plane_at(const Vec3& rest) const {
     if (!settings_.strength_factor) return std::nullopt;
-    constexpr int radius = 3;  // cells
+    constexpr int radius = tuning::tearing::weak_plane_radius;
     std::vector<std::pair<Vec3, double>> samples;
     double strongest = 0;
     for (int z = -radius; z <= radius; ++z)

@@ -1,5 +1,6 @@
 #include <splitcubes/body/stress_field.h>
 #include <splitcubes/body/stress_kernels.h>
+#include <splitcubes/body/tuning.h>
 #include <splitcubes/geometry/segment_fan.h>
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/meshless/constitutive.h>
@@ -17,24 +18,11 @@ using splitting::NodeGrid;
 
 namespace {
 
-// Phyxels and nodes per parallel task.
-constexpr std::size_t stress_grain = 256, node_grain = 32;
-
 // Value of stress_norm_ for a held phyxel, whose motion is prescribed. Other excluded phyxels have -1.
 constexpr double held_phyxel = -2;
 
-// Relative margin of bounds, far above the rounding error of the bound and of the bounded values.
-constexpr double bound_slack = 1e-6;
-
-// Volume at rest times this: a phyxel compressed below that, or inverted, is excluded.
-constexpr double min_volume = 0.05;
-
 // Bits of StressField::is_strained_.
 constexpr std::uint8_t strained = 1, beside_strained = 2;
-
-// Phyxels and nodes; a piece with fewer resolves no stress field and does not tear.
-constexpr std::size_t min_tear_phyxels = 16;
-constexpr std::size_t min_tear_nodes = 64;
 
 }  // namespace
 
@@ -54,7 +42,7 @@ void StressField::find_min_strengths(const NodeGrid& grid, const TearContext& co
     min_strength_.resize(count, strength_.settings().strength);
     own_rank_.resize(count, 3);
     if (!strength_.settings().strength_factor) return;
-    context.parallel.for_each(count - known, stress_grain, [&](std::size_t k) {
+    context.parallel.for_each(count - known, tuning::grains::stressed_phyxels, [&](std::size_t k) {
         const Vec3& rest = context.phyxels.rest_position[known + k];
         const Vec3 half = Vec3::Constant(0.5 * context.spacing);
         const Vec3i low = grid.rest().to_grid(rest - half).array().floor().cast<int>();
@@ -79,14 +67,15 @@ void StressField::measure_phyxel(const TearContext& context, std::size_t i, doub
     stress_norm_[i] = -1;
     const Mat3& F = p.deformation[i];
     const double volume = F.determinant();
-    if (!(volume > min_volume)) return;
+    if (!(volume > tuning::tearing::min_volume_share)) return;
     const Mat3 cauchy = meshless::piola_stress(context.material, F, p.rotation[i], p.plastic_strain[i]) *
                         F.transpose() / volume;
     if (!cauchy.allFinite()) return;
     stress_[i] = 0.5 * (cauchy + cauchy.transpose());
     stress_norm_[i] = stress_[i].norm();
-    is_strained_[i] = stress_norm_[i] >= threshold &&
-                      !has_eigenvalues_below(stress_[i], threshold - bound_slack * stress_norm_[i]);
+    is_strained_[i] =
+        stress_norm_[i] >= threshold &&
+        !has_eigenvalues_below(stress_[i], threshold - tuning::tearing::stress_bound_slack * stress_norm_[i]);
 }
 
 // Computes the phyxels' stresses and marks those that may have a principal stress above the threshold, Pa.
@@ -97,7 +86,8 @@ double StressField::measure_phyxels(const TearContext& context, double threshold
     stress_.resize(count);
     stress_norm_.resize(count);
     is_strained_.resize(count);
-    chunk_largest_.resize((count + stress_grain - 1) / stress_grain);
+    constexpr std::size_t grain = tuning::grains::stressed_phyxels;
+    chunk_largest_.resize((count + grain - 1) / grain);
     const auto rank = context.neighbourhoods.rank();
     const bool some_held = context.held.size() == count;
     const meshless::Material& material = context.material;
@@ -108,14 +98,14 @@ double StressField::measure_phyxels(const TearContext& context, double threshold
             stress_norm_[i] = some_held && context.held[i] ? held_phyxel : rank[i] < own_rank_[i] ? -1 : 0;
         if (is_plain)
             find_corotated_stresses({p.deformation.data(), p.rotation.data(), begin, end, material.lame_mu(),
-                                     material.lame_lambda(), min_volume, threshold, bound_slack,
-                                     stress_.data(), stress_norm_.data(), is_strained_.data()});
+                                     material.lame_lambda(), tuning::tearing::min_volume_share, threshold,
+                                     tuning::tearing::stress_bound_slack, stress_.data(), stress_norm_.data(),
+                                     is_strained_.data()});
         else
             for (std::size_t i = begin; i < end; ++i) measure_phyxel(context, i, threshold);
-        chunk_largest_[begin / stress_grain] =
-            *std::max_element(&stress_norm_[begin], &stress_norm_[end - 1] + 1);
+        chunk_largest_[begin / grain] = *std::max_element(&stress_norm_[begin], &stress_norm_[end - 1] + 1);
     };
-    context.parallel.for_chunks(count, stress_grain, std::cref(measure));
+    context.parallel.for_chunks(count, grain, std::cref(measure));
     double largest = 0;
     for (const double size : chunk_largest_) largest = std::max(largest, size);
     return largest;
@@ -127,7 +117,7 @@ void StressField::bound_principal_stress(const TearContext& context, double thre
     const meshless::Neighbourhoods& n = context.neighbourhoods;
     const std::size_t count = context.phyxels.size();
     principal_.resize(count);
-    context.parallel.for_each(count, 4 * stress_grain, [&](std::size_t i) {
+    context.parallel.for_each(count, 4 * tuning::grains::stressed_phyxels, [&](std::size_t i) {
         principal_[i] = stress_norm_[i] < 0 ? -std::numeric_limits<double>::infinity() : threshold;
         if (is_strained_[i] == strained) principal_[i] = largest_eigenvalue_bound(stress_[i]);
     });
@@ -145,7 +135,7 @@ double StressField::find_loads(const NodeGrid& grid, const TearContext& context)
         return 0;
     load_.assign(context.phyxels.size(), 0);
     bound_principal_stress(context, min_stress());
-    context.parallel.for_each(load_.size(), stress_grain, [&](std::size_t i) {
+    context.parallel.for_each(load_.size(), tuning::grains::stressed_phyxels, [&](std::size_t i) {
         if (is_strained_[i] != 0) load_[i] = load_of(context, i);
     });
     double largest = 0;
@@ -170,7 +160,7 @@ double StressField::load_of(const TearContext& context, std::size_t i) const {
     bound(i, own);
     for (std::size_t k = begin; k < end; ++k) bound(n.neighbour()[k], n.weight()[k]);
     if (!(largest >= strength_.settings().propagation_ratio * min_strength_[i]) ||
-        top < (threshold - bound_slack * std::abs(threshold)) * total)
+        top < (threshold - tuning::tearing::stress_bound_slack * std::abs(threshold)) * total)
         return 0;
     total = 0;
     Mat3 sum = Mat3::Zero();
@@ -183,7 +173,7 @@ double StressField::load_of(const TearContext& context, std::size_t i) const {
     for (std::size_t k = begin; k < end; ++k) add(n.neighbour()[k], n.weight()[k]);
     if (!(total > 0)) return 0;
     const Mat3 mean = sum / total;
-    if (has_eigenvalues_below(mean, threshold - bound_slack * mean.norm())) return 0;
+    if (has_eigenvalues_below(mean, threshold - tuning::tearing::stress_bound_slack * mean.norm())) return 0;
     return eigen_symmetric(mean).values[0] / std::max(min_strength_[i], 1e-300);
 }
 
@@ -196,7 +186,8 @@ void StressField::begin_nodes(const TearContext& context) {
 
 bool StressField::is_large(const TearContext& context, std::int32_t piece) const {
     const auto p = static_cast<std::size_t>(piece);
-    return phyxels_of_[p] >= min_tear_phyxels && context.pieces.node_counts()[p] >= min_tear_nodes;
+    return phyxels_of_[p] >= tuning::tearing::min_tear_phyxels &&
+           context.pieces.node_counts()[p] >= tuning::tearing::min_tear_nodes;
 }
 
 // Calls use(phyxel, weight) for the phyxels that influence a node and returns the sum of the weights. index:
@@ -259,7 +250,7 @@ void StressField::store_stress(const TearContext& context, std::int32_t index, c
 }
 
 void StressField::find_requested_stresses(const TearContext& context, const NodeGrid& grid) {
-    context.parallel.for_each(requested_nodes_.size(), node_grain, [&](std::size_t k) {
+    context.parallel.for_each(requested_nodes_.size(), tuning::grains::stress_nodes, [&](std::size_t k) {
         const std::uint32_t index = requested_nodes_[k];
         node_stress_[index].sum =
             sum_stress(context, grid, context.nodes.nodes()[index], static_cast<std::int32_t>(index));
@@ -272,7 +263,9 @@ EdgeStress StressField::find_stress(const TearContext& context, const NodeGrid& 
                                     double threshold) const {
     if (!(sum.total > sum.held)) return {};
     const Mat3 mean = sum.stress / sum.total;
-    if (has_eigenvalues_below(mean, threshold - bound_slack * (std::abs(threshold) + mean.norm()))) return {};
+    if (has_eigenvalues_below(
+            mean, threshold - tuning::tearing::stress_bound_slack * (std::abs(threshold) + mean.norm())))
+        return {};
     const SymmetricEigen eigen = eigen_symmetric(mean);
     return {eigen.values[0], eigen.vectors.col(0), gradient_at(context, grid, edge, nodes)};
 }

@@ -1,23 +1,16 @@
 #include <splitcubes/body/surface_changes.h>
+#include <splitcubes/body/tuning.h>
 
 #include <algorithm>
 #include <cmath>
 
 namespace splitcubes::body {
 
-namespace {
-
-constexpr double cells_per_cube = 1;   // grid cells per side of a cube: larger ones report more false changes
-constexpr double max_cubes = 1 << 21;  // limits memory to 8 MiB per body
-// Share of a cube's side by which queried and marked boxes grow, to cover the callers' rounding errors.
-constexpr double margin = 1e-6;
-
-}  // namespace
-
 SurfaceChanges::SurfaceChanges(const geometry::RestGrid& rest)
-    : origin_(rest.origin), cube_size_(cells_per_cube * rest.cell_size) {
+    : origin_(rest.origin), cube_size_(tuning::set_up::cells_per_change_cube * rest.cell_size) {
     const Vec3 extent = rest.cell_size * rest.node_count.cast<double>();
-    while (((extent / cube_size_).array().floor() + 1).prod() > max_cubes) cube_size_ *= 2;
+    while (((extent / cube_size_).array().floor() + 1).prod() > tuning::set_up::max_change_cubes)
+        cube_size_ *= 2;
     count_ = (extent / cube_size_).array().floor().cast<int>() + 1;
     recent_.fill({count_, -Vec3i::Ones()});
     last_.assign(index_of(0, 0, count_.z()), 0);
@@ -29,8 +22,8 @@ SurfaceChanges::Range SurfaceChanges::cubes_of(const geometry::Box& box) const {
     Range out;
     for (int axis = 0; axis < 3; ++axis) {
         const double max_index = count_[axis] - 1;
-        const double low = (box.min[axis] - origin_[axis]) / cube_size_ - margin;
-        const double high = (box.max[axis] - origin_[axis]) / cube_size_ + margin;
+        const double low = (box.min[axis] - origin_[axis]) / cube_size_ - tuning::set_up::change_cube_margin;
+        const double high = (box.max[axis] - origin_[axis]) / cube_size_ + tuning::set_up::change_cube_margin;
         out.low[axis] = static_cast<int>(std::clamp(low, 0.0, max_index));
         out.high[axis] = static_cast<int>(std::clamp(high, 0.0, max_index));
     }

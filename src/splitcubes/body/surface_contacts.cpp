@@ -1,6 +1,7 @@
 // Contacts between the surfaces of pieces and bodies.
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/contact_finder.h>
+#include <splitcubes/body/tuning.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,30 +14,6 @@ namespace {
 
 using meshless::Contact;
 
-// In phyxel spacings: speculative distance, beyond the displacement by speed; maximum believed overlap;
-// maximum tangential distance to the partner sample; maximum depenetration per step.
-// A smaller speculative distance misses contacts of stiff splinters; a larger one lists contacts that never
-// push.
-constexpr double speculative_share = 0.05, max_overlap_share = 1, max_tangential_share = 0.9,
-                 surface_depenetration_share = 0.02;
-// In spacings: search radius without and with displacements; larger radii cost time.
-constexpr double reach_share = 1.25, max_reach_share = 3;
-// In spacings: free fall in one step beyond this allowance widens the speculative distance. Bodies that begin
-// to fall may overlap by this much before they are found.
-constexpr double fallen_share = 0.15;
-// In spacings: radius of the first, cheap search; how much farther than the nearest sample a face is
-// followed.
-constexpr double near_share = 0.95, face_share = 0.75;
-// In spacings: samples farther behind the plane than the partner by this much are checked for separation by a
-// cut themselves.
-constexpr double behind_share = 0.1;
-// In spacings: distance below which one of two opposite samples of a cut cell searches for both.
-constexpr double opposite_share = 0.5;
-// Dot product of normals below which surfaces are opposite; above which samples belong to one face.
-constexpr double opposite_cosine = -0.8, one_face_cosine = 0.8;
-// Depth of the points below the surface between which separation is tested, in cells; distance at rest, in
-// spacings, beyond which two points of one piece may meet without a cut between them.
-constexpr double depth_below_surface = 0.6, far_at_rest = 4;
 constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 }  // namespace
@@ -77,7 +54,7 @@ bool ContactFinder::are_separated(const Body& body, std::size_t a, std::size_t b
         answer.last_change = now;
         return answer.is_separated != 0;
     }
-    const double below = depth_below_surface * body.grid().rest().cell_size;
+    const double below = tuning::contacts::depth_below_surface * body.grid().rest().cell_size;
     const Vec3 from = samples_[a].rest - below * samples_[a].rest_normal.cast<double>();
     const Vec3 to = samples_[b].rest - below * samples_[b].rest_normal.cast<double>();
     update_answer(body, from, to, is_known, answer);
@@ -112,7 +89,7 @@ bool ContactFinder::may_meet(const Task& task, std::size_t a, std::size_t b) {
     if (one.body != other.body || one.piece != other.piece) return true;
     // The two faces of a cut through a cell.
     if (one.cell == other.cell && (one.corners & other.corners) == 0) return true;
-    if ((one.rest - other.rest).norm() > far_at_rest * spacing_of(one)) return true;
+    if ((one.rest - other.rest).norm() > tuning::contacts::far_at_rest * spacing_of(one)) return true;
     return are_separated(*task.bodies[one.body], a, b);
 }
 
@@ -128,8 +105,8 @@ bool ContactFinder::may_meet(const Task& task, std::size_t k, std::size_t n, Chu
 const SampleGrid::FacingPoint* ContactFinder::partner_of(const Task& task, std::size_t k, Chunk& chunk) {
     const auto is_worse = [&](std::uint64_t a, std::uint64_t b) {
         const SampleGrid::FacingPoint &one = chunk.faced[a], &other = chunk.faced[b];
-        const bool lies_opposite = one.cosine < opposite_cosine;
-        if (lies_opposite != (other.cosine < opposite_cosine)) return !lies_opposite;
+        const bool lies_opposite = one.cosine < tuning::contacts::opposite_cosine;
+        if (lies_opposite != (other.cosine < tuning::contacts::opposite_cosine)) return !lies_opposite;
         if (one.squared_distance != other.squared_distance)
             return one.squared_distance > other.squared_distance;
         return grid_.index(one.entry) > grid_.index(other.entry);
@@ -156,7 +133,7 @@ const SampleGrid::FacingPoint* ContactFinder::partner_of(const Task& task, std::
 // Returns the gap (m) at the end of the step, by the predicted displacements, below which a contact is
 // listed.
 double ContactFinder::speculative_gap(std::size_t k, const SearchRange& range) const {
-    return speculative_share * spacing_of(samples_[k]) + range.fall;
+    return tuning::contacts::speculative_share * spacing_of(samples_[k]) + range.fall;
 }
 
 // Finds the samples within `radius` (m) that face this one. Returns false if they can make no contact.
@@ -175,7 +152,8 @@ bool ContactFinder::find_facing(std::size_t entry, double radius, const SearchRa
 double ContactFinder::width_of(std::size_t k, const SampleGrid::FacingPoint& partner,
                                const SearchRange& range) const {
     const double width =
-        std::sqrt(partner.squared_distance) + face_share * spacing_of(samples_[grid_.index(partner.entry)]);
+        std::sqrt(partner.squared_distance) +
+        tuning::contacts::face_reach_share * spacing_of(samples_[grid_.index(partner.entry)]);
     return std::min(width, range.radius + motions_[k].extra_reach);
 }
 
@@ -184,11 +162,12 @@ double ContactFinder::width_of(std::size_t k, const SampleGrid::FacingPoint& par
 const SampleGrid::FacingPoint* ContactFinder::find_partner(const Task& task, std::size_t entry,
                                                            const SearchRange& range, Chunk& chunk) {
     const std::size_t k = grid_.index(entry);
-    const double near = near_share * range.spacing;
+    const double near = tuning::contacts::first_reach_share * range.spacing;
     const SampleGrid::FacingPoint* const found =
         find_facing(entry, near, range, chunk) ? partner_of(task, k, chunk) : nullptr;
     // No farther sample can be a better partner.
-    if (found && found->cosine < opposite_cosine) return widen(entry, *found, near, range, chunk);
+    if (found && found->cosine < tuning::contacts::opposite_cosine)
+        return widen(entry, *found, near, range, chunk);
     return find_facing(entry, unlimited, range, chunk) ? partner_of(task, k, chunk) : nullptr;
 }
 
@@ -212,7 +191,7 @@ const SampleGrid::FacingPoint* ContactFinder::widen(std::size_t entry, const Sam
 // side of the sample's own wall.
 void ContactFinder::find_face(const Task& task, std::size_t k, const SampleGrid::FacingPoint& chosen,
                               const SearchRange& range, Chunk& chunk) {
-    const double behind = chosen.height - behind_share * spacing_of(samples_[k]);
+    const double behind = chosen.height - tuning::contacts::behind_share * spacing_of(samples_[k]);
     const Sample& partner = samples_[grid_.index(chosen.entry)];
     const Vec3& partner_normal = grid_.normal(chosen.entry);
     const double width = width_of(k, chosen, range);
@@ -221,7 +200,7 @@ void ContactFinder::find_face(const Task& task, std::size_t k, const SampleGrid:
         // Cheap tests first, on data that is contiguous in memory.
         const SampleGrid::FacingPoint& near = chunk.faced[n];
         if (!(near.squared_distance < width * width) ||
-            !(grid_.normal(near.entry).dot(partner_normal) > one_face_cosine))
+            !(grid_.normal(near.entry).dot(partner_normal) > tuning::contacts::one_face_cosine))
             continue;
         const std::uint32_t index = grid_.index(near.entry);
         const Sample& other = samples_[index];
@@ -261,13 +240,15 @@ bool ContactFinder::meet(const Task& task, std::size_t entry, const SearchRange&
         out.gap -= std::min(0.0, rest_distance / total);
     const double spacing = std::max(spacing_of(sample), spacing_of(partner));
     const Vec3 offset = position - grid_.point(chosen->entry);
-    if (out.gap < -max_overlap_share * spacing) return false;
+    if (out.gap < -tuning::contacts::max_overlap_share * spacing) return false;
     if (!(out.gap - approach / total < speculative_gap(k, range))) return false;
-    if ((offset - normal.dot(offset) * normal).norm() > max_tangential_share * spacing) return false;
+    if ((offset - normal.dot(offset) * normal).norm() > tuning::contacts::max_tangential_share * spacing)
+        return false;
     out.key = key_of(sample.body, 0, sample.vertex);
     out.upper = influence_of(k).side;
     out.friction = task.options.friction;
-    out.max_depenetration = surface_depenetration_share * std::min(spacing_of(sample), spacing_of(partner));
+    out.max_depenetration =
+        tuning::contacts::depenetration_share * std::min(spacing_of(sample), spacing_of(partner));
     return set_lower_side(task, position - distance * normal, total, grid_.index(chosen->entry), chunk, out);
 }
 
@@ -287,7 +268,7 @@ bool ContactFinder::set_lower_side(const Task& task, const Vec3& foot, double to
     const meshless::Phyxels& phyxels = task.bodies[samples_[partner].body]->phyxels();
     Vec3 rest_foot =
         phyxels.deformation[influence_of(partner).side.phyxel[0]].inverse() * (foot - middle / total);
-    if (!(rest_foot.norm() < 2 * max_tangential_share * spacing)) rest_foot.setZero();
+    if (!(rest_foot.norm() < 2 * tuning::contacts::max_tangential_share * spacing)) rest_foot.setZero();
     out.lower = chunk.blend.take(phyxels.rest_position, rest_middle / total + rest_foot, spacing);
     return true;
 }
@@ -295,9 +276,10 @@ bool ContactFinder::set_lower_side(const Task& task, const Vec3& foot, double to
 ContactFinder::SearchRange ContactFinder::search_range(const Task& task) const {
     SearchRange out{};
     for (const Patch& patch : patches_) out.spacing = std::max(out.spacing, patch.spacing);
-    out.radius = reach_share * out.spacing;
-    out.max_radius = max_reach_share * out.spacing;
-    out.fall = std::max(0.0, task.gravity.norm() * task.dt * task.dt - fallen_share * out.spacing);
+    out.radius = tuning::contacts::reach_share * out.spacing;
+    out.max_radius = tuning::contacts::max_reach_share * out.spacing;
+    out.fall = std::max(
+        0.0, task.gravity.norm() * task.dt * task.dt - tuning::contacts::free_fall_allowance * out.spacing);
     return out;
 }
 
@@ -316,7 +298,7 @@ bool ContactFinder::is_covered_by_opposite(const Task& task, std::size_t k) cons
     const Sample& sample = samples_[k];
     if (opposite_[k] == sample.vertex) return false;
     const Body& body = *task.bodies[sample.body];
-    const double nearest = opposite_share * spacing_of(sample);
+    const double nearest = tuning::contacts::opposite_share * spacing_of(sample);
     return (body.vertex_positions()[opposite_[k]] - body.vertex_positions()[sample.vertex]).squaredNorm() <
            nearest * nearest;
 }

@@ -1,4 +1,5 @@
 #include <splitcubes/body/surface_occluders.h>
+#include <splitcubes/body/tuning.h>
 #include <splitcubes/splitting/surface.h>
 
 #include <algorithm>
@@ -9,9 +10,6 @@
 namespace splitcubes::body {
 
 namespace {
-
-// Cells of the serial loops between two checks for cancellation.
-constexpr std::size_t cells_between_checks = 4096;
 
 // Adds two triangles for each cut edge of the cell, whichever side has a quad: both sides coincide at rest.
 void add_occluders(const splitting::NodeGrid& grid, const splitting::Surface& surface, std::uint32_t cell,
@@ -84,14 +82,14 @@ void SurfaceOccluders::set_cells(const splitting::NodeGrid& grid, const splittin
     std::vector<geometry::OccluderTriangle> triangles;
     std::vector<std::size_t> end;
     for (const std::uint32_t c : cells) {
-        if (end.size() % cells_between_checks == 0) parallel.check();
+        if (end.size() % tuning::set_up::cells_between_checks == 0) parallel.check();
         add_occluders(grid, surface, c, triangles);
         end.push_back(triangles.size());
     }
     cell_box_.resize(surface.cells().size());
     std::vector<geometry::OccluderGrid::CellTriangles> changed;
     for (std::size_t k = 0; k < cells.size(); ++k) {
-        if (k % cells_between_checks == 0) parallel.check();
+        if (k % tuning::set_up::cells_between_checks == 0) parallel.check();
         const std::size_t begin = k == 0 ? 0 : end[k - 1];
         const auto own =
             std::span<const geometry::OccluderTriangle>(triangles).subspan(begin, end[k] - begin);

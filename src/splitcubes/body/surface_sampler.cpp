@@ -1,4 +1,5 @@
 #include <splitcubes/body/surface_sampler.h>
+#include <splitcubes/body/tuning.h>
 #include <splitcubes/splitting/pieces.h>
 #include <splitcubes/splitting/surface.h>
 
@@ -9,18 +10,6 @@
 namespace splitcubes::body {
 
 namespace {
-
-// Dot product of normals above which the samples in a box of a phyxel spacing belong to one flat face. A
-// larger value makes more samples push on curved surfaces.
-constexpr float flat_face = 0.998F;
-// In spacings: maximum size of a box; boxes are whole cells.
-constexpr double max_box_share = 1.15;
-// Dot product of normals above which two samples of cut faces in a box belong to one face.
-constexpr float one_cut_face = 0.7F;
-// Preferred position of the pushing sample of a flat face in its box, as shares of the box: of faces that
-// look along an axis, and against it. They differ so that the samples of the two faces of a cut do not
-// coincide.
-constexpr float preferred_along = 0.2F, preferred_against = 0.8F;
 
 // Corners of a cell that a cut entered without separating it: its cut faces are one fan, which has no usable
 // normal.
@@ -125,7 +114,8 @@ void SurfaceSampler::rebuild(const splitting::NodeGrid& grid, const splitting::S
         for (const SampleCandidate& candidate : candidates)
             if (seen.index_of(candidate.box, candidate.point.piece) == samples_.size())
                 samples_.push_back(candidate.point);
-    const int spacing_in_cells = std::max(1, static_cast<int>(std::floor(max_box_share * spacing / cell)));
+    const int spacing_in_cells =
+        std::max(1, static_cast<int>(std::floor(tuning::samples::max_box_share * spacing / cell)));
     choose_active_samples(surface, spacing_in_cells);
     choose_cut_face_samples(surface, spacing_in_cells);
     revision_ = surface.revision();
@@ -145,10 +135,13 @@ void SurfaceSampler::choose_active_samples(const splitting::Surface& surface, in
         const std::size_t box = indices.index_of(key_of(vertex.place, side, direction), samples_[k].piece);
         if (box == first.size()) first.push_back(SampleFace::none);
         const Vec3f normal = vertex.normal.normalized();
-        const float square =
-            share_distance(vertex.place, side, direction % 2 == 0 ? preferred_along : preferred_against);
+        const float square = share_distance(
+            vertex.place, side,
+            direction % 2 == 0 ? tuning::samples::preferred_along : tuning::samples::preferred_against);
         std::uint32_t* at = &first[box];
-        while (*at != SampleFace::none && !(faces[*at].normal.dot(normal) > flat_face)) at = &faces[*at].next;
+        while (*at != SampleFace::none &&
+               !(faces[*at].normal.dot(normal) > tuning::samples::flat_face_cosine))
+            at = &faces[*at].next;
         const bool is_new_face = *at == SampleFace::none;
         const std::uint32_t index = is_new_face ? static_cast<std::uint32_t>(faces.size()) : *at;
         *at = index;
@@ -186,7 +179,8 @@ void SurfaceSampler::choose_cut_face_samples(const splitting::Surface& surface, 
         if (box == first.size()) first.push_back(SampleFace::none);
         const float square = share_distance(vertex.place, side, 0.5F);
         std::uint32_t index = first[box];
-        while (index != SampleFace::none && !(cosine(cut_faces[index].best, k) > one_cut_face))
+        while (index != SampleFace::none &&
+               !(cosine(cut_faces[index].best, k) > tuning::samples::one_cut_face_cosine))
             index = cut_faces[index].next;
         if (index == SampleFace::none) {
             index = static_cast<std::uint32_t>(cut_faces.size());

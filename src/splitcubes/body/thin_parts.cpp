@@ -1,4 +1,5 @@
 #include <splitcubes/body/thin_parts.h>
+#include <splitcubes/body/tuning.h>
 #include <splitcubes/geometry/distance_transform.h>
 
 #include <algorithm>
@@ -7,9 +8,6 @@
 namespace splitcubes::body {
 
 namespace {
-
-// Lattice points; larger grids are subsampled. More are more accurate but take more time and memory.
-constexpr double max_lattice_points = 1e6;
 
 // The grid's nodes, or a subsample of them, with a layer of outside points around.
 struct Lattice {
@@ -20,7 +18,8 @@ struct Lattice {
     explicit Lattice(const splitting::NodeGrid& grid) {
         const Vec3i nodes = grid.rest().node_count;
         const int stride = std::max(
-            1, static_cast<int>(std::ceil(std::cbrt(nodes.cast<double>().prod() / max_lattice_points))));
+            1, static_cast<int>(
+                   std::ceil(std::cbrt(nodes.cast<double>().prod() / tuning::set_up::max_lattice_points))));
         count = (nodes.array() - 1) / stride + 2;
         step = stride * grid.rest().cell_size;
         for (int z = 0; z < count[2]; ++z)
