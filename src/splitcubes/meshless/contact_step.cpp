@@ -25,7 +25,8 @@ ImplicitSolver::Group& ImplicitSolver::GroupBuffer::get() {
 // Creates the springs at the positions of the initial guess.
 void ImplicitSolver::Group::begin_contacts(const ContactInput& input) {
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        parts.push_back({s.start_position_, s.start_velocity_, job.input.dt, s.mobility_, s.held_});
+        parts.push_back({s.prediction_.start_position, s.prediction_.start_velocity, job.input.dt,
+                         s.system_.mobility, s.conditions_.held});
     });
     forces->begin(input, parts);
     position_touched();
@@ -35,18 +36,19 @@ void ImplicitSolver::Group::begin_contacts(const ContactInput& input) {
 // Writes the current solution positions of the phyxels that springs act on.
 void ImplicitSolver::Group::position_touched() {
     each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
-        for (const std::uint32_t i : forces->touched(k)) s.p_[i] = s.base_[i] + s.d_[i];
+        for (const std::uint32_t i : forces->touched(k))
+            s.vectors_.p[i] = s.system_.base[i] + s.vectors_.d[i];
     });
 }
 
 // Clears the contributions of springs.
 void ImplicitSolver::Group::clear_contacts() {
     each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        s.spring_stiffness_.resize(s.inverse_.size());
-        for_phyxels(job.parallel, s.inverse_.size(), [&](std::size_t i) {
-            s.inverse_[i] = s.mobility_[i];
-            s.spring_force_[i].setZero();
-            s.spring_stiffness_[i] = 0;
+        s.springs_.stiffness.resize(s.system_.inverse.size());
+        for_phyxels(job.parallel, s.system_.inverse.size(), [&](std::size_t i) {
+            s.system_.inverse[i] = s.system_.mobility[i];
+            s.springs_.force[i].setZero();
+            s.springs_.stiffness[i] = 0;
         });
     });
     spring_stiffness = 0;
@@ -60,13 +62,14 @@ void ImplicitSolver::Group::refresh_contacts() {
     each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
         const std::span<const std::uint32_t> touched = forces->touched(k);
         for (const std::uint32_t i : touched) {
-            s.spring_force_[i].setZero();
-            s.spring_stiffness_[i] = 0;
+            s.springs_.force[i].setZero();
+            s.springs_.stiffness[i] = 0;
         }
-        forces->add_diagonal(k, s.spring_stiffness_);
+        forces->add_diagonal(k, s.springs_.stiffness);
         for (const std::uint32_t i : touched) {
-            s.inverse_[i] = s.mobility_[i] / (1 + s.spring_stiffness_[i] * s.mobility_[i]);
-            spring_stiffness += s.spring_stiffness_[i];
+            s.system_.inverse[i] =
+                s.system_.mobility[i] / (1 + s.springs_.stiffness[i] * s.system_.mobility[i]);
+            spring_stiffness += s.springs_.stiffness[i];
         }
     });
     forces->add_forces(base, spring_force, jobs[0].parallel);
@@ -78,11 +81,11 @@ bool ImplicitSolver::Group::revise(bool only_add) {
     if (forces->empty()) return false;
     position_touched();
     each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
-        for (const std::uint32_t i : forces->touched(k)) s.q_[i].setZero();
+        for (const std::uint32_t i : forces->touched(k)) s.vectors_.q[i].setZero();
     });
     if (!forces->revise(position, only_add, matrix_product, jobs[0].parallel)) return false;
     each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
-        for (const std::uint32_t i : forces->touched(k)) s.r_[i] += s.filtered(i, s.q_[i]);
+        for (const std::uint32_t i : forces->touched(k)) s.vectors_.r[i] += s.filtered(i, s.vectors_.q[i]);
     });
     refresh_contacts();
     return true;
@@ -113,7 +116,7 @@ void ImplicitSolver::Group::break_switched_histories(const ContactInput& contact
         for (const ContactSide* side : {&contact.upper, &contact.lower})
             for (std::uint32_t k = 0; k < side->count; ++k) {
                 ImplicitSolver& s = *solvers[side->part];
-                s.hit_[s.piece_of(jobs[side->part], side->phyxel[k])] = 1;
+                s.conditions_.hit[s.piece_of(jobs[side->part], side->phyxel[k])] = 1;
             }
     }
 }
@@ -157,9 +160,9 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
                        (pass < options.further_solves || any_new_distortion());
          ++pass) {
         group.each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
-            for_phyxels(job.parallel, s.d_.size(), [&](std::size_t i) {
-                s.base_[i] += s.d_[i];
-                s.d_[i].setZero();
+            for_phyxels(job.parallel, s.vectors_.d.size(), [&](std::size_t i) {
+                s.system_.base[i] += s.vectors_.d[i];
+                s.vectors_.d[i].setZero();
             });
             s.linearise(job);
         });
@@ -188,12 +191,12 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
 // Marks the pieces that are hit in this step.
 void ImplicitSolver::mark_hits(const Job& job, const ContactInput& contacts,
                                std::span<const std::uint8_t> impact, std::uint32_t part) {
-    hit_.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
+    conditions_.hit.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
     for (std::size_t c = 0; c < impact.size(); ++c) {
         if (impact[c] == 0) continue;
         for (const ContactSide* side : {&contacts.contacts[c].upper, &contacts.contacts[c].lower})
             for (std::uint32_t k = 0; k < side->count; ++k)
-                if (side->part == part) hit_[piece_of(job, side->phyxel[k])] = 1;
+                if (side->part == part) conditions_.hit[piece_of(job, side->phyxel[k])] = 1;
     }
 }
 
@@ -202,16 +205,17 @@ void ImplicitSolver::mark_hits(const Job& job, const ContactInput& contacts,
 void ImplicitSolver::mark_force_jumps(const Job& job, const ContactForces& forces,
                                       const ContactInput& contacts, std::uint32_t part) {
     if (contacts.contacts.empty()) return;
-    contact_change_.assign(hit_.size() - 1, Vec3::Zero());
-    forces.add_changes(part, job.phyxels.piece, contact_change_);
-    piece_mass_.assign(contact_change_.size(), 0);
+    force_jumps_.change.assign(conditions_.hit.size() - 1, Vec3::Zero());
+    forces.add_changes(part, job.phyxels.piece, force_jumps_.change);
+    force_jumps_.piece_mass.assign(force_jumps_.change.size(), 0);
     for (std::size_t i = 0; i < job.phyxels.size(); ++i)
-        if (piece_of(job, i) < piece_mass_.size()) piece_mass_[piece_of(job, i)] += job.phyxels.mass[i];
+        if (piece_of(job, i) < force_jumps_.piece_mass.size())
+            force_jumps_.piece_mass[piece_of(job, i)] += job.phyxels.mass[i];
     const double max_depenetration = forces.min_depenetration();
-    for (std::size_t k = 0; k < contact_change_.size(); ++k)
-        if (contact_change_[k].norm() * job.input.dt * job.input.dt >
-            tuning::passes::force_jump * max_depenetration * piece_mass_[k])
-            hit_[k] = 1;
+    for (std::size_t k = 0; k < force_jumps_.change.size(); ++k)
+        if (force_jumps_.change[k].norm() * job.input.dt * job.input.dt >
+            tuning::passes::force_jump * max_depenetration * force_jumps_.piece_mass[k])
+            conditions_.hit[k] = 1;
 }
 
 void ImplicitSolver::prepare(const Job& job) {
@@ -222,14 +226,15 @@ void ImplicitSolver::prepare(const Job& job) {
     linearise(job);
 }
 
-// Writes the positions of the solution to p_.
+// Writes the positions of the solution to p.
 void ImplicitSolver::place_at_solution(const Job& job) {
-    for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) { p_[i] = base_[i] + d_[i]; });
+    for_phyxels(job.parallel, job.phyxels.size(),
+                [&](std::size_t i) { vectors_.p[i] = system_.base[i] + vectors_.d[i]; });
 }
 
 void ImplicitSolver::update_phyxels(const Job& job) {
     for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) { finish_phyxel(job, i); });
-    for (std::size_t i = 0; i < job.phyxels.size(); ++i) report_.non_finite += failed_[i];
+    for (std::size_t i = 0; i < job.phyxels.size(); ++i) report_.non_finite += conditions_.failed[i];
 }
 
 // Excludes pieces that are held or pulled from the restoring of momenta, and joins pieces that touch each
@@ -237,7 +242,7 @@ void ImplicitSolver::update_phyxels(const Job& job) {
 void ImplicitSolver::bind_pieces(const Job& job, const ContactInput& contacts, std::uint32_t part) {
     const Phyxels& phyxels = job.phyxels;
     for (std::size_t i = 0; i < phyxels.size(); ++i)
-        if (held_[i] != 0 || failed_[i] != 0) momenta_.bind(phyxels.piece[i]);
+        if (conditions_.held[i] != 0 || conditions_.failed[i] != 0) momenta_.bind(phyxels.piece[i]);
     for (const HandleSpring& handle_spring : contacts.handle_springs)
         if (handle_spring.part == part) momenta_.bind(phyxels.piece[handle_spring.phyxel]);
     momenta_.join_touching(phyxels, contacts, part);
@@ -247,8 +252,9 @@ void ImplicitSolver::bind_pieces(const Job& job, const ContactInput& contacts, s
 // one body.
 void ImplicitSolver::restore_shared(Group& group, const ContactInput& contacts) {
     std::vector<std::size_t> first(group.size() + 1, 0);  // slot of each part's first piece
-    group.each(
-        [&](ImplicitSolver& s, const Job&, std::uint32_t k) { first[k + 1] = first[k] + s.hit_.size(); });
+    group.each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
+        first[k + 1] = first[k] + s.conditions_.hit.size();
+    });
     std::vector<std::size_t> joined(first.back());
     std::iota(joined.begin(), joined.end(), std::size_t{0});
     std::vector<std::uint8_t> bound(joined.size(), 0), shared(joined.size(), 0);
@@ -276,8 +282,8 @@ void ImplicitSolver::restore_shared(Group& group, const ContactInput& contacts) 
         bound[slot_of(handle_spring.part, handle_spring.phyxel)] = 1;
     group.each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
         bound[first[k + 1] - 1] = 1;
-        for (std::uint32_t i = 0; i < s.held_.size(); ++i)
-            if (s.held_[i] != 0 || s.failed_[i] != 0) bound[slot_of(k, i)] = 1;
+        for (std::uint32_t i = 0; i < s.conditions_.held.size(); ++i)
+            if (s.conditions_.held[i] != 0 || s.conditions_.failed[i] != 0) bound[slot_of(k, i)] = 1;
     });
     std::vector<std::uint8_t> any_bound(joined.size(), 0), any_shared(joined.size(), 0);
     for (std::size_t slot = 0; slot < joined.size(); ++slot) {
@@ -300,10 +306,10 @@ void ImplicitSolver::Group::restore(std::size_t set, const SetOf& set_of) {
                 const double damping_factor = before ? 1 / (1 + dt * job.material.mass_damping) : 1;
                 for (std::uint32_t i = 0; i < job.phyxels.size(); ++i) {
                     if (set_of(k, i) != set) continue;
-                    const Vec3& x = before ? s.start_position_[i] : job.phyxels.position[i];
-                    const Vec3 v =
-                        before ? Vec3(damping_factor * (s.start_velocity_[i] + dt * job.input.gravity))
-                               : job.phyxels.velocity[i];
+                    const Vec3& x = before ? s.prediction_.start_position[i] : job.phyxels.position[i];
+                    const Vec3 v = before ? Vec3(damping_factor *
+                                                 (s.prediction_.start_velocity[i] + dt * job.input.gravity))
+                                          : job.phyxels.velocity[i];
                     act(job.phyxels.mass[i], x, v);
                 }
             });
@@ -335,7 +341,7 @@ void ImplicitSolver::Group::restore(std::size_t set, const SetOf& set_of) {
                 if (set_of(k, i) != set) continue;
                 const Vec3 change = shift + rotation_rate.cross(job.phyxels.position[i] - current.centre);
                 job.phyxels.velocity[i] += change;
-                if (moving) job.phyxels.position[i] += s.b_[i] * change;
+                if (moving) job.phyxels.position[i] += s.system_.b[i] * change;
             }
         });
     }
@@ -346,10 +352,10 @@ void ImplicitSolver::finish(const Job& job) {
     Phyxels& phyxels = job.phyxels;
     const double dt = job.input.dt;
     if (job.options.restore_momentum)
-        momenta_.restore(phyxels, 1 / (1 + dt * job.material.mass_damping), dt * job.input.gravity, b_, dt,
-                         job.parallel);
+        momenta_.restore(phyxels, 1 / (1 + dt * job.material.mass_damping), dt * job.input.gravity, system_.b,
+                         dt, job.parallel);
     phyxels.history_step = dt;
-    const bool has_state = has_solution_state_ && p_ == phyxels.position;
+    const bool has_state = relinearisation_.has_solution_state && vectors_.p == phyxels.position;
     deform_and_flow(phyxels, job.neighbourhoods, job.material, dt, elastic_, job.parallel, has_state);
     describe_(phyxels, job.neighbourhoods, elastic_, report_, job.parallel);
 }

@@ -131,46 +131,88 @@ class ImplicitSolver {
     std::size_t piece_of(const Job& job, std::size_t i) const;
     Vec3 filtered(std::size_t i, const Vec3& force) const;
 
+    /// Linear system (M/b^2 + K) d = rhs and its diagonals, per phyxel.
+    struct System {
+        std::vector<double> b;         // s, effective time step
+        std::vector<double> diagonal;  // N/m, (1 + b mass_damping) m / b^2
+        std::vector<double> mobility;  // m/N, inverse diagonal of the system without contacts
+        std::vector<double> inverse;   // m/N, inverse diagonal with contacts
+        std::vector<Vec3> base;        // m, world: where the system is linearised
+        std::vector<Vec3> rhs;         // N
+    };
+    /// Motion without elastic force, per phyxel.
+    struct Prediction {
+        std::vector<Vec3> position;        // m, y
+        std::vector<Vec3> velocity;        // m/s
+        std::vector<Vec3> start_position;  // m, before the step
+        std::vector<Vec3> start_velocity;  // m/s, before the step
+    };
+    /// System in double precision, for residuals beyond single precision.
+    struct ExactSystem {
+        ElasticForces forces;
+        std::vector<Mat3> deformation, rotation;  // per phyxel, at system_.base
+        bool is_linearised = false;               // forces are linearised at system_.base
+    };
+    /// Vectors of the solve, per phyxel.
+    struct Vectors {
+        std::vector<Vec3> d;  // m, solution: x - system_.base
+        std::vector<Vec3> r;  // N, residual
+        std::vector<Vec3> p;  // scratch: positions or accelerations
+        std::vector<Vec3> q;  // N, product A d
+    };
+    /// Buffers of conjugate gradients, in single precision.
+    struct ConjugateGradients {
+        FloatArray d, r, p, q;  // row arrays of 3: correction of vectors_.d, residual, direction p, A p
+        FloatArray diagonal, inverse;            // those of system_ as row arrays
+        std::vector<std::uint32_t> constrained;  // held phyxels
+    };
+    /// Flags that the time integration of phyxels and pieces depends on.
+    struct Conditions {
+        std::vector<std::uint8_t> inverted;  // per phyxel, det F <= 0 before the step
+        bool any_inverted = false;
+        std::vector<std::uint8_t> held;    // per phyxel
+        std::vector<std::uint8_t> failed;  // per phyxel, went non-finite in this step
+        // Per piece, and one for phyxels without a piece:
+        std::vector<std::uint8_t> hit;        // hit in this step
+        std::vector<std::uint8_t> supported;  // held, or in contact in the previous step
+    };
+    /// Smoothing of high accelerations in the initial guess.
+    struct Smoothing {
+        std::vector<std::uint8_t> high_acceleration;  // per phyxel, acceleration is to be smoothed
+        std::vector<std::uint32_t> phyxels;           // indices of these phyxels
+    };
+    /// State of the check whether a solve distorts neighbourhoods.
+    struct Relinearisation {
+        std::vector<std::uint8_t> undistorted;  // per phyxel, not distorted at system_.base
+        bool has_solution_state = false;        // elastic_ holds the state at vectors_.p, the solution
+    };
+    /// Contributions of contacts and attachment springs to the system, per phyxel.
+    struct Springs {
+        std::vector<Vec3> force;        // N, at system_.base
+        std::vector<double> stiffness;  // N/m
+    };
+    /// Changes of contact forces that break the history of a piece, per piece.
+    struct ForceJumps {
+        std::vector<Vec3> change;        // N, of the contact force since the previous step
+        std::vector<double> piece_mass;  // kg
+    };
+
     SlicedElasticity elastic_;
     Aggregates aggregates_;
-    ElasticForces exact_;  // double precision, for residuals beyond single precision
+    ExactSystem exact_;
     StateDescriber describe_;
     ChunkSum sum_;
-    std::vector<double> b_;                 // s, per phyxel
-    std::vector<double> diagonal_;          // N/m, (1 + b mass_damping) m / b^2
-    std::vector<double> mobility_;          // m/N, inverse diagonal of the system without contacts
-    std::vector<double> inverse_;           // m/N, inverse diagonal with contacts
-    std::vector<Vec3> predicted_;           // m, y
-    std::vector<Vec3> predicted_velocity_;  // m/s
-    std::vector<Vec3> base_;                // m, world: where the system is linearised
-    std::vector<Vec3> start_position_;      // m, before the step
-    std::vector<Vec3> start_velocity_;      // m/s, before the step
-    std::vector<Mat3> deformation_;         // at base_; filled only for exact_
-    std::vector<Mat3> rotation_;            // at base_; filled only for exact_
-    std::vector<Vec3> rhs_;                 // N
-    std::vector<Vec3> spring_force_;        // N, of contacts and attachment springs at base_
-    // x - base_ (m), residual (N), scratch: positions or accelerations, product A d_ (N).
-    std::vector<Vec3> d_, r_, p_, q_;
-    // Conjugate gradients, row arrays of 3: correction of d_, residual, direction p, A p.
-    FloatArray float_d_, float_r_, float_p_, float_q_;
-    FloatArray float_diagonal_, float_inverse_;  // diagonal_ and inverse_ as row arrays
-    std::vector<std::uint32_t> constrained_;     // held phyxels
     ChunkSumOf<double> slice_sum_;
     ChunkSumOf<ToleranceSums> wanted_sum_;
-    bool is_exact_linearised_ = false;    // exact_ is linearised at base_
-    bool has_solution_state_ = false;     // elastic_ holds the state at p_, the solution
-    std::vector<std::uint8_t> inverted_;  // per phyxel, det F <= 0 before the step
-    bool any_inverted_ = false;
-    std::vector<std::uint8_t> held_;               // per phyxel
-    std::vector<std::uint8_t> high_acceleration_;  // per phyxel, acceleration is to be smoothed
-    std::vector<std::uint32_t> to_smooth_;         // indices of these phyxels
-    std::vector<std::uint8_t> undistorted_;        // per phyxel, not distorted at base_
-    std::vector<std::uint8_t> failed_;             // per phyxel, went non-finite in this step
-    std::vector<std::uint8_t> hit_;        // per piece, and one for phyxels without a piece; hit in this step
-    std::vector<std::uint8_t> supported_;  // likewise; held, or in contact in the previous step
-    std::vector<double> spring_stiffness_;  // N/m, of contacts and attachment springs, per phyxel
-    std::vector<Vec3> contact_change_;  // N, per piece, change of the contact force since the previous step
-    std::vector<double> piece_mass_;    // kg, per piece
+    System system_;
+    Prediction prediction_;
+    Vectors vectors_;
+    ConjugateGradients cg_;
+    Conditions conditions_;
+    Smoothing smoothing_;
+    Relinearisation relinearisation_;
+    Springs springs_;
+    ForceJumps force_jumps_;
     MomentumKeeper momenta_;
     ContactForces contacts_;
     GroupBuffer group_;  // used by the first member of a group

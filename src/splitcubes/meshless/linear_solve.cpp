@@ -30,7 +30,7 @@ double ImplicitSolver::Group::wanted_residual() {
     return target_square;
 }
 
-// Computes r_ = b - A d_ of all bodies; returns its squared norm in the metric of the inverse diagonal.
+// Computes r = b - A d of all bodies; returns its squared norm in the metric of the inverse diagonal.
 // noise: estimate of the rounding error in that. exact: in double precision.
 double ImplicitSolver::Group::residual(bool exact, double& noise) {
     bool at_base = true;
@@ -61,10 +61,12 @@ double ImplicitSolver::Group::first_residual(double target_square) {
     return square;
 }
 
-// Returns the squared norm of the residual r_ that the last solve left.
+// Returns the squared norm of the residual r that the last solve left.
 double ImplicitSolver::Group::kept_residual() {
     double square = 0;
-    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) { square += s.squared_norm(job, s.r_); });
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        square += s.squared_norm(job, s.vectors_.r);
+    });
     max_square = std::max(max_square, square);
     return square;
 }
@@ -78,8 +80,8 @@ void ImplicitSolver::Group::reweigh_aggregates() {
     each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.compute_aggregate_weights(job); });
 }
 
-// Solves from d_; entries of held phyxels stay. from_solution: recomputes the residual from d_; otherwise r_
-// is the residual.
+// Solves from d; entries of held phyxels stay. from_solution: recomputes the residual from d; otherwise r is
+// the residual.
 void ImplicitSolver::Group::solve(bool from_solution) {
     const double tight_square = wanted_residual();
     each([](ImplicitSolver& s, const Job&, std::uint32_t) { ++s.report_.solves; });
@@ -119,8 +121,8 @@ double ImplicitSolver::Group::begin_direction() {
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
         s.load_residual(job);
         square += s.sum_slices(job, [&](const SliceRange& range) {
-            return meshless::begin_direction(s.elastic_.stride(), range, s.float_inverse_.data(),
-                                             s.float_r_.data(), s.float_p_.data());
+            return meshless::begin_direction(s.elastic_.stride(), range, s.cg_.inverse.data(), s.cg_.r.data(),
+                                             s.cg_.p.data());
         });
     });
     return square;
@@ -132,9 +134,9 @@ double ImplicitSolver::Group::apply_to_direction() {
     rows.clear();
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
         const auto factor = static_cast<float>(1 + s.damping_ratio(job));
-        product += s.elastic_.apply_stiffness(factor, s.float_diagonal_.data(), s.float_p_.data(),
-                                              s.float_q_.data(), job.parallel);
-        rows.push_back({s.elastic_.stride(), s.float_p_.data(), s.float_q_.data()});
+        product += s.elastic_.apply_stiffness(factor, s.cg_.diagonal.data(), s.cg_.p.data(), s.cg_.q.data(),
+                                              job.parallel);
+        rows.push_back({s.elastic_.stride(), s.cg_.p.data(), s.cg_.q.data()});
     });
     if (!forces->empty()) product += forces->products().apply(rows, jobs[0].parallel);
     each([](ImplicitSolver& s, const Job&, std::uint32_t) { s.filter(); });
@@ -148,7 +150,7 @@ void ImplicitSolver::Group::list_springs() {
     are_diagonals_set = true;
     diagonals.clear();
     each([&](ImplicitSolver& s, const Job&, std::uint32_t) {
-        diagonals.push_back({s.mobility_, s.inverse_, s.held_});
+        diagonals.push_back({s.system_.mobility, s.system_.inverse, s.conditions_.held});
     });
     forces->products().set_diagonals(diagonals);
 }
@@ -157,7 +159,7 @@ void ImplicitSolver::Group::list_springs() {
 void ImplicitSolver::Group::take_smoothing_rows() {
     rows.clear();
     each([&](ImplicitSolver& s, const Job&, std::uint32_t) {
-        rows.push_back({s.elastic_.stride(), s.float_r_.data(), s.float_p_.data()});
+        rows.push_back({s.elastic_.stride(), s.cg_.r.data(), s.cg_.p.data()});
     });
 }
 
@@ -173,9 +175,8 @@ double ImplicitSolver::Group::advance(float alpha) {
     double square = 0;
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
         square += s.sum_slices(job, [&](const SliceRange& range) {
-            return meshless::advance(s.elastic_.stride(), range, alpha, s.float_inverse_.data(),
-                                     s.float_p_.data(), s.float_q_.data(), s.float_d_.data(),
-                                     s.float_r_.data());
+            return meshless::advance(s.elastic_.stride(), range, alpha, s.cg_.inverse.data(), s.cg_.p.data(),
+                                     s.cg_.q.data(), s.cg_.d.data(), s.cg_.r.data());
         });
     });
     return square;
@@ -185,7 +186,7 @@ double ImplicitSolver::Group::advance(float alpha) {
 double ImplicitSolver::Group::correct() {
     double square = 0;
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        square += s.aggregates_.correct(s.float_r_.data(), job.parallel);
+        square += s.aggregates_.correct(s.cg_.r.data(), job.parallel);
     });
     return square;
 }
@@ -194,8 +195,8 @@ void ImplicitSolver::Group::update_direction(float beta) {
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
         const CoarsePart coarse{s.aggregates_.index(), s.aggregates_.correction(), s.aggregates_.count() + 1};
         for_slices(job.parallel, s.elastic_.slice_count(), [&](const SliceRange& range) {
-            meshless::update_direction(s.elastic_.stride(), range, beta, s.float_inverse_.data(),
-                                       s.float_r_.data(), coarse, s.float_p_.data());
+            meshless::update_direction(s.elastic_.stride(), range, beta, s.cg_.inverse.data(), s.cg_.r.data(),
+                                       coarse, s.cg_.p.data());
         });
     });
     if (forces->empty()) return;
@@ -203,7 +204,7 @@ void ImplicitSolver::Group::update_direction(float beta) {
     forces->products().add_smoothed(rows);
 }
 
-// Runs conjugate gradients until the squared residual r_ is at most `goal` and adds the correction to d_;
+// Runs conjugate gradients until the squared residual r is at most `goal` and adds the correction to d;
 // returns the squared residual reached.
 double ImplicitSolver::Group::conjugate_gradients(double goal, int& iterations_left) {
     list_springs();

@@ -38,13 +38,13 @@ struct ImplicitSolver::Group {
     void add(ImplicitSolver& solver, const Job& job) {
         solvers.push_back(&solver);
         jobs.push_back(job);
-        base.emplace_back(solver.base_);
-        position.emplace_back(solver.p_);
-        spring_force.emplace_back(solver.spring_force_);
-        matrix_product.emplace_back(solver.q_);
+        base.emplace_back(solver.system_.base);
+        position.emplace_back(solver.vectors_.p);
+        spring_force.emplace_back(solver.springs_.force);
+        matrix_product.emplace_back(solver.vectors_.q);
         velocity.emplace_back(job.phyxels.velocity);
-        solution.emplace_back(solver.d_);
-        direction.emplace_back(solver.p_);
+        solution.emplace_back(solver.vectors_.d);
+        direction.emplace_back(solver.vectors_.p);
         touching.emplace_back(job.phyxels.touching);
     }
     double tolerance_factor = 1;  // factor on the tolerance of the following solves
