@@ -25,16 +25,16 @@ constexpr std::int32_t new_sample = -1, no_sample = -2;
 }  // namespace
 
 bool ContactFinder::is_listed(const Task& task) {
-    fresh_listed_.assign(task.bodies.size(), {});
-    bool same = listed_.size() == fresh_listed_.size();
-    for (std::size_t b = 0; b < fresh_listed_.size(); ++b) {
+    fresh_.bodies.assign(task.bodies.size(), {});
+    bool same = list_.bodies.size() == fresh_.bodies.size();
+    for (std::size_t b = 0; b < fresh_.bodies.size(); ++b) {
         const Body& body = *task.bodies[b];
-        fresh_listed_[b].surface_revision = body.surface().revision();
-        fresh_listed_[b].sample_revision = body.sample_revision();
-        fresh_listed_[b].pieces = body.pieces().count();
-        fresh_listed_[b].rigid = body.phyxels().rigid.bodies.size();
-        fresh_listed_[b].full_change = body.surface_changes().last_full_change();
-        same = same && fresh_listed_[b].same_as(listed_[b]);
+        fresh_.bodies[b].surface_revision = body.surface().revision();
+        fresh_.bodies[b].sample_revision = body.sample_revision();
+        fresh_.bodies[b].pieces = body.pieces().count();
+        fresh_.bodies[b].rigid = body.phyxels().rigid.bodies.size();
+        fresh_.bodies[b].full_change = body.surface_changes().last_full_change();
+        same = same && fresh_.bodies[b].same_as(list_.bodies[b]);
     }
     return same;
 }
@@ -47,13 +47,13 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
     std::size_t count = 0;
     for (const auto& body : task.bodies)
         count += body->is_lattice_driven() ? 0 : body->contact_samples().size();
-    fresh_.resize(count);
-    fresh_opposite_.resize(count);
-    previous_.assign(count, no_sample);
-    is_kept_.assign(samples_.size(), 0);
+    fresh_.samples.resize(count);
+    fresh_.opposite.resize(count);
+    matching_.previous.assign(count, no_sample);
+    matching_.is_kept.assign(list_.samples.size(), 0);
     std::size_t first = 0;
     for (std::uint32_t b = 0; b < task.bodies.size(); ++b) {
-        fresh_listed_[b].first = first;
+        fresh_.bodies[b].first = first;
         if (task.bodies[b]->is_lattice_driven()) continue;
         const std::size_t points = task.bodies[b]->contact_samples().size();
         const auto list = [&](std::size_t begin, std::size_t end) {
@@ -62,11 +62,13 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
         parallel.for_chunks(points, list_grain, std::cref(list));
         first += points;
     }
-    if (std::find(previous_.begin(), previous_.end(), no_sample) != previous_.end()) compact();
+    if (std::find(matching_.previous.begin(), matching_.previous.end(), no_sample) !=
+        matching_.previous.end())
+        compact();
     keep_slots();
-    samples_.swap(fresh_);
-    opposite_.swap(fresh_opposite_);
-    listed_.swap(fresh_listed_);
+    list_.samples.swap(fresh_.samples);
+    list_.opposite.swap(fresh_.opposite);
+    list_.bodies.swap(fresh_.bodies);
 }
 
 // Returns whether the sample `pushing` still represents the sample `vertex` after the cuts of this step.
@@ -98,17 +100,17 @@ std::uint32_t ContactFinder::opposite_of(const Body& body, const ContactSample& 
 // both lists are sorted by vertex. first: index of the body's first fresh sample.
 void ContactFinder::list_points(const Body& body, std::uint32_t body_index, std::size_t first,
                                 std::size_t begin, std::size_t end) {
-    const bool is_known = body_index < listed_.size();
+    const bool is_known = body_index < list_.bodies.size();
     const std::size_t last_old =
-        body_index + 1 < listed_.size() ? listed_[body_index + 1].first : samples_.size();
-    auto old =
-        samples_.begin() + static_cast<std::ptrdiff_t>(is_known ? listed_[body_index].first : last_old);
-    const auto old_end = samples_.begin() + static_cast<std::ptrdiff_t>(last_old);
+        body_index + 1 < list_.bodies.size() ? list_.bodies[body_index + 1].first : list_.samples.size();
+    auto old = list_.samples.begin() +
+               static_cast<std::ptrdiff_t>(is_known ? list_.bodies[body_index].first : last_old);
+    const auto old_end = list_.samples.begin() + static_cast<std::ptrdiff_t>(last_old);
     const auto is_before = [](const Sample& sample, std::uint32_t vertex) { return sample.vertex < vertex; };
     if (begin < end) old = std::lower_bound(old, old_end, body.contact_samples()[begin].vertex, is_before);
-    const bool same_nodes = is_known && fresh_listed_[body_index].same_nodes(listed_[body_index]);
+    const bool same_nodes = is_known && fresh_.bodies[body_index].same_nodes(list_.bodies[body_index]);
     const bool same_indices =
-        is_known && fresh_listed_[body_index].full_change == listed_[body_index].full_change;
+        is_known && fresh_.bodies[body_index].full_change == list_.bodies[body_index].full_change;
     for (std::size_t k = begin; k < end; ++k) {
         const ContactSample& point = body.contact_samples()[k];
         // The list dates from the last step: a cut of this step may have removed the vertex.
@@ -116,7 +118,7 @@ void ContactFinder::list_points(const Body& body, std::uint32_t body_index, std:
         if (!vertex.alive()) continue;
         while (old != old_end && old->vertex < point.vertex) ++old;
         const bool was_sample = old != old_end && old->vertex == point.vertex && old->rest == vertex.rest;
-        Sample& sample = fresh_[first + k];
+        Sample& sample = fresh_.samples[first + k];
         sample.rest = vertex.rest;
         sample.rest_normal = vertex.normal;
         sample.vertex = point.vertex;
@@ -138,12 +140,12 @@ void ContactFinder::list_points(const Body& body, std::uint32_t body_index, std:
         };
         sample.pushes = pushes(point.by);
         sample.searches_own_body = sample.pushes && pushes(point.face_delegate);
-        fresh_opposite_[first + k] = opposite_of(body, point);
-        previous_[first + k] = new_sample;
+        fresh_.opposite[first + k] = opposite_of(body, point);
+        matching_.previous[first + k] = new_sample;
         if (!was_sample || old->node != sample.node || old->piece != sample.piece) continue;
-        const auto before = static_cast<std::size_t>(old - samples_.begin());
-        previous_[first + k] = static_cast<std::int32_t>(before);
-        is_kept_[before] = 1;
+        const auto before = static_cast<std::size_t>(old - list_.samples.begin());
+        matching_.previous[first + k] = static_cast<std::int32_t>(before);
+        matching_.is_kept[before] = 1;
         sample.slot = old->slot;
         // A changed normal invalidates known separations: the sample gets a new serial number.
         if (old->rest_normal == sample.rest_normal) sample.serial = old->serial;
@@ -153,42 +155,43 @@ void ContactFinder::list_points(const Body& body, std::uint32_t body_index, std:
 // Removes the fresh entries that are no samples.
 void ContactFinder::compact() {
     std::size_t kept = 0;
-    for (std::size_t b = 0, k = 0; b < fresh_listed_.size(); ++b) {
-        const std::size_t end = b + 1 < fresh_listed_.size() ? fresh_listed_[b + 1].first : fresh_.size();
-        fresh_listed_[b].first = kept;
+    for (std::size_t b = 0, k = 0; b < fresh_.bodies.size(); ++b) {
+        const std::size_t end =
+            b + 1 < fresh_.bodies.size() ? fresh_.bodies[b + 1].first : fresh_.samples.size();
+        fresh_.bodies[b].first = kept;
         for (; k < end; ++k) {
-            if (previous_[k] == no_sample) continue;
-            fresh_[kept] = fresh_[k];
-            fresh_opposite_[kept] = fresh_opposite_[k];
-            previous_[kept++] = previous_[k];
+            if (matching_.previous[k] == no_sample) continue;
+            fresh_.samples[kept] = fresh_.samples[k];
+            fresh_.opposite[kept] = fresh_.opposite[k];
+            matching_.previous[kept++] = matching_.previous[k];
         }
     }
-    fresh_.resize(kept);
-    fresh_opposite_.resize(kept);
-    previous_.resize(kept);
+    fresh_.samples.resize(kept);
+    fresh_.opposite.resize(kept);
+    matching_.previous.resize(kept);
 }
 
 // Restarts the serial numbers before they overflow.
 void ContactFinder::restart_serials() {
-    if (last_serial_ <= std::numeric_limits<std::uint32_t>::max() - fresh_.size() - 1) return;
+    if (last_serial_ <= std::numeric_limits<std::uint32_t>::max() - fresh_.samples.size() - 1) return;
     last_serial_ = 0;
-    for (Sample& sample : fresh_) sample.serial = 0;
+    for (Sample& sample : fresh_.samples) sample.serial = 0;
 }
 
 // Keeps the slots (cached data) of samples whose influences stay the same, drops known separations of samples
 // whose normal changed, and gives slots to new samples.
 void ContactFinder::keep_slots() {
     restart_serials();
-    for (std::size_t k = 0; k < samples_.size(); ++k) {
-        if (is_kept_[k]) continue;
-        drop_known(samples_[k].slot);
-        free_slots_.push_back(samples_[k].slot);
+    for (std::size_t k = 0; k < list_.samples.size(); ++k) {
+        if (matching_.is_kept[k]) continue;
+        drop_known(list_.samples[k].slot);
+        slots_.free.push_back(list_.samples[k].slot);
     }
-    for (std::size_t k = 0; k < fresh_.size(); ++k) {
-        Sample& sample = fresh_[k];
+    for (std::size_t k = 0; k < fresh_.samples.size(); ++k) {
+        Sample& sample = fresh_.samples[k];
         if (sample.serial != 0) continue;
         sample.serial = ++last_serial_;
-        if (previous_[k] < 0)
+        if (matching_.previous[k] < 0)
             sample.slot = take_slot();
         else
             drop_known(sample.slot);
@@ -196,27 +199,27 @@ void ContactFinder::keep_slots() {
 }
 
 std::uint32_t ContactFinder::take_slot() {
-    if (free_slots_.empty()) {
-        influences_.emplace_back();
-        separations_.push_back(nullptr);
-        return static_cast<std::uint32_t>(influences_.size() - 1);
+    if (slots_.free.empty()) {
+        slots_.influences.emplace_back();
+        slots_.separations.push_back(nullptr);
+        return static_cast<std::uint32_t>(slots_.influences.size() - 1);
     }
-    const std::uint32_t slot = free_slots_.back();
-    free_slots_.pop_back();
-    influences_[slot] = {};
+    const std::uint32_t slot = slots_.free.back();
+    slots_.free.pop_back();
+    slots_.influences[slot] = {};
     return slot;
 }
 
 void ContactFinder::drop_known(std::uint32_t slot) {
-    if (separations_[slot]) free_known_.push_back(separations_[slot]);
-    separations_[slot] = nullptr;
+    if (slots_.separations[slot]) known_.free.push_back(slots_.separations[slot]);
+    slots_.separations[slot] = nullptr;
 }
 
 ContactFinder::KnownSeparations& ContactFinder::take_known() {
     const std::scoped_lock lock(mutex_);
-    if (free_known_.empty()) return known_.emplace_back();
-    KnownSeparations& known = *free_known_.back();
-    free_known_.pop_back();
+    if (known_.free.empty()) return known_.all.emplace_back();
+    KnownSeparations& known = *known_.free.back();
+    known_.free.pop_back();
     known = {};
     return known;
 }
@@ -236,58 +239,60 @@ Vec3 ContactFinder::drift_of(const Task& task, const meshless::Phyxels& phyxels,
 // Measures the mean displacement and, per body, the maximum displacement of a sample in the step. The factor
 // max_weight_sum accounts for weights of both signs.
 void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
-    max_displacement_.clear();
-    spacing_.clear();
-    velocity_.clear();
-    drift_.resize(task.bodies.size());
+    bounds_.max_displacement.clear();
+    bounds_.spacing.clear();
+    bounds_.velocity.clear();
+    bounds_.drift.resize(task.bodies.size());
     Vec3 sum = Vec3::Zero();
     double all = 0;
     for (std::size_t b = 0; b < task.bodies.size(); ++b) {
         const meshless::Phyxels& phyxels = task.bodies[b]->phyxels();
         const std::size_t count = phyxels.size();
-        velocity_.emplace_back(phyxels.velocity);
-        drift_[b].resize(count);
-        speeds_.assign((count + speed_grain - 1) / speed_grain, {});
+        bounds_.velocity.emplace_back(phyxels.velocity);
+        bounds_.drift[b].resize(count);
+        bounds_.speeds.assign((count + speed_grain - 1) / speed_grain, {});
         const auto measure = [&](std::size_t begin, std::size_t end) {
-            Speeds& part = speeds_[begin / speed_grain];
+            Speeds& part = bounds_.speeds[begin / speed_grain];
             for (std::size_t i = begin; i < end; ++i) {
-                drift_[b][i] = drift_of(task, phyxels, i);
+                bounds_.drift[b][i] = drift_of(task, phyxels, i);
                 part.sum += phyxels.velocity[i];
                 part.max_square = std::max(part.max_square, phyxels.velocity[i].squaredNorm());
             }
         };
         parallel.for_chunks(count, speed_grain, std::cref(measure));
         double max_square = 0;
-        for (const Speeds& part : speeds_) {
+        for (const Speeds& part : bounds_.speeds) {
             sum += part.sum;
             max_square = std::max(max_square, part.max_square);
         }
         all += static_cast<double>(count);
-        max_displacement_.push_back(task.dt * (tuning::contacts::max_weight_sum * std::sqrt(max_square) +
-                                               task.dt * task.gravity.norm()));
-        spacing_.push_back(task.bodies[b]->phyxel_spacing());
+        bounds_.max_displacement.push_back(
+            task.dt *
+            (tuning::contacts::max_weight_sum * std::sqrt(max_square) + task.dt * task.gravity.norm()));
+        bounds_.spacing.push_back(task.bodies[b]->phyxel_spacing());
     }
-    mean_displacement_ = task.dt / std::max(all, 1.0) * sum;
+    bounds_.mean_displacement = task.dt / std::max(all, 1.0) * sum;
 }
 
 // Computes the maximum displacement of each piece's phyxels in the step, relative to the mean of all, m.
 void ContactFinder::measure_pieces(const Task& task, const Parallel& parallel) {
-    piece_displacement_.resize(task.bodies.size());
+    bounds_.piece_displacement.resize(task.bodies.size());
     for (std::size_t b = 0; b < task.bodies.size(); ++b) {
         const meshless::Phyxels& phyxels = task.bodies[b]->phyxels();
-        const std::span<const Vec3> velocity = velocity_[b];
-        square_.resize(velocity.size());
+        const std::span<const Vec3> velocity = bounds_.velocity[b];
+        bounds_.square.resize(velocity.size());
         parallel.for_each(velocity.size(), speed_grain, [&](std::size_t i) {
-            square_[i] = (task.dt * velocity[i] - mean_displacement_).squaredNorm();
+            bounds_.square[i] = (task.dt * velocity[i] - bounds_.mean_displacement).squaredNorm();
         });
         // A piece without phyxels gets the maximum of its body.
-        std::vector<double>& displacement = piece_displacement_[b];
+        std::vector<double>& displacement = bounds_.piece_displacement[b];
         displacement.assign(task.bodies[b]->pieces().count(), -1);
         double max_square = 0;
-        for (std::size_t i = 0; i < square_.size(); ++i) {
+        for (std::size_t i = 0; i < bounds_.square.size(); ++i) {
             const auto piece = static_cast<std::size_t>(phyxels.piece[i]);
-            if (piece < displacement.size()) displacement[piece] = std::max(displacement[piece], square_[i]);
-            max_square = std::max(max_square, square_[i]);
+            if (piece < displacement.size())
+                displacement[piece] = std::max(displacement[piece], bounds_.square[i]);
+            max_square = std::max(max_square, bounds_.square[i]);
         }
         for (double& square : displacement) square = std::sqrt(square < 0 ? max_square : square);
     }
@@ -296,41 +301,41 @@ void ContactFinder::measure_pieces(const Task& task, const Parallel& parallel) {
 // Returns the maximum displacement (m) of a sample in the step relative to the mean of all, without knowing
 // its influences.
 double ContactFinder::piece_displacement(const Sample& sample) const {
-    const std::vector<double>& displacement = piece_displacement_[sample.body];
+    const std::vector<double>& displacement = bounds_.piece_displacement[sample.body];
     const auto piece = static_cast<std::size_t>(sample.piece);
     return piece < displacement.size() ? displacement[piece] : std::numeric_limits<double>::infinity();
 }
 
 // Places samples at the rendered vertices. Those that may touch are placed exactly later (place_exactly).
 void ContactFinder::place_samples(const Task& task, const Parallel& parallel) {
-    position_.resize(samples_.size());
-    normal_.resize(samples_.size());
-    owner_.resize(samples_.size());
-    motions_.resize(samples_.size());
-    placed_.assign(samples_.size(), 0);
-    patches_.resize((samples_.size() + grain - 1) / grain);
+    placement_.position.resize(list_.samples.size());
+    placement_.normal.resize(list_.samples.size());
+    placement_.owner.resize(list_.samples.size());
+    motions_.resize(list_.samples.size());
+    placement_.placed.assign(list_.samples.size(), 0);
+    placement_.patches.resize((list_.samples.size() + grain - 1) / grain);
     const auto place = [&](std::size_t begin, std::size_t end) {
-        Patch& patch = patches_[begin / grain] = {};
+        Patch& patch = placement_.patches[begin / grain] = {};
         for (std::size_t k = begin; k < end; ++k) {
             place_sample(task, k);
-            motions_[k].extra_reach = piece_displacement(samples_[k]);
-            patch.box.add(position_[k]);
-            patch.spacing = std::max(patch.spacing, spacing_of(samples_[k]));
+            motions_[k].extra_reach = piece_displacement(list_.samples[k]);
+            patch.box.add(placement_.position[k]);
+            patch.spacing = std::max(patch.spacing, spacing_of(list_.samples[k]));
             patch.max_displacement =
                 std::max(patch.max_displacement,
-                         max_displacement_[samples_[k].body] +
-                             tuning::contacts::max_vertex_offset_share * spacing_of(samples_[k]));
+                         bounds_.max_displacement[list_.samples[k].body] +
+                             tuning::contacts::max_vertex_offset_share * spacing_of(list_.samples[k]));
         }
     };
-    parallel.for_chunks(samples_.size(), grain, std::cref(place));
+    parallel.for_chunks(list_.samples.size(), grain, std::cref(place));
 }
 
 void ContactFinder::place_sample(const Task& task, std::size_t k) {
-    const Sample& sample = samples_[k];
+    const Sample& sample = list_.samples[k];
     const Body& body = *task.bodies[sample.body];
-    normal_[k] = body.vertex_normals()[sample.vertex];
-    owner_[k] = sample.body;
-    position_[k] = body.vertex_positions()[sample.vertex];
+    placement_.normal[k] = body.vertex_normals()[sample.vertex];
+    placement_.owner[k] = sample.body;
+    placement_.position[k] = body.vertex_positions()[sample.vertex];
 }
 
 // Returns whether the phyxel that moves a sample without a kernel row is still the nearest of its piece.
@@ -346,9 +351,9 @@ bool ContactFinder::is_still_nearest(const meshless::Phyxels& phyxels, const Sam
 // the work of a contact force equals force times displacement. The rendered vertex differs by the change of
 // strain over the phyxels; measuring the gap there would create energy in a rolling body.
 void ContactFinder::find_influences(const Task& task, std::size_t k) {
-    if (placed_[k]) return;
-    const Sample& sample = samples_[k];
-    Influence& influence = influences_[sample.slot];
+    if (placement_.placed[k]) return;
+    const Sample& sample = list_.samples[k];
+    Influence& influence = slots_.influences[sample.slot];
     const Body& body = *task.bodies[sample.body];
     const meshless::Phyxels& phyxels = body.phyxels();
     const std::uint64_t row = body.nodes().row_revision(sample.node);
@@ -364,12 +369,12 @@ void ContactFinder::find_influences(const Task& task, std::size_t k) {
         influence.offset = sample.rest - rest;
     }
     if (side.count == 0) return;
-    placed_[k] = 1;
+    placement_.placed[k] = 1;
     Vec3 position = Vec3::Zero();
     for (std::uint32_t c = 0; c < side.count; ++c)
         position += side.weight[c] * phyxels.position[side.phyxel[c]];
     // The offset is nonzero only if few phyxels lie in one plane.
-    position_[k] = position + phyxels.deformation[side.phyxel[0]] * influence.offset;
+    placement_.position[k] = position + phyxels.deformation[side.phyxel[0]] * influence.offset;
 }
 
 // Returns whether the solid is farther from all samples of the patch than they can move.
@@ -387,13 +392,13 @@ void ContactFinder::meet_collider(const Task& task, std::size_t collider_index, 
                                   std::size_t k, Chunk& chunk) {
     const Collider& collider = task.colliders[collider_index];
     const auto& [before, after, to_before, to_after] = poses;
-    const Sample& s = samples_[k];
+    const Sample& s = list_.samples[k];
     if (!s.pushes && collider.solid->is_flat()) return;
-    const Vec3& position = position_[k];
+    const Vec3& position = placement_.position[k];
     const Body& body = *task.bodies[s.body];
     const double moved = (to_after * position - to_before * position).norm();
     const double far =
-        moved + max_displacement_[s.body] + tuning::contacts::max_vertex_offset_share * spacing_of(s);
+        moved + bounds_.max_displacement[s.body] + tuning::contacts::max_vertex_offset_share * spacing_of(s);
     if (collider.solid->at(to_before * position).distance > far) return;
     find_influences(task, k);
     const Vec3 from = to_before * position;
@@ -427,8 +432,8 @@ void ContactFinder::meet_colliders(const Task& task, const Parallel& parallel) {
         const Collider& collider = task.colliders[c];
         const Isometry before = collider.at(task.time), after = collider.at(task.time + task.dt);
         const ColliderPoses poses{before, after, before.inverse(), after.inverse()};
-        in_chunks(parallel, samples_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
-            if (is_far(collider, poses, patches_[begin / grain])) return;
+        in_chunks(parallel, list_.samples.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
+            if (is_far(collider, poses, placement_.patches[begin / grain])) return;
             for (std::size_t k = begin; k < end; ++k) meet_collider(task, c, poses, k, chunk);
         });
     }
@@ -437,17 +442,17 @@ void ContactFinder::meet_colliders(const Task& task, const Parallel& parallel) {
 // The distribution of work over chunks is arbitrary. Each chunk gets capacity for everything found in the
 // last step and for the largest neighbourhood of any sample, so later steps do not allocate.
 void ContactFinder::reserve_chunks(std::size_t threads) {
-    while (chunks_.size() < threads) {
-        chunks_.push_back(std::make_unique<Chunk>());
-        free_chunks_.push_back(chunks_.back().get());
+    while (chunks_.all.size() < threads) {
+        chunks_.all.push_back(std::make_unique<Chunk>());
+        chunks_.free.push_back(chunks_.all.back().get());
     }
     std::size_t found = 0;
     Chunk::Capacity capacity;
-    for (const auto& chunk : chunks_) {
+    for (const auto& chunk : chunks_.all) {
         found += chunk->found.size();
         capacity.include(*chunk);
     }
-    for (const auto& chunk : chunks_) {
+    for (const auto& chunk : chunks_.all) {
         chunk->found.clear();
         chunk->keys.clear();
         chunk->found.reserve(std::bit_ceil(found + 1));
@@ -458,19 +463,19 @@ void ContactFinder::reserve_chunks(std::size_t threads) {
 
 ContactFinder::Chunk& ContactFinder::take_chunk() {
     const std::scoped_lock lock(mutex_);
-    if (free_chunks_.empty()) {
-        chunks_.push_back(std::make_unique<Chunk>());
-        free_chunks_.reserve(chunks_.size());
-        return *chunks_.back();
+    if (chunks_.free.empty()) {
+        chunks_.all.push_back(std::make_unique<Chunk>());
+        chunks_.free.reserve(chunks_.all.size());
+        return *chunks_.all.back();
     }
-    Chunk& chunk = *free_chunks_.back();
-    free_chunks_.pop_back();
+    Chunk& chunk = *chunks_.free.back();
+    chunks_.free.pop_back();
     return chunk;
 }
 
 void ContactFinder::give_back(Chunk& chunk) {
     const std::scoped_lock lock(mutex_);
-    free_chunks_.push_back(&chunk);
+    chunks_.free.push_back(&chunk);
 }
 
 void ContactFinder::find(const Task& task, const Parallel& parallel, std::vector<ContactIsland>& islands) {
@@ -483,10 +488,10 @@ void ContactFinder::find(const Task& task, const Parallel& parallel, std::vector
         meet_colliders(task, parallel);
         if (task.options.pieces) meet_pieces(task, parallel);
     }
-    order_.clear();
-    for (const auto& chunk : chunks_)
+    found_.order.clear();
+    for (const auto& chunk : chunks_.all)
         for (std::size_t n = 0; n < chunk->keys.size(); ++n)
-            order_.push_back({chunk->keys[n], &chunk->found[n]});
+            found_.order.push_back({chunk->keys[n], &chunk->found[n]});
     sort_found();
     fill_islands(task, parallel, islands);
 }
@@ -495,46 +500,46 @@ void ContactFinder::find(const Task& task, const Parallel& parallel, std::vector
 void ContactFinder::sort_found() {
     constexpr unsigned bits = 11;
     std::uint64_t differ = 0;
-    for (const Found& found : order_) differ |= found.key ^ order_[0].key;
-    spare_order_.resize(order_.size());
+    for (const Found& found : found_.order) differ |= found.key ^ found_.order[0].key;
+    found_.spare.resize(found_.order.size());
     for (unsigned shift = 0; shift < 64 && differ >> shift != 0; shift += bits) {
         const auto digit = [shift](const Found& found) {
             return static_cast<std::size_t>(found.key >> shift & ((1U << bits) - 1));
         };
         if ((differ >> shift & ((1U << bits) - 1)) == 0) continue;
         std::array<std::uint32_t, (1U << bits) + 1> first{};
-        for (const Found& found : order_) ++first[digit(found) + 1];
+        for (const Found& found : found_.order) ++first[digit(found) + 1];
         std::partial_sum(first.begin(), first.end(), first.begin());
-        for (const Found& found : order_) spare_order_[first[digit(found)]++] = found;
-        order_.swap(spare_order_);
+        for (const Found& found : found_.order) found_.spare[first[digit(found)]++] = found;
+        found_.order.swap(found_.spare);
     }
 }
 
-// Groups bodies that push on each other (union-find); sets group_of_ and part_of_.
+// Groups bodies that push on each other (union-find); fills islands_ but for its sizes and indices.
 void ContactFinder::form_islands(std::size_t bodies, std::vector<ContactIsland>& islands) {
-    parent_.resize(bodies);
-    std::iota(parent_.begin(), parent_.end(), 0U);
+    islands_.parent.resize(bodies);
+    std::iota(islands_.parent.begin(), islands_.parent.end(), 0U);
     const auto root = [&](std::uint32_t b) {
-        while (parent_[b] != b) b = parent_[b];
+        while (islands_.parent[b] != b) b = islands_.parent[b];
         return b;
     };
     if (bodies > 1)
-        for (const Found& f : order_) {
+        for (const Found& f : found_.order) {
             const Contact& c = *f.contact;
             if (c.lower.is_collider() || c.lower.part == c.upper.part) continue;
             const std::uint32_t a = root(c.upper.part), b = root(c.lower.part);
-            parent_[std::max(a, b)] = std::min(a, b);
+            islands_.parent[std::max(a, b)] = std::min(a, b);
         }
     for (ContactIsland& island : islands) island.bodies.clear();
     std::size_t count = 0;
-    island_of_.resize(bodies);
-    part_of_.resize(bodies);
+    islands_.island_of.resize(bodies);
+    islands_.part_of.resize(bodies);
     for (std::uint32_t b = 0; b < bodies; ++b) {
-        if (root(b) == b) island_of_[b] = count++;
-        island_of_[b] = island_of_[root(b)];
+        if (root(b) == b) islands_.island_of[b] = count++;
+        islands_.island_of[b] = islands_.island_of[root(b)];
         if (islands.size() < count) islands.emplace_back();
-        ContactIsland& island = islands[island_of_[b]];
-        part_of_[b] = static_cast<std::uint32_t>(island.bodies.size());
+        ContactIsland& island = islands[islands_.island_of[b]];
+        islands_.part_of[b] = static_cast<std::uint32_t>(island.bodies.size());
         island.bodies.push_back(b);
     }
     islands.resize(count);
@@ -543,17 +548,18 @@ void ContactFinder::form_islands(std::size_t bodies, std::vector<ContactIsland>&
 void ContactFinder::fill_islands(const Task& task, const Parallel& parallel,
                                  std::vector<ContactIsland>& islands) {
     form_islands(task.bodies.size(), islands);
-    const auto island_of = [this](const Found& found) { return island_of_[body_of(found.key)]; };
-    island_size_.assign(islands.size(), 0);
-    index_in_island_.resize(order_.size());
-    for (std::size_t k = 0; k < order_.size(); ++k)
-        index_in_island_[k] = static_cast<std::uint32_t>(island_size_[island_of(order_[k])]++);
+    const auto island_of = [this](const Found& found) { return islands_.island_of[body_of(found.key)]; };
+    islands_.size.assign(islands.size(), 0);
+    islands_.index_in_island.resize(found_.order.size());
+    for (std::size_t k = 0; k < found_.order.size(); ++k)
+        islands_.index_in_island[k] = static_cast<std::uint32_t>(islands_.size[island_of(found_.order[k])]++);
     // Need not be cleared: every element is written below.
-    for (std::size_t g = 0; g < islands.size(); ++g) islands[g].contacts.resize(island_size_[g]);
-    parallel.for_each(order_.size(), 2 * grain, [&](std::size_t k) {
-        Contact& c = islands[island_of(order_[k])].contacts[index_in_island_[k]] = *order_[k].contact;
-        c.upper.part = part_of_[c.upper.part];
-        if (!c.lower.is_collider()) c.lower.part = part_of_[c.lower.part];
+    for (std::size_t g = 0; g < islands.size(); ++g) islands[g].contacts.resize(islands_.size[g]);
+    parallel.for_each(found_.order.size(), 2 * grain, [&](std::size_t k) {
+        Contact& c = islands[island_of(found_.order[k])].contacts[islands_.index_in_island[k]] =
+            *found_.order[k].contact;
+        c.upper.part = islands_.part_of[c.upper.part];
+        if (!c.lower.is_collider()) c.lower.part = islands_.part_of[c.lower.part];
     });
 }
 

@@ -71,11 +71,11 @@ class ContactFinder {
         std::int32_t piece;
     };
     SurfaceSample surface_sample(std::size_t k) const {
-        return {samples_[k].body, samples_[k].vertex, samples_[k].piece};
+        return {list_.samples[k].body, list_.samples[k].vertex, list_.samples[k].piece};
     }
     /// Positions (m, world) and normals (unit, outward, world), by sample.
-    std::span<const Vec3> sample_positions() const { return position_; }
-    std::span<const Vec3> sample_normals() const { return normal_; }
+    std::span<const Vec3> sample_positions() const { return placement_.position; }
+    std::span<const Vec3> sample_normals() const { return placement_.normal; }
 
   private:
     /// Contact sample. It fills one cache line because the neighbours of a sample are read in random order.
@@ -209,9 +209,9 @@ class ContactFinder {
     void reserve_chunks(std::size_t threads);
     Chunk& take_chunk();
     KnownSeparations& take_known();
-    Influence& influence_of(std::size_t k) { return influences_[samples_[k].slot]; }
-    const Influence& influence_of(std::size_t k) const { return influences_[samples_[k].slot]; }
-    double spacing_of(const Sample& sample) const { return spacing_[sample.body]; }
+    Influence& influence_of(std::size_t k) { return slots_.influences[list_.samples[k].slot]; }
+    const Influence& influence_of(std::size_t k) const { return slots_.influences[list_.samples[k].slot]; }
+    double spacing_of(const Sample& sample) const { return bounds_.spacing[sample.body]; }
     void give_back(Chunk& chunk);
     /// Calls work(chunk, begin, end) for subranges of [0, count).
     template <class Work>
@@ -278,39 +278,78 @@ class ContactFinder {
     void form_islands(std::size_t bodies, std::vector<ContactIsland>& islands);
     void fill_islands(const Task& task, const Parallel& parallel, std::vector<ContactIsland>& islands);
 
-    std::vector<Sample> samples_, fresh_;
-    std::vector<std::uint32_t> opposite_, fresh_opposite_;  // per sample: vertex, as in ContactSample
-    // Per slot; a sample keeps its slot while others come and go.
-    std::vector<Influence> influences_;
-    std::vector<KnownSeparations*> separations_;  // nullptr: nothing is known
-    std::vector<std::uint32_t> free_slots_;
-    std::deque<KnownSeparations> known_;  // only grows; elements keep their addresses
-    std::vector<KnownSeparations*> free_known_;
-    std::uint32_t last_serial_ = 0;  // last serial number
-    // Per fresh sample: its previous index, new_sample (-1) or no_sample (-2).
-    std::vector<std::int32_t> previous_;
-    std::vector<std::uint8_t> is_kept_;  // per previous sample: whether it is kept
-    std::vector<Listed> listed_, fresh_listed_;
-    std::vector<Vec3> position_, normal_;                  // m; unit, outward; world
-    std::vector<std::uint16_t> owner_;                     // body
-    std::vector<std::uint8_t> placed_;                     // 1: the position follows the phyxels exactly
-    std::vector<Patch> patches_;                           // per `grain` samples
-    std::vector<double> spacing_;                          // m, per body
-    std::vector<double> max_displacement_;                 // m, per body: of a sample in the step
-    std::vector<Speeds> speeds_;                           // per range of a body's phyxels
-    Vec3 mean_displacement_ = Vec3::Zero();                // m, mean displacement of all phyxels in the step
-    std::vector<double> square_;                           // m^2, per phyxel of a body
-    std::vector<std::vector<double>> piece_displacement_;  // m, per body and piece: see measure_pieces
-    std::vector<std::span<const Vec3>> velocity_;
-    std::vector<std::vector<Vec3>> drift_;     // m, per body and phyxel: see drift_of
+    /// Samples of all bodies, in order of the bodies.
+    struct SampleList {
+        std::vector<Sample> samples;
+        std::vector<std::uint32_t> opposite;  // per sample: vertex, as in ContactSample
+        std::vector<Listed> bodies;           // per body
+    };
+    /// Match of a fresh list with the previous one.
+    struct Matching {
+        // Per fresh sample: its previous index, new_sample (-1) or no_sample (-2).
+        std::vector<std::int32_t> previous;
+        std::vector<std::uint8_t> is_kept;  // per previous sample: whether it is kept
+    };
+    /// Cached data per slot; a sample keeps its slot while others come and go.
+    struct Slots {
+        std::vector<Influence> influences;
+        std::vector<KnownSeparations*> separations;  // nullptr: nothing is known
+        std::vector<std::uint32_t> free;
+    };
+    /// Memory of the known separations.
+    struct SeparationPool {
+        std::deque<KnownSeparations> all;  // only grows; elements keep their addresses
+        std::vector<KnownSeparations*> free;
+    };
+    /// Positions and normals of the samples, per sample.
+    struct Placement {
+        std::vector<Vec3> position, normal;  // m; unit, outward; world
+        std::vector<std::uint16_t> owner;    // body
+        std::vector<std::uint8_t> placed;    // 1: the position follows the phyxels exactly
+        std::vector<Patch> patches;          // per `grain` samples
+    };
+    /// Bounds of the motion in the step.
+    struct MotionBounds {
+        std::vector<double> spacing;                          // m, per body
+        std::vector<double> max_displacement;                 // m, per body: of a sample
+        std::vector<Speeds> speeds;                           // per range of a body's phyxels
+        Vec3 mean_displacement = Vec3::Zero();                // m, of all phyxels
+        std::vector<double> square;                           // m^2, per phyxel of a body
+        std::vector<std::vector<double>> piece_displacement;  // m, per body and piece: see measure_pieces
+        std::vector<std::span<const Vec3>> velocity;          // m/s, per body and phyxel
+        std::vector<std::vector<Vec3>> drift;                 // m, per body and phyxel: see drift_of
+    };
+    /// Chunks of all threads.
+    struct ChunkPool {
+        std::vector<std::unique_ptr<Chunk>> all;  // `part` of their contacts is the index of the body
+        std::vector<Chunk*> free;
+    };
+    /// Contacts of all chunks in order of their keys, and a buffer for sorting them.
+    struct SortedContacts {
+        std::vector<Found> order, spare;
+    };
+    /// Grouping of the bodies into islands.
+    struct Islands {
+        std::vector<std::uint32_t> parent;           // per body: union-find
+        std::vector<std::uint32_t> part_of;          // per body: index in its island
+        std::vector<std::uint32_t> index_in_island;  // per contact
+        std::vector<std::size_t> island_of;          // per body
+        std::vector<std::size_t> size;               // per island: number of contacts
+    };
+
+    SampleList list_, fresh_;
+    Matching matching_;
+    Slots slots_;
+    SeparationPool known_;
+    std::uint32_t last_serial_ = 0;  // last serial number of a sample
+    Placement placement_;
+    MotionBounds bounds_;
     std::vector<SampleGrid::Motion> motions_;  // per sample that the grid keeps
     SampleGrid grid_;
-    std::mutex mutex_;                            // guards chunks_ and known_
-    std::vector<std::unique_ptr<Chunk>> chunks_;  // `part` of their contacts is the index of the body
-    std::vector<Chunk*> free_chunks_;
-    std::vector<Found> order_, spare_order_;
-    std::vector<std::uint32_t> parent_, part_of_, index_in_island_;
-    std::vector<std::size_t> island_of_, island_size_;
+    std::mutex mutex_;  // guards chunks_ and known_
+    ChunkPool chunks_;
+    SortedContacts found_;
+    Islands islands_;
 };
 
 }  // namespace splitcubes::body

@@ -29,10 +29,10 @@ void ContactFinder::update_interval(const SurfaceChanges& changes, std::uint32_t
 // Returns whether a surface separates the points just below two samples of a body. At most one thread at a
 // time may query a given sample a.
 bool ContactFinder::are_separated(const Body& body, std::size_t a, std::size_t b) {
-    KnownSeparations*& kept = separations_[samples_[a].slot];
+    KnownSeparations*& kept = slots_.separations[list_.samples[a].slot];
     if (!kept) kept = &take_known();
     KnownSeparations& known = *kept;
-    const std::uint32_t serial = samples_[b].serial;
+    const std::uint32_t serial = list_.samples[b].serial;
     // Without an early exit, so that the loop vectorises.
     std::size_t slot = KnownSeparations::size;
     for (std::size_t n = 0; n < KnownSeparations::size; ++n) slot = known.other[n] == serial ? n : slot;
@@ -55,8 +55,8 @@ bool ContactFinder::are_separated(const Body& body, std::size_t a, std::size_t b
         return answer.is_separated != 0;
     }
     const double below = tuning::contacts::depth_below_surface * body.grid().rest().cell_size;
-    const Vec3 from = samples_[a].rest - below * samples_[a].rest_normal.cast<double>();
-    const Vec3 to = samples_[b].rest - below * samples_[b].rest_normal.cast<double>();
+    const Vec3 from = list_.samples[a].rest - below * list_.samples[a].rest_normal.cast<double>();
+    const Vec3 to = list_.samples[b].rest - below * list_.samples[b].rest_normal.cast<double>();
     update_answer(body, from, to, is_known, answer);
     known.bounds.add(from);
     known.bounds.add(to);
@@ -85,7 +85,7 @@ void ContactFinder::update_answer(const Body& body, const Vec3& from, const Vec3
 
 // Returns whether two samples that face each other can touch.
 bool ContactFinder::may_meet(const Task& task, std::size_t a, std::size_t b) {
-    const Sample &one = samples_[a], &other = samples_[b];
+    const Sample &one = list_.samples[a], &other = list_.samples[b];
     if (one.body != other.body || one.piece != other.piece) return true;
     // The two faces of a cut through a cell.
     if (one.cell == other.cell && (one.corners & other.corners) == 0) return true;
@@ -133,7 +133,7 @@ const SampleGrid::FacingPoint* ContactFinder::partner_of(const Task& task, std::
 // Returns the gap (m) at the end of the step, by the predicted displacements, below which a contact is
 // listed.
 double ContactFinder::speculative_gap(std::size_t k, const SearchRange& range) const {
-    return tuning::contacts::speculative_share * spacing_of(samples_[k]) + range.fall;
+    return tuning::contacts::speculative_share * spacing_of(list_.samples[k]) + range.fall;
 }
 
 // Finds the samples within `radius` (m) that face this one. Returns false if they can make no contact.
@@ -153,7 +153,7 @@ double ContactFinder::width_of(std::size_t k, const SampleGrid::FacingPoint& par
                                const SearchRange& range) const {
     const double width =
         std::sqrt(partner.squared_distance) +
-        tuning::contacts::face_reach_share * spacing_of(samples_[grid_.index(partner.entry)]);
+        tuning::contacts::face_reach_share * spacing_of(list_.samples[grid_.index(partner.entry)]);
     return std::min(width, range.radius + motions_[k].extra_reach);
 }
 
@@ -191,8 +191,8 @@ const SampleGrid::FacingPoint* ContactFinder::widen(std::size_t entry, const Sam
 // side of the sample's own wall.
 void ContactFinder::find_face(const Task& task, std::size_t k, const SampleGrid::FacingPoint& chosen,
                               const SearchRange& range, Chunk& chunk) {
-    const double behind = chosen.height - tuning::contacts::behind_share * spacing_of(samples_[k]);
-    const Sample& partner = samples_[grid_.index(chosen.entry)];
+    const double behind = chosen.height - tuning::contacts::behind_share * spacing_of(list_.samples[k]);
+    const Sample& partner = list_.samples[grid_.index(chosen.entry)];
     const Vec3& partner_normal = grid_.normal(chosen.entry);
     const double width = width_of(k, chosen, range);
     chunk.face.clear();
@@ -203,7 +203,7 @@ void ContactFinder::find_face(const Task& task, std::size_t k, const SampleGrid:
             !(grid_.normal(near.entry).dot(partner_normal) > tuning::contacts::one_face_cosine))
             continue;
         const std::uint32_t index = grid_.index(near.entry);
-        const Sample& other = samples_[index];
+        const Sample& other = list_.samples[index];
         if (other.body != partner.body || other.piece != partner.piece) continue;
         if (near.height < behind && !may_meet(task, k, n, chunk)) continue;
         const double share = 1 - near.squared_distance / (width * width);
@@ -214,16 +214,16 @@ void ContactFinder::find_face(const Task& task, std::size_t k, const SampleGrid:
 bool ContactFinder::meet(const Task& task, std::size_t entry, const SearchRange& range, Chunk& chunk,
                          Contact& out) {
     const std::size_t k = grid_.index(entry);
-    const Sample& sample = samples_[k];
+    const Sample& sample = list_.samples[k];
     const Vec3& position = grid_.point(entry);
     const SampleGrid::FacingPoint* const chosen = find_partner(task, entry, range, chunk);
     if (!chosen) return false;
     find_face(task, k, *chosen, range, chunk);
-    const Sample& partner = samples_[grid_.index(chosen->entry)];
+    const Sample& partner = list_.samples[grid_.index(chosen->entry)];
     double distance = 0, approach = 0, rest_distance = 0, total = 0;
     Vec3 normal = Vec3::Zero();
     for (const FaceSample& near : chunk.face) {
-        const Sample& other = samples_[near.index];
+        const Sample& other = list_.samples[near.index];
         distance += near.weight * near.height;
         approach += near.weight * (near.height - near.end_height);
         rest_distance += near.weight * other.rest_normal.cast<double>().dot(sample.rest - other.rest);
@@ -260,12 +260,12 @@ bool ContactFinder::set_lower_side(const Task& task, const Vec3& foot, double to
     Vec3 middle = Vec3::Zero(), rest_middle = Vec3::Zero();
     for (const FaceSample& near : chunk.face) {
         middle += near.weight * grid_.point(near.entry);
-        rest_middle += near.weight * samples_[near.index].rest;
+        rest_middle += near.weight * list_.samples[near.index].rest;
         chunk.blend.add(influence_of(near.index).side, near.weight);
     }
     if (chunk.blend.empty()) return false;
-    const double spacing = spacing_of(samples_[partner]);
-    const meshless::Phyxels& phyxels = task.bodies[samples_[partner].body]->phyxels();
+    const double spacing = spacing_of(list_.samples[partner]);
+    const meshless::Phyxels& phyxels = task.bodies[list_.samples[partner].body]->phyxels();
     Vec3 rest_foot =
         phyxels.deformation[influence_of(partner).side.phyxel[0]].inverse() * (foot - middle / total);
     if (!(rest_foot.norm() < 2 * tuning::contacts::max_tangential_share * spacing)) rest_foot.setZero();
@@ -275,7 +275,7 @@ bool ContactFinder::set_lower_side(const Task& task, const Vec3& foot, double to
 
 ContactFinder::SearchRange ContactFinder::search_range(const Task& task) const {
     SearchRange out{};
-    for (const Patch& patch : patches_) out.spacing = std::max(out.spacing, patch.spacing);
+    for (const Patch& patch : placement_.patches) out.spacing = std::max(out.spacing, patch.spacing);
     out.radius = tuning::contacts::reach_share * out.spacing;
     out.max_radius = tuning::contacts::max_reach_share * out.spacing;
     out.fall = std::max(
@@ -287,7 +287,7 @@ ContactFinder::SearchRange ContactFinder::search_range(const Task& task) const {
 // sample per spacing is enough; against another body, whose features may be smaller, all samples search.
 bool ContactFinder::searches(const Task& task, std::size_t entry) const {
     const std::uint32_t k = grid_.index(entry);
-    const Sample& sample = samples_[k];
+    const Sample& sample = list_.samples[k];
     if (grid_.is_among_own(entry) && (!sample.searches_own_body || is_covered_by_opposite(task, k)))
         return false;
     return grid_.may_face(entry) && !influence_of(k).side.is_collider();
@@ -295,12 +295,12 @@ bool ContactFinder::searches(const Task& task, std::size_t entry) const {
 
 // Returns whether the opposite sample is so close that it finds the same contacts.
 bool ContactFinder::is_covered_by_opposite(const Task& task, std::size_t k) const {
-    const Sample& sample = samples_[k];
-    if (opposite_[k] == sample.vertex) return false;
+    const Sample& sample = list_.samples[k];
+    if (list_.opposite[k] == sample.vertex) return false;
     const Body& body = *task.bodies[sample.body];
     const double nearest = tuning::contacts::opposite_share * spacing_of(sample);
-    return (body.vertex_positions()[opposite_[k]] - body.vertex_positions()[sample.vertex]).squaredNorm() <
-           nearest * nearest;
+    return (body.vertex_positions()[list_.opposite[k]] - body.vertex_positions()[sample.vertex])
+               .squaredNorm() < nearest * nearest;
 }
 
 // Places the samples that may meet others where their influences move them, now and within the step.
@@ -311,21 +311,21 @@ void ContactFinder::place_exactly(const Task& task, std::span<const std::uint32_
             find_influences(task, kept[n]);
             const meshless::ContactSide& side = influence_of(kept[n]).side;
             SampleGrid::Motion& motion = motions_[kept[n]];
-            motion.displacement = task.dt * side_value(side, velocity_);
-            motion.drift = side_value(side, drift_);
+            motion.displacement = task.dt * side_value(side, bounds_.velocity);
+            motion.drift = side_value(side, bounds_.drift);
             motion.extra_reach =
-                std::min(motion.extra_reach, (motion.displacement - mean_displacement_).norm());
+                std::min(motion.extra_reach, (motion.displacement - bounds_.mean_displacement).norm());
         }
     };
     parallel.for_chunks(kept.size(), grain, std::cref(place));
 }
 
 void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
-    if (samples_.empty()) return;
+    if (list_.samples.empty()) return;
     const SearchRange range = search_range(task);
     const auto place_kept = [&](std::span<const std::uint32_t> kept) { place_exactly(task, kept, parallel); };
-    grid_.build(position_, normal_, motions_, owner_, {range.radius, range.max_radius}, parallel,
-                std::cref(place_kept));
+    grid_.build(placement_.position, placement_.normal, motions_, placement_.owner,
+                {range.radius, range.max_radius}, parallel, std::cref(place_kept));
     in_chunks(parallel, grid_.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
         for (std::size_t entry = begin; entry < end; ++entry) {
             if (!searches(task, entry)) continue;
