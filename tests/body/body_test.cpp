@@ -54,7 +54,7 @@ TEST(Body, HasTheRequestedSamplesAndTheMassOfItsVolume) {
         EXPECT_EQ(body.validate(), nothing_wrong);
         EXPECT_NEAR(static_cast<double>(body.phyxels().size()), count, 0.35 * count);
         const double volume = body.surface_mesh().mesh.volume();
-        EXPECT_NEAR(total_mass(body), 1000 * volume, 1e-9 * total_mass(body));
+        EXPECT_NEAR(total_mass(body.phyxels()), 1000 * volume, 1e-9 * total_mass(body.phyxels()));
         EXPECT_NEAR(volume, 0.2 * 0.16 * 0.14, 1e-3 * volume);
         EXPECT_GT(*std::min_element(body.phyxels().mass.begin(), body.phyxels().mass.end()), 0);
     }
@@ -79,13 +79,13 @@ TEST(Body, APlaneLeavesNoLinkAcross) {
             SCOPED_TRACE(testing::Message() << "shape " << &shape - shapes << ", plane through "
                                             << center.transpose() << " across " << normal.transpose());
             Body body(shape, soft(shape.bounds().size().maxCoeff() / 16, 250), two_threads());
-            const double mass = total_mass(body);
+            const double mass = total_mass(body.phyxels());
             ASSERT_GT(body.cut_with_sheet(geometry::make_plane_sheet(center, normal, 1), 0, two_threads()),
                       0U);
             ASSERT_EQ(body.pieces().count(), 2U);
             ASSERT_EQ(body.validate(), nothing_wrong);
             expect_no_link_across(body);
-            EXPECT_NEAR(total_mass(body), mass, 1e-12 * mass);
+            EXPECT_NEAR(total_mass(body.phyxels()), mass, 1e-12 * mass);
             // The phyxels' pieces are the sides of the plane. Within a cell of its rim, where cut and
             // boundary share cells, the surface decides.
             std::array<double, 2> height{0, 0};
@@ -111,7 +111,7 @@ TEST(Body, APlaneLeavesNoLinkAcross) {
 TEST(Body, StaysValidUnderManySheetCuts) {
     Random random(2);
     Body body = block(300);
-    const double mass = total_mass(body);
+    const double mass = total_mass(body.phyxels());
     std::size_t pieces = 1, edges = 0;
     for (int k = 0; k < 15; ++k) {
         edges +=
@@ -120,7 +120,7 @@ TEST(Body, StaysValidUnderManySheetCuts) {
                                 k, two_threads());
         ASSERT_EQ(body.validate(), nothing_wrong) << "after sheet " << k;
         expect_no_link_across(body);
-        ASSERT_NEAR(total_mass(body), mass, 1e-12 * mass) << "after sheet " << k;
+        ASSERT_NEAR(total_mass(body.phyxels()), mass, 1e-12 * mass) << "after sheet " << k;
         ASSERT_GE(body.pieces().count(), pieces);
         pieces = body.pieces().count();
     }

@@ -1,6 +1,7 @@
 // Contacts create no energy: bodies that fall, bounce, topple and roll only lose it.
 #include "rubber.h"
 
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/geometry/shapes.h>
 

@@ -1,6 +1,7 @@
 // Caches between steps do not change which contacts are found.
 #include "rubber.h"
 
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/contact_finder.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/geometry/shapes.h>

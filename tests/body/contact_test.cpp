@@ -1,6 +1,7 @@
 // Contact of bodies with colliders, pieces and each other; handles and tools.
 #include "rubber.h"
 
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/geometry/shapes.h>
 

@@ -111,7 +111,7 @@ TEST(Energy, AStretchedSphereWithVolumeStiffnessIsCutByExplicitSteps) {
     // A cut may increase the strain, but must not cause motion.
     EXPECT_LT(course.max_kinetic, course.first);
     // Speed if all of its energy moved a hundredth of its mass.
-    EXPECT_LT(course.top_speed, std::sqrt(2 * course.first / (0.01 * total_mass(body))));
+    EXPECT_LT(course.top_speed, std::sqrt(2 * course.first / (0.01 * total_mass(body.phyxels()))));
 }
 
 // Stiff, plastic and rotating fast: linear solves stop before convergence.
@@ -158,7 +158,7 @@ TEST(Energy, AHangingBodyOfThinPartsIsCutByExplicitSteps) {
     body.add_constraint(hold_beyond({0, 0, 0.1}, Vec3::UnitZ()));
     add_random_blades(world, 20, 0.1, 0.1, 0.7, 3);
     const Course course = run_course(world, 0.8, 0);
-    const double fallen = total_mass(body) * 9.81 * 0.5 * 9.81 * 0.8 * 0.8;  // m g h, J
+    const double fallen = total_mass(body.phyxels()) * 9.81 * 0.5 * 9.81 * 0.8 * 0.8;  // m g h, J
     EXPECT_LT(course.max_energy, course.first + 0.02 * fallen);
     EXPECT_LT(course.top_speed, 9.81 * 0.8 + 2);
 }

@@ -1,6 +1,7 @@
 // Rigid fragments in contact with surfaces, each other and colliders.
 #include "rubber.h"
 
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/rigid_contacts.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/geometry/shapes.h>

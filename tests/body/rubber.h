@@ -1,7 +1,7 @@
 // Bodies of the contact tests.
 #pragma once
 
-#include <splitcubes/body/body.h>
+#include <splitcubes/body/body_settings.h>
 #include <splitcubes/geometry/shapes.h>
 
 namespace splitcubes::body::fixtures {

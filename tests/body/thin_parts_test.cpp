@@ -1,3 +1,4 @@
+#include <splitcubes/body/body.h>
 #include <splitcubes/body/thin_parts.h>
 
 #include "body/rubber.h"

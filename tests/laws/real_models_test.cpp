@@ -118,7 +118,7 @@ TEST(RealModelsInMotion, OneBladeCutsSpotInTwo) {
     world.add_tool(moving_blade({-size[0], 0, 0}, {size[0], 0, 0.05},
                                 {middle[0], box.max[1] + 0.1, middle[2]},
                                 {middle[0], box.min[1] - 0.3, middle[2] + 0.1}, 0.05, 0.6, 2));
-    const double mass = total_mass(body);
+    const double mass = total_mass(body.phyxels());
     for (int frame = 0; frame < 60; ++frame) {
         const body::StepReport report = world.step();
         ASSERT_TRUE(std::isfinite(report.totals.kinetic_energy + report.totals.elastic_energy))
@@ -130,7 +130,7 @@ TEST(RealModelsInMotion, OneBladeCutsSpotInTwo) {
         ASSERT_EQ(body.validate(), nothing_wrong) << "frame " << frame;
     }
     // Two halves; the blade may also have cut off parts of ears, horns or feet.
-    std::vector<double> shares = piece_shares(body);
+    std::vector<double> shares = piece_shares(body.pieces());
     std::sort(shares.rbegin(), shares.rend());
     ASSERT_GE(shares.size(), 2U);
     EXPECT_GT(shares[1], 0.1);

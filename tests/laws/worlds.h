@@ -1,9 +1,12 @@
 // Small worlds for property tests.
 #pragma once
 
-#include <splitcubes/body/body.h>
+#include <splitcubes/body/body_settings.h>
+#include <splitcubes/body/boundary_conditions.h>
 #include <splitcubes/body/world.h>
 #include <splitcubes/geometry/shapes.h>
+#include <splitcubes/meshless/phyxels.h>
+#include <splitcubes/splitting/pieces.h>
 
 #include <memory>
 #include <utility>
@@ -57,18 +60,18 @@ inline cutting::Blade moving_blade(const Vec3& low, const Vec3& high, const Vec3
     return cutting::Blade("blade", std::move(shape), std::move(path));
 }
 
-/// Returns the share of a body's nodes in each piece.
-inline std::vector<double> piece_shares(const body::Body& body) {
+/// Returns the share of the nodes in each piece.
+inline std::vector<double> piece_shares(const splitting::Pieces& pieces) {
     std::vector<double> out;
     double total = 0;
-    for (const std::size_t n : body.pieces().node_counts()) total += static_cast<double>(n);
-    for (const std::size_t n : body.pieces().node_counts()) out.push_back(static_cast<double>(n) / total);
+    for (const std::size_t n : pieces.node_counts()) total += static_cast<double>(n);
+    for (const std::size_t n : pieces.node_counts()) out.push_back(static_cast<double>(n) / total);
     return out;
 }
 
-inline double total_mass(const body::Body& body) {
+inline double total_mass(const meshless::Phyxels& phyxels) {
     double sum = 0;
-    for (const double m : body.phyxels().mass) sum += m;
+    for (const double m : phyxels.mass) sum += m;
     return sum;
 }
 
