@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace splitcubes::body {
 
@@ -68,11 +69,16 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
         tearing_ = std::make_unique<Tearing>(*settings_.tearing, settings_.material, grid_, samples_.phyxels,
                                              samples_.neighbourhoods);
     if (settings_.deformation) {
-        auto lattice = std::make_unique<LatticeNodeMotion>(grid_, inside_, samples_, settings_);
+        const std::vector<double>& mass = samples_.phyxels.mass;
+        const LatticeNodeMotion::InitialMotion initial{std::accumulate(mass.begin(), mass.end(), 0.0),
+                                                       settings_.velocity, settings_.angular_velocity};
+        auto lattice =
+            std::make_unique<LatticeNodeMotion>(grid_, inside_.node, initial, settings_.deformation);
         lattice_ = lattice.get();
         motion_ = std::move(lattice);
     } else {
-        motion_ = std::make_unique<PhyxelNodeMotion>(grid_.bricks(), samples_);
+        motion_ = std::make_unique<PhyxelNodeMotion>(grid_.bricks(), samples_.phyxels,
+                                                     samples_.previous_deformation);
     }
     parallel.begin("body '" + settings_.name + "': boundary");
     surface_motion_.track_nodes(grid_, *surface_, motion_->tracker());

@@ -35,7 +35,8 @@ void Body::advance_deformation(const StepContext& context, StepReport& report) {
         motion.ground = deformation::Motion::Ground{context.ground->normal, context.ground->offset,
                                                     context.ground->friction};
     const deformation::MotionReport moved = lattice_->advance(motion);
-    lattice_->move_phyxels(grid_, context.dt, samples_);
+    samples_.previous_deformation = samples_.phyxels.deformation;
+    lattice_->move_phyxels(grid_, samples_.owner, context.dt, samples_.phyxels);
     lattice_->count_step();
     report.solver.substeps = std::max(report.solver.substeps, moved.substeps);
     report.counts.contacts += moved.contacts;
@@ -96,12 +97,12 @@ void Body::update_surface(const StepContext& context, StepReport& report) {
             return std::size_t{visible};
         });
     report.totals.mass += context.parallel.sum<double>(samples_.phyxels.size(), 2048, 0,
-                                                [&](std::size_t begin, std::size_t end) {
-                                                    double mass = 0;
-                                                    for (std::size_t i = begin; i < end; ++i)
-                                                        mass += samples_.phyxels.mass[i];
-                                                    return mass;
-                                                });
+                                                       [&](std::size_t begin, std::size_t end) {
+                                                           double mass = 0;
+                                                           for (std::size_t i = begin; i < end; ++i)
+                                                               mass += samples_.phyxels.mass[i];
+                                                           return mass;
+                                                       });
 }
 
 }  // namespace splitcubes::body

@@ -1,7 +1,4 @@
-#include <splitcubes/body/body_settings.h>
-#include <splitcubes/body/elastic_samples.h>
 #include <splitcubes/body/lattice_node_motion.h>
-#include <splitcubes/body/material_nodes.h>
 #include <splitcubes/math/state_numbers.h>
 
 namespace splitcubes::body {
@@ -26,24 +23,24 @@ std::vector<GridEdge> uncut_edges_of(const splitting::NodeGrid& grid, std::span<
 
 }  // namespace
 
-LatticeNodeMotion::LatticeNodeMotion(const splitting::NodeGrid& grid, const MaterialNodes& nodes,
-                                     const ElasticSamples& samples, const BodySettings& settings)
+LatticeNodeMotion::LatticeNodeMotion(const splitting::NodeGrid& grid, const std::vector<Vec3i>& nodes,
+                                     const InitialMotion& initial, const deformation::MakeDeformation& make)
     : NodeMotion(grid.bricks()), nodes_(nodes), node_index_(grid.bricks()) {
     deformation::NodeSet set;
     set.rest = grid.rest();
-    set.place = nodes_.node;
-    set.velocity = settings.velocity;
-    set.angular_velocity = settings.angular_velocity;
-    for (const double mass : samples.phyxels.mass) set.mass += mass;
+    set.place = nodes_;
+    set.velocity = initial.velocity;
+    set.angular_velocity = initial.angular_velocity;
+    set.mass = initial.mass;
     for (std::size_t n = 0; n < nodes_.size(); ++n)
-        node_index_.set(nodes_.node[n], 0, static_cast<std::int32_t>(n));
+        node_index_.set(nodes_[n], 0, static_cast<std::int32_t>(n));
     for (std::uint32_t n = 0; n < nodes_.size(); ++n)
         for (int axis = 0; axis < 3; ++axis) {
-            const GridEdge edge{nodes_.node[n], axis};
+            const GridEdge edge{nodes_[n], axis};
             if (!grid.has_edge(edge) || grid.is_cut(edge) || !grid.inside(edge.upper())) continue;
             set.uncut_edges.push_back({n, static_cast<std::uint32_t>(index_of(edge.upper())), axis});
         }
-    deformation_ = settings.deformation(std::move(set));
+    deformation_ = make(std::move(set));
     const Parallel one(1);
     node_frames_.resize(nodes_.size());
     deformation_->node_frames(node_frames_, one);
@@ -57,14 +54,12 @@ deformation::MotionReport LatticeNodeMotion::advance(const deformation::Motion& 
     return moved;
 }
 
-void LatticeNodeMotion::move_phyxels(const splitting::NodeGrid& grid, double dt,
-                                     ElasticSamples& samples) const {
-    meshless::Phyxels& phyxels = samples.phyxels;
-    samples.previous_deformation = phyxels.deformation;
+void LatticeNodeMotion::move_phyxels(const splitting::NodeGrid& grid, std::span<const Vec3i> owner, double dt,
+                                     meshless::Phyxels& phyxels) const {
     phyxels.previous_position = phyxels.position;
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
-        const geometry::Frame& frame = node_frames_[index_of(samples.owner[i])];
-        const Vec3 from_node = phyxels.rest_position[i] - grid.rest().node_position(samples.owner[i]);
+        const geometry::Frame& frame = node_frames_[index_of(owner[i])];
+        const Vec3 from_node = phyxels.rest_position[i] - grid.rest().node_position(owner[i]);
         phyxels.position[i] = frame.position + frame.jacobian * from_node;
         phyxels.deformation[i] = frame.jacobian;
         phyxels.velocity[i] = (phyxels.position[i] - phyxels.previous_position[i]) / dt;
@@ -115,7 +110,7 @@ std::vector<std::uint32_t> LatticeNodeMotion::bricks_of_nodes_in(const splitting
     for (std::size_t n = 0; n < nodes_.size(); ++n) {
         // A node also belongs to the edges that come from the three lower nodes, whose bricks may differ.
         for (int axis = -1; axis < 3; ++axis) {
-            Vec3i node = nodes_.node[n];
+            Vec3i node = nodes_[n];
             if (axis >= 0) --node[axis];
             if ((node.array() < 0).any()) continue;
             geometry::Box& own = of_brick[grid.bricks().brick_of(node)];

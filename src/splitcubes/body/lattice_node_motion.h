@@ -9,24 +9,28 @@
 
 namespace splitcubes::body {
 
-struct BodySettings;
-struct ElasticSamples;
-struct MaterialNodes;
-
 /// A deformation model moves the inside nodes, and the phyxels follow their nodes.
 class LatticeNodeMotion final : public NodeMotion {
   public:
-    /// Makes the model of the settings for an uncut body. nodes: must outlive this object. samples: give the
-    /// mass.
-    LatticeNodeMotion(const splitting::NodeGrid& grid, const MaterialNodes& nodes,
-                      const ElasticSamples& samples, const BodySettings& settings);
+    /// Motion of a body at time 0.
+    struct InitialMotion {
+        double mass;            // kg
+        Vec3 velocity;          // m/s
+        Vec3 angular_velocity;  // rad/s, about the centre of mass
+    };
+    /// Makes the model of an uncut body. nodes: grid coordinates of the inside nodes; must outlive this
+    /// object.
+    LatticeNodeMotion(const splitting::NodeGrid& grid, const std::vector<Vec3i>& nodes,
+                      const InitialMotion& initial, const deformation::MakeDeformation& make);
 
     bool has_fallback_frames() const override { return false; }
     void edges_cut(const splitting::NodeGrid& grid, std::span<const std::int32_t> crossings) override;
     /// Takes a step of the model. motion: input, per inside node.
     deformation::MotionReport advance(const deformation::Motion& motion);
-    /// Moves the phyxels with the nodes that own them. dt: s, since their last positions.
-    void move_phyxels(const splitting::NodeGrid& grid, double dt, ElasticSamples& samples) const;
+    /// Moves the phyxels with the nodes that own them. owner: per phyxel, grid coordinates; dt: s, since
+    /// their last positions.
+    void move_phyxels(const splitting::NodeGrid& grid, std::span<const Vec3i> owner, double dt,
+                      meshless::Phyxels& phyxels) const;
 
   private:
     std::vector<splitting::GridEdge> find_edges_near(const splitting::NodeGrid& grid,
@@ -48,7 +52,7 @@ class LatticeNodeMotion final : public NodeMotion {
     std::vector<std::uint32_t> bricks_of_nodes_in(const splitting::NodeGrid& grid,
                                                   const geometry::Box& box) const;
 
-    const MaterialNodes& nodes_;
+    const std::vector<Vec3i>& nodes_;   // inside nodes
     splitting::SlotMap<1> node_index_;  // of inside nodes, per grid node
     std::unique_ptr<deformation::Deformation> deformation_;
     std::vector<geometry::Frame> node_frames_;         // per inside node, now

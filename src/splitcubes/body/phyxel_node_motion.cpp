@@ -1,4 +1,3 @@
-#include <splitcubes/body/elastic_samples.h>
 #include <splitcubes/body/phyxel_node_motion.h>
 
 namespace splitcubes::body {
@@ -10,24 +9,22 @@ std::vector<splitting::GridEdge> PhyxelNodeMotion::find_edges_near(
     // The margin is far larger than the tolerance of the exact edge tests that follow.
     const SweptBoxes swept(blades, 1e-3 * cell + 1e-5 * bounds.size().norm());
     // One cell of slack, because a node without a kernel follows a neighbouring node.
-    return moving_bricks_.edges_near({grid, samples_.phyxels, samples_.previous_deformation, cell}, swept,
-                                     parallel);
+    return moving_bricks_.edges_near({grid, phyxels_, previous_deformation_, cell}, swept, parallel);
 }
 
 void PhyxelNodeMotion::evaluate_now(const TrackerContext& context, std::vector<geometry::Frame>& out) {
-    tracker().evaluate(context, samples_.phyxels.position, samples_.phyxels.deformation, out);
+    tracker().evaluate(context, phyxels_.position, phyxels_.deformation, out);
 }
 
 void PhyxelNodeMotion::evaluate_some_now(const TrackerContext& context, std::span<const std::uint32_t> nodes,
                                          std::vector<geometry::Frame>& out) {
-    tracker().evaluate_some(context, nodes, samples_.phyxels.position, samples_.phyxels.deformation, out);
+    tracker().evaluate_some(context, nodes, phyxels_.position, phyxels_.deformation, out);
 }
 
 void PhyxelNodeMotion::evaluate_some_before(const TrackerContext& context,
                                             std::span<const std::uint32_t> nodes,
                                             std::vector<geometry::Frame>& out) {
-    tracker().evaluate_some(context, nodes, samples_.phyxels.previous_position, samples_.previous_deformation,
-                            out);
+    tracker().evaluate_some(context, nodes, phyxels_.previous_position, previous_deformation_, out);
 }
 
 }  // namespace splitcubes::body

@@ -6,14 +6,13 @@
 
 namespace splitcubes::body {
 
-struct ElasticSamples;
-
 /// The phyxels move the nodes.
 class PhyxelNodeMotion final : public NodeMotion {
   public:
-    /// samples: must outlive this object.
-    PhyxelNodeMotion(const splitting::BrickLayout& layout, const ElasticSamples& samples)
-        : NodeMotion(layout), samples_(samples) {}
+    /// previous_deformation: per phyxel, one step ago. Both arrays must outlive this object.
+    PhyxelNodeMotion(const splitting::BrickLayout& layout, const meshless::Phyxels& phyxels,
+                     const std::vector<Mat3>& previous_deformation)
+        : NodeMotion(layout), phyxels_(phyxels), previous_deformation_(previous_deformation) {}
 
     bool has_fallback_frames() const override { return tracker().fallback_count() > 0; }
     void edges_cut(const splitting::NodeGrid&, std::span<const std::int32_t>) override {}
@@ -31,7 +30,8 @@ class PhyxelNodeMotion final : public NodeMotion {
     void save_own(StateWriter&) const override {}
     void load_own(StateReader&, const TrackerContext&) override {}
 
-    const ElasticSamples& samples_;
+    const meshless::Phyxels& phyxels_;
+    const std::vector<Mat3>& previous_deformation_;
     MovingBricks moving_bricks_;
 };
 
