@@ -64,7 +64,9 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
     parallel.begin("body '" + settings_.name + "': phyxels");
     // A deformation model moves the phyxels, so few are enough.
     if (settings_.deformation) settings_.phyxel_count = std::min(settings_.phyxel_count, 64);
-    samples_.place(sample_context(parallel), settings_);
+    samples_.place(sample_context(parallel),
+                   {settings_.name, settings_.phyxel_spacing, settings_.phyxel_count, settings_.velocity,
+                    settings_.angular_velocity});
     if (settings_.tearing)
         tearing_ = std::make_unique<Tearing>(*settings_.tearing, settings_.material, grid_, samples_.phyxels,
                                              samples_.neighbourhoods);

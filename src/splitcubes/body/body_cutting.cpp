@@ -8,6 +8,8 @@
 #include <splitcubes/body/topology_change.h>
 #include <splitcubes/splitting/sheet_cut.h>
 
+#include <cmath>
+
 namespace splitcubes::body {
 
 void Body::cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t cut_number, Vec3& last_normal,
@@ -28,6 +30,26 @@ void Body::cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t c
         accumulate_cut_force(slot, context.dt, tool_before, tool_now, tool_force);
     }
     report.counts.new_cut_edges += cuts.size();
+}
+
+// Adds the resistance of one grid edge that the blade cut in the last interval of dt seconds.
+void Body::accumulate_cut_force(std::int32_t slot, double dt, const Isometry& tool_before,
+                                const Isometry& tool_now, ToolForce& tool_force) const {
+    const splitting::Crossing& crossing = grid_.crossing(slot);
+    const double cell = grid_.rest().cell_size;
+    const double area = cell * cell * std::abs(crossing.normal[crossing.edge.axis]);
+    const double work = settings_.material.cutting_resistance * area;
+    tool_force.area += area;
+    tool_force.work += work;
+    const std::int32_t a = motion_->tracker().find(crossing.edge.node),
+                       b = motion_->tracker().find(crossing.edge.upper());
+    if (!(work > 0) || a < 0 || b < 0) return;
+    const Vec3 point = (1 - crossing.parameter) * motion_->frames()[static_cast<std::size_t>(a)].position +
+                       crossing.parameter * motion_->frames()[static_cast<std::size_t>(b)].position;
+    const Vec3 displacement = point - tool_before * (tool_now.inverse() * point);
+    // Below a micrometre per second there is no direction of motion to resist.
+    if (displacement.norm() > 1e-6 * dt)
+        tool_force.add_force(tool_now, point, -work / displacement.squaredNorm() * displacement);
 }
 
 std::size_t Body::cut_with_sheet(const geometry::TriangleMesh& sheet, std::int32_t cut_number,

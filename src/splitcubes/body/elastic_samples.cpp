@@ -1,4 +1,3 @@
-#include <splitcubes/body/body_settings.h>
 #include <splitcubes/body/elastic_samples.h>
 #include <splitcubes/body/material_nodes.h>
 #include <splitcubes/body/tuning.h>
@@ -86,16 +85,15 @@ ElasticSamples::ElasticSamples(std::unique_ptr<occlusion::Criterion> own_criteri
 
 ElasticSamples::~ElasticSamples() = default;
 
-void ElasticSamples::place(const SampleContext& context, const BodySettings& settings) {
-    const std::string body = "body '" + settings.name + "'";
+void ElasticSamples::place(const SampleContext& context, const SampleSettings& settings) {
+    const std::string body = "body '" + settings.body + "'";
     const double volume = context.nodes.total_volume();
-    spacing = settings.phyxel_spacing;
-    require_memory("phyxels",
-                   phyxel_memory(spacing > 0 ? volume / std::pow(spacing, 3) : settings.phyxel_count),
+    spacing = settings.spacing;
+    require_memory("phyxels", phyxel_memory(spacing > 0 ? volume / std::pow(spacing, 3) : settings.count),
                    spacing > 0 ? "use a larger phyxel spacing" : "use fewer phyxels");
     const std::vector<Vec3> positions =
         spacing > 0 ? sample_positions(context, spacing)
-                    : sample_count_positions(context, volume, settings.phyxel_count, spacing);
+                    : sample_count_positions(context, volume, settings.count, spacing);
     owner.resize(positions.size());
     context.parallel.for_each(positions.size(), 256, [&](std::size_t i) {
         const Vec3i nearest = context.grid.rest().to_grid(positions[i]).array().round().cast<int>();

@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace splitcubes {
@@ -22,7 +23,6 @@ class Pieces;
 
 namespace splitcubes::body {
 
-struct BodySettings;
 struct MaterialNodes;
 struct TopologyChange;
 
@@ -34,6 +34,15 @@ struct SampleContext {
     const MaterialNodes& nodes;
     const meshless::Material& material;
     const Parallel& parallel;
+};
+
+/// Number and motion of the phyxels of an uncut body.
+struct SampleSettings {
+    std::string body;                      // its name, for messages
+    double spacing = 0;                    // m; 0: chosen to match count
+    int count = 0;                         // target; used only if no spacing is given
+    Vec3 velocity = Vec3::Zero();          // m/s
+    Vec3 angular_velocity = Vec3::Zero();  // rad/s, about the centre of mass
 };
 
 /// Phyxels, the pairs of them that are within reach, their visibility past the surface, and the mass lumped
@@ -55,7 +64,7 @@ struct ElasticSamples {
 
     /// Places the phyxels of an uncut body, links them and gives them mass and initial velocity. Announces
     /// its stages to the monitor.
-    void place(const SampleContext& context, const BodySettings& settings);
+    void place(const SampleContext& context, const SampleSettings& settings);
     void rebuild_locator();
     /// Recomputes what depends on the set of phyxels: locator, support radii of new ones, pairs and their
     /// visibility. Visibility that is already known is kept if the criterion allows it.

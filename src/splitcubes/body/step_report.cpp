@@ -4,6 +4,11 @@
 
 namespace splitcubes::body {
 
+void ToolForce::add_force(const Isometry& tool, const Vec3& point, const Vec3& added) {
+    force += added;
+    torque += (point - tool.translation()).cross(added);
+}
+
 std::string flag_text(std::uint32_t flags) {
     static constexpr const char* names[] = {"inverted",       "not_converged",  "non_finite",
                                             "frame_fallback", "rank_deficient", "energy_excess"};

@@ -66,6 +66,9 @@ struct ToolForce {
     Vec3 torque = Vec3::Zero();  // N m, world
     double area = 0;             // m^2 at rest, cut in this step
     double work = 0;             // J, cutting resistance times area
+
+    /// Adds a force, N, that acts at a point, m, world. tool: frame of the tool, world from own.
+    void add_force(const Isometry& tool, const Vec3& point, const Vec3& added);
 };
 
 /// State of all bodies at the end of a step.

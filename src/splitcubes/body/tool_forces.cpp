@@ -1,6 +1,5 @@
-// Tool reaction forces.
+// Friction of the cut faces on the sides of tools.
 #include <splitcubes/body/body.h>
-#include <splitcubes/body/node_motion.h>
 #include <splitcubes/body/world.h>
 
 #include <algorithm>
@@ -22,32 +21,7 @@ double squared_distance_to_polyline(const std::vector<Vec3>& line, const Vec3& p
     return nearest;
 }
 
-void add_force(ToolForce& tool_force, const Isometry& tool, const Vec3& point, const Vec3& force) {
-    tool_force.force += force;
-    tool_force.torque += (point - tool.translation()).cross(force);
-}
-
 }  // namespace
-
-// Adds the resistance of one grid edge that the blade cut in the last interval of dt seconds.
-void Body::accumulate_cut_force(std::int32_t slot, double dt, const Isometry& tool_before,
-                                const Isometry& tool_now, ToolForce& tool_force) const {
-    const splitting::Crossing& crossing = grid_.crossing(slot);
-    const double cell = grid_.rest().cell_size;
-    const double area = cell * cell * std::abs(crossing.normal[crossing.edge.axis]);
-    const double work = settings_.material.cutting_resistance * area;
-    tool_force.area += area;
-    tool_force.work += work;
-    const std::int32_t a = motion_->tracker().find(crossing.edge.node),
-                       b = motion_->tracker().find(crossing.edge.upper());
-    if (!(work > 0) || a < 0 || b < 0) return;
-    const Vec3 point = (1 - crossing.parameter) * motion_->frames()[static_cast<std::size_t>(a)].position +
-                       crossing.parameter * motion_->frames()[static_cast<std::size_t>(b)].position;
-    const Vec3 displacement = point - tool_before * (tool_now.inverse() * point);
-    // Below a micrometre per second there is no direction of motion to resist.
-    if (displacement.norm() > 1e-6 * dt)
-        add_force(tool_force, tool_now, point, -work / displacement.squaredNorm() * displacement);
-}
 
 void World::accumulate_side_friction(const Tool& tool, ToolForce& tool_force) const {
     const double end = time();
@@ -67,8 +41,8 @@ void World::accumulate_side_friction(const Tool& tool, ToolForce& tool_force) co
         const Vec3 displacement = point - before * (now.inverse() * point);
         // Both sides of the blade have friction.
         if (displacement.norm() > 1e-6 * settings_.time_step)
-            add_force(tool_force, now, point,
-                      -2 * tool.sides.friction * contact.normal_force * displacement.normalized());
+            tool_force.add_force(now, point,
+                                 -2 * tool.sides.friction * contact.normal_force * displacement.normalized());
     }
 }
 
