@@ -28,7 +28,6 @@ class Blade;
 struct SweptBlade;
 }  // namespace cutting
 namespace meshless {
-struct ContactSide;
 struct HandleSpring;
 struct SolverReport;
 struct StepInput;
@@ -41,6 +40,7 @@ class Surface;
 
 namespace splitcubes::body {
 
+struct BodyView;
 class LatticeNodeMotion;
 class NodeMotion;
 class NodeTracker;
@@ -122,10 +122,6 @@ class Body {
     /// contacts and steps by advance_deformation.
     bool is_lattice_driven() const { return lattice_ != nullptr; }
     void advance_deformation(const StepContext& context, StepReport& report);
-    /// Per phyxel, as of the last begin_step: 1 if a constraint prescribes its position.
-    std::span<const std::uint8_t> held() const { return boundary_.held(); }
-    /// Whether a constraint moves a rigid piece, as of the last begin_step. index: in RigidPieces::bodies.
-    bool holds_rigid(std::size_t index) const { return boundary_.holds_rigid(index); }
     const meshless::Pairs& pairs() const { return samples_.pairs; }
     const meshless::Neighbourhoods& neighbourhoods() const { return samples_.neighbourhoods; }
     /// The triangles that can block a line of sight between phyxels, in rest space.
@@ -146,14 +142,8 @@ class Body {
     const std::vector<ContactSample>& contact_samples() const { return sampler_.samples(); }
     /// Changes whenever contact_samples() does.
     std::uint64_t sample_revision() const { return sampler_.revision(); }
-    /// Returns the tracked node with the largest weight at a surface vertex.
-    std::uint32_t dominant_node(std::uint32_t vertex) const;
-    /// Returns the phyxels of a piece with the largest weights at a surface vertex; never empty. node: the
-    /// vertex's dominant_node. part: index of this body in its contact island.
-    meshless::ContactSide influences_of(std::uint32_t vertex, std::uint32_t node, std::int32_t piece,
-                                        std::uint32_t part) const;
-    /// Regions in which the occluders may have changed.
-    const SurfaceChanges& surface_changes() const { return occluders_.changes(); }
+    /// Returns the parts that contact search sees.
+    BodyView view();
 
     std::int64_t step_count() const;
     void add_to_hash(StateHash& hash) const;
@@ -206,5 +196,8 @@ class Body {
     BoundaryConditions boundary_;
     SurfaceSampler sampler_;
 };
+
+/// Returns the views of several bodies.
+std::vector<BodyView> views_of(std::span<const std::unique_ptr<Body>> bodies);
 
 }  // namespace splitcubes::body

@@ -81,11 +81,6 @@ void BoundaryConditions::begin_step(const meshless::Phyxels& phyxels, double tim
     kinematic_rigid_pieces_ = find_kinematic_rigid_pieces(phyxels, time, dt);
 }
 
-bool BoundaryConditions::holds_rigid(std::size_t index) const {
-    return std::any_of(kinematic_rigid_pieces_.begin(), kinematic_rigid_pieces_.end(),
-                       [&](const meshless::RigidKinematicTarget& target) { return target.body == index; });
-}
-
 std::span<const std::uint8_t> BoundaryConditions::held_among(std::span<const Vec3> rest_position, double time,
                                                              const Parallel& parallel) {
     held_among_.assign(rest_position.size(), 0);

@@ -76,8 +76,6 @@ class BoundaryConditions {
     std::span<const meshless::RigidKinematicTarget> kinematic_rigid_pieces() const {
         return kinematic_rigid_pieces_;
     }
-    /// Whether a constraint moves a rigid piece, as of the last begin_step. index: in RigidPieces::bodies.
-    bool holds_rigid(std::size_t index) const;
 
     /// Returns which points (m, rest space) are held in a step that starts at a time, s: 1 if held. Valid
     /// until the next call.

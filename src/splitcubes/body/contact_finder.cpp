@@ -1,7 +1,10 @@
-#include <splitcubes/body/body.h>
+#include <splitcubes/body/body_view.h>
 #include <splitcubes/body/contact_finder.h>
 #include <splitcubes/body/contact_sides.h>
 #include <splitcubes/body/node_tracker.h>
+#include <splitcubes/body/surface_changes.h>
+#include <splitcubes/body/surface_motion.h>
+#include <splitcubes/body/surface_sampler.h>
 #include <splitcubes/body/tuning.h>
 #include <splitcubes/splitting/surface.h>
 
@@ -28,12 +31,12 @@ bool ContactFinder::is_listed(const Task& task) {
     fresh_.bodies.assign(task.bodies.size(), {});
     bool same = list_.bodies.size() == fresh_.bodies.size();
     for (std::size_t b = 0; b < fresh_.bodies.size(); ++b) {
-        const Body& body = *task.bodies[b];
-        fresh_.bodies[b].surface_revision = body.surface().revision();
-        fresh_.bodies[b].sample_revision = body.sample_revision();
-        fresh_.bodies[b].pieces = body.pieces().count();
-        fresh_.bodies[b].rigid = body.phyxels().rigid.bodies.size();
-        fresh_.bodies[b].full_change = body.surface_changes().last_full_change();
+        const BodyView& body = task.bodies[b];
+        fresh_.bodies[b].surface_revision = body.surface.revision();
+        fresh_.bodies[b].sample_revision = body.sampler.revision();
+        fresh_.bodies[b].pieces = body.pieces.count();
+        fresh_.bodies[b].rigid = body.phyxels.rigid.bodies.size();
+        fresh_.bodies[b].full_change = body.surface_changes.last_full_change();
         same = same && fresh_.bodies[b].same_as(list_.bodies[b]);
     }
     return same;
@@ -45,8 +48,8 @@ void ContactFinder::list_samples(const Task& task, const Parallel& parallel) {
 
 void ContactFinder::relist(const Task& task, const Parallel& parallel) {
     std::size_t count = 0;
-    for (const auto& body : task.bodies)
-        count += body->is_lattice_driven() ? 0 : body->contact_samples().size();
+    for (const BodyView& body : task.bodies)
+        count += body.is_lattice_driven ? 0 : body.sampler.samples().size();
     fresh_.samples.resize(count);
     fresh_.opposite.resize(count);
     matching_.previous.assign(count, no_sample);
@@ -54,10 +57,10 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
     std::size_t first = 0;
     for (std::uint32_t b = 0; b < task.bodies.size(); ++b) {
         fresh_.bodies[b].first = first;
-        if (task.bodies[b]->is_lattice_driven()) continue;
-        const std::size_t points = task.bodies[b]->contact_samples().size();
+        if (task.bodies[b].is_lattice_driven) continue;
+        const std::size_t points = task.bodies[b].sampler.samples().size();
         const auto list = [&](std::size_t begin, std::size_t end) {
-            list_points(*task.bodies[b], b, first, begin, end);
+            list_points(task.bodies[b], b, first, begin, end);
         };
         parallel.for_chunks(points, list_grain, std::cref(list));
         first += points;
@@ -73,32 +76,32 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
 
 // Returns whether the sample `pushing` still represents the sample `vertex` after the cuts of this step.
 // same_pieces: nothing has separated.
-bool ContactFinder::pushes_for(const Body& body, std::uint32_t vertex, std::uint32_t pushing,
+bool ContactFinder::pushes_for(const BodyView& body, std::uint32_t vertex, std::uint32_t pushing,
                                bool same_pieces) {
-    const splitting::Surface& surface = body.surface();
+    const splitting::Surface& surface = body.surface;
     const splitting::SurfaceVertex &own = surface.vertices()[vertex], &by = surface.vertices()[pushing];
     if (!by.alive() || same_pieces) return by.alive();
-    const splitting::Pieces& pieces = body.pieces();
-    return pieces.piece_of(body.grid(), surface.influence(own)) ==
-           pieces.piece_of(body.grid(), surface.influence(by));
+    const splitting::Pieces& pieces = body.pieces;
+    return pieces.piece_of(body.grid, surface.influence(own)) ==
+           pieces.piece_of(body.grid, surface.influence(by));
 }
 
 // Returns the vertex of the opposite cut face that searches for this sample too, if it still exists after the
 // cuts of this step; else the sample's own vertex.
-std::uint32_t ContactFinder::opposite_of(const Body& body, const ContactSample& point) {
+std::uint32_t ContactFinder::opposite_of(const BodyView& body, const ContactSample& point) {
     if (point.opposite == point.vertex) return point.vertex;
-    const splitting::Surface& surface = body.surface();
+    const splitting::Surface& surface = body.surface;
     const splitting::SurfaceVertex &own = surface.vertices()[point.vertex],
                                    &opposite = surface.vertices()[point.opposite];
     const bool is_there =
         opposite.alive() && opposite.kind == splitting::VertexKind::centre && opposite.place == own.place &&
-        body.phyxels().rigid.index(body.pieces().piece_of(body.grid(), surface.influence(opposite))) < 0;
+        body.phyxels.rigid.index(body.pieces.piece_of(body.grid, surface.influence(opposite))) < 0;
     return is_there ? point.opposite : point.vertex;
 }
 
 // Fills the fresh samples of points begin .. end - 1 of a body and matches them with the previous samples;
 // both lists are sorted by vertex. first: index of the body's first fresh sample.
-void ContactFinder::list_points(const Body& body, std::uint32_t body_index, std::size_t first,
+void ContactFinder::list_points(const BodyView& body, std::uint32_t body_index, std::size_t first,
                                 std::size_t begin, std::size_t end) {
     const bool is_known = body_index < list_.bodies.size();
     const std::size_t last_old =
@@ -107,14 +110,14 @@ void ContactFinder::list_points(const Body& body, std::uint32_t body_index, std:
                static_cast<std::ptrdiff_t>(is_known ? list_.bodies[body_index].first : last_old);
     const auto old_end = list_.samples.begin() + static_cast<std::ptrdiff_t>(last_old);
     const auto is_before = [](const Sample& sample, std::uint32_t vertex) { return sample.vertex < vertex; };
-    if (begin < end) old = std::lower_bound(old, old_end, body.contact_samples()[begin].vertex, is_before);
+    if (begin < end) old = std::lower_bound(old, old_end, body.sampler.samples()[begin].vertex, is_before);
     const bool same_nodes = is_known && fresh_.bodies[body_index].same_nodes(list_.bodies[body_index]);
     const bool same_indices =
         is_known && fresh_.bodies[body_index].full_change == list_.bodies[body_index].full_change;
     for (std::size_t k = begin; k < end; ++k) {
-        const ContactSample& point = body.contact_samples()[k];
+        const ContactSample& point = body.sampler.samples()[k];
         // The list dates from the last step: a cut of this step may have removed the vertex.
-        const splitting::SurfaceVertex& vertex = body.surface().vertices()[point.vertex];
+        const splitting::SurfaceVertex& vertex = body.surface.vertices()[point.vertex];
         if (!vertex.alive()) continue;
         while (old != old_end && old->vertex < point.vertex) ++old;
         const bool was_sample = old != old_end && old->vertex == point.vertex && old->rest == vertex.rest;
@@ -131,8 +134,8 @@ void ContactFinder::list_points(const Body& body, std::uint32_t body_index, std:
         if (same_place && same_nodes) {
             sample.piece = old->piece;
         } else {
-            sample.piece = body.pieces().piece_of(body.grid(), body.surface().influence(vertex));
-            if (body.phyxels().rigid.index(sample.piece) >= 0) continue;
+            sample.piece = body.pieces.piece_of(body.grid, body.surface.influence(vertex));
+            if (body.phyxels.rigid.index(sample.piece) >= 0) continue;
         }
         sample.node = same_place ? old->node : body.dominant_node(point.vertex);
         const auto pushes = [&](std::uint32_t by) {
@@ -246,7 +249,7 @@ void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
     Vec3 sum = Vec3::Zero();
     double all = 0;
     for (std::size_t b = 0; b < task.bodies.size(); ++b) {
-        const meshless::Phyxels& phyxels = task.bodies[b]->phyxels();
+        const meshless::Phyxels& phyxels = task.bodies[b].phyxels;
         const std::size_t count = phyxels.size();
         bounds_.velocity.emplace_back(phyxels.velocity);
         bounds_.drift[b].resize(count);
@@ -269,7 +272,7 @@ void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
         bounds_.max_displacement.push_back(
             task.dt *
             (tuning::contacts::max_weight_sum * std::sqrt(max_square) + task.dt * task.gravity.norm()));
-        bounds_.spacing.push_back(task.bodies[b]->phyxel_spacing());
+        bounds_.spacing.push_back(task.bodies[b].spacing);
     }
     bounds_.mean_displacement = task.dt / std::max(all, 1.0) * sum;
 }
@@ -278,7 +281,7 @@ void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
 void ContactFinder::measure_pieces(const Task& task, const Parallel& parallel) {
     bounds_.piece_displacement.resize(task.bodies.size());
     for (std::size_t b = 0; b < task.bodies.size(); ++b) {
-        const meshless::Phyxels& phyxels = task.bodies[b]->phyxels();
+        const meshless::Phyxels& phyxels = task.bodies[b].phyxels;
         const std::span<const Vec3> velocity = bounds_.velocity[b];
         bounds_.square.resize(velocity.size());
         parallel.for_each(velocity.size(), speed_grain, [&](std::size_t i) {
@@ -286,7 +289,7 @@ void ContactFinder::measure_pieces(const Task& task, const Parallel& parallel) {
         });
         // A piece without phyxels gets the maximum of its body.
         std::vector<double>& displacement = bounds_.piece_displacement[b];
-        displacement.assign(task.bodies[b]->pieces().count(), -1);
+        displacement.assign(task.bodies[b].pieces.count(), -1);
         double max_square = 0;
         for (std::size_t i = 0; i < bounds_.square.size(); ++i) {
             const auto piece = static_cast<std::size_t>(phyxels.piece[i]);
@@ -332,10 +335,10 @@ void ContactFinder::place_samples(const Task& task, const Parallel& parallel) {
 
 void ContactFinder::place_sample(const Task& task, std::size_t k) {
     const Sample& sample = list_.samples[k];
-    const Body& body = *task.bodies[sample.body];
-    placement_.normal[k] = body.vertex_normals()[sample.vertex];
+    const BodyView& body = task.bodies[sample.body];
+    placement_.normal[k] = body.surface_motion.normals()[sample.vertex];
     placement_.owner[k] = sample.body;
-    placement_.position[k] = body.vertex_positions()[sample.vertex];
+    placement_.position[k] = body.surface_motion.positions()[sample.vertex];
 }
 
 // Returns whether the phyxel that moves a sample without a kernel row is still the nearest of its piece.
@@ -354,11 +357,11 @@ void ContactFinder::find_influences(const Task& task, std::size_t k) {
     if (placement_.placed[k]) return;
     const Sample& sample = list_.samples[k];
     Influence& influence = slots_.influences[sample.slot];
-    const Body& body = *task.bodies[sample.body];
-    const meshless::Phyxels& phyxels = body.phyxels();
-    const std::uint64_t row = body.nodes().row_revision(sample.node);
+    const BodyView& body = task.bodies[sample.body];
+    const meshless::Phyxels& phyxels = body.phyxels;
+    const std::uint64_t row = body.nodes.row_revision(sample.node);
     ContactSide& side = influence.side;
-    const bool has_row = body.nodes().has_row(sample.node);
+    const bool has_row = body.nodes.has_row(sample.node);
     if (side.count == 0 || (has_row ? influence.row != row : !is_still_nearest(phyxels, sample, influence))) {
         side = body.influences_of(sample.vertex, sample.node, sample.piece, sample.body);
         influence.row = row;
@@ -395,14 +398,14 @@ void ContactFinder::meet_collider(const Task& task, std::size_t collider_index, 
     const Sample& s = list_.samples[k];
     if (!s.pushes && collider.solid->is_flat()) return;
     const Vec3& position = placement_.position[k];
-    const Body& body = *task.bodies[s.body];
+    const BodyView& body = task.bodies[s.body];
     const double moved = (to_after * position - to_before * position).norm();
     const double far =
         moved + bounds_.max_displacement[s.body] + tuning::contacts::max_vertex_offset_share * spacing_of(s);
     if (collider.solid->at(to_before * position).distance > far) return;
     find_influences(task, k);
     const Vec3 from = to_before * position;
-    const std::array<std::span<const Vec3>, 1> velocity = {body.phyxels().velocity};
+    const std::array<std::span<const Vec3>, 1> velocity = {body.phyxels.velocity};
     ContactSide own = influence_of(k).side;
     own.part = 0;
     const Vec3 v = meshless::side_value(own, velocity);

@@ -1,6 +1,7 @@
 // Search for contacts between bodies, pieces and colliders.
 #pragma once
 
+#include <splitcubes/body/body_view.h>
 #include <splitcubes/body/collider.h>
 #include <splitcubes/body/contact_sides.h>
 #include <splitcubes/body/sample_grid.h>
@@ -23,7 +24,6 @@ struct Phyxels;
 
 namespace splitcubes::body {
 
-class Body;
 struct ContactSample;
 class SurfaceChanges;
 
@@ -53,7 +53,7 @@ struct ContactIsland {
 class ContactFinder {
   public:
     struct Task {
-        std::span<const std::unique_ptr<Body>> bodies;
+        std::span<const BodyView> bodies;
         std::span<const Collider> colliders;
         ContactOptions options;
         double time = 0;  // s, at the start of the step
@@ -227,10 +227,10 @@ class ContactFinder {
     bool is_listed(const Task& task);
     void list_samples(const Task& task, const Parallel& parallel);
     void relist(const Task& task, const Parallel& parallel);
-    void list_points(const Body& body, std::uint32_t body_index, std::size_t first, std::size_t begin,
+    void list_points(const BodyView& body, std::uint32_t body_index, std::size_t first, std::size_t begin,
                      std::size_t end);
-    static bool pushes_for(const Body& body, std::uint32_t vertex, std::uint32_t by, bool same_pieces);
-    static std::uint32_t opposite_of(const Body& body, const ContactSample& point);
+    static bool pushes_for(const BodyView& body, std::uint32_t vertex, std::uint32_t by, bool same_pieces);
+    static std::uint32_t opposite_of(const BodyView& body, const ContactSample& point);
     void compact();
     void restart_serials();
     void keep_slots();
@@ -251,8 +251,8 @@ class ContactFinder {
     bool is_far(const Collider& collider, const ColliderPoses& poses, const Patch& patch) const;
     void place_exactly(const Task& task, std::span<const std::uint32_t> kept, const Parallel& parallel);
     void meet_pieces(const Task& task, const Parallel& parallel);
-    bool are_separated(const Body& body, std::size_t a, std::size_t b);
-    static void update_answer(const Body& body, const Vec3& from, const Vec3& to, bool is_known,
+    bool are_separated(const BodyView& body, std::size_t a, std::size_t b);
+    static void update_answer(const BodyView& body, const Vec3& from, const Vec3& to, bool is_known,
                               KnownSeparations::Answer& answer);
     static void update_interval(const SurfaceChanges& changes, std::uint32_t now, KnownSeparations& known);
     bool may_meet(const Task& task, std::size_t a, std::size_t b);

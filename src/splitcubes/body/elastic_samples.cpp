@@ -158,25 +158,6 @@ void ElasticSamples::rebuild_pairs(const SampleContext& context) {
     evaluate_pairs(context, unknown);
 }
 
-std::uint32_t ElasticSamples::nearest_of_piece(const Vec3& rest, std::int32_t piece) const {
-    double nearest = std::numeric_limits<double>::infinity();
-    auto best = static_cast<std::uint32_t>(phyxels.size());
-    const auto take = [&](std::uint32_t i) {
-        const double distance = (phyxels.rest_position[i] - rest).squaredNorm();
-        if (phyxels.piece[i] == piece && (distance < nearest || (distance == nearest && i < best))) {
-            nearest = distance;
-            best = i;
-        }
-        return true;
-    };
-    double radius = 1.5 * spacing;
-    for (int k = 0; k < tuning::set_up::max_radius_doublings && std::isinf(nearest); ++k, radius *= 2)
-        locator.visit(rest, radius, take);
-    if (std::isinf(nearest))
-        for (std::uint32_t i = 0; i < phyxels.size(); ++i) take(i);
-    return best;
-}
-
 std::vector<std::size_t> ElasticSamples::count_by_piece(std::size_t piece_count) const {
     std::vector<std::size_t> count(piece_count, 0);
     for (const std::int32_t piece : phyxels.piece) ++count[static_cast<std::size_t>(piece)];

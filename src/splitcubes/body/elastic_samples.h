@@ -78,9 +78,6 @@ struct ElasticSamples {
     /// Bridges ligaments. Adds to change.dirty_pairs.
     VisibilityUpdate update_visibility(const SampleContext& context, TopologyChange& change);
 
-    /// Returns the nearest phyxel of a piece to a point (m, rest space), the first of equally near ones; the
-    /// phyxel count if the piece has none.
-    std::uint32_t nearest_of_piece(const Vec3& rest, std::int32_t piece) const;
     /// Returns the number of phyxels of each piece.
     std::vector<std::size_t> count_by_piece(std::size_t piece_count) const;
     double largest_support() const;  // m

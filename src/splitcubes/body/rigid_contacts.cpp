@@ -1,8 +1,9 @@
 // Search for contacts of rigid fragments.
-#include <splitcubes/body/body.h>
+#include <splitcubes/body/body_view.h>
 #include <splitcubes/body/rigid_contacts.h>
 #include <splitcubes/body/tuning.h>
-#include <splitcubes/meshless/solver_types.h>
+#include <splitcubes/meshless/phyxels.h>
+#include <splitcubes/splitting/pieces.h>
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -28,11 +29,11 @@ void RigidContacts::list_fragments(const Task& task) {
     spacing_ = 0;
     const double fall = task.dt * task.dt * task.gravity.norm();
     for (std::uint32_t b = 0; b < task.bodies.size(); ++b) {
-        Body& body = *task.bodies[b];
-        phyxels_.push_back(&body.phyxels());
-        if (body.is_lattice_driven()) continue;
-        spacing_ = std::max(spacing_, body.phyxel_spacing());
-        const meshless::RigidPieces& rigid = body.phyxels().rigid;
+        const BodyView& body = task.bodies[b];
+        phyxels_.push_back(&body.phyxels);
+        if (body.is_lattice_driven) continue;
+        spacing_ = std::max(spacing_, body.spacing);
+        const meshless::RigidPieces& rigid = body.phyxels.rigid;
         for (std::uint32_t k = 0; k < rigid.bodies.size(); ++k) {
             const RigidPiece& piece = rigid.bodies[k];
             Fragment fragment;
@@ -44,8 +45,8 @@ void RigidContacts::list_fragments(const Task& task) {
                 fragment.high = fragment.high.cwiseMax(point);
             }
             const double speed = piece.velocity().norm() + piece.angular_velocity().norm() * fragment.radius;
-            fragment.max_displacement = std::min(
-                task.dt * speed + fall, tuning::fragments::max_displacement_share * body.phyxel_spacing());
+            fragment.max_displacement =
+                std::min(task.dt * speed + fall, tuning::fragments::max_displacement_share * body.spacing);
             if (piece.centre.allFinite() && std::isfinite(speed)) fragments_.push_back(std::move(fragment));
         }
     }
@@ -57,10 +58,10 @@ void RigidContacts::measure_surfaces(const Task& task) {
     max_surface_displacement_ = 0;
     max_displacements_.resize(task.bodies.size());
     for (std::uint32_t b = 0; b < task.bodies.size(); ++b) {
-        const Body& body = *task.bodies[b];
-        max_displacements_[b].assign(body.pieces().count(), 0);
-        if (body.is_lattice_driven()) continue;
-        const meshless::Phyxels& phyxels = body.phyxels();
+        const BodyView& body = task.bodies[b];
+        max_displacements_[b].assign(body.pieces.count(), 0);
+        if (body.is_lattice_driven) continue;
+        const meshless::Phyxels& phyxels = body.phyxels;
         for (std::size_t i = 0; i < phyxels.size(); ++i) {
             const auto piece = static_cast<std::size_t>(phyxels.piece[i]);
             if (piece < max_displacements_[b].size())
@@ -70,7 +71,7 @@ void RigidContacts::measure_surfaces(const Task& task) {
         for (std::size_t piece = 0; piece < max_displacements_[b].size(); ++piece) {
             double& displacement = max_displacements_[b][piece];
             displacement = std::min(task.dt * std::sqrt(displacement) + fall,
-                                    tuning::fragments::max_displacement_share * body.phyxel_spacing());
+                                    tuning::fragments::max_displacement_share * body.spacing);
             if (phyxels.rigid.index(static_cast<std::int32_t>(piece)) < 0)
                 max_surface_displacement_ = std::max(max_surface_displacement_, displacement);
         }
@@ -193,7 +194,7 @@ void RigidContacts::meet_surface(const Task& task, const ContactFinder& finder,
         row.upper = fragment_index;
         row.own = own;
         if (set_gap(task, point, partner, planes, row))
-            set_lower_side(*task.bodies[planes.all[partner].body],
+            set_lower_side(task.bodies[planes.all[partner].body],
                            finder.surface_sample(fragment.near[partner]), point, row);
         if (row.side.count > 0) fragment.rows.push_back(row);
     }
@@ -219,7 +220,7 @@ std::size_t RigidContacts::partner_of(const Vec3& point, const Vec3& outwards, P
 bool RigidContacts::set_gap(const Task& task, const Vec3& point, std::size_t partner, const Planes& planes,
                             ContactRow& row) const {
     const Plane& face = planes.all[partner];
-    const double spacing = task.bodies[face.body]->phyxel_spacing();
+    const double spacing = task.bodies[face.body].spacing;
     const double width = std::sqrt(planes.square[partner]) + tuning::fragments::face_reach_share * spacing;
     double distance = 0, total = 0;
     Vec3 normal = Vec3::Zero();
@@ -251,14 +252,14 @@ bool RigidContacts::set_gap(const Task& task, const Vec3& point, std::size_t par
 }
 
 // Sets the lower side to the sample's influences; to none if the offset is not finite.
-void RigidContacts::set_lower_side(const Body& body, const ContactFinder::SurfaceSample& partner,
+void RigidContacts::set_lower_side(const BodyView& body, const ContactFinder::SurfaceSample& partner,
                                    const Vec3& point, ContactRow& row) {
     row.side =
         body.influences_of(partner.vertex, body.dominant_node(partner.vertex), partner.piece, partner.body);
     row.proxy = partner.piece;
     Vec3 lower = Vec3::Zero();
     for (std::uint32_t k = 0; k < row.side.count; ++k)
-        lower += row.side.weight[k] * body.phyxels().position[row.side.phyxel[k]];
+        lower += row.side.weight[k] * body.phyxels.position[row.side.phyxel[k]];
     row.lower_own = point - lower;
     if (!row.lower_own.allFinite()) row.side.count = 0;
 }
@@ -291,8 +292,7 @@ void RigidContacts::meet_fragment(const Task& task, std::uint32_t first, std::ui
     const double displacements = a.max_displacement + b.max_displacement,
                  far = a.radius + b.radius + displacements;
     if ((piece_of(a).centre - piece_of(b).centre).squaredNorm() > far * far) return;
-    const double spacing =
-        std::min(task.bodies[a.body]->phyxel_spacing(), task.bodies[b.body]->phyxel_spacing());
+    const double spacing = std::min(task.bodies[a.body].spacing, task.bodies[b.body].spacing);
     const double near = tuning::fragments::speculative_share * spacing + displacements;
     const BoxFace of_second = face_between(a, b), of_first = face_between(b, a);
     const bool takes_second = of_second.gap >= of_first.gap;

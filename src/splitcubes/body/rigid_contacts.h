@@ -5,6 +5,7 @@
 #include <splitcubes/body/sphere_grid.h>
 #include <splitcubes/geometry/signed_distance.h>
 #include <splitcubes/meshless/contact.h>
+#include <splitcubes/meshless/obstacle.h>
 
 #include <array>
 #include <cstdint>
@@ -15,7 +16,6 @@
 #include <vector>
 
 namespace splitcubes::meshless {
-struct Obstacle;
 struct Phyxels;
 struct RigidPiece;
 }  // namespace splitcubes::meshless
@@ -36,7 +36,7 @@ namespace splitcubes::body {
 class RigidContacts {
   public:
     struct Task {
-        std::span<const std::unique_ptr<Body>> bodies;
+        std::span<const BodyView> bodies;
         std::span<const meshless::Obstacle> obstacles;
         double friction = 0;  // Coulomb coefficient
         double dt = 0;        // s
@@ -168,7 +168,7 @@ class RigidContacts {
     static std::size_t partner_of(const Vec3& point, const Vec3& outwards, Planes& planes);
     bool set_gap(const Task& task, const Vec3& point, std::size_t partner, const Planes& planes,
                  ContactRow& row) const;
-    static void set_lower_side(const Body& body, const ContactFinder::SurfaceSample& partner,
+    static void set_lower_side(const BodyView& body, const ContactFinder::SurfaceSample& partner,
                                const Vec3& point, ContactRow& row);
     BoxFace face_between(const Fragment& upper, const Fragment& lower) const;
     void meet_fragment(const Task& task, std::uint32_t first, std::uint32_t second);

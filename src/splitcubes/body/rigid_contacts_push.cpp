@@ -1,8 +1,9 @@
 // Position correction and impulses of rigid fragments after a step.
-#include <splitcubes/body/body.h>
+#include <splitcubes/body/body_view.h>
 #include <splitcubes/body/rigid_contacts.h>
 #include <splitcubes/body/tuning.h>
-#include <splitcubes/meshless/solver_types.h>
+#include <splitcubes/meshless/phyxels.h>
+#include <splitcubes/splitting/pieces.h>
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -145,14 +146,14 @@ void RigidContacts::measure_proxies(const Task& task) {
     std::vector<meshless::Momenta> momenta;
     std::size_t summed = task.bodies.size();  // body that `momenta` belongs to
     for (PieceProxy& proxy : proxies_) {
-        const Body& body = *task.bodies[proxy.body];
-        const meshless::Phyxels& phyxels = body.phyxels();
+        const BodyView& body = task.bodies[proxy.body];
+        const meshless::Phyxels& phyxels = body.phyxels;
         if (summed != proxy.body)
-            meshless::momenta_of_pieces(phyxels, static_cast<int>(body.pieces().count()), momenta);
+            meshless::momenta_of_pieces(phyxels, static_cast<int>(body.pieces.count()), momenta);
         summed = proxy.body;
         const meshless::Momenta& now = momenta[static_cast<std::size_t>(proxy.piece)];
-        for (std::size_t i = 0; i < body.held().size(); ++i)
-            proxy.held = proxy.held || (phyxels.piece[i] == proxy.piece && body.held()[i] != 0);
+        for (std::size_t i = 0; i < body.held.size(); ++i)
+            proxy.held = proxy.held || (phyxels.piece[i] == proxy.piece && body.held[i] != 0);
         if (!(now.mass > 0)) continue;
         proxy.mass = now.mass;
         proxy.centre = now.centre;
@@ -191,7 +192,7 @@ void RigidContacts::meet_obstacles(const Task& task, std::uint32_t fragment_inde
     if (fragment.held) return;
     const RigidPiece& piece = piece_of(fragment);
     const meshless::RigidPieces& rigid = phyxels_[fragment.body]->rigid;
-    const double near = tuning::fragments::support_share * task.bodies[fragment.body]->phyxel_spacing();
+    const double near = tuning::fragments::support_share * task.bodies[fragment.body].spacing;
     for (const meshless::Obstacle& obstacle : task.obstacles) {
         const Isometry to_own = obstacle.after.inverse();
         for (const Vec3& own : rigid.points_of(piece)) {
@@ -360,12 +361,12 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
     dt_ = task.dt;
     positions_.clear();
     velocities_.clear();
-    for (const auto& body : task.bodies) {
-        positions_.emplace_back(body->phyxels().position);
-        velocities_.emplace_back(body->phyxels().velocity);
+    for (const BodyView& body : task.bodies) {
+        positions_.emplace_back(body.phyxels.position);
+        velocities_.emplace_back(body.phyxels.velocity);
     }
     for (Fragment& fragment : fragments_)
-        fragment.held = task.bodies[fragment.body]->holds_rigid(fragment.index);
+        fragment.held = task.bodies[fragment.body].holds_rigid(fragment.index);
     measure_proxies(task);
     find_end_positions();
     correct_positions(task);

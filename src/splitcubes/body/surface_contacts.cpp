@@ -1,7 +1,12 @@
 // Contacts between the surfaces of pieces and bodies.
-#include <splitcubes/body/body.h>
+#include <splitcubes/body/body_view.h>
 #include <splitcubes/body/contact_finder.h>
+#include <splitcubes/body/surface_changes.h>
+#include <splitcubes/body/surface_motion.h>
 #include <splitcubes/body/tuning.h>
+#include <splitcubes/geometry/occluder_grid.h>
+#include <splitcubes/meshless/phyxels.h>
+#include <splitcubes/splitting/node_grid.h>
 
 #include <algorithm>
 #include <cmath>
@@ -28,7 +33,7 @@ void ContactFinder::update_interval(const SurfaceChanges& changes, std::uint32_t
 
 // Returns whether a surface separates the points just below two samples of a body. At most one thread at a
 // time may query a given sample a.
-bool ContactFinder::are_separated(const Body& body, std::size_t a, std::size_t b) {
+bool ContactFinder::are_separated(const BodyView& body, std::size_t a, std::size_t b) {
     KnownSeparations*& kept = slots_.separations[list_.samples[a].slot];
     if (!kept) kept = &take_known();
     KnownSeparations& known = *kept;
@@ -48,13 +53,13 @@ bool ContactFinder::are_separated(const Body& body, std::size_t a, std::size_t b
         known.other[slot] = serial;
     }
     KnownSeparations::Answer& answer = known.answer[slot];
-    const std::uint32_t now = body.surface_changes().now() & ~(1U << 31);
-    update_interval(body.surface_changes(), now, known);
+    const std::uint32_t now = body.surface_changes.now() & ~(1U << 31);
+    update_interval(body.surface_changes, now, known);
     if (is_known && answer.last_change >= known.from) {
         answer.last_change = now;
         return answer.is_separated != 0;
     }
-    const double below = tuning::contacts::depth_below_surface * body.grid().rest().cell_size;
+    const double below = tuning::contacts::depth_below_surface * body.grid.rest().cell_size;
     const Vec3 from = list_.samples[a].rest - below * list_.samples[a].rest_normal.cast<double>();
     const Vec3 to = list_.samples[b].rest - below * list_.samples[b].rest_normal.cast<double>();
     update_answer(body, from, to, is_known, answer);
@@ -65,10 +70,10 @@ bool ContactFinder::are_separated(const Body& body, std::size_t a, std::size_t b
 
 // Updates an answer. Tests first what is likely to decide it: the occluder that separated the two, or else
 // only the occluders that are newer than the answer.
-void ContactFinder::update_answer(const Body& body, const Vec3& from, const Vec3& to, bool is_known,
+void ContactFinder::update_answer(const BodyView& body, const Vec3& from, const Vec3& to, bool is_known,
                                   KnownSeparations::Answer& answer) {
-    const SurfaceChanges& changes = body.surface_changes();
-    const geometry::OccluderGrid& occluders = body.occluders();
+    const SurfaceChanges& changes = body.surface_changes;
+    const geometry::OccluderGrid& occluders = body.occluders;
     const std::uint32_t now = changes.now() & ~(1U << 31);
     const bool is_stale =
         is_known && changes.since({from.cwiseMin(to), from.cwiseMax(to)}, answer.last_change);
@@ -90,7 +95,7 @@ bool ContactFinder::may_meet(const Task& task, std::size_t a, std::size_t b) {
     // The two faces of a cut through a cell.
     if (one.cell == other.cell && (one.corners & other.corners) == 0) return true;
     if ((one.rest - other.rest).norm() > tuning::contacts::far_at_rest * spacing_of(one)) return true;
-    return are_separated(*task.bodies[one.body], a, b);
+    return are_separated(task.bodies[one.body], a, b);
 }
 
 // Returns the same for entry n of chunk.faced, evaluated once per sample k.
@@ -265,7 +270,7 @@ bool ContactFinder::set_lower_side(const Task& task, const Vec3& foot, double to
     }
     if (chunk.blend.empty()) return false;
     const double spacing = spacing_of(list_.samples[partner]);
-    const meshless::Phyxels& phyxels = task.bodies[list_.samples[partner].body]->phyxels();
+    const meshless::Phyxels& phyxels = task.bodies[list_.samples[partner].body].phyxels;
     Vec3 rest_foot =
         phyxels.deformation[influence_of(partner).side.phyxel[0]].inverse() * (foot - middle / total);
     if (!(rest_foot.norm() < 2 * tuning::contacts::max_tangential_share * spacing)) rest_foot.setZero();
@@ -297,9 +302,10 @@ bool ContactFinder::searches(const Task& task, std::size_t entry) const {
 bool ContactFinder::is_covered_by_opposite(const Task& task, std::size_t k) const {
     const Sample& sample = list_.samples[k];
     if (list_.opposite[k] == sample.vertex) return false;
-    const Body& body = *task.bodies[sample.body];
+    const BodyView& body = task.bodies[sample.body];
     const double nearest = tuning::contacts::opposite_share * spacing_of(sample);
-    return (body.vertex_positions()[list_.opposite[k]] - body.vertex_positions()[sample.vertex])
+    return (body.surface_motion.positions()[list_.opposite[k]] -
+            body.surface_motion.positions()[sample.vertex])
                .squaredNorm() < nearest * nearest;
 }
 

@@ -1,4 +1,5 @@
 #include <splitcubes/body/body.h>
+#include <splitcubes/body/body_view.h>
 #include <splitcubes/body/contact_finder.h>
 #include <splitcubes/body/island_step.h>
 #include <splitcubes/body/rigid_contacts.h>
@@ -112,16 +113,19 @@ StepReport World::step() {
     done(Stage::resample);
     each_body([&](Body& body, TopologyChange& change) { body.rebuild_neighbourhoods(context, change); });
     done(Stage::rebuild_neighbourhoods);
+    std::vector<BodyView> views = views_of(bodies_);
     contact_finder_->find(
-        {bodies_, colliders_, settings_.contact, time(), settings_.time_step, settings_.gravity}, *parallel_,
+        {views, colliders_, settings_.contact, time(), settings_.time_step, settings_.gravity}, *parallel_,
         contact_islands_);
-    const RigidContacts::Task rigid{bodies_, obstacles, settings_.contact.friction, settings_.time_step,
-                                    settings_.gravity};
-    if (settings_.contact.pieces) rigid_contacts_->find(rigid, *contact_finder_, *parallel_);
+    const auto rigid = [&]() -> RigidContacts::Task {
+        return {views, obstacles, settings_.contact.friction, settings_.time_step, settings_.gravity};
+    };
+    if (settings_.contact.pieces) rigid_contacts_->find(rigid(), *contact_finder_, *parallel_);
     done(Stage::detect_contacts);
     integrate(context, report);
     if (settings_.contact.pieces) {
-        const RigidContacts::Outcome pushed = rigid_contacts_->push(rigid);
+        views = views_of(bodies_);  // with what constraints hold in this step
+        const RigidContacts::Outcome pushed = rigid_contacts_->push(rigid());
         report.totals.kinetic_energy += pushed.kinetic_energy;
         report.counts.contacts += pushed.contacts;
     }

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <splitcubes/core/parallel.h>
-#include <splitcubes/geometry/signed_distance.h>
 #include <splitcubes/meshless/contact.h>
 #include <splitcubes/meshless/elasticity.h>
 #include <splitcubes/meshless/material.h>
 #include <splitcubes/meshless/neighbourhoods.h>
+#include <splitcubes/meshless/obstacle.h>
 #include <splitcubes/meshless/phyxels.h>
 #include <splitcubes/meshless/rigid_pieces.h>
 #include <splitcubes/meshless/solver_options.h>
@@ -15,14 +15,6 @@
 #include <span>
 
 namespace splitcubes::meshless {
-
-/// A collider for rigid pieces, with its motion in a step.
-struct Obstacle {
-    const geometry::SignedDistance* solid = nullptr;  // in its own coordinates
-    Isometry before = Isometry::Identity();           // world from own coordinates, at the start of the step
-    Isometry after = Isometry::Identity();            // world from own coordinates, at the end of the step
-    double friction = 0;                              // Coulomb coefficient, >= 0
-};
 
 struct StepInput {
     double dt = 1.0 / 60;                 // s, > 0

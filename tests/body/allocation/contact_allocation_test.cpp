@@ -2,6 +2,7 @@
 #include "counted_allocations.h"
 
 #include <splitcubes/body/body.h>
+#include <splitcubes/body/body_view.h>
 #include <splitcubes/body/contact_finder.h>
 #include <splitcubes/body/tearing.h>
 #include <splitcubes/body/world.h>
@@ -49,10 +50,11 @@ TEST(Contact, IsSearchedWithoutAllocatingOnceItIsWarm) {
         Slices slices(threads);
         ContactFinder finder;
         std::vector<ContactIsland> groups;
+        const std::vector<BodyView> bodies = views_of(slices.world.bodies());
         const auto find = [&] {
             finder.find(
-                {slices.world.bodies(), slices.world.colliders(), slices.world.settings().contact,
-                 slices.world.time(), slices.world.settings().time_step, slices.world.settings().gravity},
+                {bodies, slices.world.colliders(), slices.world.settings().contact, slices.world.time(),
+                 slices.world.settings().time_step, slices.world.settings().gravity},
                 *slices.parallel, groups);
         };
         // With several threads the assignment of work to scratch memory varies.
