@@ -4,7 +4,7 @@
 #   math        standard library and Eigen: every module
 #   world       the same, JSON and the headers of the world: the program
 #   test        standard library, Eigen and GoogleTest: test programs
-#   test_world  the same and the headers of the world: test programs of what is above `body`
+#   test_world  the same and the headers of the world: test programs that make worlds
 #
 # SPLITCUBES_PRECOMPILE=OFF builds without, which shows includes that a file lacks.
 
@@ -13,13 +13,13 @@ set(_math_headers
   <functional> <iostream> <limits> <map> <memory> <numbers> <numeric> <optional> <set> <span> <sstream> <string>
   <string_view> <tuple> <utility> <vector> <Eigen/Core> <Eigen/Geometry> <Eigen/LU>)
 set(_world_headers ${_math_headers} <nlohmann/json.hpp> <splitcubes/body/body.h>
-  <splitcubes/body/world.h>)
+  <splitcubes/world/world.h>)
 set(_test_headers ${_math_headers} <gtest/gtest.h> <gmock/gmock.h>)
 set(_test_world_headers ${_test_headers} <splitcubes/body/body.h>
-  <splitcubes/body/world.h>)
-set(_world_targets splitcubes_body nlohmann_json::nlohmann_json)
+  <splitcubes/world/world.h>)
+set(_world_targets splitcubes_world nlohmann_json::nlohmann_json)
 set(_test_targets GTest::gtest GTest::gmock)
-set(_test_world_targets ${_test_targets} splitcubes_body)
+set(_test_world_targets ${_test_targets} splitcubes_world)
 
 # splitcubes_precompile(TARGET GROUP): lets the target use the precompiled headers of a group.
 function(splitcubes_precompile target group)

@@ -1,9 +1,9 @@
 #include "carried_surfaces.h"
 
 #include <splitcubes/body/body.h>
-#include <splitcubes/body/world.h>
 #include <splitcubes/io/write_mesh.h>
 #include <splitcubes/splitting/surface.h>
+#include <splitcubes/world/world.h>
 
 #include <algorithm>
 

@@ -1,7 +1,6 @@
 #include "checkpoints.h"
 #include "report.h"
 
-#include <splitcubes/body/checkpoint.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/memory.h>
 #include <splitcubes/core/sha256.h>
@@ -10,6 +9,7 @@
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/plain_json.h>
 #include <splitcubes/scene/resolve.h>
+#include <splitcubes/world/checkpoint.h>
 
 #include <algorithm>
 #include <charconv>

@@ -4,8 +4,8 @@
 #include "output_folder.h"
 #include "run_output.h"
 
-#include <splitcubes/body/world.h>
 #include <splitcubes/scene/description.h>
+#include <splitcubes/world/world.h>
 
 #include <cstdint>
 #include <filesystem>

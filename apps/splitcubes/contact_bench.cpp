@@ -1,10 +1,10 @@
 #include "contact_bench.h"
 
 #include <splitcubes/body/body.h>
-#include <splitcubes/body/checkpoint.h>
-#include <splitcubes/body/world.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/geometry/shapes.h>
+#include <splitcubes/world/checkpoint.h>
+#include <splitcubes/world/world.h>
 
 #include <algorithm>
 #include <cstdio>

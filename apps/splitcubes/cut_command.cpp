@@ -10,10 +10,10 @@
 #include "progress.h"
 #include "report.h"
 
-#include <splitcubes/body/rest_cut.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/stopwatch.h>
 #include <splitcubes/geometry/rest_grid.h>
+#include <splitcubes/node_motion/rest_cut.h>
 #include <splitcubes/splitting/enclosed.h>
 #include <splitcubes/splitting/extract.h>
 #include <splitcubes/splitting/sheet_cut.h>

@@ -1,11 +1,11 @@
 // Explains in a sentence why a tool, a blade or a sheet cut nothing.
 #pragma once
 
-#include <splitcubes/body/idle_tools.h>
 #include <splitcubes/geometry/box.h>
 #include <splitcubes/geometry/length_unit.h>
 #include <splitcubes/geometry/plane.h>
 #include <splitcubes/splitting/crossed_edges.h>
+#include <splitcubes/world/idle_tools.h>
 #include <nlohmann/json_fwd.hpp>
 
 #include <optional>

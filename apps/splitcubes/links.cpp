@@ -1,9 +1,9 @@
 #include "links.h"
 
 #include <splitcubes/body/body.h>
-#include <splitcubes/body/world.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/io/atomic_file.h>
+#include <splitcubes/world/world.h>
 
 #include <bit>
 #include <cstring>

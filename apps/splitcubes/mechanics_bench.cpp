@@ -1,10 +1,10 @@
 #include "mechanics_bench.h"
 
 #include <splitcubes/body/body.h>
-#include <splitcubes/body/world.h>
 #include <splitcubes/core/stopwatch.h>
+#include <splitcubes/dynamics/time_integrator.h>
 #include <splitcubes/geometry/shapes.h>
-#include <splitcubes/meshless/time_integrator.h>
+#include <splitcubes/world/world.h>
 
 #include <algorithm>
 #include <cmath>

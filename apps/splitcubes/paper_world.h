@@ -1,8 +1,8 @@
 // The published problem size, for benchmarks.
 #pragma once
 
-#include <splitcubes/body/world.h>
 #include <splitcubes/occlusion/criterion.h>
+#include <splitcubes/world/world.h>
 
 #include <memory>
 

@@ -6,8 +6,8 @@
 #include "output_folder.h"
 #include "report.h"
 
-#include <splitcubes/body/world.h>
 #include <splitcubes/scene/description.h>
+#include <splitcubes/world/world.h>
 
 #include <filesystem>
 #include <memory>

@@ -1,8 +1,8 @@
 #include "validation.h"
 
 #include <splitcubes/body/body.h>
-#include <splitcubes/body/world.h>
 #include <splitcubes/geometry/shapes.h>
+#include <splitcubes/world/world.h>
 
 #include <algorithm>
 #include <cmath>

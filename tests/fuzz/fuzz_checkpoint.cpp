@@ -1,10 +1,10 @@
 // The bytes describe how a valid checkpoint of a small world is damaged; length and checksum are fixed up. A
 // refused checkpoint must give a one-line error, an accepted one must make two steps.
-#include <splitcubes/body/checkpoint.h>
 #include <splitcubes/core/error.h>
+#include <splitcubes/world/checkpoint.h>
 
-#include "body/busy_world.h"
-#include "body/checkpoint_damage.h"
+#include "world/busy_world.h"
+#include "world/checkpoint_damage.h"
 
 #include <array>
 #include <cstdint>

@@ -3,10 +3,10 @@
 
 #include <splitcubes/body/body_settings.h>
 #include <splitcubes/body/boundary_conditions.h>
-#include <splitcubes/body/world.h>
 #include <splitcubes/geometry/shapes.h>
-#include <splitcubes/meshless/phyxels.h>
+#include <splitcubes/samples/phyxels.h>
 #include <splitcubes/splitting/pieces.h>
+#include <splitcubes/world/world.h>
 
 #include <memory>
 #include <utility>

@@ -1,12 +1,12 @@
 #include <splitcubes/body/body.h>
-#include <splitcubes/body/lattice_node_motion.h>
-#include <splitcubes/body/phyxel_node_motion.h>
 #include <splitcubes/body/step_context.h>
 #include <splitcubes/body/step_report.h>
-#include <splitcubes/body/tearing.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/state_hash.h>
-#include <splitcubes/meshless/time_integrator.h>
+#include <splitcubes/dynamics/time_integrator.h>
+#include <splitcubes/fracture/tearing.h>
+#include <splitcubes/node_motion/lattice_node_motion.h>
+#include <splitcubes/node_motion/phyxel_node_motion.h>
 #include <splitcubes/splitting/extract.h>
 #include <splitcubes/splitting/sheet_cut.h>
 #include <splitcubes/splitting/validate.h>

@@ -4,11 +4,11 @@
 
 #include <splitcubes/body/body_settings.h>
 #include <splitcubes/body/boundary_conditions.h>
-#include <splitcubes/body/elastic_samples.h>
-#include <splitcubes/body/material_nodes.h>
-#include <splitcubes/body/surface_motion.h>
 #include <splitcubes/body/surface_occluders.h>
-#include <splitcubes/body/surface_sampler.h>
+#include <splitcubes/body_samples/elastic_samples.h>
+#include <splitcubes/body_samples/material_nodes.h>
+#include <splitcubes/contact/detection/surface_sampler.h>
+#include <splitcubes/node_motion/surface_motion.h>
 #include <splitcubes/splitting/pieces.h>
 #include <splitcubes/splitting/solidify.h>
 

@@ -1,7 +1,7 @@
 // The parts of a body that contact search sees.
 #include <splitcubes/body/body.h>
-#include <splitcubes/body/body_view.h>
-#include <splitcubes/body/node_motion.h>
+#include <splitcubes/contact/detection/body_view.h>
+#include <splitcubes/node_motion/node_motion.h>
 
 namespace splitcubes::body {
 

@@ -1,11 +1,11 @@
 // The first stage of a step, which cuts the grid edges that blades crossed, and cuts at rest.
 #include <splitcubes/body/body.h>
-#include <splitcubes/body/node_motion.h>
-#include <splitcubes/body/node_ties.h>
-#include <splitcubes/body/rest_cut.h>
 #include <splitcubes/body/step_context.h>
 #include <splitcubes/body/step_report.h>
-#include <splitcubes/body/topology_change.h>
+#include <splitcubes/body_samples/topology_change.h>
+#include <splitcubes/node_motion/node_motion.h>
+#include <splitcubes/node_motion/node_ties.h>
+#include <splitcubes/node_motion/rest_cut.h>
 #include <splitcubes/splitting/sheet_cut.h>
 
 #include <cmath>

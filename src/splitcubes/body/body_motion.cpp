@@ -1,8 +1,8 @@
 // The last stages of a step: integration of the body, then node frames and surface.
 #include <splitcubes/body/body.h>
-#include <splitcubes/body/lattice_node_motion.h>
 #include <splitcubes/body/step_context.h>
 #include <splitcubes/body/step_report.h>
+#include <splitcubes/node_motion/lattice_node_motion.h>
 #include <splitcubes/splitting/surface.h>
 
 #include <algorithm>

@@ -1,10 +1,10 @@
 // Settings of a body.
 #pragma once
 
-#include <splitcubes/body/tear_settings.h>
 #include <splitcubes/deformation/deformation.h>
-#include <splitcubes/meshless/material.h>
+#include <splitcubes/fracture/tear_settings.h>
 #include <splitcubes/occlusion/criterion.h>
+#include <splitcubes/samples/material.h>
 
 #include <functional>
 #include <memory>

@@ -2,8 +2,8 @@
 // derived, so that it cannot contradict it: grid, surface and pieces from the cuts, masses from the mass
 // lumping, kernels and vertices from phyxels and nodes. Every stored number is checked when it is read.
 #include <splitcubes/body/body.h>
-#include <splitcubes/body/node_motion.h>
 #include <splitcubes/math/state_numbers.h>
+#include <splitcubes/node_motion/node_motion.h>
 #include <splitcubes/splitting/surface.h>
 
 #include <algorithm>

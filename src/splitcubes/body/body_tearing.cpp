@@ -1,11 +1,11 @@
 // The stage of a step in which a body tears.
 #include <splitcubes/body/body.h>
-#include <splitcubes/body/node_motion.h>
 #include <splitcubes/body/step_context.h>
 #include <splitcubes/body/step_report.h>
-#include <splitcubes/body/tearing.h>
-#include <splitcubes/body/topology_change.h>
+#include <splitcubes/body_samples/topology_change.h>
 #include <splitcubes/core/error.h>
+#include <splitcubes/fracture/tearing.h>
+#include <splitcubes/node_motion/node_motion.h>
 
 #include <cmath>
 

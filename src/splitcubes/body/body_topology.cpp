@@ -1,10 +1,10 @@
 // The middle stages of a step, which update topology, visibility and neighbourhoods after edges were cut.
 #include <splitcubes/body/body.h>
-#include <splitcubes/body/node_motion.h>
-#include <splitcubes/body/resampling.h>
 #include <splitcubes/body/step_context.h>
 #include <splitcubes/body/step_report.h>
-#include <splitcubes/body/topology_change.h>
+#include <splitcubes/body_samples/resampling.h>
+#include <splitcubes/body_samples/topology_change.h>
+#include <splitcubes/node_motion/node_motion.h>
 #include <splitcubes/splitting/surface.h>
 
 #include <algorithm>

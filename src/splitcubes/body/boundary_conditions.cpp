@@ -1,6 +1,6 @@
 #include <splitcubes/body/boundary_conditions.h>
-#include <splitcubes/meshless/contact.h>
-#include <splitcubes/meshless/phyxels.h>
+#include <splitcubes/contact/response/contact.h>
+#include <splitcubes/samples/phyxels.h>
 
 #include <algorithm>
 

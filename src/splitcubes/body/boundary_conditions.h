@@ -2,7 +2,7 @@
 #pragma once
 
 #include <splitcubes/core/parallel.h>
-#include <splitcubes/meshless/rigid_pieces.h>
+#include <splitcubes/samples/rigid_pieces.h>
 
 #include <cstdint>
 #include <functional>

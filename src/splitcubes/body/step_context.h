@@ -2,7 +2,7 @@
 #pragma once
 
 #include <splitcubes/core/parallel.h>
-#include <splitcubes/meshless/solver_types.h>
+#include <splitcubes/dynamics/solver_types.h>
 
 #include <optional>
 #include <span>

@@ -1,7 +1,7 @@
 // The occluders of a body's surface: the triangles that can block a line of sight.
 #pragma once
 
-#include <splitcubes/body/surface_changes.h>
+#include <splitcubes/contact/detection/surface_changes.h>
 #include <splitcubes/core/parallel.h>
 #include <splitcubes/geometry/occluder_grid.h>
 

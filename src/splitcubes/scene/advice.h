@@ -1,7 +1,7 @@
 // Notes for the user about a world before its first step, one line each; empty if nothing needs attention.
 #pragma once
 
-#include <splitcubes/body/world.h>
+#include <splitcubes/world/world.h>
 
 #include <cstdint>
 #include <span>

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <splitcubes/body/body_settings.h>
-#include <splitcubes/body/world.h>
 #include <splitcubes/io/read_mesh.h>
 #include <splitcubes/scene/description.h>
+#include <splitcubes/world/world.h>
 
 #include <filesystem>
 #include <map>

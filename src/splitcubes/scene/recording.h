@@ -1,8 +1,8 @@
 // Recordings: a run's scene, the motions that drove it, and its first and last state.
 #pragma once
 
-#include <splitcubes/body/motion_tracks.h>
 #include <splitcubes/scene/description.h>
+#include <splitcubes/world/motion_tracks.h>
 
 #include <filesystem>
 #include <string>

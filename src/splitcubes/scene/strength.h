@@ -1,7 +1,7 @@
 // Regions and painted colours as functions of the rest position. Internal to scene.
 #pragma once
 
-#include <splitcubes/body/tear_settings.h>
+#include <splitcubes/fracture/tear_settings.h>
 #include <splitcubes/io/read_mesh.h>
 #include <splitcubes/scene/description.h>
 

@@ -4,8 +4,8 @@
 #include <splitcubes/api/mesh.h>
 #include <splitcubes/api/settings.h>
 #include <splitcubes/body/body_settings.h>
-#include <splitcubes/body/world.h>
 #include <splitcubes/io/read_mesh.h>
+#include <splitcubes/world/world.h>
 
 #include <string>
 

@@ -5,9 +5,9 @@
 #include <splitcubes/api/internal/surface_stream.h>
 #include <splitcubes/api/settings.h>
 #include <splitcubes/body/body_settings.h>
-#include <splitcubes/body/world.h>
 #include <splitcubes/io/read_mesh.h>
 #include <splitcubes/math/sampled_motion.h>
+#include <splitcubes/world/world.h>
 
 #include <cstdint>
 #include <memory>

@@ -1,0 +1,173 @@
+#include <splitcubes/body_samples/elastic_samples.h>
+#include <splitcubes/body_samples/material_nodes.h>
+#include <splitcubes/body_samples/tuning.h>
+#include <splitcubes/core/memory.h>
+#include <splitcubes/samples/sampling.h>
+#include <splitcubes/splitting/pieces.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+
+namespace splitcubes::body {
+
+namespace {
+
+// Estimated bytes of phyxels with their links and their share of the nodes; measured.
+double phyxel_memory(double count) {
+    return tuning::set_up::bytes_per_phyxel * count;
+}
+
+// Returns the candidate if its nearest node is inside and sees it; that node's position if the node is
+// inside but does not see it, so that thin parts are sampled too; else nothing.
+std::optional<Vec3> point_in_material(const SampleContext& context, const Vec3& candidate) {
+    const Vec3i node = context.grid.rest().to_grid(candidate).array().round().cast<int>();
+    if (!context.grid.rest().contains(node) || !context.grid.inside(node)) return std::nullopt;
+    const Vec3 at_node = context.grid.rest().node_position(node);
+    return context.occluders.segment_blocked(at_node, candidate) ? at_node : candidate;
+}
+
+std::vector<Vec3> sample_positions(const SampleContext& context, double spacing) {
+    geometry::Box box;
+    for (const Vec3& rest : context.nodes.rest_position) box.add(rest);
+    box = box.grown(0.5 * context.grid.rest().cell_size);
+    // No point of a full lattice is farther than 0.87 spacings from a sample.
+    return meshless::sample_solid(
+        box, spacing, [&](const Vec3& candidate) { return point_in_material(context, candidate); },
+        context.nodes.rest_position, 0.95 * spacing, context.parallel);
+}
+
+// Returns the positions for about `count` phyxels and sets their spacing, m. The count scales with the
+// inverse cube of the spacing; the best of a few attempts is kept.
+std::vector<Vec3> sample_count_positions(const SampleContext& context, double volume, int count,
+                                         double& spacing) {
+    std::vector<Vec3> positions;
+    double tried_spacing = std::cbrt(volume / count);
+    double best_error = 1e300;
+    for (int attempt = 0; attempt < 6; ++attempt) {
+        std::vector<Vec3> tried = sample_positions(context, tried_spacing);
+        const double ratio = static_cast<double>(tried.size()) / count;
+        if (std::abs(std::log(ratio)) < best_error) {
+            best_error = std::abs(std::log(ratio));
+            spacing = tried_spacing;
+            positions = std::move(tried);
+        }
+        tried_spacing *= std::cbrt(ratio);
+    }
+    return positions;
+}
+
+}  // namespace
+
+Vec3i owner_of(const SampleContext& context, const Vec3& rest, const Vec3i& fallback,
+               const std::function<bool(std::int32_t piece)>& accepts) {
+    const Vec3 at = context.grid.rest().to_grid(rest);
+    const Vec3i base = at.array().round().cast<int>();
+    Vec3i best = fallback;
+    double best_distance = 1e300;
+    for (int k = 0; k < 27; ++k) {
+        const Vec3i node = base + Vec3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+        if (!context.grid.rest().contains(node) || !context.grid.inside(node)) continue;
+        const double distance = (node.cast<double>() - at).squaredNorm();
+        if (distance >= best_distance) continue;
+        if (!accepts(context.pieces.piece_of(context.grid, node))) continue;
+        if (context.occluders.segment_blocked(context.grid.rest().node_position(node), rest)) continue;
+        best = node;
+        best_distance = distance;
+    }
+    return best;
+}
+
+ElasticSamples::ElasticSamples(std::unique_ptr<occlusion::Criterion> own_criterion)
+    : criterion(std::move(own_criterion)) {}
+
+ElasticSamples::~ElasticSamples() = default;
+
+void ElasticSamples::place(const SampleContext& context, const SampleSettings& settings) {
+    const std::string body = "body '" + settings.body + "'";
+    const double volume = context.nodes.total_volume();
+    spacing = settings.spacing;
+    require_memory("phyxels", phyxel_memory(spacing > 0 ? volume / std::pow(spacing, 3) : settings.count),
+                   spacing > 0 ? "use a larger phyxel spacing" : "use fewer phyxels");
+    const std::vector<Vec3> positions =
+        spacing > 0 ? sample_positions(context, spacing)
+                    : sample_count_positions(context, volume, settings.count, spacing);
+    owner.resize(positions.size());
+    context.parallel.for_each(positions.size(), 256, [&](std::size_t i) {
+        const Vec3i nearest = context.grid.rest().to_grid(positions[i]).array().round().cast<int>();
+        owner[i] = owner_of(context, positions[i], nearest, [](std::int32_t) { return true; });
+    });
+    for (std::size_t i = 0; i < positions.size(); ++i)
+        phyxels.append(positions[i], 0.5 * spacing, context.pieces.piece_of(context.grid, owner[i]));
+    set_contact_radii(context);
+    context.parallel.begin(body + ": links");
+    rebuild_pairs(context);
+    context.parallel.begin(body + ": volumes");
+    lumping = meshless::lump(context.nodes.for_lumping(), phyxels, locator, context.parallel);
+    meshless::apply(lumping, context.nodes.volume, context.material.density, phyxels);
+    context.parallel.begin(body + ": gradients");
+    neighbourhoods.rebuild(phyxels, pairs, context.material, context.parallel);
+
+    const Vec3 centre = meshless::total_momenta(phyxels).centre;
+    for (std::size_t i = 0; i < phyxels.size(); ++i) {
+        phyxels.velocity[i] =
+            settings.velocity + settings.angular_velocity.cross(phyxels.position[i] - centre);
+        phyxels.previous_velocity[i] = phyxels.velocity[i];
+    }
+    previous_deformation = phyxels.deformation;
+    initial_count = phyxels.size();
+}
+
+// Sets the contact radius of phyxels to their distance from the boundary, so that a phyxel touches the
+// ground when the boundary next to it would.
+void ElasticSamples::set_contact_radii(const SampleContext& context) {
+    std::vector<Vec3> boundary;
+    for (const splitting::Crossing& c : context.grid.crossings())
+        if (c.origin == splitting::Origin::boundary) boundary.push_back(context.grid.crossing_position(c));
+    if (boundary.empty()) return;
+    const double max_radius = 0.75 * spacing;
+    const meshless::PhyxelLocator near_boundary(boundary, max_radius);
+    context.parallel.for_each(phyxels.size(), 256, [&](std::size_t i) {
+        double distance = max_radius;
+        near_boundary.visit(phyxels.rest_position[i], max_radius, [&](std::uint32_t index) {
+            distance = std::min(distance, (boundary[index] - phyxels.rest_position[i]).norm());
+            return true;
+        });
+        phyxels.contact_radius[i] = distance;
+    });
+}
+
+void ElasticSamples::rebuild_locator() {
+    locator = meshless::PhyxelLocator(phyxels.rest_position, 1.6 * spacing);
+}
+
+void ElasticSamples::rebuild_pairs(const SampleContext& context) {
+    rebuild_locator();
+    std::size_t old_count = 0;
+    while (old_count < phyxels.size() && phyxels.support_radius[old_count] > 0) ++old_count;
+    meshless::compute_support_radii(phyxels, locator, context.parallel, {}, old_count);
+    const meshless::Pairs before = std::move(pairs);
+    pairs = meshless::find_pairs(phyxels, locator, context.parallel);
+    std::vector<std::uint32_t> unknown = meshless::transfer_visibility(before, pairs);
+    if (criterion->depends_on_others()) {
+        unknown.resize(pairs.size());
+        std::iota(unknown.begin(), unknown.end(), 0U);
+    }
+    evaluate_pairs(context, unknown);
+}
+
+std::vector<std::size_t> ElasticSamples::count_by_piece(std::size_t piece_count) const {
+    std::vector<std::size_t> count(piece_count, 0);
+    for (const std::int32_t piece : phyxels.piece) ++count[static_cast<std::size_t>(piece)];
+    return count;
+}
+
+double ElasticSamples::largest_support() const {
+    double largest = 0;
+    for (const double h : phyxels.support_radius) largest = std::max(largest, h);
+    return largest;
+}
+
+}  // namespace splitcubes::body

@@ -1,0 +1,526 @@
+#include <splitcubes/body_samples/elastic_samples.h>
+#include <splitcubes/body_samples/material_nodes.h>
+#include <splitcubes/body_samples/resampling.h>
+#include <splitcubes/body_samples/topology_change.h>
+#include <splitcubes/body_samples/tuning.h>
+#include <splitcubes/elasticity/elasticity.h>
+#include <splitcubes/math/decompose.h>
+#include <splitcubes/node_motion/node_tracker.h>
+#include <splitcubes/samples/split_momentum.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace splitcubes::body {
+
+namespace {
+
+// Returns per piece the family it belongs to, the pieces that were one before the split; -1: untouched.
+std::vector<std::int32_t> families_of(std::span<const splitting::PieceSplit> splits, std::size_t pieces) {
+    std::vector<std::int32_t> family(pieces, -1);
+    std::int32_t count = 0;
+    for (const splitting::PieceSplit& split : splits) {
+        std::int32_t& of_parent = family[static_cast<std::size_t>(split.parent)];
+        if (of_parent < 0) of_parent = count++;
+        family[static_cast<std::size_t>(split.piece)] = of_parent;
+    }
+    return family;
+}
+
+// Extent of a node's material down and up each axis, in cells: up to the crossing, boundary or cut, if the
+// edge has one, else half way to the next node.
+std::pair<Vec3, Vec3> node_reach(const splitting::NodeGrid& grid, const Vec3i& node) {
+    Vec3 low = Vec3::Constant(0.5), high = low;
+    for (int axis = 0; axis < 3; ++axis) {
+        const std::int32_t above = grid.slot({node, axis});
+        if (above >= 0) high[axis] = grid.crossing(above).parameter;
+        const std::int32_t below = grid.slot({node - Vec3i::Unit(axis), axis});
+        if (below >= 0) low[axis] = 1 - grid.crossing(below).parameter;
+    }
+    return {low, high};
+}
+
+// Resamples the pieces of one step's splits; see resample.
+class Resampler {
+  public:
+    Resampler(const SampleContext& context, const NodeTracker& tracker, std::span<const std::uint8_t> held,
+              ElasticSamples& samples, TopologyChange& change)
+        : context_(context), tracker_(tracker), held_(held), samples_(samples), change_(change) {}
+    void run();
+
+  private:
+    /// Treatment of a piece in a step in which pieces split (see kinds_of).
+    enum class Kind : std::uint8_t { untouched, rigid, small, large };
+    /// State of a node, interpolated from phyxels.
+    struct NodeState {
+        Vec3 position = Vec3::Zero();        // m, world
+        Mat3 jacobian = Mat3::Zero();        // d world / d rest
+        Vec3 velocity = Vec3::Zero();        // m/s
+        Mat3 plastic_strain = Mat3::Zero();  // rest space
+        double weight = 0;
+    };
+    NodeState motion_of(std::uint32_t node, std::int32_t side) const;
+    void add_sample(std::uint32_t node, std::int32_t piece);
+    void add_samples(std::int32_t piece, std::span<const std::uint32_t> nodes, std::size_t wanted,
+                     double within);
+    bool is_sparse(std::size_t phyxels, double length) const;
+    std::size_t add_samples_around(std::uint32_t phyxel, std::span<const std::uint32_t> nodes);
+    void refresh_links(std::size_t old_count);
+    void fill_pieces(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
+    std::vector<Kind> kinds_of(std::span<const std::vector<std::uint32_t>> nodes) const;
+    void reset_small_strains(std::span<const Kind> kinds, std::size_t old_count);
+    void reset_strain(std::span<const std::size_t> members);
+    bool is_chain(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
+    meshless::RigidPiece initial_rigid_piece(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
+    std::vector<Vec3> contact_points(const meshless::RigidPiece& body,
+                                     std::span<const std::uint32_t> nodes) const;
+    void make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
+
+    const SampleContext& context_;
+    const NodeTracker& tracker_;
+    std::span<const std::uint8_t> held_;  // per phyxel of the last step
+    ElasticSamples& samples_;
+    TopologyChange& change_;
+};
+
+// Interpolates the state of a node from the phyxels as they were before the split. Phyxels that now belong to
+// piece `side` are preferred, since the others have separated from it; then the node's kernel, which respects
+// visibility, is preferred to the phyxels among which its mass is lumped.
+Resampler::NodeState Resampler::motion_of(std::uint32_t node, std::int32_t side) const {
+    const Vec3& rest = context_.nodes.rest_position[node];
+    std::span<const std::uint32_t> visible, lumped{samples_.lumping.phyxel};
+    std::span<const double> visible_weight, lumped_weight{samples_.lumping.share};
+    const std::uint32_t begin = samples_.lumping.offsets[node],
+                        count = samples_.lumping.offsets[node + 1] - begin;
+    lumped = lumped.subspan(begin, count);
+    lumped_weight = lumped_weight.subspan(begin, count);
+    const std::int32_t tracked = tracker_.find(context_.nodes.node[node]);
+    const meshless::NodeKernels& kernels = tracker_.kernels();
+    if (tracked >= 0 && static_cast<std::size_t>(tracked) < kernels.size()) {
+        const meshless::NodeKernels::Row& row = kernels.rows[static_cast<std::size_t>(tracked)];
+        visible = std::span{kernels.phyxel}.subspan(row.begin, row.count);
+        visible_weight = std::span{kernels.weight}.subspan(row.begin, row.count);
+    }
+    const auto sum_over = [&](std::span<const std::uint32_t> row, std::span<const double> weights,
+                              bool own_side) {
+        NodeState sum;
+        for (std::size_t k = 0; k < row.size(); ++k) {
+            const std::uint32_t i = row[k];
+            if (own_side && samples_.phyxels.piece[i] != side) continue;
+            const double weight = std::abs(weights[k]);
+            sum.weight += weight;
+            sum.position +=
+                weight * (samples_.phyxels.position[i] +
+                          samples_.phyxels.deformation[i] * (rest - samples_.phyxels.rest_position[i]));
+            sum.jacobian += weight * samples_.phyxels.deformation[i];
+            sum.velocity += weight * samples_.phyxels.velocity[i];
+            sum.plastic_strain += weight * samples_.phyxels.plastic_strain[i];
+        }
+        return sum;
+    };
+    NodeState sum;
+    for (const bool own_side : {true, false}) {
+        if (!(sum.weight > 0)) sum = sum_over(visible, visible_weight, own_side);
+        if (!(sum.weight > 0)) sum = sum_over(lumped, lumped_weight, own_side);
+    }
+    if (!(sum.weight > 0)) return NodeState{rest, Mat3::Identity()};
+    sum.position /= sum.weight;
+    sum.jacobian /= sum.weight;
+    sum.velocity /= sum.weight;
+    sum.plastic_strain /= sum.weight;
+    return sum;
+}
+
+void Resampler::add_sample(std::uint32_t node, std::int32_t piece) {
+    const NodeState motion = motion_of(node, piece);
+    meshless::PhyxelStart start;
+    start.rest_position = context_.nodes.rest_position[node];
+    start.piece = piece;
+    start.contact_radius = 0.5 * context_.grid.rest().cell_size;
+    start.position = motion.position;
+    start.deformation = motion.jacobian;
+    start.velocity = motion.velocity;
+    start.plastic_strain = motion.plastic_strain;
+    samples_.phyxels.append(start);
+    samples_.owner.push_back(context_.nodes.node[node]);
+    samples_.previous_deformation.push_back(start.deformation);
+}
+
+// Adds phyxels to a piece at its own nodes in farthest-point order, until it has as many as wanted or each
+// node is closer to a phyxel than `within`, m (or half a cell, if that is more).
+void Resampler::add_samples(std::int32_t piece, std::span<const std::uint32_t> nodes, std::size_t wanted,
+                            double within) {
+    std::vector<double> distance(nodes.size(), 1e300);  // m^2
+    std::size_t have = 0;
+    const auto update_distances = [&](const Vec3& rest) {
+        ++have;
+        for (std::size_t k = 0; k < nodes.size(); ++k)
+            distance[k] =
+                std::min(distance[k], (context_.nodes.rest_position[nodes[k]] - rest).squaredNorm());
+    };
+    for (std::size_t i = 0; i < samples_.phyxels.size(); ++i)
+        if (samples_.phyxels.piece[i] == piece) update_distances(samples_.phyxels.rest_position[i]);
+    const double half_cell = 0.5 * context_.grid.rest().cell_size;
+    const double min_squared = std::max(within * within, half_cell * half_cell);
+    while (have < wanted) {
+        const auto far = std::max_element(distance.begin(), distance.end());
+        if (far == distance.end() || *far < min_squared) return;
+        const std::uint32_t n = nodes[static_cast<std::size_t>(far - distance.begin())];
+        add_sample(n, piece);
+        update_distances(context_.nodes.rest_position[n]);
+    }
+}
+
+// Adds phyxels around one whose neighbours do not span space, at visible nodes of its piece within its
+// support, those farthest from all phyxels around first. Returns the number added.
+std::size_t Resampler::add_samples_around(std::uint32_t phyxel, std::span<const std::uint32_t> nodes) {
+    const Vec3 rest = samples_.phyxels.rest_position[phyxel];
+    const double reach = 0.9 * samples_.phyxels.support_radius[phyxel];
+    const double min_squared = 0.25 * context_.grid.rest().cell_size * context_.grid.rest().cell_size;
+    std::vector<std::uint32_t> near;
+    for (const std::uint32_t n : nodes)
+        if ((context_.nodes.rest_position[n] - rest).squaredNorm() < reach * reach &&
+            !context_.occluders.segment_blocked(rest, context_.nodes.rest_position[n]))
+            near.push_back(n);
+    std::vector<double> distance(near.size(), 1e300);  // m^2
+    const auto update_distances = [&](const Vec3& at) {
+        for (std::size_t k = 0; k < near.size(); ++k)
+            distance[k] = std::min(distance[k], (context_.nodes.rest_position[near[k]] - at).squaredNorm());
+    };
+    const std::int32_t piece = samples_.phyxels.piece[phyxel];
+    for (std::size_t i = 0; i < samples_.phyxels.size(); ++i)
+        if (samples_.phyxels.piece[i] == piece &&
+            (samples_.phyxels.rest_position[i] - rest).squaredNorm() < 4 * reach * reach)
+            update_distances(samples_.phyxels.rest_position[i]);
+    std::size_t added = 0;
+    for (int k = 0; k < tuning::resampling::phyxels_per_rank_iteration; ++k) {
+        const auto far = std::max_element(distance.begin(), distance.end());
+        if (far == distance.end() || *far < min_squared) break;
+        const std::uint32_t n = near[static_cast<std::size_t>(far - distance.begin())];
+        add_sample(n, piece);
+        update_distances(context_.nodes.rest_position[n]);
+        ++added;
+    }
+    return added;
+}
+
+// Returns the rigid piece that a piece becomes. A part of a rigid piece continues that piece's motion. A part
+// of an elastic one is placed without strain at the best fit to its nodes (which were interpolated from
+// phyxels on both sides of the cut and may be far apart). Its velocity is the rigid motion that best fits the
+// phyxels that carried its mass; the nodes span less than these, so taking over the angular momentum would
+// overspin it.
+meshless::RigidPiece Resampler::initial_rigid_piece(std::int32_t piece,
+                                                    std::span<const std::uint32_t> nodes) const {
+    const double density = context_.material.density;
+    const double edge = context_.grid.rest().cell_size;
+    meshless::RigidPiece body;
+    body.piece = piece;
+    const std::int32_t parent = samples_.phyxels.rigid.index(samples_.lumping.piece[nodes.front()]);
+    if (parent >= 0) {
+        const meshless::RigidPiece& whole = samples_.phyxels.rigid.bodies[static_cast<std::size_t>(parent)];
+        body.shape = whole.shape;
+        body.rotation = whole.rotation;
+        context_.nodes.weigh(nodes, density, body);
+        body.centre = whole.world_point_of_rest(body.rest_centre);
+        body.momentum = body.mass * whole.velocity_at(body.centre);
+        body.angular_momentum =
+            body.rotation * body.inertia * body.rotation.transpose() * whole.angular_velocity();
+        return body;
+    }
+    std::vector<NodeState> motions;
+    std::vector<double> mass;  // kg, per node
+    Mat3 plastic_strain = Mat3::Zero();
+    double total = 0;
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        motions.push_back(motion_of(nodes[k], piece));
+        mass.push_back(density * context_.nodes.volume[nodes[k]]);
+        plastic_strain += mass[k] * motions[k].plastic_strain;
+        body.centre += mass[k] * motions[k].position;
+        total += mass[k];
+    }
+    body.centre /= total;
+    body.shape = meshless::stretch_of(context_.material, plastic_strain / total);
+    context_.nodes.weigh(nodes, density, body);
+    Mat3 covariance = Mat3::Zero(), mean = Mat3::Zero();
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        const Vec3 own = body.shape * (context_.nodes.rest_position[nodes[k]] - body.rest_centre);
+        covariance += mass[k] * (motions[k].position - body.centre) * own.transpose();
+        covariance += mass[k] * edge * edge / 12 * motions[k].jacobian * body.shape;
+        mean += mass[k] / total * motions[k].jacobian;
+    }
+    body.rotation = rotation_of(covariance, rotation_of(mean));
+
+    std::vector<meshless::Momenta> held;
+    for (std::size_t k = 0; k < nodes.size(); ++k)
+        for (std::uint32_t e = samples_.lumping.offsets[nodes[k]]; e < samples_.lumping.offsets[nodes[k] + 1];
+             ++e) {
+            meshless::Momenta one;
+            // Weighted by the absolute share: moment-corrected shares can be negative, which no fit allows.
+            one.mass = mass[k] * std::abs(samples_.lumping.share[e]);
+            one.centre = samples_.phyxels.position[samples_.lumping.phyxel[e]];
+            one.linear = one.mass * samples_.phyxels.velocity[samples_.lumping.phyxel[e]];
+            held.push_back(one);
+        }
+    const meshless::Momenta sum = meshless::together(held);
+    // About axes around which the phyxels hardly spread, their velocities determine no rotation.
+    const double min_inertia = 0.01 * sum.mass * edge * edge;
+    const Vec3 rotation_rate = meshless::angular_velocity(sum.inertia, sum.angular_momentum, min_inertia);
+    body.momentum = body.mass * (sum.linear / sum.mass + rotation_rate.cross(body.centre - sum.centre));
+    body.angular_momentum = body.rotation * body.inertia * body.rotation.transpose() * rotation_rate;
+    return body;
+}
+
+// Returns the contact points of a rigid piece: the extreme corners of its nodes' boxes in 26 directions; m,
+// in its own frame.
+std::vector<Vec3> Resampler::contact_points(const meshless::RigidPiece& body,
+                                            std::span<const std::uint32_t> nodes) const {
+    std::vector<Vec3> corners;
+    const double h = context_.grid.rest().cell_size;
+    for (const std::uint32_t n : nodes) {
+        const auto [low, high] = node_reach(context_.grid, context_.nodes.node[n]);
+        for (int c = 0; c < 8; ++c) {
+            Vec3 offset;
+            for (int k = 0; k < 3; ++k) offset[k] = (c >> k & 1) != 0 ? high[k] : -low[k];
+            corners.push_back(body.shape * (context_.nodes.rest_position[n] + h * offset - body.rest_centre));
+        }
+    }
+    std::vector<std::size_t> outer;
+    for (int d = 0; d < 27; ++d) {
+        const Vec3 direction(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1);
+        if (direction.isZero(0)) continue;
+        std::size_t best = 0;
+        for (std::size_t c = 1; c < corners.size(); ++c)
+            if (direction.dot(corners[c]) > direction.dot(corners[best])) best = c;
+        outer.push_back(best);
+    }
+    std::sort(outer.begin(), outer.end());
+    outer.erase(std::unique(outer.begin(), outer.end()), outer.end());
+    std::vector<Vec3> points;
+    for (const std::size_t c : outer) points.push_back(corners[c]);
+    return points;
+}
+
+// Whether a piece has fewer phyxels than its length, m, has spacings. A slab that is cut out between two
+// layers of phyxels may have none.
+bool Resampler::is_sparse(std::size_t phyxels, double length) const {
+    return static_cast<double>(phyxels) * samples_.spacing < length;
+}
+
+// Rebuilds pairs and neighbourhoods if phyxels were added since there were old_count; else updates them for
+// the changed pairs.
+void Resampler::refresh_links(std::size_t old_count) {
+    if (samples_.phyxels.size() != old_count) {
+        samples_.rebuild_pairs(context_);
+        samples_.neighbourhoods.rebuild(samples_.phyxels, samples_.pairs, context_.material,
+                                        context_.parallel);
+    } else if (!change_.dirty_pairs.empty()) {
+        samples_.neighbourhoods.update(samples_.phyxels, samples_.pairs, change_.dirty_pairs,
+                                       context_.material, context_.parallel);
+    }
+    change_.dirty_pairs.clear();
+}
+
+// Adds phyxels to small elastic pieces until every neighbourhood spans space or no nodes are left. Large
+// pieces get none: the few phyxels at their thin ends whose rank dropped stay so, because new phyxels would
+// change the strain around them and release elastic energy.
+void Resampler::fill_pieces(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds) {
+    std::size_t old_count = samples_.phyxels.size();
+    const std::vector<std::size_t> count = samples_.count_by_piece(context_.pieces.count());
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        const std::size_t wanted = kinds[k] == Kind::small
+                                       ? std::min(tuning::resampling::min_piece_phyxels, nodes[k].size())
+                                   : kinds[k] == Kind::rigid ? 1
+                                                             : 0;
+        if (count[k] < wanted) add_samples(static_cast<std::int32_t>(k), nodes[k], wanted, 0);
+        if (kinds[k] == Kind::small && is_sparse(count[k], context_.nodes.extents_of(nodes[k])[0]))
+            add_samples(static_cast<std::int32_t>(k), nodes[k], nodes[k].size(), samples_.spacing);
+    }
+    refresh_links(old_count);
+    for (int iteration = 0; iteration < tuning::resampling::rank_iterations; ++iteration) {
+        old_count = samples_.phyxels.size();
+        for (std::uint32_t i = 0; i < old_count; ++i) {
+            const auto piece = static_cast<std::size_t>(samples_.phyxels.piece[i]);
+            if (kinds[piece] == Kind::small && samples_.neighbourhoods.rank()[i] < 3)
+                add_samples_around(i, nodes[piece]);
+        }
+        if (samples_.phyxels.size() == old_count) break;
+        refresh_links(old_count);
+    }
+}
+
+// Whether a piece is a chain of phyxels: thin in two directions, with at least half of its neighbourhoods
+// rank-deficient.
+bool Resampler::is_chain(std::int32_t piece, std::span<const std::uint32_t> nodes) const {
+    std::size_t all = 0, deficient = 0;
+    for (std::size_t i = 0; i < samples_.phyxels.size(); ++i) {
+        if (samples_.phyxels.piece[i] != piece) continue;
+        ++all;
+        deficient += samples_.neighbourhoods.rank()[i] < 3;
+    }
+    return 2 * deficient >= all &&
+           context_.nodes.extents_of(nodes)[1] < tuning::resampling::rigid_length * samples_.spacing;
+}
+
+// Returns the treatment of each piece; pieces without listed nodes stay untouched.
+std::vector<Resampler::Kind> Resampler::kinds_of(std::span<const std::vector<std::uint32_t>> nodes) const {
+    const std::vector<std::size_t> count = samples_.count_by_piece(context_.pieces.count());
+    // A piece with held phyxels cannot have its strain reset, so it gets no new phyxels.
+    std::vector<std::uint8_t> held(nodes.size(), 0);
+    for (std::size_t i = 0; i < held_.size(); ++i)
+        if (held_[i] != 0) held[static_cast<std::size_t>(samples_.phyxels.piece[i])] = 1;
+    std::vector<Kind> kinds(nodes.size(), Kind::untouched);
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        if (nodes[k].empty()) continue;
+        const double length = context_.nodes.extents_of(nodes[k])[0] / samples_.spacing;
+        const bool was_rigid = samples_.phyxels.rigid.index(samples_.lumping.piece[nodes[k].front()]) >= 0;
+        if (was_rigid || length < tuning::resampling::rigid_length)
+            kinds[k] = Kind::rigid;
+        else
+            kinds[k] = held[k] == 0 && ((count[k] < tuning::resampling::small_phyxel_count &&
+                                         length < tuning::resampling::small_length) ||
+                                        is_sparse(count[k], length * samples_.spacing))
+                           ? Kind::small
+                           : Kind::large;
+    }
+    return kinds;
+}
+
+void Resampler::make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds) {
+    meshless::RigidPieces all;
+    const meshless::RigidPieces& old = samples_.phyxels.rigid;
+    for (const meshless::RigidPiece& body : old.bodies)
+        if (kinds[static_cast<std::size_t>(body.piece)] == Kind::untouched)
+            all.put(body, old.points_of(body));
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        if (kinds[k] != Kind::rigid) continue;
+        const meshless::RigidPiece body = initial_rigid_piece(static_cast<std::int32_t>(k), nodes[k]);
+        all.put(body, contact_points(body, nodes[k]));
+    }
+    samples_.phyxels.rigid = std::move(all);
+    // Rigid pieces have no elastic links.
+    for (std::uint32_t k = 0; k < samples_.pairs.size(); ++k) {
+        if (!(samples_.pairs.visibility[k] > 0) ||
+            samples_.phyxels.rigid.index(samples_.phyxels.piece[samples_.pairs.a[k]]) < 0)
+            continue;
+        samples_.pairs.visibility[k] = 0;
+        change_.dirty_pairs.push_back(k);
+    }
+}
+
+// Resets the strain of small pieces that got phyxels, or whose elastic energy has grown by the change of
+// neighbours: releasing that energy would add it to the motion.
+void Resampler::reset_small_strains(std::span<const Kind> kinds, std::size_t old_count) {
+    std::vector<Mat3> deformation(samples_.phyxels.size()), rotation(samples_.phyxels.size());
+    meshless::compute_deformation(samples_.neighbourhoods, samples_.phyxels.rest_position,
+                                  samples_.phyxels.position, samples_.phyxels.rotation, deformation, rotation,
+                                  context_.parallel);
+    std::vector<double> before(kinds.size(), 0), after(kinds.size(), 0), noise(kinds.size(), 0);  // J
+    std::vector<std::vector<std::size_t>> members(kinds.size());
+    std::vector<std::uint8_t> grown(kinds.size(), 0);
+    for (std::size_t i = 0; i < samples_.phyxels.size(); ++i) {
+        const auto piece = static_cast<std::size_t>(samples_.phyxels.piece[i]);
+        if (kinds[piece] != Kind::small) continue;
+        members[piece].push_back(i);
+        if (i >= old_count) grown[piece] = 1;
+        const auto energy = [&](const Mat3& F, const Mat3& R) {
+            return samples_.phyxels.volume[i] *
+                   meshless::energy_density(context_.material, F, R, samples_.phyxels.plastic_strain[i]);
+        };
+        noise[piece] += tuning::resampling::noise_strain * tuning::resampling::noise_strain *
+                        context_.material.youngs_modulus * samples_.phyxels.volume[i];
+        before[piece] += energy(samples_.phyxels.deformation[i], samples_.phyxels.rotation[i]);
+        after[piece] += energy(deformation[i], rotation[i]);
+    }
+    for (std::size_t k = 0; k < kinds.size(); ++k)
+        if (grown[k] != 0 || after[k] > 1.01 * before[k] + noise[k]) reset_strain(members[k]);
+}
+
+// Moves phyxels to where they lie without elastic strain. Keeps centre of mass, momenta, mean rotation and
+// mean plastic strain.
+void Resampler::reset_strain(std::span<const std::size_t> members) {
+    std::vector<meshless::Momenta> parts;
+    Vec3 rest = Vec3::Zero();
+    Mat3 mean = Mat3::Zero(), plastic_strain = Mat3::Zero();
+    double total = 0;
+    for (const std::size_t i : members) {
+        meshless::Momenta one;
+        one.mass = samples_.phyxels.mass[i];
+        one.centre = samples_.phyxels.position[i];
+        one.linear = one.mass * samples_.phyxels.velocity[i];
+        parts.push_back(one);
+        total += one.mass;
+        rest += one.mass * samples_.phyxels.rest_position[i];
+        mean += one.mass * samples_.phyxels.deformation[i];
+        plastic_strain += one.mass * samples_.phyxels.plastic_strain[i];
+    }
+    if (!(total > 0)) return;
+    rest /= total;
+    plastic_strain /= total;
+    const meshless::Momenta sum = meshless::together(parts);
+    const Mat3 stretch = meshless::stretch_of(context_.material, plastic_strain);
+    Mat3 covariance = 0.01 * samples_.spacing * samples_.spacing * mean * stretch;
+    for (const std::size_t i : members)
+        covariance += samples_.phyxels.mass[i] * (samples_.phyxels.position[i] - sum.centre) *
+                      (stretch * (samples_.phyxels.rest_position[i] - rest)).transpose();
+    const Mat3 rotation = rotation_of(covariance, rotation_of(mean));
+    Mat3 inertia = Mat3::Zero();
+    for (const std::size_t i : members) {
+        const Vec3 arm = rotation * stretch * (samples_.phyxels.rest_position[i] - rest);
+        inertia += samples_.phyxels.mass[i] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+    }
+    const Vec3 rotation_rate = meshless::angular_velocity(inertia, sum.angular_momentum);
+    for (const std::size_t i : members) {
+        const Vec3 arm = rotation * stretch * (samples_.phyxels.rest_position[i] - rest);
+        samples_.phyxels.position[i] = samples_.phyxels.previous_position[i] = sum.centre + arm;
+        samples_.phyxels.velocity[i] = samples_.phyxels.previous_velocity[i] =
+            sum.linear / sum.mass + rotation_rate.cross(arm);
+        samples_.phyxels.deformation[i] = samples_.previous_deformation[i] = rotation * stretch;
+        samples_.phyxels.rotation[i] = rotation;
+        samples_.phyxels.plastic_strain[i] = plastic_strain;
+        samples_.phyxels.restart_history[i] = 1;
+    }
+}
+
+void Resampler::run() {
+    const std::size_t before = samples_.phyxels.size();
+    const std::vector<std::int32_t> family = families_of(change_.splits, context_.pieces.count());
+    std::vector<std::vector<std::uint32_t>> nodes(context_.pieces.count());  // of touched pieces
+    for (std::uint32_t n = 0; n < context_.nodes.size(); ++n) {
+        const auto piece = static_cast<std::size_t>(context_.nodes.piece[n]);
+        if (family[piece] >= 0) nodes[piece].push_back(n);
+    }
+    std::vector<Kind> kinds = kinds_of(nodes);
+    std::vector<std::int32_t> elastic_family = family;  // -1 also for parts of rigid pieces: they conserve it
+    for (std::size_t k = 0; k < nodes.size(); ++k)
+        if (!nodes[k].empty() && samples_.phyxels.rigid.index(samples_.lumping.piece[nodes[k].front()]) >= 0)
+            elastic_family[k] = -1;
+    const meshless::SplitMomentum split_momentum(samples_.phyxels, elastic_family, held_);
+    fill_pieces(nodes, kinds);
+    for (std::size_t k = 0; k < nodes.size(); ++k)
+        if ((kinds[k] == Kind::small || kinds[k] == Kind::large) &&
+            is_chain(static_cast<std::int32_t>(k), nodes[k]))
+            kinds[k] = Kind::rigid;
+    make_rigid(nodes, kinds);
+    meshless::relump_after_split(samples_.lumping, context_.nodes.for_lumping(), context_.material.density,
+                                 samples_.locator, samples_.phyxels, context_.parallel);
+    reset_small_strains(kinds, before);
+    split_momentum.settle(samples_.phyxels);
+    meshless::write_phyxels(samples_.phyxels);
+    for (std::size_t i = 0; i < samples_.phyxels.size(); ++i) {
+        if (kinds[static_cast<std::size_t>(samples_.phyxels.piece[i])] != Kind::rigid) continue;
+        samples_.phyxels.previous_position[i] = samples_.phyxels.position[i];
+        samples_.phyxels.previous_velocity[i] = samples_.phyxels.velocity[i];
+        samples_.previous_deformation[i] = samples_.phyxels.deformation[i];
+    }
+    change_.volumes_changed = true;
+    change_.new_phyxels = samples_.phyxels.size() - before;
+}
+
+}  // namespace
+
+void resample(const SampleContext& context, const NodeTracker& tracker, std::span<const std::uint8_t> held,
+              ElasticSamples& samples, TopologyChange& change) {
+    Resampler(context, tracker, held, samples, change).run();
+}
+
+}  // namespace splitcubes::body

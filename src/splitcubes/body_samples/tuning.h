@@ -1,0 +1,61 @@
+#pragma once
+
+/// Tuning constants of elastic samples: tolerances, shares, limits and iteration counts that decide about
+/// behaviour, accuracy or time, grouped by subject. Each comment gives the unit (none for pure numbers;
+/// spacings: mean distances of phyxels), the sensible range and the effect of larger and smaller values.
+
+#include <cstddef>
+
+namespace splitcubes::body::tuning {
+
+/// Set-up of bodies, reading of their state, bookkeeping of changes.
+namespace set_up {
+
+/// Bricks of a long serial loop between two checks for cancellation, 100 to 1e5. More react later, fewer cost
+/// time.
+inline constexpr std::size_t bricks_between_checks = 4096;
+/// B, estimated memory of a phyxel with its links and its share of the nodes; measured. Larger refuses bodies
+/// that would fit; smaller lets the machine run out of memory.
+inline constexpr double bytes_per_phyxel = 14e3;
+/// Largest deviation of a stored rotation of a phyxel from orthogonality, 1e-6 to 0.01. Larger accepts
+/// damaged states, smaller refuses rounding.
+inline constexpr double rotation_tolerance = 1e-3;
+
+}  // namespace set_up
+
+/// New phyxels, rigid fragments and ligaments.
+namespace resampling {
+
+/// Phyxels that a small piece gets, if it has as many nodes, before the ranks of neighbourhoods are checked;
+/// 4 to 20. More cost time; fewer leave rank-deficient neighbourhoods.
+inline constexpr std::size_t min_piece_phyxels = 8;
+/// Iterations that add phyxels to neighbourhoods that do not span space, 1 to 5. More cost time and phyxels;
+/// fewer leave more rank-deficient neighbourhoods.
+inline constexpr int rank_iterations = 3;
+/// Phyxels added to such a neighbourhood per iteration, 1 to 3; same effect.
+inline constexpr int phyxels_per_rank_iteration = 3;
+/// Spacings, 1 to 4, about one support radius. A shorter piece is rigid: each of its phyxels would have all
+/// others as neighbours, and its deformation would hardly be visible. Larger makes visible splinters stiff;
+/// smaller keeps pieces whose strain is not resolved.
+inline constexpr double rigid_length = 2;
+/// A piece with fewer phyxels that is also shorter than small_length is small: it gets more phyxels, and
+/// starts without strain if these, or the cut, would give it elastic energy. Larger resets the strain of more
+/// pieces; smaller leaves coarse ones.
+inline constexpr std::size_t small_phyxel_count = 64;
+/// Spacings, above rigid_length; length of a small piece.
+inline constexpr double small_length = 6;
+/// Strain below which elastic energy counts as noise, 1e-6 to 1e-3. Larger keeps strain that new phyxels
+/// released; smaller resets strain because of rounding.
+inline constexpr double noise_strain = 1e-4;
+/// Visibility of a pair that bridges a ligament, above 0 and far below 1. Larger affects phyxels with other
+/// neighbours; a phyxel without others follows its bridges at any value.
+inline constexpr float bridge_visibility = 0.1F;
+/// Phyxels; a connected group of more is no ligament. Bounds the search.
+inline constexpr std::size_t max_ligament_size = 200;
+/// Grid edges by which a path through the material may be longer than the path without cuts, 0 to 6. Larger
+/// bridges phyxels around the end of a cut; smaller leaves ligaments loose.
+inline constexpr int max_bridge_detour = 2;
+
+}  // namespace resampling
+
+}  // namespace splitcubes::body::tuning

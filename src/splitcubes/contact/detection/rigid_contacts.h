@@ -1,0 +1,218 @@
+// Contacts of rigid fragments with elastic pieces and with each other, supported by colliders.
+#pragma once
+
+#include <splitcubes/contact/detection/contact_finder.h>
+#include <splitcubes/contact/detection/sphere_grid.h>
+#include <splitcubes/contact/response/contact.h>
+#include <splitcubes/contact/response/obstacle.h>
+#include <splitcubes/geometry/signed_distance.h>
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace splitcubes::meshless {
+struct Phyxels;
+struct RigidPiece;
+}  // namespace splitcubes::meshless
+
+namespace splitcubes::body {
+
+/// Contacts of rigid pieces with elastic pieces and with each other. They are found at the start of a step
+/// and resolved when everything has moved: penetration that arose in the step is undone by moving positions,
+/// and the remaining approach velocity is removed by inelastic impulses with Coulomb friction, found by
+/// projected Gauss-Seidel on the velocities (Erleben 2007).
+///
+/// Towards surfaces a rigid piece is its contact points; towards other rigid pieces it is the box around them
+/// in its own frame. An overlap at the start of the step remains but for a slow depenetration. Elastic pieces
+/// take the impulses by their rigid motion only: rigid pieces are light and do not dent them. So both momenta
+/// are exchanged exactly, and kinetic energy only decreases, except for what moving colliders and kinematic
+/// surfaces supply. Held pieces take no impulse. There is no state between steps. The impulses are solved on
+/// one thread.
+class RigidContacts {
+  public:
+    struct Task {
+        std::span<const BodyView> bodies;
+        std::span<const meshless::Obstacle> obstacles;
+        double friction = 0;  // Coulomb coefficient
+        double dt = 0;        // s
+        Vec3 gravity = Vec3::Zero();
+    };
+    struct Outcome {
+        double kinetic_energy = 0;  // J, change by the impulses
+        std::size_t contacts = 0;   // number of those with an impulse
+    };
+    /// Finds the contacts, before any body steps. finder: the last search of the same bodies in the same
+    /// state.
+    void find(const Task& task, const ContactFinder& finder, const Parallel& parallel);
+    /// Resolves the contacts, after all bodies have stepped and before the node frames are updated.
+    Outcome push(const Task& task);
+
+  private:
+    /// A surface sample near a fragment.
+    struct Near {
+        std::uint32_t sample, fragment;
+    };
+    /// Tangent planes of the samples near a fragment; and their squared distances (m^2) from the current
+    /// point.
+    struct Planes {
+        struct Plane {
+            Vec3 position, normal;
+            std::uint32_t body;
+            std::int32_t piece;
+        };
+        std::vector<Plane> all;
+        std::vector<double> square;
+    };
+    using Plane = Planes::Plane;
+    struct ContactRow {
+        std::uint32_t upper = 0;  // fragment
+        std::int32_t lower = -1;  // fragment; -1: surface or obstacle
+        std::int32_t proxy = -1;  // index of the piece proxy that owns the surface; its piece until find ends
+        meshless::ContactSide side;        // of the surface; its part is the index of the body
+        Vec3 own = Vec3::Zero();           // m, contact point in the upper fragment's frame
+        Vec3 lower_own = Vec3::Zero();     // m, in the lower fragment's frame; else from the surface sample
+        Vec3 end_position = Vec3::Zero();  // m, world, lower contact point on a surface after the step
+        Vec3 normal = Vec3::UnitZ();       // from lower to upper
+        Vec3 start = Vec3::Zero();         // m, upper contact point minus lower one at the start of the step
+        double gap = 0;                    // m, at the start of the step
+        double max_depenetration = 0;      // m
+        double friction = 0;               // Coulomb coefficient
+        Vec3 surface_velocity = Vec3::Zero();  // m/s, of a moving obstacle
+        double min_normal_velocity = 0;        // m/s, minimum relative normal velocity after the impulses
+        Vec3 point = Vec3::Zero();             // m, world, application point of the impulses
+    };
+    struct Fragment {
+        std::uint32_t body = 0, index = 0;  // index into RigidPieces::bodies
+        double radius = 0;                  // m, of its contact points about the centre
+        double max_displacement = 0;        // m, maximum displacement of its points in the step
+        Vec3 low = Vec3::Zero();            // m, own frame, bounding box of its points
+        Vec3 high = Vec3::Zero();           // m
+        bool held = false;                  // by a constraint
+        bool pushed = false;                // by anything but a collider
+        std::vector<std::uint32_t> near;    // surface samples, ascending
+        std::vector<ContactRow> rows;       // its contacts with surfaces
+        std::vector<double> depth;          // m, <= 0, per obstacle, before positions are corrected
+    };
+    /// Contact as the solver needs it.
+    struct Push {
+        std::uint32_t upper = 0, lower = 0;                 // indices into movers_
+        Vec3 normal = Vec3::UnitZ();                        // from lower to upper
+        Vec3 arm = Vec3::Zero(), lower_arm = Vec3::Zero();  // m, lever arms of the application point
+        // Of a unit impulse along the normal: torque on each side, m; and its change of angular velocity,
+        // 1/(kg m).
+        Vec3 torque = Vec3::Zero(), lower_torque = Vec3::Zero();
+        Vec3 turn = Vec3::Zero(), lower_turn = Vec3::Zero();
+        Vec3 lower_velocity = Vec3::Zero();    // m/s, before the impulses
+        Vec3 surface_velocity = Vec3::Zero();  // m/s, of an obstacle
+        double min_normal_velocity = 0;        // m/s, minimum relative normal velocity after the impulses
+        double friction = 0;                   // Coulomb coefficient
+        double effective_normal_mass = 0;      // kg
+        double tangential_mass = 0;            // kg
+        double normal_impulse = 0;             // N s
+        Vec3 friction_impulse = Vec3::Zero();  // N s
+
+        Vec3 impulse() const { return normal_impulse * normal + friction_impulse; }  // on the upper mover
+    };
+    /// Elastic piece as one rigid body.
+    struct PieceProxy {
+        std::uint32_t body = 0;
+        std::int32_t piece = -1;
+        bool held = false;
+        double mass = 0;                            // kg
+        Vec3 centre = Vec3::Zero();                 // m
+        Vec3 momentum = Vec3::Zero();               // kg m/s, before the impulses
+        Vec3 angular_momentum = Vec3::Zero();       // kg m^2/s, about the centre, before the impulses
+        Mat3 inertia = Mat3::Zero();                // kg m^2, about the centre
+        Mat3 inverse_inertia = Mat3::Zero();        // 1/(kg m^2)
+        Vec3 end_angular_velocity = Vec3::Zero();   // rad/s, at the end of the step
+        Vec3 shift = Vec3::Zero();                  // m, position correction
+        Vec3 angular_momentum_debt = Vec3::Zero();  // kg m^2/s, to compensate position corrections
+        Vec3 velocity = Vec3::Zero();               // m/s, change by the impulses
+        Vec3 angular_velocity = Vec3::Zero();       // rad/s, change by the impulses
+    };
+
+    /// Body in the impulse solver: fragments, then elastic pieces (their velocities are changes), and last an
+    /// immovable one.
+    struct Mover {
+        double mobility = 0;                   // 1/kg, inverse mass; 0: held
+        Mat3 inverse_inertia = Mat3::Zero();   // 1/(kg m^2), world
+        Vec3 velocity = Vec3::Zero();          // m/s, of the centre
+        Vec3 angular_velocity = Vec3::Zero();  // rad/s
+
+        Vec3 velocity_at(const Vec3& arm) const { return velocity + angular_velocity.cross(arm); }
+        void push(const Vec3& arm, const Vec3& impulse) {
+            velocity += mobility * impulse;
+            angular_velocity += inverse_inertia * arm.cross(impulse);
+        }
+    };
+
+    /// Face of a bounding box in its own frame.
+    struct BoxFace {
+        int axis = 2, sign = 1;
+        double gap = -std::numeric_limits<double>::infinity();  // m
+    };
+
+    void list_fragments(const Task& task);
+    void measure_surfaces(const Task& task);
+    double max_displacement_of(std::uint32_t body, std::int32_t piece) const;
+    void list_samples(const ContactFinder& finder, const Parallel& parallel);
+    void sort_fragments();
+    template <class Visit>
+    void visit_near(const Vec3& point, const Visit& visit) const;
+    void meet_surface(const Task& task, const ContactFinder& finder, std::uint32_t fragment_index);
+    static std::size_t partner_of(const Vec3& point, const Vec3& outwards, Planes& planes);
+    bool set_gap(const Task& task, const Vec3& point, std::size_t partner, const Planes& planes,
+                 ContactRow& row) const;
+    static void set_lower_side(const BodyView& body, const ContactFinder::SurfaceSample& partner,
+                               const Vec3& point, ContactRow& row);
+    BoxFace face_between(const Fragment& upper, const Fragment& lower) const;
+    void meet_fragment(const Task& task, std::uint32_t first, std::uint32_t second);
+    void meet_obstacles(const Task& task, std::uint32_t fragment_index);
+    meshless::RigidPiece& piece_of(const Fragment& fragment) const;
+    double linear_mobility(const ContactRow& row) const;
+    void find_end_positions();
+    Vec3 lower_point(const ContactRow& row) const;
+    std::int32_t proxy_of(std::uint32_t body, std::int32_t piece);
+    void measure_proxies(const Task& task);
+    void move_proxies();
+    void correct_positions(const Task& task);
+    geometry::SignedDistance::Sample deepest(const meshless::Obstacle& obstacle,
+                                             const Fragment& fragment) const;
+    void record_depth(const Task& task, Fragment& fragment) const;
+    bool push_out_of_obstacles(const Task& task, Fragment& fragment);
+    double remaining_gap(const ContactRow& row) const;
+    bool correct_position(const Task& task, const ContactRow& row);
+    void list_movers();
+    void add_push(ContactRow& row);
+    Vec3 velocity_of(const Push& push) const;
+    void apply_friction(Push& push, double& largest);
+    double solve(Push& push);
+    void solve_all(double fastest);
+    void push_fragments();
+    double kinetic_energy() const;
+
+    std::vector<Fragment> fragments_;
+    std::vector<std::vector<Near>> near_;  // per range of samples
+    std::vector<SphereGrid::Ball> balls_;  // per fragment: where it may meet surfaces
+    SphereGrid grid_;
+    std::vector<std::pair<std::array<int, 3>, std::uint32_t>> sorted_;  // fragments by cell of the centre
+    double cell_ = 0;                                                   // m, cell size
+    // m, per body and piece: maximum displacement of the surface in the step; and the maximum of all.
+    std::vector<std::vector<double>> max_displacements_;
+    double max_surface_displacement_ = 0;
+    double spacing_ = 0;  // m, maximum of all bodies
+    std::vector<ContactRow> rows_;
+    std::vector<PieceProxy> proxies_;
+    std::vector<Mover> movers_;
+    std::vector<Push> pushes_;                                   // per row
+    double dt_ = 0;                                              // s
+    std::vector<meshless::Phyxels*> phyxels_;                    // per body
+    std::vector<std::span<const Vec3>> positions_, velocities_;  // per body
+};
+
+}  // namespace splitcubes::body

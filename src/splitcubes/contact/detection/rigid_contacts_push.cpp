@@ -1,0 +1,422 @@
+// Position correction and impulses of rigid fragments after a step.
+#include <splitcubes/contact/detection/body_view.h>
+#include <splitcubes/contact/detection/rigid_contacts.h>
+#include <splitcubes/contact/detection/tuning.h>
+#include <splitcubes/samples/phyxels.h>
+#include <splitcubes/splitting/pieces.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace splitcubes::body {
+
+namespace {
+
+using meshless::RigidPiece;
+
+Mat3 cross_matrix(const Vec3& v) {
+    Mat3 out;
+    out << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+    return out;
+}
+
+// Returns the change of velocity per impulse, 1/kg, of a mover at the same point; point: lever arm, m.
+template <class Mover>
+Mat3 mobility_at(const Mover& mover, const Vec3& point) {
+    const Mat3 arm = cross_matrix(point);
+    return mover.mobility * Mat3::Identity() - arm * mover.inverse_inertia * arm;
+}
+
+}  // namespace
+
+// Computes where the surface points of the rows are at the end of the step; their offsets rotate with the
+// piece.
+void RigidContacts::find_end_positions() {
+    for (ContactRow& row : rows_) {
+        if (row.proxy < 0) continue;
+        const Vec3 turn = dt_ * proxies_[static_cast<std::size_t>(row.proxy)].end_angular_velocity;
+        row.end_position =
+            meshless::side_value(row.side, positions_) + row.lower_own + turn.cross(row.lower_own);
+    }
+}
+
+Vec3 RigidContacts::lower_point(const ContactRow& row) const {
+    if (row.lower >= 0)
+        return piece_of(fragments_[static_cast<std::size_t>(row.lower)]).world_point(row.lower_own);
+    return row.end_position + proxies_[static_cast<std::size_t>(row.proxy)].shift;
+}
+
+// Returns the sum of the inverse masses of both sides, 1/kg.
+double RigidContacts::linear_mobility(const ContactRow& row) const {
+    const auto of = [](bool held, double mass) { return held || !(mass > 0) ? 0 : 1 / mass; };
+    double sum = of(fragments_[row.upper].held, piece_of(fragments_[row.upper]).mass);
+    if (row.lower >= 0) {
+        const Fragment& lower = fragments_[static_cast<std::size_t>(row.lower)];
+        sum += of(lower.held, piece_of(lower).mass);
+    } else if (row.proxy >= 0) {
+        const PieceProxy& proxy = proxies_[static_cast<std::size_t>(row.proxy)];
+        sum += of(proxy.held, proxy.mass);
+    }
+    return sum;
+}
+
+// Returns the signed distance (m, negative inside) and the world normal at the fragment's deepest point.
+geometry::SignedDistance::Sample RigidContacts::deepest(const meshless::Obstacle& obstacle,
+                                                        const Fragment& fragment) const {
+    const RigidPiece& piece = piece_of(fragment);
+    const Isometry to_own = obstacle.after.inverse();
+    geometry::SignedDistance::Sample lowest;
+    lowest.distance = std::numeric_limits<double>::infinity();
+    for (const Vec3& own : phyxels_[fragment.body]->rigid.points_of(piece)) {
+        const geometry::SignedDistance::Sample at = obstacle.solid->at(to_own * piece.world_point(own));
+        if (at.distance < lowest.distance) lowest = at;
+    }
+    lowest.normal = obstacle.after.linear() * lowest.normal;
+    return lowest;
+}
+
+void RigidContacts::record_depth(const Task& task, Fragment& fragment) const {
+    fragment.depth.clear();
+    for (const meshless::Obstacle& obstacle : task.obstacles)
+        fragment.depth.push_back(std::min(deepest(obstacle, fragment).distance, 0.0));
+}
+
+// Moves a fragment out of the obstacles, which do not yield. Returns whether it was in one.
+bool RigidContacts::push_out_of_obstacles(const Task& task, Fragment& fragment) {
+    bool any = false;
+    for (std::size_t k = 0; k < task.obstacles.size(); ++k) {
+        const geometry::SignedDistance::Sample at = deepest(task.obstacles[k], fragment);
+        const double correction = fragment.depth[k] - at.distance;
+        if (!(correction > 1e-9 * fragment.radius)) continue;
+        piece_of(fragment).centre += correction * at.normal;
+        any = true;
+    }
+    return any;
+}
+
+// Returns the gap at the end of the step minus the smallest gap that is allowed, m.
+double RigidContacts::remaining_gap(const ContactRow& row) const {
+    const Vec3 offset = piece_of(fragments_[row.upper]).world_point(row.own) - lower_point(row) - row.start;
+    return row.gap + row.normal.dot(offset) - std::min(row.gap + row.max_depenetration, 0.0);
+}
+
+// Undoes the penetration of one contact that arose in the step. Returns whether there was one.
+bool RigidContacts::correct_position(const Task& task, const ContactRow& row) {
+    const double mobility = linear_mobility(row);
+    const double correction = -remaining_gap(row);
+    if (!(correction > tuning::fragments::negligible_share * row.max_depenetration) || !(mobility > 0) ||
+        !std::isfinite(correction))
+        return false;
+    const Vec3 push = correction / mobility * row.normal;
+    const auto shift = [&](Fragment& fragment, double sign) {
+        if (!fragment.pushed) record_depth(task, fragment);
+        fragment.pushed = true;
+        if (!fragment.held) piece_of(fragment).centre += sign / piece_of(fragment).mass * push;
+    };
+    shift(fragments_[row.upper], 1);
+    if (row.lower >= 0) {
+        shift(fragments_[static_cast<std::size_t>(row.lower)], -1);
+    } else {
+        PieceProxy& proxy = proxies_[static_cast<std::size_t>(row.proxy)];
+        if (proxy.held || !(proxy.mass > 0)) return true;
+        proxy.shift -= push / proxy.mass;
+        if (!fragments_[row.upper].held)
+            proxy.angular_momentum_debt -=
+                push.cross(piece_of(fragments_[row.upper]).velocity() - proxy.velocity);
+    }
+    return true;
+}
+
+// Undoes penetrations that arose in the step, on positions only. Elastic pieces move as a whole: moving only
+// their surface would add strain energy.
+void RigidContacts::correct_positions(const Task& task) {
+    bool any = true;
+    for (int iteration = 0; iteration < tuning::fragments::max_position_iterations && any; ++iteration) {
+        any = false;
+        for (const ContactRow& row : rows_) any = correct_position(task, row) || any;
+        for (Fragment& fragment : fragments_)
+            if (fragment.pushed && !fragment.held) any = push_out_of_obstacles(task, fragment) || any;
+    }
+}
+
+// Computes mass, inertia and momenta of the proxies after the step. `velocity` is that of the centre until
+// the impulses are solved.
+void RigidContacts::measure_proxies(const Task& task) {
+    std::vector<meshless::Momenta> momenta;
+    std::size_t summed = task.bodies.size();  // body that `momenta` belongs to
+    for (PieceProxy& proxy : proxies_) {
+        const BodyView& body = task.bodies[proxy.body];
+        const meshless::Phyxels& phyxels = body.phyxels;
+        if (summed != proxy.body)
+            meshless::momenta_of_pieces(phyxels, static_cast<int>(body.pieces.count()), momenta);
+        summed = proxy.body;
+        const meshless::Momenta& now = momenta[static_cast<std::size_t>(proxy.piece)];
+        for (std::size_t i = 0; i < body.held.size(); ++i)
+            proxy.held = proxy.held || (phyxels.piece[i] == proxy.piece && body.held[i] != 0);
+        if (!(now.mass > 0)) continue;
+        proxy.mass = now.mass;
+        proxy.centre = now.centre;
+        proxy.velocity = now.linear / now.mass;
+        proxy.momentum = now.linear;
+        proxy.angular_momentum = now.angular_momentum;
+        proxy.inertia = now.inertia;
+        for (int axis = 0; axis < 3; ++axis)
+            proxy.inverse_inertia.col(axis) = meshless::angular_velocity(now.inertia, Vec3::Unit(axis));
+        proxy.inverse_inertia = (0.5 * (proxy.inverse_inertia + proxy.inverse_inertia.transpose())).eval();
+        proxy.end_angular_velocity = proxy.inverse_inertia * now.angular_momentum;
+    }
+}
+
+// Applies the motion of the proxies to the phyxels of their pieces. The previous state moves, too, so that
+// BDF2 does not take an impulse for an acceleration.
+void RigidContacts::move_proxies() {
+    for (const PieceProxy& proxy : proxies_) {
+        if (proxy.held) continue;
+        meshless::Phyxels& phyxels = *phyxels_[proxy.body];
+        for (std::size_t i = 0; i < phyxels.size(); ++i) {
+            if (phyxels.piece[i] != proxy.piece) continue;
+            phyxels.position[i] += proxy.shift;
+            phyxels.previous_position[i] += proxy.shift;
+            const Vec3 change =
+                proxy.velocity + proxy.angular_velocity.cross(phyxels.position[i] - proxy.centre);
+            phyxels.velocity[i] += change;
+            phyxels.previous_velocity[i] += change;
+        }
+    }
+}
+
+// Adds rows for the obstacles that support a fragment while others push it.
+void RigidContacts::meet_obstacles(const Task& task, std::uint32_t fragment_index) {
+    const Fragment& fragment = fragments_[fragment_index];
+    if (fragment.held) return;
+    const RigidPiece& piece = piece_of(fragment);
+    const meshless::RigidPieces& rigid = phyxels_[fragment.body]->rigid;
+    const double near = tuning::fragments::support_share * task.bodies[fragment.body].spacing;
+    for (const meshless::Obstacle& obstacle : task.obstacles) {
+        const Isometry to_own = obstacle.after.inverse();
+        for (const Vec3& own : rigid.points_of(piece)) {
+            const Vec3 point = to_own * piece.world_point(own);
+            const geometry::SignedDistance::Sample at = obstacle.solid->at(point);
+            if (!(at.distance < near)) continue;
+            ContactRow row;
+            row.upper = fragment_index;
+            row.own = own;
+            row.normal = obstacle.after.linear() * at.normal;
+            row.friction = obstacle.friction;
+            row.surface_velocity = (obstacle.after * point - obstacle.before * point) / task.dt;
+            row.min_normal_velocity = -std::max(at.distance, 0.0) / task.dt;
+            rows_.push_back(row);
+        }
+    }
+}
+
+void RigidContacts::list_movers() {
+    movers_.assign(fragments_.size() + proxies_.size() + 1, {});
+    for (std::size_t k = 0; k < fragments_.size(); ++k) {
+        const RigidPiece& piece = piece_of(fragments_[k]);
+        Mover& mover = movers_[k];
+        const Mat3 inverse_inertia = piece.inverse_inertia();
+        mover.velocity = piece.velocity();
+        mover.angular_velocity = inverse_inertia * piece.angular_momentum;
+        if (fragments_[k].held) continue;
+        mover.mobility = 1 / piece.mass;
+        mover.inverse_inertia = inverse_inertia;
+    }
+    for (std::size_t k = 0; k < proxies_.size(); ++k) {
+        const PieceProxy& proxy = proxies_[k];
+        Mover& mover = movers_[fragments_.size() + k];
+        mover.angular_velocity = proxy.inverse_inertia * proxy.angular_momentum_debt;
+        if (proxy.held || !(proxy.mass > 0)) continue;
+        mover.mobility = 1 / proxy.mass;
+        mover.inverse_inertia = proxy.inverse_inertia;
+    }
+}
+
+void RigidContacts::add_push(ContactRow& row) {
+    Push push;
+    push.upper = row.upper;
+    push.lower = static_cast<std::uint32_t>(movers_.size() - 1);
+    push.normal = row.normal;
+    push.arm = row.point - piece_of(fragments_[row.upper]).centre;
+    if (row.lower >= 0) {
+        push.lower = static_cast<std::uint32_t>(row.lower);
+        push.lower_arm = row.point - piece_of(fragments_[push.lower]).centre;
+    } else if (row.proxy >= 0) {
+        const PieceProxy& proxy = proxies_[static_cast<std::size_t>(row.proxy)];
+        push.lower = static_cast<std::uint32_t>(fragments_.size()) + static_cast<std::uint32_t>(row.proxy);
+        push.lower_arm = row.point - proxy.centre;
+        push.lower_velocity =
+            meshless::side_value(row.side, velocities_) + proxy.end_angular_velocity.cross(row.lower_own);
+    }
+    const Mover &upper = movers_[push.upper], &lower = movers_[push.lower];
+    push.torque = push.arm.cross(row.normal);
+    push.lower_torque = push.lower_arm.cross(row.normal);
+    push.turn = upper.inverse_inertia * push.torque;
+    push.lower_turn = lower.inverse_inertia * push.lower_torque;
+    const Mat3 mobility = mobility_at(upper, push.arm) + mobility_at(lower, push.lower_arm);
+    const double normal = row.normal.dot(mobility * row.normal);
+    // Overestimates the mobility along both tangents: too small an impulse still only removes energy.
+    const double along = mobility.trace() - normal;
+    push.effective_normal_mass = normal > 0 ? 1 / normal : 0;
+    push.tangential_mass = along > 0 ? 1 / along : 0;
+    push.surface_velocity = row.surface_velocity;
+    push.min_normal_velocity = row.min_normal_velocity;
+    push.friction = row.friction;
+    pushes_.push_back(push);
+}
+
+// Returns the relative velocity (m/s) at the contact point, upper minus lower, without the surface velocity
+// of obstacles.
+Vec3 RigidContacts::velocity_of(const Push& push) const {
+    return movers_[push.upper].velocity_at(push.arm) - movers_[push.lower].velocity_at(push.lower_arm) -
+           push.lower_velocity;
+}
+
+// Applies friction after the normal impulse is known. largest: m/s, maximum change of velocity so far.
+void RigidContacts::apply_friction(Push& push, double& largest) {
+    Vec3 sliding_velocity = velocity_of(push) - push.surface_velocity;
+    sliding_velocity -= push.normal * push.normal.dot(sliding_velocity);
+    Vec3 friction_impulse = push.friction_impulse - push.tangential_mass * sliding_velocity;
+    const double limit = push.friction * push.normal_impulse, size = friction_impulse.norm();
+    if (size > limit) friction_impulse *= limit / size;
+    const Vec3 change = friction_impulse - push.friction_impulse;
+    push.friction_impulse = friction_impulse;
+    movers_[push.upper].push(push.arm, change);
+    movers_[push.lower].push(push.lower_arm, -change);
+    largest = std::max(largest, change.norm() / push.tangential_mass);
+}
+
+// Solves one contact and returns its largest change of velocity, m/s.
+double RigidContacts::solve(Push& push) {
+    if (!(push.effective_normal_mass > 0)) return 0;
+    Mover &upper = movers_[push.upper], &lower = movers_[push.lower];
+    const double velocity =
+        push.normal.dot(upper.velocity - lower.velocity - push.lower_velocity - push.surface_velocity) +
+        push.torque.dot(upper.angular_velocity) - push.lower_torque.dot(lower.angular_velocity);
+    const double normal_impulse = std::max(
+        0.0, push.normal_impulse + push.effective_normal_mass * (push.min_normal_velocity - velocity));
+    const double change = normal_impulse - push.normal_impulse;
+    push.normal_impulse = normal_impulse;
+    if (change != 0) {
+        upper.velocity += change * upper.mobility * push.normal;
+        upper.angular_velocity += change * push.turn;
+        lower.velocity -= change * lower.mobility * push.normal;
+        lower.angular_velocity -= change * push.lower_turn;
+    }
+    double largest = std::abs(change) / push.effective_normal_mass;
+    if ((normal_impulse > 0 || !push.friction_impulse.isZero(0)) && push.tangential_mass > 0)
+        apply_friction(push, largest);
+    return largest;
+}
+
+// Iterates over the contacts, forwards and backwards in turn. Where surfaces close on a fragment from two
+// sides, no impulse on whole pieces can separate them, and iterations would only increase the impulses: they
+// end when little is left and they no longer help.
+void RigidContacts::solve_all(double fastest) {
+    const auto is_proxy = [this](const Push& push) {
+        return push.lower >= fragments_.size() && push.lower + 1 < movers_.size();
+    };
+    double proxy_change = 0, other_change = 0, before = std::numeric_limits<double>::infinity();
+    for (int iteration = 0; iteration < tuning::fragments::max_velocity_iterations; ++iteration) {
+        double largest = 0;
+        for (std::size_t k = 0; k < pushes_.size(); ++k) {
+            Push& push = pushes_[iteration % 2 == 0 ? k : pushes_.size() - 1 - k];
+            const double change = solve(push);
+            double& max_change = is_proxy(push) ? proxy_change : other_change;
+            max_change = std::max(max_change, change);
+            largest = std::max(largest, change);
+        }
+        if (!(largest > tuning::fragments::converged_share * fastest)) break;
+        if (iteration % tuning::fragments::stagnation_check_interval !=
+            tuning::fragments::stagnation_check_interval - 1)
+            continue;
+        if (proxy_change > other_change && proxy_change < tuning::fragments::stagnation_share * fastest &&
+            proxy_change > tuning::fragments::stagnation_ratio * before)
+            break;
+        before = proxy_change;
+        proxy_change = other_change = 0;
+    }
+}
+
+// Applies the impulses to both sides, equal and opposite, so momenta are conserved.
+void RigidContacts::push_fragments() {
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+        const ContactRow& row = rows_[k];
+        const Vec3 impulse = pushes_[k].impulse();
+        if (!fragments_[row.upper].held) piece_of(fragments_[row.upper]).push(row.point, impulse);
+        if (row.lower < 0) continue;
+        const Fragment& lower = fragments_[static_cast<std::size_t>(row.lower)];
+        if (!lower.held) piece_of(lower).push(row.point, -impulse);
+    }
+    for (std::size_t k = 0; k < proxies_.size(); ++k) {
+        proxies_[k].velocity = movers_[fragments_.size() + k].velocity;
+        proxies_[k].angular_velocity = movers_[fragments_.size() + k].angular_velocity;
+    }
+}
+
+RigidContacts::Outcome RigidContacts::push(const Task& task) {
+    Outcome outcome;
+    if (rows_.empty()) return outcome;
+    dt_ = task.dt;
+    positions_.clear();
+    velocities_.clear();
+    for (const BodyView& body : task.bodies) {
+        positions_.emplace_back(body.phyxels.position);
+        velocities_.emplace_back(body.phyxels.velocity);
+    }
+    for (Fragment& fragment : fragments_)
+        fragment.held = task.bodies[fragment.body].holds_rigid(fragment.index);
+    measure_proxies(task);
+    find_end_positions();
+    correct_positions(task);
+    // Keeps nearly touching contacts, too: moving one corner of a fragment lifts all others.
+    std::erase_if(rows_, [&](ContactRow& row) {
+        const double left = remaining_gap(row);
+        row.min_normal_velocity = -std::max(left, 0.0) / task.dt;
+        return !(left < tuning::fragments::support_share * spacing_) || !fragments_[row.upper].pushed;
+    });
+    if (rows_.empty()) return outcome;
+    for (std::uint32_t k = 0; k < fragments_.size(); ++k)
+        if (fragments_[k].pushed) meet_obstacles(task, k);
+    for (PieceProxy& proxy : proxies_) {
+        proxy.centre += proxy.shift;
+        proxy.velocity.setZero();
+    }
+    // Sorted along gravity because the sweeps alternate in direction: a heap is supported from below.
+    for (ContactRow& row : rows_) row.point = piece_of(fragments_[row.upper]).world_point(row.own);
+    std::stable_sort(rows_.begin(), rows_.end(), [&](const ContactRow& a, const ContactRow& b) {
+        return task.gravity.dot(a.point) > task.gravity.dot(b.point);
+    });
+    list_movers();
+    pushes_.clear();
+    double fastest = 0;
+    for (ContactRow& row : rows_) {
+        add_push(row);
+        fastest = std::max(fastest, (velocity_of(pushes_.back()) - row.surface_velocity).norm());
+    }
+    solve_all(fastest);
+    for (const Push& one : pushes_) outcome.contacts += one.normal_impulse > 0;
+    const double before = kinetic_energy();
+    push_fragments();
+    outcome.kinetic_energy = kinetic_energy() - before;
+    move_proxies();
+    for (meshless::Phyxels* phyxels : phyxels_)
+        if (!phyxels->rigid.empty()) meshless::write_phyxels(*phyxels);
+    return outcome;
+}
+
+// Returns the kinetic energy of the fragments plus what the impulses add to that of elastic pieces, J.
+double RigidContacts::kinetic_energy() const {
+    double sum = 0;
+    for (const Fragment& fragment : fragments_) sum += piece_of(fragment).kinetic_energy();
+    for (const PieceProxy& proxy : proxies_) {
+        if (proxy.held) continue;
+        const Vec3 &v = proxy.velocity, &w = proxy.angular_velocity;
+        sum += proxy.momentum.dot(v) + 0.5 * proxy.mass * v.squaredNorm();
+        sum += proxy.angular_momentum.dot(w) + 0.5 * w.dot(proxy.inertia * w);
+    }
+    return sum;
+}
+
+}  // namespace splitcubes::body

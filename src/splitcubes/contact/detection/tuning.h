@@ -1,0 +1,174 @@
+#pragma once
+
+/// Tuning constants of contact search and rigid fragments: tolerances, shares, limits and iteration counts
+/// that decide about behaviour, accuracy or time, grouped by subject. Each comment gives the unit (none for
+/// pure numbers; spacings: mean distances of phyxels), the sensible range and the effect of larger and
+/// smaller values.
+
+namespace splitcubes::body::tuning {
+
+/// Set-up of bodies, reading of their state, bookkeeping of changes.
+namespace set_up {
+
+/// Grid cells per side of a cube that records changes of the surface, from 1. Larger ones report more false
+/// changes; smaller ones take memory.
+inline constexpr double cells_per_change_cube = 1;
+/// Maximum number of these cubes: limits memory to 8 MiB per body.
+inline constexpr double max_change_cubes = 1 << 21;
+/// Share of a cube's side by which queried and marked boxes grow, 1e-9 to 0.01: covers the callers' rounding
+/// errors.
+inline constexpr double change_cube_margin = 1e-6;
+/// Doublings of the radius, from 1.5 spacings, in the search for the nearest phyxel of a piece; then all
+/// phyxels are compared. Affects time only.
+inline constexpr int max_radius_doublings = 4;
+
+}  // namespace set_up
+
+/// Samples of the surface that may touch (surface_sampler.cpp, contact_sides.cpp, sample_grid.cpp).
+namespace samples {
+
+/// Dot product of normals, 0.9 to 1, above which the samples in a box of a spacing belong to one flat face,
+/// of which one pushes. Larger makes more samples push on curved surfaces, which costs time; smaller rounds
+/// edges off.
+inline constexpr float flat_face_cosine = 0.998F;
+/// Spacings, maximum size of such a box, 0.5 to 2; boxes are whole cells. Larger has fewer pushing samples.
+inline constexpr double max_box_share = 1.15;
+/// Dot product of normals above which two samples of cut faces in a box belong to one face, 0 to 1. Larger
+/// keeps more samples of rough faces.
+inline constexpr float one_cut_face_cosine = 0.7F;
+/// Preferred position of the pushing sample of a flat face in its box, as a share of the box: of faces that
+/// look along an axis. It differs from preferred_against so that the samples of the two faces of a cut do not
+/// coincide.
+inline constexpr float preferred_along = 0.2F;
+/// The same for faces that look against the axis.
+inline constexpr float preferred_against = 0.8F;
+/// Spacings squared, 1e-4 to 0.05: variance of a side's phyxels along an axis below which motion is hardly
+/// extrapolated along it. Larger reproduces less of the rotation; smaller gives larger weights.
+inline constexpr double min_spread = 0.005;
+/// Share of the total weight below which a phyxel of a blended side is dropped, 0 to 1e-3. Larger makes
+/// forces jump as phyxels drop out.
+inline constexpr double min_weight_share = 1e-6;
+/// Share of the minimum reach that cells of the grid cover as extra reach of slow points, 0 to 0.2. Larger
+/// makes larger cells; points beyond it search more cells. Affects time, and sums in the last bits.
+inline constexpr double slow_reach_share = 0.04;
+/// Where each side of the cube of directions is divided, along both of its axes, 0 to 1. The middle part
+/// covers 11.2 degrees about an axis: surfaces at right angles to each other, as of boxes, do not face each
+/// other then. Affects time only.
+inline constexpr double direction_bin_edge = 0.14;
+
+}  // namespace samples
+
+/// Contact between surfaces (surface_contacts.cpp; docs/contact.md, docs/algorithms/contact-search.md,
+/// decision 003). Lengths in spacings.
+namespace contacts {
+
+/// Gap predicted for the end of the step below which a contact is listed, 0.01 to 0.2. Smaller misses
+/// contacts of stiff splinters: 0.03 was not enough; larger lists contacts that never push (decision 003).
+inline constexpr double speculative_share = 0.05;
+/// Maximum overlap that is believed, 0.5 to 2. Larger finds partners on the far side of thin parts; smaller
+/// loses deep overlaps.
+inline constexpr double max_overlap_share = 1;
+/// Maximum tangential distance to the partner sample, 0.5 to 1.5. Larger lets samples push beyond the edge of
+/// a face; smaller leaves gaps between samples.
+inline constexpr double max_tangential_share = 0.9;
+/// Maximum depenetration per step, 0 to 0.1. Larger removes overlaps sooner and adds more energy.
+inline constexpr double depenetration_share = 0.02;
+/// Search radius without displacements, 1 to 2. Larger costs time; smaller leaves fewer samples for the mean
+/// plane.
+inline constexpr double reach_share = 1.25;
+/// Maximum search radius with displacements, above reach_share. Larger costs time; smaller misses fast
+/// bodies.
+inline constexpr double max_reach_share = 3;
+/// Free fall in one step beyond which the speculative distance is widened by the rest, 0 to 0.5. Bodies that
+/// begin to fall may overlap by this much before they are found; smaller lists more contacts.
+inline constexpr double free_fall_allowance = 0.15;
+/// Radius of the first, cheap search, below reach_share. Larger makes it cost more; smaller repeats more
+/// searches.
+inline constexpr double first_reach_share = 0.95;
+/// How much farther than the nearest sample a face is followed, 0.25 to 1. Larger averages over bends;
+/// smaller makes gaps jump from sample to sample.
+inline constexpr double face_reach_share = 0.75;
+/// Samples farther behind the plane than the partner by this much, 0 to 0.5, are checked for separation by a
+/// cut themselves. Larger takes samples on the far side of thin walls (decision 003, option 6); smaller costs
+/// checks.
+inline constexpr double behind_share = 0.1;
+/// Distance below which one of two opposite samples of a cut cell searches for both, 0 to 1. Larger drops
+/// contacts, smaller finds them twice.
+inline constexpr double opposite_share = 0.5;
+/// Dot product of normals, -1 to facing_cosine (sample_grid.h), below which surfaces are opposite. Larger
+/// ends searches at oblique partners; smaller searches farther than needed.
+inline constexpr double opposite_cosine = -0.8;
+/// Dot product of normals, 0 to 1, above which samples belong to one face. Larger averages over fewer
+/// samples, smaller over bends.
+inline constexpr double one_face_cosine = 0.8;
+/// Cells, 0 to 1: depth of the points below the surface between which separation by a cut is tested. Larger
+/// crosses thin parts; smaller meets the roughness of cut faces.
+inline constexpr double depth_below_surface = 0.6;
+/// Distance at rest beyond which two points of one piece may meet without a cut between them, 2 to 10.
+/// Smaller lets neighbours on a bend push each other; larger lets thin parts fold through each other.
+inline constexpr double far_at_rest = 4;
+/// Speculative distance to colliders, beyond the displacement by speed, 0.01 to 0.2. Larger lists contacts
+/// that never push; smaller finds some a step late.
+inline constexpr double collider_speculative_share = 0.05;
+/// Maximum depenetration per step out of colliders, 0 to 0.1. The springs undo a quarter of it
+/// (contact/response, contact::depenetration_share).
+inline constexpr double collider_depenetration_share = 0.02;
+/// Maximum distance of a rendered vertex from its influences' mean in the bound of a sample's motion, 0.1 to
+/// 1. Smaller may miss contacts of strained material, larger costs time.
+inline constexpr double max_vertex_offset_share = 0.5;
+/// Bound on the sum of a side's absolute weights, from 1. Larger widens the search; smaller may miss
+/// contacts.
+inline constexpr double max_weight_sum = 4;
+
+}  // namespace contacts
+
+/// Contacts of rigid fragments (rigid_contacts.cpp, rigid_contacts_push.cpp; docs/contact.md). Lengths in
+/// spacings unless stated; the shares and cosines of the search act as those of contacts.
+namespace fragments {
+
+/// Search radius for surfaces.
+inline constexpr double reach_share = 1.25;
+/// Maximum overlap that is believed.
+inline constexpr double max_overlap_share = 1;
+/// Maximum tangential distance of a point from a sample.
+inline constexpr double max_tangential_share = 0.9;
+/// Speculative distance.
+inline constexpr double speculative_share = 0.05;
+/// Depenetration per step of an overlap that existed before, 0 to 0.05. Larger removes overlaps sooner,
+/// visibly jumping.
+inline constexpr double depenetration_share = 0.005;
+/// Share of the depth of such an overlap, 0 to 1, that is removed in addition per step; same effect.
+inline constexpr double depth_share = 0.1;
+/// Limit of the believed displacement of a surface or fragment per step, 0.5 to 10. Bounds the search: larger
+/// costs time, smaller misses fast ones.
+inline constexpr double max_displacement_share = 2;
+/// Dot product of normals above which samples belong to one face.
+inline constexpr double one_face_cosine = 0.8;
+/// How much farther than the nearest sample a face is followed.
+inline constexpr double face_reach_share = 0.75;
+/// m, clamp for the positions that the grid of balls can take.
+inline constexpr double max_grid_coordinate = 1e90;
+/// Share of the maximum depenetration below which a penetration counts as rounding, 1e-6 to 0.1. Larger
+/// leaves overlaps, smaller iterates on noise.
+inline constexpr double negligible_share = 1e-3;
+/// Distance below which obstacles and neighbours support a fragment that is pushed, 0 to 0.1. Larger lets
+/// fragments rest on what they do not touch; smaller lets heaps sink.
+inline constexpr double support_share = 0.02;
+/// Maximum number of position iterations, 5 to 100: accuracy of deep heaps against time.
+inline constexpr int max_position_iterations = 30;
+/// Maximum number of velocity iterations, 20 to 1000; the same trade.
+inline constexpr int max_velocity_iterations = 200;
+/// Share of the fastest approach, 1e-5 to 0.01: smaller changes of velocity end the iterations.
+inline constexpr double converged_share = 1e-3;
+/// Share of the fastest approach, above converged_share: smaller changes end the iterations, too, once they
+/// stagnate, as where a surface closes on a fragment from two sides.
+inline constexpr double stagnation_share = 0.02;
+/// Iterations stagnate if stagnation_check_interval of them leave more than this share of the changes, 0 to
+/// 1. Larger iterates longer in vain, smaller gives up early.
+inline constexpr double stagnation_ratio = 0.75;
+/// Iterations between checks for stagnation, 2 to 50.
+inline constexpr int stagnation_check_interval = 10;
+
+}  // namespace fragments
+
+}  // namespace splitcubes::body::tuning

@@ -1,0 +1,82 @@
+#pragma once
+
+/// Tuning constants of contact forces: tolerances, shares, limits and iteration counts that decide about
+/// behaviour, accuracy or time, grouped by subject. Each comment gives the unit (none for pure numbers;
+/// spacings: mean distances of phyxels), the sensible range and the effect of larger and smaller values.
+
+#include <cstddef>
+
+namespace splitcubes::meshless::tuning {
+
+/// Elements per chunk of parallel loops. Results depend on those whose chunks are summed: rounding follows
+/// the chunks, never the number of threads. Larger ones leave threads idle, smaller ones cost scheduling; 64
+/// to 1024, about ten microseconds of work. phyxel_grain (loops.h) and slice_grain (sliced_elasticity.h) stay
+/// with their loops.
+namespace grains {
+
+/// Springs or touched phyxels; sums.
+inline constexpr std::size_t contact_products = 256;
+/// Contact springs; sums.
+inline constexpr std::size_t contact_springs = 128;
+
+}  // namespace grains
+
+/// Contact springs of implicit steps (contact_forces.cpp; decision 007). Depenetrations are shares of
+/// Contact::max_depenetration.
+namespace contact {
+
+/// Ratio of contact stiffness to the stiffness of the touched phyxels, 1 to 10. Larger reduces penetration
+/// and slows convergence; smaller lets bodies sink in.
+inline constexpr double stiffness_ratio = 2.5;
+/// Factor, above 1: a spring keeps its stiffness unless that of the touched phyxels changes by more. Larger
+/// keeps springs that no longer fit; smaller changes loaded springs often, which costs convergence.
+inline constexpr double max_stiffness_change = 4;
+/// Share of the summed contact force that may violate the contact law at the end of a step, 0.01 to 0.1.
+/// Larger leaves wrong forces; smaller costs solves.
+inline constexpr double force_slack = 0.03;
+/// Penetration in a step, in depenetrations, above which a hit on a collider is solved again with an offset;
+/// 0 to 1. Larger lets bodies sink in; smaller solves more often (docs/contact.md, hits).
+inline constexpr double impact_share_of_colliders = 0.02;
+/// The same between deformable surfaces, where gaps are measured against other faces in each step while
+/// bodies roll. Smaller pushes such jumps back: bodies yield in alternate steps and gain energy.
+inline constexpr double impact_share_between_bodies = 1;
+/// Share of the tolerated penetration that the correction of an impact leaves, 0 to 1. Larger leaves more;
+/// near 0 a correction overshoots and is undone in the next solve.
+inline constexpr double remaining_share = 0.5;
+/// In depenetrations, 0 to 1: how much deeper than it was left a contact may be found before its rest gap is
+/// lowered. Larger takes jumps of the gap for compression, which adds energy; smaller tolerates more overlap.
+inline constexpr double jump_share = 0.05;
+/// In depenetrations, 0 to 1: maximum overlap that a loaded spring removes in a step. Larger removes overlaps
+/// sooner and adds more energy.
+inline constexpr double depenetration_share = 0.25;
+/// Stretch of the friction spring in the guess, as a multiple of the friction limit, above 1, from which a
+/// contact starts out as sliding. Larger starts more sliders as sticking, smaller more sticking contacts as
+/// sliding; both cost solves.
+inline constexpr double sliding_stretch = 2;
+/// Tangent stiffness of a slider over its secant stiffness, 0 to 1. The law says 0, but without any stiffness
+/// bodies that slide on all contacts oscillate from solve to solve; larger converges more slowly (decision
+/// 007).
+inline constexpr double sliding_stiffness_share = 0.5;
+/// Approach in a step, in depenetrations, 0 to 1, below which a new contact is resting contact and not an
+/// impact. Larger leaves more hits to BDF2, which then adds energy; smaller takes more steps by backward
+/// Euler, which damps.
+inline constexpr double approach_share = 0.5;
+
+}  // namespace contact
+
+/// Preconditioner of the linear solve (aggregates.cpp, contact_products.cpp; decision 009).
+namespace preconditioner {
+
+/// Lower end of the range of eigenvalues of D^-1 (E + C) for which the Chebyshev polynomial of phyxels held
+/// by springs is made, 0 to 1. The true bound was 0.09 to 0.11; 0.1 with three iterations saves at most 4 %
+/// of the iterations of conjugate gradients.
+inline constexpr double min_eigenvalue = 0.2;
+/// Its upper end. It must bound the eigenvalues, which D does; with less the polynomial may be indefinite.
+inline constexpr double max_eigenvalue = 1;
+/// Iterations of that polynomial, 1 to 4. More cost more per iteration of conjugate gradients and need fewer
+/// of those.
+inline constexpr int chebyshev_iterations = 2;
+
+}  // namespace preconditioner
+
+}  // namespace splitcubes::meshless::tuning

@@ -1,0 +1,121 @@
+#include <splitcubes/dynamics/time_integrator.h>
+#include <splitcubes/dynamics/tuning.h>
+
+#include <algorithm>
+#include <array>
+
+namespace splitcubes::meshless {
+
+SolverReport TimeIntegrator::step_elastic(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                          const Material& material, const StepInput& input,
+                                          const SolverOptions& options, const Parallel& parallel) {
+    check_step_input(phyxels, input);
+    if (!options.guard_energy) return step_once(phyxels, neighbourhoods, material, input, options, parallel);
+    const bool is_explicit = options.kind == SolverKind::explicit_steps;
+    const std::array<int, 3>& divisions =
+        is_explicit ? tuning::energy::explicit_divisions : tuning::energy::implicit_divisions;
+    const double tolerance =
+        is_explicit ? tuning::energy::explicit_tolerance : tuning::energy::implicit_tolerance;
+    // Contacts belong to the whole step, which is therefore not divided.
+    const std::size_t max_repetitions = is_explicit || input.contacts.empty() ? divisions.size() : 1;
+    if (input.contacts.cached) {
+        contact_cache_.reserve(input.contacts.contacts.size());
+        contact_cache_ = *input.contacts.cached;
+    }
+    guard_.begin(phyxels, neighbourhoods, material, input, parallel);
+    SolverReport report = step_once(phyxels, neighbourhoods, material, input, options, parallel);
+    for (std::size_t k = 0;; ++k) {
+        guard_.count_contacts(phyxels, input.contacts, 0, !is_explicit);
+        const bool strained =
+            guard_.evaluate(phyxels, neighbourhoods, material, input, tolerance, hold_work_, parallel);
+        if (!strained || k == max_repetitions) break;
+        guard_.restore_start(phyxels);
+        if (input.contacts.cached) *input.contacts.cached = contact_cache_;
+        const std::size_t non_finite = report.non_finite;
+        report =
+            step_with_substeps(phyxels, neighbourhoods, material, input, options, divisions[k], parallel);
+        report.non_finite = std::max(report.non_finite, non_finite);
+        report.retries = static_cast<int>(k) + 1;
+    }
+    guard_.enforce(phyxels, neighbourhoods, material, input, report, parallel);
+    return report;
+}
+
+void TimeIntegrator::watch(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                           const Material& material, const StepInput& input, const SolverOptions& options,
+                           const Parallel& parallel) {
+    if (options.guard_energy) guard_.begin(phyxels, neighbourhoods, material, input, parallel);
+}
+
+void TimeIntegrator::correct(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+                             const StepInput& input, const ContactInput& contacts, std::uint32_t substep,
+                             const SolverOptions& options, SolverReport& report, const Parallel& parallel) {
+    if (!options.guard_energy) return;
+    guard_.count_contacts(phyxels, contacts, substep, options.kind != SolverKind::explicit_steps);
+    guard_.evaluate(phyxels, neighbourhoods, material, input, tuning::energy::implicit_tolerance, {},
+                    parallel);
+    guard_.enforce(phyxels, neighbourhoods, material, input, report, parallel);
+}
+
+SolverReport TimeIntegrator::step_once(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                       const Material& material, const StepInput& input,
+                                       const SolverOptions& options, const Parallel& parallel) {
+    if (options.kind != SolverKind::explicit_steps) {
+        hold_work_ = {};
+        return implicit_.step(phyxels, neighbourhoods, material, input, options, parallel);
+    }
+    const SolverReport report = explicit_.step(phyxels, neighbourhoods, material, input, options, parallel);
+    hold_work_ = explicit_.hold_work();
+    return report;
+}
+
+// Repeats the step: explicit with more substeps, implicit by backward Euler in equal substeps.
+SolverReport TimeIntegrator::step_with_substeps(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                                const Material& material, const StepInput& input,
+                                                SolverOptions options, int division,
+                                                const Parallel& parallel) {
+    if (options.kind == SolverKind::explicit_steps) {
+        options.refinement *= division;
+        phyxels.substeps = 0;
+        const SolverReport report = step_once(phyxels, neighbourhoods, material, input, options, parallel);
+        phyxels.substeps = 0;
+        return report;
+    }
+    options.bdf2 = false;
+    options.further_solves = tuning::energy::further_newton_solves;
+    StepInput substep = input;
+    substep.dt = input.dt / division;
+    SolverReport report;
+    int iterations = 0, solves = 0;
+    std::size_t non_finite = 0;
+    for (int k = 1; k <= division; ++k) {
+        if (!input.held.empty()) {
+            interpolate_held_positions(phyxels, input,
+                                       static_cast<double>(division - k) / (division - k + 1));
+            substep.held_position = substep_position_;
+        }
+        report = step_once(phyxels, neighbourhoods, material, substep, options, parallel);
+        iterations += report.iterations;
+        solves += report.solves;
+        non_finite = std::max(non_finite, report.non_finite);
+    }
+    report.iterations = iterations;
+    report.solves = solves;
+    report.non_finite = non_finite;
+    guard_.reset_history(phyxels, input.dt);
+    return report;
+}
+
+// Writes the positions of held phyxels after which the share `remaining` of their remaining displacement is
+// left.
+void TimeIntegrator::interpolate_held_positions(const Phyxels& phyxels, const StepInput& input,
+                                                double remaining) {
+    substep_position_.resize(phyxels.size());
+    for (std::size_t i = 0; i < substep_position_.size(); ++i) {
+        substep_position_[i] = input.held_position[i];
+        if (input.held[i] != 0)
+            substep_position_[i] += remaining * (phyxels.position[i] - input.held_position[i]);
+    }
+}
+
+}  // namespace splitcubes::meshless

@@ -1,0 +1,88 @@
+// Time step with the selected elastic solver, rigid pieces and the energy guard.
+#pragma once
+
+#include <splitcubes/dynamics/energy_guard.h>
+#include <splitcubes/dynamics/explicit_solver.h>
+#include <splitcubes/dynamics/implicit/implicit_solver.h>
+#include <splitcubes/dynamics/rigid_step.h>
+
+namespace splitcubes::meshless {
+
+/// Steps with one of the solvers. They can alternate, since all state is in Phyxels. EnergyGuard checks and
+/// corrects the result of each step.
+class TimeIntegrator {
+  public:
+    /// Takes a step. Rigid pieces move first; their phyxels are held for the elastic solver. Throws like the
+    /// solvers.
+    SolverReport step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+                      const StepInput& input, const SolverOptions& options, const Parallel& parallel) {
+        SolverReport report = step_elastic(phyxels, neighbourhoods, material, begin(phyxels, material, input),
+                                           options, parallel);
+        end(phyxels, report);
+        return report;
+    }
+    /// begin and end are what step does around the elastic solver. begin moves the rigid pieces and returns
+    /// the input of the elastic solver (it refers to this object); end updates the phyxels of the rigid
+    /// pieces.
+    StepInput begin(Phyxels& phyxels, const Material& material, const StepInput& input) {
+        if (phyxels.rigid.empty()) return input;
+        check_step_input(phyxels, input);
+        step_rigid(phyxels, input, material.mass_damping);
+        return hold_rigid(phyxels, input);
+    }
+    void end(Phyxels& phyxels, SolverReport& report) const {
+        if (phyxels.rigid.empty()) return;
+        write_phyxels(phyxels);
+        for (const RigidPiece& body : phyxels.rigid.bodies) report.contacts += body.touching;
+    }
+    ImplicitSolver& implicit_solver() { return implicit_; }
+    /// For bodies that step together (ImplicitSolver::step_together), called between begin and end: watch
+    /// records the state before the step, correct corrects energy excesses after it. The step is not
+    /// repeated.
+    void watch(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+               const StepInput& input, const SolverOptions& options, const Parallel& parallel);
+    void correct(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+                 const StepInput& input, const ContactInput& contacts, std::uint32_t part,
+                 const SolverOptions& options, SolverReport& report, const Parallel& parallel);
+
+  private:
+    SolverReport step_elastic(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                              const Material& material, const StepInput& input, const SolverOptions& options,
+                              const Parallel& parallel);
+    SolverReport step_once(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+                           const StepInput& input, const SolverOptions& options, const Parallel& parallel);
+    SolverReport step_with_substeps(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                    const Material& material, const StepInput& input, SolverOptions options,
+                                    int division, const Parallel& parallel);
+    void interpolate_held_positions(const Phyxels& phyxels, const StepInput& input, double remaining);
+    StepInput hold_rigid(const Phyxels& phyxels, const StepInput& input) {
+        held_.assign(phyxels.size(), 0);
+        held_position_.assign(phyxels.size(), Vec3::Zero());
+        for (std::size_t i = 0; i < phyxels.size(); ++i) {
+            const std::int32_t index = phyxels.rigid.index(phyxels.piece[i]);
+            if (index >= 0) {
+                held_[i] = 1;
+                held_position_[i] = phyxels.rigid.bodies[static_cast<std::size_t>(index)].world_point_of_rest(
+                    phyxels.rest_position[i]);
+            } else if (!input.held.empty()) {
+                held_[i] = input.held[i];
+                held_position_[i] = input.held_position[i];
+            }
+        }
+        StepInput out = input;
+        out.held = held_;
+        out.held_position = held_position_;
+        return out;
+    }
+
+    ImplicitSolver implicit_;
+    ExplicitSolver explicit_;
+    EnergyGuard guard_;
+    std::span<const double> hold_work_;         // J, per piece, of the last explicit step
+    std::vector<Vec3> substep_position_;        // m, world, of held phyxels after a substep
+    std::vector<CachedContact> contact_cache_;  // before the step
+    std::vector<std::uint8_t> held_;            // per phyxel, held or rigid
+    std::vector<Vec3> held_position_;           // per phyxel, m, world
+};
+
+}  // namespace splitcubes::meshless

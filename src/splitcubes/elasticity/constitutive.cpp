@@ -1,0 +1,158 @@
+#include <splitcubes/elasticity/constitutive.h>
+#include <splitcubes/elasticity/tuning.h>
+#include <splitcubes/math/cofactor.h>
+#include <splitcubes/math/decompose.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace splitcubes::meshless {
+
+namespace {
+
+Mat3 symmetric(const Mat3& A) {
+    return 0.5 * (A + A.transpose());
+}
+
+bool is_plastic(const Material& material, const Mat3& plastic_strain) {
+    return material.plasticity && !plastic_strain.isZero(0);
+}
+
+// Solves T S + S T = 2 e for symmetric T. Since e : dS = (T/2) : d(S^2), F T is the stress
+// of an energy whose derivative by S is e.
+Mat3 stress_over_stretch(const Mat3& S, const Mat3& e) {
+    const SymmetricEigen eigen = eigen_symmetric(S);
+    Mat3 T = eigen.vectors.transpose() * e * eigen.vectors;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            T(i, j) *= 2 / std::max(eigen.values[i] + eigen.values[j], tuning::constitutive::min_stretch_sum);
+    return symmetric(eigen.vectors * T * eigen.vectors.transpose());
+}
+
+Mat3 second_piola(const Material& material, const Mat3& elastic_strain) {
+    Mat3 stress = 2 * material.lame_mu() * elastic_strain;
+    stress.diagonal().array() += material.lame_lambda() * elastic_strain.trace();
+    return stress;
+}
+
+Mat3 elastic_green(const Material& material, const Mat3& F, const Mat3& plastic_strain) {
+    Mat3 E = 0.5 * (F.transpose() * F - Mat3::Identity());
+    if (material.plasticity) E -= plastic_strain;
+    return E;
+}
+
+// Returns A with each eigenvalue replaced by change(eigenvalue).
+template <class Change>
+Mat3 with_eigenvalues(const Mat3& A, const Change& change) {
+    const SymmetricEigen eigen = eigen_symmetric(A);
+    Vec3 values;
+    for (int k = 0; k < 3; ++k) values[k] = change(eigen.values[k]);
+    return eigen.vectors * values.asDiagonal() * eigen.vectors.transpose();
+}
+
+}  // namespace
+
+Mat3 strain(const Material& material, const Mat3& F, const Mat3& R) {
+    if (material.model == MaterialModel::st_venant_kirchhoff)
+        return 0.5 * (F.transpose() * F - Mat3::Identity());
+    return symmetric(R.transpose() * F) - Mat3::Identity();
+}
+
+double energy_density(const Material& material, const Mat3& F, const Mat3& R, const Mat3& plastic_strain) {
+    const double mu = material.lame_mu();
+    const double lambda = material.lame_lambda();
+    double density = 0;
+    if (material.model == MaterialModel::st_venant_kirchhoff) {
+        const Mat3 E = elastic_green(material, F, plastic_strain);
+        density = mu * E.squaredNorm() + 0.5 * lambda * E.trace() * E.trace();
+    } else if (is_plastic(material, plastic_strain)) {
+        const Mat3 e = strain(material, F, R) - plastic_strain;
+        density = mu * e.squaredNorm() + 0.5 * lambda * e.trace() * e.trace();
+    } else {
+        const double stretch = R.cwiseProduct(F).sum() - 3;
+        density = mu * (F - R).squaredNorm() + 0.5 * lambda * stretch * stretch;
+    }
+    if (material.volume_stiffness > 0) {
+        const double change = F.determinant() - 1;
+        density += 0.5 * material.volume_stiffness * change * change;
+    }
+    return density;
+}
+
+Mat3 piola_stress(const Material& material, const Mat3& F, const Mat3& R, const Mat3& plastic_strain) {
+    Mat3 stress;
+    if (material.model == MaterialModel::st_venant_kirchhoff) {
+        stress = F * second_piola(material, elastic_green(material, F, plastic_strain));
+    } else {
+        const double stretch = R.cwiseProduct(F).sum() - 3;
+        stress = 2 * material.lame_mu() * (F - R) + material.lame_lambda() * stretch * R;
+        if (is_plastic(material, plastic_strain)) {
+            const Mat3 S = symmetric(R.transpose() * F);
+            stress -= F * stress_over_stretch(S, 2 * material.lame_mu() * plastic_strain);
+            stress -= material.lame_lambda() * plastic_strain.trace() * R;
+        }
+    }
+    if (material.volume_stiffness > 0)
+        stress += material.volume_stiffness * (F.determinant() - 1) * cofactor_of(F);
+    return stress;
+}
+
+Tangent tangent(const Material& material, const Mat3& F, const Mat3& R, const Mat3& plastic_strain) {
+    Tangent out;
+    out.frame = R;
+    if (material.model == MaterialModel::corotated) out.majorizer = majorizer_share(F, R);
+    if (material.volume_stiffness > 0) out.cofactor = cofactor_of(F);
+    if (material.model == MaterialModel::corotated && !material.plasticity) return out;
+    const SymmetricEigen stretch = eigen_symmetric(symmetric(R.transpose() * F));
+    if (material.model == MaterialModel::corotated) {
+        const Vec3 s = stretch.values.cwiseMax(0.5 * tuning::constitutive::min_stretch_sum);
+        out.axes = stretch.vectors;
+        out.frame = R * stretch.vectors * s.asDiagonal();
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) out.weights(i, j) = 2 / (s[i] + s[j]);
+        return out;
+    }
+    if (stretch.values[2] < tuning::constitutive::min_stretch) {
+        const Vec3 raised = stretch.values.cwiseMax(tuning::constitutive::min_stretch);
+        out.frame = R * stretch.vectors * raised.asDiagonal() * stretch.vectors.transpose();
+    } else {
+        out.frame = F;
+    }
+    const Mat3 stress = second_piola(material, elastic_green(material, F, plastic_strain));
+    out.prestress = with_eigenvalues(stress, [](double value) { return std::max(value, 0.0); });
+    return out;
+}
+
+Mat3 stress_change(const Material& material, const Tangent& t, const Mat3& dF) {
+    Mat3 change;
+    if (material.model == MaterialModel::corotated && material.plasticity) {
+        const Mat3 dS = t.weights.cwiseProduct(symmetric(t.frame.transpose() * dF * t.axes));
+        Mat3 stress = 2 * material.lame_mu() * dS;
+        stress.diagonal().array() += material.lame_lambda() * dS.trace();
+        change = t.frame * t.weights.cwiseProduct(stress) * t.axes.transpose();
+    } else {
+        change = stress_change(material, t.frame, t.majorizer, dF) + dF * t.prestress;
+    }
+    if (material.volume_stiffness > 0)
+        change += material.volume_stiffness * t.cofactor.cwiseProduct(dF).sum() * t.cofactor;
+    return change;
+}
+
+Mat3 flow(const Plasticity& plasticity, const Mat3& total_strain, const Mat3& plastic_strain, double dt) {
+    const Mat3 elastic = total_strain - plastic_strain;
+    const double size = elastic.norm();
+    if (!(size > plasticity.yield) || !std::isfinite(size)) return plastic_strain;
+    const double share = std::min(dt * plasticity.creep, 1 - plasticity.yield / size);
+    Mat3 out = plastic_strain + share * elastic;
+    const double norm = out.norm();
+    if (norm > plasticity.maximum) out *= plasticity.maximum / norm;
+    return out;
+}
+
+Mat3 stretch_of(const Material& material, const Mat3& strain) {
+    if (strain.isZero(0)) return Mat3::Identity();
+    if (material.model == MaterialModel::corotated) return Mat3::Identity() + strain;
+    return with_eigenvalues(strain, [](double value) { return std::sqrt(std::max(1 + 2 * value, 0.0)); });
+}
+
+}  // namespace splitcubes::meshless

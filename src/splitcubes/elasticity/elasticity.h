@@ -1,0 +1,99 @@
+// Elasticity on moving least squares gradients: deformation, energy, force and stiffness
+// for implicit steps, for any material.
+//
+// E = sum_i V_i psi(F_i)  (constitutive.h)
+//   + sum_i sum_j c_i w_ij / 2 |e_ij|^2,  e_ij = F_i x_ij - (x_j - x_i).
+// The second term controls zero-energy modes (Ganzenmueller 2015) with the weights of the
+// fit of F_i. Hence sum_j w_ij e_ij x_ij^T = 0, its derivative through F_i vanishes, and
+// with w_ij x_ij = A_i g_ij the force becomes
+// f_i = T_i G_i - sum_j T_j g_ji + sum_j m_ij (u_j - u_i),
+// T = V P - c H A, H = F - I, G_i = sum_j g_ij, m_ij = c_i w_ij + c_j w_ji, u = x - X:
+// one more number per link than without the penalty. The code here evaluates e_ij in
+// double precision and is the reference for SlicedElasticity.
+#pragma once
+
+#include <splitcubes/core/parallel.h>
+#include <splitcubes/elasticity/constitutive.h>
+#include <splitcubes/samples/loops.h>
+#include <splitcubes/samples/neighbourhoods.h>
+
+#include <span>
+#include <vector>
+
+namespace splitcubes::meshless {
+
+/// Computes F_i (completed) and R_i of all phyxels at world positions `position`. With
+/// rank 3 F_i = sum_j (x_j - x_i) g_ij^T. With rank 2 F maps the dropped direction to the
+/// unit normal of the images of the kept ones; with rank 1 R is `last_rotation` turned by
+/// the smallest angle onto the kept direction; with rank 0 both are `last_rotation`.
+/// Completed directions are free of stress. `rotation` may alias `last_rotation`. Returns
+/// the number of phyxels whose F was not finite; both are set to their last rotation.
+std::size_t compute_deformation(const Neighbourhoods& neighbourhoods, std::span<const Vec3> rest_position,
+                                std::span<const Vec3> position, std::span<const Mat3> last_rotation,
+                                std::span<Mat3> deformation, std::span<Mat3> rotation,
+                                const Parallel& parallel);
+
+/// The same for one phyxel, from H = sum_j (u_j - u_i) g_ij^T, u = x - X. Returns false if
+/// F was not finite.
+bool complete_deformation(const Neighbourhoods& neighbourhoods, std::size_t i, const Mat3& H,
+                          const Mat3& last_rotation, Mat3& deformation, Mat3& rotation);
+
+/// Returns the plastic strain projected onto the kept directions of phyxel i: the material
+/// has no strain in the dropped ones, and stress there would cause a torque.
+Mat3 resolved_plastic_strain(const Neighbourhoods& neighbourhoods, const Material& material, std::size_t i,
+                             std::span<const Mat3> plastic_strain);
+
+/// Updates phyxels.deformation and rotation from the positions, for use after a rebuild
+/// if they are read before the next step.
+void update_deformation(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Parallel& parallel);
+
+/// State of a body, one entry per phyxel; `deformation` and `rotation` are results of
+/// compute_deformation at `position`.
+struct ElasticState {
+    std::span<const Vec3> position;        // m, world
+    std::span<const Mat3> deformation;     // F
+    std::span<const Mat3> rotation;        // R
+    std::span<const Mat3> plastic_strain;  // rest space; read only if the material has plasticity
+};
+
+/// Returns sum_j c_i w_ij / 2 |e_ij|^2 of phyxel i, J.
+double penalty_energy(const Neighbourhoods& neighbourhoods, std::size_t i, const Mat3& deformation,
+                      std::span<const Vec3> position);
+
+/// Forces and stiffness, with the buffers they need. One per solver: a call
+/// uses the buffers, so calls of one object must not overlap.
+class ElasticForces {
+  public:
+    /// Computes -dE/dx, N. Completed directions are constant in the derivative of e_ij;
+    /// plastic strain counts in the kept directions only. The forces sum to zero up to rounding.
+    void forces(const Neighbourhoods& neighbourhoods, const Material& material, const ElasticState& state,
+                std::span<Vec3> force, const Parallel& parallel);
+
+    /// Returns E, J (formula at the head of this file).
+    double energy(const Neighbourhoods& neighbourhoods, const Material& material, const ElasticState& state,
+                  const Parallel& parallel);
+
+    /// Computes the tangents (constitutive.h) at a state, for apply_stiffness.
+    void linearise(const Neighbourhoods& neighbourhoods, const Material& material, const ElasticState& state,
+                   const Parallel& parallel);
+
+    /// Computes out = (diagonal + factor K) dx, in N for dx in m and diagonal in N/m. K is
+    /// the stiffness from the tangents of the last linearise and the penalties: symmetric
+    /// and positive semi-definite. Returns dx . out.
+    double apply_stiffness(const Neighbourhoods& neighbourhoods, const Material& material, double factor,
+                           std::span<const double> diagonal, std::span<const Vec3> dx, std::span<Vec3> out,
+                           const Parallel& parallel);
+
+  private:
+    Vec3 gather_force(const Neighbourhoods& neighbourhoods, std::size_t i, std::span<const Mat3> gradient,
+                      std::span<const Vec3> displacement) const;
+
+    std::vector<Mat3> gradient_;     // per phyxel, sum_j (dx_j - dx_i) g_ij^T
+    std::vector<Mat3> tension_;      // per phyxel, V P, N m
+    std::vector<Mat3> frame_;        // per phyxel, where is_frame_sufficient
+    std::vector<double> majorizer_;  // per phyxel, where is_frame_sufficient
+    std::vector<Tangent> tangent_;   // per phyxel, for other materials
+    ChunkSum sum_;
+};
+
+}  // namespace splitcubes::meshless

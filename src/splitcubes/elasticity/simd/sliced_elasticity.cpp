@@ -1,0 +1,292 @@
+#include <splitcubes/elasticity/simd/sliced_elasticity.h>
+#include <splitcubes/elasticity/tuning.h>
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+
+namespace splitcubes::meshless {
+
+namespace {
+
+constexpr std::size_t lanes = LinkSlices::lanes;
+
+}  // namespace
+
+SliceState SlicedElasticity::arrays() {
+    SliceState state;
+    state.high = high_.data();
+    state.low = low_.data();
+    state.gradient = gradient_.data();
+    state.turn = turn_.data();
+    state.majorizer = majorizer_.data();
+    state.tension = tension_.data();
+    state.penalty = penalty_.data();
+    state.fallback = fallback_.data();
+    return state;
+}
+
+void SlicedElasticity::size_buffers(const Neighbourhoods& neighbourhoods, const Material& material) {
+    neighbourhoods_ = &neighbourhoods;
+    slices_ = &neighbourhoods.slices();
+    material_ = material;
+    corotated_ = is_frame_sufficient(material);
+    const std::size_t n = stride();
+    // Rows past the last phyxel must stay zero.
+    const auto size = [](FloatArray& array, std::size_t length) {
+        if (array.size() != length) array.assign(length, 0);
+    };
+    for (FloatArray* array : {&high_, &low_, &penalty_, &direction_, &force_}) size(*array, 3 * n);
+    for (FloatArray* array : {&gradient_, &turn_, &tension_}) size(*array, 9 * n);
+    for (FloatArray* array : {&majorizer_, &diagonal_, &energy_}) size(*array, n);
+    fallback_.resize(slice_count());
+    row_energy_.resize(n);
+    deformation_.resize(neighbourhoods.size());
+    rotation_.resize(neighbourhoods.size());
+    if (!corotated_) tangent_.resize(neighbourhoods.size());
+}
+
+Mat3 SlicedElasticity::matrix_at(const FloatArray& array, std::size_t i) const {
+    const std::size_t n = stride();
+    Mat3 out;
+    for (std::size_t k = 0; k < 9; ++k)
+        out(static_cast<int>(k / 3), static_cast<int>(k % 3)) = static_cast<double>(array[k * n + i]);
+    return out;
+}
+
+void SlicedElasticity::set_matrix(FloatArray& array, std::size_t i, const Mat3& matrix) const {
+    const std::size_t n = stride();
+    for (std::size_t k = 0; k < 9; ++k)
+        array[k * n + i] = static_cast<float>(matrix(static_cast<int>(k / 3), static_cast<int>(k % 3)));
+}
+
+// Stores displacements relative to the first phyxel's as high + low, exact to about 48 bits.
+void SlicedElasticity::take_displacement(const Configuration& configuration, const Parallel& parallel) {
+    const std::size_t rows = slices_->row_count(), n = stride();
+    if (rows == 0) return;
+    const Vec3 first = configuration.position[0] - configuration.rest_position[0];
+    for_phyxels(parallel, rows, [&](std::size_t i) {
+        for (int k = 0; k < 3; ++k) {
+            const double u =
+                std::clamp(configuration.position[i][k] - configuration.rest_position[i][k] - first[k],
+                           -tuning::links::max_displacement, tuning::links::max_displacement);
+            const auto high = static_cast<float>(u);
+            const std::size_t at = static_cast<std::size_t>(k) * n + i;
+            high_[at] = high;
+            low_[at] = static_cast<float>(u - static_cast<double>(high));
+        }
+    });
+}
+
+// Computes F, R and tension of one phyxel in double precision. Returns false if they are not finite.
+bool SlicedElasticity::take_row(const Configuration& configuration, std::size_t i) {
+    const Mat3 H = matrix_at(gradient_, i);
+    bool finite = complete_deformation(*neighbourhoods_, i, H, configuration.last_rotation[i],
+                                       deformation_[i], rotation_[i]);
+    const Mat3 plastic =
+        resolved_plastic_strain(*neighbourhoods_, material_, i, configuration.plastic_strain);
+    Mat3 tension =
+        neighbourhoods_->volume()[i] * piola_stress(material_, deformation_[i], rotation_[i], plastic) -
+        neighbourhoods_->penalty()[i] * H * neighbourhoods_->moment()[i];
+    if (!tension.allFinite() || !(tension.cwiseAbs().sum() < 1e37)) {
+        tension.setZero();
+        finite = false;
+    }
+    set_matrix(tension_, i, tension);
+    if (corotated_) {
+        set_matrix(turn_, i, rotation_[i] - Mat3::Identity());
+        majorizer_[i] = static_cast<float>(majorizer_share(deformation_[i], rotation_[i]));
+    } else {
+        tangent_[i] = tangent(material_, deformation_[i], rotation_[i], plastic);
+        majorizer_[i] = static_cast<float>(majorizer_share(deformation_[i], rotation_[i]));
+    }
+    return finite;
+}
+
+void SlicedElasticity::take_rows(const Configuration& configuration, const SliceRange& range,
+                                 std::size_t& bad) {
+    const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
+    state_pass(*slices_, range, arrays(), corotated_, lame);
+    for (std::size_t slice = range.begin; slice < range.end; ++slice)
+        for (unsigned fallback = fallback_[slice]; fallback != 0; fallback &= fallback - 1) {
+            const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(fallback));
+            if (i < slices_->row_count()) bad += !take_row(configuration, i);
+        }
+}
+
+void SlicedElasticity::take_configuration(const Neighbourhoods& neighbourhoods, const Material& material,
+                                          const Configuration& configuration, const Parallel& parallel) {
+    size_buffers(neighbourhoods, material);
+    assert(configuration.position.size() == neighbourhoods.size());
+    take_displacement(configuration, parallel);
+    energy_is_taken_ = false;
+}
+
+std::size_t SlicedElasticity::take_state(const Neighbourhoods& neighbourhoods, const Material& material,
+                                         const Configuration& configuration, const Parallel& parallel) {
+    take_configuration(neighbourhoods, material, configuration, parallel);
+    return count_(parallel, slice_count(), slice_grain(slice_count()),
+                  [&](std::size_t begin, std::size_t end) {
+                      std::size_t bad = 0;
+                      take_rows(configuration, {begin, end}, bad);
+                      return bad;
+                  });
+}
+
+std::size_t SlicedElasticity::take_state_and_energy(const Neighbourhoods& neighbourhoods,
+                                                    const Material& material,
+                                                    const Configuration& configuration,
+                                                    const Parallel& parallel) {
+    take_configuration(neighbourhoods, material, configuration, parallel);
+    const std::size_t grain = slice_grain(slice_count());
+    range_energy_.resize((slice_count() + grain - 1) / grain);
+    const std::size_t bad = count_(parallel, slice_count(), grain, [&](std::size_t begin, std::size_t end) {
+        std::size_t bad_rows = 0;
+        take_rows(configuration, {begin, end}, bad_rows);
+        range_energy_[begin / grain] = range_energy(configuration, {begin, end});
+        return bad_rows;
+    });
+    energy_is_taken_ = true;
+    return bad;
+}
+
+void SlicedElasticity::read_deformation(std::span<Mat3> deformation, std::span<Mat3> rotation,
+                                        const Parallel& parallel) const {
+    for_phyxels(parallel, slices_->row_count(), [&](std::size_t i) {
+        if ((fallback_[i / lanes] >> i % lanes & 1U) != 0) {
+            deformation[i] = deformation_[i];
+            rotation[i] = rotation_[i];
+            return;
+        }
+        deformation[i] = Mat3::Identity() + matrix_at(gradient_, i);
+        rotation[i] = Mat3::Identity() + matrix_at(turn_, i);
+    });
+}
+
+double SlicedElasticity::row_energy(const Configuration& configuration, std::size_t i) const {
+    // A phyxel without neighbours has no restoring force, so no energy.
+    if (neighbourhoods_->rank()[i] == 0) return 0;
+    return neighbourhoods_->volume()[i] *
+               energy_density(
+                   material_, deformation_[i], rotation_[i],
+                   resolved_plastic_strain(*neighbourhoods_, material_, i, configuration.plastic_strain)) +
+           penalty_energy(*neighbourhoods_, i, deformation_[i], configuration.position);
+}
+
+double SlicedElasticity::range_energy(const Configuration& configuration, const SliceRange& range) {
+    const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
+    double energy = corotated_ ? energy_pass(*slices_, range, arrays(), lame, energy_.data()) : 0;
+    for (std::size_t i = range.begin * lanes; i < range.end * lanes; ++i)
+        row_energy_[i] = static_cast<double>(energy_[i]);
+    for (std::size_t slice = range.begin; slice < range.end; ++slice)
+        for (unsigned fallback = fallback_[slice]; fallback != 0; fallback &= fallback - 1) {
+            const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(fallback));
+            if (i >= slices_->row_count()) continue;
+            row_energy_[i] = row_energy(configuration, i);
+            energy += row_energy_[i];
+        }
+    return energy;
+}
+
+double SlicedElasticity::energy(const Configuration& configuration, const Parallel& parallel,
+                                std::span<double> rows) {
+    const std::size_t grain = slice_grain(slice_count());
+    return sum_(parallel, slice_count(), grain, [&](std::size_t begin, std::size_t end) {
+        const double part =
+            energy_is_taken_ ? range_energy_[begin / grain] : range_energy(configuration, {begin, end});
+        const std::size_t last = std::min(end * lanes, rows.size());
+        for (std::size_t i = begin * lanes; i < last; ++i) rows[i] = row_energy_[i];
+        return part;
+    });
+}
+
+// Adds the penalty forces of rank 2 phyxels on neighbours off their plane: F maps these by the completed
+// normal, which the fitted gradient does not contain.
+void SlicedElasticity::add_off_plane_forces(float* force) const {
+    const std::size_t n = stride();
+    for (std::size_t slice = 0; slice < slice_count(); ++slice)
+        for (unsigned bits = slices_->deficient()[slice]; bits != 0; bits &= bits - 1) {
+            const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(bits));
+            if (!neighbourhoods_->has_neighbours_off_plane(i)) continue;
+            const Vec3 dropped = neighbourhoods_->basis()[i].col(2);
+            const Vec3 turned = neighbourhoods_->penalty()[i] * (deformation_[i] * dropped - dropped);
+            for (std::uint32_t l = neighbourhoods_->offsets()[i]; l < neighbourhoods_->offsets()[i + 1];
+                 ++l) {
+                const double off =
+                    neighbourhoods_->weight()[l] * dropped.dot(neighbourhoods_->rest_edge()[l]);
+                for (std::size_t k = 0; k < 3; ++k) {
+                    const auto part = static_cast<float>(off * turned[static_cast<int>(k)]);
+                    force[k * n + i] -= part;
+                    force[k * n + neighbourhoods_->neighbour()[l]] += part;
+                }
+            }
+        }
+}
+
+const float* SlicedElasticity::forces(const Parallel& parallel) {
+    for_slices(parallel, slice_count(),
+               [&](const SliceRange& range) { force_pass(*slices_, range, arrays(), force_.data()); });
+    add_off_plane_forces(force_.data());
+    return force_.data();
+}
+
+void SlicedElasticity::forces(std::span<Vec3> force, const Parallel& parallel) {
+    const float* const found = forces(parallel);
+    const std::size_t n = stride();
+    for_phyxels(parallel, force.size(), [&](std::size_t i) {
+        for (std::size_t k = 0; k < 3; ++k)
+            force[i][static_cast<int>(k)] = static_cast<double>(found[k * n + i]);
+    });
+}
+
+// Computes tensions from the gradients of a direction for materials without the vector path.
+void SlicedElasticity::change_stress(const SliceRange& range) {
+    const std::size_t end = std::min(range.end * lanes, slices_->row_count());
+    for (std::size_t i = range.begin * lanes; i < end; ++i) {
+        const Mat3 dF = matrix_at(gradient_, i);
+        set_matrix(tension_, i,
+                   neighbourhoods_->volume()[i] * stress_change(material_, tangent_[i], dF) -
+                       neighbourhoods_->penalty()[i] * dF * neighbourhoods_->moment()[i]);
+    }
+}
+
+double SlicedElasticity::apply_stiffness(float factor, const float* diagonal, const float* dx, float* out,
+                                         const Parallel& parallel) {
+    const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
+    const bool weights = corotated_ && slices_->weights_pay();
+    for_slices(parallel, slice_count(), [&](const SliceRange& range) {
+        if (weights)
+            weighted_direction_pass(*slices_, range, dx, arrays(), lame);
+        else
+            direction_pass(*slices_, range, dx, arrays(), corotated_, lame);
+        if (!corotated_) change_stress(range);
+    });
+    return sum_(parallel, slice_count(), slice_grain(slice_count()), [&](std::size_t begin, std::size_t end) {
+        if (weights)
+            weighted_force_pass(*slices_, {begin, end}, arrays(), out);
+        else
+            force_pass(*slices_, {begin, end}, arrays(), out);
+        return finish_product(stride(), {begin, end}, diagonal, factor, dx, out);
+    });
+}
+
+double SlicedElasticity::apply_stiffness(double factor, std::span<const double> diagonal,
+                                         std::span<const Vec3> dx, std::span<Vec3> out,
+                                         const Parallel& parallel) {
+    const std::size_t n = stride();
+    for_phyxels(parallel, slices_->row_count(), [&](std::size_t i) {
+        diagonal_[i] = static_cast<float>(diagonal[i]);
+        for (std::size_t k = 0; k < 3; ++k)
+            direction_[k * n + i] = static_cast<float>(dx[i][static_cast<int>(k)]);
+    });
+    const double product = apply_stiffness(static_cast<float>(factor), diagonal_.data(), direction_.data(),
+                                           force_.data(), parallel);
+    for_phyxels(parallel, slices_->row_count(), [&](std::size_t i) {
+        for (std::size_t k = 0; k < 3; ++k)
+            out[i][static_cast<int>(k)] = static_cast<double>(force_[k * n + i]);
+    });
+    return product;
+}
+
+}  // namespace splitcubes::meshless

@@ -1,0 +1,115 @@
+// Elasticity as the solvers use it: the formulas of elasticity.h in single precision over
+// slices of links.
+#pragma once
+
+#include <splitcubes/core/parallel.h>
+#include <splitcubes/elasticity/elasticity.h>
+#include <splitcubes/elasticity/simd/slice_kernels.h>
+
+#include <algorithm>
+#include <span>
+#include <vector>
+
+namespace splitcubes::meshless {
+
+/// Deformation, forces and stiffness. Strains and forces are single precision, positions and
+/// sums double: the error of a strain e is about 1e-7 where the body is rotated and 1e-7 e
+/// where it is not, independent of the body's size and position. At rest and under pure
+/// translation forces are exactly zero.
+///
+/// For corotated material without plasticity and volume stiffness, rotations are computed
+/// sixteen at a time by the Newton-Schulz iteration. Rows that are too distorted for it or
+/// have rank < 3, and all rows of other materials, are evaluated one by one in double
+/// precision ("fallback" rows).
+///
+/// The object holds buffers; calls on one object must not overlap. It allocates only if
+/// there are more phyxels or links than before.
+class SlicedElasticity {
+  public:
+    struct Configuration {
+        std::span<const Vec3> rest_position;   // m
+        std::span<const Vec3> position;        // m, world
+        std::span<const Mat3> last_rotation;   // for phyxels whose neighbours do not determine R
+        std::span<const Mat3> plastic_strain;  // read only if the material has plasticity
+    };
+    /// Computes deformation, rotation, stress and tangents at a configuration. Returns the number of phyxels
+    /// that were not finite; they keep their last rotation.
+    std::size_t take_state(const Neighbourhoods& neighbourhoods, const Material& material,
+                           const Configuration& configuration, const Parallel& parallel);
+
+    /// The same, and also computes the energy, so that `energy` need not read the links again.
+    std::size_t take_state_and_energy(const Neighbourhoods& neighbourhoods, const Material& material,
+                                      const Configuration& configuration, const Parallel& parallel);
+
+    // The following refer to the last state.
+
+    /// Writes F and R of all phyxels.
+    void read_deformation(std::span<Mat3> deformation, std::span<Mat3> rotation,
+                          const Parallel& parallel) const;
+    /// Returns whether phyxel i uses the majorizer (Tangent::majorizer).
+    bool is_distorted(std::size_t i) const { return majorizer_[i] > 0; }
+    /// Returns E of elasticity.h, J; `configuration` must be the one of the last take_state.
+    /// Writes each phyxel's own energy to `rows` unless that is empty.
+    double energy(const Configuration& configuration, const Parallel& parallel, std::span<double> rows = {});
+    /// Computes -dE/dx, N, into `force`.
+    void forces(std::span<Vec3> force, const Parallel& parallel);
+    /// The same; component k of phyxel i is at k * stride() + i. Valid until the next call.
+    const float* forces(const Parallel& parallel);
+    /// Computes out = (diagonal + factor K) dx, N for dx in m and diagonal in N/m; returns dx . out.
+    double apply_stiffness(double factor, std::span<const double> diagonal, std::span<const Vec3> dx,
+                           std::span<Vec3> out, const Parallel& parallel);
+    /// The same for row arrays (3 * stride(), stride()).
+    double apply_stiffness(float factor, const float* diagonal, const float* dx, float* out,
+                           const Parallel& parallel);
+
+    /// Length of the row arrays for the last neighbourhoods.
+    std::size_t stride() const { return slices_ ? slices_->stride() : 0; }
+    std::size_t slice_count() const { return slices_ ? slices_->slice_count() : 0; }
+
+  private:
+    SliceState arrays();
+    void size_buffers(const Neighbourhoods& neighbourhoods, const Material& material);
+    void take_displacement(const Configuration& configuration, const Parallel& parallel);
+    void take_rows(const Configuration& configuration, const SliceRange& range, std::size_t& bad);
+    bool take_row(const Configuration& configuration, std::size_t i);
+    double row_energy(const Configuration& configuration, std::size_t i) const;
+    double range_energy(const Configuration& configuration, const SliceRange& range);
+    void take_configuration(const Neighbourhoods& neighbourhoods, const Material& material,
+                            const Configuration& configuration, const Parallel& parallel);
+    void change_stress(const SliceRange& range);
+    Mat3 matrix_at(const FloatArray& array, std::size_t i) const;
+    void set_matrix(FloatArray& array, std::size_t i, const Mat3& matrix) const;
+    void add_off_plane_forces(float* force) const;
+
+    const Neighbourhoods* neighbourhoods_ = nullptr;
+    const LinkSlices* slices_ = nullptr;
+    Material material_;
+    bool corotated_ = false;                                      // is_frame_sufficient
+    FloatArray high_, low_;                                       // 3, m
+    FloatArray gradient_, turn_, majorizer_, tension_, penalty_;  // as in SliceState
+    FloatArray direction_, force_, diagonal_;                     // 3, 3, 1
+    FloatArray energy_;                                           // 1, J
+    std::vector<double> row_energy_;                              // J, per row
+    std::vector<double> range_energy_;                            // J, per chunk
+    bool energy_is_taken_ = false;              // row_energy_ and range_energy_ are of the last state
+    std::vector<std::uint16_t> fallback_;       // per slice
+    std::vector<Mat3> deformation_, rotation_;  // per phyxel, set for fallback rows
+    std::vector<Tangent> tangent_;              // per phyxel, unless corotated_
+    ChunkSumOf<double> sum_;
+    ChunkSumOf<std::size_t> count_;
+};
+
+/// Returns the number of slices per chunk for `count` slices: enough chunks to balance the threads, but few,
+/// as each costs some tenths of a microsecond of scheduling. Results depend on it, as on phyxel_grain.
+inline std::size_t slice_grain(std::size_t count) {
+    return std::clamp<std::size_t>(count / 48, 16, 64);
+}
+
+/// Calls body(SliceRange) over all slices.
+template <class Body>
+void for_slices(const Parallel& parallel, std::size_t count, const Body& body) {
+    const auto chunk = [&](std::size_t begin, std::size_t end) { body(SliceRange{begin, end}); };
+    parallel.for_chunks(count, slice_grain(count), std::cref(chunk));
+}
+
+}  // namespace splitcubes::meshless

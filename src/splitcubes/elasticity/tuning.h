@@ -1,0 +1,42 @@
+#pragma once
+
+/// Tuning constants of material laws: tolerances, shares, limits and iteration counts that decide about
+/// behaviour, accuracy or time, grouped by subject. Each comment gives the unit (none for pure numbers;
+/// spacings: mean distances of phyxels), the sensible range and the effect of larger and smaller values.
+
+#include <cstddef>
+
+namespace splitcubes::meshless::tuning {
+
+/// Strongly compressed material (constitutive.cpp).
+namespace constitutive {
+
+/// Lower bound of the principal stretches in a tangent's frame, 0.6 to 0.9: the compressive force of St.
+/// Venant-Kirchhoff is largest at a stretch of 0.58 and falls below it. Larger makes the tangent stiffer than
+/// the material, smaller indefinite.
+inline constexpr double min_stretch = 0.7;
+/// Lower bound of the sum of two principal stretches in a plastic stress, above 0 and far below 2. Smaller
+/// lets the stress of crushed material grow without bound; larger softens compressed material.
+inline constexpr double min_stretch_sum = 0.2;
+
+}  // namespace constitutive
+
+/// Links in single precision (link_slices.cpp, slice_kernels.cpp, sliced_elasticity.cpp).
+namespace links {
+
+/// m, clamp of displacement components: squares of larger ones would overflow in single precision.
+inline constexpr double max_displacement = 1e15;
+/// |X^T X - I|^2 above which Newton-Schulz is not used, below 1, where it stops converging. Smaller leaves
+/// more rotations to the polar decomposition, which costs time.
+inline constexpr float far_from_rotation = 0.5F;
+/// |X^T X - I|^2 below which one more step is exact in single precision. Larger leaves errors; smaller costs
+/// steps.
+inline constexpr float near_rotation = 8e-8F;
+/// Maximum number of Newton-Schulz steps, 4 to 12; what does not converge is left to the polar decomposition.
+inline constexpr int max_rotation_steps = 8;
+/// Floats, at least a page (1024), as hardware prefetchers stop at page boundaries. Affects time only.
+inline constexpr std::size_t prefetch_distance = 2048;
+
+}  // namespace links
+
+}  // namespace splitcubes::meshless::tuning

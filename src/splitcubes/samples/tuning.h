@@ -1,0 +1,91 @@
+#pragma once
+
+/// Tuning constants of the mesh-free discretisation: tolerances, shares, limits and iteration counts that
+/// decide about behaviour, accuracy or time, grouped by subject. Each comment gives the unit (none for pure
+/// numbers; spacings: mean distances of phyxels), the sensible range and the effect of larger and smaller
+/// values.
+
+#include <cstddef>
+
+namespace splitcubes::meshless::tuning {
+
+/// Elements per chunk of parallel loops. Results depend on those whose chunks are summed: rounding follows
+/// the chunks, never the number of threads. Larger ones leave threads idle, smaller ones cost scheduling; 64
+/// to 1024, about ten microseconds of work. phyxel_grain (loops.h) and slice_grain (sliced_elasticity.h) stay
+/// with their loops.
+namespace grains {
+
+/// Nodes whose volume is distributed; their rows are joined in order.
+inline constexpr std::size_t lumping = 512;
+/// Nodes whose shares are corrected; no sums. Few, as each solves dense systems of nine unknowns.
+inline constexpr std::size_t lumping_moments = 64;
+
+}  // namespace grains
+
+/// Rigid pieces: free rotation (rigid_pieces.cpp) and contact with obstacles (rigid_step.cpp).
+namespace rigid {
+
+/// rad, maximum rotation per substep of free rotation, 0.05 to 0.5. Smaller is more accurate and slower.
+inline constexpr double max_substep_rotation = 0.2;
+/// Maximum number of fixed-point iterations of the midpoint rule in a substep. It converges by about
+/// max_substep_rotation per iteration, so 20 reach machine precision; the rest is reserve.
+inline constexpr int max_midpoint_iterations = 60;
+
+}  // namespace rigid
+
+/// Moment matrices and the penalty of zero-energy modes (neighbourhoods.cpp).
+namespace neighbourhoods {
+
+/// Fraction of the largest eigenvalue of a moment matrix, 1e-5 to 1e-2, below which a direction is dropped.
+/// Larger takes thin neighbourhoods for flat ones; smaller inverts noise.
+inline constexpr double rank_threshold = 1e-3;
+/// c_i = this * zero_energy * mu V_i / trace A_i. With 5, zero_energy 0.1 restores the shape of a body whose
+/// phyxels start at random positions; 0.02 leaves it crumpled. Larger stiffens bending.
+inline constexpr double penalty_factor = 5;
+
+}  // namespace neighbourhoods
+
+/// Correction of lumping shares to the nodes' moments (lumping_moments.cpp).
+namespace lumping {
+
+/// Fraction of a phyxel's uncorrected volume that the correction must leave, 0 to 1. Larger corrects less;
+/// smaller makes light phyxels, which shorten explicit substeps.
+inline constexpr double min_volume_share = 0.3;
+/// Upper bound of the summed absolute changes of a row's shares, 1 to 10. Smaller corrects less; larger
+/// allows negative shares.
+inline constexpr double max_share_change = 3;
+/// Scales the quadratic monomials to the size of the linear ones, as coordinates are below 1; 1 to 10. It
+/// sets how much moments_damping affects them.
+inline constexpr double square_scale = 3;
+/// Regularises directions in which a row's phyxels hardly spread, 1e-4 to 0.05; normal variances are 0.05 and
+/// more. Larger biases the result, smaller lets shares explode.
+inline constexpr double moments_damping = 0.005;
+/// Iterative refinements that remove most of that bias, 0 to 5.
+inline constexpr int moments_refinements = 2;
+
+}  // namespace lumping
+
+/// Links in single precision (link_slices.cpp, slice_kernels.cpp, sliced_elasticity.cpp).
+namespace links {
+
+/// Lanes, of 16, that must share an index offset to form a run: indexed lanes cost more than twice the loads
+/// of a run. More makes fewer and fuller runs; only time depends on it, apart from the order of sums.
+inline constexpr std::size_t min_run = 8;
+/// Relative difference of rest edges that count as equal, 1e-7 to 1e-5: covers the rounding of positions.
+/// Larger takes distorted lattices for regular ones.
+inline constexpr double edge_tolerance = 3e-7;
+
+}  // namespace links
+
+/// Placing of phyxels (sampling.cpp).
+namespace sampling {
+
+/// Maximum number of cells of the grid that finds samples near a point: limits memory in large boxes to 64
+/// MiB. Fewer make larger cells, which cost only time.
+inline constexpr double max_grid_cells = 0x1p24;
+/// Lattice points that are placed at a time: limits memory to 8 MiB. Results do not depend on it.
+inline constexpr std::size_t batch_size = std::size_t{1} << 18;
+
+}  // namespace sampling
+
+}  // namespace splitcubes::meshless::tuning

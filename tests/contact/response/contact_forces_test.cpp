@@ -1,0 +1,137 @@
+// Cached contacts are found in any order of queries, and contact springs create no energy when the stiffness
+// of the touched phyxels changes.
+#include <splitcubes/contact/response/contact_forces.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <vector>
+
+namespace splitcubes::meshless {
+namespace {
+
+std::vector<CachedContact> cached_contacts(std::span<const std::uint64_t> keys) {
+    std::vector<CachedContact> cached;
+    for (const std::uint64_t key : keys) cached.emplace_back().key = key;
+    return cached;
+}
+
+TEST(CachedContactFinder, FindsExactlyTheCachedKeys) {
+    const std::vector<std::uint64_t> keys = {0, 3, 4, 9, 1ULL << 48, ~0ULL};
+    const std::vector<CachedContact> cached = cached_contacts(keys);
+    std::vector<std::uint64_t> queries = keys;
+    for (const std::uint64_t key : {1ULL, 5ULL, 8ULL, 10ULL, (1ULL << 48) + 1, ~0ULL - 1})
+        queries.push_back(key);
+    queries.push_back(4);
+    std::mt19937 random(7);
+    for (int pass = 0; pass < 20; ++pass) {
+        // Sorted, with repetitions, and shuffled.
+        if (pass == 0) std::sort(queries.begin(), queries.end());
+        CachedContactFinder finder(&cached);
+        for (const std::uint64_t key : queries) {
+            const CachedContact* const found = finder.find(key);
+            const bool is_cached = std::find(keys.begin(), keys.end(), key) != keys.end();
+            ASSERT_EQ(found != nullptr, is_cached) << key;
+            if (found) {
+                EXPECT_EQ(found->key, key);
+            }
+        }
+        std::shuffle(queries.begin(), queries.end(), random);
+    }
+    CachedContactFinder nothing(nullptr);
+    EXPECT_EQ(nothing.find(3), nullptr);
+}
+
+// An approach counts as an impact only for a new contact whose gap closes within the step.
+TEST(FindImpacts, NewContactsThatCloseTheirGapAreImpacts) {
+    std::vector<Contact> contacts(4);
+    for (std::uint32_t c = 0; c < contacts.size(); ++c) {
+        contacts[c].key = c;
+        contacts[c].upper.count = 1;
+        contacts[c].upper.phyxel[0] = c;
+        contacts[c].upper.weight[0] = 1;
+        contacts[c].gap = 0.01;
+        contacts[c].max_depenetration = 1e-3;
+    }
+    contacts[2].gap = 0.03;
+    const std::vector<Vec3> velocity = {{0, 0, -1}, {0, 0, -1}, {0, 0, -1}, {0, 0, 1}};
+    const std::vector<std::uint64_t> keys = {1};
+    std::vector<CachedContact> cached = cached_contacts(keys);
+    ContactInput input;
+    input.contacts = contacts;
+    input.cached = &cached;
+    const std::vector<std::span<const Vec3>> field = {velocity};
+    std::vector<std::uint8_t> known, impact;
+    for (const int threads : {1, 3}) {
+        find_impacts(input, field, 0.02, Parallel(threads), known, impact);
+        EXPECT_EQ(known, (std::vector<std::uint8_t>{0, 1, 0, 0}));
+        EXPECT_EQ(impact, (std::vector<std::uint8_t>{1, 0, 0, 0}));
+    }
+}
+
+// Two phyxels in contact, and the cached contact.
+struct Pressed {
+    std::vector<Contact> contacts{1};
+    std::vector<CachedContact> cached;
+    std::vector<Vec3> position = {{0, 0, 0.01}, {0, 0, 0}}, velocity = {Vec3::Zero(), Vec3::Zero()};
+    ContactForces forces;
+    double energy = 0;  // J, after a step
+
+    Pressed() {
+        Contact& contact = contacts[0];
+        contact.upper.count = contact.lower.count = 1;
+        contact.upper.phyxel[0] = 0;
+        contact.lower.phyxel[0] = 1;
+        contact.upper.weight[0] = contact.lower.weight[0] = 1;
+        contact.gap = 1e-4;
+        contact.friction = 0.5;
+        contact.max_depenetration = 1e-12;  // effectively no overlap is removed
+    }
+    // Takes a step that displaces the upper phyxel; returns the force on it at the start of the solve.
+    Vec3 step(double mobility, const Vec3& displacement) {
+        const std::vector<double> mobilities(2, mobility);
+        std::vector<Vec3> after = position, force(2, Vec3::Zero());
+        after[0] += displacement;
+        velocity[0] = displacement / 0.02;
+        ContactInput input;
+        input.contacts = contacts;
+        input.cached = &cached;
+        const std::vector<ContactForces::Part> parts = {{position, velocity, 0.02, mobilities, {}}};
+        const std::vector<std::span<const Vec3>> before = {position}, moved = {after};
+        const std::vector<std::span<Vec3>> out = {force};
+        std::vector<std::uint8_t> touching(2, 0);
+        const std::vector<std::span<std::uint8_t>> touched = {touching};
+        const Parallel parallel(1);
+        forces.begin(input, parts);
+        forces.make_springs(moved, parallel);
+        forces.add_forces(before, out, parallel);
+        forces.finish(moved, touched, parallel);
+        energy = forces.energy();
+        contacts[0].gap += contacts[0].normal.dot(displacement);
+        position = after;
+        return force[0];
+    }
+};
+
+// If the touched phyxels become much stiffer, a spring keeps its force; if they become much softer, the force
+// drops. Neither creates energy.
+TEST(ContactForces, StiffnessChangesUnderLoadAddNoEnergy) {
+    for (const double factor : {0.01, 0.1, 0.5, 1.0, 2.0, 10.0, 100.0}) {
+        Pressed pressed;
+        pressed.step(1e-3, Vec3(1e-4, 0, -6e-4));
+        ASSERT_EQ(pressed.cached.size(), 1U);
+        const Vec3 force_before = pressed.cached[0].force;
+        const double energy = pressed.energy;
+        ASSERT_GT(force_before.z(), 0);
+        const Vec3 force_after = pressed.step(1e-3 * factor, Vec3::Zero());
+        EXPECT_LT(pressed.energy, (1 + 1e-9) * energy) << factor;
+        if (factor <= 1)
+            EXPECT_NEAR((force_after - force_before).norm(), 0, 1e-6 * force_before.norm()) << factor;
+        else
+            EXPECT_LT(force_after.z(), (1 + 1e-9) * force_before.z()) << factor;
+    }
+}
+
+}  // namespace
+}  // namespace splitcubes::meshless

@@ -1,0 +1,265 @@
+#include "dynamics/bodies.h"
+
+#include <gtest/gtest.h>
+#include <splitcubes/samples/mass_lumping.h>
+
+namespace splitcubes::meshless {
+namespace {
+
+using fixtures::random_vector;
+
+const Parallel threads(2);
+
+/// Random phyxels in a box and the nodes of a grid over it, optionally cut at x = 0.
+struct Scene {
+    Phyxels phyxels;
+    std::vector<Vec3> nodes;
+    std::vector<double> volumes;
+    std::vector<std::int32_t> pieces;
+    PhyxelLocator locator;
+    double density = 900;
+
+    explicit Scene(std::uint64_t seed) {
+        Random random(seed);
+        for (int i = 0; i < 200; ++i) {
+            phyxels.append(random_vector(random, 0.2), 0.02);
+            phyxels.support_radius.back() = random.uniform(0.03, 0.09);
+            phyxels.position.back() =
+                random_vector(random, 0.02) + phyxels.rest_position.back() + Vec3(5, -3, 2);
+            phyxels.velocity.back() = random_vector(random, 1) + Vec3(3, 0, -4);
+        }
+        for (int z = -6; z <= 6; ++z)
+            for (int y = -6; y <= 6; ++y)
+                for (int x = -6; x <= 6; ++x) {
+                    nodes.push_back(0.032 * Vec3(x, y, z));
+                    volumes.push_back(random.uniform(0.2, 1) * 3e-5);
+                }
+        pieces.assign(nodes.size(), 0);
+        locator = PhyxelLocator(phyxels.rest_position, 0.06);
+    }
+    MaterialNodes material_nodes() const { return {nodes, volumes, pieces}; }
+    void part(double at, std::int32_t piece) {
+        for (std::size_t b = 0; b < nodes.size(); ++b)
+            if (nodes[b].x() > at) pieces[b] = piece;
+        for (std::size_t i = 0; i < phyxels.size(); ++i)
+            if (phyxels.rest_position[i].x() > at) phyxels.piece[i] = piece;
+    }
+    double piece_volume(std::int32_t piece) const {
+        double sum = 0;
+        for (std::size_t b = 0; b < nodes.size(); ++b) sum += pieces[b] == piece ? volumes[b] : 0;
+        return sum;
+    }
+};
+
+TEST(MassLumping, SharesSumToOneWithinThePiece) {
+    Scene scene(1);
+    scene.part(0.01, 1);
+    const MassLumping lumping = lump(scene.material_nodes(), scene.phyxels, scene.locator, threads);
+    EXPECT_EQ(lumping.unlumped, 0U);
+    for (std::size_t b = 0; b < scene.nodes.size(); ++b) {
+        double sum = 0;
+        for (std::uint32_t e = lumping.offsets[b]; e < lumping.offsets[b + 1]; ++e) {
+            EXPECT_EQ(scene.phyxels.piece[lumping.phyxel[e]], scene.pieces[b]);
+            sum += lumping.share[e];
+        }
+        EXPECT_NEAR(sum, 1, 1e-14);
+    }
+}
+
+// A lattice of phyxels in a box with four nodes per spacing, whole or cut by a slanted plane.
+struct Lattice {
+    Phyxels phyxels;
+    std::vector<Vec3> nodes;
+    std::vector<double> volumes;
+    std::vector<std::int32_t> pieces;
+    PhyxelLocator locator;
+
+    Lattice(const Vec3i& count, double parted_at) {
+        const auto piece_of = [&](const Vec3& x) {
+            return x.dot(Vec3(1, 0.3, -0.2)) > parted_at ? std::int32_t{1} : std::int32_t{0};
+        };
+        const auto each = [&](int fine, const auto& use) {
+            for (int z = 0; z < fine * count[2]; ++z)
+                for (int y = 0; y < fine * count[1]; ++y)
+                    for (int x = 0; x < fine * count[0]; ++x)
+                        use(Vec3((Vec3(x, y, z) + Vec3::Constant(0.5)) / fine - 0.5 * count.cast<double>()));
+        };
+        each(1, [&](const Vec3& x) {
+            phyxels.append(x, 1, piece_of(x));
+            phyxels.support_radius.back() = 1.6;
+        });
+        each(4, [&](const Vec3& x) {
+            nodes.push_back(x);
+            volumes.push_back(1.0 / 64);
+            pieces.push_back(piece_of(x));
+        });
+        locator = PhyxelLocator(phyxels.rest_position, 1.6);
+    }
+};
+
+TEST(MassLumping, PhyxelsHaveTheMomentsOfTheirNodes) {
+    for (const double parted_at : {1e9, 0.4, 1.1}) {
+        Lattice lattice({8, 6, 5}, parted_at);
+        apply(
+            lump({lattice.nodes, lattice.volumes, lattice.pieces}, lattice.phyxels, lattice.locator, threads),
+            lattice.volumes, 1, lattice.phyxels);
+        Phyxels of_nodes;
+        for (std::size_t b = 0; b < lattice.nodes.size(); ++b) {
+            of_nodes.append(lattice.nodes[b], 1, lattice.pieces[b]);
+            of_nodes.mass.back() = lattice.volumes[b];
+        }
+        std::vector<Momenta> now, wanted;
+        momenta_of_pieces(lattice.phyxels, 2, now);
+        momenta_of_pieces(of_nodes, 2, wanted);
+        for (std::size_t k = 0; k < (parted_at > 100 ? 1U : 2U); ++k) {
+            EXPECT_NEAR(now[k].mass, wanted[k].mass, 1e-12 * wanted[k].mass);
+            EXPECT_LT((now[k].centre - wanted[k].centre).norm(), 5e-3) << parted_at << ": spacings";
+            EXPECT_LT((now[k].inertia - wanted[k].inertia).norm(), 0.035 * wanted[k].inertia.norm())
+                << parted_at;
+        }
+        for (const double volume : lattice.phyxels.volume) EXPECT_GT(volume, 0.1);
+    }
+}
+
+TEST(MassLumping, RelumpingEqualsLumpingFromScratch) {
+    Lattice lattice({8, 6, 5}, 1e9);
+    const Lattice parted({8, 6, 5}, 0.4);
+    const MaterialNodes nodes{parted.nodes, parted.volumes, parted.pieces};
+    MassLumping lumping =
+        lump({lattice.nodes, lattice.volumes, lattice.pieces}, lattice.phyxels, lattice.locator, threads);
+    lattice.phyxels.piece = parted.phyxels.piece;
+    relump_after_split(lumping, nodes, 1, lattice.locator, lattice.phyxels, threads);
+    const MassLumping fresh = lump(nodes, parted.phyxels, parted.locator, threads);
+    EXPECT_EQ(lumping.phyxel, fresh.phyxel);
+    EXPECT_EQ(lumping.share, fresh.share);
+    EXPECT_EQ(lumping.whole, fresh.whole);
+}
+
+TEST(MassLumping, EveryPieceHasTheMassOfItsNodes) {
+    Scene scene(2);
+    scene.part(0.01, 1);
+    apply(lump(scene.material_nodes(), scene.phyxels, scene.locator, threads), scene.volumes, scene.density,
+          scene.phyxels);
+    std::vector<Momenta> pieces;
+    momenta_of_pieces(scene.phyxels, 2, pieces);
+    for (std::int32_t k = 0; k < 2; ++k) {
+        const double expected = scene.density * scene.piece_volume(k);
+        EXPECT_NEAR(pieces[static_cast<std::size_t>(k)].mass, expected, 1e-13 * expected);
+    }
+}
+
+TEST(MassLumping, NodesOutOfReachGoToTheNearestPhyxel) {
+    Phyxels phyxels;
+    for (const double x : {0.0, 1.0, 3.0}) phyxels.append(Vec3(x, 0, 0), 0.1, x > 2);
+    for (double& h : phyxels.support_radius) h = 0.1;
+    const std::vector<Vec3> nodes{Vec3(0.4, 0, 0), Vec3(0.5, 0, 0), Vec3(2.9, 0.5, 0), Vec3(0, 0, 0)};
+    const std::vector<double> volumes(4, 1);
+    const std::vector<std::int32_t> pieces{0, 0, 0, 7};
+    const PhyxelLocator locator(phyxels.rest_position, 0.1);
+    const MassLumping lumping = lump({nodes, volumes, pieces}, phyxels, locator, threads);
+    EXPECT_EQ(lumping.phyxel, (std::vector<std::uint32_t>{0, 0, 1}))
+        << "of its own piece, the lower of equals";
+    EXPECT_EQ(lumping.unlumped, 1U) << "a piece without phyxels";
+}
+
+TEST(MassLumping, RelumpingKeepsMassMomentumAndAngularMomentum) {
+    Scene scene(3);
+    MassLumping lumping = lump(scene.material_nodes(), scene.phyxels, scene.locator, threads);
+    apply(lumping, scene.volumes, scene.density, scene.phyxels);
+    const MassLumping old = lumping;
+    const Phyxels before = scene.phyxels;
+    const Momenta whole = total_momenta(before);
+    scene.part(0.01, 1);
+    relump_after_split(lumping, scene.material_nodes(), scene.density, scene.locator, scene.phyxels, threads);
+
+    std::vector<Momenta> pieces;
+    momenta_of_pieces(scene.phyxels, 2, pieces);
+    const Vec3 drift = whole.linear / whole.mass;
+    Vec3 total_spin = Vec3::Zero(), total_linear = Vec3::Zero();
+    double total_mass = 0;
+    for (std::size_t k = 0; k < 2; ++k) {
+        // Momenta of the piece's nodes under the old shares.
+        Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+        for (std::size_t b = 0; b < scene.nodes.size(); ++b) {
+            if (scene.pieces[b] != static_cast<std::int32_t>(k)) continue;
+            for (std::uint32_t e = old.offsets[b]; e < old.offsets[b + 1]; ++e) {
+                const std::uint32_t i = old.phyxel[e];
+                const double m = scene.density * scene.volumes[b] * old.share[e];
+                linear += m * before.velocity[i];
+                angular += m * (before.position[i] - whole.centre).cross(before.velocity[i] - drift);
+            }
+        }
+        EXPECT_LT((pieces[k].linear - linear).norm(), 1e-12 * whole.linear.norm());
+        const Vec3 now = pieces[k].angular_momentum +
+                         (pieces[k].centre - whole.centre).cross(pieces[k].linear - pieces[k].mass * drift);
+        EXPECT_LT((now - angular).norm(), 1e-12 * whole.mass);
+        total_mass += pieces[k].mass;
+        total_linear += pieces[k].linear;
+        total_spin += now;
+    }
+    EXPECT_NEAR(total_mass, whole.mass, 1e-13 * whole.mass);
+    EXPECT_LT((total_linear - whole.linear).norm(), 1e-12 * whole.linear.norm());
+    EXPECT_LT((total_spin - whole.angular_momentum).norm(), 1e-12 * whole.mass);
+}
+
+TEST(MassLumping, RelumpingIsGalileanInvariant) {
+    Scene still(4), fast(4);
+    const Vec3 boost(0, 20, -30);
+    for (Vec3& v : fast.phyxels.velocity) v += boost;
+    for (Scene* scene : {&still, &fast}) {
+        MassLumping lumping = lump(scene->material_nodes(), scene->phyxels, scene->locator, threads);
+        apply(lumping, scene->volumes, scene->density, scene->phyxels);
+        scene->part(0.05, 1);
+        relump_after_split(lumping, scene->material_nodes(), scene->density, scene->locator, scene->phyxels,
+                           threads);
+    }
+    for (std::size_t i = 0; i < still.phyxels.size(); ++i)
+        EXPECT_LT((fast.phyxels.velocity[i] - boost - still.phyxels.velocity[i]).norm(), 1e-11);
+}
+
+TEST(MassLumping, RelumpingLeavesUnchangedPiecesAlone) {
+    Scene scene(5);
+    scene.part(0.1, 1);
+    MassLumping lumping = lump(scene.material_nodes(), scene.phyxels, scene.locator, threads);
+    apply(lumping, scene.volumes, scene.density, scene.phyxels);
+    const Phyxels before = scene.phyxels;
+    // Piece 1 loses its far end to a new piece 2; piece 0 stays.
+    scene.part(0.15, 2);
+    relump_after_split(lumping, scene.material_nodes(), scene.density, scene.locator, scene.phyxels, threads);
+    for (std::size_t i = 0; i < before.size(); ++i) {
+        if (scene.phyxels.piece[i] == 0) {
+            EXPECT_EQ(scene.phyxels.mass[i], before.mass[i]);
+            EXPECT_EQ(scene.phyxels.velocity[i], before.velocity[i]);
+        }
+    }
+    // Without a split nothing changes.
+    const Phyxels again = scene.phyxels;
+    relump_after_split(lumping, scene.material_nodes(), scene.density, scene.locator, scene.phyxels, threads);
+    EXPECT_EQ(scene.phyxels.mass, again.mass);
+    EXPECT_EQ(scene.phyxels.velocity, again.velocity);
+}
+
+TEST(MassLumping, RelumpingAfterResamplingKeepsMomenta) {
+    Scene scene(6);
+    MassLumping lumping = lump(scene.material_nodes(), scene.phyxels, scene.locator, threads);
+    apply(lumping, scene.volumes, scene.density, scene.phyxels);
+    const Momenta before = total_momenta(scene.phyxels);
+    Random random(7);
+    for (int k = 0; k < 30; ++k) {
+        PhyxelStart start;
+        start.rest_position = random_vector(random, 0.2);
+        start.position = start.rest_position + Vec3(5, -3, 2);
+        start.velocity = random_vector(random, 3);
+        start.support_radius = 0.05;
+        scene.phyxels.append(start);
+    }
+    scene.locator = PhyxelLocator(scene.phyxels.rest_position, 0.06);
+    relump_after_split(lumping, scene.material_nodes(), scene.density, scene.locator, scene.phyxels, threads);
+    const Momenta after = total_momenta(scene.phyxels);
+    EXPECT_NEAR(after.mass, before.mass, 1e-13 * before.mass);
+    EXPECT_LT((after.linear - before.linear).norm(), 1e-12 * before.linear.norm());
+    EXPECT_LT((after.angular_momentum - before.angular_momentum).norm(), 1e-12 * before.mass);
+}
+
+}  // namespace
+}  // namespace splitcubes::meshless

@@ -1,0 +1,226 @@
+// Contacts create no energy: bodies that fall, bounce, topple and roll only lose it.
+#include "body/rubber.h"
+
+#include <splitcubes/body/body.h>
+#include <splitcubes/geometry/shapes.h>
+#include <splitcubes/world/world.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace splitcubes::body {
+namespace {
+
+using fixtures::at;
+
+std::shared_ptr<const Parallel> one_thread() {
+    return std::make_shared<const Parallel>(1);
+}
+
+BodySettings soft_rubber(double spacing, double youngs_modulus = 2e5) {
+    return fixtures::rubber(spacing, youngs_modulus, 0.002);
+}
+
+WorldSettings world_settings() {
+    WorldSettings out;
+    out.validate_each_step = false;
+    return out;
+}
+
+double potential(const World& world) {
+    double sum = 0;
+    for (const auto& body : world.bodies())
+        for (std::size_t i = 0; i < body->phyxels().size(); ++i)
+            sum -= body->phyxels().mass[i] * world.settings().gravity.dot(body->phyxels().position[i]);
+    return sum;
+}
+
+constexpr double end_tolerance = 1e-5;  // J, allowed at the end of a run
+
+// Runs the steps and compares the energy (kinetic, elastic, potential and in the contact springs) with its
+// minimum so far. It may rise by `share` of what was lost by then, the error of the linear solve for a
+// rotating body, plus `tolerance` (J). Returns the last report.
+StepReport expect_only_losses(World& world, int steps, double share, double tolerance) {
+    double first = 0, lowest = 0, now = 0;
+    StepReport report;
+    for (int step = 0; step < steps; ++step) {
+        report = world.step();
+        now = report.totals.kinetic_energy + report.totals.elastic_energy + report.totals.contact_energy +
+              potential(world);
+        if (step == 0) first = lowest = now;
+        EXPECT_LT(now - lowest, tolerance + share * (first - lowest)) << "step " << step;
+        lowest = std::min(lowest, now);
+    }
+    EXPECT_LT(now - lowest, end_tolerance + share * (first - lowest)) << "a rise must be temporary";
+    return report;
+}
+
+using Solid = std::shared_ptr<const geometry::SignedDistance>;
+
+TEST(ContactEnergy, ABallBouncesLowerEachTime) {
+    const std::vector<std::pair<const char*, Solid>> solids = {
+        {"plane", geometry::make_plane_distance(Vec3::UnitZ(), 0)},
+        {"box", geometry::make_box_distance(Vec3(0.3, 0.3, 0.04), 0.002)},
+        {"mesh", geometry::make_mesh_distance(geometry::make_box(Vec3(0.3, 0.3, 0.04)), 40, Parallel(1))}};
+    for (const auto& [name, solid] : solids) {
+        SCOPED_TRACE(name);
+        World world(world_settings(), one_thread());
+        world.add_body(at(geometry::make_sphere(0.03, 3), Vec3(0, 0, 0.13)), soft_rubber(0.012));
+        world.add_collider({"solid", solid, {}, 0.6});
+        const StepReport last = expect_only_losses(world, 150, 0.01, 1e-6);
+        EXPECT_LT(last.totals.kinetic_energy, 1e-4);
+        EXPECT_GT(last.counts.contacts, 0U);
+    }
+}
+
+// A pear without a foot stands on a bottom that curves more than its centre of mass is high: it topples,
+// falls, rolls and rocks on its side. It gained speed when the weights of contact sides did not reproduce
+// rigid motion.
+TEST(ContactEnergy, ATopplingPearRollsWithoutSpeedingUp) {
+    for (const double friction : {0.0, 0.6}) {
+        SCOPED_TRACE(friction);
+        WorldSettings settings = world_settings();
+        settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, friction};
+        World world(settings, one_thread());
+        BodySettings pear = soft_rubber(0.018);
+        pear.angular_velocity = Vec3(1, 0, 0);
+        world.add_body(at(geometry::make_pear(0.2), Vec3(0, 0, 0.1001)), pear);
+        expect_only_losses(world, 240, 0.01, 1e-3);
+    }
+}
+
+// Adds a soft plate that is held all around, or at two ends only, which lets a ball roll off.
+void add_plate(World& world, double spacing, bool all_around) {
+    Body& plate = world.add_body(geometry::make_box(Vec3(0.16, 0.1, 0.02)), soft_rubber(spacing));
+    HoldConstraint edges;
+    edges.region = [=](const Vec3& rest) {
+        return std::abs(rest.x()) > 0.08 - spacing || (all_around && std::abs(rest.y()) > 0.05 - spacing);
+    };
+    edges.motion = [](double) { return Isometry::Identity(); };
+    plate.add_constraint(edges);
+}
+
+struct Drop {
+    double radius, height, density, youngs_modulus;
+    Vec2 offset;  // m, off the plate's centre
+    bool all_around;
+    double tolerance;  // J; larger for a sharp edge of a plate, which is a row of samples
+};
+
+TEST(ContactEnergy, ABallOnASoftPlateOnlyLoses) {
+    const std::vector<Drop> drops = {{0.02, 0.002, 2000, 1e6, {0, 0}, true, 1.5e-5},
+                                     {0.02, 0.03, 2000, 1e6, {0.012, 0.007}, true, 1e-5},
+                                     {0.026, 0.01, 1000, 1e5, {-0.02, 0.004}, true, 1e-5},
+                                     {0.02, 0.01, 2000, 1e6, {0.01, 0.02}, false, 3e-3}};
+    for (const Drop& drop : drops) {
+        SCOPED_TRACE(testing::Message() << drop.radius << " " << drop.offset.transpose());
+        WorldSettings settings = world_settings();
+        settings.contact.pieces = true;
+        World world(settings, one_thread());
+        add_plate(world, 0.01, drop.all_around);
+        BodySettings ball = soft_rubber(0.4 * drop.radius, drop.youngs_modulus);
+        ball.material.density = drop.density;
+        const double height = 0.01 + drop.radius + drop.height;
+        world.add_body(
+            at(geometry::make_sphere(drop.radius, 3), Vec3(drop.offset.x(), drop.offset.y(), height)), ball);
+        const StepReport last = expect_only_losses(world, 100, 0.01, drop.tolerance);
+        if (drop.all_around) {
+            EXPECT_GT(last.counts.contacts, 0U);
+        }
+    }
+}
+
+TEST(ContactEnergy, ABallInTheMiddleOfASoftPlateComesToRest) {
+    WorldSettings settings = world_settings();
+    settings.contact.pieces = true;
+    World world(settings, one_thread());
+    add_plate(world, 0.01, true);
+    BodySettings ball = soft_rubber(0.008, 1e6);
+    ball.material.density = 2000;
+    world.add_body(at(geometry::make_sphere(0.02, 3), Vec3(0, 0, 0.035)), ball);
+    StepReport report;
+    int iterations = 0;
+    for (int step = 0; step < 120; ++step) report = world.step();
+    for (int step = 0; step < 20; ++step) {
+        report = world.step();
+        iterations += report.solver.iterations;
+        EXPECT_LT(report.totals.top_speed, 5e-3);
+    }
+    EXPECT_GT(report.counts.contacts, 2U);
+    EXPECT_LT(iterations, 20 * settings.solver.max_iterations) << "solves run out of iterations";
+}
+
+// Returns two arms, one above the other, on a spine at x = 0; the lower one's underside is z = 0.
+geometry::TriangleMesh make_folded(double length, double height, double thickness, double width) {
+    const std::vector<Vec2> outline = {{0, 0},
+                                       {length, 0},
+                                       {length, thickness},
+                                       {thickness, thickness},
+                                       {thickness, height - thickness},
+                                       {length, height - thickness},
+                                       {length, height},
+                                       {0, height}};
+    geometry::TriangleMesh out;
+    for (const double y : {-0.5 * width, 0.5 * width})
+        for (const Vec2& p : outline) out.positions.push_back(Vec3(p.x(), y, p.y()));
+    const std::uint32_t cap[6][3] = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 7}, {4, 5, 6}, {4, 6, 7}};
+    for (const auto& t : cap) {
+        out.triangles.push_back({t[0], t[1], t[2]});
+        out.triangles.push_back({t[0] + 8, t[2] + 8, t[1] + 8});
+    }
+    for (std::uint32_t k = 0; k < 8; ++k) {
+        const std::uint32_t next = (k + 1) % 8;
+        out.triangles.push_back({k, k + 8, next});
+        out.triangles.push_back({next, k + 8, next + 8});
+    }
+    return out;
+}
+
+TEST(ContactEnergy, AStripFoldedOnItselfOnlyLoses) {
+    WorldSettings settings = world_settings();
+    settings.contact.pieces = true;
+    World world(settings, one_thread());
+    Body& strip = world.add_body(make_folded(0.16, 0.08, 0.02, 0.04), soft_rubber(0.01, 3e4));
+    HoldConstraint lower;
+    lower.region = [](const Vec3& rest) { return rest.z() < 0.01; };
+    lower.motion = [](double) { return Isometry::Identity(); };
+    strip.add_constraint(lower);
+    const StepReport last = expect_only_losses(world, 120, 0.01, 1e-5);
+    EXPECT_GT(last.counts.contacts, 3U) << "the upper arm lies on the lower";
+}
+
+TEST(ContactEnergy, BodiesThatCollideOffCentreKeepTheirMomenta) {
+    WorldSettings settings = world_settings();
+    settings.gravity = Vec3::Zero();
+    settings.contact.pieces = true;
+    World world(settings, one_thread());
+    BodySettings thrown = soft_rubber(0.015), still = soft_rubber(0.0125, 4e5);
+    thrown.velocity = Vec3(0.2, 0, -1);
+    thrown.angular_velocity = Vec3(0, 3, 0);
+    world.add_body(at(geometry::make_sphere(0.035, 3), Vec3(0.005, 0.012, 0.07)), thrown);
+    world.add_body(geometry::make_box(Vec3::Constant(0.05)), still);
+    StepReport report = world.step();
+    const Vec3 momentum = report.totals.momentum, angular_momentum = report.totals.angular_momentum;
+    double energy = report.totals.kinetic_energy + report.totals.elastic_energy;
+    std::size_t contacts = 0;
+    for (int step = 0; step < 60; ++step) {
+        report = world.step();
+        contacts = std::max(contacts, report.counts.contacts);
+        ASSERT_LT((report.totals.momentum - momentum).norm(), 1e-9 * momentum.norm()) << "step " << step;
+        ASSERT_LT((report.totals.angular_momentum - angular_momentum).norm(), 1e-5 * angular_momentum.norm())
+            << "step " << step;
+        const double now = report.totals.kinetic_energy + report.totals.elastic_energy;
+        ASSERT_LT(now, (1 + 2e-3) * energy) << "step " << step;
+        energy = std::min(energy, now);
+    }
+    EXPECT_GT(contacts, 2U);
+}
+
+}  // namespace
+}  // namespace splitcubes::body

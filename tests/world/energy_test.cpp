@@ -1,0 +1,167 @@
+// Bodies that are cut gain no energy beyond the work put in, for any material and time step.
+#include "laws/solids.h"
+#include "laws/worlds.h"
+
+#include <splitcubes/body/body.h>
+#include <splitcubes/world/world.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace splitcubes::laws {
+namespace {
+
+using meshless::MaterialModel;
+using meshless::SolverKind;
+
+/// Adds straight edges that pass completely through everything within `size` of the origin.
+void add_random_blades(body::World& world, int count, double size, double from, double until,
+                       std::uint64_t seed) {
+    Random random(seed);
+    for (int k = 0; k < count; ++k) {
+        const Vec3 along = random_direction(random);
+        const Vec3 across = along.cross(random_direction(random)).normalized();
+        const Vec3 through = random_vector(random, 0.5 * size);
+        const double start = from + (until - from) * k / count;
+        world.add_tool(moving_blade(-3 * size * along, 3 * size * along, through - 2.5 * size * across,
+                                    through + 2.5 * size * across, start,
+                                    start + random.uniform(0.03, 0.15)));
+    }
+}
+
+double gravity_energy(const body::World& world) {
+    double sum = 0;
+    for (const auto& body : world.bodies()) {
+        const meshless::Momenta momenta = meshless::total_momenta(body->phyxels());
+        sum -= momenta.mass * world.settings().gravity.dot(momenta.centre);
+    }
+    return sum;
+}
+
+struct Course {
+    double first = 0;            // J, kinetic, elastic and potential, when the last work was put in
+    double max_energy = -1e300;  // J, maximum of later steps
+    double max_kinetic = 0;
+    double max_elastic = 0;
+    double top_speed = 0;  // m/s
+    double removed = 0;    // J, removed by the passivity controller
+};
+
+/// quiet: s, time after which nothing does work on the body.
+Course run_course(body::World& world, double seconds, double quiet) {
+    Course course;
+    const double dt = world.settings().time_step;
+    for (const auto& body : world.bodies()) {
+        const meshless::Momenta now = meshless::total_momenta(body->phyxels());
+        course.first +=
+            now.linear.squaredNorm() / (2 * now.mass) +
+            0.5 * now.angular_momentum.dot(meshless::angular_velocity(now.inertia, now.angular_momentum));
+    }
+    course.first += gravity_energy(world);
+    for (int step = 0; step < static_cast<int>(std::lround(seconds / dt)); ++step) {
+        const body::StepReport report = world.step();
+        const double energy =
+            report.totals.kinetic_energy + report.totals.elastic_energy + gravity_energy(world);
+        EXPECT_TRUE(std::isfinite(energy)) << "step " << step;
+        if (world.time() <= quiet) {
+            course.first = energy;
+            continue;
+        }
+        course.max_energy = std::max(course.max_energy, energy);
+        course.max_kinetic = std::max(course.max_kinetic, report.totals.kinetic_energy);
+        course.max_elastic = std::max(course.max_elastic, report.totals.elastic_energy);
+        course.top_speed = std::max(course.top_speed, report.totals.top_speed);
+        course.removed += report.solver.energy_removed;
+        if (step % 16 == 15)
+            for (const std::string& line : world.bodies()[0]->validate()) ADD_FAILURE() << line;
+    }
+    return course;
+}
+
+body::WorldSettings settings_of(SolverKind kind, double time_step) {
+    body::WorldSettings settings = free_space(time_step);
+    settings.validate_each_step = false;
+    settings.solver.kind = kind;
+    return settings;
+}
+
+// A sphere held at the top and pulled at the bottom; stiffness grows with the stretch.
+TEST(Energy, AStretchedSphereWithVolumeStiffnessIsCutByExplicitSteps) {
+    body::WorldSettings settings = settings_of(SolverKind::explicit_steps, 1.0 / 30);
+    body::World world(settings, threads(2));
+    body::BodySettings ball = soft(0.012, 300);
+    ball.material.model = MaterialModel::st_venant_kirchhoff;
+    ball.material.youngs_modulus = 1.4e4;
+    ball.material.poisson_ratio = 0.3;
+    ball.material.volume_stiffness = 1.4e4;
+    body::Body& body = world.add_body(geometry::make_sphere(0.1), ball);
+    body.add_constraint(hold_beyond({0, 0, 0.06}, Vec3::UnitZ()));
+    body::HoldConstraint pull = hold_beyond({0, 0, -0.06}, -Vec3::UnitZ());
+    pull.motion = [](double time) {
+        Isometry motion = Isometry::Identity();
+        motion.translation().z() = -0.08 * std::min(time / 0.4, 1.0);
+        return motion;
+    };
+    body.add_constraint(pull);
+    add_random_blades(world, 20, 0.1, 0.5, 1.1, 1);
+    const Course course = run_course(world, 1.4, 0.4 + 1e-9);
+    // A cut may increase the strain, but must not cause motion.
+    EXPECT_LT(course.max_kinetic, course.first);
+    // Speed if all of its energy moved a hundredth of its mass.
+    EXPECT_LT(course.top_speed, std::sqrt(2 * course.first / (0.01 * total_mass(body.phyxels()))));
+}
+
+// Stiff, plastic and rotating fast: linear solves stop before convergence.
+TEST(Energy, ASpinningPlasticTorusIsShredded) {
+    body::World world(settings_of(SolverKind::implicit_steps, 1.0 / 60), threads(2));
+    body::BodySettings torus = soft(0.01, 350);
+    torus.material.model = MaterialModel::st_venant_kirchhoff;
+    torus.material.youngs_modulus = 1.5e7;
+    torus.material.poisson_ratio = 0.3;
+    torus.material.plasticity = meshless::Plasticity{.yield = 0.02, .maximum = 0.3};
+    torus.angular_velocity = Vec3(3, -5, 8);
+    world.add_body(geometry::make_torus(0.1, 0.04), torus);
+    add_random_blades(world, 50, 0.14, 0.05, 0.9, 2);
+    const Course course = run_course(world, 1, 0);
+    EXPECT_LT(course.max_energy, 1.15 * course.first);
+}
+
+// Nearly incompressible, and rotating by a radian a step.
+TEST(Energy, AFastWedgeThatHardlyCompressesSpinsOn) {
+    body::World world(settings_of(SolverKind::implicit_steps, 1.0 / 30), threads(2));
+    body::BodySettings wedge = soft(0.02, 300);
+    wedge.material.youngs_modulus = 1e5;
+    wedge.material.poisson_ratio = 0.49;
+    wedge.angular_velocity = Vec3(18, 14, 17);
+    geometry::TriangleMesh mesh = geometry::make_box(Vec3(0.3, 0.24, 0.16));
+    for (Vec3& p : mesh.positions) p.z() *= p.x() > 0 ? 0.2 : 1;
+    world.add_body(mesh, wedge);
+    const Course course = run_course(world, 1.5, 0);
+    EXPECT_LT(course.max_energy, 1.02 * course.first);
+}
+
+// Stiff, nearly incompressible, hanging by its top; its pieces fall.
+TEST(Energy, AHangingBodyOfThinPartsIsCutByExplicitSteps) {
+    body::WorldSettings settings = settings_of(SolverKind::explicit_steps, 1.0 / 60);
+    settings.gravity = Vec3(0, 0, -9.81);
+    body::World world(settings, threads(2));
+    body::BodySettings puppet = soft(0.012, 300);
+    puppet.material.youngs_modulus = 5e4;
+    puppet.material.poisson_ratio = 0.45;
+    geometry::TriangleMesh mesh = geometry::make_sphere(0.08);
+    mesh.append(moved(geometry::make_box(Vec3(0.04, 0.04, 0.2)), {0.05, 0, 0.03}));
+    mesh.append(moved(geometry::make_box(Vec3(0.3, 0.03, 0.03)), {0, 0, -0.02}));
+    body::Body& body = world.add_body(mesh, puppet);
+    body.add_constraint(hold_beyond({0, 0, 0.1}, Vec3::UnitZ()));
+    add_random_blades(world, 20, 0.1, 0.1, 0.7, 3);
+    const Course course = run_course(world, 0.8, 0);
+    const double fallen = total_mass(body.phyxels()) * 9.81 * 0.5 * 9.81 * 0.8 * 0.8;  // m g h, J
+    EXPECT_LT(course.max_energy, course.first + 0.02 * fallen);
+    EXPECT_LT(course.top_speed, 9.81 * 0.8 + 2);
+}
+
+}  // namespace
+}  // namespace splitcubes::laws
