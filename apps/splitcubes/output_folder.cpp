@@ -310,8 +310,7 @@ void OutputFolder::remove_leftovers(const std::string& folder) const {
     std::vector<fs::path> leftovers;
     if (!folder.empty() && !is_here(fs::path(folder) / "any")) return;
     for (const auto& entry : fs::directory_iterator(path_ / folder, error))
-        if (is_leftover(entry.path().filename().string()) &&
-            fs::is_regular_file(entry.symlink_status(error)))
+        if (is_leftover(entry.path().filename().string()) && fs::is_regular_file(entry.symlink_status(error)))
             leftovers.push_back(entry.path());
     for (const fs::path& file : leftovers) fs::remove(file, error);
 }
