@@ -8,7 +8,8 @@
 
 namespace splitcubes::body::tuning {
 
-/// Set-up of bodies, reading of their state, bookkeeping of changes.
+/// Set-up of the samples of a body (material_nodes.cpp, elastic_samples.cpp), and reading of their state
+/// (elastic_samples_state.cpp).
 namespace set_up {
 
 /// Bricks of a long serial loop between two checks for cancellation, 100 to 1e5. More react later, fewer cost
@@ -23,7 +24,7 @@ inline constexpr double rotation_tolerance = 1e-3;
 
 }  // namespace set_up
 
-/// New phyxels, rigid fragments and ligaments.
+/// New phyxels and rigid fragments (resampling.cpp), and ligaments (ligaments.cpp).
 namespace resampling {
 
 /// Phyxels that a small piece gets, if it has as many nodes, before the ranks of neighbourhoods are checked;

@@ -24,8 +24,8 @@ namespace splitcubes::meshless {
 /// volume stiffness again every few substeps. A phyxel lighter than a fiftieth of the mean mass moves as if
 /// it had that mass; momenta are restored as in ImplicitSolver.
 ///
-/// Contacts: impulses in every substep (contact_impulses.h). Held phyxels move along straight lines. All
-/// state is in Phyxels; this object holds buffers only.
+/// Contacts: impulses in every substep (contact/response/contact_impulses.h). Held phyxels move along
+/// straight lines. All state is in Phyxels; this object holds buffers only.
 class ExplicitSolver {
   public:
     /// Takes one step. Throws InputError like check_step_input, and JobError if a step would need more than a

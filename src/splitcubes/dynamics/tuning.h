@@ -9,19 +9,17 @@
 
 namespace splitcubes::meshless::tuning {
 
-/// Elements per chunk of parallel loops. Results depend on those whose chunks are summed: rounding follows
-/// the chunks, never the number of threads. Larger ones leave threads idle, smaller ones cost scheduling; 64
-/// to 1024, about ten microseconds of work. phyxel_grain (loops.h) and slice_grain (sliced_elasticity.h) stay
-/// with their loops.
+/// Elements per chunk of parallel loops. Results do not depend on them. Larger ones leave threads idle,
+/// smaller ones cost scheduling.
 namespace grains {
 
-/// Aggregates; no sums. Few, as coarse aggregates have many phyxels.
+/// Aggregates, 1 to 64. Few, as coarse aggregates have many phyxels.
 inline constexpr std::size_t aggregates = 8;
 
 }  // namespace grains
 
-/// Passes of solve and revision of contacts in an implicit step (contact_step.cpp; decisions 007, 008 and
-/// 010).
+/// Passes of solve and revision of contacts in an implicit step (implicit/contact_step.cpp; decisions
+/// 007, 008 and 010).
 namespace passes {
 
 /// Maximum number of revisions of the contacts in a step, above releasing_passes. More cost time where
@@ -44,7 +42,7 @@ inline constexpr double early_tolerance_factor = 100;
 
 }  // namespace passes
 
-/// Where conjugate gradients begin and end (linear_solve.cpp, implicit_solver.cpp;
+/// Begin and end of conjugate gradients (implicit/linear_solve.cpp, implicit/implicit_solver.cpp;
 /// docs/algorithms/elastic-solve.md, decision 010).
 namespace solve {
 
@@ -85,7 +83,7 @@ inline constexpr double rounding_share = 1e-6;
 
 }  // namespace solve
 
-/// Guess and linearisation of implicit steps (implicit_solver.cpp; decision 010).
+/// Guess and linearisation of implicit steps (implicit/implicit_solver.cpp; decision 010).
 namespace guess {
 
 /// Displacement in a step, in support radii, 0.05 to 0.5, above which neighbourhoods are checked for
@@ -101,7 +99,8 @@ inline constexpr double smoothing_own_weight = 0.25;
 
 }  // namespace guess
 
-/// Preconditioner of the linear solve (aggregates.cpp, contact_products.cpp; decision 009).
+/// Aggregates, the coarse part of the preconditioner of the linear solve (implicit/aggregates.cpp; decision
+/// 009).
 namespace preconditioner {
 
 /// Ratio of the maximum box sizes of consecutive levels of aggregates, 2 to 16. Larger has fewer levels,
@@ -194,7 +193,7 @@ inline constexpr double min_mass_share = 0.02;
 
 }  // namespace explicit_steps
 
-/// Rigid pieces: free rotation (rigid_pieces.cpp) and contact with obstacles (rigid_step.cpp).
+/// Rigid pieces near obstacles (rigid_step.cpp).
 namespace rigid {
 
 /// rad, maximum rotation per substep of a piece near obstacles, 0.02 to 0.3. Smaller follows contact points

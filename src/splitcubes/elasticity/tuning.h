@@ -1,8 +1,8 @@
 #pragma once
 
-/// Tuning constants of material laws: tolerances, shares, limits and iteration counts that decide about
-/// behaviour, accuracy or time, grouped by subject. Each comment gives the unit (none for pure numbers;
-/// spacings: mean distances of phyxels), the sensible range and the effect of larger and smaller values.
+/// Tuning constants of elasticity: limits and iteration counts that decide about behaviour, accuracy or time,
+/// grouped by subject. Each comment gives the unit (none for pure numbers), the sensible range and the effect
+/// of larger and smaller values.
 
 #include <cstddef>
 
@@ -21,7 +21,7 @@ inline constexpr double min_stretch_sum = 0.2;
 
 }  // namespace constitutive
 
-/// Links in single precision (link_slices.cpp, slice_kernels.cpp, sliced_elasticity.cpp).
+/// Elasticity in single precision over slices of links (simd/slice_kernels.cpp, simd/sliced_elasticity.cpp).
 namespace links {
 
 /// m, clamp of displacement components: squares of larger ones would overflow in single precision.

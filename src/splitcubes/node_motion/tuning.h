@@ -18,7 +18,7 @@ inline constexpr std::size_t moving_bricks = 4;
 
 }  // namespace grains
 
-/// Set-up of bodies, reading of their state, bookkeeping of changes.
+/// Kernels of tracked nodes (node_tracker.cpp).
 namespace set_up {
 
 /// Nodes, maximum of a search over uncut edges for the nearest node whose influences are known, 100 to 1e5.
@@ -27,7 +27,7 @@ inline constexpr std::size_t max_source_search = 4096;
 
 }  // namespace set_up
 
-/// Cuts by tools (rest_cut.cpp, node_ties.cpp, idle_tools.cpp, moving_bricks.cpp).
+/// Cuts by tools (rest_cut.cpp, node_ties.cpp), and bounds on the nodes near them (moving_bricks.cpp).
 namespace cutting {
 
 /// Share of an edge from its end, 1e-6 to 0.01, within which a hit counts as a hit of the node. Larger moves

@@ -9,20 +9,19 @@
 
 namespace splitcubes::meshless::tuning {
 
-/// Elements per chunk of parallel loops. Results depend on those whose chunks are summed: rounding follows
-/// the chunks, never the number of threads. Larger ones leave threads idle, smaller ones cost scheduling; 64
-/// to 1024, about ten microseconds of work. phyxel_grain (loops.h) and slice_grain (sliced_elasticity.h) stay
-/// with their loops.
+/// Elements per chunk of parallel loops, about ten microseconds of work. Results do not depend on them.
+/// Larger ones leave threads idle, smaller ones cost scheduling. phyxel_grain (loops.h), on which results
+/// depend, stays with its loops.
 namespace grains {
 
-/// Nodes whose volume is distributed; their rows are joined in order.
+/// Nodes whose volume is distributed, 64 to 1024; their rows are joined in order.
 inline constexpr std::size_t lumping = 512;
-/// Nodes whose shares are corrected; no sums. Few, as each solves dense systems of nine unknowns.
+/// Nodes whose shares are corrected, 16 to 256. Few, as each solves dense systems of nine unknowns.
 inline constexpr std::size_t lumping_moments = 64;
 
 }  // namespace grains
 
-/// Rigid pieces: free rotation (rigid_pieces.cpp) and contact with obstacles (rigid_step.cpp).
+/// Free rotation of rigid pieces (rigid_pieces.cpp).
 namespace rigid {
 
 /// rad, maximum rotation per substep of free rotation, 0.05 to 0.5. Smaller is more accurate and slower.
@@ -65,7 +64,7 @@ inline constexpr int moments_refinements = 2;
 
 }  // namespace lumping
 
-/// Links in single precision (link_slices.cpp, slice_kernels.cpp, sliced_elasticity.cpp).
+/// Structure of the slices of links (link_slices.cpp).
 namespace links {
 
 /// Lanes, of 16, that must share an index offset to form a run: indexed lanes cost more than twice the loads

@@ -7,7 +7,7 @@
 
 namespace splitcubes::body::tuning {
 
-/// Set-up of bodies, reading of their state, bookkeeping of changes.
+/// Change counters of a surface (surface_changes.cpp), and influences of its vertices (body_view.cpp).
 namespace set_up {
 
 /// Grid cells per side of a cube that records changes of the surface, from 1. Larger ones report more false

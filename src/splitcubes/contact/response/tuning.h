@@ -8,15 +8,14 @@
 
 namespace splitcubes::meshless::tuning {
 
-/// Elements per chunk of parallel loops. Results depend on those whose chunks are summed: rounding follows
-/// the chunks, never the number of threads. Larger ones leave threads idle, smaller ones cost scheduling; 64
-/// to 1024, about ten microseconds of work. phyxel_grain (loops.h) and slice_grain (sliced_elasticity.h) stay
-/// with their loops.
+/// Elements per chunk of parallel loops, 64 to 1024, about ten microseconds of work. Chunks are summed, so
+/// rounding follows them, never the number of threads. Larger ones leave threads idle, smaller ones cost
+/// scheduling.
 namespace grains {
 
-/// Springs or touched phyxels; sums.
+/// Springs or touched phyxels.
 inline constexpr std::size_t contact_products = 256;
-/// Contact springs; sums.
+/// Contact springs.
 inline constexpr std::size_t contact_springs = 128;
 
 }  // namespace grains
@@ -64,7 +63,7 @@ inline constexpr double approach_share = 0.5;
 
 }  // namespace contact
 
-/// Preconditioner of the linear solve (aggregates.cpp, contact_products.cpp; decision 009).
+/// Polynomial part of the preconditioner of the linear solve (contact_products.cpp; decision 009).
 namespace preconditioner {
 
 /// Lower end of the range of eigenvalues of D^-1 (E + C) for which the Chebyshev polynomial of phyxels held

@@ -23,9 +23,9 @@ namespace splitcubes::meshless {
 /// does not reach the tolerance (stiff bodies that are held), the residual is recomputed in double precision
 /// and the iteration restarts from it.
 ///
-/// Contacts and attachment springs are springs within the solve (contact_forces.h), linearised at its start.
-/// While their active set or friction changes, further solves follow, each started from the last. A piece
-/// that is hit uses backward Euler in this step and the next.
+/// Contacts and attachment springs are springs within the solve (contact/response/contact_forces.h),
+/// linearised at its start. While their active set or friction changes, further solves follow, each started
+/// from the last. A piece that is hit uses backward Euler in this step and the next.
 ///
 /// Momentum: an unfinished solve changes it, and backward Euler loses angular momentum. Therefore each piece
 /// that is neither held nor in contact, and each group of pieces that touch nothing but each other, receives
