@@ -215,7 +215,7 @@ SmoothRow measure_smooth(bool torus, int across) {
         for (const splitting::SurfaceVertex& v : surface.vertices()) {
             if (!v.alive()) continue;
             const bool moved = v.kind == splitting::VertexKind::edge &&
-                               is_moved(solid.grid.crossing(solid.grid.slot({v.place, v.axis})));
+                               is_moved(solid.grid.crossing(solid.grid.slot({v.lowest_node, v.axis})));
             if (moved)
                 row.moved.add(shape.off(v.rest));
             else
@@ -306,7 +306,7 @@ CutRow measure_cuts(const std::string& shape, double radius, int cuts, const Par
         for (std::size_t v = 0; v < on_boundary.size(); ++v) {
             const Vec3& p = out.mesh.positions[v];
             const double off_plane = normal.dot(p - middle);
-            if (on_boundary[v]) row.skin.add(surface_distance(p));
+            if (on_boundary[v]) row.boundary.add(surface_distance(p));
             if (on_cut[v] && on_boundary[v]) row.rim.add(off_plane);
             if (on_cut[v] && is_deep(p)) row.face.add(off_plane);
         }

@@ -61,7 +61,7 @@ struct CutRow {
     std::string shape;  // sphere, box
     double radius = 0;  // of the sphere; the box has sides of 1.4 times that
     int cuts = 0;
-    Spread skin;            // distance of boundary vertices (rim included) from the solid
+    Spread boundary;        // distance of boundary vertices (rim included) from the solid
     Spread rim;             // distance from the plane of vertices between boundary and cut triangles
     Spread face;            // distance from the plane of cut vertices at least 2 cells inside
     Opposing face_normals;  // of triangles between those, with edge vertices that were not moved

@@ -73,20 +73,21 @@ Json box_table(const Parallel& parallel) {
 Json cut_table(const Parallel& parallel) {
     Json rows = Json::array();
     std::printf(
-        "\n| cut    | radius | skin max | skin rms | rim max | rim rms | face max | volume change | opposing "
+        "\n| cut    | radius | boundary max | boundary rms | rim max | rim rms | face max | volume change | "
+        "opposing "
         "| of the area |\n");
     std::printf("|---|---|---|---|---|---|---|---|---|---|\n");
     for (const char* shape : {"sphere", "box"})
         for (const double radius : {5.3, 9.3, 16.3}) {
             const CutRow row = measure_cuts(shape, radius, 20, parallel);
             std::printf(
-                "| %-6s | %6.1f | %8.3f | %8.4f | %7.3f | %7.4f | %8.3f | %13.1e | %6.2f %% | %9.2f %% |\n",
-                shape, radius, row.skin.max, row.skin.rms(), row.rim.max, row.rim.rms(), row.face.max,
+                "| %-6s | %6.1f | %12.3f | %12.4f | %7.3f | %7.4f | %8.3f | %13.1e | %6.2f %% | %9.2f %% |\n",
+                shape, radius, row.boundary.max, row.boundary.rms(), row.rim.max, row.rim.rms(), row.face.max,
                 row.largest_volume_change, 100 * row.normals.share(), 100 * row.normals.area_share());
             rows.push_back({{"shape", shape},
                             {"radius", radius},
                             {"cuts", row.cuts},
-                            {"skin", spread_json(row.skin)},
+                            {"boundary", spread_json(row.boundary)},
                             {"rim", spread_json(row.rim)},
                             {"face", spread_json(row.face)},
                             {"face_normals", opposing_json(row.face_normals)},

@@ -79,13 +79,13 @@ class Reader {
             if (inline_value) value = word.substr(2);
         }
         if (option == nullptr) fail_unknown(name);
-        ++place_;
+        ++position_;
         if (option->flag()) {
             if (inline_value) fail(name, "takes no value (" + in_quotes(value) + ")", "leave it out");
         } else if (!inline_value) {
             value = next_value(*option, name);
         }
-        given_.push_back({option, value, place_});
+        given_.push_back({option, value, position_});
         if (option->is_list) open_list_ = option;
     }
 
@@ -105,7 +105,7 @@ class Reader {
 
     void read_plain(const std::string& word) {
         if (open_list_ != nullptr && (!open_list_->further || open_list_->further(word)))
-            given_.push_back({open_list_, word, place_});
+            given_.push_back({open_list_, word, position_});
         else
             plain_.push_back(word);
     }
@@ -182,7 +182,7 @@ class Reader {
     const Command& command_;
     const std::vector<std::string>& words_;
     std::size_t at_ = 0;
-    int place_ = 0;
+    int position_ = 0;
     bool only_plain_ = false;
     const Argument* open_list_ = nullptr;
     std::vector<Given> given_;

@@ -106,11 +106,11 @@ Patience::~Patience() {
 
 AtEnd::AtEnd(std::function<void()> act) {
     const std::lock_guard lock(acts().mutex);
-    place_ = acts().list.insert(acts().list.end(), std::move(act));
+    entry_ = acts().list.insert(acts().list.end(), std::move(act));
 }
 AtEnd::~AtEnd() {
     const std::lock_guard lock(acts().mutex);
-    acts().list.erase(place_);
+    acts().list.erase(entry_);
 }
 
 }  // namespace splitcubes::app

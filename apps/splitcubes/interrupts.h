@@ -33,7 +33,7 @@ class AtEnd {
     AtEnd& operator=(const AtEnd&) = delete;
 
   private:
-    std::list<std::function<void()>>::iterator place_;
+    std::list<std::function<void()>>::iterator entry_;
 };
 
 }  // namespace splitcubes::app

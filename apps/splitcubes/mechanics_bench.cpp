@@ -167,8 +167,8 @@ Json bench_case(const Vec3i& count, const MechanicsCase& which, int runs, double
             {"processor_ms", busy.median},
             {"min_ms", spread.fastest},
             {"max_ms", spread.slowest},
-            {"rounds", products},
-            {"us_per_round", 1e3 * spread.median / products},
+            {"products", products},
+            {"us_per_product", 1e3 * spread.median / products},
             {"ns_per_neighbour", each},
             {"floor_share", share}};
 }
@@ -316,9 +316,10 @@ Json bench_mechanics(const MechanicsBenchSettings& settings) {
             floor.push_back(bench_floor(block, settings.runs, parallel, bare[c * threads.size() + t]));
         }
     std::printf(
-        "\nSteps of 1/60 s, held at one side. A round is a substep of the explicit solver, an "
-        "iteration of the implicit one.\n\n| phyxels | threads | kind | E, Pa | ms | min | max | "
-        "processor ms | rounds | us a round | ns a neighbour and round | of the floor |\n"
+        "\nSteps of 1/60 s, held at one side. A product with the stiffness is a "
+        "substep of the explicit solver or an iteration of the implicit one.\n\n| phyxels | threads | kind | "
+        "E, Pa | ms | min | max | "
+        "processor ms | products | us a product | ns a neighbour and product | of the floor |\n"
         "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
     for (std::size_t c = 0; c < counts.size(); ++c)
         for (const MechanicsCase& which : cases)

@@ -154,10 +154,10 @@ geometry::SurfaceMesh faces_of(const geometry::SurfaceMesh& surface, bool cut) {
 }  // namespace
 
 render::Picture PictureMaker::draw(const Links& links, const geometry::SurfaceMesh& surface, double time) {
-    constexpr double skin_share = 0.22, cut_share = 0.45;
+    constexpr double boundary_share = 0.22, cut_share = 0.45;
     render::SurfacePalette palette;
-    palette.skin = render::Color(0.55, 0.60, 0.66);
-    palette.cut = palette.skin;
+    palette.boundary = render::Color(0.55, 0.60, 0.66);
+    palette.cut = palette.boundary;
     const render::Picture empty = renderer_->draw({}, camera_);
     render::Picture out = lines_of(links, time);
     for (const bool cut : {false, true}) {
@@ -165,7 +165,7 @@ render::Picture PictureMaker::draw(const Links& links, const geometry::SurfaceMe
         if (faces.mesh.triangles.empty()) continue;
         render::DrawList list;
         render::add_surface(list, faces, palette);
-        lay_over(out, renderer_->draw(list, camera_), empty, cut ? cut_share : skin_share);
+        lay_over(out, renderer_->draw(list, camera_), empty, cut ? cut_share : boundary_share);
     }
     render::DrawList rims;
     render::add_surface(rims, surface, palette);

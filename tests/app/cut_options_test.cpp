@@ -73,11 +73,12 @@ TEST_F(CutOptions, MaterialInFrontOfAPlaneIsRemoved) {
     const Json back = cut({"--plane", "-1,0,0,-11", "--mode", "remove"});
     EXPECT_NEAR(back["volume_removed"], 61.0 * 60 * 40, 1);
     // In front of all of the block and behind it, from any distance.
-    for (const char* place : {"-51", "-1000000", "-1e9"})
-        EXPECT_EQ(cut({"--plane", std::string("x=") + place, "--mode", "remove"})["volume_kept"], 0) << place;
-    for (const char* place : {"51", "1e9"})
-        EXPECT_EQ(cut({"--plane", std::string("x=") + place, "--mode", "remove"})["volume_removed"], 0)
-            << place;
+    for (const char* offset : {"-51", "-1000000", "-1e9"})
+        EXPECT_EQ(cut({"--plane", std::string("x=") + offset, "--mode", "remove"})["volume_kept"], 0)
+            << offset;
+    for (const char* offset : {"51", "1e9"})
+        EXPECT_EQ(cut({"--plane", std::string("x=") + offset, "--mode", "remove"})["volume_removed"], 0)
+            << offset;
     // Two planes remove a corner each and overlap: their union is removed.
     const Json both = cut({"--plane", "x=11", "--plane", "z=3", "--mode", "remove"});
     EXPECT_NEAR(both["volume_kept"], 61.0 * 60 * 23, 3);

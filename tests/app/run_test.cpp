@@ -333,7 +333,7 @@ TEST_F(Run, ARecordedRunIsRepeated) {
     EXPECT_EQ(frames("part").size(), 6U);
     // A handle with another motion, a body with other settings.
     Json recording = Json::parse(text_of(in("motions.json")));
-    for (Json& place : recording["tracks"][0]["places"]) place[3] = place[3].get<double>() + 0.02;
+    for (Json& pose : recording["tracks"][0]["places"]) pose[3] = pose[3].get<double>() + 0.02;
     write_text(in("other.json"), recording.dump());
     const Ended other = run({"replay", "other.json", "-o", "other"});
     EXPECT_EQ(other.code, 1);

@@ -6,13 +6,13 @@
 
 namespace splitcubes::body::fixtures {
 
-inline geometry::TriangleMesh at(geometry::TriangleMesh mesh, const Vec3& place) {
-    for (Vec3& p : mesh.positions) p += place;
+inline geometry::TriangleMesh at(geometry::TriangleMesh mesh, const Vec3& offset) {
+    for (Vec3& p : mesh.positions) p += offset;
     return mesh;
 }
 
-inline geometry::TriangleMesh box_at(const Vec3& size, const Vec3& place) {
-    return at(geometry::make_box(size), place);
+inline geometry::TriangleMesh box_at(const Vec3& size, const Vec3& offset) {
+    return at(geometry::make_box(size), offset);
 }
 
 /// Two cells a phyxel spacing (m); moduli in Pa, damping in s.

@@ -21,7 +21,7 @@ NodeSet box_of(const Vec3i& count, double cell_size = 0.01) {
     for (int z = 0; z < count[2]; ++z)
         for (int y = 0; y < count[1]; ++y)
             for (int x = 0; x < count[0]; ++x) {
-                nodes.place.emplace_back(x + 1, y + 1, z + 1);
+                nodes.coordinates.emplace_back(x + 1, y + 1, z + 1);
                 for (int axis = 0; axis < 3; ++axis) {
                     Vec3i upper(x, y, z);
                     if (++upper[axis] < count[axis])
@@ -33,7 +33,7 @@ NodeSet box_of(const Vec3i& count, double cell_size = 0.01) {
 
 geometry::Box bounds_of(const NodeSet& nodes) {
     geometry::Box box;
-    for (std::size_t n = 0; n < nodes.place.size(); ++n) box.add(nodes.rest_position(n));
+    for (std::size_t n = 0; n < nodes.coordinates.size(); ++n) box.add(nodes.rest_position(n));
     return box;
 }
 
@@ -68,7 +68,7 @@ TEST(FreeForm, IsStillBeforeItsFirstKeyframeAndAffineWhereItsPointsAre) {
                 settings.keyframes[1].displacement[point++] = map * at - at;
             }
     const FreeForm form(nodes, settings, box);
-    for (std::size_t n = 0; n < nodes.place.size(); ++n) {
+    for (std::size_t n = 0; n < nodes.coordinates.size(); ++n) {
         const Vec3 rest = nodes.rest_position(n);
         EXPECT_EQ(form.frame_at(rest, 0).position, rest);
         EXPECT_LT((form.frame_at(rest, 5).position - map * rest).norm(), 1e-15);
@@ -108,7 +108,7 @@ TEST(MassSpring, KeepsItsMomentaAndItsEnergyInFreeFlight) {
     nodes.velocity = Vec3(1, -2, 0.5);
     nodes.angular_velocity = Vec3(3, 1, -4);
     MassSpring body(nodes, {});
-    for (std::size_t n = 0; n < nodes.place.size(); ++n)
+    for (std::size_t n = 0; n < nodes.coordinates.size(); ++n)
         body.velocities()[n] +=
             0.1 * Vec3(std::sin(static_cast<double>(n)), std::cos(3.0 * static_cast<double>(n)), 0);
     const MotionReport first = body.advance(step_of(1e-9, parallel));
@@ -127,10 +127,10 @@ TEST(MassSpring, HasTheModulusItIsGiven) {
     const Vec3i count(16, 9, 9);
     NodeSet nodes = box_of(count);
     MassSpring body(nodes, {.youngs_modulus = 1e5, .mass_damping = 20, .stiffness_damping = 0});
-    std::vector<std::uint8_t> held(nodes.place.size(), 0);
-    std::vector<Vec3> at(nodes.place.size(), Vec3::Zero());
+    std::vector<std::uint8_t> held(nodes.coordinates.size(), 0);
+    std::vector<Vec3> at(nodes.coordinates.size(), Vec3::Zero());
     for (std::size_t n = 0; n < held.size(); ++n) {
-        const int x = nodes.place[n][0] - 1;
+        const int x = nodes.coordinates[n][0] - 1;
         held[n] = x == 0 || x == count[0] - 1;
         at[n] = nodes.rest_position(n) + Vec3(x == 0 ? 0 : 0.0015, 0, 0);
     }
@@ -148,17 +148,17 @@ TEST(MassSpring, PartsSeparateWhereTheyAreCut) {
     const std::size_t before = body.spring_count();
     std::vector<NodeEdge> cut;
     for (const NodeEdge& edge : nodes.uncut_edges)
-        if (edge.axis == 0 && nodes.place[edge.lower][0] == 3) cut.push_back(edge);
+        if (edge.axis == 0 && nodes.coordinates[edge.lower][0] == 3) cut.push_back(edge);
     ASSERT_EQ(cut.size(), 16U);
     body.edges_cut(cut);
     // Sixteen along the edges; two diagonals on each of the 24 crossed faces.
     EXPECT_EQ(before - body.spring_count(), 16U + 48U);
-    for (std::size_t n = 0; n < nodes.place.size(); ++n)
-        body.velocities()[n] = Vec3(nodes.place[n][0] > 3 ? 1 : -1, 0, 0);
+    for (std::size_t n = 0; n < nodes.coordinates.size(); ++n)
+        body.velocities()[n] = Vec3(nodes.coordinates[n][0] > 3 ? 1 : -1, 0, 0);
     for (int k = 0; k < 30; ++k) body.advance(step_of(1.0 / 60, parallel));
-    for (std::size_t n = 0; n < nodes.place.size(); ++n) {
+    for (std::size_t n = 0; n < nodes.coordinates.size(); ++n) {
         const double moved = body.positions()[n][0] - nodes.rest_position(n)[0];
-        EXPECT_NEAR(moved, nodes.place[n][0] > 3 ? 0.5 : -0.5, 1e-9);
+        EXPECT_NEAR(moved, nodes.coordinates[n][0] > 3 ? 0.5 : -0.5, 1e-9);
     }
 }
 
@@ -167,12 +167,12 @@ TEST(MassSpring, ARigidTurnGivesRotationsAsFramesDownToOneNode) {
     for (const Vec3i& count : {Vec3i(4, 3, 3), Vec3i(3, 3, 1), Vec3i(3, 1, 1), Vec3i(1, 1, 1)}) {
         NodeSet nodes = box_of(count);
         MassSpring body(nodes, {});
-        std::vector<std::uint8_t> held(nodes.place.size(), 1);
+        std::vector<std::uint8_t> held(nodes.coordinates.size(), 1);
         std::vector<Vec3> at;
         const Mat3 turn = Eigen::AngleAxisd(0.9, Vec3(1, 2, -1).normalized()).toRotationMatrix();
         for (std::size_t n = 0; n < held.size(); ++n) at.push_back(turn * nodes.rest_position(n));
         body.advance(step_of(1.0 / 60, parallel, held, at));
-        std::vector<geometry::Frame> frames(nodes.place.size());
+        std::vector<geometry::Frame> frames(nodes.coordinates.size());
         body.node_frames(frames, parallel);
         for (std::size_t n = 0; n < frames.size(); ++n) {
             EXPECT_LT((frames[n].position - at[n]).norm(), 1e-15);

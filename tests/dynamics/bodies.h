@@ -73,9 +73,10 @@ struct Specimen {
         phyxels.support_radius.back() = 2 * spacing;
     }
     /// Sets positions and velocities: x = place(X), v = speed(x).
-    void move(const std::function<Vec3(const Vec3&)>& place, const std::function<Vec3(const Vec3&)>& speed) {
+    void move(const std::function<Vec3(const Vec3&)>& position_of,
+              const std::function<Vec3(const Vec3&)>& speed) {
         for (std::size_t i = 0; i < phyxels.size(); ++i) {
-            phyxels.position[i] = place(phyxels.rest_position[i]);
+            phyxels.position[i] = position_of(phyxels.rest_position[i]);
             phyxels.velocity[i] = speed(phyxels.position[i]);
         }
     }

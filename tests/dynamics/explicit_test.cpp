@@ -36,7 +36,7 @@ Specimen explicit_block(int nx, int ny, int nz, const Material& material, const 
     return body;
 }
 
-Vec3 held_place(const Vec3& rest) {
+Vec3 held_position_at(const Vec3& rest) {
     return rest;
 }
 
@@ -61,7 +61,7 @@ TEST(Explicit, EnergyOfAFreeVibrationDoesNotDrift) {
     const Parallel parallel(1);
     for (const MaterialModel model : both_models) {
         Specimen body = explicit_block(8, 3, 3, soft_material(model), parallel);
-        body.move(held_place, [](const Vec3& x) -> Vec3 {
+        body.move(held_position_at, [](const Vec3& x) -> Vec3 {
             return {std::sin(std::numbers::pi * x.x() / 0.4), 0, 0};
         });
         body.options.restore_momentum = false;
@@ -91,7 +91,7 @@ TEST(Explicit, MomentaAreKeptWithoutRestoring) {
         Specimen body = explicit_block(7, 5, 4, soft_material(model), parallel);
         fixtures::cut_randomly(body, 10, 0.12, 5, parallel);
         body.options.restore_momentum = false;
-        body.move(held_place,
+        body.move(held_position_at,
                   [](const Vec3& x) -> Vec3 { return Vec3(0.2, -0.1, 0.3) + Vec3(1, 2, 4.5).cross(x); });
         const Momenta before = total_momenta(body.phyxels);
         SolverReport report;
@@ -107,7 +107,7 @@ TEST(Explicit, FallsAndIsDampedAtTheRightRate) {
     Specimen body = explicit_block(4, 4, 4, soft_material(MaterialModel::corotated), parallel);
     body.material.mass_damping = 2;
     body.input.gravity = Vec3(0, 0, -9.81);
-    body.move(held_place, [](const Vec3& x) -> Vec3 { return Vec3(1, 0, 0) + Vec3(0, 0, 1).cross(x); });
+    body.move(held_position_at, [](const Vec3& x) -> Vec3 { return Vec3(1, 0, 0) + Vec3(0, 0, 1).cross(x); });
     const Momenta before = total_momenta(body.phyxels);
     for (int k = 0; k < 60; ++k) body.step(parallel);
     const Momenta after = total_momenta(body.phyxels);
@@ -125,9 +125,9 @@ TEST(Explicit, SubstepsKeepAnyStiffnessStable) {
             Specimen body = explicit_block(6, 3, 3, soft_material(model, stiffness), parallel);
             std::vector<std::uint8_t> held;
             for (const Vec3& rest : body.phyxels.rest_position) held.push_back(rest.x() < -0.1);
-            const std::vector<Vec3> place = body.phyxels.position;
+            const std::vector<Vec3> position = body.phyxels.position;
             body.input.held = held;
-            body.input.held_position = place;
+            body.input.held_position = position;
             body.input.gravity = Vec3(0, 0, -9.81);
             SolverReport report;
             double top = 0;
@@ -206,7 +206,7 @@ TEST(Explicit, RestsAndSlidesOnTheGround) {
         body.input.gravity = Vec3(0, 0, -9.81);
         body.ground = Ground{Vec3::UnitZ(), -0.076, friction};
         body.material.stiffness_damping = 0.002;
-        body.move(held_place, [](const Vec3&) { return Vec3(1, 0, 0); });
+        body.move(held_position_at, [](const Vec3&) { return Vec3(1, 0, 0); });
         SolverReport report;
         for (int k = 0; k < 30; ++k) report = body.step(parallel);
         EXPECT_GT(report.contacts, 10U);
@@ -227,16 +227,16 @@ TEST(Explicit, HeldPhyxelsFollowTheirPath) {
     Specimen body = explicit_block(5, 3, 3, soft_material(MaterialModel::st_venant_kirchhoff), parallel);
     std::vector<std::uint8_t> held;
     for (const Vec3& rest : body.phyxels.rest_position) held.push_back(rest.x() < -0.07);
-    std::vector<Vec3> place = body.phyxels.position;
+    std::vector<Vec3> position = body.phyxels.position;
     body.input.held = held;
-    body.input.held_position = place;
+    body.input.held_position = position;
     for (int k = 1; k <= 30; ++k) {
-        for (std::size_t i = 0; i < place.size(); ++i)
-            place[i] = body.phyxels.rest_position[i] + Vec3(0, 0.01 * k, 0);
+        for (std::size_t i = 0; i < position.size(); ++i)
+            position[i] = body.phyxels.rest_position[i] + Vec3(0, 0.01 * k, 0);
         body.step(parallel);
-        for (std::size_t i = 0; i < place.size(); ++i) {
+        for (std::size_t i = 0; i < position.size(); ++i) {
             if (held[i] != 0) {
-                ASSERT_EQ(body.phyxels.position[i], place[i]);
+                ASSERT_EQ(body.phyxels.position[i], position[i]);
             }
         }
     }

@@ -233,8 +233,8 @@ TEST(Step, AFewPhyxelsTumbleOnTheGroundUndistorted) {
         Specimen body;
         body.material = soft();
         const Mat3 turn = fixtures::random_rotation(random);
-        for (const Vec3& place : {Vec3(0, -1, 0), Vec3(-1, 0, 0), Vec3(0, 0, 1), Vec3(0, 0, 0)})
-            body.add(0.005 * (turn * place) + Vec3(0, 0, 0.008), 0.005);
+        for (const Vec3& position : {Vec3(0, -1, 0), Vec3(-1, 0, 0), Vec3(0, 0, 1), Vec3(0, 0, 0)})
+            body.add(0.005 * (turn * position) + Vec3(0, 0, 0.008), 0.005);
         body.connect(parallel);
         body.input.gravity = Vec3(0, 0, -9.81);
         body.ground = Ground{Vec3::UnitZ(), 0, 0.6};

@@ -45,16 +45,16 @@ double bend_left_over(Specimen& body, double deflection, const Parallel& paralle
     body.material.mass_damping = 10;
     body.material.stiffness_damping = 0.002;
     std::vector<std::uint8_t> held(body.phyxels.size());
-    std::vector<Vec3> place = body.phyxels.rest_position;
+    std::vector<Vec3> position = body.phyxels.rest_position;
     body.input.held = held;
-    body.input.held_position = place;
+    body.input.held_position = position;
     double end = 0, count = 0;
     for (int k = 1; k <= 180; ++k) {
         for (std::size_t i = 0; i < held.size(); ++i) {
             const Vec3& rest = body.phyxels.rest_position[i];
             const bool moved = k <= 30 && rest.x() > 0.2;
             held[i] = rest.x() < -0.2 || moved;
-            place[i] = moved ? Vec3(rest - Vec3(0, 0, deflection * k / 30)) : rest;
+            position[i] = moved ? Vec3(rest - Vec3(0, 0, deflection * k / 30)) : rest;
         }
         body.step(parallel);
     }

@@ -35,7 +35,7 @@ void linearise(ElasticForces& elastic, const Specimen& body, const std::vector<V
                       {position, state.F, state.R, body.phyxels.plastic_strain}, parallel);
 }
 
-std::vector<Vec3> shaken_places(const Specimen& body, double size, Random& random) {
+std::vector<Vec3> shaken_positions(const Specimen& body, double size, Random& random) {
     std::vector<Vec3> position = body.phyxels.rest_position;
     const Mat3 turn = fixtures::random_rotation(random);
     for (Vec3& x : position) x = turn * x + random_vector(random, size);
@@ -147,7 +147,7 @@ TEST(Elasticity, ForceIsTheNegativeEnergyGradient) {
         if (kind % 4 == 2) material.plasticity = Plasticity{};
         Specimen body = block(4, 4, 4, 0.05, material, parallel);
         strain_plastically(body, 0.1, random);
-        const std::vector<Vec3> position = shaken_places(body, 0.01, random);
+        const std::vector<Vec3> position = shaken_positions(body, 0.01, random);
         const State state = state_of(body, position, parallel);
         double scale = 0;
         for (const Vec3& force : state.force) scale = std::max(scale, force.norm());
@@ -177,7 +177,7 @@ TEST(Elasticity, ForcesConserveMomentum) {
             Specimen body = block(6, 5, 4, 0.05, material, parallel);
             fixtures::cut_randomly(body, cuts, 0.12, 3, parallel);
             strain_plastically(body, 0.1, random);
-            const std::vector<Vec3> position = shaken_places(body, 0.01, random);
+            const std::vector<Vec3> position = shaken_positions(body, 0.01, random);
             const State state = state_of(body, position, parallel);
             Vec3 sum = Vec3::Zero(), torque = Vec3::Zero();
             double scale = 0;
@@ -195,7 +195,7 @@ TEST(Stiffness, IsTheDerivativeOfTheForcesWithoutStrain) {
     const Parallel parallel(1);
     Random random(6);
     const Specimen body = block(4, 4, 4, 0.05, Material{}, parallel);
-    const std::vector<Vec3> position = shaken_places(body, 0, random);
+    const std::vector<Vec3> position = shaken_positions(body, 0, random);
     const State state = state_of(body, position, parallel);
     const std::size_t n = position.size();
     std::vector<Vec3> dx(n), high = position, low = position, out(n);
@@ -229,7 +229,7 @@ TEST(Stiffness, OfStVenantKirchhoffIsTheDerivativeOfTheForcesUnderTension) {
     Material material;
     material.model = MaterialModel::st_venant_kirchhoff;
     const Specimen body = block(4, 4, 4, 0.05, material, parallel);
-    std::vector<Vec3> position = shaken_places(body, 0.001, random);
+    std::vector<Vec3> position = shaken_positions(body, 0.001, random);
     for (Vec3& x : position) x *= 1.25;
     const State state = state_of(body, position, parallel);
     const std::size_t n = position.size();
@@ -261,7 +261,7 @@ TEST(Stiffness, IsSymmetricPositiveSemidefinite) {
         }
         Specimen body = block(5, 5, 4, 0.05, material, parallel);
         fixtures::cut_randomly(body, std::abs(cuts), 0.1, 8, parallel);
-        const std::vector<Vec3> position = shaken_places(body, 0.01, random);
+        const std::vector<Vec3> position = shaken_positions(body, 0.01, random);
         const State state = state_of(body, position, parallel);
         const std::size_t n = state.R.size();
         const std::vector<double> none(n, 0);

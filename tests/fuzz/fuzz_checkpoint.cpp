@@ -61,9 +61,9 @@ void damage_by(std::span<const std::uint8_t> script, std::string& checkpoint) {
     for (; script.size() >= each; script = script.subspan(each)) {
         const std::size_t length = checkpoint.size() - begin;
         if (length < 16) return;
-        const std::size_t place = script[0] | std::size_t{script[1]} << 8 | std::size_t{script[2]} << 16;
+        const std::size_t index = script[0] | std::size_t{script[1]} << 8 | std::size_t{script[2]} << 16;
         const std::size_t unit = script[3] & 0x80 ? 1 : 4;
-        const std::size_t at = begin + place * unit % (length - 8);
+        const std::size_t at = begin + index * unit % (length - 8);
         std::uint64_t value = 0;
         std::memcpy(&value, script.data() + 4, sizeof value);
         switch (script[3] & 7) {

@@ -18,7 +18,7 @@ TEST(DistanceTransform, IsTheDistanceToTheNearestMarkedPoint) {
         std::vector<std::uint8_t> marked(all);
         const double share = trial % 3 == 0 ? 0.02 : 0.3;
         for (auto& is : marked) is = random.unit() < share;
-        const auto place = [&](std::size_t k) {
+        const auto position = [&](std::size_t k) {
             const int i = static_cast<int>(k);
             return Vec3i(i % count[0], i / count[0] % count[1], i / count[0] / count[1]);
         };
@@ -27,8 +27,8 @@ TEST(DistanceTransform, IsTheDistanceToTheNearestMarkedPoint) {
             float least = std::numeric_limits<float>::infinity();
             for (std::size_t m = 0; m < all; ++m)
                 if (marked[m])
-                    least = std::min(least, static_cast<float>((place(k) - place(m)).squaredNorm()));
-            ASSERT_EQ(found[k], least) << count.transpose() << ": " << place(k).transpose();
+                    least = std::min(least, static_cast<float>((position(k) - position(m)).squaredNorm()));
+            ASSERT_EQ(found[k], least) << count.transpose() << ": " << position(k).transpose();
         }
     }
 }

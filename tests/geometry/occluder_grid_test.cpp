@@ -23,7 +23,7 @@ Vec3 vector_within(Random& random, double half) {
     return {x, y, random.uniform(-half, half)};
 }
 
-Vec3i random_place(Random& random) {
+Vec3i random_coordinates(Random& random) {
     return {static_cast<int>(random.below(cells)), static_cast<int>(random.below(cells)),
             static_cast<int>(random.below(cells))};
 }
@@ -42,7 +42,7 @@ std::vector<OccluderTriangle> random_cell(Random& random, const Vec3i& cell, dou
 OccluderGrid random_grid(Random& random, int steps, double overhang, Content& content) {
     OccluderGrid grid(origin, cell_size, Vec3i::Constant(cells));
     for (int k = 0; k < steps; ++k) {
-        const Vec3i cell = random_place(random);
+        const Vec3i cell = random_coordinates(random);
         const auto triangles = random_cell(random, cell, k % 20 ? overhang : 6 * overhang);
         grid.set_cell(cell, triangles);
         content[{cell[2], cell[1], cell[0]}] = triangles;
@@ -205,7 +205,7 @@ TEST(OccluderGrid, DistinguishesNewFromOldTriangles) {
         const std::uint32_t before = grid.changes();
         OccluderGrid kept = grid;  // without the replaced cells
         for (int k = 0; k < 5; ++k) {
-            const Vec3i cell = random_place(random);
+            const Vec3i cell = random_coordinates(random);
             kept.set_cell(cell, {});
             grid.set_cell(cell, random_cell(random, cell, k == 0 ? 12 : 0.5));
         }
@@ -239,7 +239,7 @@ TEST(OccluderGrid, CachedBlockersCanBeTestedAgain) {
             ASSERT_EQ(grid.blocks(by.back(), a, b), grid.segment_blocked(a, b));
         }
         for (int k = 0; k < 40; ++k) {
-            const Vec3i cell = random_place(random);
+            const Vec3i cell = random_coordinates(random);
             grid.set_cell(cell,
                           k % 2 == 0 ? std::vector<OccluderTriangle>{} : random_cell(random, cell, 0.5));
         }
@@ -265,12 +265,12 @@ TEST(OccluderGrid, SettingManyCellsEqualsSettingSingleCells) {
     for (int round = 0; round < 30; ++round) {
         Content content;
         for (int k = 0; k < 40; ++k) {
-            const Vec3i cell = random_place(random);
+            const Vec3i cell = random_coordinates(random);
             content[{cell[2], cell[1], cell[0]}] = random_cell(random, cell, k % 10 ? 0.5 : 4);
         }
         std::vector<OccluderGrid::CellTriangles> changed;
-        for (const auto& [place, triangles] : content) {
-            const Vec3i cell(place[2], place[1], place[0]);
+        for (const auto& [key, triangles] : content) {
+            const Vec3i cell(key[2], key[1], key[0]);
             single.set_cell(cell, triangles);
             changed.insert(random.below(2) ? changed.begin() : changed.end(), {cell, triangles});
         }

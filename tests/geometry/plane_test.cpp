@@ -31,9 +31,9 @@ Vec3 corner(int k) {
 TEST(Plane, SheetsNormalToAnAxisAreExact) {
     for (int axis = 0; axis < 3; ++axis)
         for (const double sign : {1.0, -1.0, 3.0, -0.1}) {
-            const double place = 0.1 * (axis + 1);
-            const TriangleMesh sheet = plane_sheet({sign * Vec3::Unit(axis), sign * place}, box);
-            for (const Vec3& p : sheet.positions) EXPECT_DOUBLE_EQ(p[axis], place);
+            const double offset = 0.1 * (axis + 1);
+            const TriangleMesh sheet = plane_sheet({sign * Vec3::Unit(axis), sign * offset}, box);
+            for (const Vec3& p : sheet.positions) EXPECT_DOUBLE_EQ(p[axis], offset);
             const Vec3 normal = (sheet.positions[1] - sheet.positions[0])
                                     .cross(sheet.positions[2] - sheet.positions[0])
                                     .normalized();

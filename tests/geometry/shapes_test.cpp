@@ -132,7 +132,7 @@ TEST(Shapes, OutsideIsOutside) {
 }
 
 TEST(Shapes, ThePearHasABellyBelowAndAConcaveNeckAbove) {
-    double widest = 0, place = 0;
+    double widest = 0, widest_z = 0;
     int bends = 0;
     double before = 0;
     constexpr double step = 1e-3;
@@ -141,7 +141,7 @@ TEST(Shapes, ThePearHasABellyBelowAndAConcaveNeckAbove) {
         EXPECT_GT(r, 0);
         if (r > widest) {
             widest = r;
-            place = z;
+            widest_z = z;
         }
         const double bend = pear_outline(z + step) - 2 * r + pear_outline(z - step);
         if (before != 0 && (bend > 0) != (before > 0)) ++bends;
@@ -152,7 +152,7 @@ TEST(Shapes, ThePearHasABellyBelowAndAConcaveNeckAbove) {
         }
     }
     EXPECT_NEAR(widest, 0.65, 0.002);
-    EXPECT_NEAR(place, -0.35, 0.01);
+    EXPECT_NEAR(widest_z, -0.35, 0.01);
     EXPECT_EQ(bends, 2);  // concave between two inflections
     EXPECT_LT(pear_outline(0.6), 0.5 * widest);
     EXPECT_EQ(pear_outline(-1), 0);

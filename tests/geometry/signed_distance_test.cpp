@@ -17,14 +17,14 @@ TEST(SignedDistance, IsLipschitzWithItsSteepness) {
         make_mesh_distance(make_box({0.3, 0.3, 1}), 9, parallel)};
     for (const auto& solid : solids) {
         Random random(3);
-        const auto place = [&] {
+        const auto random_point = [&] {
             return Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
         };
         double steepest = 0;
         for (int k = 0; k < 40000; ++k) {
-            const Vec3 from = place();
+            const Vec3 from = random_point();
             // Point pairs far apart and close together.
-            const Vec3 to = from + std::pow(10.0, random.uniform(-5, 0)) * place();
+            const Vec3 to = from + std::pow(10.0, random.uniform(-5, 0)) * random_point();
             const double change = std::abs(solid->at(to).distance - solid->at(from).distance);
             const double way = (to - from).norm();
             ASSERT_LE(change, solid->lipschitz_constant() * way + 1e-12);

@@ -303,19 +303,21 @@ TEST(SweptSegments, PolylinesDoNotLeakAtTheirJoints) {
                 : Quat(Eigen::AngleAxisd(random.uniform(0, 6), random_vector_within(random, 1).normalized()));
         const Vec3 shift = exact ? Vec3::Zero() : random_vector_within(random, 100 * size);
         const double wave = exact ? 0 : 0.3;
-        const auto place = [&](const Vec3& p) -> Vec3 { return rotation * (size * p) + shift; };
+        const auto transformed = [&](const Vec3& p) -> Vec3 { return rotation * (size * p) + shift; };
         // The polyline along y moves along x, rotates slightly about z and waves.
         const auto line = [&](int joint, int time) {
             const double s = -4 + 8.0 * joint / line_parts, f = static_cast<double>(time) / time_parts;
-            return place(Vec3(-4 + 8 * f + wave * std::sin(3 * s), s, wave * std::sin(s + 2 * f) + 0.25));
+            return transformed(
+                Vec3(-4 + 8 * f + wave * std::sin(3 * s), s, wave * std::sin(s + 2 * f) + 0.25));
         };
         int missed = 0;
         for (int y = -3; y <= 3; ++y)
             for (int x = -3; x <= 3; ++x) {
                 // The edge between two levels; at rest in exact runs, moving in others.
                 const Vec3 drift = exact ? Vec3::Zero() : Vec3(0.1, -0.2, 0.05);
-                const MovingSegment whole{place(Vec3(x, y, -1)), place(Vec3(x, y, 1)),
-                                          place(Vec3(x, y, -1) + drift), place(Vec3(x, y, 1) + drift)};
+                const MovingSegment whole{transformed(Vec3(x, y, -1)), transformed(Vec3(x, y, 1)),
+                                          transformed(Vec3(x, y, -1) + drift),
+                                          transformed(Vec3(x, y, 1) + drift)};
                 bool hit = false;
                 for (int t = 0; t < time_parts && !hit; ++t) {
                     const MovingSegment edge = part_of(whole, static_cast<double>(t) / time_parts,

@@ -87,7 +87,7 @@ TEST_P(Cuts, LeaveTheBoundaryUnchangedAndFollowThePlane) {
     const app::CutRow row = app::measure_cuts(bounds.shape, bounds.radius, 20, Parallel(1));
     ASSERT_GT(row.rim.count, 1000U);
     ASSERT_GT(row.face_normals.triangles, 1000U);
-    EXPECT_LT(row.skin.rms(), bounds.boundary_rms);
+    EXPECT_LT(row.boundary.rms(), bounds.boundary_rms);
     EXPECT_LT(row.rim.rms(), bounds.rim_rms);
     EXPECT_LT(row.rim.max, bounds.rim_max);
     EXPECT_LT(row.largest_volume_change, bounds.volume_change);

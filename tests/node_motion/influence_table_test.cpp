@@ -11,7 +11,7 @@ namespace splitcubes::body {
 namespace {
 
 struct Influence {
-    Vec3 place;
+    Vec3 rest;
     double reach;
     InfluenceTable::State now, before;
 };
@@ -39,13 +39,13 @@ InfluenceTable table_of(const std::vector<Influence>& influences) {
     InfluenceTable table;
     table.resize(influences.size());
     for (std::size_t i = 0; i < influences.size(); ++i)
-        table.set(i, influences[i].place, influences[i].reach * influences[i].reach, influences[i].now,
+        table.set(i, influences[i].rest, influences[i].reach * influences[i].reach, influences[i].now,
                   influences[i].before);
     return table;
 }
 
 bool reaches(const Influence& c, const Vec3& centre, double half) {
-    return ((c.place - centre).cwiseAbs() - Vec3::Constant(half)).cwiseMax(0).norm() <= c.reach;
+    return ((c.rest - centre).cwiseAbs() - Vec3::Constant(half)).cwiseMax(0).norm() <= c.reach;
 }
 
 TEST(InfluenceTable, NewEntriesReachNothing) {
@@ -88,8 +88,8 @@ TEST(InfluenceTable, KeepsExactlyTheEntriesThatReachACube) {
             for (const Influence& c : influences)
                 if (reaches(c, centre + arm, 0)) {
                     // In `own`, points and influences are relative to the centre.
-                    exact.add(c.now.off + c.now.matrix * (arm - (c.place - centre)));
-                    exact.add(c.before.off + c.before.matrix * (arm - (c.place - centre)));
+                    exact.add(c.now.off + c.now.matrix * (arm - (c.rest - centre)));
+                    exact.add(c.before.off + c.before.matrix * (arm - (c.rest - centre)));
                 }
             const geometry::Box moved = own.box_of({arm.cast<float>(), 0});
             ASSERT_EQ(moved.empty(), exact.empty());

@@ -70,7 +70,7 @@ Difference compare(const geometry::OccluderGrid& grid, const PairQuery& pair, co
 TEST(CpuBackend, EqualsBruteForceSampleBySample) {
     Random random(21);
     Difference total;
-    for (int round = 0; round < rounds(4000); ++round) {
+    for (int round = 0; round < repetitions(4000); ++round) {
         const DiskRaster raster(8 << random.below(3));
         const PairQuery pair{random_in_box(random, 0.4), random_in_box(random, 0.4)};
         const Difference one = compare(grid_of(soup(random, pair)), pair, raster);
@@ -86,7 +86,7 @@ TEST(CpuBackend, EqualsBruteForceSampleBySample) {
 
 TEST(CpuBackend, EqualsBruteForceOnTheLattice) {
     Random random(22);
-    for (int round = 0; round < rounds(1000); ++round) {
+    for (int round = 0; round < repetitions(1000); ++round) {
         const DiskRaster raster(8 << random.below(3));
         PairQuery pair{Vec3::Zero(), Vec3::Zero()};
         while (pair.a == pair.b) {
@@ -104,7 +104,7 @@ TEST(CpuBackend, EqualsBruteForceOnTheLattice) {
 // precision along triangles (1e-11).
 TEST(CpuBackend, EqualsBruteForceBesideTheLattice) {
     Random random(24);
-    for (int round = 0; round < rounds(500); ++round) {
+    for (int round = 0; round < repetitions(500); ++round) {
         const DiskRaster raster(8 << random.below(3));
         const double off = std::pow(10.0, random.uniform(-9, -2));
         const PairQuery pair{Vec3(0, 0, -0.5) + random_in_box(random, random.below(2) * off),
@@ -121,7 +121,7 @@ TEST(CpuBackend, EqualsBruteForceBesideTheLattice) {
 // Cells much larger and much smaller than the pair, and a body far from the origin.
 TEST(CpuBackend, EqualsBruteForceForAnyCellSize) {
     Random random(25);
-    for (int round = 0; round < rounds(1000); ++round) {
+    for (int round = 0; round < repetitions(1000); ++round) {
         const DiskRaster raster(8 << random.below(3));
         const Vec3 shift = random_in_box(random, random.below(2) * 100.0);
         const double scale = std::pow(10.0, random.uniform(-3, 0));
@@ -147,7 +147,7 @@ TEST(CpuBackend, EveryInstructionSetGivesTheSameBits) {
     Random random(23);
     std::vector<Triangles> scenes;
     std::vector<PairQuery> pairs;
-    for (int k = 0; k < rounds(300); ++k) {
+    for (int k = 0; k < repetitions(300); ++k) {
         pairs.push_back({random_in_box(random, 0.4), random_in_box(random, 0.4)});
         scenes.push_back(soup(random, pairs.back()));
     }

@@ -71,7 +71,7 @@ TEST_P(Criteria, UncutIsOne) {
 
 TEST_P(Criteria, ACompleteCutIsZeroAcross) {
     Random random(42);
-    for (int round = 0; round < rounds(6); ++round) {
+    for (int round = 0; round < repetitions(6); ++round) {
         const Cloud cloud = lattice(random, 5, 0.2, round == 0 ? 0 : 0.04);
         const double at = random.uniform(-0.02, 0.02), tilt = random.uniform(-0.02, 0.02);
         const auto cut = sheet(random, -1.5, 1.5, -1.5, 1.5, 17, [&](double u, double v) {
@@ -94,7 +94,7 @@ TEST_P(Criteria, ACompleteCutIsZeroAcross) {
 // a pair; some are 0, and except for the visibility criterion some are between 0 and 1.
 TEST_P(Criteria, RangeSymmetryAndThreads) {
     Random random(43);
-    for (int round = 0; round < rounds(5); ++round) {
+    for (int round = 0; round < repetitions(5); ++round) {
         Cloud cloud = lattice(random, 5, 0.2, 0.04);
         const double front = random.uniform(-0.3, 0.3);
         const auto grid = grid_of(sheet(random, -1.5, front, -1.5, 1.5, 17, [&](double u, double v) {
@@ -139,7 +139,7 @@ TEST_P(Criteria, TrianglesOutsideTheRegionDoNotMatter) {
     Random random(44);
     const Cloud cloud = lattice(random, 4, 0.2, 0.04);
     const auto one = criterion();
-    for (int round = 0; round < rounds(30); ++round) {
+    for (int round = 0; round < repetitions(30); ++round) {
         Triangles triangles = sheet(random, -1.5, random.uniform(-0.2, 0.3), -1.5, 1.5, 13,
                                     [&](double u, double v) { return Vec3(0.03 * u * v, u, v); });
         const auto before = evaluate(grid_of(triangles), cloud);

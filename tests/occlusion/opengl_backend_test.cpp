@@ -98,7 +98,7 @@ TEST_F(OpenGl, EqualsBruteForceButWithinRoundingOfEdges) {
     for (const int size : {8, 16, 32}) {
         const DiskRaster raster(size);
         const auto backend = opengl_backend({.disk_size = size});
-        for (int round = 0; round < rounds(size == 32 ? 60 : 150); ++round) {
+        for (int round = 0; round < repetitions(size == 32 ? 60 : 150); ++round) {
             const PairQuery pair{random_in_box(random, 0.4), random_in_box(random, 0.4)};
             const Triangles triangles = scene_of(random, pair);
             const auto grid = grid_of(triangles);
@@ -140,7 +140,7 @@ TEST_F(OpenGl, QueriesEqualTexels) {
     }
     const auto grid = grid_of(triangles);
     std::vector<PairQuery> pairs;
-    for (int k = 0; k < rounds(1500); ++k) {
+    for (int k = 0; k < repetitions(1500); ++k) {
         const Vec3 a = random_in_box(random, 0.8);
         pairs.push_back({a, a + random_in_box(random, 0.4)});
     }
@@ -167,7 +167,7 @@ TEST_F(OpenGl, LiesCloseToTheCpuBackend) {
     });
     const auto grid = grid_of(triangles);
     std::vector<PairQuery> pairs;
-    for (int k = 0; k < rounds(1000); ++k) {
+    for (int k = 0; k < repetitions(1000); ++k) {
         const Vec3 a = random_in_box(random, 0.7);
         pairs.push_back({a, a + random_in_box(random, 0.5)});
     }

@@ -16,7 +16,7 @@ using Triangles = std::vector<geometry::OccluderTriangle>;
 
 /// Returns how often to repeat a random trial: fewer times with asserts and sanitizers, which make each one
 /// slow.
-inline int rounds(int count) {
+inline int repetitions(int count) {
 #ifdef NDEBUG
     return count;
 #else
@@ -56,7 +56,7 @@ inline geometry::OccluderGrid grid_of(const Triangles& triangles, double cell_si
 /// Returns a raster of quads over [u0, u1] x [v0, v1] mapped by `place`: inner vertices are moved at random
 /// in the plane, each quad is split along a random diagonal, and corners are in a random rotation.
 inline Triangles sheet(Random& random, double u0, double u1, double v0, double v1, int quads,
-                       const std::function<Vec3(double, double)>& place) {
+                       const std::function<Vec3(double, double)>& point_at) {
     const int n = quads + 1;
     std::vector<Vec3> at(static_cast<std::size_t>(n * n));
     const double du = (u1 - u0) / quads, dv = (v1 - v0) / quads;
@@ -65,7 +65,7 @@ inline Triangles sheet(Random& random, double u0, double u1, double v0, double v
             double u = i == quads ? u1 : u0 + i * du, v = j == quads ? v1 : v0 + j * dv;
             if (i > 0 && i < quads) u += random.uniform(-0.3, 0.3) * du;
             if (j > 0 && j < quads) v += random.uniform(-0.3, 0.3) * dv;
-            at[static_cast<std::size_t>(j * n + i)] = place(u, v);
+            at[static_cast<std::size_t>(j * n + i)] = point_at(u, v);
         }
     Triangles out;
     const auto add = [&](const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -98,14 +98,14 @@ inline Triangles box_boundary(Random& random, const Vec3& low, const Vec3& high,
     for (int axis = 0; axis < 3; ++axis)
         for (const double level : {low[axis], high[axis]}) {
             const int i = (axis + 1) % 3, j = (axis + 2) % 3;
-            const auto place = [&](double u, double v) {
+            const auto point_at = [&](double u, double v) {
                 Vec3 p;
                 p[axis] = level;
                 p[i] = u;
                 p[j] = v;
                 return p;
             };
-            for (auto t : sheet(random, low[i], high[i], low[j], high[j], quads, place)) {
+            for (auto t : sheet(random, low[i], high[i], low[j], high[j], quads, point_at)) {
                 t.boundary = true;
                 out.push_back(t);
             }

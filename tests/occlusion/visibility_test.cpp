@@ -29,7 +29,7 @@ class Visibility : public ::testing::TestWithParam<Backend> {
         backend(options)->evaluate(grid_of(triangles), {&pair, 1}, {&out, 1}, Parallel(1));
         return out;
     }
-    int repeats(int count) const { return rounds(GetParam() == Backend::cpu ? count : count / 20 + 1); }
+    int repeats(int count) const { return repetitions(GetParam() == Backend::cpu ? count : count / 20 + 1); }
 };
 
 INSTANTIATE_TEST_SUITE_P(Backends, Visibility,
@@ -67,13 +67,13 @@ TEST_P(Visibility, HalfPlaneFronts) {
         const int quads = 1 + static_cast<int>(random.below(12));
         const double beside = round % 2 ? random.uniform(-1e-3, 1e-3) : 0.0;
         for (const double s : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
-            const auto place = [&](double u, double v) {
+            const auto point_at = [&](double u, double v) {
                 return Vec3(motion *
                             (Eigen::AngleAxisd(angle, Vec3::UnitZ()) * (distance / 2 * Vec3(u, v, beside))));
             };
             for (const int size : {16, 32}) {
                 const float v =
-                    evaluate(sheet(random, -2.5, s, -2, 2.5, quads, place), pair, {.disk_size = size});
+                    evaluate(sheet(random, -2.5, s, -2, 2.5, quads, point_at), pair, {.disk_size = size});
                 EXPECT_NEAR(v, uncovered_fraction(s), size == 16 ? 0.02 : 0.01)
                     << "s " << s << " size " << size << " quads " << quads << " round " << round;
             }
@@ -118,12 +118,12 @@ TEST_P(Visibility, FullCoverGivesZero) {
         const double su = random.uniform(-0.4, 0.4), sv = random.uniform(-0.4, 0.4);
         const double offset = random.uniform(-0.3, 0.3) * (random.below(4) > 0),
                      bend = random.uniform(0, 0.05);
-        const auto place = [&](double u, double v) {
+        const auto point_at = [&](double u, double v) {
             return Vec3(motion *
                         Vec3(u, v, offset + su * u + sv * v + bend * std::sin(9 * u) * std::cos(7 * v)));
         };
         const auto triangles =
-            sheet(random, -1.3, 1.3, -1.3, 1.3, 1 + static_cast<int>(random.below(20)), place);
+            sheet(random, -1.3, 1.3, -1.3, 1.3, 1 + static_cast<int>(random.below(20)), point_at);
         ASSERT_EQ(evaluate(triangles, pair, strict), 0) << round;
     }
 }
@@ -137,14 +137,14 @@ TEST_P(Visibility, NoLightThroughVerticesOnSampleRays) {
         const PairQuery pair{motion * Vec3(0, 0, -0.5), motion * Vec3(0, 0, 0.5)};
         const Disk disk = make_disk(pair);
         const double depth = random.uniform(0.3, 1);
-        const auto place = [&](double u, double v) {
+        const auto point_at = [&](double u, double v) {
             const Vec3 local(depth * u, depth * v, depth);
             return Vec3(disk.apex + disk.radius * disk.radius * disk.axes.transpose() * local);
         };
         Triangles triangles;
         for (int u = -19; u < 19; u += 2)
             for (int v = -19; v < 19; v += 2) {
-                const auto at = [&](int du, int dv) { return place((u + du) / 16.0, (v + dv) / 16.0); };
+                const auto at = [&](int du, int dv) { return point_at((u + du) / 16.0, (v + dv) / 16.0); };
                 triangles.push_back({{at(0, 0), at(2, 0), at(2, 2)}, false});
                 triangles.push_back({{at(0, 2), at(0, 0), at(2, 2)}, false});
             }
@@ -203,14 +203,14 @@ TEST_P(Visibility, SamplesOutsideTheBodyDoNotCount) {
         const Isometry motion = motion_of(random_turn(random), random_in_box(random, 0.1));
         const double below = random.uniform(0.02, 0.45);  // the pair's depth below the top
         const PairQuery pair{motion * Vec3(-0.5, 0, -below), motion * Vec3(0.5, 0, -below)};
-        const auto skin =
+        const auto boundary =
             moved(box_boundary(random, {-1.2, -1, -1.2}, {1.2, 1, 0}, 1 + static_cast<int>(random.below(9))),
                   motion);
-        ASSERT_EQ(evaluate(skin, pair), 1) << round;
+        ASSERT_EQ(evaluate(boundary, pair), 1) << round;
 
         // A cut between the two that ends at the boundary separates them completely.
         const double at = round % 3 ? random.uniform(-0.3, 0.3) : 0.0;
-        Triangles severed = skin;
+        Triangles severed = boundary;
         for (const auto& t : sheet(random, -1, 1, -1.2, 0, 7,
                                    [&](double u, double v) { return Vec3(motion * Vec3(at, u, v)); }))
             severed.push_back(t);
@@ -222,11 +222,11 @@ TEST_P(Visibility, AxisAlignedBodyOnTheLattice) {
     Random random(8);
     // Pair and boundary at lattice positions, where rays run along faces and through corners.
     for (int k = 1; k < 8; ++k) {
-        Triangles skin;
-        for (auto t : box_boundary(random, {-1, -1, -1}, {1, 1, 0}, 1)) skin.push_back(t);
+        Triangles boundary;
+        for (auto t : box_boundary(random, {-1, -1, -1}, {1, 1, 0}, 1)) boundary.push_back(t);
         const PairQuery pair{{-0.5, 0, -k / 16.0}, {0.5, 0, -k / 16.0}};
-        EXPECT_EQ(evaluate(skin, pair), 1) << k;
-        Triangles severed = skin;
+        EXPECT_EQ(evaluate(boundary, pair), 1) << k;
+        Triangles severed = boundary;
         for (const auto& t : sheet(random, -1, 1, -1, 0, 4, [](double u, double v) { return Vec3(0, u, v); }))
             severed.push_back(t);
         EXPECT_EQ(evaluate(severed, pair), 0) << k;
@@ -240,19 +240,20 @@ TEST_P(Visibility, NothingInsideFallsBackOnTheSegment) {
     for (const auto& t : box_boundary(random, {0.3, -0.2, -0.2}, {0.6, 0.2, 0.2}, 3)) arms.push_back(t);
     EXPECT_EQ(evaluate(arms, {{-0.45, 0, 0}, {0.45, 0, 0}}), 0);
     // A phyxel outside the body: every ray from the first is odd, but nothing is in between.
-    const auto far_skin = box_boundary(random, {0.1, -1, -1}, {1, 1, 1}, 3);
-    EXPECT_EQ(evaluate(far_skin, {{0.2, 0, 0}, {0.6, 0, 0}}), 1);
+    const auto far_boundary = box_boundary(random, {0.1, -1, -1}, {1, 1, 1}, 3);
+    EXPECT_EQ(evaluate(far_boundary, {{0.2, 0, 0}, {0.6, 0, 0}}), 1);
 }
 
 // Material beyond a notch is behind two boundaries: inside, but obscured.
 TEST_P(Visibility, NotchObscures) {
     Random random(10);
-    auto skin = box_boundary(random, {-1, -1, -1}, {1, 1, 0.5}, 4);
+    auto boundary = box_boundary(random, {-1, -1, -1}, {1, 1, 0.5}, 4);
     // A closed slot across the pair: a hole in the body.
-    for (const auto& t : box_boundary(random, {-0.05, -0.9, -0.9}, {0.05, 0.9, 0.45}, 5)) skin.push_back(t);
-    EXPECT_EQ(evaluate(skin, {{-0.4, 0, 0}, {0.4, 0, 0}}), 0);
+    for (const auto& t : box_boundary(random, {-0.05, -0.9, -0.9}, {0.05, 0.9, 0.45}, 5))
+        boundary.push_back(t);
+    EXPECT_EQ(evaluate(boundary, {{-0.4, 0, 0}, {0.4, 0, 0}}), 0);
     // The slot beside the disk's plane: all samples are inside and obscured.
-    EXPECT_EQ(evaluate(skin, {{-0.12, 0, -0.1}, {0.6, 0, -0.1}}), 0);
+    EXPECT_EQ(evaluate(boundary, {{-0.12, 0, -0.1}, {0.6, 0, -0.1}}), 0);
 }
 
 TEST_P(Visibility, LowVisibilityCountsAsZero) {
@@ -315,7 +316,7 @@ TEST(DiskRaster, SampleCounts) {
 
 TEST(DoubleConeBounds, HoldBothConesTightly) {
     Random random(14);
-    for (int round = 0; round < rounds(1000); ++round) {
+    for (int round = 0; round < repetitions(1000); ++round) {
         const PairQuery pair{random_in_box(random, 1), random_in_box(random, 1)};
         const Disk disk = make_disk(pair);
         const geometry::Box box = double_cone_bounds(pair);

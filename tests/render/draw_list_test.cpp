@@ -98,12 +98,12 @@ TEST(AddSurface, ColorsAndRimFollowOriginAndPiece) {
     EXPECT_TRUE(list.meshes[1].recessed);
     for (const Color& color : list.meshes[1].triangle_colors) EXPECT_EQ(color, palette.cut);
     // Piece 0 has the palette's own colour, piece 1 a hue near it, of equal value.
-    EXPECT_EQ(list.meshes[0].triangle_colors.front(), palette.skin);
+    EXPECT_EQ(list.meshes[0].triangle_colors.front(), palette.boundary);
     const Color other = list.meshes[0].triangle_colors.back();
-    EXPECT_NE(other, palette.skin);
-    EXPECT_LT((other - palette.skin).norm(), 0.2);
-    EXPECT_NEAR(other.maxCoeff(), palette.skin.maxCoeff(), 1e-12);
-    EXPECT_NEAR(other.minCoeff(), palette.skin.minCoeff(), 1e-12);
+    EXPECT_NE(other, palette.boundary);
+    EXPECT_LT((other - palette.boundary).norm(), 0.2);
+    EXPECT_NEAR(other.maxCoeff(), palette.boundary.maxCoeff(), 1e-12);
+    EXPECT_NEAR(other.minCoeff(), palette.boundary.minCoeff(), 1e-12);
     // The rim: the four sides of either cut face, each once.
     ASSERT_EQ(list.lines.size(), 1U);
     const auto& segments = list.lines[0].segments;
@@ -191,13 +191,13 @@ TEST(AddSurface, VertexAndMaterialColoursAreUsedIfPresent) {
         return list.meshes.at(0).corner_colors;
     };
     EXPECT_TRUE(boundary_colors().empty());
-    const Color skin = SurfacePalette{}.skin;
+    const Color boundary = SurfacePalette{}.boundary;
     surface.attributes.triangle_material.assign(count, 0);
     surface.attributes.materials = {
         {.name = "a", .colour = {1, 0.2140411F, 0, 1}, .texture = {}, .image = {}}};
     for (const Color& color : boundary_colors()) EXPECT_LT((color - Color(1, 0.5, 0)).norm(), 1e-5);
     surface.attributes.materials[0].texture = "a.png";
-    EXPECT_EQ(boundary_colors().front(), skin);
+    EXPECT_EQ(boundary_colors().front(), boundary);
     surface.attributes.materials[0].texture.clear();
     const geometry::Rgba green{0.25F, 1, 0.5F, 1};
     surface.attributes.corner_colour.assign(count, {green, green, green});

@@ -152,7 +152,7 @@ TEST_F(RendererTest, CutShowsInItsColorWhereItFacesTheCamera) {
         add_surface(list, cut_block(1.0, gap), {.line_width = 0});
         const int red = count_pixels(draw(list, camera, small()), is_red);
         if (gap == 0.0) {
-            EXPECT_EQ(red, 0) << "a closed cut must not flicker through the skin";
+            EXPECT_EQ(red, 0) << "a closed cut must not flicker through the surface";
         } else {
             EXPECT_GT(red, open_pixels + 300) << gap;
             open_pixels = red;

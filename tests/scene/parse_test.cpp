@@ -168,7 +168,7 @@ TEST(ParseScene, shipped_scenes_are_valid) {
     EXPECT_GE(count, 3u);
 }
 
-TEST(ParseScene, messages_give_place_problem_and_remedy) {
+TEST(ParseScene, messages_give_location_problem_and_remedy) {
     const auto small = [](const std::string& line) {
         std::string text = small_scene;
         const std::string old_line = "\"poisson_ratio\": 0.3";
@@ -354,7 +354,7 @@ TEST(ParseScene, files_that_cannot_be_read_are_named) {
     }
 }
 
-TEST(ParseScene, a_file_gives_name_folder_and_place_of_errors) {
+TEST(ParseScene, a_file_gives_name_folder_and_location_of_errors) {
     const auto folder = std::filesystem::temp_directory_path() / "splitcubes_parse_test";
     std::filesystem::create_directories(folder);
     std::ofstream(folder / "good one.json") << small_scene;

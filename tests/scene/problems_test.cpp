@@ -130,11 +130,11 @@ std::string read_file(const std::filesystem::path& file) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-void expect_planted_faults_are_found(const std::string& text, int rounds, std::uint64_t seed) {
+void expect_planted_faults_are_found(const std::string& text, int repetitions, std::uint64_t seed) {
     const Json scene = Json::parse(text, nullptr, true, true);
     ASSERT_THAT(problems(scene.dump(1)), IsEmpty());
     Random random(seed);
-    for (int round = 0; round < rounds; ++round) {
+    for (int round = 0; round < repetitions; ++round) {
         Json faulty = scene;
         const int k = 1 + round % 8;
         const std::vector<std::string> marks = plant(faulty, k, random);

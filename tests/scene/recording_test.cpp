@@ -25,10 +25,10 @@ Recording example() {
     for (const auto driven : {tool, constraint, handle, collider}) {
         SampledMotion motion;
         for (int k = 0; k < 4; ++k) {
-            Isometry place = Isometry::Identity();
-            place.linear() = Eigen::AngleAxisd(0.7 * k, Vec3(1, 2, 3).normalized()).toRotationMatrix();
-            place.translation() = Vec3(std::sin(k), 1e-17 * k, 1e5 / (k + 3));
-            motion.add(k / 60.0, place);
+            Isometry pose = Isometry::Identity();
+            pose.linear() = Eigen::AngleAxisd(0.7 * k, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+            pose.translation() = Vec3(std::sin(k), 1e-17 * k, 1e5 / (k + 3));
+            motion.add(k / 60.0, pose);
         }
         out.tracks.push_back({driven, driven == tool ? "knife" : "block/0", motion});
     }

@@ -47,7 +47,8 @@ TEST(Shrink, FindsThePlantedEdgesOfACase) {
             if ((cell.mask & 0x201U) != 0x201U) continue;
             bool inner = true;
             for (const int e : {0, 9})
-                inner = inner && grid.crossing(grid.slot(cell_edge(cell.place, e))).origin == Origin::cut;
+                inner =
+                    inner && grid.crossing(grid.slot(cell_edge(cell.lowest_node, e))).origin == Origin::cut;
             if (inner) return true;
         }
         return false;

@@ -216,8 +216,8 @@ TEST(Solidify, AGapThinnerThanACellSeparates) {
                                            box_between(Vec3(gap + 0.15, 1.5, 1.5), Vec3(7.5, 7.5, 7.5)));
         SolidifyReport report;
         const NodeGrid grid = solid(blocks, unit_grid(10), report);
-        const double place = gap - std::floor(gap);
-        const bool between_nodes = place > 0.15 && place < 0.85;
+        const double fraction = gap - std::floor(gap);
+        const bool between_nodes = fraction > 0.15 && fraction < 0.85;
         EXPECT_EQ(report.gap_edges, between_nodes ? 36U : 0U) << gap;
         EXPECT_EQ(Pieces(grid).count(), 2U) << gap;
         EXPECT_EQ(trouble(grid), "") << gap;

@@ -110,8 +110,8 @@ std::map<std::array<int, 6>, Vec3> moved_vertices(const NodeGrid& grid, const Su
     for (std::size_t i = 0; i < positions.size(); ++i) {
         const SurfaceVertex& v = surface.vertices()[i];
         if (v.alive())
-            out[{static_cast<int>(v.kind), v.place[0], v.place[1], v.place[2], v.axis, v.instance}] =
-                positions[i];
+            out[{static_cast<int>(v.kind), v.lowest_node[0], v.lowest_node[1], v.lowest_node[2], v.axis,
+                 v.instance}] = positions[i];
     }
     return out;
 }
@@ -131,11 +131,11 @@ TEST(SurfaceLaws, OrderDoesNotMatterToMotion) {
         for (const EdgeCut& cut : c.cuts) surface.retessellate(slowly, apply_all(slowly, std::span(&cut, 1)));
         const auto one_by_one = moved_vertices(slowly, surface);
         ASSERT_EQ(at_once.size(), one_by_one.size());
-        for (const auto& [name, place] : at_once) {
+        for (const auto& [name, position] : at_once) {
             const auto found = one_by_one.find(name);
             ASSERT_TRUE(found != one_by_one.end());
-            largest = std::max(largest, (found->second - place).norm());
-            ASSERT_LE((found->second - place).norm(), 1e-14) << as_code(c);
+            largest = std::max(largest, (found->second - position).norm());
+            ASSERT_LE((found->second - position).norm(), 1e-14) << as_code(c);
         }
     }
     std::ostringstream text;
@@ -285,11 +285,12 @@ std::string sides_trouble(const CutCase& c) {
     Surface surface(grid);
     for (const EdgeCut& cut : c.cuts) surface.retessellate(grid, apply_all(grid, std::span(&cut, 1)));
     const auto& vertices = surface.vertices();
-    std::map<std::array<int, 5>, const Vec3*> place;
+    std::map<std::array<int, 5>, const Vec3*> position;
     for (const SurfaceVertex& v : vertices) {
         if (!v.alive() || v.kind == VertexKind::centre) continue;
-        const std::array<int, 5> name{static_cast<int>(v.kind), v.axis, v.place[0], v.place[1], v.place[2]};
-        if (!same_bits(*place.emplace(name, &v.rest).first->second, v.rest))
+        const std::array<int, 5> name{static_cast<int>(v.kind), v.axis, v.lowest_node[0], v.lowest_node[1],
+                                      v.lowest_node[2]};
+        if (!same_bits(*position.emplace(name, &v.rest).first->second, v.rest))
             return v.kind == VertexKind::edge ? "the ends of an edge lie apart"
                                               : "instances of a face lie apart";
     }
@@ -348,7 +349,7 @@ void expect_same_bits(const State& a, const State& b) {
     for (std::size_t i = 0; i < a.vertices.size(); ++i) {
         const SurfaceVertex &p = a.vertices[i], &q = b.vertices[i];
         ASSERT_TRUE(p.corners == q.corners && p.cell == q.cell && p.kind == q.kind &&
-                    p.instance == q.instance && p.place == q.place);
+                    p.instance == q.instance && p.lowest_node == q.lowest_node);
         if (!p.alive()) continue;
         ASSERT_TRUE(same_bits(p.rest, q.rest) && p.normal == q.normal);
     }

@@ -183,7 +183,7 @@ void expect_local_manifold(const NodeGrid& grid, const Surface& surface,
     for (const std::uint32_t c : cells) {
         for (const SurfaceQuad& q : surface.quads(surface.cells()[c]))
             watched.insert(q.vertices.begin(), q.vertices.end());
-        const Vec3i p = surface.cells()[c].place;
+        const Vec3i p = surface.cells()[c].lowest_node;
         for (int k = 0; k < 27; ++k) {
             const auto it = cell_of.find({p[0] + k % 3 - 1, p[1] + k / 3 % 3 - 1, p[2] + k / 9 - 1});
             if (it != cell_of.end()) around.insert(it->second);
@@ -246,7 +246,7 @@ TEST(Surface, TenThousandRandomSheetsInOneGrid) {
         const std::vector<std::uint32_t> changed = surface.retessellate(grid, cut_all(grid, cuts));
         all.insert(all.end(), cuts.begin(), cuts.end());
         for (; known < surface.cells().size(); ++known) {
-            const Vec3i p = surface.cells()[known].place;
+            const Vec3i p = surface.cells()[known].lowest_node;
             cell_of[{p[0], p[1], p[2]}] = static_cast<std::uint32_t>(known);
         }
         expect_local_manifold(grid, surface, changed, cell_of);

@@ -299,15 +299,16 @@ TEST(PlacementSymmetry, OfAnyCrossings) {
 }
 
 // Returns each quad of a grid by its cell and half edge, with the positions of its corners in cells.
-std::map<std::array<int, 8>, std::array<Vec3, 4>> quad_places(const CutCase& c) {
+std::map<std::array<int, 8>, std::array<Vec3, 4>> quad_positions(const CutCase& c) {
     const NodeGrid grid = grid_of(c);
     const Surface surface(grid);
     std::map<std::array<int, 8>, std::array<Vec3, 4>> out;
     for (const SurfaceCell& cell : surface.cells())
         for (const SurfaceQuad& q : surface.quads(cell)) {
             const SurfaceVertex& edge = surface.vertices()[q.vertices[0]];
-            std::array<Vec3, 4>& at = out[{cell.place[0], cell.place[1], cell.place[2], edge.place[0],
-                                           edge.place[1], edge.place[2], edge.axis, edge.instance}];
+            std::array<Vec3, 4>& at =
+                out[{cell.lowest_node[0], cell.lowest_node[1], cell.lowest_node[2], edge.lowest_node[0],
+                     edge.lowest_node[1], edge.lowest_node[2], edge.axis, edge.instance}];
             for (std::size_t k = 0; k < 4; ++k)
                 at[k] = grid.rest().to_grid(surface.vertices()[q.vertices[k]].rest);
         }
@@ -319,9 +320,9 @@ std::string grid_trouble(const Symmetry& g, const CutCase& c) {
     CutCase image{c.node_count, {}, {}};
     for (const Vec3i& n : c.inside) image.inside.push_back(g.node(n, side));
     for (const EdgeCut& cut : c.cuts) image.cuts.push_back(g.crossing(cut, side));
-    const auto quads = quad_places(c), images = quad_places(image);
+    const auto quads = quad_positions(c), images = quad_positions(image);
     if (quads.size() != images.size()) return "another number of quads";
-    for (const auto& [name, places] : quads) {
+    for (const auto& [name, positions] : quads) {
         const Vec3i cell = g.node({name[0], name[1], name[2]}, side - 1);
         const GridEdge edge{{name[3], name[4], name[5]}, name[6]}, to = g.edge(edge, side);
         const int end = g.node(name[7] == 0 ? edge.node : edge.upper(), side) == to.node ? 0 : 1;
@@ -331,7 +332,7 @@ std::string grid_trouble(const Symmetry& g, const CutCase& c) {
         for (std::size_t k = 0; k < 4; ++k) {
             Vec3 expected;
             for (int a = 0; a < 3; ++a)
-                expected[g.axis(a)] = g.flips(a) ? side - 1 - places[k][a] : places[k][a];
+                expected[g.axis(a)] = g.flips(a) ? side - 1 - positions[k][a] : positions[k][a];
             const Vec3& at = found->second[g.mirrors() && k % 2 == 1 ? 4 - k : k];
             const double apart = (at - expected).norm();
             if (!(apart <= 1e-11))

@@ -89,8 +89,8 @@ class LayerVertices {
     LayerVertices(const Surface& surface, int level) {
         for (std::size_t i = 0; i < surface.vertices().size(); ++i) {
             const SurfaceVertex& v = surface.vertices()[i];
-            if (v.alive() && v.place[2] == level && (v.kind == VertexKind::edge) == (v.axis != 2))
-                index_[{static_cast<int>(v.kind), v.place[0], v.place[1], v.axis, v.instance}] =
+            if (v.alive() && v.lowest_node[2] == level && (v.kind == VertexKind::edge) == (v.axis != 2))
+                index_[{static_cast<int>(v.kind), v.lowest_node[0], v.lowest_node[1], v.axis, v.instance}] =
                     static_cast<std::int32_t>(i);
         }
     }

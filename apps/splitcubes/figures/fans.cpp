@@ -53,7 +53,7 @@ Vec3 common_centre(const std::vector<DrawnQuad>& quads) {
         crossings[q.table.edge] = {q.corners[0], Vec3::Unit(edge_axis(q.table.edge)), false, 0};
     }
     Vec3 mean = Vec3::Zero();
-    for (const auto& [face, place] : faces) mean += place / static_cast<double>(faces.size());
+    for (const auto& [face, position] : faces) mean += position / static_cast<double>(faces.size());
     std::vector<CellCrossing> all;
     for (const auto& [edge, crossing] : crossings) all.push_back(crossing);
     return place_centre(all, false, mean);

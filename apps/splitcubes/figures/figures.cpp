@@ -10,7 +10,7 @@ std::span<const Figure> all_figures() {
         {"quads", "the quads that one node of a cell contributes", draw_quads},
         {"fans", "centre vertices with more than one fan, and their split", draw_fans},
         {"placement", "where face and centre vertices are placed", draw_placement},
-        {"skin", "a cut that meets the boundary of a body", draw_skin},
+        {"boundary", "a cut that meets the boundary of a body", draw_boundary},
         {"disk", "an occlusion disk, its cones and its texels", draw_disk},
         {"front", "the weight of a pair as fronts of cuts pass, by criterion", draw_front},
     }};

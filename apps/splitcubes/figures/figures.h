@@ -12,7 +12,7 @@ Svg draw_faces();
 Svg draw_quads();
 Svg draw_fans();
 Svg draw_placement();
-Svg draw_skin();
+Svg draw_boundary();
 Svg draw_disk();
 Svg draw_front();
 

@@ -33,7 +33,7 @@ std::vector<geometry::Box> join_by_brick(const splitting::Surface& surface,
                                          std::span<const geometry::Box> boxes) {
     std::map<std::array<int, 3>, geometry::Box> by_brick;
     for (std::size_t k = 0; k < cells.size(); ++k) {
-        const Vec3i cell = surface.cells()[cells[k]].place;
+        const Vec3i cell = surface.cells()[cells[k]].lowest_node;
         by_brick[{cell[2] >> 2, cell[1] >> 2, cell[0] >> 2}].add(boxes[k]);
     }
     std::vector<geometry::Box> out;
@@ -97,7 +97,7 @@ void SurfaceOccluders::set_cells(const splitting::NodeGrid& grid, const splittin
         for (const geometry::OccluderTriangle& t : own)
             for (const Vec3& corner : t.corner) box.add(corner);
         cell_box_[cells[k]] = box;
-        changed.push_back({surface.cells()[cells[k]].place, own});
+        changed.push_back({surface.cells()[cells[k]].lowest_node, own});
     }
     grid_.set_cells(changed, parallel);
 }

@@ -3,15 +3,15 @@
 namespace splitcubes {
 
 namespace {
-std::string compose(const std::string& where, const std::string& problem, const std::string& remedy) {
-    std::string line = where + ": " + problem;
+std::string compose(const std::string& location, const std::string& problem, const std::string& remedy) {
+    std::string line = location + ": " + problem;
     if (!remedy.empty()) line += "; " + remedy;
     return printable(line, 2000);
 }
 }  // namespace
 
-InputError::InputError(const std::string& where, const std::string& problem, const std::string& remedy)
-    : std::runtime_error(compose(where, problem, remedy)) {}
+InputError::InputError(const std::string& location, const std::string& problem, const std::string& remedy)
+    : std::runtime_error(compose(location, problem, remedy)) {}
 
 std::string printable(const std::string& text, std::size_t limit) {
     std::string out;

@@ -7,13 +7,13 @@
 
 namespace splitcubes {
 
-/// Input that cannot be used: a mesh, a scene, an option. what() is one line: `where: problem (value);
+/// Input that cannot be used: a mesh, a scene, an option. what() is one line: `location: problem (value);
 /// remedy`. The program ends with exit code 2.
 class InputError : public std::runtime_error {
   public:
-    /// where: file (with :line if known), option or parameter. problem: the fault, with the offending value.
+    /// location: file (with :line if known), option or parameter. problem: the fault, with the offending value.
     /// remedy: what the user can do; may be empty.
-    InputError(const std::string& where, const std::string& problem, const std::string& remedy = "");
+    InputError(const std::string& location, const std::string& problem, const std::string& remedy = "");
 };
 
 /// A job on good input that could not be finished. The program ends with exit code 1.

@@ -25,13 +25,13 @@ struct NodeEdge {
 /// The inside nodes of a grid.
 struct NodeSet {
     geometry::RestGrid rest;
-    std::vector<Vec3i> place;              // per node: grid coordinates
+    std::vector<Vec3i> coordinates;        // per node, in the rest grid
     std::vector<NodeEdge> uncut_edges;     // all of them, in any fixed order
     double mass = 0;                       // kg, of the body
     Vec3 velocity = Vec3::Zero();          // m/s, of the centre, at time 0
     Vec3 angular_velocity = Vec3::Zero();  // rad/s, about the centre, at time 0
 
-    Vec3 rest_position(std::size_t node) const { return rest.node_position(place[node]); }
+    Vec3 rest_position(std::size_t node) const { return rest.node_position(coordinates[node]); }
 };
 
 /// Input of a time step.

@@ -105,8 +105,9 @@ MotionReport FreeForm::advance(const Motion& motion) {
     time_ = motion.time + motion.dt;
     displacement_ = displacement_at(time_);
     MotionReport report;
-    const double mass = nodes_.mass / static_cast<double>(std::max<std::size_t>(1, nodes_.place.size()));
-    for (std::size_t n = 0; n < nodes_.place.size(); ++n) {
+    const double mass =
+        nodes_.mass / static_cast<double>(std::max<std::size_t>(1, nodes_.coordinates.size()));
+    for (std::size_t n = 0; n < nodes_.coordinates.size(); ++n) {
         const Vec3 rest = nodes_.rest_position(n);
         const Vec3 now = frame_of(rest, displacement_).position;
         const Vec3 velocity = (now - frame_of(rest, before).position) / motion.dt;

@@ -27,13 +27,13 @@ MassSpring::MassSpring(NodeSet nodes, const MassSpringSettings& settings)
         throw InputError("mass-spring lattice", "the modulus must be above zero");
     if (!(settings.mass_damping >= 0) || !(settings.stiffness_damping >= 0))
         throw InputError("mass-spring lattice", "damping must not be negative");
-    const std::size_t count = nodes_.place.size();
+    const std::size_t count = nodes_.coordinates.size();
     stiffness_ = 0.4 * settings.youngs_modulus * nodes_.rest.cell_size;
     mass_ = nodes_.mass / static_cast<double>(std::max<std::size_t>(1, count));
     node_index_.assign(static_cast<std::size_t>(nodes_.rest.node_count.cast<std::int64_t>().prod()), -1);
     const Vec3i& size = nodes_.rest.node_count;
     for (std::size_t n = 0; n < count; ++n) {
-        const Vec3i& p = nodes_.place[n];
+        const Vec3i& p = nodes_.coordinates[n];
         node_index_[static_cast<std::size_t>((p[2] * size[1] + p[1]) * size[0] + p[0])] =
             static_cast<std::int32_t>(n);
     }
@@ -50,19 +50,19 @@ MassSpring::MassSpring(NodeSet nodes, const MassSpringSettings& settings)
     for (std::uint32_t n = 0; n < count; ++n)
         for (int u = 0; u < 3; ++u) {
             if (edge_[n][static_cast<std::size_t>(u)]) {
-                Vec3i upper = nodes_.place[n];
+                Vec3i upper = nodes_.coordinates[n];
                 ++upper[u];
                 join(n, static_cast<std::uint32_t>(node_at(upper)));
             }
             const int v = (u + 1) % 3;
             for (const int sign : {-1, 1}) {
-                Vec3i far = nodes_.place[n];
+                Vec3i far = nodes_.coordinates[n];
                 ++far[u];
                 far[v] += sign;
                 const std::int32_t other = node_at(far);
-                const auto paths = between(nodes_.place[n], u, v, sign);
+                const auto paths = between(nodes_.coordinates[n], u, v, sign);
                 const auto is_intact = [&](const Vec3i& by) {
-                    return edge_is_intact(nodes_.place[n], by) && edge_is_intact(by, far);
+                    return edge_is_intact(nodes_.coordinates[n], by) && edge_is_intact(by, far);
                 };
                 if (other >= 0 && (is_intact(paths[0]) || is_intact(paths[1])))
                     join(n, static_cast<std::uint32_t>(other));
@@ -113,7 +113,7 @@ void MassSpring::remove(std::uint32_t a, std::uint32_t b) {
 
 // Removes the diagonals of the four faces at an edge that are no longer connected.
 void MassSpring::remove_diagonals(const NodeEdge& edge) {
-    const Vec3i low = nodes_.place[edge.lower], high = nodes_.place[edge.upper];
+    const Vec3i low = nodes_.coordinates[edge.lower], high = nodes_.coordinates[edge.upper];
     for (int k = 0; k < 4; ++k) {
         Vec3i side = Vec3i::Zero();
         side[(edge.axis + 1 + (k & 1)) % 3] = k < 2 ? -1 : 1;

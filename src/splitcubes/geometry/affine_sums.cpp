@@ -134,13 +134,13 @@ void carry(std::size_t count, const AffineDisplacement* motions, const Transform
            Vec3* positions, Vec3* normals) {
     constexpr std::size_t step = hn::MaxLanes(wide);
     static_assert(transform_width % step == 0);
-    const auto place =
+    const auto entry_offsets =
         hn::Mul(hn::Iota(hn::RebindToSigned<decltype(wide)>(), 0),
                 hn::Set(hn::RebindToSigned<decltype(wide)>(), std::int64_t{AffineDisplacement::entry_count}));
     for (std::size_t k = 0; k < count; k += step) {
         const W factor = hn::LoadU(wide, points.factor + k);
         const auto entry = [&](std::size_t e) HWY_ATTR {
-            return hn::Mul(hn::GatherIndex(wide, motions[k].entries() + e, place), factor);
+            return hn::Mul(hn::GatherIndex(wide, motions[k].entries() + e, entry_offsets), factor);
         };
         W gradient[3][3], jacobian[3][3], shift[3];
         for (std::size_t c = 0; c < 3; ++c)

@@ -166,7 +166,7 @@ MeshAttributes AttributeTransfer::onto(const SurfaceMesh& surface, const Paralle
     if (attributes_.empty()) return {};
     std::int32_t cut = -1;
     MeshAttributes out = prepared(surface, cut);
-    const RestTriangleTable places(before);
+    const RestTriangleTable table(before);
     parallel.for_chunks(surface.mesh.triangles.size(), 256, [&](std::size_t begin, std::size_t end) {
         std::uint32_t guess = NearestPoint::none;
         for (std::size_t t = begin; t < end; ++t) {
@@ -175,7 +175,7 @@ MeshAttributes AttributeTransfer::onto(const SurfaceMesh& surface, const Paralle
                 continue;
             }
             const std::array<Vec3, 3> rest = rest_corners(surface, t);
-            const std::size_t same = places.find(rest);
+            const std::size_t same = table.find(rest);
             if (same == RestTriangleTable::none) {
                 carry(rest, t, out, guess);
                 continue;

@@ -53,11 +53,11 @@ struct EdgeSide {
     }
 };
 
-EdgeSide side_of(const MeshAttributes& a, const std::vector<std::uint32_t>& place, const Triangle& triangle,
-                 std::size_t t, std::size_t k) {
+EdgeSide side_of(const MeshAttributes& a, const std::vector<std::uint32_t>& first_vertex,
+                 const Triangle& triangle, std::size_t t, std::size_t k) {
     std::array<std::size_t, 2> ends = {k, (k + 1) % 3};
-    if (place[triangle[ends[1]]] < place[triangle[ends[0]]]) std::swap(ends[0], ends[1]);
-    EdgeSide side{.vertices = {place[triangle[ends[0]]], place[triangle[ends[1]]]}};
+    if (first_vertex[triangle[ends[1]]] < first_vertex[triangle[ends[0]]]) std::swap(ends[0], ends[1]);
+    EdgeSide side{.vertices = {first_vertex[triangle[ends[0]]], first_vertex[triangle[ends[1]]]}};
     std::size_t at = 0;
     for (const std::size_t end : ends) {
         if (!a.corner_uv.empty())
@@ -86,12 +86,12 @@ void MeshAttributes::append(std::size_t own_triangles, const MeshAttributes& oth
 }
 
 std::vector<std::int32_t> attribute_charts(const TriangleMesh& mesh, const MeshAttributes& attributes) {
-    const std::vector<std::uint32_t> place = first_with_position(mesh.positions);
+    const std::vector<std::uint32_t> first_vertex = first_with_position(mesh.positions);
     std::vector<EdgeSide> sides;
     sides.reserve(3 * mesh.triangles.size());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         for (std::size_t k = 0; k < 3; ++k)
-            sides.push_back(side_of(attributes, place, mesh.triangles[t], t, k));
+            sides.push_back(side_of(attributes, first_vertex, mesh.triangles[t], t, k));
     std::sort(sides.begin(), sides.end());
     DisjointSets sets(mesh.triangles.size());
     for (std::size_t i = 1; i < sides.size(); ++i)

@@ -132,7 +132,7 @@ bool is_closed(const TriangleMesh& mesh) {
 
 namespace {
 
-std::uint64_t hash_of_place(const Vec3& p) {
+std::uint64_t hash_of_position(const Vec3& p) {
     std::uint64_t hash = 0x9e3779b97f4a7c15ULL;
     for (int axis = 0; axis < 3; ++axis) {
         const double value = p[axis] + 0.0;  // -0 becomes 0
@@ -152,7 +152,7 @@ std::vector<std::uint32_t> first_with_same_position(const std::vector<Vec3>& pos
             first[v] = v;
             continue;
         }
-        std::size_t at = hash_of_place(positions[v]) & (size - 1);
+        std::size_t at = hash_of_position(positions[v]) & (size - 1);
         while (table[at] != UINT32_MAX && positions[table[at]] != positions[v]) at = (at + 1) & (size - 1);
         if (table[at] == UINT32_MAX) table[at] = v;
         first[v] = table[at];

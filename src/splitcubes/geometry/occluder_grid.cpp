@@ -74,15 +74,15 @@ std::size_t OccluderGrid::slot_of(std::uint64_t key) const {
     return slot;
 }
 
-const OccluderGrid::Brick* OccluderGrid::find_brick(const Vec3i& place) const {
-    const std::size_t word = word_of(place);
+const OccluderGrid::Brick* OccluderGrid::find_brick(const Vec3i& coordinates) const {
+    const std::size_t word = word_of(coordinates);
     const std::uint32_t number =
-        word < brick_indices_.size() ? brick_indices_[word] : table_[slot_of(key_of(place))];
+        word < brick_indices_.size() ? brick_indices_[word] : table_[slot_of(key_of(coordinates))];
     return number == 0 ? nullptr : &bricks_[number - 1];
 }
 
-std::size_t OccluderGrid::make_brick(const Vec3i& place) {
-    const std::uint64_t key = key_of(place);
+std::size_t OccluderGrid::make_brick(const Vec3i& coordinates) {
+    const std::uint64_t key = key_of(coordinates);
     if (const std::uint32_t number = table_[slot_of(key)]; number != 0) return number - 1;
     if (2 * (bricks_.size() + 1) > table_.size()) {
         table_.assign(2 * table_.size(), 0);
@@ -93,9 +93,9 @@ std::size_t OccluderGrid::make_brick(const Vec3i& place) {
     bricks_.emplace_back();
     bricks_.back().key = key;
     bricks_.back().packed =
-        PackedTriangles(origin_ + cell_size_ * (4 * place.cast<double>() + Vec3::Constant(2)));
+        PackedTriangles(origin_ + cell_size_ * (4 * coordinates.cast<double>() + Vec3::Constant(2)));
     table_[slot] = static_cast<std::uint32_t>(bricks_.size());
-    if (const std::size_t word = word_of(place); word < brick_indices_.size())
+    if (const std::size_t word = word_of(coordinates); word < brick_indices_.size())
         brick_indices_[word] = table_[slot];
     return bricks_.size() - 1;
 }
@@ -270,7 +270,7 @@ void OccluderGrid::rebuild(Brick& brick, std::span<const std::uint64_t> owners,
     brick.first = first;
     brick.refs = std::move(refs);
     lay_lanes(brick);
-    if (const std::size_t word = word_of(place_of(brick.key)); word < words_.size())
+    if (const std::size_t word = word_of(coordinates_of(brick.key)); word < words_.size())
         words_[word] = brick.occupied;
 }
 
@@ -299,8 +299,8 @@ std::vector<const OccluderGrid::Brick*> OccluderGrid::sorted_bricks(const Vec3i&
                                                                     const Vec3i& last) const {
     std::vector<const Brick*> out;
     for (const Brick& brick : bricks_) {
-        const Vec3i place = place_of(brick.key);
-        if ((place.array() >= first.array()).all() && (place.array() <= last.array()).all())
+        const Vec3i coordinates = coordinates_of(brick.key);
+        if ((coordinates.array() >= first.array()).all() && (coordinates.array() <= last.array()).all())
             out.push_back(&brick);
     }
     std::sort(out.begin(), out.end(), [](const Brick* a, const Brick* b) { return a->key < b->key; });

@@ -156,11 +156,11 @@ class OccluderGrid {
 
     // Keys order positions by z, then y, then x: 21 bits each.
     static constexpr int key_bias = 1 << 20;
-    static std::uint64_t key_of(const Vec3i& place) {
-        const auto part = [&](int axis) { return static_cast<std::uint64_t>(place[axis] + key_bias); };
+    static std::uint64_t key_of(const Vec3i& coordinates) {
+        const auto part = [&](int axis) { return static_cast<std::uint64_t>(coordinates[axis] + key_bias); };
         return part(2) << 42 | part(1) << 21 | part(0);
     }
-    static Vec3i place_of(std::uint64_t key) {
+    static Vec3i coordinates_of(std::uint64_t key) {
         const auto part = [&](int shift) { return static_cast<int>(key >> shift & 0x1fffff) - key_bias; };
         return {part(0), part(21), part(42)};
     }
@@ -190,8 +190,8 @@ class OccluderGrid {
     }
     bool is_clear(const Vec3i& low, const Vec3i& high) const;
     std::size_t slot_of(std::uint64_t key) const;
-    const Brick* find_brick(const Vec3i& place) const;
-    std::size_t make_brick(const Vec3i& place);
+    const Brick* find_brick(const Vec3i& coordinates) const;
+    std::size_t make_brick(const Vec3i& coordinates);
     std::uint32_t store(const OccluderTriangle& triangle);
     void pack(Brick& brick, const Vec3i& cell, std::uint32_t id);
     template <class Use>
@@ -214,7 +214,7 @@ class OccluderGrid {
     std::uint32_t blocker_in(const Brick& brick, std::uint32_t local, std::uint32_t seen, Walk& walk) const;
     Box walk_box(const Vec3& a, const Vec3& b) const;
     template <class Use>
-    void visit_brick(const Brick& brick, const Vec3i& place, const Vec3i& low, const Vec3i& high,
+    void visit_brick(const Brick& brick, const Vec3i& coordinates, const Vec3i& low, const Vec3i& high,
                      const RoughBox& rough, const Box& box, const Use& use) const;
 
     Vec3 origin_;       // m, rest space
@@ -237,11 +237,13 @@ class OccluderGrid {
 };
 
 template <class Use>
-void OccluderGrid::visit_brick(const Brick& brick, const Vec3i& place, const Vec3i& low, const Vec3i& high,
-                               const RoughBox& rough, const Box& box, const Use& use) const {
-    for (std::uint64_t cells = brick.occupied & range_mask(place, low, high); cells; cells &= cells - 1) {
+void OccluderGrid::visit_brick(const Brick& brick, const Vec3i& coordinates, const Vec3i& low,
+                               const Vec3i& high, const RoughBox& rough, const Box& box,
+                               const Use& use) const {
+    for (std::uint64_t cells = brick.occupied & range_mask(coordinates, low, high); cells;
+         cells &= cells - 1) {
         const int local = std::countr_zero(cells);
-        const Vec3i cell = place * 4 + Vec3i(local & 3, local >> 2 & 3, local >> 4);
+        const Vec3i cell = coordinates * 4 + Vec3i(local & 3, local >> 2 & 3, local >> 4);
         // The first of a triangle's cells in the range reports it.
         std::uint32_t seen = 0;
         for (int axis = 0; axis < 3; ++axis) seen |= std::uint32_t{cell[axis] > low[axis]} << axis;
@@ -265,7 +267,7 @@ void OccluderGrid::visit(const Box& box, const Use& use) const {
     const Vec3i first = brick_of(low), last = brick_of(high);
     if ((last - first + Vec3i::Ones()).cast<double>().prod() > static_cast<double>(bricks_.size())) {
         for (const Brick* brick : sorted_bricks(first, last))
-            visit_brick(*brick, place_of(brick->key), low, high, rough, box, use);
+            visit_brick(*brick, coordinates_of(brick->key), low, high, rough, box, use);
         return;
     }
     for (int z = first[2]; z <= last[2]; ++z)

@@ -73,7 +73,7 @@ class MeshDistance : public SignedDistance {
         const NearestPoint nearest(mesh);
         const WindingNumber winding(mesh);
         parallel.for_each(values_.size(), 256, [&](std::size_t k) {
-            const Vec3 point = origin_ + cell_ * place_of(k).cast<double>();
+            const Vec3 point = origin_ + cell_ * coordinates_of(k).cast<double>();
             const double distance = nearest.at({point}).distance;
             const WindingNumber::Estimate quick = winding.quick_at(point);
             const bool is_clear = std::abs(quick.value - 0.5) > quick.tolerance;
@@ -88,9 +88,9 @@ class MeshDistance : public SignedDistance {
     Sample at(const Vec3& point) const override {
         const Vec3 last = (count_ - Vec3i::Ones()).cast<double>();
         const Vec3 wanted = (point - origin_) / cell_;
-        const Vec3 place = wanted.cwiseMax(0.0).cwiseMin(last);
-        const Vec3i base = place.array().floor().cast<int>().matrix().cwiseMin(count_ - Vec3i::Constant(2));
-        const Vec3 t = place - base.cast<double>();
+        const Vec3 clamped = wanted.cwiseMax(0.0).cwiseMin(last);
+        const Vec3i base = clamped.array().floor().cast<int>().matrix().cwiseMin(count_ - Vec3i::Constant(2));
+        const Vec3 t = clamped - base.cast<double>();
         double value = 0;
         Vec3 gradient = Vec3::Zero();
         for (int corner = 0; corner < 8; ++corner) {
@@ -104,7 +104,7 @@ class MeshDistance : public SignedDistance {
         const double length = gradient.norm();
         const Vec3 normal = length > 0 ? Vec3(gradient / length) : Vec3(Vec3::UnitZ());
         // Outside the grid the distance is at least that to the grid's rim, and the rim's value less that.
-        const double outside = cell_ * (wanted - place).norm();
+        const double outside = cell_ * (wanted - clamped).norm();
         return {outside > 0 ? std::max(outside, value - outside) : value, normal};
     }
     // Between nodes each axis has a slope of up to 1; outside the grid the distance to the rim adds
@@ -115,7 +115,7 @@ class MeshDistance : public SignedDistance {
     std::size_t index_of(const Vec3i& at) const {
         return static_cast<std::size_t>((at[2] * count_[1] + at[1]) * count_[0] + at[0]);
     }
-    Vec3i place_of(std::size_t k) const {
+    Vec3i coordinates_of(std::size_t k) const {
         const int i = static_cast<int>(k);
         return {i % count_[0], i / count_[0] % count_[1], i / (count_[0] * count_[1])};
     }

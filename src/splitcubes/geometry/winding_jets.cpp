@@ -344,18 +344,18 @@ double WindingTriangles::near(const Vec3& center, double radius, double gap, Win
     const auto limit = static_cast<float>(radius + gap);
     kept.ids_.clear();
     double sum = 0;
-    thread_local std::vector<std::uint32_t> places;
-    places.clear();
+    thread_local std::vector<std::uint32_t> indices;
+    indices.clear();
     for (std::size_t t = 0; t < size(); ++t) {
         if (distances[t] < limit)
-            places.push_back(static_cast<std::uint32_t>(t));
+            indices.push_back(static_cast<std::uint32_t>(t));
         else
             sum += static_cast<double>(bounds[t]);
     }
-    for (const std::uint32_t t : places) kept.ids_.push_back(ids_[t]);
+    for (const std::uint32_t t : indices) kept.ids_.push_back(ids_[t]);
     for (std::size_t k = 0; k < arrays_.size(); ++k) {
-        kept.arrays_[k].resize(places.size() + width);
-        for (std::size_t t = 0; t < places.size(); ++t) kept.arrays_[k][t] = arrays_[k][places[t]];
+        kept.arrays_[k].resize(indices.size() + width);
+        for (std::size_t t = 0; t < indices.size(); ++t) kept.arrays_[k][t] = arrays_[k][indices[t]];
         std::fill(kept.arrays_[k].end() - width, kept.arrays_[k].end(), 0.0f);
     }
     return 1.01 * sum;

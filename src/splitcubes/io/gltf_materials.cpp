@@ -23,7 +23,7 @@ std::string text(const Json& json, const char* key) {
     return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-std::string place_in(const char* list, std::uint64_t index) {
+std::string location_in(const char* list, std::uint64_t index) {
     return std::string(list) + "[" + std::to_string(index) + "]";
 }
 
@@ -51,7 +51,7 @@ GltfMaterials::GltfMaterials(const GltfDocument& document, ReadMeshReport& repor
     : document_(document), report_(report), image_budget_(document.byte_total()) {
     const std::size_t count = document_.element_count("materials");
     for (std::size_t k = 0; k < count; ++k) {
-        const std::string where = place_in("materials", k);
+        const std::string where = location_in("materials", k);
         const Json& json = document_.element("materials", k, where);
         Material material{.name = text(json, "name"), .colour = {1, 1, 1, 1}, .texture = {}, .image = {}};
         if (material.name.empty()) material.name = "material " + std::to_string(k);
@@ -81,7 +81,7 @@ void GltfMaterials::read_texture(const Json& info, const std::string& where, Mat
     if (!index) return;
     const Json& texture = document_.element("textures", *index, where);
     // Without a source the picture is in a format of an extension.
-    if (const auto source = document_.count(texture, "source", place_in("textures", *index)))
+    if (const auto source = document_.count(texture, "source", location_in("textures", *index)))
         read_image(*source, where, material);
     else
         ++dropped_;
@@ -89,7 +89,7 @@ void GltfMaterials::read_texture(const Json& info, const std::string& where, Mat
 
 void GltfMaterials::read_image(std::uint64_t index, const std::string& where, Material& material) {
     const Json& image = document_.element("images", index, where);
-    const std::string own = place_in("images", index);
+    const std::string own = location_in("images", index);
     const std::string uri = text(image, "uri");
     if (const auto view = document_.count(image, "bufferView", own)) {
         keep_image(image, index, document_.view(*view, own), text(image, "mimeType"), material);

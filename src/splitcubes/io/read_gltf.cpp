@@ -192,11 +192,11 @@ class GltfReader {
         // surface closed that only its materials divide.
         std::map<std::uint64_t, std::uint32_t> first_vertex_of_accessor;
         for (std::size_t p = 0; p < primitives->size(); ++p) {
-            const std::string place = where + ".primitives[" + std::to_string(p) + "]";
-            spend(1, place);
+            const std::string location = where + ".primitives[" + std::to_string(p) + "]";
+            spend(1, location);
             const Json& primitive = (*primitives)[p];
-            if (!primitive.is_object()) document_.fail(place, "is no object", "the file is damaged");
-            add_primitive(primitive, place, world_from_mesh, first_vertex_of_accessor);
+            if (!primitive.is_object()) document_.fail(location, "is no object", "the file is damaged");
+            add_primitive(primitive, location, world_from_mesh, first_vertex_of_accessor);
         }
     }
 

@@ -28,7 +28,7 @@ LatticeNodeMotion::LatticeNodeMotion(const splitting::NodeGrid& grid, const std:
     : NodeMotion(grid.bricks()), nodes_(nodes), node_index_(grid.bricks()) {
     deformation::NodeSet set;
     set.rest = grid.rest();
-    set.place = nodes_;
+    set.coordinates = nodes_;
     set.velocity = initial.velocity;
     set.angular_velocity = initial.angular_velocity;
     set.mass = initial.mass;

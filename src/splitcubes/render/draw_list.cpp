@@ -97,9 +97,9 @@ Color rgb_from_hsv(const Vec3& hsv) {
 /// Returns the palette's colour for piece 0; the hues of the others spread over +-step by the golden ratio
 /// sequence, in which neighbours differ much.
 Color piece_color(const SurfacePalette& palette, std::int32_t piece) {
-    if (piece <= 0) return palette.skin;
+    if (piece <= 0) return palette.boundary;
     const double fraction = std::fmod(piece * 0.6180339887498949 + 0.25, 1.0);
-    Vec3 hsv = hsv_from_rgb(palette.skin);
+    Vec3 hsv = hsv_from_rgb(palette.boundary);
     hsv.x() += palette.piece_hue_step * (2 * fraction - 1);
     return rgb_from_hsv(hsv);
 }

@@ -48,12 +48,12 @@ struct DrawList {
 
 /// Colours of a body's surface.
 struct SurfacePalette {
-    Color skin = Color(0.90, 0.74, 0.62);  // boundary faces of piece 0
-    Color cut = Color(0.84, 0.20, 0.13);   // cut faces
-    Color line = Color(0.36, 0.10, 0.08);  // rim of a cut
-    double line_width = 1.6;               // as LineSet::width; 0 draws no rim
-    double piece_hue_step = 14.0;          // degrees, maximum hue difference of a piece
-    double crease_degrees = 35.0;          // sharper edges are shaded sharp
+    Color boundary = Color(0.90, 0.74, 0.62);  // boundary faces of piece 0
+    Color cut = Color(0.84, 0.20, 0.13);       // cut faces
+    Color line = Color(0.36, 0.10, 0.08);      // rim of a cut
+    double line_width = 1.6;                   // as LineSet::width; 0 draws no rim
+    double piece_hue_step = 14.0;              // degrees, maximum hue difference of a piece
+    double crease_degrees = 35.0;              // sharper edges are shaded sharp
 };
 
 /// Appends a surface. Boundary faces have the colours of their vertices and materials; if they have none, or

@@ -19,8 +19,8 @@ bool is_digit(char c) {
 /// Scans a JSON text once. With a target path it records the line of the deepest value on that path.
 class Scanner {
   public:
-    Scanner(std::string_view text, const std::string& name, int max_depth, bool with_place)
-        : text_(text), name_(name), max_depth_(max_depth), with_place_(with_place) {}
+    Scanner(std::string_view text, const std::string& name, int max_depth, bool with_location)
+        : text_(text), name_(name), max_depth_(max_depth), with_location_(with_location) {}
 
     void scan(const JsonPath* target) {
         target_ = target;
@@ -39,7 +39,7 @@ class Scanner {
   private:
     [[noreturn]] void fail(const std::string& problem, const std::string& remedy) const {
         throw InputError(
-            with_place_ ? name_ + ":" + std::to_string(line_) + ":" + std::to_string(column()) : name_,
+            with_location_ ? name_ + ":" + std::to_string(line_) + ":" + std::to_string(column()) : name_,
             problem, remedy);
     }
     // Counts UTF-8 characters: all bytes except continuation bytes.
@@ -365,7 +365,7 @@ class Scanner {
     std::string_view text_;
     const std::string& name_;
     int max_depth_;
-    bool with_place_;
+    bool with_location_;
     std::vector<UnrepresentableNumber>* unheld_ = nullptr;
     JsonPath path_;  // path of the current value, tracked while numbers are collected
     // Bytes of parsed values besides the characters of texts, allocator overhead included.
@@ -379,9 +379,9 @@ class Scanner {
 
 }  // namespace
 
-void check_json(std::string_view text, const std::string& name, int max_depth, bool with_place,
+void check_json(std::string_view text, const std::string& name, int max_depth, bool with_location,
                 std::vector<UnrepresentableNumber>* unheld) {
-    Scanner scanner(text, name, max_depth, with_place);
+    Scanner scanner(text, name, max_depth, with_location);
     scanner.collect_unheld(unheld);
     scanner.scan(nullptr);
 }

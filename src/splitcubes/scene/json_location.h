@@ -27,9 +27,9 @@ inline constexpr std::size_t max_unrepresentable_paths = 1000;
 /// Checks that the text is one JSON value, with comments allowed: syntax, UTF-8, numbers in the range of
 /// double, at most max_object_keys keys per object, no key twice or longer than max_key_length, nesting of at
 /// most max_depth (the recursion depth). Throws InputError at `name:line:column` (characters, from 1), or at
-/// `name` if the text is not from a file (with_place false). unheld: receives numbers outside the range of
+/// `name` if the text is not from a file (with_location false). unheld: receives numbers outside the range of
 /// double, which are errors otherwise.
-void check_json(std::string_view text, const std::string& name, int max_depth, bool with_place = true,
+void check_json(std::string_view text, const std::string& name, int max_depth, bool with_location = true,
                 std::vector<UnrepresentableNumber>* unheld = nullptr);
 /// Checks a long text in the same way and limits the memory of its parsed values to about max_memory bytes:
 /// an array of two characters takes fifty.

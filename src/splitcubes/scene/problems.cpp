@@ -45,7 +45,7 @@ std::map<std::string, std::size_t> shares_of(const std::vector<const Problem*>& 
 
 }  // namespace
 
-bool Problems::wants_place(const std::string& kind) const {
+bool Problems::wants_location(const std::string& kind) const {
     const auto found = kind_counts_.find(kind);
     return found == kind_counts_.end() || found->second < max_shown;
 }
@@ -77,7 +77,7 @@ void Problems::raise(const std::string& name) const {
         const bool is_last = ++shown_counts[p->kind] == share->second;
         const std::string more =
             is_last && rest > 0 ? " (and " + std::to_string(rest) + " more like it)" : "";
-        lines.emplace_back(p->place, p->problem + more, p->remedy);
+        lines.emplace_back(p->location, p->problem + more, p->remedy);
     }
     for (std::size_t k = 0; k < options_.size() && lines.size() < max_shown; ++k)
         lines.push_back(options_[k]);

@@ -14,8 +14,8 @@ namespace splitcubes::scene {
 
 /// One line of a message: `place: problem; remedy`.
 struct Problem {
-    std::string place;  // file:line, or the option that gave the value
-    int line = 0;       // of the file; 0: of an option
+    std::string location;  // file:line, or the option that gave the value
+    int line = 0;          // of the file; 0: of an option
     std::string problem, remedy;
     JsonPath path;  // of the value; for a missing key: where it would be
     /// For an unknown key without a similar known one: the missing key that it may be intended as.
@@ -36,7 +36,7 @@ class Problems {
 
     bool full() const { return held_.size() >= max_held || placed_count_ >= max_placed; }
     /// Returns whether the line of one more problem of the kind is needed.
-    bool wants_place(const std::string& kind) const;
+    bool wants_location(const std::string& kind) const;
     Problem* add(Problem problem);
     /// Adds the problem of an option that could not be applied.
     void add_option(const InputError& error);

@@ -82,17 +82,17 @@ Problem* Source::note(const JsonPath& about, const JsonPath& where, const std::s
     Problem out{"", 0, problem, remedy, about};
     out.kind = kind_of(like.empty() ? about : like) + '\n' + remedy;
     if (const Override* origin = override_of(where)) {
-        out.place = origin->option;
-    } else if (!problems.wants_place(out.kind)) {
+        out.location = origin->option;
+    } else if (!problems.wants_location(out.kind)) {
         out.unplaced = true;
     } else {
         out.line = line_of(text, where);
-        out.place = name + ":" + std::to_string(out.line);
+        out.location = name + ":" + std::to_string(out.line);
         // The fault of an object may come from an override of one of its parts.
         const auto part = std::find_if(overrides.begin(), overrides.end(), [&](const Override& o) {
             return !where.empty() && is_within(o.path, where);
         });
-        if (part != overrides.end()) out.place += " with " + part->option;
+        if (part != overrides.end()) out.location += " with " + part->option;
     }
     return problems.add(std::move(out));
 }

@@ -24,7 +24,7 @@ constexpr std::string_view any_format = "splitcubes recording ";
 // Key of a track for each kind of driven object, in the order of body::Driven.
 const std::vector<std::string_view> driven_keys = {"tool", "constraint", "handle", "collider"};
 
-std::string places_text(const SampledMotion& motion) {
+std::string poses_text(const SampledMotion& motion) {
     std::string out;
     for (const Isometry& frame : motion.frames()) {
         Json numbers = Json::array();
@@ -38,10 +38,10 @@ std::string places_text(const SampledMotion& motion) {
 std::string track_text(const body::MotionTrack& track) {
     return "    {\"" + std::string(driven_keys[static_cast<std::size_t>(track.driven)]) +
            "\": " + Json(track.name).dump() + ",\n     \"times\": " + Json(track.motion.times()).dump() +
-           ",\n     \"places\": [" + places_text(track.motion) + "]}";
+           ",\n     \"places\": [" + poses_text(track.motion) + "]}";
 }
 
-Isometry read_place(const Value& value) {
+Isometry read_pose(const Value& value) {
     const std::vector<Value> numbers = value.elements(12, 12);
     Isometry out = Isometry::Identity();
     if (numbers.empty()) return out;
@@ -73,24 +73,24 @@ body::MotionTrack read_track(const Value& value, double end) {
     if (name.sound() && (out.name.empty() || out.name.size() > RecordingLimits::name_length))
         name.fail("has " + std::to_string(out.name.size()) + " bytes",
                   "give a name of 1 to " + std::to_string(RecordingLimits::name_length) + " bytes");
-    const Value times = object.at("times"), places = object.at("places");
+    const Value times = object.at("times"), poses = object.at("places");
     const std::size_t count = times.element_count(1, RecordingLimits::samples);
-    const std::size_t place_count = places.element_count(1, RecordingLimits::samples);
-    if (count == 0 || place_count == 0) return out;
-    if (count != place_count) {
-        places.fail("has " + std::to_string(place_count) + " elements, times has " + std::to_string(count),
-                    "give a place for each time");
+    const std::size_t pose_count = poses.element_count(1, RecordingLimits::samples);
+    if (count == 0 || pose_count == 0) return out;
+    if (count != pose_count) {
+        poses.fail("has " + std::to_string(pose_count) + " elements, times has " + std::to_string(count),
+                   "give a place for each time");
         return out;
     }
     for (std::size_t k = 0; k < count; ++k) {
-        const Value when = times.element(k), where = places.element(k);
+        const Value when = times.element(k), where = poses.element(k);
         const double time = when.number(any_time);
-        const Isometry place = read_place(where);
+        const Isometry pose = read_pose(where);
         if (when.sound() && !out.motion.empty() && !(time > out.motion.times().back()))
             when.fail("does not come after the one before it", "order times");
         if (when.sound() && time > end) when.fail("comes after the end of the recorded run", "take it out");
         if (when.sound() && where.sound())
-            out.motion.add(time, place);
+            out.motion.add(time, pose);
         else if (is_long(value.source()))
             return out;
     }

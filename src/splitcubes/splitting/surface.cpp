@@ -141,7 +141,7 @@ std::uint32_t Surface::cell_at(const Vec3i& node) {
         slot = static_cast<std::int32_t>(cells_.size());
         slots_.set(node, cell_channel, slot);
         SurfaceCell& cell = cells_.emplace_back();
-        cell.place = node;
+        cell.lowest_node = node;
         cell.centre.fill(-1);
         cell.face.fill(-1);
         cell.node.fill(-1);
@@ -171,7 +171,7 @@ std::uint32_t Surface::new_vertex(VertexKind kind, const Vec3i& node, int axis, 
     }
     SurfaceVertex& v = vertices_[index];
     v.kind = kind;
-    v.place = node;
+    v.lowest_node = node;
     v.axis = static_cast<std::uint8_t>(axis);
     v.instance = static_cast<std::uint8_t>(instance);
     ++alive_count_;
@@ -186,7 +186,7 @@ void Surface::set_nodes(SurfaceVertex& vertex, std::uint32_t cell, unsigned corn
     for (; corners != 0; corners &= corners - 1) {
         const auto c = static_cast<std::size_t>(std::countr_zero(corners));
         if (at.node[c] >= 0) continue;
-        const Vec3i node = corner_node(at.place, static_cast<int>(c));
+        const Vec3i node = corner_node(at.lowest_node, static_cast<int>(c));
         at.node[c] = slots_.get(node, node_channel);
         if (at.node[c] >= 0) continue;
         at.node[c] = static_cast<std::int32_t>(nodes_.size());
@@ -242,7 +242,7 @@ void Surface::update_face(const NodeGrid& grid, int face, const CellContext& con
     if (mask == 0) return;
     const auto f = static_cast<std::size_t>(face);
     const int axis = face_axis(face);
-    if (cell.face[f] < 0) cell.face[f] = face_at(face_node(cell.place, face), axis);
+    if (cell.face[f] < 0) cell.face[f] = face_at(face_node(cell.lowest_node, face), axis);
     Face& record = faces_[static_cast<std::size_t>(cell.face[f])];
     if (record.mask == mask) return;
     record.mask = static_cast<std::uint8_t>(mask);
@@ -263,7 +263,7 @@ void Surface::update_face(const NodeGrid& grid, int face, const CellContext& con
 
 void Surface::update_face_vertices(const NodeGrid& grid, int face, Face& record, const CellContext& context,
                                    const std::array<const Crossing*, 4>& crossings) {
-    const Vec3i node = face_node(cells_[context.cell].place, face);
+    const Vec3i node = face_node(cells_[context.cell].lowest_node, face);
     const int axis = face_axis(face);
     const FaceConfiguration& configuration = context.table.face(record.mask);
     for (int instance = 0; instance < 4; ++instance) {
@@ -315,7 +315,7 @@ void Surface::settle_faces(const NodeGrid& grid, std::uint32_t cell) {
         if (slot < 0) continue;
         Face& record = faces_[static_cast<std::size_t>(slot)];
         if (record.smooth) continue;
-        const Vec3i node = face_node(cells_[cell].place, face);
+        const Vec3i node = face_node(cells_[cell].lowest_node, face);
         Vec3i below = node;
         --below[axis];
         if (below[axis] < 0) continue;  // a face on the grid's rim has only one cell
@@ -402,9 +402,9 @@ void Surface::update_fans(const NodeGrid& grid, const CellContext& context) {
         if (!(cell.inside >> configuration.fan_corner[fan] & 1U)) continue;
         if (cell.centre[fan] < 0)
             cell.centre[fan] =
-                static_cast<std::int32_t>(new_vertex(VertexKind::centre, cell.place, 0, names[fan]));
+                static_cast<std::int32_t>(new_vertex(VertexKind::centre, cell.lowest_node, 0, names[fan]));
         SurfaceVertex& v = vertices_[static_cast<std::size_t>(cell.centre[fan])];
-        v.rest = grid.rest().origin + grid.rest().cell_size * (cell.place.cast<double>() +
+        v.rest = grid.rest().origin + grid.rest().cell_size * (cell.lowest_node.cast<double>() +
                                                                positions[configuration.fan_group[fan]]);
         set_nodes(v, context.cell, configuration.fan_corners[fan]);
     }
@@ -458,7 +458,7 @@ void Surface::reserve_quads(SurfaceCell& cell, std::size_t count) {
 void Surface::update_cell(const NodeGrid& grid, std::uint32_t index) {
     SurfaceCell& cell = cells_[index];
     const Table& table = Table::get();
-    const CellEdges edges = grid.cell_edges(cell.place);
+    const CellEdges edges = grid.cell_edges(cell.lowest_node);
     cell.mask = edges.mask;
     cell.inside = edges.inside;
     const CellContext context{index, edges, table, table.cell(edges.mask)};

@@ -24,7 +24,7 @@ enum class VertexKind : std::uint8_t { edge = 0, face = 1, centre = 2 };
 struct SurfaceVertex {
     Vec3 rest;             // m, rest space
     Vec3f normal;          // unit, outward, rest space: mean over its quads
-    Vec3i place;           // lower node of the edge, face or cell
+    Vec3i lowest_node;     // lower node of the edge, face or cell
     std::uint32_t cell;    // a cell that it lies in or on; its corners move the vertex
     std::uint8_t corners;  // bit c: corner c of that cell moves it; 0: unused
     VertexKind kind;
@@ -49,7 +49,7 @@ struct SurfaceQuad {
 };
 
 struct SurfaceCell {
-    Vec3i place;  // lowest corner's node
+    Vec3i lowest_node;  // lowest corner's node
     CellMask mask = 0;
     std::uint8_t inside = 0;  // bit c: corner c is inside
     std::uint8_t quad_count = 0;
@@ -166,7 +166,7 @@ double Surface::visit_influences(const RestGrid& rest, const SurfaceVertex& vert
     }
     // Scalars instead of vectors: storing and reloading a vector of three in parts of another size stalls.
     const auto along = [&](int axis) {
-        const double at = (vertex.rest[axis] - rest.origin[axis]) / rest.cell_size - cell.place[axis];
+        const double at = (vertex.rest[axis] - rest.origin[axis]) / rest.cell_size - cell.lowest_node[axis];
         return std::min(std::max(at, inset), 1 - inset);
     };
     const double x = along(0), y = along(1), z = along(2);

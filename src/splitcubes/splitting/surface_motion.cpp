@@ -69,7 +69,7 @@ class VertexBlock {
         const SurfaceVertex& later =
             vertices[std::min(i + tuning::surface::cells_ahead, vertices.size() - 1)];
         const SurfaceCell& cell = surface.cells()[later.cell];
-        prefetch(&cell.place);
+        prefetch(&cell.lowest_node);
         prefetch(&cell.node.back());
     }
 

@@ -43,7 +43,7 @@ std::uint64_t bits_of(double value) {
 }
 
 std::uint64_t name_of(const SurfaceVertex& v) {
-    return edge_id({v.place, v.axis}) << 12 | static_cast<std::uint64_t>(v.kind) << 8 | v.instance;
+    return edge_id({v.lowest_node, v.axis}) << 12 | static_cast<std::uint64_t>(v.kind) << 8 | v.instance;
 }
 
 }  // namespace

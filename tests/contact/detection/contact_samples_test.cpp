@@ -31,7 +31,7 @@ std::vector<std::pair<std::uint32_t, std::int32_t>> reference_list(const Body& b
         int axis = 0;
         vertex.normal.cwiseAbs().maxCoeff(&axis);
         const int direction = 2 * axis + (vertex.normal[axis] < 0);
-        const Vec3i box = vertex.place / std::max(side, 1);
+        const Vec3i box = vertex.lowest_node / std::max(side, 1);
         if (seen.insert({box[0], box[1], box[2], piece, direction}).second) out.emplace_back(v, piece);
     }
     return out;
@@ -83,7 +83,7 @@ TEST(ContactSamples, PushOncePerSpacingOnFlatFacesAndPerNormalElsewhere) {
         const splitting::SurfaceVertex& vertex = vertices[point.vertex];
         int axis = 0;
         vertex.normal.cwiseAbs().maxCoeff(&axis);
-        const Vec3i box = vertex.place / 3;
+        const Vec3i box = vertex.lowest_node / 3;
         return std::tuple{box[0], box[1], box[2], point.piece, 2 * axis + (vertex.normal[axis] < 0)};
     };
     for (const ContactSample& point : body.contact_samples())
@@ -149,7 +149,7 @@ TEST(ContactSamples, OneSamplePerSpacingSearchesOnRoughCutFaces) {
         const ContactSample& delegate = sample_of.at(point.face_delegate);
         EXPECT_TRUE(delegate.pushes() && delegate.face_delegate == delegate.vertex &&
                     delegate.piece == point.piece);
-        EXPECT_EQ(vertices[delegate.vertex].place / 3, vertex.place / 3) << "in the same box";
+        EXPECT_EQ(vertices[delegate.vertex].lowest_node / 3, vertex.lowest_node / 3) << "in the same box";
         EXPECT_GT(vertices[delegate.vertex].normal.normalized().dot(vertex.normal.normalized()), 0);
         pushed += is_cut_face;
         searching += is_cut_face && point.face_delegate == point.vertex && point.opposite == point.vertex;
@@ -158,7 +158,7 @@ TEST(ContactSamples, OneSamplePerSpacingSearchesOnRoughCutFaces) {
         const ContactSample& opposite = sample_of.at(point.opposite);
         EXPECT_EQ(opposite.opposite, opposite.vertex);
         EXPECT_TRUE(point.face_delegate == point.vertex && opposite.face_delegate == opposite.vertex);
-        EXPECT_EQ(vertices[opposite.vertex].place, vertex.place);
+        EXPECT_EQ(vertices[opposite.vertex].lowest_node, vertex.lowest_node);
         EXPECT_EQ(vertices[opposite.vertex].corners & vertex.corners, 0) << "on the opposite cut face";
     }
     EXPECT_GT(pushed, 800U);

@@ -175,7 +175,7 @@ HandleId Session::add_handle(HandleEntry entry) {
 }
 
 void Session::remove_handle(HandleId id) {
-    body(things_.handles[id].body).remove_handle(Things::place_in_body(things_.handles, id));
+    body(things_.handles[id].body).remove_handle(Things::index_in_body(things_.handles, id));
     things_.handles.remove(id);
 }
 
@@ -194,7 +194,7 @@ ConstraintId Session::add_constraint(ConstraintEntry entry) {
 }
 
 void Session::remove_constraint(ConstraintId id) {
-    body(things_.constraints[id].body).remove_constraint(Things::place_in_body(things_.constraints, id));
+    body(things_.constraints[id].body).remove_constraint(Things::index_in_body(things_.constraints, id));
     things_.constraints.remove(id);
 }
 

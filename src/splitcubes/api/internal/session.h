@@ -75,11 +75,11 @@ struct Things {
     void continue_after(const Things& other);
     /// The place of a handle or constraint among those of its body.
     template <class List, class Name>
-    static std::size_t place_in_body(const List& list, Name id) {
-        std::size_t place = 0;
+    static std::size_t index_in_body(const List& list, Name id) {
+        std::size_t index = 0;
         const std::size_t position = list.position(id);
-        for (std::size_t k = 0; k < position; ++k) place += list.at(k).body == list.at(position).body;
-        return place;
+        for (std::size_t k = 0; k < position; ++k) index += list.at(k).body == list.at(position).body;
+        return index;
     }
 };
 

@@ -38,7 +38,8 @@ std::uint64_t first_revision() {
 // No two vertices of a surface have the same; not 0.
 std::uint64_t identity_of(const splitting::SurfaceVertex& v) {
     std::uint64_t out = 1;
-    for (int axis = 0; axis < 3; ++axis) out = out << 12 | static_cast<std::uint64_t>(v.place[axis] & 0xfff);
+    for (int axis = 0; axis < 3; ++axis)
+        out = out << 12 | static_cast<std::uint64_t>(v.lowest_node[axis] & 0xfff);
     return ((out << 2 | static_cast<std::uint64_t>(v.kind)) << 2 | v.axis) << 8 | v.instance;
 }
 

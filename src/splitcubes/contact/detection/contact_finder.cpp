@@ -79,11 +79,12 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
 bool ContactFinder::pushes_for(const BodyView& body, std::uint32_t vertex, std::uint32_t pushing,
                                bool same_pieces) {
     const splitting::Surface& surface = body.surface;
-    const splitting::SurfaceVertex &own = surface.vertices()[vertex], &by = surface.vertices()[pushing];
-    if (!by.alive() || same_pieces) return by.alive();
+    const splitting::SurfaceVertex &own = surface.vertices()[vertex],
+                                   &representative = surface.vertices()[pushing];
+    if (!representative.alive() || same_pieces) return representative.alive();
     const splitting::Pieces& pieces = body.pieces;
     return pieces.piece_of(body.grid, surface.influence(own)) ==
-           pieces.piece_of(body.grid, surface.influence(by));
+           pieces.piece_of(body.grid, surface.influence(representative));
 }
 
 // Returns the vertex of the opposite cut face that searches for this sample too, if it still exists after the
@@ -94,7 +95,8 @@ std::uint32_t ContactFinder::opposite_of(const BodyView& body, const ContactSamp
     const splitting::SurfaceVertex &own = surface.vertices()[point.vertex],
                                    &opposite = surface.vertices()[point.opposite];
     const bool is_there =
-        opposite.alive() && opposite.kind == splitting::VertexKind::centre && opposite.place == own.place &&
+        opposite.alive() && opposite.kind == splitting::VertexKind::centre &&
+        opposite.lowest_node == own.lowest_node &&
         body.phyxels.rigid.index(body.pieces.piece_of(body.grid, surface.influence(opposite))) < 0;
     return is_there ? point.opposite : point.vertex;
 }
@@ -138,10 +140,11 @@ void ContactFinder::list_points(const BodyView& body, std::uint32_t body_index, 
             if (body.phyxels.rigid.index(sample.piece) >= 0) continue;
         }
         sample.node = same_place ? old->node : body.dominant_node(point.vertex);
-        const auto pushes = [&](std::uint32_t by) {
-            return by == point.vertex || !pushes_for(body, point.vertex, by, same_nodes);
+        const auto pushes = [&](std::uint32_t representative) {
+            return representative == point.vertex ||
+                   !pushes_for(body, point.vertex, representative, same_nodes);
         };
-        sample.pushes = pushes(point.by);
+        sample.pushes = pushes(point.representative);
         sample.searches_own_body = sample.pushes && pushes(point.face_delegate);
         fresh_.opposite[first + k] = opposite_of(body, point);
         matching_.previous[first + k] = new_sample;

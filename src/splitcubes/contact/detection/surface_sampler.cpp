@@ -101,7 +101,7 @@ void SurfaceSampler::rebuild(const splitting::NodeGrid& grid, const splitting::S
         if (!vertex.alive() || vertex.kind != splitting::VertexKind::centre) return;
         if (vertex.corners == all_corners || !(vertex.normal.cwiseAbs().maxCoeff() > 0)) return;
         found[v / chunk].push_back(
-            {key_of(vertex.place, side, main_direction(vertex.normal)),
+            {key_of(vertex.lowest_node, side, main_direction(vertex.normal)),
              {static_cast<std::uint32_t>(v), pieces.piece_of(grid, surface.influence(vertex)),
               static_cast<std::uint32_t>(v), static_cast<std::uint32_t>(v), static_cast<std::uint32_t>(v)}});
     };
@@ -132,11 +132,12 @@ void SurfaceSampler::choose_active_samples(const splitting::Surface& surface, in
     for (std::uint32_t k = 0; k < samples_.size(); ++k) {
         const splitting::SurfaceVertex& vertex = vertices[samples_[k].vertex];
         const int direction = main_direction(vertex.normal);
-        const std::size_t box = indices.index_of(key_of(vertex.place, side, direction), samples_[k].piece);
+        const std::size_t box =
+            indices.index_of(key_of(vertex.lowest_node, side, direction), samples_[k].piece);
         if (box == first.size()) first.push_back(SampleFace::none);
         const Vec3f normal = vertex.normal.normalized();
         const float square = share_distance(
-            vertex.place, side,
+            vertex.lowest_node, side,
             direction % 2 == 0 ? tuning::samples::preferred_along : tuning::samples::preferred_against);
         std::uint32_t* at = &first[box];
         while (*at != SampleFace::none &&
@@ -155,7 +156,7 @@ void SurfaceSampler::choose_active_samples(const splitting::Surface& surface, in
         }
     }
     for (std::uint32_t k = 0; k < samples_.size(); ++k)
-        samples_[k].by = samples_[faces[face_of[k]].best].vertex;
+        samples_[k].representative = samples_[faces[face_of[k]].best].vertex;
 }
 
 // Chooses which samples of cut faces push on each other. Pushing samples in one cell whose corners are
@@ -174,10 +175,10 @@ void SurfaceSampler::choose_cut_face_samples(const splitting::Surface& surface, 
     for (std::uint32_t k = 0; k < samples_.size(); ++k) {
         if (opposite[k] == SampleFace::none) continue;
         const splitting::SurfaceVertex& vertex = vertices[samples_[k].vertex];
-        const std::size_t box =
-            indices.index_of(key_of(vertex.place, side, main_direction(vertex.normal)), samples_[k].piece);
+        const std::size_t box = indices.index_of(
+            key_of(vertex.lowest_node, side, main_direction(vertex.normal)), samples_[k].piece);
         if (box == first.size()) first.push_back(SampleFace::none);
-        const float square = share_distance(vertex.place, side, 0.5F);
+        const float square = share_distance(vertex.lowest_node, side, 0.5F);
         std::uint32_t index = first[box];
         while (index != SampleFace::none &&
                !(cosine(cut_faces[index].best, k) > tuning::samples::one_cut_face_cosine))
@@ -214,7 +215,7 @@ std::vector<std::uint32_t> SurfaceSampler::opposite_samples(const splitting::Sur
     for (std::uint32_t k = 0; k < samples_.size(); ++k) {
         if (!samples_[k].pushes()) continue;
         const splitting::SurfaceVertex& vertex = vertices[samples_[k].vertex];
-        const std::size_t cell = indices.index_of(key_of(vertex.place, 1, 0), 0);
+        const std::size_t cell = indices.index_of(key_of(vertex.lowest_node, 1, 0), 0);
         if (cell == last.size()) last.push_back(SampleFace::none);
         for (std::uint32_t at = last[cell]; at != SampleFace::none; at = before[at]) {
             if ((vertices[samples_[at].vertex].corners & vertex.corners) != 0) continue;

@@ -18,12 +18,13 @@ namespace splitcubes::body {
 struct ContactSample {
     std::uint32_t vertex;  // of the surface
     std::int32_t piece;
-    std::uint32_t by;  // vertex of the sample that represents it on flat faces; its own if it is active
+    // On flat faces: the vertex of the sample that represents it; its own if it is active.
+    std::uint32_t representative;
     // For contact between two cut faces: the vertex that represents it; and a vertex of the opposite cut
     // face, in the same cell, that represents both while the two nearly coincide. Its own vertex: none.
     std::uint32_t face_delegate, opposite;
 
-    bool pushes() const { return by == vertex; }
+    bool pushes() const { return representative == vertex; }
 };
 
 /// Chooses the contact samples of a surface, about two per phyxel spacing.

@@ -17,17 +17,17 @@ namespace {
 using namespace splitting;
 
 // A tilted bar along z, intact and cut by a slanted plane along z.
-struct SkinBar {
+struct CutBar {
     NodeGrid whole, cut;
     int level = 0;  // layer of grid faces that is drawn
 };
 
-SkinBar make_bar() {
+CutBar make_bar() {
     geometry::TriangleMesh mesh = geometry::make_box(Vec3(9.2, 4.6, 2));
     const Mat3 turn = Eigen::AngleAxisd(0.21, Vec3::UnitZ()).toRotationMatrix();
     for (Vec3& p : mesh.positions) p = turn * p;
     SolidifyReport report;
-    SkinBar bar;
+    CutBar bar;
     bar.whole = solidify(mesh, geometry::grid_around(mesh.bounds(), 1), report, Parallel(1));
     bar.cut = bar.whole;
     cut_with_sheet(bar.cut, geometry::make_plane_sheet(Vec3(0.62, 0, 0), Vec3(1, 0.42, 0), 12), 0);
@@ -61,7 +61,7 @@ class Layer {
 
     const NodeGrid& grid() const { return *grid_; }
     const std::vector<Patch>& patches() const { return patches_; }
-    Vec2 place(const Patch::Point& p) const {
+    Vec2 position_of(const Patch::Point& p) const {
         const Vec3 x =
             p.vertex < 0 ? frame_of(p.node).position : positions_[static_cast<std::size_t>(p.vertex)];
         return {x[0], x[1]};
@@ -89,7 +89,7 @@ class Layer {
 void fill_patches(Svg& svg, const Panel& panel, const Layer& layer) {
     for (const Patch& patch : layer.patches()) {
         std::vector<Vec2> outline;
-        for (const Patch::Point& p : patch.outline) outline.push_back(panel.at(layer.place(p)));
+        for (const Patch::Point& p : patch.outline) outline.push_back(panel.at(layer.position_of(p)));
         const std::string& fill = colours_of(layer.piece_of(patch)).fill;
         svg.polygon(outline, {.fill = fill, .stroke = fill, .width = 0.8});
     }
@@ -99,9 +99,9 @@ void fill_patches(Svg& svg, const Panel& panel, const Layer& layer) {
 void draw_surface(Svg& svg, const Panel& panel, const Layer& layer, const Style& style) {
     for (const Patch& patch : layer.patches()) {
         if (patch.whole) continue;
-        const std::array<Vec2, 3> line{panel.at(layer.place(patch.outline[1])),
-                                       panel.at(layer.place(patch.outline[0])),
-                                       panel.at(layer.place(patch.outline.back()))};
+        const std::array<Vec2, 3> line{panel.at(layer.position_of(patch.outline[1])),
+                                       panel.at(layer.position_of(patch.outline[0])),
+                                       panel.at(layer.position_of(patch.outline.back()))};
         svg.polyline(line, style);
     }
 }
@@ -144,7 +144,7 @@ Vec3i upper_meeting(const Layer& layer) {
     return best;
 }
 
-void draw_skin_marks(Svg& svg, const Panel& panel, const Layer& layer) {
+void draw_boundary_marks(Svg& svg, const Panel& panel, const Layer& layer) {
     for (const Patch& patch : layer.patches()) {
         for (const Crossing& c : crossings_of(layer.grid(), patch.face)) {
             const Vec3 at = layer.grid().crossing_position(c);
@@ -152,13 +152,13 @@ void draw_skin_marks(Svg& svg, const Panel& panel, const Layer& layer) {
         }
         for (const Patch::Point& p : patch.outline)
             if (p.vertex < 0)
-                draw_node(svg, panel.at(layer.place(p)), colours_of(layer.piece_of(patch)).line);
+                draw_node(svg, panel.at(layer.position_of(p)), colours_of(layer.piece_of(patch)).line);
     }
     for (const Patch& patch : layer.patches())
-        if (!patch.whole) draw_face_vertex(svg, panel.at(layer.place(patch.outline[0])), ink);
+        if (!patch.whole) draw_face_vertex(svg, panel.at(layer.position_of(patch.outline[0])), ink);
 }
 
-const Style old_skin{.stroke = "#f5b06a", .width = 7};
+const Style old_boundary{.stroke = "#f5b06a", .width = 7};
 const Style surface_line{.stroke = ink, .width = 1.8};
 
 void draw_zoom(Svg& svg, const Panel& panel, const Layer& old_layer, const Layer& layer, const Vec3i& face,
@@ -166,13 +166,13 @@ void draw_zoom(Svg& svg, const Panel& panel, const Layer& old_layer, const Layer
     const Layer close = layer.near(face, 1);
     fill_patches(svg, panel, close);
     draw_grid(svg, panel, layer.grid().rest(), low, high);
-    draw_surface(svg, panel, old_layer.near(face, 1), old_skin);
+    draw_surface(svg, panel, old_layer.near(face, 1), old_boundary);
     draw_surface(svg, panel, close, surface_line);
-    draw_skin_marks(svg, panel, close);
+    draw_boundary_marks(svg, panel, close);
 }
 
-void draw_skin_legend(Svg& svg, double y) {
-    svg.line({40, y}, {70, y}, old_skin);
+void draw_boundary_legend(Svg& svg, double y) {
+    svg.line({40, y}, {70, y}, old_boundary);
     svg.text({80, y}, "boundary before the cut", Anchor::start);
     svg.line({240, y}, {270, y}, surface_line);
     svg.text({280, y}, "surface after it", Anchor::start);
@@ -186,8 +186,8 @@ void draw_skin_legend(Svg& svg, double y) {
 
 }  // namespace
 
-Svg draw_skin() {
-    const SkinBar bar = make_bar();
+Svg draw_boundary() {
+    const CutBar bar = make_bar();
     const std::vector<geometry::Frame> still(2);
     std::vector<geometry::Frame> apart(2);
     for (std::size_t k = 0; k < 2; ++k) {
@@ -204,7 +204,7 @@ Svg draw_skin() {
     const Panel whole{{190, 165}, 27}, parted{{812, 165}, 27};
     fill_patches(svg, whole, layer);
     draw_grid(svg, whole, rest, {rest.origin[0], rest.origin[1]}, {last[0], last[1]});
-    draw_surface(svg, whole, old_layer, old_skin);
+    draw_surface(svg, whole, old_layer, old_boundary);
     draw_surface(svg, whole, layer, surface_line);
 
     const Vec3i face = upper_meeting(layer);
@@ -222,7 +222,7 @@ Svg draw_skin() {
     svg.text({190, 26}, "at rest", Anchor::middle, 13, ink, true);
     svg.text({494, 26}, "where the cut meets the boundary", Anchor::middle, 13, ink, true);
     svg.text({812, 26}, "the pieces apart", Anchor::middle, 13, ink, true);
-    draw_skin_legend(svg, 308);
+    draw_boundary_legend(svg, 308);
     return svg;
 }
 
