@@ -1,6 +1,5 @@
 #version 330 core
-// What the screen-space passes need to know of each pixel: where its surface
-// faces and how far away it is.
+// Writes the normal and the depth of each pixel for the screen-space passes.
 in vec3 view_position;
 in vec3 view_normal;
 out vec4 surface;  // normal in view space, distance along the view axis

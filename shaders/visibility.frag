@@ -1,5 +1,5 @@
 #version 330 core
-// How much of the sky and of the key light each pixel sees, with noise of a 4 x 4
+// Computes the visible share of the sky and of the key light per pixel, with noise of a 4 x 4
 // period that visibility_blur.frag averages out.
 // Sky: scalable ambient obscurance (McGuire, Mara, Luebke 2012, section 2).
 // Light: percentage-closer soft shadows (Fernando 2005) from a parallel light,

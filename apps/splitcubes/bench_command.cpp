@@ -206,8 +206,8 @@ void check_for_bench(const BenchOptions& options) {
         throw InputError("--plot", problem, "it goes with: validation, criteria");
 }
 
-// Says on standard error what runs, within the first second: tables come when they are whole. What is refused
-// before says only why.
+// Reports on standard error which bench runs, within the first second: tables are printed when they are
+// complete. A refused command prints its reason only.
 class SaysWhatRuns {
   public:
     explicit SaysWhatRuns(std::string line)

@@ -13,7 +13,7 @@
 
 namespace splitcubes::app {
 
-/// What a shell offers as completion of a value.
+/// Completions that a shell offers for a value.
 struct Completion {
     enum class Kind { nothing, files, folders, words };
     Kind kind = Kind::nothing;

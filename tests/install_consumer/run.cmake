@@ -13,7 +13,7 @@ endfunction()
 file(REMOVE_RECURSE ${WORK})
 run("installing (is everything built?)"
   ${CMAKE_COMMAND} --install ${BUILD} --config ${CONFIG} --prefix ${WORK}/prefix)
-# What goes with the program.
+# Manual and completions come with the program.
 if(EXISTS ${WORK}/prefix/bin/splitcubes)
   foreach(file man/man1/splitcubes.1 bash-completion/completions/splitcubes
       zsh/site-functions/_splitcubes fish/vendor_completions.d/splitcubes.fish)

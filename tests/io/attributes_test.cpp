@@ -24,7 +24,7 @@ Model read_obj_text(const std::string& text, ReadMeshReport* report = nullptr) {
     return read_model_from_memory(bytes_of(text), MeshFormat::obj, "the-file", report);
 }
 
-/// What one triangle says, whatever order the file has triangles and vertices in.
+/// Contents of one triangle, independent of the order of triangles and vertices in the file.
 struct Face {
     std::vector<std::array<double, 9>> corners;  // position, uv, colour; from the least on
     std::string material;

@@ -1,4 +1,4 @@
-// What is found of a crowd of triangles is what the sum over all of them says.
+// Results for a soup of triangles equal the sum over all triangles.
 #include <splitcubes/splitting/soup_edges.h>
 
 #include "laws/solids.h"
@@ -81,7 +81,7 @@ TEST(SoupEdges, SayWhatTheSumOverAllSays) {
         EXPECT_TRUE(size < 0.2 || !edges.holes().empty());
         for (const BoundaryCut& cut : edges.holes()) {
             const double w = c.exact(cut.edge.node, cut.edge.axis, cut.parameter);
-            // Where the edge ends in the grid's outermost nodes there need be no such place.
+            // An edge that ends in the grid's outermost nodes need not have such a point.
             if (cut.parameter > 1e-5 && cut.parameter < 1 - 1e-5) {
                 ASSERT_NEAR(w, 0.5, 5e-3);
             }

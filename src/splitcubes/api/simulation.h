@@ -103,8 +103,8 @@ class Simulation {
     void raise_tool(ToolId tool);
     /// Whether it cuts.
     bool is_lowered(ToolId tool) const;
-    /// Removes a tool. Its cuts stay. What it crossed in the last time step is not cut yet: to have that,
-    /// raise it and step once before.
+    /// Removes a tool. Its cuts stay. Edges that it crossed in the last time step are not cut yet: to cut
+    /// them, raise it and step once before.
     void remove_tool(ToolId tool);
     /// In the order in which they were added, as StepResult::tools.
     std::vector<ToolId> tools() const;

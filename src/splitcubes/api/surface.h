@@ -20,7 +20,7 @@ enum class SurfaceOrigin : std::uint8_t {
 ///
 /// Positions and normals are new everywhere after each step. All else is changed only within the change
 /// ranges, which tell what the last step, cut at rest, undo, redo or load did to this body: patching a copy
-/// in these ranges after each of them keeps it equal to the whole. Whoever has missed one sees it by
+/// in these ranges after each of them keeps it equal to the whole. A reader that has missed one sees it by
 /// `revision`, which has then gone up by more than one, and copies everything. Ranges ascend and do not
 /// overlap; they may take in a few slots that did not change. After undo, redo and load they are the whole,
 /// which may be shorter or longer than the copy.

@@ -50,7 +50,7 @@ class GltfDocument {
     std::vector<double> numbers(const Json& object, const char* key, std::size_t length,
                                 const std::string& where) const;
 
-    /// How many elements these two readers give; checked against the bytes that they lie in.
+    /// Return the number of elements of the two readers below; checked against the bytes that they lie in.
     std::size_t vector_count(std::uint64_t accessor, const std::string& user) const;
     std::size_t index_count(std::uint64_t accessor, const std::string& user) const;
     /// VEC3 of any component type, normalized integers mapped to their range (section 3.6.2.2).

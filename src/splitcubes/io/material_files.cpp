@@ -1,4 +1,4 @@
-// What the writers share about materials: names, pictures, colours of vertices.
+// Materials for all writers: names, pictures, colours of vertices.
 #include <splitcubes/io/atomic_file.h>
 #include <splitcubes/io/mesh_writers.h>
 #include <splitcubes/io/write_mesh.h>

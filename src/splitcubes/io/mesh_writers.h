@@ -15,8 +15,8 @@
 
 namespace splitcubes::io {
 
-/// What is written: a surface, and its materials with the textures' names as the
-/// file is to say them.
+/// Input of a writer: a surface, and its materials with the textures' names as they
+/// shall stand in the file.
 struct Output {
     const geometry::SurfaceMesh& surface;
     std::vector<geometry::Material> materials;

@@ -89,7 +89,7 @@ class HeaderReader {
     }
     std::string_view word(std::size_t i) const { return i < words_.size() ? words_[i] : std::string_view(); }
 
-    /// What follows the line's first word.
+    /// Returns the text after the line's first word.
     std::string comment() const {
         if (words_.size() < 2) return {};
         return std::string(line_text_.substr(static_cast<std::size_t>(words_[1].data() - line_text_.data())));

@@ -17,9 +17,8 @@ namespace {
 using geometry::srgb_from_linear;
 using geometry::Triangle;
 
-// How many vertices, corners and primitives may come out for each byte that goes
-// in (a vertex takes twelve): nodes may use a mesh again and again, but a small
-// file must not unfold into all of the memory.
+// Limit on vertices, corners and primitives per byte of the file (a vertex takes twelve): nodes may use a
+// mesh several times, but a small file must not fill the memory.
 constexpr std::size_t elements_per_byte = 8;
 constexpr std::size_t least_budget = std::size_t{1} << 20;
 
@@ -64,7 +63,7 @@ class GltfReader {
     }
 
   private:
-    /// What the corners of a primitive have, by its vertices; empty where it has none.
+    /// Attributes of a primitive, by vertex; empty: the primitive has none.
     struct VertexAttributes {
         std::vector<float> uv;      // two a vertex
         std::vector<float> colour;  // four a vertex, linear

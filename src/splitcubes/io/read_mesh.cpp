@@ -68,7 +68,7 @@ float channel(double value) {
 
 std::string resolved_texture(const std::string& written, const fs::path& folder, const fs::path& mesh_folder,
                              ReadMeshReport& report) {
-    // What programs on Windows wrote. Names on the web stay names.
+    // Programs on Windows write backslashes. Web addresses are no paths and stay.
     std::string name = written;
     std::replace(name.begin(), name.end(), '\\', '/');
     if (folder.empty() || name.empty() || name.find("://") != name.npos || name.find('\0') != name.npos)

@@ -12,7 +12,7 @@
 
 namespace splitcubes::io {
 
-/// What a reader did besides taking what the file says; one line a note.
+/// Repairs and omissions of a reader; one line a note.
 struct ReadMeshReport {
     std::vector<std::string> notes;
     /// Files beside the mesh's own that are there: libraries and buffers that were read, textures that it

@@ -15,7 +15,7 @@ namespace {
 
 using geometry::Material;
 
-/// How many words follow an option of a texture statement; -1 for a word that is no option.
+/// Returns the number of words after an option of a texture statement; -1 for a word that is no option.
 int option_words(std::string_view word) {
     constexpr std::array<std::pair<std::string_view, int>, 9> options = {{{"-blendu", 1},
                                                                           {"-blendv", 1},

@@ -187,7 +187,7 @@ class PlyReader {
         return property.type == PlyType::uint16 ? value / 65535 : value / 255;
     }
 
-    /// Where the value of each property goes, or -1.
+    /// Returns the slot for the value of each property, or -1.
     std::vector<int> vertex_slots(const PlyElement& element) const {
         static const std::pair<const char*, int> names[] = {{"x", 0},
                                                             {"y", 1},
@@ -348,7 +348,7 @@ class PlyReader {
             body_.fail("a face's origin is " + plain_number(value), "it must be 0 (boundary) or 1 (cut)");
         return value == 0 ? Origin::boundary : Origin::cut;
     }
-    // Where a vertex's values lie; x y z come first.
+    // Slots of a vertex's values; x y z come first.
     static constexpr int slot_normal = 3, slot_piece = 6, slot_rest = 7, slot_colour = 10, slot_uv = 14,
                          slot_count = 16;
 

@@ -25,7 +25,7 @@ class TextCursor {
             ++at_;
         return text_.substr(begin, at_ - begin);
     }
-    /// What is left of this line, without the blanks around it.
+    /// Returns the rest of this line, without the blanks around it.
     std::string_view rest_of_line() {
         skip_blanks();
         const std::size_t begin = at_;

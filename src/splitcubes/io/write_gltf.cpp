@@ -257,7 +257,7 @@ class GlbWriter {
         return out;
     }
 
-    /// Of what was appended to the binary chunk since `offset`.
+    /// Adds an accessor for the bytes appended to the binary chunk since `offset`; returns its index.
     std::size_t add_accessor(std::size_t offset, int target, int component_type, std::size_t count,
                              const char* type) {
         OrderedJson& views = json_["bufferViews"];

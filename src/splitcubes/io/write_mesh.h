@@ -22,7 +22,7 @@ namespace splitcubes::io {
 /// - .stl  binary, single precision, no attributes.
 /// - .glb  glTF 2.0, single precision, one primitive and material an origin, or one for each of the
 ///         surface's own materials; TEXCOORD_0, COLOR_0, _REST. Vertices are split where they differ.
-/// What the surface does not have is left out; docs/meshes.md has the details. A
+/// Attributes that the surface lacks are left out; docs/meshes.md has the details. A
 /// surface without triangles gives a valid file without triangles.
 ///
 /// Textures are referred to relative to the file; pictures that came inside of a
@@ -36,9 +36,9 @@ namespace splitcubes::io {
 void write_mesh(const std::filesystem::path& path, const geometry::SurfaceMesh& surface);
 
 /// Writes the pictures that materials carry as files `PREFIX-NAME` into a folder,
-/// whole or not at all, and makes the materials refer to them. Where a file of that name holds something
-/// else, it stays, and the picture is called `PREFIX-NAME-1` (2, ...), its ending behind that. `before` is
-/// told of each file before it is written.
+/// whole or not at all, and makes the materials refer to them. If a file of that name has other
+/// contents, it stays, and the picture is called `PREFIX-NAME-1` (2, ...), with the ending behind it.
+/// `before` is called for each file before it is written.
 void write_images(const std::filesystem::path& folder, const std::string& prefix,
                   std::vector<geometry::Material>& materials,
                   const std::function<void(const std::filesystem::path&)>& before = {});

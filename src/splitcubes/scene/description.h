@@ -1,4 +1,4 @@
-// What a scene says, as plain data: all defaults are filled in, all units are SI,
+// The contents of a scene as plain data: all defaults are filled in, all units are SI,
 // all coordinates are in the world frame at time 0 unless said otherwise.
 #pragma once
 
@@ -144,8 +144,8 @@ struct StrengthPatch {
     double factor = 1;
     bool operator==(const StrengthPatch&) const = default;
 };
-/// Strength painted on the mesh: of each place the brightness (mean of red, green and
-/// blue) of the nearest place of the surface, 0 standing for `dark`, 1 for `light`. The paint is a
+/// Strength painted on the mesh: at each point the brightness (mean of red, green and
+/// blue) of the nearest surface point, 0 standing for `dark`, 1 for `light`. The paint is a
 /// picture laid on by the mesh's texture coordinates, or else its vertex colours.
 struct StrengthPaint {
     double dark = 0.1;
@@ -180,7 +180,7 @@ struct MaterialDescription {
     bool operator==(const MaterialDescription&) const = default;
 };
 
-// What moves a body in place of its phyxels.
+// Deformation models that move a body instead of its phyxels.
 
 /// A control point of a free-form lattice and where it is displaced to.
 struct LatticePoint {
@@ -228,7 +228,7 @@ struct GroundDescription {
     bool operator==(const GroundDescription&) const = default;
 };
 
-/// A place on a path. Between keyframes positions are interpolated as the owner
+/// A pose on a path. Between keyframes positions are interpolated as the owner
 /// says and rotations take the short way round; before the first and after the
 /// last the path stands still.
 struct MotionKeyframe {
@@ -243,7 +243,7 @@ enum class ConstraintKind {
     move,  // the region follows the keyframes
 };
 
-/// What is inside `region` at time 0 has its positions prescribed while
+/// Prescribes the positions of material that is inside `region` at time 0, while
 /// from_time <= time < until_time.
 struct ConstraintDescription {
     std::string body;  // name of the body
@@ -346,7 +346,7 @@ struct OutputDescription {
     bool operator==(const OutputDescription&) const = default;
 };
 
-/// A camera at a given place, or one that takes in the whole scene.
+/// A camera at a given position, or one that shows the whole scene.
 struct CameraDescription {
     std::optional<Vec3> eye;                 // m, world; none: placed automatically
     std::optional<Vec3> target;              // m, world; set exactly when eye is
@@ -365,8 +365,7 @@ struct HalfSpaceShape {
     bool operator==(const HalfSpaceShape&) const = default;
 };
 
-/// A solid that does not deform and is not pushed. In its placed place while nothing is said of
-/// its motion.
+/// A solid that does not deform and is not pushed. Without a motion it stays at its placement.
 struct ColliderDescription {
     std::string name;
     std::optional<Shape> shape;                // in its own frame

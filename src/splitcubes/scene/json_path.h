@@ -19,7 +19,7 @@ using JsonPath = std::vector<PathStep>;
 std::string to_string(const JsonPath& path);
 
 /// Parses a path given as an option. Keys consist of letters, digits, `_`, `$` and `-`. Throws InputError
-/// with `where` as its place.
+/// with `where` as its location.
 JsonPath parse_path(std::string_view text, const std::string& where);
 
 /// Returns whether `inner` is `outer` or inside it.

@@ -33,7 +33,7 @@ struct ParseLimits {
 /// `path.to[0].value=json` and is applied before anything is checked; what is no JSON
 /// is taken as a text, unless it begins with [, { or ", null takes the key out, objects on the way are made;
 /// of two keys that exclude each other (frames and duration) the last override holds. Throws InputError whose
-/// place is `file:line` (of bad syntax `file:line:column`), or the override's option where the value came
+/// location is `file:line` (of bad syntax `file:line:column`), or the override's option where the value came
 /// from there: on bad syntax, unknown, duplicate or missing keys, wrong types, values out of range,
 /// alternatives given together, names of bodies that are not there, times that do not increase, and files
 /// that are not there.

@@ -12,7 +12,7 @@
 
 namespace splitcubes::scene {
 
-/// One line of a message: `place: problem; remedy`.
+/// One line of a message: `location: problem; remedy`.
 struct Problem {
     std::string location;  // file:line, or the option that gave the value
     int line = 0;          // of the file; 0: of an option

@@ -28,7 +28,7 @@ struct Override {
     std::string option;  // as the user gave it, for messages
 };
 
-/// Where the values come from; outlives all readers.
+/// Source of the values; outlives all readers.
 struct Source {
     std::string_view text;
     std::string name;
@@ -100,16 +100,16 @@ class Value {
     Vec3 vector(const Range& range = any_number) const;
     /// A vector with a length above zero.
     Vec3 direction() const;
-    /// The elements of an array, least to most of them; where too few are there, these, but none where
+    /// Returns the elements of an array, least to most of them; if there are too few, those, but none if
     /// their number is fixed (least = most).
     std::vector<Value> elements(std::size_t least, std::size_t most) const;
-    /// How many there are, for arrays too long to have a Value for each; and one of them.
+    /// Return the number of elements, and one element: for arrays too long to have a Value for each.
     std::size_t element_count(std::size_t least, std::size_t most) const;
     Value element(std::size_t index) const;
 
   private:
     friend class Object;
-    // What a value was made of where it is right; none: it was complained of.
+    // Return the value if it is valid; none: a problem was reported.
     std::optional<double> number_in(const Range& range) const;
     std::optional<int> integer_in(int low, int high) const;
     std::optional<bool> truth() const;

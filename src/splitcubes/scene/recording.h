@@ -35,7 +35,7 @@ struct RecordingLimits {
 /// name), `times` (s) and `places` (12 numbers each: the rows of the 3 x 4 matrix world from own, m).
 std::string recording_text(const Recording& recording, const std::filesystem::path& folder);
 
-/// Reads a recording; numbers keep all bits. Throws InputError, whose place is `name` with the line as for
+/// Reads a recording; numbers keep all bits. Throws InputError, whose location is `name` with the line as for
 /// scenes, for recordings of other versions and for poses that are not rigid motions (within 1e-6).
 Recording parse_recording(std::string_view text, const std::string& name,
                           const std::filesystem::path& folder);

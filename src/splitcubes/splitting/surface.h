@@ -77,9 +77,9 @@ class Surface {
     const std::vector<std::uint32_t>& retessellate(const NodeGrid& grid,
                                                    std::span<const std::int32_t> new_slots);
 
-    /// What the last retessellate returned.
+    /// Returns the result of the last retessellate.
     const std::vector<std::uint32_t>& changed_cells() const { return touched_; }
-    /// Places for quads, used or not: SurfaceCell::first_quad and what follows lie below.
+    /// Returns the number of quad slots, used or not; SurfaceCell::first_quad and its quads lie below it.
     std::size_t quad_slot_count() const { return quads_.size(); }
 
     const std::vector<SurfaceCell>& cells() const { return cells_; }

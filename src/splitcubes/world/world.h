@@ -89,7 +89,7 @@ class World {
     std::int32_t next_cut_number() const { return next_cut_number_; }
     void set_next_cut_number(std::int32_t number) { next_cut_number_ = number; }
 
-    /// Where a tool is at a time after its last sample.
+    /// Adds a pose of a tool at a time (s) after its last sample.
     void move_tool(std::size_t tool, double time, const Isometry& frame) {
         tools_[tool].blade.move_to(time, frame);
     }

@@ -32,8 +32,8 @@ std::optional<std::uint64_t> key_without(std::uint64_t key, int shift, std::uint
 
 }  // namespace
 
-// new_key keeps the order of keys. What the contact finder has kept is of the old numbers; it finds the same
-// without.
+// new_key keeps the order of keys. The data that the contact finder caches refers to the old
+// indices; it finds the same contacts without.
 template <class NewKey>
 void World::renumber_cached_contacts(const NewKey& new_key) {
     std::vector<meshless::CachedContact> kept;

@@ -16,8 +16,8 @@ class Body;
 
 namespace splitcubes::api {
 
-/// Vertex slots are those of splitting::Surface; quad q of it is triangle slots 2 q and 2 q + 1. What a
-/// change costs goes with the cells that it changed; where pieces part, once with all vertices.
+/// Vertex slots are those of splitting::Surface; quad q of it is triangle slots 2 q and 2 q + 1. The
+/// cost of a change grows with the number of changed cells; a separation of pieces passes all vertices once.
 class SurfaceStream {
   public:
     /// transfer: of the body's input; none: materials by origin.

@@ -1,4 +1,4 @@
-// What contact search and the contacts of rigid fragments see of a body.
+// Read-only view of a body for contact search and the contacts of rigid fragments.
 #pragma once
 
 #include <splitcubes/contact/response/contact.h>

@@ -51,7 +51,7 @@ inline constexpr double min_weight_share = 1e-6;
 /// Share of the minimum reach that cells of the grid cover as extra reach of slow points, 0 to 0.2. Larger
 /// makes larger cells; points beyond it search more cells. Affects time, and sums in the last bits.
 inline constexpr double slow_reach_share = 0.04;
-/// Where each side of the cube of directions is divided, along both of its axes, 0 to 1. The middle part
+/// Division of each side of the cube of directions, along both of its axes, 0 to 1. The middle part
 /// covers 11.2 degrees about an axis: surfaces at right angles to each other, as of boxes, do not face each
 /// other then. Affects time only.
 inline constexpr double direction_bin_edge = 0.14;
@@ -85,8 +85,8 @@ inline constexpr double free_fall_allowance = 0.15;
 /// Radius of the first, cheap search, below reach_share. Larger makes it cost more; smaller repeats more
 /// searches.
 inline constexpr double first_reach_share = 0.95;
-/// How much farther than the nearest sample a face is followed, 0.25 to 1. Larger averages over bends;
-/// smaller makes gaps jump from sample to sample.
+/// Extra distance over which a face is followed beyond the nearest sample, 0.25 to 1. Larger averages over
+/// bends; smaller makes gaps jump from sample to sample.
 inline constexpr double face_reach_share = 0.75;
 /// Samples farther behind the plane than the partner by this much, 0 to 0.5, are checked for separation by a
 /// cut themselves. Larger takes samples on the far side of thin walls (decision 003, option 6); smaller costs
@@ -144,7 +144,7 @@ inline constexpr double depth_share = 0.1;
 inline constexpr double max_displacement_share = 2;
 /// Dot product of normals above which samples belong to one face.
 inline constexpr double one_face_cosine = 0.8;
-/// How much farther than the nearest sample a face is followed.
+/// Extra distance over which a face is followed beyond the nearest sample.
 inline constexpr double face_reach_share = 0.75;
 /// m, clamp for the positions that the grid of balls can take.
 inline constexpr double max_grid_coordinate = 1e90;
