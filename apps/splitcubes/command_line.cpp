@@ -189,8 +189,8 @@ class Reader {
     std::vector<std::string> plain_;
 };
 
-bool asks(const std::vector<std::string>& words_given, std::string_view short_name,
-          std::string_view long_name) {
+bool requests(const std::vector<std::string>& words_given, std::string_view short_name,
+              std::string_view long_name) {
     for (const std::string& word : words_given) {
         if (word == "--") return false;
         if (word == short_name || word == long_name) return true;
@@ -391,8 +391,8 @@ std::function<int()> CommandLine::read(const std::vector<std::string>& words_giv
         throw InputError(printable(first), "is not a command", suggestion(first, known) + see);
     }
     const std::vector<std::string> rest(words_given.begin() + 1, words_given.end());
-    if (asks(rest, "-h", "--help")) return print(help_text(*command));
-    if (asks(rest, "--version", "--version")) return print(version_text);
+    if (requests(rest, "-h", "--help")) return print(help_text(*command));
+    if (requests(rest, "--version", "--version")) return print(version_text);
     command->read(rest);
     return command->run;
 }

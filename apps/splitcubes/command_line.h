@@ -36,7 +36,7 @@ class Argument {
     Argument& required();
     /// Allows the option several times; values are kept in the order of the command line.
     Argument& repeatable();
-    /// Takes one or more values. `further`: tells which words after the first belong to it; default: all.
+    /// Takes one or more values. `further`: returns which words after the first belong to it; default: all.
     Argument& list(std::function<bool(std::string_view)> further = {});
     /// Makes the value optional with the default `otherwise`. Only whole numbers are taken as its value.
     Argument& optional_number(std::string otherwise);

@@ -68,11 +68,11 @@ void cut_all(std::vector<Cutter>& cutters, splitting::NodeGrid& grid, splitting:
              const Parallel& parallel) {
     for (std::size_t k = 0; k < cutters.size(); ++k) {
         Cutter& cutter = cutters[k];
-        const auto number = static_cast<std::int32_t>(k);
+        const auto cut_number = static_cast<std::int32_t>(k);
         parallel.begin(cutter.file);
         const std::vector<std::int32_t> slots =
-            cutter.blade ? body::cut_with_blade(grid, *cutter.blade, number, parallel, interrupted)
-                         : splitting::cut_with_sheet(grid, cutter.sheet, number);
+            cutter.blade ? body::cut_with_blade(grid, *cutter.blade, cut_number, parallel, interrupted)
+                         : splitting::cut_with_sheet(grid, cutter.sheet, cut_number);
         cutter.cut_edges = slots.size();
         surface.retessellate(grid, slots);
     }
@@ -239,7 +239,7 @@ int cut(const CutOptions& options, Progress& progress) {
                                    "thinner than a cell needs a smaller cell size"});
     geometry::SurfaceMesh whole = splitting::extract(grid, surface, pieces, {}, {}, parallel);
     seconds["extract"] = watch.lap();
-    carry_attributes(model, rest.cell_size, options.out, parallel, whole);
+    transfer_attributes(model, rest.cell_size, options.out, parallel, whole);
     seconds["attributes"] = watch.lap();
     const CutResult result = arrange_pieces(std::move(whole), pieces, removed, options.choice());
     progress.begin("files");

@@ -36,20 +36,20 @@ std::string name_of(std::size_t bit) {
 }
 
 // The field of a row of the table, from 0.
-std::string field(const std::string& row, std::size_t number) {
+std::string field(const std::string& row, std::size_t index) {
     std::istringstream in(row);
     std::string out;
-    for (std::size_t k = 0; k <= number; ++k)
+    for (std::size_t k = 0; k <= index; ++k)
         if (!std::getline(in, out, ',')) return "";
     return out;
 }
 
 std::size_t column_of(const std::string& head, const std::string& name) {
     std::istringstream in(head);
-    std::size_t number = 0;
-    for (std::string column; std::getline(in, column, ','); ++number)
-        if (column == name) return number;
-    return number;
+    std::size_t index = 0;
+    for (std::string column; std::getline(in, column, ','); ++index)
+        if (column == name) return index;
+    return index;
 }
 
 }  // namespace

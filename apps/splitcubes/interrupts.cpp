@@ -18,7 +18,7 @@ namespace splitcubes::app {
 namespace {
 
 std::atomic<bool> is_interrupted{false};
-std::atomic<bool> is_told{false};
+std::atomic<bool> is_reported{false};
 std::atomic<int> patient{0};
 
 // Never destroyed: the signal thread outlives main.
@@ -91,7 +91,7 @@ bool interrupted() {
 }
 
 int end_interrupted(const char* what) {
-    if (is_told.exchange(true)) return 1;
+    if (is_reported.exchange(true)) return 1;
     // Avoids streams: another thread may hold their lock.
     [[maybe_unused]] const ssize_t count = ::write(STDERR_FILENO, what, std::strlen(what));
     return 1;

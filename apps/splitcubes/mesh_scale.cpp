@@ -9,7 +9,7 @@
 namespace splitcubes::app {
 
 namespace {
-constexpr int told_digits = 6;
+constexpr int reported_digits = 6;
 }  // namespace
 
 void add_unit_option(Command& command, std::string& unit_name, const std::string& help) {
@@ -33,11 +33,11 @@ void MeshScale::apply(geometry::TriangleMesh& mesh, const std::string& name) con
 }
 
 std::string MeshScale::volume_text(double volume) const {
-    return plain_number(unit().volume_from_metres(volume), told_digits) + " " + unit_name + "^3";
+    return plain_number(unit().volume_from_metres(volume), reported_digits) + " " + unit_name + "^3";
 }
 
 std::string MeshScale::area_text(double area) const {
-    return plain_number(unit().area_from_metres(area), told_digits) + " " + unit_name + "^2";
+    return plain_number(unit().area_from_metres(area), reported_digits) + " " + unit_name + "^2";
 }
 
 void write_scaled(const std::filesystem::path& path, const geometry::SurfaceMesh& surface,

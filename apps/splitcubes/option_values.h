@@ -20,8 +20,8 @@ inline Range above(double min, double max) {
 /// Returns "from 2 to 1024", "above 0 to 1000".
 std::string range_text(const Range& range);
 
-/// Both throw InputError with `where` as its place for text that is not a (whole) number and for numbers out
-/// of range. Numbers are finite and parsed independently of the locale.
+/// Both throw InputError with `where` as its location for text that is not a (whole) number and for numbers
+/// out of range. Numbers are finite and parsed independently of the locale.
 int read_integer(std::string_view text, const Range& range, const std::string& where);
 double read_number(std::string_view text, const Range& range, const std::string& where);
 

@@ -36,7 +36,7 @@ bool is_frame(const fs::path& name, std::initializer_list<const char*> endings) 
            std::find(endings.begin(), endings.end(), ending) != endings.end();
 }
 
-// bodyK-NAME: a picture embedded in a mesh, see CarriedSurfaces.
+// bodyK-NAME: a picture embedded in a mesh, see AttributedSurfaces.
 bool is_picture_of_a_mesh(const std::string& file) {
     const std::string start = "body";
     const std::size_t dash = std::min(file.find('-'), file.size());

@@ -106,8 +106,8 @@ io::Model read_model_noted(const std::string& name, const std::filesystem::path&
     return model;
 }
 
-void carry_attributes(const io::Model& from, double cell_size, const std::filesystem::path& out,
-                      const Parallel& parallel, geometry::SurfaceMesh& surface) {
+void transfer_attributes(const io::Model& from, double cell_size, const std::filesystem::path& out,
+                         const Parallel& parallel, geometry::SurfaceMesh& surface) {
     if (from.attributes.empty()) {
         surface.rest.clear();
         return;

@@ -46,8 +46,8 @@ io::Model read_model_noted(const std::string& name, const std::filesystem::path&
 /// Gives a surface at rest, to be written to `out`, the attributes of the mesh that it was made from. Without
 /// any, the surface also loses its rest positions, which equal its positions at rest. Pictures embedded in
 /// the mesh's file are written beside `out` if its format cannot embed them.
-void carry_attributes(const io::Model& from, double cell_size, const std::filesystem::path& out,
-                      const Parallel& parallel, geometry::SurfaceMesh& surface);
+void transfer_attributes(const io::Model& from, double cell_size, const std::filesystem::path& out,
+                         const Parallel& parallel, geometry::SurfaceMesh& surface);
 
 /// Returns the cell size in metres for the options --cells and --cell-size (in the unit; 0: not given; both
 /// 0: 48 cells). Throws InputError for more cells along an axis than a grid can have.

@@ -1,7 +1,7 @@
 // The files of a run: surfaces, metrics, summary, the resolved scene.
 #pragma once
 
-#include "carried_surfaces.h"
+#include "attributed_surfaces.h"
 #include "flag_counts.h"
 #include "output_folder.h"
 #include "report.h"
@@ -65,7 +65,7 @@ class RunOutput {
     Seconds seconds_;
     FlagCounts flags_;
     Json idle_tools_ = Json::array();
-    CarriedSurfaces surfaces_;
+    AttributedSurfaces surfaces_;
     struct Pictures;
     std::unique_ptr<Pictures> pictures_;
 };

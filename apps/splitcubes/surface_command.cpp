@@ -57,7 +57,7 @@ int surface(const SurfaceOptions& options, Progress& progress) {
     geometry::SurfaceMesh out = splitting::extract(grid, surface, pieces, {}, {}, parallel);
     seconds["extract"] = watch.lap();
     parallel.begin("attributes");
-    carry_attributes(model, rest.cell_size, options.out, parallel, out);
+    transfer_attributes(model, rest.cell_size, options.out, parallel, out);
     seconds["attributes"] = watch.lap();
     progress.begin("files");
     write_lost_material(options.lost, options.scale, solid, out, mesh.bounds(), rest.cell_size);

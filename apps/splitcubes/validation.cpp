@@ -233,9 +233,9 @@ ValidationPoint crack(int across, const Space& parallel) {
     double top = 0;
     for (const Vec3& rest : plate.phyxels().rest_position) top = std::max(top, rest.y());
     for (const double side : {1.0, -1.0}) {
-        Isometry pull = Isometry::Identity();
-        pull.translation() = side * strain * top * Vec3::UnitY();
-        plate.add_constraint(moved(Vec3(0, side * (top - 1e-4), 0), side * Vec3::UnitY(), pull));
+        Isometry displacement = Isometry::Identity();
+        displacement.translation() = side * strain * top * Vec3::UnitY();
+        plate.add_constraint(moved(Vec3(0, side * (top - 1e-4), 0), side * Vec3::UnitY(), displacement));
     }
     settle(world);
     const geometry::SurfaceMesh mesh = plate.surface_mesh();

@@ -71,7 +71,7 @@ TEST(Simulation, OneThatIsRaisedHalfWayLeavesHalfACut) {
 }
 
 TEST(Simulation, PosesBetweenStepsAreTheStrokeNotItsEnds) {
-    // Round the block's corner within one step: the straight way between the ends would cut it.
+    // Round the block's corner within one step: the straight path between the ends would cut it.
     Simulation simulation(in_free_space());
     const BodyId block = simulation.add_body(BoxMesh(0.2, 0.2, 0.2).view(), soft_block());
     const ToolId knife = simulation.add_tool({edge_along_y}, {.pose = {{-0.2, 0, 0}, {}}});

@@ -44,7 +44,7 @@ struct Copy {
     }
 };
 
-// A slot that is used before and after and is not told to be new stands for the same vertex.
+// A slot that is used before and after and is not marked as new stands for the same vertex.
 void expect_same_vertices(const Copy& before, const SurfaceView& after) {
     std::vector<std::uint8_t> is_new(after.vertex_slots(), 0);
     for (const Range& r : after.new_vertices)
@@ -70,7 +70,7 @@ void expect_ascending(std::span<const Range> ranges, std::size_t size) {
     EXPECT_LE(last, size);
 }
 
-// The material of each triangle by its own sign of x; textured by place.
+// The material of each triangle by its own sign of x; textured by position.
 struct Textured {
     BoxMesh box{0.2, 0.2, 0.2};
     std::vector<float> uv;

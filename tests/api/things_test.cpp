@@ -55,7 +55,7 @@ TEST(Things, AConstraintHoldsUntilItIsRemovedAndMovesAsItsPosesSay) {
     EXPECT_LT(mean_height(simulation, block), 0);
 }
 
-TEST(Things, AHandlePullsAndItsForceIsTold) {
+TEST(Things, AHandlePullsAndItsForceIsReported) {
     Simulation simulation(on_earth());
     const BodyId block = simulation.add_body(BoxMesh(0.1, 0.1, 0.1).view(), soft_block());
     const HandleId other =

@@ -57,8 +57,8 @@ class Examples : public Program {
             EXPECT_EQ(ended.out.find(": 1 piece, 0 removed"), std::string::npos) << ended.out;
     }
 
-    void expect_all_work(const Words& lines, std::size_t least) const {
-        EXPECT_GE(lines.size(), least);
+    void expect_all_work(const Words& lines, std::size_t min_count) const {
+        EXPECT_GE(lines.size(), min_count);
         for (const std::string& line : lines) {
 #ifndef SPLITCUBES_WITH_RENDER
             if (line.starts_with("splitcubes render")) continue;

@@ -269,10 +269,10 @@ TEST_F(Files, AFolderThatCannotBeLockedIsReported) {
         unsetenv("LD_PRELOAD");
         unsetenv("NO_LOCKS_ERROR");
         EXPECT_EQ(ended.code, 0);
-        std::size_t told = 0;
+        std::size_t note_count = 0;
         for (const std::string& line : lines_of(ended.err))
-            told += line.rfind("out: cannot be locked here (", 0) == 0;
-        EXPECT_EQ(told, 1U) << ended.err;
+            note_count += line.rfind("out: cannot be locked here (", 0) == 0;
+        EXPECT_EQ(note_count, 1U) << ended.err;
     }
     EXPECT_EQ(run_block({"--frames", "1"}).err.find("locked"), std::string::npos);
 }

@@ -43,12 +43,13 @@ class Huge : public Program {
           "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
     }
 
-    void expect_told(const std::vector<std::string>& arguments, const std::string& file) const {
+    void expect_reported(const std::vector<std::string>& arguments, const std::string& file) const {
         expect_refused(arguments, file + ": vertex ");
-        const std::string told = run(arguments).err;
-        EXPECT_EQ(told.find("nan"), std::string::npos) << told;
-        EXPECT_EQ(told.find("inf"), std::string::npos) << told;
-        EXPECT_NE(told.find("coordinates reach from -1000000000 to 1000000000"), std::string::npos) << told;
+        const std::string message = run(arguments).err;
+        EXPECT_EQ(message.find("nan"), std::string::npos) << message;
+        EXPECT_EQ(message.find("inf"), std::string::npos) << message;
+        EXPECT_NE(message.find("coordinates reach from -1000000000 to 1000000000"), std::string::npos)
+            << message;
     }
 };
 
@@ -59,13 +60,13 @@ TEST_F(Huge, NumbersAreRefusedInEveryFormatByEveryCommand) {
         write_text(in("mesh.stl"), triangle_stl(size));
         write_text(in("mesh.gltf"), triangle_gltf(size));
         for (const std::string file : {"mesh.obj", "mesh.ply", "mesh.stl", "mesh.gltf"}) {
-            expect_told({"validate", file}, file);
-            expect_told({"validate", file, "--unit", "mm"}, file);
-            expect_told({"surface", file, "-o", "x.ply", "--scale", "1e-9"}, file);
-            expect_told({"cut", file, "--plane", "z=0", "-o", "x.ply", "--cells", "8"}, file);
-            expect_told({"cut", "ball.obj", "--with", file, "-o", "x.ply", "--cells", "8"}, file);
+            expect_reported({"validate", file}, file);
+            expect_reported({"validate", file, "--unit", "mm"}, file);
+            expect_reported({"surface", file, "-o", "x.ply", "--scale", "1e-9"}, file);
+            expect_reported({"cut", file, "--plane", "z=0", "-o", "x.ply", "--cells", "8"}, file);
+            expect_reported({"cut", "ball.obj", "--with", file, "-o", "x.ply", "--cells", "8"}, file);
         }
-        expect_told({"run", "scene.json", "-o", "out"}, "mesh.obj");
+        expect_reported({"run", "scene.json", "-o", "out"}, "mesh.obj");
     }
     EXPECT_FALSE(fs::exists(in("x.ply")));
 }
@@ -78,15 +79,16 @@ TEST_F(Huge, ScaledNumbersAreRefusedToo) {
     };
     for (const std::vector<std::string>& command :
          {std::vector<std::string>{"surface", "mesh.obj"}, {"cut", "mesh.obj", "--plane", "z=0"}}) {
-        expect_told(with(command, "1e8", "m"), "mesh.obj");
+        expect_reported(with(command, "1e8", "m"), "mesh.obj");
         EXPECT_FALSE(fs::exists(in("x.ply")));
-        expect_told(with(command, "1e8", "mm"), "mesh.obj");
+        expect_reported(with(command, "1e8", "mm"), "mesh.obj");
         const Ended ended = run(with(command, "5e7", "mm"));
         EXPECT_EQ(ended.code, 0) << ended.err;
         fs::remove(in("x.ply"));
     }
-    expect_told({"cut", "ball.obj", "--with", "mesh.obj", "-o", "x.ply", "--cells", "8", "--scale", "1e8"},
-                "mesh.obj");
+    expect_reported(
+        {"cut", "ball.obj", "--with", "mesh.obj", "-o", "x.ply", "--cells", "8", "--scale", "1e8"},
+        "mesh.obj");
 }
 
 TEST_F(Huge, TheLargestThatAreTakenAreMeasuredInFiniteNumbers) {

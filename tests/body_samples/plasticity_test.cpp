@@ -62,7 +62,7 @@ TEST(PlasticBody, PlasticStrainSurvivesCutsAndFragmentation) {
                     ASSERT_LT(report.totals.top_speed, 5e-6);
                 }
             }
-    EXPECT_GE(remade, 4) << "some crumbs get new phyxels or become rigid";
+    EXPECT_GE(remade, 4) << "some fragments get new phyxels or become rigid";
 }
 
 TEST(PlasticBody, StrainIsPartOfTheStateHash) {

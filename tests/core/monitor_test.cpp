@@ -14,13 +14,13 @@ class Counter : public Monitor {
     void begin(const std::string& stage) override { stages.push_back(stage); }
     void advance(std::size_t done, std::size_t total) override {
         ++advances;
-        most = std::max(most.load(), done);
+        max_done = std::max(max_done.load(), done);
         of = total;
     }
     bool cancelled() const override { return advances >= limit; }
 
     std::vector<std::string> stages;
-    std::atomic<std::size_t> advances{0}, most{0}, of{0};
+    std::atomic<std::size_t> advances{0}, max_done{0}, of{0};
     std::size_t limit = 1000000;
 };
 
@@ -82,7 +82,7 @@ TEST(Monitor, ReceivesStagesAndEveryChunk) {
         parallel.for_each(1000, 10, [](std::size_t) {});
         EXPECT_EQ(counter.stages, std::vector<std::string>{"first"});
         EXPECT_EQ(counter.advances, 100U);
-        EXPECT_EQ(counter.most, 100U);
+        EXPECT_EQ(counter.max_done, 100U);
         EXPECT_EQ(counter.of, 100U);
         parallel.watch(nullptr);
         parallel.begin("second");

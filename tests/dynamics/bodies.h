@@ -72,7 +72,7 @@ struct Specimen {
         phyxels.mass.back() = material.density * phyxels.volume.back();
         phyxels.support_radius.back() = 2 * spacing;
     }
-    /// Sets positions and velocities: x = place(X), v = speed(x).
+    /// Sets positions and velocities: x = position_of(X), v = speed(x).
     void move(const std::function<Vec3(const Vec3&)>& position_of,
               const std::function<Vec3(const Vec3&)>& speed) {
         for (std::size_t i = 0; i < phyxels.size(); ++i) {

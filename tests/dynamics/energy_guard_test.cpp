@@ -139,12 +139,12 @@ TEST(EnergyGuard, EnergyFromWorkIsKept) {
 TEST(EnergyGuard, SmallExcessesDoNotAddUp) {
     Specimen body = spinning_block(rubber());
     const double before = elastic_energy(body) + kinetic_energy(body.phyxels);
-    double most = 0;
+    double max_energy = 0;
     for (int step = 0; step < 200; ++step) {
         guard_step(body, [](Phyxels& phyxels) { shake_velocities(phyxels, 0.02); });
-        most = std::max(most, elastic_energy(body) + kinetic_energy(body.phyxels));
+        max_energy = std::max(max_energy, elastic_energy(body) + kinetic_energy(body.phyxels));
     }
-    EXPECT_LT(most, 1.02 * before);
+    EXPECT_LT(max_energy, 1.02 * before);
 }
 
 // Steps that the guard must not change by one bit: free vibration, a pendulum, a pulled body, a landing.

@@ -81,7 +81,7 @@ TEST(Step, FallsFreely) {
 }
 
 // A free body rotates for 600 steps and keeps its initial momenta.
-void expect_spin_kept(Specimen& body, const Parallel& parallel, double strain_allowed) {
+void expect_rotation_kept(Specimen& body, const Parallel& parallel, double max_strain) {
     body.move(stay, [](const Vec3& x) -> Vec3 { return Vec3(0.2, -0.1, 0.3) + Vec3(1, 2, 4.5).cross(x); });
     const Momenta before = total_momenta(body.phyxels);
     double strain = 0;
@@ -93,17 +93,17 @@ void expect_spin_kept(Specimen& body, const Parallel& parallel, double strain_al
     }
     EXPECT_LT((total_momenta(body.phyxels).angular_momentum - before.angular_momentum).norm(),
               1e-9 * before.angular_momentum.norm());
-    EXPECT_LT(strain, strain_allowed);
+    EXPECT_LT(strain, max_strain);
     EXPECT_GT(total_momenta(body.phyxels).centre.norm(), 3) << "it moves on, too";
 }
 
 TEST(Step, SpinningBodyKeepsItsMomenta) {
     const Parallel parallel(1);
     Specimen body = block(8, 7, 5, 0.05, soft(), parallel);
-    expect_spin_kept(body, parallel, 0.02);
+    expect_rotation_kept(body, parallel, 0.02);
 }
 
-TEST(Step, CutBodySpinsOnUnstrained) {
+TEST(Step, CutBodyKeepsRotatingUnstrained) {
     const Parallel parallel(1);
     for (const int planes : {6, 20, 60}) {
         Specimen body = block(8, 7, 5, 0.05, soft(), parallel);
@@ -111,7 +111,7 @@ TEST(Step, CutBodySpinsOnUnstrained) {
         std::size_t lost = 0;
         for (const auto rank : body.neighbourhoods.rank()) lost += rank < 3;
         EXPECT_GT(lost, 10U) << "the cuts must cost some phyxels their rank";
-        expect_spin_kept(body, parallel, 0.1);
+        expect_rotation_kept(body, parallel, 0.1);
     }
 }
 
@@ -269,7 +269,7 @@ TEST(Step, HeldPhyxelsFollowTheirPath) {
     EXPECT_LT(off, 0.03);
 }
 
-TEST(Step, RandomPlacesRecover) {
+TEST(Step, RandomPositionsRecover) {
     const Parallel parallel(2);
     for (const double stiffness : {2.5e5, 1e8}) {
         Specimen body = block(10, 10, 8, 0.05, soft(stiffness), parallel);
@@ -284,7 +284,7 @@ TEST(Step, RandomPlacesRecover) {
     }
 }
 
-TEST(Step, RandomPlacesUnfoldWithBdf2) {
+TEST(Step, RandomPositionsUnfoldWithBdf2) {
     const Parallel parallel(2);
     Specimen body = block(6, 6, 5, 0.05, soft(), parallel);
     Random random(8);

@@ -104,7 +104,7 @@ TEST(Tearing, AboveItsStrengthABarTearsAcross) {
     std::vector<double> shares = piece_shares(bar.body->pieces());
     std::sort(shares.rbegin(), shares.rend());
     shares.resize(std::max<std::size_t>(shares.size(), 3), 0);
-    EXPECT_GT(shares[0] + shares[1] + shares[2], 0.98) << "at most two cracks, hardly any crumbs";
+    EXPECT_GT(shares[0] + shares[1] + shares[2], 0.98) << "at most two cracks, hardly any fragments";
     EXPECT_GT(shares[1], 0.08);
 }
 

@@ -85,13 +85,13 @@ Moved image_of(AffineDisplacement motion, double factor, const Vec3& point, cons
 
 TEST(AffineSums, TransformPointsAndNormalsLikeSingleMotions) {
     Random random(4);
-    constexpr std::size_t most = 4 * transform_width;
-    std::vector<AffineDisplacement> motions(most);
+    constexpr std::size_t max_count = 4 * transform_width;
+    std::vector<AffineDisplacement> motions(max_count);
     std::array<std::vector<double>, 3> point, normal;
     for (auto* lists : {&point, &normal})
-        for (std::vector<double>& list : *lists) list.resize(most);
-    std::vector<double> factor(most, 1);
-    for (std::size_t count = 0; count + 2 < most; ++count) {
+        for (std::vector<double>& list : *lists) list.resize(max_count);
+    std::vector<double> factor(max_count, 1);
+    for (std::size_t count = 0; count + 2 < max_count; ++count) {
         std::vector<Moved> expected;
         for (std::size_t k = 0; k < count; ++k) {
             motions[k] = random_motion(random);

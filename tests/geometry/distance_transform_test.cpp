@@ -24,11 +24,11 @@ TEST(DistanceTransform, IsTheDistanceToTheNearestMarkedPoint) {
         };
         const std::vector<float> found = squared_distances(count, marked);
         for (std::size_t k = 0; k < all; ++k) {
-            float least = std::numeric_limits<float>::infinity();
+            float min = std::numeric_limits<float>::infinity();
             for (std::size_t m = 0; m < all; ++m)
                 if (marked[m])
-                    least = std::min(least, static_cast<float>((position(k) - position(m)).squaredNorm()));
-            ASSERT_EQ(found[k], least) << count.transpose() << ": " << position(k).transpose();
+                    min = std::min(min, static_cast<float>((position(k) - position(m)).squaredNorm()));
+            ASSERT_EQ(found[k], min) << count.transpose() << ": " << position(k).transpose();
         }
     }
 }

@@ -46,15 +46,15 @@ Vec3 normal_of(const TriangleMesh& mesh, std::size_t t) {
 }
 
 /// Brute-force answer to a query.
-double least_value(const TriangleMesh& mesh, const NearestPoint::Query& q) {
-    double least = std::numeric_limits<double>::infinity();
+double min_value(const TriangleMesh& mesh, const NearestPoint::Query& q) {
+    double min = std::numeric_limits<double>::infinity();
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         if (!q.labels.empty() && q.labels[t] != q.label) continue;
         const auto c = corners(mesh, t);
         const double distance = (mix(c, nearest_weights(q.point, c[0], c[1], c[2])) - q.point).norm();
-        least = std::min(least, distance + (normal_of(mesh, t).dot(q.normal) < 0 ? q.back_side_penalty : 0));
+        min = std::min(min, distance + (normal_of(mesh, t).dot(q.normal) < 0 ? q.back_side_penalty : 0));
     }
-    return least;
+    return min;
 }
 
 }  // namespace
@@ -107,7 +107,7 @@ TEST(NearestPoint, IsTheNearestOfAllTriangles) {
                 EXPECT_EQ(labels[hit.triangle], q.label);
             }
             const double against = normal_of(mesh, hit.triangle).dot(q.normal) < 0 ? q.back_side_penalty : 0;
-            EXPECT_NEAR(hit.distance + against, least_value(mesh, q), 1e-12 * (1 + q.point.norm()));
+            EXPECT_NEAR(hit.distance + against, min_value(mesh, q), 1e-12 * (1 + q.point.norm()));
             EXPECT_NEAR((mix(corners(mesh, hit.triangle), hit.weights) - q.point).norm(), hit.distance,
                         1e-12 * (1 + q.point.norm()));
             // A guess never changes the result.

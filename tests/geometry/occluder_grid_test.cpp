@@ -319,12 +319,12 @@ TEST(SegmentFan, EqualSegmentBlocked) {
         const OccluderGrid grid = random_grid(random, round < 10 ? 40 : 400, round % 3 ? 0.4 : 4, content);
         for (int from = 0; from < 20; ++from) {
             const Vec3 a = vector_within(random, 2.2);
-            SegmentFan sights(grid, a, 1.1);
+            SegmentFan fan(grid, a, 1.1);
             for (int to = 0; to < 20; ++to) {
                 Vec3 b = a + vector_within(random, 1.1);
                 if (to % 4 == 0) b[to / 4 % 3] = a[to / 4 % 3];
                 const bool expected = grid.segment_blocked(a, b);
-                ASSERT_EQ(sights.blocked(b), expected);
+                ASSERT_EQ(fan.blocked(b), expected);
                 ++(expected ? blocked : seen);
             }
         }

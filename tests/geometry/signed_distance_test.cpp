@@ -26,9 +26,9 @@ TEST(SignedDistance, IsLipschitzWithItsSteepness) {
             // Point pairs far apart and close together.
             const Vec3 to = from + std::pow(10.0, random.uniform(-5, 0)) * random_point();
             const double change = std::abs(solid->at(to).distance - solid->at(from).distance);
-            const double way = (to - from).norm();
-            ASSERT_LE(change, solid->lipschitz_constant() * way + 1e-12);
-            if (way > 1e-6) steepest = std::max(steepest, change / way);
+            const double distance = (to - from).norm();
+            ASSERT_LE(change, solid->lipschitz_constant() * distance + 1e-12);
+            if (distance > 1e-6) steepest = std::max(steepest, change / distance);
         }
         EXPECT_GT(steepest, 0.9);
     }

@@ -146,7 +146,7 @@ TEST(WindingNumber, IsInvariantUnderScaleAndTranslation) {
     Random random(5);
     const TriangleMesh mesh = make_pear(1, 20);
     const WindingNumber winding(mesh);
-    for (const auto& [scale, offset, allowed] :
+    for (const auto& [scale, offset, tolerance] :
          {std::tuple{1e-6, 0.0, 1e-9}, {1e7, 0.0, 1e-9}, {1.0, 1e5, 1e-6}, {1e-3, 1.0, 1e-6}}) {
         const Vec3 shift = offset * Vec3(1, -0.7, 0.3);
         const WindingNumber other(scaled_and_shifted(mesh, scale, shift));
@@ -155,7 +155,7 @@ TEST(WindingNumber, IsInvariantUnderScaleAndTranslation) {
             const double exact = winding.exact_at(p);
             // Within rounding of the surface the side is undetermined.
             if (std::abs(exact - winding.exact_at(p + Vec3::Constant(1e-6))) > 1e-6) continue;
-            EXPECT_NEAR(exact, other.exact_at(q), allowed);
+            EXPECT_NEAR(exact, other.exact_at(q), tolerance);
             EXPECT_NEAR(exact, other.at(q), 1e-3);
         }
     }

@@ -139,7 +139,7 @@ TEST(Attributes, ObjCutFacesHaveTheirPlaceInTheSolid) {
         deep += std::count(line.begin(), line.end(), ' ') == 2;
     }
     EXPECT_GT(deep, 2U);
-    // Which are no place in a picture.
+    // These are no texture coordinates of a picture.
     const Model again = read_model(folder.path() / "a.obj");
     EXPECT_EQ(faces_of(again.mesh, again.attributes, false),
               faces_of(surface.mesh, surface.attributes, false));

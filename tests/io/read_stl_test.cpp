@@ -49,7 +49,7 @@ std::string ascii_stl(const geometry::TriangleMesh& mesh) {
 
 TEST(ReadStl, BothFormsGiveTheClosedMesh) {
     const geometry::TriangleMesh box = box_mesh();
-    // Many binary files begin with "solid": that word alone tells nothing.
+    // Many binary files begin with "solid": that word alone decides nothing.
     for (const std::string& file :
          {binary_stl(box, "solid box"), binary_stl(box, ""), ascii_stl(box), ascii_stl(box) + "\n\n"}) {
         const geometry::TriangleMesh mesh = read_stl(file);

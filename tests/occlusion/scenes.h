@@ -53,8 +53,8 @@ inline geometry::OccluderGrid grid_of(const Triangles& triangles, double cell_si
     return grid;
 }
 
-/// Returns a raster of quads over [u0, u1] x [v0, v1] mapped by `place`: inner vertices are moved at random
-/// in the plane, each quad is split along a random diagonal, and corners are in a random rotation.
+/// Returns a raster of quads over [u0, u1] x [v0, v1] mapped by `point_at`: inner vertices are moved at
+/// random in the plane, each quad is split along a random diagonal, and corners are in a random rotation.
 inline Triangles sheet(Random& random, double u0, double u1, double v0, double v1, int quads,
                        const std::function<Vec3(double, double)>& point_at) {
     const int n = quads + 1;

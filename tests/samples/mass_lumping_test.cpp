@@ -74,9 +74,9 @@ struct Lattice {
     std::vector<std::int32_t> pieces;
     PhyxelLocator locator;
 
-    Lattice(const Vec3i& count, double parted_at) {
+    Lattice(const Vec3i& count, double separated_at) {
         const auto piece_of = [&](const Vec3& x) {
-            return x.dot(Vec3(1, 0.3, -0.2)) > parted_at ? std::int32_t{1} : std::int32_t{0};
+            return x.dot(Vec3(1, 0.3, -0.2)) > separated_at ? std::int32_t{1} : std::int32_t{0};
         };
         const auto each = [&](int fine, const auto& use) {
             for (int z = 0; z < fine * count[2]; ++z)
@@ -98,8 +98,8 @@ struct Lattice {
 };
 
 TEST(MassLumping, PhyxelsHaveTheMomentsOfTheirNodes) {
-    for (const double parted_at : {1e9, 0.4, 1.1}) {
-        Lattice lattice({8, 6, 5}, parted_at);
+    for (const double separated_at : {1e9, 0.4, 1.1}) {
+        Lattice lattice({8, 6, 5}, separated_at);
         apply(
             lump({lattice.nodes, lattice.volumes, lattice.pieces}, lattice.phyxels, lattice.locator, threads),
             lattice.volumes, 1, lattice.phyxels);
@@ -111,11 +111,11 @@ TEST(MassLumping, PhyxelsHaveTheMomentsOfTheirNodes) {
         std::vector<Momenta> now, wanted;
         momenta_of_pieces(lattice.phyxels, 2, now);
         momenta_of_pieces(of_nodes, 2, wanted);
-        for (std::size_t k = 0; k < (parted_at > 100 ? 1U : 2U); ++k) {
+        for (std::size_t k = 0; k < (separated_at > 100 ? 1U : 2U); ++k) {
             EXPECT_NEAR(now[k].mass, wanted[k].mass, 1e-12 * wanted[k].mass);
-            EXPECT_LT((now[k].centre - wanted[k].centre).norm(), 5e-3) << parted_at << ": spacings";
+            EXPECT_LT((now[k].centre - wanted[k].centre).norm(), 5e-3) << separated_at << ": spacings";
             EXPECT_LT((now[k].inertia - wanted[k].inertia).norm(), 0.035 * wanted[k].inertia.norm())
-                << parted_at;
+                << separated_at;
         }
         for (const double volume : lattice.phyxels.volume) EXPECT_GT(volume, 0.1);
     }
@@ -123,13 +123,13 @@ TEST(MassLumping, PhyxelsHaveTheMomentsOfTheirNodes) {
 
 TEST(MassLumping, RelumpingEqualsLumpingFromScratch) {
     Lattice lattice({8, 6, 5}, 1e9);
-    const Lattice parted({8, 6, 5}, 0.4);
-    const MaterialNodes nodes{parted.nodes, parted.volumes, parted.pieces};
+    const Lattice separated({8, 6, 5}, 0.4);
+    const MaterialNodes nodes{separated.nodes, separated.volumes, separated.pieces};
     MassLumping lumping =
         lump({lattice.nodes, lattice.volumes, lattice.pieces}, lattice.phyxels, lattice.locator, threads);
-    lattice.phyxels.piece = parted.phyxels.piece;
+    lattice.phyxels.piece = separated.phyxels.piece;
     relump_after_split(lumping, nodes, 1, lattice.locator, lattice.phyxels, threads);
-    const MassLumping fresh = lump(nodes, parted.phyxels, parted.locator, threads);
+    const MassLumping fresh = lump(nodes, separated.phyxels, separated.locator, threads);
     EXPECT_EQ(lumping.phyxel, fresh.phyxel);
     EXPECT_EQ(lumping.share, fresh.share);
     EXPECT_EQ(lumping.whole, fresh.whole);
@@ -175,7 +175,7 @@ TEST(MassLumping, RelumpingKeepsMassMomentumAndAngularMomentum) {
     std::vector<Momenta> pieces;
     momenta_of_pieces(scene.phyxels, 2, pieces);
     const Vec3 drift = whole.linear / whole.mass;
-    Vec3 total_spin = Vec3::Zero(), total_linear = Vec3::Zero();
+    Vec3 total_angular_momentum = Vec3::Zero(), total_linear = Vec3::Zero();
     double total_mass = 0;
     for (std::size_t k = 0; k < 2; ++k) {
         // Momenta of the piece's nodes under the old shares.
@@ -195,11 +195,11 @@ TEST(MassLumping, RelumpingKeepsMassMomentumAndAngularMomentum) {
         EXPECT_LT((now - angular).norm(), 1e-12 * whole.mass);
         total_mass += pieces[k].mass;
         total_linear += pieces[k].linear;
-        total_spin += now;
+        total_angular_momentum += now;
     }
     EXPECT_NEAR(total_mass, whole.mass, 1e-13 * whole.mass);
     EXPECT_LT((total_linear - whole.linear).norm(), 1e-12 * whole.linear.norm());
-    EXPECT_LT((total_spin - whole.angular_momentum).norm(), 1e-12 * whole.mass);
+    EXPECT_LT((total_angular_momentum - whole.angular_momentum).norm(), 1e-12 * whole.mass);
 }
 
 TEST(MassLumping, RelumpingIsGalileanInvariant) {

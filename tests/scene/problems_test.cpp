@@ -286,7 +286,7 @@ TEST(SceneProblems, numbers_are_shown_in_plain_notation) {
     const Json scene = Json::parse(full_scene);
     std::vector<Spot> spots;
     list_spots(scene, Json::json_pointer(), spots);
-    std::size_t told = 0;
+    std::size_t reported = 0;
     for (const Spot& spot : spots) {
         if (!spot.leaf || !scene[spot.path].is_number()) continue;
         // Out of range for almost every number of a scene, or for some.
@@ -294,12 +294,12 @@ TEST(SceneProblems, numbers_are_shown_in_plain_notation) {
             Json faulty = scene;
             faulty[spot.path] = value;
             for (const std::string& line : problems(faulty.dump(1))) {
-                ++told;
+                ++reported;
                 EXPECT_FALSE(has_exponent(line)) << line;
             }
         }
     }
-    EXPECT_GT(told, 500U);
+    EXPECT_GT(reported, 500U);
     EXPECT_THAT(problems(with_line("\"radius\": 1", "\"radius\": 20000000")),
                 ElementsAre(HasSubstr(
                     "radius is 20000000, which is out of range; give a number above 0 to 10000000")));

@@ -71,7 +71,7 @@ TEST(Table, QuadsOfACornerAreAtMostThreeAndTwoACutEdge) {
 
 TEST(Table, FansOfACentreInstance) {
     std::map<int, int> masks_by_fans;
-    std::size_t most_vertices = 0;
+    std::size_t max_vertices = 0;
     for (int m = 0; m < mask_count; ++m) {
         const auto mask = static_cast<CellMask>(m);
         const CellConfiguration& cell = Table::get().cell(mask);
@@ -85,13 +85,13 @@ TEST(Table, FansOfACentreInstance) {
             vertices.insert({1, q.first_face, q.first_instance});
             vertices.insert({2, q.fan, 0});
         }
-        std::size_t most = 0;
-        for (const auto& [component, fans] : fans_of_component) most = std::max(most, fans.size());
-        if (most > 1) ++masks_by_fans[static_cast<int>(most)];
-        most_vertices = std::max(most_vertices, vertices.size());
+        std::size_t max_fans = 0;
+        for (const auto& [component, fans] : fans_of_component) max_fans = std::max(max_fans, fans.size());
+        if (max_fans > 1) ++masks_by_fans[static_cast<int>(max_fans)];
+        max_vertices = std::max(max_vertices, vertices.size());
     }
     EXPECT_EQ(masks_by_fans, (std::map<int, int>{{2, 388}, {3, 8}}));
-    EXPECT_EQ(most_vertices, 56U);
+    EXPECT_EQ(max_vertices, 56U);
 }
 
 TEST(Table, AComponentHasOneFanOfEachSheetThatItTouches) {

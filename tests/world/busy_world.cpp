@@ -55,9 +55,9 @@ void add_strip(World& world) {
     strip.tearing->strength = 2e4;
     Body& body = world.add_body(shifted_box(Vec3(0.2, 0.06, 0.06), Vec3(0, -0.4, 0.3)), strip);
     body.add_constraint(hold_beyond(Vec3(0.06, 0, 0), Vec3::UnitX()));
-    HoldConstraint pull = hold_beyond(Vec3(-0.06, 0, 0), -Vec3::UnitX());
-    pull.motion = [](double time) { return Isometry(Eigen::Translation3d(-0.2 * time, 0, 0)); };
-    body.add_constraint(pull);
+    HoldConstraint moved_end = hold_beyond(Vec3(-0.06, 0, 0), -Vec3::UnitX());
+    moved_end.motion = [](double time) { return Isometry(Eigen::Translation3d(-0.2 * time, 0, 0)); };
+    body.add_constraint(moved_end);
 }
 
 // Adds a body of springs between grid nodes, which a blade cuts.

@@ -99,13 +99,13 @@ TEST(Energy, AStretchedSphereWithVolumeStiffnessIsCutByExplicitSteps) {
     ball.material.volume_stiffness = 1.4e4;
     body::Body& body = world.add_body(geometry::make_sphere(0.1), ball);
     body.add_constraint(hold_beyond({0, 0, 0.06}, Vec3::UnitZ()));
-    body::HoldConstraint pull = hold_beyond({0, 0, -0.06}, -Vec3::UnitZ());
-    pull.motion = [](double time) {
+    body::HoldConstraint moved_end = hold_beyond({0, 0, -0.06}, -Vec3::UnitZ());
+    moved_end.motion = [](double time) {
         Isometry motion = Isometry::Identity();
         motion.translation().z() = -0.08 * std::min(time / 0.4, 1.0);
         return motion;
     };
-    body.add_constraint(pull);
+    body.add_constraint(moved_end);
     add_random_blades(world, 20, 0.1, 0.5, 1.1, 1);
     const Course course = run_course(world, 1.4, 0.4 + 1e-9);
     // A cut may increase the strain, but must not cause motion.

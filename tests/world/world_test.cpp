@@ -278,7 +278,7 @@ TEST(World, MomentumIsConservedWhenPiecesSeparateInFreeFlight) {
     world.add_tool(moving_blade(Vec3(0, -0.3, 0), Vec3(0, 0.3, 0.05), Vec3(0.03, 0, 0.3), Vec3(0.06, 0, -0.3),
                                 0.05, 0.4, 3));
     const meshless::Momenta before = momenta_of(world);
-    const Vec3 spin_before = meshless::total_momenta(body.phyxels()).angular_momentum;
+    const Vec3 angular_momentum_before = meshless::total_momenta(body.phyxels()).angular_momentum;
     std::size_t max_pieces = 1;
     for (int step = 0; step < 60; ++step) {
         const StepReport report = world.step();
@@ -287,7 +287,8 @@ TEST(World, MomentumIsConservedWhenPiecesSeparateInFreeFlight) {
             << "step " << step;
         // About the centre of mass, which itself moves slightly when mass is relumped.
         const Vec3 angular_momentum = meshless::total_momenta(body.phyxels()).angular_momentum;
-        ASSERT_LT((angular_momentum - spin_before).norm(), 1e-5 * spin_before.norm()) << "step " << step;
+        ASSERT_LT((angular_momentum - angular_momentum_before).norm(), 1e-5 * angular_momentum_before.norm())
+            << "step " << step;
     }
     EXPECT_GE(max_pieces, 2U);
     // The pieces separate, because they continue along the tangents of their rotation.

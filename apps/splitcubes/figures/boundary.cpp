@@ -201,7 +201,7 @@ Svg draw_boundary() {
     const Vec3 last = rest.node_position(rest.node_count - Vec3i::Ones());
 
     Svg svg(1000, 330);
-    const Panel whole{{190, 165}, 27}, parted{{812, 165}, 27};
+    const Panel whole{{190, 165}, 27}, separated{{812, 165}, 27};
     fill_patches(svg, whole, layer);
     draw_grid(svg, whole, rest, {rest.origin[0], rest.origin[1]}, {last[0], last[1]});
     draw_surface(svg, whole, old_layer, old_boundary);
@@ -217,8 +217,8 @@ Svg draw_boundary() {
     const Panel close{Vec2(386, 276) - zoom * Vec2(low[0], -low[1]), zoom};
     draw_zoom(svg, close, old_layer, layer, face, low, high);
 
-    fill_patches(svg, parted, moved);
-    draw_surface(svg, parted, moved, surface_line);
+    fill_patches(svg, separated, moved);
+    draw_surface(svg, separated, moved, surface_line);
     svg.text({190, 26}, "at rest", Anchor::middle, 13, ink, true);
     svg.text({494, 26}, "where the cut meets the boundary", Anchor::middle, 13, ink, true);
     svg.text({812, 26}, "the pieces apart", Anchor::middle, 13, ink, true);

@@ -21,7 +21,7 @@ struct MeshView {
 };
 
 /// The edge of a tool that cuts, in the tool's own frame: straight lines from point to point. Two points or
-/// more, not all at one place.
+/// more, not all at one point.
 struct BladeView {
     std::span<const Vector3> points;  ///< m, own frame
 };

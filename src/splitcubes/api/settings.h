@@ -108,11 +108,11 @@ struct SphereRegion {
     Vector3 centre = {};  ///< m, rest space
     double radius = 0;    ///< m, > 0
 };
-/// Says whether a place at rest belongs to it. Called while something is added and within steps, by the
-/// thread that calls; must always say the same, must not throw, and must not call the simulation
+/// Returns whether a point, in rest space, belongs to it. Called while something is added and within steps,
+/// by the thread that calls; must always say the same, must not throw, and must not call the simulation
 /// (ErrorKind::busy).
 using RegionTest = std::function<bool(const Vector3& rest)>;
-/// A part of a body, by its places at rest. A RegionTest cannot be saved to a file.
+/// A part of a body, by its rest positions. A RegionTest cannot be saved to a file.
 using Region = std::variant<BoxRegion, SphereRegion, RegionTest>;
 
 /// A region that is held, and moves as its poses say.

@@ -81,7 +81,7 @@ class Simulation {
 
     /// Cuts a body along a sheet of triangles in rest coordinates. Returns the number of grid edges cut. With
     /// HistorySettings::automatic undo takes it back, unless a tool is lowered; so for blades. Pieces that
-    /// come off are no events: piece_count() tells.
+    /// come off are no events: see piece_count().
     std::size_t cut_with_sheet(BodyId body, const MeshView& sheet);
     /// Cuts a body along what a blade sweeps on a path, in rest coordinates: two poses or more, times
     /// increasing.

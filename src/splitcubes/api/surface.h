@@ -19,7 +19,7 @@ enum class SurfaceOrigin : std::uint8_t {
 /// for Simulation::undo, redo and load.
 ///
 /// Positions and normals are new everywhere after each step. All else is changed only within the change
-/// ranges, which tell what the last step, cut at rest, undo, redo or load did to this body: patching a copy
+/// ranges, which list what the last step, cut at rest, undo, redo or load did to this body: patching a copy
 /// in these ranges after each of them keeps it equal to the whole. A reader that has missed one sees it by
 /// `revision`, which has then gone up by more than one, and copies everything. Ranges ascend and do not
 /// overlap; they may take in a few slots that did not change. After undo, redo and load they are the whole,
@@ -38,7 +38,7 @@ struct SurfaceView {
     /// u, v of each corner, six a triangle slot; (0, 0) on cut faces; empty where the input has none.
     std::span<const float> corner_uv;
 
-    std::span<const Range> changed_vertices;   ///< vertex slots whose piece or place at rest changed
+    std::span<const Range> changed_vertices;   ///< vertex slots whose piece or rest position changed
     std::span<const Range> changed_triangles;  ///< triangle slots that changed
     /// Vertex slots that stand for another vertex than before: their last position is not where they come
     /// from.

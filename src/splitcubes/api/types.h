@@ -14,7 +14,7 @@
 /// The public interface; all that a program needs.
 namespace splitcubes {
 
-/// Three numbers; where nothing else is said a place in the world, m.
+/// Three numbers; unless said otherwise a position in the world, m.
 struct Vector3 {
     double x = 0;  ///< along the first axis
     double y = 0;  ///< along the second axis

@@ -11,7 +11,7 @@
 namespace splitcubes::body {
 
 /// The stages of a step fill it in their order; each reads the fields that earlier stages wrote. After the
-/// step it tells what the step changed, until the next one begins.
+/// step it lists what the step changed, until the next one begins.
 struct TopologyChange {
     std::vector<std::int32_t> crossings;        // cut_edges, tear: new ones of the NodeGrid, ascending slots
     std::vector<std::uint32_t> cells;           // retessellate: cells of the Surface that were made again

@@ -100,7 +100,7 @@ fs::path link_target(const fs::path& path) {
         if (error) fail_job(path, "the link cannot be followed", error);
         if (links == max_links)
             throw InputError(path.string(), "is a symbolic link that leads round in a circle",
-                             "give another name, or mend the link");
+                             "give another name, or repair the link");
         at = next.is_absolute() ? next : folder_of(at) / next;
     }
     return at;

@@ -7,7 +7,7 @@
 namespace splitcubes {
 
 /// Returns the StateHash of the bytes, read as 64-bit words of this machine's byte order, then single bytes.
-/// It protects against damage, not against an author who computes it anew.
+/// It protects against damage, not against an author who recomputes it.
 std::uint64_t checksum(std::string_view bytes);
 
 }  // namespace splitcubes

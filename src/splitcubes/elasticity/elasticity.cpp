@@ -127,11 +127,11 @@ Vec3 ElasticForces::gather_force(const Neighbourhoods& neighbourhoods, std::size
     for_links(neighbourhoods, i, [&](std::uint32_t l, std::uint32_t j) {
         force -= tension_[j] * neighbourhoods.reverse_gradient()[l];
         const Vec3& edge = neighbourhoods.rest_edge()[l];
-        const Vec3 way = displacement[j] - displacement[i];
+        const Vec3 relative = displacement[j] - displacement[i];
         const double own = neighbourhoods.penalty()[i] * neighbourhoods.weight()[l];
         const double other =
             neighbourhoods.penalty()[j] * neighbourhoods.weight()[neighbourhoods.reverse()[l]];
-        force -= own * (gradient[i] * edge - way) + other * (gradient[j] * edge - way);
+        force -= own * (gradient[i] * edge - relative) + other * (gradient[j] * edge - relative);
     });
     return force;
 }

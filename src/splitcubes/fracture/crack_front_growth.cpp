@@ -23,9 +23,9 @@ bool CrackFront::propose(const NodeGrid& grid, const CrackCell& cell, const Edge
     Vec3 turned = tip.normal;
     if (load > strength_.settings().propagation_ratio &&
         principal.dot(tip.normal) > tuning::tearing::min_opening_cosine)
-        turned =
-            ((1 - tuning::tearing::turning_share) * tip.normal + tuning::tearing::turning_share * principal)
-                .normalized();
+        turned = ((1 - tuning::tearing::principal_share) * tip.normal +
+                  tuning::tearing::principal_share * principal)
+                     .normalized();
     else if (load = crack_opening; !(load > 1))
         return false;
     Vec3 through = tip.centre;

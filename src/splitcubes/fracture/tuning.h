@@ -66,9 +66,9 @@ inline constexpr int weak_plane_radius = 3;
 /// Share of the principal direction in the normal of a crack's continuation, 0 to 1. The phyxels' stress is
 /// noisy around a tip, so larger makes cracks rough; smaller makes them turn late. max_turn_tangent and
 /// certain_shielding_cosine follow from it.
-inline constexpr double turning_share = 0.25;
+inline constexpr double principal_share = 0.25;
 /// Tangent of the largest angle by which a crack's plane turns in one continuation: 13.9 degrees, atan(t sin
-/// a / (1 - t + t cos a)) for the share t = turning_share of a direction a = 60 degrees off
+/// a / (1 - t + t cos a)) for the share t = principal_share of a direction a = 60 degrees off
 /// (min_opening_cosine).
 inline constexpr double max_turn_tangent = 0.2475;
 /// Cosine of 45 degrees less that angle. If a tip's normal is this close to a crossing's, each normal that it

@@ -130,8 +130,8 @@ HWY_INLINE Three turned(const W (&jacobian)[3][3], const Three& normal) {
     return unit;
 }
 
-void carry(std::size_t count, const AffineDisplacement* motions, const TransformedPoints& points,
-           Vec3* positions, Vec3* normals) {
+void transform_lanes(std::size_t count, const AffineDisplacement* motions, const TransformedPoints& points,
+                     Vec3* positions, Vec3* normals) {
     constexpr std::size_t step = hn::MaxLanes(wide);
     static_assert(transform_width % step == 0);
     const auto entry_offsets =
@@ -165,7 +165,7 @@ HWY_AFTER_NAMESPACE();
 namespace splitcubes::geometry {
 
 HWY_EXPORT(sum_rows);
-HWY_EXPORT(carry);
+HWY_EXPORT(transform_lanes);
 
 void sum_affine(std::span<const AffineRow> rows, const std::uint32_t* index, const double* weight,
                 const AffineDisplacement* motions, AffineDisplacement* out) {
@@ -174,7 +174,7 @@ void sum_affine(std::span<const AffineRow> rows, const std::uint32_t* index, con
 
 void transform_points(std::size_t count, const AffineDisplacement* motions, const TransformedPoints& points,
                       Vec3* positions, Vec3* normals) {
-    HWY_DYNAMIC_DISPATCH(carry)(count, motions, points, positions, normals);
+    HWY_DYNAMIC_DISPATCH(transform_lanes)(count, motions, points, positions, normals);
 }
 
 }  // namespace splitcubes::geometry

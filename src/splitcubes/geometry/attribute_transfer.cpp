@@ -110,8 +110,8 @@ AttributeTransfer::AttributeTransfer(const TriangleMesh& input, MeshAttributes a
         charts_ = attribute_charts(input, attributes_);
 }
 
-void AttributeTransfer::carry(const std::array<Vec3, 3>& rest, std::size_t to, MeshAttributes& out,
-                              std::uint32_t& guess) const {
+void AttributeTransfer::interpolate(const std::array<Vec3, 3>& rest, std::size_t to, MeshAttributes& out,
+                                    std::uint32_t& guess) const {
     NearestPoint::Query query;
     query.point = (rest[0] + rest[1] + rest[2]) / 3;
     query.normal = side_ * (rest[1] - rest[0]).cross(rest[2] - rest[0]);
@@ -177,7 +177,7 @@ MeshAttributes AttributeTransfer::onto(const SurfaceMesh& surface, const Paralle
             const std::array<Vec3, 3> rest = rest_corners(surface, t);
             const std::size_t same = table.find(rest);
             if (same == RestTriangleTable::none) {
-                carry(rest, t, out, guess);
+                interpolate(rest, t, out, guess);
                 continue;
             }
             out.triangle_material[t] = known.triangle_material[same];

@@ -57,8 +57,8 @@ class AttributeTransfer {
     /// Returns the defaults: the materials, and every triangle as a cut or as a boundary
     /// triangle without an input triangle.
     MeshAttributes prepared(const SurfaceMesh& surface, std::int32_t& cut) const;
-    void carry(const std::array<Vec3, 3>& rest, std::size_t to, MeshAttributes& out,
-               std::uint32_t& guess) const;
+    void interpolate(const std::array<Vec3, 3>& rest, std::size_t to, MeshAttributes& out,
+                     std::uint32_t& guess) const;
 
     std::vector<Triangle> triangles_;  // of the input
     MeshAttributes attributes_;

@@ -58,11 +58,11 @@ std::vector<std::int32_t> triangle_parts(const TriangleMesh& mesh, std::size_t& 
         sets.join(t[0], t[1]);
         sets.join(t[0], t[2]);
     }
-    std::vector<std::int32_t> number(mesh.positions.size(), -1);
+    std::vector<std::int32_t> new_index(mesh.positions.size(), -1);
     std::vector<std::int32_t> part(mesh.triangles.size());
     std::int32_t next = 0;
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-        std::int32_t& n = number[sets.find(mesh.triangles[i][0])];
+        std::int32_t& n = new_index[sets.find(mesh.triangles[i][0])];
         if (n < 0) n = next++;
         part[i] = n;
     }
@@ -165,14 +165,14 @@ std::vector<std::uint32_t> first_with_same_position(const std::vector<Vec3>& pos
 TriangleMesh weld_equal_vertices(const TriangleMesh& mesh) {
     const std::vector<std::uint32_t> first = first_with_same_position(mesh.positions);
     TriangleMesh out;
-    std::vector<std::uint32_t> number(mesh.positions.size());
+    std::vector<std::uint32_t> new_index(mesh.positions.size());
     for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) {
         if (first[v] != v) continue;
-        number[v] = static_cast<std::uint32_t>(out.positions.size());
+        new_index[v] = static_cast<std::uint32_t>(out.positions.size());
         out.positions.push_back(mesh.positions[v]);
     }
     for (const Triangle& t : mesh.triangles) {
-        const Triangle welded{number[first[t[0]]], number[first[t[1]]], number[first[t[2]]]};
+        const Triangle welded{new_index[first[t[0]]], new_index[first[t[1]]], new_index[first[t[2]]]};
         if (!is_degenerate(welded)) out.triangles.push_back(welded);
     }
     return out;

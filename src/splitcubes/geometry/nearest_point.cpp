@@ -34,11 +34,11 @@ std::array<double, 3> nearest_on_sides(const Vec3& a, const Vec3& b, const Vec3&
     const double ab = nearest_parameter(a, b), bc = nearest_parameter(b, c), ca = nearest_parameter(c, a);
     const std::array<std::array<double, 3>, 3> sides = {{{1 - ab, ab, 0}, {0, 1 - bc, bc}, {ca, 0, 1 - ca}}};
     std::size_t best = 0;
-    double least = point_of(sides[0], a, b, c).squaredNorm();
+    double min_square = point_of(sides[0], a, b, c).squaredNorm();
     for (std::size_t k = 1; k < 3; ++k) {
         const double here = point_of(sides[k], a, b, c).squaredNorm();
-        if (here < least) {
-            least = here;
+        if (here < min_square) {
+            min_square = here;
             best = k;
         }
     }
@@ -94,10 +94,10 @@ NearestPoint::NearestPoint(const TriangleMesh& mesh) : order_(mesh.triangles.siz
 
 std::uint32_t NearestPoint::build(std::uint32_t begin, std::uint32_t end, std::span<const Vec3> centroids,
                                   int depth) {
-    const auto number = static_cast<std::uint32_t>(nodes_.size());
+    const auto index = static_cast<std::uint32_t>(nodes_.size());
     nodes_.push_back({Box{}, begin, end, 0});
     if (end - begin <= tuning::distance::nearest_leaf_size || depth == tuning::distance::nearest_max_depth)
-        return number;
+        return index;
     Box box;
     for (std::uint32_t i = begin; i < end; ++i) box.add(centroids[order_[i]]);
     int axis = 0;
@@ -110,9 +110,9 @@ std::uint32_t NearestPoint::build(std::uint32_t begin, std::uint32_t end, std::s
                      });
     build(begin, middle, centroids, depth + 1);
     const std::uint32_t second = build(middle, end, centroids, depth + 1);
-    nodes_[number].begin = nodes_[number].end = 0;
-    nodes_[number].second = second;
-    return number;
+    nodes_[index].begin = nodes_[index].end = 0;
+    nodes_[index].second = second;
+    return index;
 }
 
 void NearestPoint::consider(std::uint32_t slot, const Query& query, Hit& best, double& best_value) const {

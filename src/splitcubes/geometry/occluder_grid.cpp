@@ -76,14 +76,14 @@ std::size_t OccluderGrid::slot_of(std::uint64_t key) const {
 
 const OccluderGrid::Brick* OccluderGrid::find_brick(const Vec3i& coordinates) const {
     const std::size_t word = word_of(coordinates);
-    const std::uint32_t number =
+    const std::uint32_t entry =
         word < brick_indices_.size() ? brick_indices_[word] : table_[slot_of(key_of(coordinates))];
-    return number == 0 ? nullptr : &bricks_[number - 1];
+    return entry == 0 ? nullptr : &bricks_[entry - 1];
 }
 
 std::size_t OccluderGrid::make_brick(const Vec3i& coordinates) {
     const std::uint64_t key = key_of(coordinates);
-    if (const std::uint32_t number = table_[slot_of(key)]; number != 0) return number - 1;
+    if (const std::uint32_t entry = table_[slot_of(key)]; entry != 0) return entry - 1;
     if (2 * (bricks_.size() + 1) > table_.size()) {
         table_.assign(2 * table_.size(), 0);
         for (std::size_t b = 0; b < bricks_.size(); ++b)
@@ -180,19 +180,19 @@ void OccluderGrid::set_cells(std::span<const CellTriangles> cells, const Paralle
         TouchedBrick& brick = touched.bricks[k];
         std::stable_sort(brick.added.begin(), brick.added.end(),
                          [](const Listing& a, const Listing& b) { return a.local < b.local; });
-        rebuild(bricks_[brick.number], owners, brick.added);
+        rebuild(bricks_[brick.index], owners, brick.added);
     });
 }
 
 OccluderGrid::TouchedBrick& OccluderGrid::touch(const Vec3i& brick, TouchedBricks& touched) {
     if (!touched.bricks.empty() && touched.last_position == brick) return touched.bricks[touched.last];
-    const std::size_t number = make_brick(brick);
+    const std::size_t index = make_brick(brick);
     if (touched.of_brick.size() < bricks_.size()) touched.of_brick.resize(bricks_.size(), -1);
-    if (touched.of_brick[number] < 0) {
-        touched.of_brick[number] = static_cast<std::int32_t>(touched.bricks.size());
-        touched.bricks.push_back({number, {}});
+    if (touched.of_brick[index] < 0) {
+        touched.of_brick[index] = static_cast<std::int32_t>(touched.bricks.size());
+        touched.bricks.push_back({index, {}});
     }
-    touched.last = static_cast<std::size_t>(touched.of_brick[number]);
+    touched.last = static_cast<std::size_t>(touched.of_brick[index]);
     touched.last_position = brick;
     return touched.bricks[touched.last];
 }
@@ -341,7 +341,7 @@ std::uint32_t OccluderGrid::blocker_in(const Brick& brick, std::uint32_t local, 
     for (std::uint32_t first = 0; first < listed; first += OccluderLanes::width, ++lanes)
         for (std::uint32_t left = lanes_that_may_meet(*lanes, *walk.rough, seen, walk.since); left != 0;
              left &= left - 1) {
-            const std::uint32_t id = lanes->number(static_cast<std::size_t>(std::countr_zero(left)));
+            const std::uint32_t id = lanes->id(static_cast<std::size_t>(std::countr_zero(left)));
             const Entry& entry = entries_[id];
             if (entry.box.meets(walk.box) && segment_meets_triangle(walk.a, walk.b, entry.triangle.corner))
                 return id;

@@ -140,7 +140,7 @@ class OccluderGrid {
     };
     // Bricks whose refs change, in order of first touch.
     struct TouchedBrick {
-        std::size_t number;
+        std::size_t index;
         std::vector<Listing> added;
     };
     struct TouchedBricks {

@@ -99,7 +99,7 @@ HWY_EXPORT(may_meet);
 
 namespace {
 
-constexpr float most = std::numeric_limits<float>::infinity();
+constexpr float infinite = std::numeric_limits<float>::infinity();
 
 // Returns the next larger float, like std::nextafter but inlined. For finite numbers.
 float next_above(float number) {
@@ -152,19 +152,19 @@ RoughSegment::RoughSegment(const Vec3& from, const Vec3& to, const Box& around, 
 }
 
 void OccluderLanes::clear(std::size_t lane) {
-    set(lane, {{most, most, most}, {-most, -most, -most}}, {}, 0, 0, 0);
+    set(lane, {{infinite, infinite, infinite}, {-infinite, -infinite, -infinite}}, {}, 0, 0, 0);
 }
 
-void OccluderLanes::set(std::size_t lane, const RoughBox& box, const RoughPlane& plane, std::uint32_t number,
+void OccluderLanes::set(std::size_t lane, const RoughBox& box, const RoughPlane& plane, std::uint32_t id,
                         std::uint32_t spread, std::uint32_t change_number) {
-    assert(number >> (32 - spread_bits) == 0 && spread >> spread_bits == 0);
+    assert(id >> (32 - spread_bits) == 0 && spread >> spread_bits == 0);
     for (std::size_t k = 0; k < 3; ++k) {
         min[k][lane] = box.min[k];
         max[k][lane] = box.max[k];
         normal[k][lane] = plane.normal[k];
     }
     offset[lane] = plane.offset;
-    tag[lane] = number << spread_bits | spread;
+    tag[lane] = id << spread_bits | spread;
     change[lane] = change_number;
 }
 

@@ -53,15 +53,15 @@ struct alignas(64) OccluderLanes {
     static constexpr int spread_bits = 6;
     float min[3][width], max[3][width];     // boxes, m, rest space
     float normal[3][width], offset[width];  // planes
-    std::uint32_t tag[width];               // number << spread_bits | bits that exclude a lane (spread)
+    std::uint32_t tag[width];               // id << spread_bits | bits that exclude a lane (spread)
     std::uint32_t change[width];            // change with which it was set
 
     /// number: below 2^26, an id chosen by the caller.
-    void set(std::size_t lane, const RoughBox& box, const RoughPlane& plane, std::uint32_t number,
+    void set(std::size_t lane, const RoughBox& box, const RoughPlane& plane, std::uint32_t id,
              std::uint32_t spread, std::uint32_t change_number);
     /// Empties the lane: it meets nothing.
     void clear(std::size_t lane);
-    std::uint32_t number(std::size_t lane) const { return tag[lane] >> spread_bits; }
+    std::uint32_t id(std::size_t lane) const { return tag[lane] >> spread_bits; }
 };
 
 /// Returns one bit per lane: lanes that the segment may meet, that share no bit of `spread` with `seen` and

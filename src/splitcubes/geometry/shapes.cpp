@@ -24,13 +24,13 @@ void check_length(const std::string& where, double value) {
         throw InputError(where, "must be positive and finite (" + text(value) + ")", "give a length in m");
 }
 
-void check_count(const std::string& where, int value, int least, int most) {
-    if (value < least || value > most)
+void check_count(const std::string& where, int value, int min, int max) {
+    if (value < min || value > max)
         throw InputError(where, "is " + std::to_string(value),
-                         "give a number from " + std::to_string(least) + " to " + std::to_string(most));
+                         "give a number from " + std::to_string(min) + " to " + std::to_string(max));
 }
 
-constexpr int most_segments = 8192;
+constexpr int max_segments = 8192;
 
 void add_quad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d, TriangleMesh& mesh) {
     mesh.triangles.push_back({a, b, c});
@@ -73,7 +73,7 @@ template <class Height>
 TriangleMesh sheet(const Vec3& center, const Vec3& normal, double half_size, int resolution,
                    const Height& height) {
     check_length("sheet half size", half_size);
-    check_count("sheet resolution", resolution, 1, most_segments);
+    check_count("sheet resolution", resolution, 1, max_segments);
     if (!center.allFinite()) throw InputError("sheet centre", "is not finite");
     if (!normal.allFinite() || !(normal.stableNorm() > 0))
         throw InputError("sheet normal", "has no direction", "give a finite vector other than zero");
@@ -150,7 +150,7 @@ TriangleMesh make_sphere(double radius, int subdivisions) {
 TriangleMesh make_cylinder(double radius, double height, int segments) {
     check_length("cylinder radius", radius);
     check_length("cylinder height", height);
-    check_count("cylinder segments", segments, 3, most_segments);
+    check_count("cylinder segments", segments, 3, max_segments);
     std::vector<Vec2> outline = {{0, -0.5 * height}};
     const int rows = row_count(height, radius, segments);
     for (int row = 0; row <= rows; ++row)
@@ -162,8 +162,8 @@ TriangleMesh make_cylinder(double radius, double height, int segments) {
 TriangleMesh make_torus(double ring_radius, double tube_radius, int ring_segments, int tube_segments) {
     check_length("torus ring radius", ring_radius);
     check_length("torus tube radius", tube_radius);
-    check_count("torus ring segments", ring_segments, 3, most_segments);
-    check_count("torus tube segments", tube_segments, 3, most_segments);
+    check_count("torus ring segments", ring_segments, 3, max_segments);
+    check_count("torus tube segments", tube_segments, 3, max_segments);
     if (!(tube_radius < ring_radius))
         throw InputError("torus tube radius",
                          text(tube_radius) + " is not below the ring radius " + text(ring_radius),
@@ -187,7 +187,7 @@ TriangleMesh make_torus(double ring_radius, double tube_radius, int ring_segment
 TriangleMesh make_capsule(double radius, double straight_height, int segments) {
     check_length("capsule radius", radius);
     if (straight_height != 0) check_length("capsule straight height", straight_height);
-    check_count("capsule segments", segments, 4, most_segments);
+    check_count("capsule segments", segments, 4, max_segments);
     const int quarter = std::max(2, segments / 4);
     const double half = 0.5 * straight_height;
     std::vector<Vec2> outline = {{0, -half - radius}};
@@ -217,7 +217,7 @@ double pear_outline(double axis) {
 
 TriangleMesh make_pear(double height, int segments, double foot) {
     check_length("pear height", height);
-    check_count("pear segments", segments, 4, most_segments);
+    check_count("pear segments", segments, 4, max_segments);
     const double half = 0.5 * height;
     if (!(foot >= 0 && foot < 0.5 * half * pear_outline(widest_position)))
         throw InputError("pear foot", "must be from 0 to below half the belly's radius, about 0.16 heights");

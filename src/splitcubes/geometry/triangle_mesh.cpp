@@ -42,15 +42,15 @@ void TriangleMesh::append(const TriangleMesh& other) {
 
 TriangleMesh part_of(const TriangleMesh& mesh, std::span<const std::uint32_t> triangles) {
     TriangleMesh out;
-    std::vector<std::uint32_t> number(mesh.positions.size(), UINT32_MAX);
+    std::vector<std::uint32_t> new_index(mesh.positions.size(), UINT32_MAX);
     for (const std::uint32_t t : triangles) {
         Triangle& copy = out.triangles.emplace_back(mesh.triangles[t]);
         for (std::uint32_t& v : copy) {
-            if (number[v] == UINT32_MAX) {
-                number[v] = static_cast<std::uint32_t>(out.positions.size());
+            if (new_index[v] == UINT32_MAX) {
+                new_index[v] = static_cast<std::uint32_t>(out.positions.size());
                 out.positions.push_back(mesh.positions[v]);
             }
-            v = number[v];
+            v = new_index[v];
         }
     }
     return out;

@@ -69,15 +69,15 @@ HWY_INLINE Point corner(const WindingTriangles& some, std::size_t k, std::size_t
 }
 
 // A triangle as seen from a point: half its solid angle is the argument of re + i im, which is normalised.
-struct Sight {
+struct SeenTriangle {
     Point corner[3], area;
     V length[3], inverse[3], product[3];  // product: of the other two lengths and of the other two corners
     V re, im, scale, inverses;
     V error;  // of the argument, in units of rounding
 };
 
-HWY_INLINE Sight sight(const WindingTriangles& some, std::size_t first, const Point& from, V reach) {
-    Sight s;
+HWY_INLINE SeenTriangle see(const WindingTriangles& some, std::size_t first, const Point& from, V reach) {
+    SeenTriangle s;
     for (std::size_t k = 0; k < 3; ++k) {
         s.corner[k] = corner(some, k, first, from);
         const V square = dot(s.corner[k], s.corner[k]);
@@ -126,7 +126,7 @@ HWY_INLINE void multiply(Product& p, V re, V im, M used) {
 
 // Adds the first and second derivative of the argument along an axis, as those of the imaginary part of log
 // z. The point moves, so the corners relative to it move the other way.
-HWY_INLINE void add_derivatives(const Sight& s, const V* slopes, std::size_t axis, M used, V& first,
+HWY_INLINE void add_derivatives(const SeenTriangle& s, const V* slopes, std::size_t axis, M used, V& first,
                                 V& second) {
     const V two = set(2);
     const V e[3] = {s.corner[0].x[axis], s.corner[1].x[axis], s.corner[2].x[axis]};
@@ -162,7 +162,7 @@ HWY_INLINE void add_block(const WindingTriangles& some, std::size_t begin, std::
     V error2 = hn::Zero(d);
     out.doubtful_count = 0;
     for (std::size_t t = begin; t < end; t += width) {
-        const Sight s = sight(some, t, from, far);
+        const SeenTriangle s = see(some, t, from, far);
         const M in = hn::FirstN(d, end - t);
         const V error = hn::Mul(s.error, unit);
         // The angle is undefined at the triangle's boundary and jumps inside the triangle.

@@ -37,7 +37,7 @@ class GltfDocument {
     /// Bytes of the document and its buffers: what output is bounded by.
     std::size_t byte_total() const { return byte_total_; }
 
-    /// root[list][index]; throws where there is none. `user`: who asks, for the message.
+    /// root[list][index]; throws where there is none. `user`: the caller, for the message.
     const Json& element(const char* list, std::uint64_t index, const std::string& user) const;
     /// Length of root[list]; 0 where there is none.
     std::size_t element_count(const char* list) const;

@@ -1,4 +1,4 @@
-// The mesh file formats and how a file's format is told.
+// The mesh file formats and the detection of a file's format.
 #pragma once
 
 #include <cstddef>

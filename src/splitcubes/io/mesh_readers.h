@@ -24,7 +24,7 @@ inline std::string_view as_text(Bytes bytes) {
 /// cannot be read, or it is empty.
 std::vector<std::byte> read_file_bytes(const std::filesystem::path& path);
 
-/// A place in a binary file, for messages: `name at byte 84`.
+/// A location in a binary file, for messages: `name at byte 84`.
 std::string at_byte(const std::string& name, std::size_t offset);
 
 /// The file of a texture that a file in `folder` names, or the one of its name beside the mesh where that is

@@ -200,7 +200,7 @@ std::size_t byte_count(PlyType type) {
     return 8;
 }
 
-std::size_t PlyElement::least_bytes(PlyEncoding encoding) const {
+std::size_t PlyElement::min_bytes(PlyEncoding encoding) const {
     // In text a number is at least one digit and what parts it from the next.
     if (encoding == PlyEncoding::ascii) return 2 * properties.size();
     std::size_t bytes = 0;

@@ -31,7 +31,7 @@ struct PlyElement {
     std::vector<PlyProperty> properties;
 
     /// The fewest bytes that one can take, with every list empty.
-    std::size_t least_bytes(PlyEncoding encoding) const;
+    std::size_t min_bytes(PlyEncoding encoding) const;
     const PlyProperty* find(const std::string& property) const;
 };
 

@@ -20,7 +20,7 @@ using geometry::Triangle;
 // Limit on vertices, corners and primitives per byte of the file (a vertex takes twelve): nodes may use a
 // mesh several times, but a small file must not fill the memory.
 constexpr std::size_t elements_per_byte = 8;
-constexpr std::size_t least_budget = std::size_t{1} << 20;
+constexpr std::size_t min_budget = std::size_t{1} << 20;
 
 // Required extensions that leave positions and triangles as they are; section
 // 3.12 demands that others are refused.
@@ -39,7 +39,7 @@ class GltfReader {
         : document_(bytes, name, folder),
           name_(name),
           report_(report),
-          budget_(std::max(least_budget, elements_per_byte * document_.byte_total())),
+          budget_(std::max(min_budget, elements_per_byte * document_.byte_total())),
           materials_(document_, report) {}
 
     Model read() {
@@ -219,9 +219,9 @@ class GltfReader {
             add_positions(*position, where, world_from_mesh, first_vertex_of_accessor);
         const std::size_t vertex_count = document_.vector_count(*position, where);
         const std::vector<std::uint32_t> corners = corner_indices(primitive, where, vertex_count);
-        const VertexAttributes carried = vertex_attributes(primitive, *attributes, where, vertex_count);
+        const VertexAttributes vertices = vertex_attributes(primitive, *attributes, where, vertex_count);
         // Section 3.7.4: a transform that mirrors turns the triangles round.
-        add_triangles(corners, first, carried, mode, world_from_mesh.linear().determinant() < 0, where);
+        add_triangles(corners, first, vertices, mode, world_from_mesh.linear().determinant() < 0, where);
     }
 
     VertexAttributes vertex_attributes(const Json& primitive, const Json& attributes,
@@ -306,12 +306,12 @@ class GltfReader {
 
     /// Section 3.7.2.1. corners: of the primitive's own vertices, the first of which is number `first`.
     void add_triangles(const std::vector<std::uint32_t>& corners, std::uint32_t first,
-                       const VertexAttributes& carried, std::uint64_t mode, bool mirrored,
+                       const VertexAttributes& vertices, std::uint64_t mode, bool mirrored,
                        const std::string& where) {
         const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
             const Triangle own = mirrored ? Triangle{a, c, b} : Triangle{a, b, c};
             if (builder_.add_triangle({own[0] + first, own[1] + first, own[2] + first}))
-                add_attributes(own, carried);
+                add_attributes(own, vertices);
         };
         const std::size_t count = corners.size();
         if (count < 3 || (mode == mode_triangles && count % 3 != 0))
@@ -327,26 +327,26 @@ class GltfReader {
     }
 
     /// Of the triangle that was added last.
-    void add_attributes(const Triangle& own, const VertexAttributes& carried) {
+    void add_attributes(const Triangle& own, const VertexAttributes& vertices) {
         const std::size_t before = builder_.mesh.triangles.size() - 1;
-        if (!carried.uv.empty()) {
+        if (!vertices.uv.empty()) {
             attributes_.corner_uv.resize(before);
             auto& to = attributes_.corner_uv.emplace_back();
             for (std::size_t k = 0; k < 3; ++k)
-                to[k] = {carried.uv[std::size_t{2} * own[k]], carried.uv[std::size_t{2} * own[k] + 1]};
+                to[k] = {vertices.uv[std::size_t{2} * own[k]], vertices.uv[std::size_t{2} * own[k] + 1]};
         }
-        if (!carried.colour.empty()) {
+        if (!vertices.colour.empty()) {
             attributes_.corner_colour.resize(before, white);
             auto& to = attributes_.corner_colour.emplace_back();
             for (std::size_t k = 0; k < 3; ++k)
                 for (std::size_t i = 0; i < 4; ++i) {
-                    const float value = carried.colour[std::size_t{4} * own[k] + i];
+                    const float value = vertices.colour[std::size_t{4} * own[k] + i];
                     to[k][i] = i < 3 ? srgb_from_linear(value) : channel(value);
                 }
         }
-        if (carried.material >= 0) {
+        if (vertices.material >= 0) {
             attributes_.triangle_material.resize(before, -1);
-            attributes_.triangle_material.push_back(carried.material);
+            attributes_.triangle_material.push_back(vertices.material);
         }
     }
 

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Beyond this a mesh would not fit the indices; it also keeps a sparse file
-// that claims terabytes from being asked for.
+// that claims terabytes from being requested.
 constexpr std::uintmax_t max_file_bytes = std::uintmax_t{16} << 30;
 
 Model read_format(Bytes bytes, MeshFormat format, const std::string& name, const fs::path& folder,

@@ -200,7 +200,7 @@ class ObjReader {
         return value;
     }
 
-    /// Counted from 1. Whether there is such a coordinate is asked at the end: they
+    /// Counted from 1. Whether there is such a coordinate is checked at the end: they
     /// may follow, and files exist that have lost all of theirs but still number them.
     std::uint32_t texture_number(std::int64_t index) {
         const auto count = static_cast<std::int64_t>(texture_points_.size());
@@ -251,8 +251,8 @@ class ObjReader {
                         out.corner_uv[t][k] = texture_points_[number - 1];
     }
 
-    /// Three components on a face of material `cut` are a place in a solid texture,
-    /// as the writer leaves it, and no place in a picture.
+    /// Three components on a face of material `cut` are a position in a solid texture,
+    /// as written by this program, and no texture coordinates of a picture.
     bool is_solid_texture(std::size_t t) const {
         const std::int32_t material = t < triangle_material_.size() ? triangle_material_[t] : -1;
         if (material < 0 || materials_[static_cast<std::size_t>(material)].name != "cut") return false;

@@ -31,16 +31,16 @@ namespace splitcubes::io {
 
 namespace {
 
-constexpr std::uintmax_t most_bytes = std::uintmax_t{1} << 28;
-constexpr std::int64_t most_pixels = std::int64_t{1} << 26;
+constexpr std::uintmax_t max_bytes = std::uintmax_t{1} << 28;
+constexpr std::int64_t max_pixels = std::int64_t{1} << 26;
 constexpr const char* picture_remedy = "give a PNG, JPEG, BMP, TGA or PNM file";
 
 std::vector<stbi_uc> bytes_of(const std::filesystem::path& path) {
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error))
         throw InputError(path.string(), "there is no such file", picture_remedy);
-    if (std::filesystem::file_size(path, error) > most_bytes)
-        throw InputError(path.string(), "is longer than " + std::to_string(most_bytes) + " bytes",
+    if (std::filesystem::file_size(path, error) > max_bytes)
+        throw InputError(path.string(), "is longer than " + std::to_string(max_bytes) + " bytes",
                          picture_remedy);
     std::ifstream file(path, std::ios::binary);
     std::vector<stbi_uc> bytes{std::istreambuf_iterator<char>(file), {}};
@@ -76,7 +76,7 @@ BrightnessPicture read_brightness(const std::filesystem::path& path) {
     int channels = 0;
     if (stbi_info_from_memory(bytes.data(), length, &out.width, &out.height, &channels) == 0)
         throw InputError(path.string(), "is not a picture that can be read", picture_remedy);
-    if (out.width <= 0 || out.height <= 0 || std::int64_t{out.width} * out.height > most_pixels)
+    if (out.width <= 0 || out.height <= 0 || std::int64_t{out.width} * out.height > max_pixels)
         throw InputError(path.string(),
                          "is " + std::to_string(out.width) + " x " + std::to_string(out.height) +
                              " pixels, more than are taken",

@@ -1,4 +1,4 @@
-// Pictures as a number for each place: of maps that are painted, not seen.
+// Pictures as one value per pixel: for maps that are data, not images.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +16,7 @@ struct BrightnessPicture {
     double at(double u, double v) const;
 };
 
-/// Reads PNG, JPEG, BMP, TGA or PNM. Throws InputError, whose place is the file, for what is
+/// Reads PNG, JPEG, BMP, TGA or PNM. Throws InputError, whose location is the file, for what is
 /// none of these, is damaged, or has more than 2^26 pixels.
 BrightnessPicture read_brightness(const std::filesystem::path& path);
 

@@ -137,9 +137,9 @@ class PlyReader {
   private:
     /// A count must fit the bytes that are left, before anything goes by it.
     void check_count(const PlyElement& element) const {
-        const std::size_t least = element.least_bytes(header_.encoding);
-        if (least == 0) return;  // takes no bytes, and nothing is read for it
-        const std::uint64_t room = body_.bytes_left() / least;
+        const std::size_t element_bytes = element.min_bytes(header_.encoding);
+        if (element_bytes == 0) return;  // takes no bytes, and nothing is read for it
+        const std::uint64_t room = body_.bytes_left() / element_bytes;
         if (element.count > room)
             throw InputError(name_ + ":" + std::to_string(element.line),
                              "the header claims " + std::to_string(element.count) + " of element " +

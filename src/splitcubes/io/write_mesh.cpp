@@ -154,7 +154,7 @@ std::string encode_stl(const SurfaceMesh& surface, const std::string& name) {
         w.stableNormalize();
         Vec3 normal = u.cross(w);
         normal.stableNormalize();
-        if (!normal.allFinite()) normal.setZero();  // what STL asks readers to work out themselves
+        if (!normal.allFinite()) normal.setZero();  // STL readers compute it themselves
         for (const double value : normal) put_number(out, static_cast<float>(value));
         for (const std::uint32_t v : t)
             for (const double value : mesh.positions[v]) put_number(out, to_float(value, name));

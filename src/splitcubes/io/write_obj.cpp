@@ -58,7 +58,7 @@ class ObjWriter {
         }
     }
 
-    /// Texture coordinates of boundary corners, each pair once; places in the solid of cut ones.
+    /// Texture coordinates of boundary corners, each pair once; rest positions of cut ones.
     void put_texture_points() {
         const bool with_uv = !attributes_.corner_uv.empty();
         const bool with_rest = !surface_.rest.empty();

@@ -19,7 +19,7 @@ inline constexpr std::size_t max_key_length = 1000;
 /// A number outside the range of double.
 struct UnrepresentableNumber {
     std::size_t begin, size;  // bytes of the text
-    JsonPath path;            // for the first most_unheld_paths numbers only, else empty
+    JsonPath path;            // for the first max_unrepresentable_paths numbers only, else empty
 };
 /// Unrepresentable numbers whose path is recorded.
 inline constexpr std::size_t max_unrepresentable_paths = 1000;

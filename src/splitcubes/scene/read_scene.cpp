@@ -9,7 +9,7 @@ namespace splitcubes::scene {
 
 namespace {
 
-constexpr int most_frames = 1000000;
+constexpr int max_frames = 1000000;
 
 // Refuses a name that an earlier element of the array has.
 void check_new_name(const Value& element, std::string_view kind, const std::string& name,
@@ -52,7 +52,7 @@ OcclusionDescription read_occlusion(const Value& value) {
 OutputDescription read_output(const Value& value) {
     const Object object(value, "output");
     OutputDescription out;
-    object.read("every_nth_frame", out.every_nth_frame, 1, most_frames);
+    object.read("every_nth_frame", out.every_nth_frame, 1, max_frames);
     if (object.has("format")) {
         out.format = static_cast<SurfaceFormat>(object.at("format").choice(surface_format_names));
     }
@@ -96,16 +96,15 @@ CameraDescription read_camera(const Value& value) {
 void read_times(const Object& object, SceneDescription& out) {
     object.read("time_step", out.time_step, {0, 1, true});
     object.not_both("frames", "duration");
-    if (const auto frames = object.find("frames")) out.frames = frames->integer(1, most_frames);
+    if (const auto frames = object.find("frames")) out.frames = frames->integer(1, max_frames);
     if (const auto duration = object.find("duration")) {
         // Tolerates rounding, so that a duration of whole steps is not rounded up.
         const double steps = std::ceil(duration->number({0, 1e6, true}) / out.time_step - 1e-6);
-        if (object.sound({"time_step", "duration"}) && steps > most_frames) {
-            duration->fail(
-                "is " + duration->shown() + ", more than " + std::to_string(most_frames) + " steps",
-                "shorten it or take a longer time_step");
+        if (object.sound({"time_step", "duration"}) && steps > max_frames) {
+            duration->fail("is " + duration->shown() + ", more than " + std::to_string(max_frames) + " steps",
+                           "shorten it or take a longer time_step");
         }
-        out.frames = std::max(1, static_cast<int>(std::min<double>(steps, most_frames)));
+        out.frames = std::max(1, static_cast<int>(std::min<double>(steps, max_frames)));
     }
 }
 

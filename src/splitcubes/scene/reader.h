@@ -1,6 +1,6 @@
 // Checked reading of JSON values that know where they stand. Internal to scene.
 //
-// Readers go on after what is wrong, so that all of it is told at once: they note the problem and
+// Readers go on after what is wrong, so that all problems are reported together: they note the problem and
 // return a harmless value. A value that is wrong is complained of once. Checks that compare values
 // ask first whether these are sound.
 #pragma once
@@ -64,8 +64,8 @@ inline constexpr Range not_negative{0, 1e7};
 inline constexpr Range any_time{0, 1e6};
 inline constexpr Range any_angle{-3.6e5, 3.6e5};
 
-/// A JSON value and the way to it. One that is not there, which has been complained of, is void:
-/// it takes all that is asked of it and complains of nothing more.
+/// A JSON value and its path. A missing one, for which a problem was reported, is void:
+/// it accepts every query and reports nothing more.
 class Value {
   public:
     Value(const Source& source, const nlohmann::ordered_json& json, JsonPath path)
@@ -102,9 +102,9 @@ class Value {
     Vec3 direction() const;
     /// Returns the elements of an array, least to most of them; if there are too few, those, but none if
     /// their number is fixed (least = most).
-    std::vector<Value> elements(std::size_t least, std::size_t most) const;
+    std::vector<Value> elements(std::size_t min_count, std::size_t max_count) const;
     /// Return the number of elements, and one element: for arrays too long to have a Value for each.
-    std::size_t element_count(std::size_t least, std::size_t most) const;
+    std::size_t element_count(std::size_t min_count, std::size_t max_count) const;
     Value element(std::size_t index) const;
 
   private:
@@ -140,7 +140,7 @@ class Object {
     /// Notes it when both are given.
     void not_both(std::string_view first, std::string_view second) const;
     /// Whether nothing is wrong with what stands under these keys; absent ones are right unless they
-    /// were asked for by at().
+    /// were queried by at().
     bool sound(std::initializer_list<std::string_view> keys) const;
 
     // Each leaves `out` as it is where the key is absent or its value is wrong.

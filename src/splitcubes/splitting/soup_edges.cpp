@@ -121,11 +121,11 @@ SoupEdges::SoupEdges(const geometry::TriangleMesh& mesh, const RestGrid& rest,
       center_(middle_node(rest)),
       jets_(corners_of(mesh, rest)),
       after_(sweep.crossings.size(), unknown) {
-    std::uint32_t number = 0;
+    std::uint32_t id = 0;
     for (const geometry::Triangle& t : mesh.triangles) {
         has_area_.push_back(has_area(mesh, t));
-        jet_ids_.push_back(number);
-        number += has_area_.back();
+        jet_ids_.push_back(id);
+        id += has_area_.back();
     }
     const Vec3i n = rest.node_count;
     const auto lines = static_cast<std::size_t>(n[1] * n[2] + n[2] * n[0] + n[0] * n[1]);

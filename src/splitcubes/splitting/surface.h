@@ -90,8 +90,8 @@ class Surface {
     /// Returns the inside nodes that move a vertex, in order of first use.
     const std::vector<Vec3i>& nodes() const { return nodes_; }
     Influences influences(const RestGrid& rest, const SurfaceVertex& vertex) const;
-    /// Calls use(node, weight) for each node that moves a vertex, in the order of `carriers`. Returns the sum
-    /// of the weights.
+    /// Calls use(node, weight) for each node that moves a vertex, in the order of `influences`. Returns the
+    /// sum of the weights.
     template <class Use>
     double visit_influences(const RestGrid& rest, const SurfaceVertex& vertex, const Use& use) const;
     /// Returns one of the nodes that move a vertex.

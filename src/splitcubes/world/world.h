@@ -50,7 +50,7 @@ struct WorldSettings {
 #endif
 };
 
-/// Sides of a blade behind its edge, on which the cut faces rub.
+/// Sides of a blade behind its edge, on which the cut faces slide with friction.
 struct BladeSides {
     double reach = 0;     // m, width of the sides behind the edge
     double friction = 0;  // Coulomb coefficient
@@ -79,12 +79,12 @@ class World {
     void add_collider(Collider collider) { colliders_.push_back(std::move(collider)); }
     /// Its crossings get the next cut number.
     void add_tool(cutting::Blade blade, std::vector<std::size_t> bodies = {}, const BladeSides& sides = {});
-    // Numbers behind one that is removed move up by one; cached contacts and the lists of tools follow. No
-    // other thing moves otherwise for it, but for what had touched it.
-    void remove_body(std::size_t number);
-    void remove_collider(std::size_t number);
-    void remove_tool(std::size_t number);
-    /// For what cuts but is no tool: a number that no cut has yet.
+    // Indices above a removed one decrease by one, also in cached contacts and in the lists of tools. The
+    // motion of all else changes only by contacts with the removed one.
+    void remove_body(std::size_t index);
+    void remove_collider(std::size_t index);
+    void remove_tool(std::size_t index);
+    /// Returns an unused cut number, for cuts without a tool.
     std::int32_t take_cut_number() { return next_cut_number_++; }
     std::int32_t next_cut_number() const { return next_cut_number_; }
     void set_next_cut_number(std::int32_t number) { next_cut_number_ = number; }

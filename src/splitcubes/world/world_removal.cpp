@@ -11,8 +11,8 @@ namespace splitcubes::body {
 namespace {
 
 template <class T>
-void erase_at(std::vector<T>& list, std::size_t number) {
-    list.erase(list.begin() + static_cast<std::ptrdiff_t>(number));
+void erase_at(std::vector<T>& list, std::size_t index) {
+    list.erase(list.begin() + static_cast<std::ptrdiff_t>(index));
 }
 
 // A contact's key: body, 16 bits; collider + 1 or 0, 16 bits; vertex.
@@ -25,9 +25,9 @@ std::uint64_t field(std::uint64_t key, int shift) {
 
 // The key after the thing of this number in a field is gone; none: the contact is gone with it.
 std::optional<std::uint64_t> key_without(std::uint64_t key, int shift, std::uint64_t removed) {
-    const std::uint64_t number = field(key, shift);
-    if (number == removed) return std::nullopt;
-    return number < removed ? key : with_field(key, shift, number - 1);
+    const std::uint64_t index = field(key, shift);
+    if (index == removed) return std::nullopt;
+    return index < removed ? key : with_field(key, shift, index - 1);
 }
 
 }  // namespace
@@ -46,25 +46,25 @@ void World::renumber_cached_contacts(const NewKey& new_key) {
     contact_finder_ = std::make_unique<ContactFinder>();
 }
 
-void World::remove_body(std::size_t number) {
-    erase_at(bodies_, number);
+void World::remove_body(std::size_t index) {
+    erase_at(bodies_, index);
     for (Tool& tool : tools_) {
-        if (number < tool.last_normal.size()) erase_at(tool.last_normal, number);
+        if (index < tool.last_normal.size()) erase_at(tool.last_normal, index);
         for (std::size_t& body : tool.bodies) {
-            if (body == removed_body || body < number) continue;
-            body = body == number ? removed_body : body - 1;
+            if (body == removed_body || body < index) continue;
+            body = body == index ? removed_body : body - 1;
         }
     }
-    renumber_cached_contacts([&](std::uint64_t key) { return key_without(key, 48, number); });
+    renumber_cached_contacts([&](std::uint64_t key) { return key_without(key, 48, index); });
 }
 
-void World::remove_collider(std::size_t number) {
-    erase_at(colliders_, number);
-    renumber_cached_contacts([&](std::uint64_t key) { return key_without(key, 32, number + 1); });
+void World::remove_collider(std::size_t index) {
+    erase_at(colliders_, index);
+    renumber_cached_contacts([&](std::uint64_t key) { return key_without(key, 32, index + 1); });
 }
 
-void World::remove_tool(std::size_t number) {
-    erase_at(tools_, number);
+void World::remove_tool(std::size_t index) {
+    erase_at(tools_, index);
 }
 
 void World::forget_tool_paths() {

@@ -100,10 +100,10 @@ io::Model model_of(const MeshView& mesh, const std::string& where) {
             throw InputError(where + ", corner_uv of triangle " + std::to_string(k / 6), "is not finite");
         out.attributes.corner_uv[k / 6][k % 6 / 2][k % 2] = mesh.corner_uv[k];
     }
-    constexpr std::int32_t most_materials = 65536;
+    constexpr std::int32_t max_materials = 65536;
     std::int32_t last = -1;
     for (const std::int32_t material : mesh.triangle_material) {
-        if (material < -1 || material >= most_materials)
+        if (material < -1 || material >= max_materials)
             throw InputError(where + ", triangle_material",
                              "has a number out of range (" + std::to_string(material) + ")",
                              "give -1 to 65535");

@@ -30,8 +30,8 @@ void forget_before(const List& list, double time) {
 
 // Contacts name bodies and colliders by 16 bits.
 void require_key(std::size_t count, const char* what) {
-    constexpr std::size_t most = 65000;
-    if (count >= most) throw InputError("simulation", std::string("has 65000 ") + what, "remove some");
+    constexpr std::size_t max_count = 65000;
+    if (count >= max_count) throw InputError("simulation", std::string("has 65000 ") + what, "remove some");
 }
 
 // Removes all of a body.

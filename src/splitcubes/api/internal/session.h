@@ -73,7 +73,7 @@ struct Things {
     /// With tracks of its own.
     Things copy() const;
     void continue_after(const Things& other);
-    /// The place of a handle or constraint among those of its body.
+    /// Returns the index of a handle or constraint among those of its body.
     template <class List, class Name>
     static std::size_t index_in_body(const List& list, Name id) {
         std::size_t index = 0;

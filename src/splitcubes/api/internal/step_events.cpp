@@ -57,13 +57,13 @@ StepResult StepEvents::end(Session& session, const body::StepReport& report) {
 }
 
 // By the numbers that the new crossings carry.
-void StepEvents::list_cuts(Session& session, std::size_t number) {
-    const body::Body& body = *session.world().bodies()[number];
-    const BodyId id = session.things().bodies.id_at(number);
+void StepEvents::list_cuts(Session& session, std::size_t index) {
+    const body::Body& body = *session.world().bodies()[index];
+    const BodyId id = session.things().bodies.id_at(index);
     const std::vector<body::Tool>& tools = session.world().tools();
     std::size_t torn = 0;
     for (const splitting::Crossing& crossing :
-         std::span(body.grid().crossings()).subspan(before_[number].crossings)) {
+         std::span(body.grid().crossings()).subspan(before_[index].crossings)) {
         torn += crossing.cut == body::tear_cut_number;
         for (std::size_t k = 0; k < tools.size(); ++k)
             if (tools[k].cut_number == crossing.cut &&
@@ -79,12 +79,12 @@ void StepEvents::list_cuts(Session& session, std::size_t number) {
     }
 }
 
-void StepEvents::list_pieces(const Session& session, std::size_t number) {
-    const body::Body& body = *session.world().bodies()[number];
-    const BodyId id = session.things().bodies.id_at(number);
+void StepEvents::list_pieces(const Session& session, std::size_t index) {
+    const body::Body& body = *session.world().bodies()[index];
+    const BodyId id = session.things().bodies.id_at(index);
     for (const splitting::PieceSplit& split : body.splits())
         pieces_separated_.push_back({id, split.piece, split.parent});
-    const std::vector<std::int32_t>& last = before_[number].rigid;
+    const std::vector<std::int32_t>& last = before_[index].rigid;
     for (const std::int32_t piece : rigid_pieces(body))
         if (!std::binary_search(last.begin(), last.end(), piece)) made_rigid_.push_back({id, piece});
 }

@@ -17,11 +17,11 @@ void make_ascending(std::vector<std::uint32_t>& slots) {
 }
 
 // Returns ranges of ascending indices; each index stands for `each` slots.
-void append_ranges(std::span<const std::uint32_t> numbers, std::uint32_t each, std::uint32_t gap,
+void append_ranges(std::span<const std::uint32_t> indices, std::uint32_t each, std::uint32_t gap,
                    std::vector<Range>& out) {
     out.clear();
-    for (const std::uint32_t number : numbers) {
-        const std::uint32_t first = each * number;
+    for (const std::uint32_t index : indices) {
+        const std::uint32_t first = each * index;
         if (!out.empty() && first <= out.back().first + out.back().count + gap)
             out.back().count = first + each - out.back().first;
         else
@@ -96,7 +96,7 @@ void SurfaceStream::update_cells(const body::Body& body, std::span<const std::ui
     fresh_.clear();
     runs_.resize(surface.cells().size());
     const std::size_t vertices = surface.vertices().size(), triangles = 2 * surface.quad_slot_count();
-    for (auto* numbers : {&positions_, &normals_, &rest_}) numbers->resize(3 * vertices, 0.0F);
+    for (auto* indices : {&positions_, &normals_, &rest_}) indices->resize(3 * vertices, 0.0F);
     pieces_.resize(vertices, -1);
     identity_.resize(vertices, 0);
     triangles_.resize(3 * triangles, 0);

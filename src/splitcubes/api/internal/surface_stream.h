@@ -26,7 +26,7 @@ class SurfaceStream {
 
     /// Nothing has changed from here on, until take_changes.
     void forget_changes();
-    /// Takes in what the body's last retessellate changed and the pieces that parted with it.
+    /// Updates the cells that the body's last retessellate changed, and the pieces that separated with it.
     void take_changes(const body::Body& body, const Parallel& parallel);
     /// Updates positions and normals of the vertices.
     void move(const body::Body& body, const Parallel& parallel);

@@ -18,10 +18,10 @@ class World;
 namespace splitcubes::app {
 
 /// Caches each body's attributes as long as the triangles of its surface are unchanged at rest.
-class CarriedSurfaces {
+class AttributedSurfaces {
   public:
     /// models: per body; a model without attributes gives none.
-    CarriedSurfaces(const body::World& world, const std::vector<io::Model>& models);
+    AttributedSurfaces(const body::World& world, const std::vector<io::Model>& models);
 
     /// Writes pictures embedded in the meshes' files into a folder, for formats that cannot embed them.
     /// `before` is called with each name before it is written.
@@ -32,7 +32,7 @@ class CarriedSurfaces {
     geometry::SurfaceMesh now(const body::World& world);
 
   private:
-    struct Carried {
+    struct Cached {
         std::optional<geometry::AttributeTransfer> transfer;
         std::vector<geometry::Material> materials;  // of the input, named as in output files
         geometry::MeshAttributes attributes;
@@ -40,10 +40,10 @@ class CarriedSurfaces {
         std::uint64_t revision = 0;
         bool known = false;
     };
-    void update(Carried& carried, const body::Body& body, const geometry::SurfaceMesh& surface,
+    void update(Cached& cached, const body::Body& body, const geometry::SurfaceMesh& surface,
                 const Parallel& parallel) const;
 
-    std::vector<Carried> bodies_;
+    std::vector<Cached> bodies_;
     bool any_ = false;
 };
 

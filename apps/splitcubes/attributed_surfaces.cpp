@@ -1,4 +1,4 @@
-#include "carried_surfaces.h"
+#include "attributed_surfaces.h"
 
 #include <splitcubes/body/body.h>
 #include <splitcubes/io/write_mesh.h>
@@ -9,7 +9,7 @@
 
 namespace splitcubes::app {
 
-CarriedSurfaces::CarriedSurfaces(const body::World& world, const std::vector<io::Model>& models)
+AttributedSurfaces::AttributedSurfaces(const body::World& world, const std::vector<io::Model>& models)
     : bodies_(world.bodies().size()) {
     for (std::size_t k = 0; k < std::min(models.size(), bodies_.size()); ++k) {
         if (models[k].attributes.empty()) continue;
@@ -20,28 +20,28 @@ CarriedSurfaces::CarriedSurfaces(const body::World& world, const std::vector<io:
     }
 }
 
-void CarriedSurfaces::write_images(const std::filesystem::path& folder,
-                                   const std::function<void(const std::filesystem::path&)>& before) {
+void AttributedSurfaces::write_images(const std::filesystem::path& folder,
+                                      const std::function<void(const std::filesystem::path&)>& before) {
     for (std::size_t k = 0; k < bodies_.size(); ++k)
         io::write_images(folder, "body" + std::to_string(k), bodies_[k].materials, before);
 }
 
-void CarriedSurfaces::update(Carried& carried, const body::Body& body, const geometry::SurfaceMesh& surface,
-                             const Parallel& parallel) const {
-    if (carried.known && carried.revision == body.surface().revision()) return;
-    carried.attributes = carried.transfer
-                             ? carried.transfer->onto(surface, parallel, carried.surface, carried.attributes)
-                             : geometry::attributes_by_origin(surface);
-    carried.surface.mesh.triangles = surface.mesh.triangles;
-    carried.surface.triangle_origin = surface.triangle_origin;
-    carried.surface.rest = surface.rest;
+void AttributedSurfaces::update(Cached& cached, const body::Body& body, const geometry::SurfaceMesh& surface,
+                                const Parallel& parallel) const {
+    if (cached.known && cached.revision == body.surface().revision()) return;
+    cached.attributes = cached.transfer
+                            ? cached.transfer->onto(surface, parallel, cached.surface, cached.attributes)
+                            : geometry::attributes_by_origin(surface);
+    cached.surface.mesh.triangles = surface.mesh.triangles;
+    cached.surface.triangle_origin = surface.triangle_origin;
+    cached.surface.rest = surface.rest;
     // Added materials follow those of the input.
-    std::copy(carried.materials.begin(), carried.materials.end(), carried.attributes.materials.begin());
-    carried.revision = body.surface().revision();
-    carried.known = true;
+    std::copy(cached.materials.begin(), cached.materials.end(), cached.attributes.materials.begin());
+    cached.revision = body.surface().revision();
+    cached.known = true;
 }
 
-geometry::SurfaceMesh CarriedSurfaces::now(const body::World& world) {
+geometry::SurfaceMesh AttributedSurfaces::now(const body::World& world) {
     geometry::SurfaceMesh all;
     std::int32_t first_piece = 0;
     for (std::size_t k = 0; k < bodies_.size(); ++k) {
