@@ -166,7 +166,8 @@ template <class A>
 void region(A& a, Region& r) {
     auto kind = static_cast<std::uint8_t>(r.index());
     if (kind > 1)
-        throw InputError("region", "is given by a function, which no file can hold", "give boxes and spheres");
+        throw InputError("region", "is given by a function, which no file can hold",
+                         "give boxes and spheres");
     a.number(kind);
     require_state(kind <= 1, "a region that there is not");
     if (A::loads && kind == 1) r = SphereRegion{};
