@@ -11,8 +11,8 @@ namespace splitcubes {
 /// remedy`. The program ends with exit code 2.
 class InputError : public std::runtime_error {
   public:
-    /// location: file (with :line if known), option or parameter. problem: the fault, with the offending value.
-    /// remedy: what the user can do; may be empty.
+    /// location: file (with :line if known), option or parameter. problem: the fault, with the offending
+    /// value. remedy: what the user can do; may be empty.
     InputError(const std::string& location, const std::string& problem, const std::string& remedy = "");
 };
 
