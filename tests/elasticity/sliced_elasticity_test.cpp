@@ -58,6 +58,7 @@ Found sliced(const Specimen& body, const Motion& motion, const Parallel& paralle
                                                         body.phyxels.plastic_strain};
     EXPECT_EQ(elastic.take_state(body.neighbourhoods, body.material, configuration, parallel), 0U);
     elastic.read_deformation(out.F, out.R, parallel);
+    elastic.take_twists({out.F, out.R, {}, {}}, parallel);
     out.energy = elastic.energy(configuration, parallel);
     elastic.forces(out.force, parallel);
     out.square = elastic.apply_stiffness(1.5, motion.diagonal, motion.direction, out.product, parallel);

@@ -97,10 +97,40 @@ Mat3 piola_stress(const Material& material, const Mat3& F, const Mat3& R, const 
     return stress;
 }
 
+bool is_distorted(const Mat3& F, const Mat3& R) {
+    return (F - R).squaredNorm() > tuning::constitutive::far_from_rest;
+}
+
+Twist twist_of(const Material& material, const Mat3& F, const Mat3& R) {
+    const double mu = material.lame_mu(), lambda = material.lame_lambda();
+    const SymmetricEigen eigen = eigen_symmetric(symmetric(R.transpose() * (F - R)));
+    const double trace = eigen.values.sum();
+    Vec3 twist;
+    for (int k = 0; k < 3; ++k) {
+        // The sum of the other two stretches; this form has no cancellation near rest.
+        const double sum = std::max(2 + trace - eigen.values[k], tuning::constitutive::min_stretch_sum);
+        twist[k] = 2 * (mu * (trace - eigen.values[k]) + lambda * trace) / sum;
+    }
+    const Vec3 positive = twist.cwiseMax(0.0);
+    return {eigen.vectors * positive.asDiagonal() * eigen.vectors.transpose(), twist.sum(), positive.sum()};
+}
+
+bool is_taut(const Material& material, const Twist& twist) {
+    return twist.exact > tuning::constitutive::taut_twist * material.lame_mu();
+}
+
+Mat3 majorizer_twist(const Material& material) {
+    return 2 * material.lame_mu() * Mat3::Identity();
+}
+
 Tangent tangent(const Material& material, const Mat3& F, const Mat3& R, const Mat3& plastic_strain) {
     Tangent out;
     out.frame = R;
-    if (material.model == MaterialModel::corotated) out.majorizer = majorizer_share(F, R);
+    if (material.model == MaterialModel::corotated && !material.plasticity) {
+        const Twist twist = twist_of(material, F, R);
+        out.is_majorizer = is_distorted(F, R) && !is_taut(material, twist);
+        out.twist = out.is_majorizer ? majorizer_twist(material) : twist.stiffness;
+    }
     if (material.volume_stiffness > 0) out.cofactor = cofactor_of(F);
     if (material.model == MaterialModel::corotated && !material.plasticity) return out;
     const SymmetricEigen stretch = eigen_symmetric(symmetric(R.transpose() * F));
@@ -123,7 +153,7 @@ Tangent tangent(const Material& material, const Mat3& F, const Mat3& R, const Ma
     return out;
 }
 
-Mat3 stress_change(const Material& material, const Tangent& t, const Mat3& dF) {
+Mat3 stress_change(const Material& material, const Tangent& t, const Mat3& dF, double twist_share) {
     Mat3 change;
     if (material.model == MaterialModel::corotated && material.plasticity) {
         const Mat3 dS = t.weights.cwiseProduct(symmetric(t.frame.transpose() * dF * t.axes));
@@ -131,7 +161,8 @@ Mat3 stress_change(const Material& material, const Tangent& t, const Mat3& dF) {
         stress.diagonal().array() += material.lame_lambda() * dS.trace();
         change = t.frame * t.weights.cwiseProduct(stress) * t.axes.transpose();
     } else {
-        change = stress_change(material, t.frame, t.majorizer, dF) + dF * t.prestress;
+        change = stress_change(material, t.frame, t.twist, dF, t.is_majorizer ? 1 : twist_share) +
+                 dF * t.prestress;
     }
     if (material.volume_stiffness > 0)
         change += material.volume_stiffness * t.cofactor.cwiseProduct(dF).sum() * t.cofactor;

@@ -29,13 +29,16 @@ Mat3 piola_stress(const Material& material, const Mat3& F, const Mat3& R,
 /// Tangent of the stress as implicit steps use it, symmetric and positive semi-definite:
 /// dP = f (2 mu sym(f^T dF) + lambda tr(f^T dF) I) + dF p + k (c : dF) c.
 ///
-/// Corotated: f = R, p = 0. The derivative of R is left out, so the tangent is exact at
-/// F = R and does not resist rotation. (The energy's majorizer, with constant R,
-/// dP = 2 mu dF + ..., resists rotation: with one solve per step a stiff bar that pivots
-/// on a support would hang in the air.)
-/// If |F - R|^2 > 0.5, far from any lasting state, the majorizer is used all the same:
-/// otherwise a fragment that a contact flips within a step, or that starts in an
-/// impossible shape, would rotate so far that the linearised motion tears it apart.
+/// Corotated: f = R, p = 0, plus the twist f [T w], w the axial vector of skew(f^T dF). The
+/// exact T has the axes of S and, for the twist between the principal stretches s_i and
+/// s_j, the value 2 mu + (lambda tr(S - I) - 2 mu) 2 / (s_i + s_j) (Smith, de Goes and Kim
+/// 2019). It is zero at F = R, positive under tension, where it holds a taut bar straight,
+/// and negative under compression, where zero takes its place. So the tangent is exact
+/// where no twist is negative, and a body at rest that pivots meets no resistance.
+/// Where F is distorted and not taut, T = 2 mu I (the energy's
+/// majorizer, with constant R): otherwise a fragment that a contact flips within a step, or
+/// that starts in an impossible shape, would rotate so far that the linearised motion tears
+/// it apart.
 /// Corotated with plasticity, where a stress-free F can be far from R: the exact dS
 /// replaces sym(R^T dF), so the tangent is exact at zero stress. In the axes Q of S,
 /// f = F Q, dS = w o sym(f^T (dF Q)) with w_ij = 2 / (s_i + s_j), o element-wise,
@@ -46,7 +49,8 @@ Mat3 piola_stress(const Material& material, const Mat3& F, const Mat3& R,
 /// F, so a step would overshoot far beyond rest.
 /// k: c is the cofactor matrix; the indefinite derivative of the cofactor is left out.
 struct Tangent {
-    double majorizer = 0;             // 1: use the majorizer, 0: not
+    Mat3 twist = Mat3::Zero();        // T, Pa, for corotated without plasticity
+    bool is_majorizer = false;        // T = 2 mu I of the majorizer
     Mat3 frame = Mat3::Identity();    // f
     Mat3 prestress = Mat3::Zero();    // p, Pa, for St. Venant-Kirchhoff
     Mat3 cofactor = Mat3::Zero();     // c, where k > 0
@@ -56,27 +60,46 @@ struct Tangent {
 Tangent tangent(const Material& material, const Mat3& F, const Mat3& R,
                 const Mat3& plastic_strain = Mat3::Zero());
 
-/// Returns whether `frame` and `majorizer` alone define the tangents of a material.
+/// Returns whether `frame` and `twist` alone define the tangents of a material.
 inline bool is_frame_sufficient(const Material& material) {
     return material.model == MaterialModel::corotated && !material.plasticity &&
            !(material.volume_stiffness > 0);
 }
 
-/// Returns Tangent::majorizer of the corotated material.
-inline double majorizer_share(const Mat3& F, const Mat3& R) {
-    return (F - R).squaredNorm() > 0.5 ? 1 : 0;
-}
+/// Returns whether F is far from rest, and from any lasting state of the corotated material that is not taut.
+bool is_distorted(const Mat3& F, const Mat3& R);
 
-/// Returns dP of dF by frame and majorizer alone.
-inline Mat3 stress_change(const Material& material, const Mat3& frame, double majorizer, const Mat3& dF) {
+/// Tangent::twist without the majorizer, and its trace with and without the negative values.
+struct Twist {
+    Mat3 stiffness = Mat3::Zero();   // Pa
+    double exact = 0, positive = 0;  // Pa
+};
+/// Returns the twist of the corotated material at F = R S, in the axes of the rest space.
+Twist twist_of(const Material& material, const Mat3& F, const Mat3& R);
+
+/// Returns whether the material is so taut that no distortion calls for the majorizer.
+bool is_taut(const Material& material, const Twist& twist);
+/// Returns the majorizer's twist.
+Mat3 majorizer_twist(const Material& material);
+
+/// Returns dP of dF by frame and twist alone. share: factor on the twist.
+inline Mat3 stress_change(const Material& material, const Mat3& frame, const Mat3& twist, const Mat3& dF,
+                          double share = 1) {
     const Mat3 S = frame.transpose() * dF;
-    Mat3 stress = material.lame_mu() * ((1 + majorizer) * S + (1 - majorizer) * S.transpose());
+    Mat3 stress = material.lame_mu() * (S + S.transpose());
     stress.diagonal().array() += material.lame_lambda() * S.trace();
+    const Vec3 turned = 0.5 * share * (twist * Vec3(S(2, 1) - S(1, 2), S(0, 2) - S(2, 0), S(1, 0) - S(0, 1)));
+    stress(2, 1) += turned[0];
+    stress(1, 2) -= turned[0];
+    stress(0, 2) += turned[1];
+    stress(2, 0) -= turned[1];
+    stress(1, 0) += turned[2];
+    stress(0, 1) -= turned[2];
     return frame * stress;
 }
 
-/// Returns dP of dF by the full tangent.
-Mat3 stress_change(const Material& material, const Tangent& tangent, const Mat3& dF);
+/// Returns dP of dF by the full tangent. twist_share: factor on the twist, except on the majorizer's.
+Mat3 stress_change(const Material& material, const Tangent& tangent, const Mat3& dF, double twist_share = 1);
 
 /// Returns the plastic strain after dt seconds at constant total strain e. If |e - e_pl|
 /// exceeds the yield, e_pl grows by dt creep (e - e_pl), at most until the elastic strain

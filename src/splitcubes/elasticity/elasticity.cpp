@@ -154,15 +154,6 @@ void ElasticForces::forces(const Neighbourhoods& neighbourhoods, const Material&
 void ElasticForces::linearise(const Neighbourhoods& neighbourhoods, const Material& material,
                               const ElasticState& state, const Parallel& parallel) {
     const std::size_t n = neighbourhoods.size();
-    frame_.clear();
-    majorizer_.clear();
-    tangent_.clear();
-    if (is_frame_sufficient(material)) {
-        frame_.assign(state.rotation.begin(), state.rotation.end());
-        majorizer_.resize(n);
-        for (std::size_t i = 0; i < n; ++i) majorizer_[i] = majorizer_share(state.deformation[i], frame_[i]);
-        return;
-    }
     tangent_.resize(n);
     for_phyxels(parallel, n, [&](std::size_t i) {
         tangent_[i] = tangent(material, state.deformation[i], state.rotation[i],
@@ -172,10 +163,11 @@ void ElasticForces::linearise(const Neighbourhoods& neighbourhoods, const Materi
 
 double ElasticForces::apply_stiffness(const Neighbourhoods& neighbourhoods, const Material& material,
                                       double factor, std::span<const double> diagonal,
-                                      std::span<const Vec3> dx, std::span<Vec3> out,
-                                      const Parallel& parallel) {
+                                      std::span<const Vec3> dx, std::span<Vec3> out, const Parallel& parallel,
+                                      double twist_factor) {
     const std::size_t n = neighbourhoods.size();
-    assert(frame_.size() + tangent_.size() == n);
+    const double share = factor > 0 ? twist_factor / factor : 0;
+    assert(tangent_.size() == n);
     gradient_.resize(n);
     tension_.resize(n);
     for_phyxels(parallel, n, [&](std::size_t i) {
@@ -185,9 +177,7 @@ double ElasticForces::apply_stiffness(const Neighbourhoods& neighbourhoods, cons
             dF += (dx[j] - dx[i]) * neighbourhoods.gradient()[l].transpose();
         });
         gradient_[i] = dF;
-        tension_[i] = neighbourhoods.volume()[i] *
-                      (frame_.empty() ? stress_change(material, tangent_[i], dF)
-                                      : stress_change(material, frame_[i], majorizer_[i], dF));
+        tension_[i] = neighbourhoods.volume()[i] * stress_change(material, tangent_[i], dF, share);
     });
     return sum_(parallel, n, [&](std::size_t begin, std::size_t end) {
         double product = 0;

@@ -77,22 +77,27 @@ class ElasticForces {
     void linearise(const Neighbourhoods& neighbourhoods, const Material& material, const ElasticState& state,
                    const Parallel& parallel);
 
-    /// Computes out = (diagonal + factor K) dx, in N for dx in m and diagonal in N/m. K is
-    /// the stiffness from the tangents of the last linearise and the penalties: symmetric
-    /// and positive semi-definite. Returns dx . out.
+    /// Replaces the twist of a phyxel, as Tangent::twist and is_majorizer, after linearise.
+    void set_twist(std::size_t i, const Mat3& twist, bool is_majorizer) {
+        tangent_[i].twist = twist;
+        tangent_[i].is_majorizer = is_majorizer;
+    }
+
+    /// Computes out = (diagonal + factor K + twist_factor K_t) dx, in N for dx in m and
+    /// diagonal in N/m. K_t is the part of the twists but the majorizer's; K is the stiffness from the rest
+    /// of the tangents of the last linearise and the penalties. Both are symmetric and
+    /// positive semi-definite. Returns dx . out.
     double apply_stiffness(const Neighbourhoods& neighbourhoods, const Material& material, double factor,
                            std::span<const double> diagonal, std::span<const Vec3> dx, std::span<Vec3> out,
-                           const Parallel& parallel);
+                           const Parallel& parallel, double twist_factor = 1);
 
   private:
     Vec3 gather_force(const Neighbourhoods& neighbourhoods, std::size_t i, std::span<const Mat3> gradient,
                       std::span<const Vec3> displacement) const;
 
-    std::vector<Mat3> gradient_;     // per phyxel, sum_j (dx_j - dx_i) g_ij^T
-    std::vector<Mat3> tension_;      // per phyxel, V P, N m
-    std::vector<Mat3> frame_;        // per phyxel, where is_frame_sufficient
-    std::vector<double> majorizer_;  // per phyxel, where is_frame_sufficient
-    std::vector<Tangent> tangent_;   // per phyxel, for other materials
+    std::vector<Mat3> gradient_;    // per phyxel, sum_j (dx_j - dx_i) g_ij^T
+    std::vector<Mat3> tension_;     // per phyxel, V P, N m
+    std::vector<Tangent> tangent_;  // per phyxel
     ChunkSum sum_;
 };
 

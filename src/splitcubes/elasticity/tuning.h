@@ -18,6 +18,11 @@ inline constexpr double min_stretch = 0.7;
 /// Lower bound of the sum of two principal stretches in a plastic stress, above 0 and far below 2. Smaller
 /// lets the stress of crushed material grow without bound; larger softens compressed material.
 inline constexpr double min_stretch_sum = 0.2;
+/// |F - R|^2, 1, above which a neighbourhood is far from any lasting state, unless it is taut. Lower:
+/// material that stretches far converges more slowly; higher: fragments that a contact flips may grow.
+inline constexpr double far_from_rest = 0.5;
+/// Sum of the three twists over mu, 1, above which a neighbourhood is taut.
+inline constexpr double taut_twist = 0.25;
 
 }  // namespace constitutive
 
@@ -34,6 +39,9 @@ inline constexpr float far_from_rotation = 0.5F;
 inline constexpr float near_rotation = 8e-8F;
 /// Maximum number of Newton-Schulz steps, 4 to 12; what does not converge is left to the polar decomposition.
 inline constexpr int max_rotation_steps = 8;
+/// Sweeps of Jacobi's method for the axes of a strain: a symmetric 3x3 matrix needs four for single
+/// precision.
+inline constexpr int jacobi_sweeps = 4;
 /// Floats, at least a page (1024), as hardware prefetchers stop at page boundaries. Affects time only.
 inline constexpr std::size_t prefetch_distance = 2048;
 

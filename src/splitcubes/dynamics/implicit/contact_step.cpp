@@ -145,6 +145,7 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
     find_impacts(contacts, group.velocity, members[0].input.dt, parallel, group.pushed_before, group.impact);
     group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
         s.mark_hits(job, contacts, group.impact, k);
+        s.mark_restrained(job, contacts, k);
         s.prepare(job);
     });
     group.begin_contacts(contacts);
@@ -216,6 +217,15 @@ void ImplicitSolver::mark_force_jumps(const Job& job, const ContactForces& force
         if (force_jumps_.change[k].norm() * job.input.dt * job.input.dt >
             tuning::passes::force_jump * max_depenetration * force_jumps_.piece_mass[k])
             conditions_.hit[k] = 1;
+}
+
+// Marks the pieces that can be under lasting tension.
+void ImplicitSolver::mark_restrained(const Job& job, const ContactInput& contacts, std::uint32_t part) {
+    conditions_.restrained.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
+    for (std::size_t i = 0; i < job.input.held.size(); ++i)
+        if (job.input.held[i] != 0) conditions_.restrained[piece_of(job, i)] = 1;
+    for (const HandleSpring& handle_spring : contacts.handle_springs)
+        if (handle_spring.part == part) conditions_.restrained[piece_of(job, handle_spring.phyxel)] = 1;
 }
 
 void ImplicitSolver::prepare(const Job& job) {

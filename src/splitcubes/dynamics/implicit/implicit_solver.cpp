@@ -13,6 +13,9 @@ void ImplicitSolver::linearise(const Job& job) {
         job.neighbourhoods, job.material,
         {job.phyxels.rest_position, system_.base, job.phyxels.rotation, job.phyxels.plastic_strain},
         job.parallel);
+    elastic_.take_twists(
+        {job.phyxels.deformation, job.phyxels.rotation, job.phyxels.piece, conditions_.restrained},
+        job.parallel);
     exact_.is_linearised = false;
     compute_rhs(job);
 }
@@ -148,7 +151,8 @@ void ImplicitSolver::compute_rhs(const Job& job) {
                 prediction_.velocity[i] + (system_.base[i] - prediction_.position[i]) / system_.b[i];
             system_.mobility[i] = 0;
         });
-        elastic_.apply_stiffness(damping, system_.mobility, vectors_.p, vectors_.q, job.parallel);
+        // A twist would damp the rotation of a taut body.
+        elastic_.apply_stiffness(damping, system_.mobility, vectors_.p, vectors_.q, job.parallel, 0);
     }
     for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
         if (!(damping > 0)) system_.rhs[i] = force_of(i);
@@ -294,6 +298,8 @@ void ImplicitSolver::stiffness_times_solution(const Job& job, bool exact) {
         exact_.forces.linearise(
             job.neighbourhoods, job.material,
             {system_.base, exact_.deformation, exact_.rotation, job.phyxels.plastic_strain}, job.parallel);
+        for (std::size_t i = 0; i < n; ++i)
+            exact_.forces.set_twist(i, elastic_.twist(i), elastic_.is_majorizer(i));
         exact_.is_linearised = true;
     }
     if (exact)

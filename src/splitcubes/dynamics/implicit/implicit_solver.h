@@ -91,6 +91,7 @@ class ImplicitSolver {
                    std::uint32_t part);
     void mark_force_jumps(const Job& job, const ContactForces& forces, const ContactInput& contacts,
                           std::uint32_t part);
+    void mark_restrained(const Job& job, const ContactInput& contacts, std::uint32_t part);
     void prepare(const Job& job);
     void place_at_solution(const Job& job);
     void update_phyxels(const Job& job);
@@ -173,8 +174,9 @@ class ImplicitSolver {
         std::vector<std::uint8_t> held;    // per phyxel
         std::vector<std::uint8_t> failed;  // per phyxel, went non-finite in this step
         // Per piece, and one for phyxels without a piece:
-        std::vector<std::uint8_t> hit;        // hit in this step
-        std::vector<std::uint8_t> supported;  // held, or in contact in the previous step
+        std::vector<std::uint8_t> hit;         // hit in this step
+        std::vector<std::uint8_t> supported;   // held, or in contact in the previous step
+        std::vector<std::uint8_t> restrained;  // held or pulled by a handle
     };
     /// Smoothing of high accelerations in the initial guess.
     struct Smoothing {

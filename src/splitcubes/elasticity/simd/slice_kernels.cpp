@@ -231,20 +231,131 @@ HWY_INLINE Nine corotated_stress(const Nine& H, const Nine& Y, const Lame& lame,
     return stress;
 }
 
-// R (mu ((1 + t) S + (1 - t) S^T) + lambda tr(S) I), S = R^T dH.
-HWY_INLINE Nine corotated_change(const Nine& dH, const Nine& Y, V majorizer, const Lame& lame) {
+struct Six {  // upper triangle of a symmetric matrix
+    V xx, xy, xz, yy, yz, zz;
+};
+
+HWY_INLINE Six load6(const float* from, std::size_t stride) {
+    return {hn::LoadU(d, from),
+            hn::LoadU(d, from + stride),
+            hn::LoadU(d, from + 2 * stride),
+            hn::LoadU(d, from + 3 * stride),
+            hn::LoadU(d, from + 4 * stride),
+            hn::LoadU(d, from + 5 * stride)};
+}
+
+// One Jacobi rotation of a symmetric matrix, which annihilates pq, and of its axes: columns p and q of V.
+HWY_INLINE void jacobi(V& pp, V& qq, V& pq, V& rp, V& rq, V (&axes)[9], int p, int q) {
+    const V difference = hn::Sub(qq, pp), twice = hn::Add(pq, pq);
+    const V root = hn::Sqrt(add_product(hn::Mul(difference, difference), twice, twice));
+    const V divisor = hn::Add(hn::Abs(difference), root);
+    const V zero = hn::Zero(d), one = hn::Set(d, 1.0F);
+    const M turns = hn::Gt(divisor, zero);
+    V t = hn::Div(twice, hn::IfThenElse(turns, divisor, one));
+    t = hn::IfThenElse(hn::Lt(difference, zero), hn::Neg(t), t);
+    const V c = hn::Div(one, hn::Sqrt(add_product(one, t, t))), s = hn::Mul(t, c);
+    const V change = hn::Mul(t, pq);
+    pp = hn::Sub(pp, change);
+    qq = hn::Add(qq, change);
+    pq = zero;
+    const auto turn = [&](V& a, V& b) HWY_ATTR {
+        const V old = a;
+        a = hn::Sub(hn::Mul(c, old), hn::Mul(s, b));
+        b = add_product(hn::Mul(c, b), s, old);
+    };
+    turn(rp, rq);
+    for (int row = 0; row < 3; ++row) turn(axes[3 * row + p], axes[3 * row + q]);
+}
+
+// See twist_of in constitutive.cpp.
+HWY_INLINE Six twist_of(const Nine& H, const Nine& Y, V stretch, const Lame& lame, V& exact, V& positive) {
+    const V zero = hn::Zero(d), half = hn::Set(d, 0.5F), two = hn::Set(d, 2.0F);
+    Nine strain;  // R^T (F - R)
+    for (int k = 0; k < 9; ++k) strain.m[k] = hn::Sub(H.m[k], Y.m[k]);
+    const Nine more = product<true>(Y, strain);
+    for (int k = 0; k < 9; ++k) strain.m[k] = hn::Add(strain.m[k], more.m[k]);
+    const auto mean = [&](int a, int b) HWY_ATTR { return hn::Mul(half, hn::Add(strain.m[a], strain.m[b])); };
+    V xx = hn::Sub(strain.m[0], stretch), yy = hn::Sub(strain.m[4], stretch),
+      zz = hn::Sub(strain.m[8], stretch);
+    V xy = mean(1, 3), xz = mean(2, 6), yz = mean(5, 7);
+    V axes[9] = {zero, zero, zero, zero, zero, zero, zero, zero, zero};
+    for (const int k : {0, 4, 8}) axes[k] = hn::Set(d, 1.0F);
+    for (int sweep = 0; sweep < tuning::links::jacobi_sweeps; ++sweep) {
+        jacobi(xx, yy, xy, xz, yz, axes, 0, 1);
+        jacobi(xx, zz, xz, xy, yz, axes, 0, 2);
+        jacobi(yy, zz, yz, xy, xz, axes, 1, 2);
+    }
+    const V trace = hn::Add(hn::Add(xx, yy), zz), mu = hn::Set(d, lame.mu);
+    const V pressure = hn::Mul(hn::Set(d, lame.lambda), trace);
+    const V least = hn::Set(d, static_cast<float>(tuning::constitutive::min_stretch_sum));
+    const V value[3] = {xx, yy, zz};
+    V twist[3];
+    exact = positive = zero;
+    for (int k = 0; k < 3; ++k) {
+        const V others = hn::Sub(trace, value[k]);
+        const V sum = hn::Max(hn::Add(two, others), least);
+        const V found = hn::Div(hn::Mul(two, add_product(pressure, mu, others)), sum);
+        exact = hn::Add(exact, found);
+        twist[k] = hn::Max(found, zero);
+        positive = hn::Add(positive, twist[k]);
+    }
+    const auto entry = [&](int a, int b) HWY_ATTR {
+        V out = zero;
+        for (int k = 0; k < 3; ++k)
+            out = add_product(out, hn::Mul(twist[k], axes[3 * a + k]), axes[3 * b + k]);
+        return out;
+    };
+    return {entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)};
+}
+
+HWY_INLINE void store6(const Six& A, float* to, std::size_t stride) {
+    hn::StoreU(A.xx, d, to);
+    hn::StoreU(A.xy, d, to + stride);
+    hn::StoreU(A.xz, d, to + 2 * stride);
+    hn::StoreU(A.yy, d, to + 3 * stride);
+    hn::StoreU(A.yz, d, to + 4 * stride);
+    hn::StoreU(A.zz, d, to + 5 * stride);
+}
+
+void twist_slice(const LinkSlices& slices, std::size_t slice, const float* gradient, const float* turn,
+                 const float* stretch, const SliceState& state, const Lame& lame) {
+    constexpr std::size_t lanes = LinkSlices::lanes;
+    const std::size_t n = slices.stride();
+    for (std::size_t lane = 0; lane < lanes; lane += hn::Lanes(d)) {
+        const std::size_t row = slice * lanes + lane;
+        V exact, positive;
+        store6(twist_of(load9(gradient + lane, lanes), load9(turn + lane, lanes),
+                        hn::LoadU(d, stretch + lane), lame, exact, positive),
+               state.twist + row, n);
+        hn::StoreU(exact, d, state.twist_sum + row);
+        hn::StoreU(positive, d, state.twist_sum + n + row);
+    }
+}
+
+// R (mu (S + S^T) + lambda tr(S) I + [T w]), S = R^T dH, w the axial vector of skew(S).
+HWY_INLINE Nine corotated_change(const Nine& dH, const Nine& Y, const Six& T, const Lame& lame, V share) {
     Nine R = Y;
     const V one = hn::Set(d, 1.0F);
     for (const int k : {0, 4, 8}) R.m[k] = hn::Add(R.m[k], one);
     const Nine S = product<true>(R, dH);
     const V mu = hn::Set(d, lame.mu);
-    const V straight = hn::Mul(mu, hn::Add(one, majorizer)), crossed = hn::Mul(mu, hn::Sub(one, majorizer));
     const V pressure = hn::Mul(hn::Set(d, lame.lambda), hn::Add(hn::Add(S.m[0], S.m[4]), S.m[8]));
+    const V half = hn::Mul(hn::Set(d, 0.5F), share);
+    const V x = hn::Mul(half, hn::Sub(S.m[7], S.m[5])), y = hn::Mul(half, hn::Sub(S.m[2], S.m[6])),
+            z = hn::Mul(half, hn::Sub(S.m[3], S.m[1]));
+    const auto row = [&](V a, V b, V c)
+                         HWY_ATTR { return add_product(add_product(hn::Mul(a, x), b, y), c, z); };
+    const V turned[3] = {row(T.xx, T.xy, T.xz), row(T.xy, T.yy, T.yz), row(T.xz, T.yz, T.zz)};
     Nine inner;
-    for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c)
-            inner.m[3 * r + c] = hn::Add(hn::Mul(straight, S.m[3 * r + c]), hn::Mul(crossed, S.m[3 * c + r]));
-    for (const int k : {0, 4, 8}) inner.m[k] = hn::Add(inner.m[k], pressure);
+    for (const int k : {0, 4, 8}) inner.m[k] = add_product(pressure, mu, hn::Add(S.m[k], S.m[k]));
+    const auto off_diagonal = [&](int lower, int upper, V twist) HWY_ATTR {
+        const V mean = hn::Mul(mu, hn::Add(S.m[lower], S.m[upper]));
+        inner.m[lower] = hn::Add(mean, twist);
+        inner.m[upper] = hn::Sub(mean, twist);
+    };
+    off_diagonal(7, 5, turned[0]);
+    off_diagonal(2, 6, turned[1]);
+    off_diagonal(3, 1, turned[2]);
     return product<false>(R, inner);
 }
 
@@ -289,9 +400,9 @@ void state_slices(const LinkSlices& slices, const SliceRange& range, const Slice
             const Nine stress = corotated_stress(sum.gradient, Y, lame, distortion);
             const M finite = store_tension(slices, row, stress, sum.gradient, state.tension);
             store9(Y, state.turn + row, n);
-            const V majorizer =
-                hn::IfThenElse(hn::Gt(distortion, hn::Set(d, 0.5F)), hn::Set(d, 1.0F), hn::Zero(d));
-            hn::StoreU(majorizer, d, state.majorizer + row);
+            const M distorted =
+                hn::Gt(distortion, hn::Set(d, static_cast<float>(tuning::constitutive::far_from_rest)));
+            hn::StoreU(hn::IfThenElse(distorted, hn::Set(d, 1.0F), hn::Zero(d)), d, state.distortion + row);
             fallback |= bits_of(hn::Not(hn::And(rotated, finite))) << lane;
         }
         state.fallback[slice] = static_cast<std::uint16_t>(fallback);
@@ -299,8 +410,9 @@ void state_slices(const LinkSlices& slices, const SliceRange& range, const Slice
 }
 
 void direction_slices(const LinkSlices& slices, const SliceRange& range, const float* p,
-                      const SliceState& state, bool corotated, const Lame& lame) {
+                      const SliceState& state, bool corotated, const Lame& lame, float twist_share) {
     const std::size_t n = slices.stride();
+    const V share = hn::Set(d, twist_share);
     for (std::size_t slice = range.begin; slice < range.end; ++slice)
         for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d)) {
             const std::size_t row = slice * LinkSlices::lanes + lane;
@@ -311,9 +423,11 @@ void direction_slices(const LinkSlices& slices, const SliceRange& range, const f
                 continue;
             }
             const Nine Y = load9(state.turn + row, n);
+            const Six twist = load6(state.twist + row, n);
             const V majorizer = hn::LoadU(d, state.majorizer + row);
-            store_tension(slices, row, corotated_change(sum.gradient, Y, majorizer, lame), sum.gradient,
-                          state.tension);
+            store_tension(slices, row,
+                          corotated_change(sum.gradient, Y, twist, lame, hn::Max(share, majorizer)),
+                          sum.gradient, state.tension);
         }
 }
 
@@ -347,16 +461,18 @@ HWY_INLINE Gathered gather_weighted(const LinkSlices& slices, std::size_t slice,
 }
 
 void weighted_direction_slices(const LinkSlices& slices, const SliceRange& range, const float* p,
-                               const SliceState& state, const Lame& lame) {
+                               const SliceState& state, const Lame& lame, float twist_share) {
     const std::size_t n = slices.stride();
+    const V share = hn::Set(d, twist_share);
     for (std::size_t slice = range.begin; slice < range.end; ++slice)
         for (std::size_t lane = 0; lane < LinkSlices::lanes; lane += hn::Lanes(d)) {
             const std::size_t row = slice * LinkSlices::lanes + lane;
             const Gathered sum = gather_weighted(slices, slice, lane, p);
             store3(sum.penalty, state.penalty + row, n);
             const Nine Y = load9(state.turn + row, n);
+            const Six twist = load6(state.twist + row, n);
             const V majorizer = hn::LoadU(d, state.majorizer + row);
-            Nine T = corotated_change(sum.gradient, Y, majorizer, lame);
+            Nine T = corotated_change(sum.gradient, Y, twist, lame, hn::Max(share, majorizer));
             const V volume = hn::LoadU(d, slices.volume() + row), held = hn::LoadU(d, slices.penalty() + row);
             for (V& entry : T.m) entry = hn::Mul(volume, entry);
             T = product<false>(T, symmetric_at(slices.inverse_moment() + row, n));
@@ -535,6 +651,7 @@ HWY_AFTER_NAMESPACE();
 namespace splitcubes::meshless {
 
 HWY_EXPORT(state_slices);
+HWY_EXPORT(twist_slice);
 HWY_EXPORT(direction_slices);
 HWY_EXPORT(force_slices);
 HWY_EXPORT(weighted_direction_slices);
@@ -550,10 +667,16 @@ void state_pass(const LinkSlices& slices, const SliceRange& range, const SliceSt
     HWY_DYNAMIC_DISPATCH(state_slices)(slices, range, state, corotated, lame);
 }
 
-void direction_pass(const LinkSlices& slices, const SliceRange& range, const float* p,
-                    const SliceState& state, bool corotated, const Lame& lame) {
+void twist_pass(const LinkSlices& slices, std::size_t slice, const float* gradient, const float* turn,
+                const float* stretch, const SliceState& state, const Lame& lame) {
     const FlushTiny flush;
-    HWY_DYNAMIC_DISPATCH(direction_slices)(slices, range, p, state, corotated, lame);
+    HWY_DYNAMIC_DISPATCH(twist_slice)(slices, slice, gradient, turn, stretch, state, lame);
+}
+
+void direction_pass(const LinkSlices& slices, const SliceRange& range, const float* p,
+                    const SliceState& state, bool corotated, const Lame& lame, float twist_share) {
+    const FlushTiny flush;
+    HWY_DYNAMIC_DISPATCH(direction_slices)(slices, range, p, state, corotated, lame, twist_share);
 }
 
 void force_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state, float* force) {
@@ -562,9 +685,9 @@ void force_pass(const LinkSlices& slices, const SliceRange& range, const SliceSt
 }
 
 void weighted_direction_pass(const LinkSlices& slices, const SliceRange& range, const float* p,
-                             const SliceState& state, const Lame& lame) {
+                             const SliceState& state, const Lame& lame, float twist_share) {
     const FlushTiny flush;
-    HWY_DYNAMIC_DISPATCH(weighted_direction_slices)(slices, range, p, state, lame);
+    HWY_DYNAMIC_DISPATCH(weighted_direction_slices)(slices, range, p, state, lame, twist_share);
 }
 
 void weighted_force_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state,

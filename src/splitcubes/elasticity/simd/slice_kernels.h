@@ -16,11 +16,14 @@ struct SliceState {
     const float* high = nullptr;  // 3
     const float* low = nullptr;   // 3
     // Results of state_pass.
-    float* gradient = nullptr;   // 9, H = sum_j (u_j - u_i) g_ij^T
-    float* turn = nullptr;       // 9, R - I, of corotated material
-    float* majorizer = nullptr;  // 1, Tangent::majorizer
-    float* tension = nullptr;    // 9, N m
-    float* penalty = nullptr;    // 3, sum_j m_ij (u_j - u_i), N
+    float* gradient = nullptr;    // 9, H = sum_j (u_j - u_i) g_ij^T
+    float* turn = nullptr;        // 9, R - I, of corotated material
+    float* twist = nullptr;       // 6, upper triangle of Tangent::twist, Pa
+    float* twist_sum = nullptr;   // 2, Twist::exact and positive, Pa
+    float* distortion = nullptr;  // 1, whether is_distorted
+    float* majorizer = nullptr;   // 1, whether the twist is the majorizer's
+    float* tension = nullptr;     // 9, N m
+    float* penalty = nullptr;     // 3, sum_j m_ij (u_j - u_i), N
     std::uint16_t* fallback =
         nullptr;  // per slice, a bit per row: left to double precision (rank or rotation)
 };
@@ -40,10 +43,17 @@ struct SliceRange {
 void state_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state, bool corotated,
                 const Lame& lame);
 
+/// Computes the twists of one slice, twist_of of F = I + H with rotation R = I + Y. gradient, turn: H and Y
+/// of the slice's rows, component k of row i at k * LinkSlices::lanes + i. stretch: subtracted from the
+/// principal strains of each row.
+void twist_pass(const LinkSlices& slices, std::size_t slice, const float* gradient, const float* turn,
+                const float* stretch, const SliceState& state, const Lame& lame);
+
 /// Computes the gradients and penalty sums of a direction p (3 per row, m); with `corotated` also the
-/// tensions by the tangents that `turn` and `majorizer` define.
+/// tensions by the tangents that `turn` and `twist` define. twist_share: factor on the twists, up to 1,
+/// except on the majorizer's.
 void direction_pass(const LinkSlices& slices, const SliceRange& range, const float* p,
-                    const SliceState& state, bool corotated, const Lame& lame);
+                    const SliceState& state, bool corotated, const Lame& lame, float twist_share);
 
 /// Computes force = T_i G_i - sum_j T_j g_ji + penalty, 3 per row, N.
 void force_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state, float* force);
@@ -53,7 +63,7 @@ void force_pass(const LinkSlices& slices, const SliceRange& range, const SliceSt
 /// flat neighbourhoods the relative error grows with the square root of the condition number of A, so they
 /// serve the linear solve, not the state.
 void weighted_direction_pass(const LinkSlices& slices, const SliceRange& range, const float* p,
-                             const SliceState& state, const Lame& lame);
+                             const SliceState& state, const Lame& lame, float twist_share);
 void weighted_force_pass(const LinkSlices& slices, const SliceRange& range, const SliceState& state,
                          float* force);
 

@@ -20,7 +20,10 @@ SliceState SlicedElasticity::arrays() {
     state.low = low_.data();
     state.gradient = gradient_.data();
     state.turn = turn_.data();
-    state.majorizer = majorizer_.data();
+    state.twist = twists_.stiffness.data();
+    state.twist_sum = twists_.sum.data();
+    state.distortion = twists_.distortion.data();
+    state.majorizer = twists_.majorizer.data();
     state.tension = tension_.data();
     state.penalty = penalty_.data();
     state.fallback = fallback_.data();
@@ -39,7 +42,9 @@ void SlicedElasticity::size_buffers(const Neighbourhoods& neighbourhoods, const 
     };
     for (FloatArray* array : {&high_, &low_, &penalty_, &direction_, &force_}) size(*array, 3 * n);
     for (FloatArray* array : {&gradient_, &turn_, &tension_}) size(*array, 9 * n);
-    for (FloatArray* array : {&majorizer_, &diagonal_, &energy_}) size(*array, n);
+    size(twists_.stiffness, 6 * n);
+    size(twists_.sum, 2 * n);
+    for (FloatArray* array : {&twists_.distortion, &twists_.majorizer, &diagonal_, &energy_}) size(*array, n);
     fallback_.resize(slice_count());
     row_energy_.resize(n);
     deformation_.resize(neighbourhoods.size());
@@ -59,6 +64,12 @@ void SlicedElasticity::set_matrix(FloatArray& array, std::size_t i, const Mat3& 
     const std::size_t n = stride();
     for (std::size_t k = 0; k < 9; ++k)
         array[k * n + i] = static_cast<float>(matrix(static_cast<int>(k / 3), static_cast<int>(k % 3)));
+}
+
+void SlicedElasticity::set_symmetric(FloatArray& array, std::size_t i, const Mat3& matrix) const {
+    std::size_t at = i;
+    for (int r = 0; r < 3; ++r)
+        for (int c = r; c < 3; ++c, at += stride()) array[at] = static_cast<float>(matrix(r, c));
 }
 
 // Stores displacements relative to the first phyxel's as high + low, exact to about 48 bits.
@@ -94,12 +105,11 @@ bool SlicedElasticity::take_row(const Configuration& configuration, std::size_t 
         finite = false;
     }
     set_matrix(tension_, i, tension);
+    twists_.distortion[i] = meshless::is_distorted(deformation_[i], rotation_[i]) ? 1.0F : 0.0F;
     if (corotated_) {
         set_matrix(turn_, i, rotation_[i] - Mat3::Identity());
-        majorizer_[i] = static_cast<float>(majorizer_share(deformation_[i], rotation_[i]));
     } else {
         tangent_[i] = tangent(material_, deformation_[i], rotation_[i], plastic);
-        majorizer_[i] = static_cast<float>(majorizer_share(deformation_[i], rotation_[i]));
     }
     return finite;
 }
@@ -149,6 +159,85 @@ std::size_t SlicedElasticity::take_state_and_energy(const Neighbourhoods& neighb
     });
     energy_is_taken_ = true;
     return bad;
+}
+
+void SlicedElasticity::twists_of_slice(const TwistState& from, std::size_t slice) {
+    float gradient[9 * lanes] = {}, turn[9 * lanes] = {}, stretch[lanes] = {};
+    const std::size_t first = slice * lanes, count = std::min(lanes, from.deformation.size() - first);
+    for (std::size_t i = 0; i < count; ++i) {
+        const Mat3 H = from.deformation[first + i] - Mat3::Identity();
+        const Mat3 Y = from.rotation[first + i] - Mat3::Identity();
+        for (std::size_t k = 0; k < 9; ++k) {
+            gradient[k * lanes + i] = static_cast<float>(H(static_cast<int>(k / 3), static_cast<int>(k % 3)));
+            turn[k * lanes + i] = static_cast<float>(Y(static_cast<int>(k / 3), static_cast<int>(k % 3)));
+        }
+        const Mat3 next =
+            corotated_ ? matrix_at(turn_, first + i) : Mat3(rotation_[first + i] - Mat3::Identity());
+        stretch[i] = static_cast<float>(0.5 * (next - Y).squaredNorm());
+    }
+    const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
+    twist_pass(*slices_, slice, gradient, turn, stretch, arrays(), lame);
+}
+
+// Sums the twists of each piece.
+void SlicedElasticity::sum_twists(const TwistState& from) {
+    twists_.exact.assign(from.restrained.size(), 0);
+    twists_.positive.assign(from.restrained.size(), 0);
+    for (std::size_t i = 0; i < from.piece.size(); ++i) {
+        const auto piece = static_cast<std::size_t>(from.piece[i]);
+        if (piece >= from.restrained.size()) continue;
+        const auto volume = static_cast<double>(slices_->volume()[i]);
+        twists_.exact[piece] += volume * static_cast<double>(twists_.sum[i]);
+        twists_.positive[piece] += volume * static_cast<double>(twists_.sum[stride() + i]);
+    }
+}
+
+// Returns the factor on the twist of phyxel i.
+double SlicedElasticity::twist_factor(const TwistState& from, std::size_t i) const {
+    if (from.piece.empty()) return 1;
+    const auto piece = static_cast<std::size_t>(from.piece[i]);
+    if (piece >= from.restrained.size() || from.restrained[piece] == 0) return 0;
+    const double exact = twists_.exact[piece], positive = twists_.positive[piece];
+    return exact < positive ? std::max(exact / positive, 0.0) : 1;
+}
+
+void SlicedElasticity::take_twists(const TwistState& from, const Parallel& parallel) {
+    if (material_.model != MaterialModel::corotated || material_.plasticity) return;
+    const std::size_t n = stride();
+    const bool is_any_restrained =
+        std::any_of(from.restrained.begin(), from.restrained.end(), [](std::uint8_t is) { return is != 0; });
+    if (from.piece.empty() || is_any_restrained) {
+        for_slices(parallel, slice_count(), [&](const SliceRange& range) {
+            for (std::size_t slice = range.begin; slice < range.end; ++slice) twists_of_slice(from, slice);
+        });
+    } else {
+        for (FloatArray* array : {&twists_.stiffness, &twists_.sum})
+            std::fill(array->begin(), array->end(), 0.0F);
+    }
+    sum_twists(from);
+    for_phyxels(parallel, slices_->row_count(), [&](std::size_t i) {
+        const Twist sums{{}, static_cast<double>(twists_.sum[i]), static_cast<double>(twists_.sum[n + i])};
+        const double factor = twist_factor(from, i);
+        const bool is_majorizer = is_distorted(i) && !(factor > 0 && is_taut(material_, sums));
+        twists_.majorizer[i] = is_majorizer ? 1.0F : 0.0F;
+        if (is_majorizer) {
+            set_symmetric(twists_.stiffness, i, majorizer_twist(material_));
+        } else if (factor != 1) {
+            for (std::size_t k = 0; k < 6; ++k) twists_.stiffness[k * n + i] *= static_cast<float>(factor);
+        }
+        if (corotated_) return;
+        tangent_[i].twist = twist(i);
+        tangent_[i].is_majorizer = is_majorizer;
+    });
+}
+
+Mat3 SlicedElasticity::twist(std::size_t i) const {
+    Mat3 out;
+    std::size_t at = i;
+    for (int r = 0; r < 3; ++r)
+        for (int c = r; c < 3; ++c, at += stride())
+            out(r, c) = out(c, r) = static_cast<double>(twists_.stiffness[at]);
+    return out;
 }
 
 void SlicedElasticity::read_deformation(std::span<Mat3> deformation, std::span<Mat3> rotation,
@@ -241,26 +330,27 @@ void SlicedElasticity::forces(std::span<Vec3> force, const Parallel& parallel) {
 }
 
 // Computes tensions from the gradients of a direction for materials without the vector path.
-void SlicedElasticity::change_stress(const SliceRange& range) {
+void SlicedElasticity::change_stress(const SliceRange& range, double twist_share) {
     const std::size_t end = std::min(range.end * lanes, slices_->row_count());
     for (std::size_t i = range.begin * lanes; i < end; ++i) {
         const Mat3 dF = matrix_at(gradient_, i);
         set_matrix(tension_, i,
-                   neighbourhoods_->volume()[i] * stress_change(material_, tangent_[i], dF) -
+                   neighbourhoods_->volume()[i] * stress_change(material_, tangent_[i], dF, twist_share) -
                        neighbourhoods_->penalty()[i] * dF * neighbourhoods_->moment()[i]);
     }
 }
 
 double SlicedElasticity::apply_stiffness(float factor, const float* diagonal, const float* dx, float* out,
-                                         const Parallel& parallel) {
+                                         const Parallel& parallel, float twist_factor) {
     const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
     const bool weights = corotated_ && slices_->weights_pay();
+    const float twist_share = factor > 0 ? twist_factor / factor : 0;
     for_slices(parallel, slice_count(), [&](const SliceRange& range) {
         if (weights)
-            weighted_direction_pass(*slices_, range, dx, arrays(), lame);
+            weighted_direction_pass(*slices_, range, dx, arrays(), lame, twist_share);
         else
-            direction_pass(*slices_, range, dx, arrays(), corotated_, lame);
-        if (!corotated_) change_stress(range);
+            direction_pass(*slices_, range, dx, arrays(), corotated_, lame, twist_share);
+        if (!corotated_) change_stress(range, static_cast<double>(twist_share));
     });
     return sum_(parallel, slice_count(), slice_grain(slice_count()), [&](std::size_t begin, std::size_t end) {
         if (weights)
@@ -273,7 +363,7 @@ double SlicedElasticity::apply_stiffness(float factor, const float* diagonal, co
 
 double SlicedElasticity::apply_stiffness(double factor, std::span<const double> diagonal,
                                          std::span<const Vec3> dx, std::span<Vec3> out,
-                                         const Parallel& parallel) {
+                                         const Parallel& parallel, double twist_factor) {
     const std::size_t n = stride();
     for_phyxels(parallel, slices_->row_count(), [&](std::size_t i) {
         diagonal_[i] = static_cast<float>(diagonal[i]);
@@ -281,7 +371,7 @@ double SlicedElasticity::apply_stiffness(double factor, std::span<const double> 
             direction_[k * n + i] = static_cast<float>(dx[i][static_cast<int>(k)]);
     });
     const double product = apply_stiffness(static_cast<float>(factor), diagonal_.data(), direction_.data(),
-                                           force_.data(), parallel);
+                                           force_.data(), parallel, static_cast<float>(twist_factor));
     for_phyxels(parallel, slices_->row_count(), [&](std::size_t i) {
         for (std::size_t k = 0; k < 3; ++k)
             out[i][static_cast<int>(k)] = static_cast<double>(force_[k * n + i]);

@@ -41,13 +41,31 @@ class SlicedElasticity {
     std::size_t take_state_and_energy(const Neighbourhoods& neighbourhoods, const Material& material,
                                       const Configuration& configuration, const Parallel& parallel);
 
+    /// State that defines the twists.
+    struct TwistState {
+        std::span<const Mat3> deformation, rotation;  // F, R, per phyxel
+        std::span<const std::int32_t> piece;          // per phyxel; empty: twists are those of the state
+        std::span<const std::uint8_t> restrained;     // per piece, whether it is held or pulled
+    };
+    /// Computes the twists (Tangent::twist) of the tangents from a state that may differ from that of the
+    /// last take_state, such as the start of a step. Each phyxel's strain is reduced by the squared angle of
+    /// the rotation between the two states: a linear step runs along straight lines, which stretches material
+    /// that rotates, and the twist of that would resist the rotation. With `piece`, pieces that are not
+    /// restrained have no twist, as they are under no lasting tension; in others the twists are scaled so
+    /// that their sum is that of the exact ones, or zero, so that bending does not resist a rotation either.
+    /// Phyxels that are distorted in the last state and not taut have the majorizer's twist.
+    void take_twists(const TwistState& from, const Parallel& parallel);
+    /// Returns the twist of phyxel i, Pa, and whether it is the majorizer's.
+    Mat3 twist(std::size_t i) const;
+    bool is_majorizer(std::size_t i) const { return twists_.majorizer[i] > 0; }
+
     // The following refer to the last state.
 
     /// Writes F and R of all phyxels.
     void read_deformation(std::span<Mat3> deformation, std::span<Mat3> rotation,
                           const Parallel& parallel) const;
-    /// Returns whether phyxel i uses the majorizer (Tangent::majorizer).
-    bool is_distorted(std::size_t i) const { return majorizer_[i] > 0; }
+    /// Returns meshless::is_distorted of phyxel i.
+    bool is_distorted(std::size_t i) const { return twists_.distortion[i] > 0; }
     /// Returns E of elasticity.h, J; `configuration` must be the one of the last take_state.
     /// Writes each phyxel's own energy to `rows` unless that is empty.
     double energy(const Configuration& configuration, const Parallel& parallel, std::span<double> rows = {});
@@ -55,12 +73,13 @@ class SlicedElasticity {
     void forces(std::span<Vec3> force, const Parallel& parallel);
     /// The same; component k of phyxel i is at k * stride() + i. Valid until the next call.
     const float* forces(const Parallel& parallel);
-    /// Computes out = (diagonal + factor K) dx, N for dx in m and diagonal in N/m; returns dx . out.
+    /// Computes out = (diagonal + factor K + twist_factor K_t) dx, N for dx in m and diagonal in N/m; returns
+    /// dx . out. K_t is the part of the twists (Tangent::twist) but the majorizer's, K the rest.
     double apply_stiffness(double factor, std::span<const double> diagonal, std::span<const Vec3> dx,
-                           std::span<Vec3> out, const Parallel& parallel);
+                           std::span<Vec3> out, const Parallel& parallel, double twist_factor = 1);
     /// The same for row arrays (3 * stride(), stride()).
     double apply_stiffness(float factor, const float* diagonal, const float* dx, float* out,
-                           const Parallel& parallel);
+                           const Parallel& parallel, float twist_factor = 1);
 
     /// Length of the row arrays for the last neighbourhoods.
     std::size_t stride() const { return slices_ ? slices_->stride() : 0; }
@@ -76,25 +95,36 @@ class SlicedElasticity {
     double range_energy(const Configuration& configuration, const SliceRange& range);
     void take_configuration(const Neighbourhoods& neighbourhoods, const Material& material,
                             const Configuration& configuration, const Parallel& parallel);
-    void change_stress(const SliceRange& range);
+    void change_stress(const SliceRange& range, double twist_share);
     Mat3 matrix_at(const FloatArray& array, std::size_t i) const;
     void set_matrix(FloatArray& array, std::size_t i, const Mat3& matrix) const;
+    void twists_of_slice(const TwistState& from, std::size_t slice);
+    void sum_twists(const TwistState& from);
+    double twist_factor(const TwistState& from, std::size_t i) const;
+    void set_symmetric(FloatArray& array, std::size_t i, const Mat3& matrix) const;
     void add_off_plane_forces(float* force) const;
+
+    /// Twists of the tangents, and what they depend on; arrays as in SliceState.
+    struct Twists {
+        FloatArray stiffness, sum, distortion, majorizer;
+        std::vector<double> exact, positive;  // N m, sums of each piece
+    };
 
     const Neighbourhoods* neighbourhoods_ = nullptr;
     const LinkSlices* slices_ = nullptr;
     Material material_;
-    bool corotated_ = false;                                      // is_frame_sufficient
-    FloatArray high_, low_;                                       // 3, m
-    FloatArray gradient_, turn_, majorizer_, tension_, penalty_;  // as in SliceState
-    FloatArray direction_, force_, diagonal_;                     // 3, 3, 1
-    FloatArray energy_;                                           // 1, J
-    std::vector<double> row_energy_;                              // J, per row
-    std::vector<double> range_energy_;                            // J, per chunk
-    bool energy_is_taken_ = false;              // row_energy_ and range_energy_ are of the last state
-    std::vector<std::uint16_t> fallback_;       // per slice
-    std::vector<Mat3> deformation_, rotation_;  // per phyxel, set for fallback rows
-    std::vector<Tangent> tangent_;              // per phyxel, unless corotated_
+    bool corotated_ = false;                          // is_frame_sufficient
+    FloatArray high_, low_;                           // 3, m
+    FloatArray gradient_, turn_, tension_, penalty_;  // as in SliceState
+    FloatArray direction_, force_, diagonal_;         // 3, 3, 1
+    FloatArray energy_;                               // 1, J
+    std::vector<double> row_energy_;                  // J, per row
+    std::vector<double> range_energy_;                // J, per chunk
+    bool energy_is_taken_ = false;                    // row_energy_ and range_energy_ are of the last state
+    std::vector<std::uint16_t> fallback_;             // per slice
+    std::vector<Mat3> deformation_, rotation_;        // per phyxel, set for fallback rows
+    Twists twists_;
+    std::vector<Tangent> tangent_;  // per phyxel, unless corotated_
     ChunkSumOf<double> sum_;
     ChunkSumOf<std::size_t> count_;
 };
