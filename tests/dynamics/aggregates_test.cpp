@@ -1,102 +1,21 @@
 #include <splitcubes/dynamics/implicit/aggregates.h>
 
-#include "bodies.h"
+#include "linear_system.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 namespace splitcubes::meshless {
 namespace {
 
 using fixtures::block;
+using fixtures::dot;
+using fixtures::Preconditioner;
 using fixtures::random_vector;
 using fixtures::Specimen;
-
-// A body at rest with the linear system of a step.
-struct System {
-    Specimen body;
-    std::vector<std::uint8_t> held;
-    std::vector<double> inertia, added;
-    Aggregates aggregates;
-    SlicedElasticity elastic;
-
-    System(Specimen specimen, double dt) : body(std::move(specimen)) {
-        held.assign(size(), 0);
-        for (const double mass : body.phyxels.mass) inertia.push_back(mass / (dt * dt));
-    }
-    std::size_t size() const { return body.phyxels.size(); }
-    void hold(const std::function<bool(const Vec3&)>& which) {
-        for (std::size_t i = 0; i < size(); ++i) held[i] = which(body.phyxels.rest_position[i]);
-    }
-    void update(const Parallel& parallel) {
-        aggregates.update(body.phyxels, body.neighbourhoods, held, parallel);
-        aggregates.compute_weights(body.neighbourhoods, 1, inertia, added, parallel);
-        elastic.take_state(body.neighbourhoods, body.material, configuration_of(body.phyxels), parallel);
-    }
-    std::vector<Vec3> random_residual(Random& random) const {
-        std::vector<Vec3> r(size(), Vec3::Zero());
-        for (std::size_t i = 0; i < size(); ++i)
-            if (held[i] == 0) r[i] = random_vector(random, 1);
-        return r;
-    }
-    // Returns the aggregates' corrections of r; `product`: their product with r, as reported.
-    std::vector<Vec3> correct(const std::vector<Vec3>& r, const Parallel& parallel, double& product) {
-        const std::size_t n = body.neighbourhoods.slices().stride();
-        FloatArray rows(3 * n, 0);
-        for (std::size_t i = 0; i < size(); ++i)
-            for (std::size_t k = 0; k < 3; ++k)
-                rows[k * n + i] = static_cast<float>(r[i][static_cast<int>(k)]);
-        product = aggregates.correct(rows.data(), parallel);
-        std::vector<Vec3> z(size());
-        const std::size_t stride = aggregates.count() + 1;
-        for (std::size_t i = 0; i < size(); ++i)
-            for (std::size_t k = 0; k < 3; ++k)
-                z[i][static_cast<int>(k)] = static_cast<double>(
-                    aggregates.correction()[k * stride + static_cast<std::size_t>(aggregates.index()[i])]);
-        return z;
-    }
-    std::vector<Vec3> correct(const std::vector<Vec3>& r, const Parallel& parallel) {
-        double product = 0;
-        return correct(r, parallel, product);
-    }
-    // Number of iterations to a relative residual of a thousandth, in the norm of the inverse diagonal.
-    int iterations(const std::vector<Vec3>& rhs, bool with_aggregates, const Parallel& parallel);
-};
-
-double dot(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
-    double sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
-    return sum;
-}
-
-int System::iterations(const std::vector<Vec3>& rhs, bool with_aggregates, const Parallel& parallel) {
-    std::vector<Vec3> r = rhs, p(size(), Vec3::Zero()), q(size());
-    double rz = 1, first = 0;
-    for (int k = 0; k < 1000; ++k) {
-        std::vector<Vec3> z =
-            with_aggregates ? correct(r, parallel) : std::vector<Vec3>(size(), Vec3::Zero());
-        double square = 0;
-        for (std::size_t i = 0; i < size(); ++i) {
-            const double inverse = 1 / (inertia[i] + body.neighbourhoods.stiffness_diagonal()[i]);
-            z[i] += inverse * r[i];
-            square += inverse * r[i].squaredNorm();
-        }
-        if (k == 0) first = square;
-        if (!(square > 1e-6 * first)) return k;
-        const double next = dot(r, z);
-        for (std::size_t i = 0; i < size(); ++i) p[i] = z[i] + (k > 0 ? next / rz : 0) * p[i];
-        rz = next;
-        elastic.apply_stiffness(1, inertia, p, q, parallel);
-        for (std::size_t i = 0; i < size(); ++i)
-            if (held[i] != 0) q[i].setZero();
-        const double alpha = rz / dot(p, q);
-        for (std::size_t i = 0; i < size(); ++i) r[i] -= alpha * q[i];
-    }
-    return 1000;
-}
+using System = fixtures::LinearSystem;
 
 System cut_system(const Parallel& parallel) {
     Specimen body = block(13, 11, 10, 0.05, Material{}, parallel);
@@ -242,8 +161,8 @@ TEST(Aggregates, SaveIterationsAlsoForCutBodies) {
         std::vector<Vec3> rhs = system.random_residual(random);
         for (std::size_t i = 0; i < rhs.size(); ++i)
             rhs[i] = system.held[i] != 0 ? Vec3(Vec3::Zero()) : Vec3(0.01 * rhs[i] - Vec3(0, 0, 1));
-        const int jacobi = system.iterations(rhs, false, parallel);
-        const int multilevel = system.iterations(rhs, true, parallel);
+        const int jacobi = system.iterations(rhs, Preconditioner::diagonal, parallel);
+        const int multilevel = system.iterations(rhs, Preconditioner::aggregates, parallel);
         EXPECT_LE(multilevel, jacobi) << c.youngs_modulus << " Pa, " << c.cuts << " cuts";
         // A free body falls by one translation of all phyxels.
         EXPECT_TRUE(c.held || 2 * multilevel < jacobi) << multilevel;

@@ -454,7 +454,8 @@ void EnergyGuard::write_reserves(Phyxels& phyxels, const Parallel& parallel) {
         if (!(start_[k].mass > 0) || !std::isfinite(balance_[k].budget)) continue;
         double current = end_[k].free_kinetic + end_[k].elastic;
         if (balance_[k].is_isolated) current -= end_[k].linear.squaredNorm() / (2 * end_[k].mass);
-        const double unspent = balance_[k].budget - current;
+        // More than the elastic energy cannot be taken back: a larger deficit would stop the piece for good.
+        const double unspent = std::max(balance_[k].budget - current, -end_[k].elastic);
         const bool has_deficit = unspent < 0 && end_[k].elastic > 0;
         sum_[k] = has_deficit
                       ? unspent / end_[k].elastic

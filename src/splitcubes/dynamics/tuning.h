@@ -71,6 +71,12 @@ inline constexpr double reweighing_share = 0.1;
 /// Factor by which a squared residual may fall, 1e-13 to 1e-8, before single precision is exhausted and the
 /// residual is recomputed in double precision. Smaller iterates on noise; larger recomputes more often.
 inline constexpr double single_precision_share = 1e-11;
+/// Iterations after which a solve goes on with the rigid modes of the aggregates, 5 to 100. Fewer build modes
+/// for systems that hardly need them; more iterate in vain.
+inline constexpr int iterations_without_modes = 15;
+/// Additional such iterations per aggregate, 0.1 to 1, as the factorisation of more aggregates takes longer.
+/// Fewer and more: as above.
+inline constexpr double iterations_per_aggregate = 0.25;
 /// Maximum number of restarts of a solve from a residual in double precision, 1 to 10. More serve tolerances
 /// below 1e-10 only.
 inline constexpr int max_refinements = 4;

@@ -49,6 +49,34 @@ class ContactProducts {
     void set_diagonals(std::span<const Diagonal> diagonals);
     bool empty() const { return springs_.empty(); }
 
+    /// A spring and the phyxels that it acts on.
+    struct SpringView {
+        const ContactProducts& list;
+        std::uint32_t first = 0;
+        std::size_t count = 0;  // of phyxels
+        Vec3 normal = Vec3::Zero();
+        double across = 0, extra_along = 0;  // N/m: across; along minus across
+        struct At {
+            std::uint32_t part, phyxel;
+            double weight;  // negative for the lower side
+        };
+        At incidence(std::size_t k) const {
+            const Incidence& at = list.incidences_[first + k];
+            const Touched& touched = list.touched_[at.index];
+            return {touched.part, touched.phyxel, static_cast<double>(at.weight)};
+        }
+    };
+    /// Calls act(SpringView) for the springs, after finish.
+    template <class Act>
+    void each_spring(const Act& act) const {
+        for (std::size_t s = 0; s < spring_count_; ++s) {
+            const Spring& spring = springs_[s];
+            act(SpringView{*this, spring.first, springs_[s + 1].first - spring.first,
+                           spring.normal.head<3>().cast<double>(), static_cast<double>(spring.across),
+                           static_cast<double>(spring.extra_along)});
+        }
+    }
+
     /// out += C in; returns the product of in and C in.
     double apply(std::span<const RowPart> parts, const Parallel& parallel);
     /// Preconditions the phyxels that springs act on: with E the diagonal without springs, (E + C) z = r is

@@ -6,6 +6,7 @@
 #include <splitcubes/samples/neighbourhoods.h>
 #include <splitcubes/samples/phyxels.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -52,6 +53,9 @@ class Aggregates {
     /// Computes the corrections for a residual r (N, a row array of 3, zero where held) and returns their
     /// product with r.
     double correct(const float* r, const Parallel& parallel);
+
+    /// Sets the corrections to zero.
+    void clear_correction() { std::fill(correction_.begin(), correction_.end(), 0.0F); }
 
     /// Returns the number of aggregates of level 0.
     std::size_t count() const { return levels_.empty() ? 0 : levels_[0].size(); }

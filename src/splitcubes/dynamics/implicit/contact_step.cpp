@@ -167,6 +167,7 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
             });
             s.linearise(job);
         });
+        group.modes.clear();
         group.solve_with_contacts();
     }
     group.each([](ImplicitSolver& s, const Job& job, std::uint32_t) {

@@ -148,6 +148,7 @@ void ImplicitSolver::Group::list_springs() {
     if (forces->empty()) return;
     if (!forces->list_springs() && are_diagonals_set) return;
     are_diagonals_set = true;
+    modes.clear_springs();
     diagonals.clear();
     each([&](ImplicitSolver& s, const Job&, std::uint32_t) {
         diagonals.push_back({s.system_.mobility, s.system_.inverse, s.conditions_.held});
@@ -182,8 +183,12 @@ double ImplicitSolver::Group::advance(float alpha) {
     return square;
 }
 
-// Applies the aggregates' part of the preconditioner; returns its product with the residual.
+// Applies the coarse part of the preconditioner; returns its product with the residual.
 double ImplicitSolver::Group::correct() {
+    if (modes.is_built()) {
+        take_smoothing_rows();
+        return modes.correct(rows, jobs[0].parallel);
+    }
     double square = 0;
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
         square += s.aggregates_.correct(s.cg_.r.data(), job.parallel);
@@ -199,19 +204,41 @@ void ImplicitSolver::Group::update_direction(float beta) {
                                        coarse, s.cg_.p.data());
         });
     });
+    if (modes.is_built()) {
+        take_smoothing_rows();
+        modes.add_correction(rows, jobs[0].parallel);
+    }
     if (forces->empty()) return;
     take_smoothing_rows();
     forces->products().add_smoothed(rows);
 }
 
-// Runs conjugate gradients until the squared residual r is at most `goal` and adds the correction to d;
-// returns the squared residual reached.
-double ImplicitSolver::Group::conjugate_gradients(double goal, int& iterations_left) {
-    list_springs();
+// Returns the number of iterations after which rigid modes pay, as factorising them takes longer for more
+// aggregates.
+int ImplicitSolver::Group::iterations_without_modes() {
+    std::size_t count = 0;
+    each([&](ImplicitSolver& s, const Job&, std::uint32_t) { count += s.aggregates_.count(); });
+    return tuning::solve::iterations_without_modes +
+           static_cast<int>(tuning::solve::iterations_per_aggregate * static_cast<double>(count));
+}
+
+void ImplicitSolver::Group::build_modes() {
+    std::vector<RigidModes::Part> modes_of;
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        s.aggregates_.clear_correction();
+        modes_of.push_back({job.neighbourhoods, s.aggregates_, s.elastic_, s.system_.base, s.system_.diagonal,
+                            1 + s.damping_ratio(job)});
+    });
+    modes.build(modes_of, forces->empty() ? nullptr : &forces->products());
+}
+
+// Iterates until the squared residual r is at most `goal` or `limit` iterations are done, and adds the
+// correction to d; returns the squared residual reached.
+double ImplicitSolver::Group::iterate(double goal, int& iterations_left, int limit) {
     double square = begin_direction();
     double rz = square + correct() + smooth();
     update_direction(0);
-    while (square > goal && iterations_left > 0) {
+    while (square > goal && iterations_left > 0 && limit > 0) {
         const double curvature = apply_to_direction();
         if (!(curvature > 0) || !std::isfinite(curvature)) break;
         const double next = advance(static_cast<float>(rz / curvature));
@@ -219,6 +246,7 @@ double ImplicitSolver::Group::conjugate_gradients(double goal, int& iterations_l
         square = next;
         ++solvers[0]->report_.iterations;
         --iterations_left;
+        --limit;
         if (square <= goal) break;
         const double next_rz = square + correct() + smooth();
         update_direction(static_cast<float>(next_rz / rz));
@@ -226,6 +254,20 @@ double ImplicitSolver::Group::conjugate_gradients(double goal, int& iterations_l
     }
     each([](ImplicitSolver& s, const Job& job, std::uint32_t) { s.add_correction(job); });
     return square;
+}
+
+// Runs conjugate gradients until the squared residual r is at most `goal` and adds the correction to d;
+// returns the squared residual reached. Solves that turn out to be slow go on with the rigid modes of the
+// aggregates, as do the following solves of the step.
+double ImplicitSolver::Group::conjugate_gradients(double goal, int& iterations_left) {
+    list_springs();
+    if (!are_modes_needed) {
+        const double square = iterate(goal, iterations_left, iterations_without_modes());
+        if (!(square > goal) || iterations_left == 0) return square;
+        are_modes_needed = true;
+    }
+    if (!modes.is_built()) build_modes();
+    return iterate(goal, iterations_left, iterations_left);
 }
 
 }  // namespace splitcubes::meshless

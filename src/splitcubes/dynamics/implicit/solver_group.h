@@ -2,6 +2,7 @@
 #pragma once
 
 #include <splitcubes/dynamics/implicit/implicit_solver.h>
+#include <splitcubes/dynamics/implicit/rigid_modes.h>
 
 #include <functional>
 
@@ -23,10 +24,14 @@ struct ImplicitSolver::Group {
     double spring_stiffness = 0;     // N/m, sum of the springs' contributions to the diagonals
     bool are_diagonals_set = false;  // set in products(), since the bodies' diagonals changed
     double weighed_stiffness = -1;   // N/m, spring_stiffness when the aggregates were weighed; -1: never
+    RigidModes modes;
+    bool are_modes_needed = false;            // a solve of this step was slow without them
     std::vector<std::uint8_t> impact;         // per contact (find_impacts)
     std::vector<std::uint8_t> pushed_before;  // per contact (find_impacts)
 
     void clear() {
+        are_modes_needed = false;
+        modes.clear();
         solvers.clear();
         jobs.clear();
         parts.clear();
@@ -65,6 +70,9 @@ struct ImplicitSolver::Group {
     double first_residual(double target_square);
     double kept_residual();
     double conjugate_gradients(double goal, int& iterations_left);
+    double iterate(double goal, int& iterations_left, int limit);
+    int iterations_without_modes();
+    void build_modes();
     double begin_direction();
     double apply_to_direction();
     double advance(float alpha);

@@ -231,6 +231,12 @@ void SlicedElasticity::take_twists(const TwistState& from, const Parallel& paral
     });
 }
 
+Mat3 SlicedElasticity::stress_change(std::size_t i, const Mat3& dF, double twist_share) const {
+    if (!corotated_) return meshless::stress_change(material_, tangent_[i], dF, twist_share);
+    return meshless::stress_change(material_, Mat3::Identity() + matrix_at(turn_, i), twist(i), dF,
+                                   is_majorizer(i) ? 1 : twist_share);
+}
+
 Mat3 SlicedElasticity::twist(std::size_t i) const {
     Mat3 out;
     std::size_t at = i;
@@ -334,9 +340,10 @@ void SlicedElasticity::change_stress(const SliceRange& range, double twist_share
     const std::size_t end = std::min(range.end * lanes, slices_->row_count());
     for (std::size_t i = range.begin * lanes; i < end; ++i) {
         const Mat3 dF = matrix_at(gradient_, i);
-        set_matrix(tension_, i,
-                   neighbourhoods_->volume()[i] * stress_change(material_, tangent_[i], dF, twist_share) -
-                       neighbourhoods_->penalty()[i] * dF * neighbourhoods_->moment()[i]);
+        set_matrix(
+            tension_, i,
+            neighbourhoods_->volume()[i] * meshless::stress_change(material_, tangent_[i], dF, twist_share) -
+                neighbourhoods_->penalty()[i] * dF * neighbourhoods_->moment()[i]);
     }
 }
 

@@ -57,6 +57,9 @@ class SlicedElasticity {
     void take_twists(const TwistState& from, const Parallel& parallel);
     /// Returns the twist of phyxel i, Pa, and whether it is the majorizer's.
     Mat3 twist(std::size_t i) const;
+    /// Returns dP of dF at phyxel i by the tangents, Pa, in double precision. twist_share: factor on the
+    /// twist.
+    Mat3 stress_change(std::size_t i, const Mat3& dF, double twist_share) const;
     bool is_majorizer(std::size_t i) const { return twists_.majorizer[i] > 0; }
 
     // The following refer to the last state.
