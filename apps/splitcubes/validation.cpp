@@ -49,7 +49,7 @@ body::WorldSettings still(const Vec3& gravity) {
     body::WorldSettings settings;
     settings.gravity = gravity;
     settings.solver.tolerance = 1e-7;
-    settings.solver.bdf2 = false;  // comes to rest sooner
+    settings.solver.scheme = meshless::TimeScheme::backward_euler;  // comes to rest sooner
     settings.validate_each_step = false;
     return settings;
 }

@@ -276,7 +276,7 @@ TEST(Step, RandomPositionsRecover) {
         Random random(7);
         for (Vec3& x : body.phyxels.position) x = random_vector(random, 0.25);
         // Backward Euler: BDF2 also recovers, but rings for long.
-        body.options.bdf2 = false;
+        body.options.scheme = TimeScheme::backward_euler;
         SolverReport report;
         for (int k = 0; k < 300; ++k) report = body.step(parallel);
         EXPECT_EQ(report.inverted, 0U);

@@ -28,11 +28,19 @@ struct ContactSettings {
     double friction = 0.5;  ///< between them, Coulomb coefficient, >= 0
 };
 
+/// Integrators of implicit steps.
+enum class Integrator : std::uint8_t {
+    bdf2,            ///< of second order; damps vibrations of a few steps per period
+    backward_euler,  ///< of first order; damps strongly
+    tr_bdf2,         ///< of second order with little damping, in two solves; in contact as bdf2
+};
+
 /// Settings of the time steps.
 struct SolverSettings {
-    bool explicit_steps = false;  ///< many small explicit steps in place of an implicit one
-    double tolerance = 1e-3;      ///< of the linear solve, relative to the forces of the step
-    int max_iterations = 200;     ///< of the linear solve
+    bool explicit_steps = false;               ///< many small explicit steps in place of an implicit one
+    Integrator integrator = Integrator::bdf2;  ///< of implicit steps
+    double tolerance = 1e-3;                   ///< of the linear solve, relative to the forces of the step
+    int max_iterations = 200;                  ///< of the linear solve
 };
 
 /// Budgets of undo and redo.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace splitcubes::meshless {
 
@@ -62,6 +63,10 @@ SolverReport TimeIntegrator::step_once(Phyxels& phyxels, const Neighbourhoods& n
                                        const SolverOptions& options, const Parallel& parallel) {
     if (options.kind != SolverKind::explicit_steps) {
         hold_work_ = {};
+        // Contacts belong to the whole step, which is therefore not divided.
+        if (options.scheme == TimeScheme::tr_bdf2 && input.contacts.empty() &&
+            !rotates_fast(phyxels, input, parallel))
+            return step_in_two_stages(phyxels, neighbourhoods, material, input, options, parallel);
         return implicit_.step(phyxels, neighbourhoods, material, input, options, parallel);
     }
     const SolverReport report = explicit_.step(phyxels, neighbourhoods, material, input, options, parallel);
@@ -81,7 +86,7 @@ SolverReport TimeIntegrator::step_with_substeps(Phyxels& phyxels, const Neighbou
         phyxels.substeps = 0;
         return report;
     }
-    options.bdf2 = false;
+    options.scheme = TimeScheme::backward_euler;
     options.further_solves = tuning::energy::further_newton_solves;
     StepInput substep = input;
     substep.dt = input.dt / division;
@@ -103,6 +108,48 @@ SolverReport TimeIntegrator::step_with_substeps(Phyxels& phyxels, const Neighbou
     report.solves = solves;
     report.non_finite = non_finite;
     guard_.reset_history(phyxels, input.dt);
+    return report;
+}
+
+// Returns whether some piece rotates so far in the step that a straight line does not approximate its motion.
+bool TimeIntegrator::rotates_fast(const Phyxels& phyxels, const StepInput& input, const Parallel& parallel) {
+    momenta_of_pieces(phyxels, input.piece_count, stage_start_.momenta, stage_start_.partial, parallel);
+    for (const Momenta& piece : stage_start_.momenta) {
+        if (!(piece.mass > 0)) continue;
+        const double rate = angular_velocity(piece.inertia, piece.angular_momentum).norm();
+        if (!(rate * input.dt <= tuning::stages::max_rotation)) return true;
+    }
+    return false;
+}
+
+// TR-BDF2 (Bank et al. 1985): the trapezoidal rule over gamma = 2 - sqrt(2) of the step, then BDF2 over both
+// parts. With this gamma both stages have the same effective step, dt (1 - sqrt(2) / 2), and the whole is
+// L-stable (Hosea and Shampine 1996).
+SolverReport TimeIntegrator::step_in_two_stages(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                                const Material& material, const StepInput& input,
+                                                SolverOptions options, const Parallel& parallel) {
+    const double gamma = 2 - std::sqrt(2.0);
+    stage_start_.position = phyxels.position;
+    stage_start_.velocity = phyxels.velocity;
+    StepInput stage = input;
+    stage.dt = gamma * input.dt;
+    if (!input.held.empty()) {
+        interpolate_held_positions(phyxels, input, 1 - gamma);
+        stage.held_position = substep_position_;
+    }
+    options.stage = TimeStage::trapezoidal;
+    const SolverReport first = implicit_.step(phyxels, neighbourhoods, material, stage, options, parallel);
+    stage.dt = (1 - gamma) * input.dt;
+    stage.held_position = input.held_position;
+    options.stage = TimeStage::second;
+    SolverReport report = implicit_.step(phyxels, neighbourhoods, material, stage, options, parallel);
+    report.iterations += first.iterations;
+    report.solves += first.solves;
+    report.residual = std::max(report.residual, first.residual);
+    report.non_finite = std::max(report.non_finite, first.non_finite);
+    phyxels.previous_position.swap(stage_start_.position);
+    phyxels.previous_velocity.swap(stage_start_.velocity);
+    phyxels.history_step = input.dt;
     return report;
 }
 

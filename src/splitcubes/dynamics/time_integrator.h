@@ -54,6 +54,10 @@ class TimeIntegrator {
     SolverReport step_with_substeps(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
                                     const Material& material, const StepInput& input, SolverOptions options,
                                     int division, const Parallel& parallel);
+    bool rotates_fast(const Phyxels& phyxels, const StepInput& input, const Parallel& parallel);
+    SolverReport step_in_two_stages(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                    const Material& material, const StepInput& input, SolverOptions options,
+                                    const Parallel& parallel);
     void interpolate_held_positions(const Phyxels& phyxels, const StepInput& input, double remaining);
     StepInput hold_rigid(const Phyxels& phyxels, const StepInput& input) {
         held_.assign(phyxels.size(), 0);
@@ -75,10 +79,17 @@ class TimeIntegrator {
         return out;
     }
 
+    /// Motion before the step, per phyxel.
+    struct Start {
+        std::vector<Vec3> position, velocity;   // m, m/s
+        std::vector<Momenta> momenta, partial;  // per piece; scratch
+    };
+
     ImplicitSolver implicit_;
     ExplicitSolver explicit_;
     EnergyGuard guard_;
     std::span<const double> hold_work_;         // J, per piece, of the last explicit step
+    Start stage_start_;                         // of a step in two stages
     std::vector<Vec3> substep_position_;        // m, world, of held phyxels after a substep
     std::vector<CachedContact> contact_cache_;  // before the step
     std::vector<std::uint8_t> held_;            // per phyxel, held or rigid

@@ -119,6 +119,15 @@ inline constexpr double relaxation = 0.7;
 
 }  // namespace preconditioner
 
+/// TR-BDF2 (time_integrator.cpp; decision 019).
+namespace stages {
+
+/// rad, rotation of a piece in a step above which its body takes BDF2, 0.1 to 1. Larger lets the trapezoidal
+/// rule strain what rotates along chords; smaller damps what rotates.
+inline constexpr double max_rotation = 0.5;
+
+}  // namespace stages
+
 /// Energy budget of a step and the repair of excesses (energy_guard.cpp, time_integrator.cpp).
 namespace energy {
 

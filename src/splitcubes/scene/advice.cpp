@@ -93,11 +93,11 @@ double slowest_frequency(const body::Body& body) {
 }
 
 // Returns the largest time step that keeps at least `share` of the amplitude per period.
-double keeping_step(double angular_frequency, bool bdf2, double share) {
+double keeping_step(double angular_frequency, meshless::TimeScheme scheme, double share) {
     double low = 0, high = 10 / angular_frequency;
     for (int k = 0; k < 60; ++k) {
         const double middle = 0.5 * (low + high);
-        (kept_per_period(angular_frequency, middle, bdf2) >= share ? low : high) = middle;
+        (kept_per_period(angular_frequency, middle, scheme) >= share ? low : high) = middle;
     }
     return low;
 }
@@ -201,13 +201,20 @@ void note_collider_overlaps(const body::World& world, std::span<const std::uint8
                                       " more bodies begin inside a collider"});
 }
 
+// Returns the amplification of one step for y' = z y / step.
+std::complex<double> amplification(const std::complex<double>& z, meshless::TimeScheme scheme) {
+    if (scheme == meshless::TimeScheme::backward_euler) return 1.0 / (1.0 - z);
+    if (scheme == meshless::TimeScheme::bdf2) return (2.0 + std::sqrt(1.0 + 2.0 * z)) / (3.0 - 2.0 * z);
+    const double gamma = 2 - std::sqrt(2.0), rest = 1 - gamma;
+    const std::complex<double> middle = (1.0 + 0.5 * gamma * z) / (1.0 - 0.5 * gamma * z);
+    return (middle - rest * rest) / (gamma * (2 - gamma) - gamma * rest * z);
+}
+
 }  // namespace
 
-double kept_per_period(double angular_frequency, double time_step, bool bdf2) {
-    // Amplification factor of one step for y' = i w y.
-    const std::complex<double> x(0, angular_frequency * time_step);
+double kept_per_period(double angular_frequency, double time_step, meshless::TimeScheme scheme) {
     const std::complex<double> factor =
-        bdf2 ? (2.0 + std::sqrt(1.0 + 2.0 * x)) / (3.0 - 2.0 * x) : 1.0 / (1.0 - x);
+        amplification(std::complex<double>(0, angular_frequency * time_step), scheme);
     const double angle = std::arg(factor);
     if (!(angle > 0)) return angular_frequency * time_step > 0 ? 0 : 1;
     return std::pow(std::abs(factor), 2 * std::numbers::pi / angle);
@@ -248,17 +255,18 @@ void note_damping_step(const body::World& world, Notes& notes) {
         const meshless::Material& material = body->settings().material;
         const double own =
             std::exp(-std::numbers::pi * (material.mass_damping / w + material.stiffness_damping * w));
-        const double kept = kept_per_period(w, settings.time_step, settings.solver.bdf2);
+        const double kept = kept_per_period(w, settings.time_step, settings.solver.scheme);
         if (kept > 1 - max_loss || own < 1 - max_loss) continue;
         notes.push_back(
             {body->name(),
              "its slowest vibration, at about " + rounded(frequency) + " Hz, loses " + percent(1 - kept) +
                  " of its amplitude in each period because of the time step of " +
                  rounded(settings.time_step) + " s alone; time_step " +
-                 rounded(keeping_step(w, settings.solver.bdf2, wanted)) +
-                 (settings.solver.bdf2
+                 rounded(keeping_step(w, settings.solver.scheme, wanted)) +
+                 (settings.solver.scheme == meshless::TimeScheme::tr_bdf2
                       ? ""
-                      : ", or solver.integrator bdf2 and " + rounded(keeping_step(w, true, wanted)) + ",") +
+                      : ", or solver.integrator tr_bdf2 and " +
+                            rounded(keeping_step(w, meshless::TimeScheme::tr_bdf2, wanted)) + ",") +
                  " keeps " + percent(wanted)});
     }
 }

@@ -24,6 +24,6 @@ void note_overlaps(const body::World& world, std::span<const std::uint8_t> presc
 
 /// Returns the share of a vibration's amplitude (angular frequency in rad/s) that an implicit integrator
 /// keeps per period.
-double kept_per_period(double angular_frequency, double time_step, bool bdf2);
+double kept_per_period(double angular_frequency, double time_step, meshless::TimeScheme scheme);
 
 }  // namespace splitcubes::scene

@@ -167,6 +167,17 @@ const body::Body& add_body(body::World& world, const BodyDescription& b, const i
     }
 }
 
+meshless::TimeScheme scheme_of(Integrator integrator) {
+    switch (integrator) {
+        case Integrator::backward_euler:
+            return meshless::TimeScheme::backward_euler;
+        case Integrator::tr_bdf2:
+            return meshless::TimeScheme::tr_bdf2;
+        default:
+            return meshless::TimeScheme::bdf2;
+    }
+}
+
 }  // namespace
 
 geometry::TriangleMesh shape_mesh(const Shape& shape, const Parallel& parallel, BuildReport* report) {
@@ -286,7 +297,7 @@ std::unique_ptr<body::World> build_world(
     settings.contact.friction = scene.contact.friction;
     settings.solver.tolerance = scene.solver.tolerance;
     settings.solver.max_iterations = scene.solver.max_iterations;
-    settings.solver.bdf2 = scene.solver.integrator == Integrator::bdf2;
+    settings.solver.scheme = scheme_of(scene.solver.integrator);
     auto world = std::make_unique<body::World>(settings, std::move(parallel));
     for (const std::string& note : scene.deprecations) report.notes.push_back({scene.name, note});
     for (const BodyDescription& b : scene.bodies) {

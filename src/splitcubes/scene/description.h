@@ -318,7 +318,7 @@ struct ToolDescription {
 };
 
 enum class SolverKind { implicit_steps, explicit_steps };
-enum class Integrator { bdf2, backward_euler };
+enum class Integrator { bdf2, backward_euler, tr_bdf2 };
 
 struct SolverDescription {
     SolverKind kind = SolverKind::implicit_steps;

@@ -12,7 +12,7 @@ inline const std::vector<std::string_view> constraint_kind_names = {"hold", "mov
 inline const std::vector<std::string_view> interpolation_names = {"linear", "smooth"};
 inline const std::vector<std::string_view> solver_kind_names = {"implicit", "explicit"};
 inline const std::vector<std::string_view> material_model_names = {"corotated", "st-venant-kirchhoff"};
-inline const std::vector<std::string_view> integrator_names = {"bdf2", "backward_euler"};
+inline const std::vector<std::string_view> integrator_names = {"bdf2", "backward_euler", "tr_bdf2"};
 inline const std::vector<std::string_view> surface_format_names = {"ply", "obj", "stl", "glb"};
 inline const std::vector<std::string_view> occlusion_backend_names = {"cpu", "opengl"};
 inline const std::vector<std::string_view> occlusion_criterion_names(occlusion::criterion_names.begin(),

@@ -194,6 +194,20 @@ body::WorldSettings world_settings_of(const SimulationSettings& s) {
     out.contact.pieces = s.contact.pieces;
     out.contact.friction = s.contact.friction;
     if (s.solver.explicit_steps) out.solver.kind = meshless::SolverKind::explicit_steps;
+    switch (s.solver.integrator) {
+        case Integrator::bdf2:
+            out.solver.scheme = meshless::TimeScheme::bdf2;
+            break;
+        case Integrator::backward_euler:
+            out.solver.scheme = meshless::TimeScheme::backward_euler;
+            break;
+        case Integrator::tr_bdf2:
+            out.solver.scheme = meshless::TimeScheme::tr_bdf2;
+            break;
+        default:
+            throw InputError("simulation, integrator",
+                             "is unknown (" + std::to_string(static_cast<int>(s.solver.integrator)) + ")");
+    }
     out.solver.tolerance = s.solver.tolerance;
     out.solver.max_iterations = s.solver.max_iterations;
     return out;

@@ -322,6 +322,11 @@ void world_settings(A& a, body::WorldSettings& s) {
     a.number(s.solver.max_iterations);
     require_state(s.solver.max_iterations >= 1, "a setting out of range");
     if (A::loads && is_explicit) s.solver.kind = meshless::SolverKind::explicit_steps;
+    auto scheme = static_cast<std::int32_t>(s.solver.scheme);
+    a.number(scheme);
+    require_state(scheme >= 0 && scheme <= static_cast<std::int32_t>(meshless::TimeScheme::tr_bdf2),
+                  "an unknown integrator");
+    s.solver.scheme = static_cast<meshless::TimeScheme>(scheme);
     if (!has_ground) return;
     if (A::loads) s.ground.emplace();
     vector3(a, s.ground->normal);

@@ -80,19 +80,46 @@ void ImplicitSolver::find_step_conditions(const Job& job) {
                                }) > 0;
 }
 
-// Chooses BDF2 or backward Euler for a phyxel.
+// Returns whether the last step can serve as history. BDF2 by itself takes equal steps only.
+bool ImplicitSolver::has_history(const Job& job) {
+    if (job.options.stage != TimeStage::none) return job.phyxels.history_step > 0;
+    return job.phyxels.history_step == job.input.dt;
+}
+
+// Returns the divisor of the change over the last step that BDF2 adds: (1 + 2 r) / r^2 for a ratio r of the
+// steps.
+double ImplicitSolver::history_divisor(const Job& job) {
+    if (job.options.stage != TimeStage::second) return 3;
+    const double ratio = job.input.dt / job.phyxels.history_step;
+    return (1 + 2 * ratio) / (ratio * ratio);
+}
+
+// Returns the effective time step of phyxels that take a step of second order: (1 + r) / (1 + 2 r) of the
+// step for BDF2 (Hairer and Wanner 1996, section V.1), half of it for the trapezoidal rule.
+double ImplicitSolver::second_order_step(const Job& job) {
+    const double dt = job.input.dt;
+    if (job.options.stage == TimeStage::trapezoidal) return 0.5 * dt;
+    if (job.options.stage == TimeStage::none) return 2 * dt / 3;
+    const double ratio = dt / job.phyxels.history_step;
+    return (1 + ratio) / (1 + 2 * ratio) * dt;
+}
+
+// Chooses a scheme of second order or backward Euler for a phyxel.
 void ImplicitSolver::choose_step_size(const Job& job, std::size_t i) {
     const Phyxels& phyxels = job.phyxels;
-    const bool has_history = job.options.bdf2 && phyxels.history_step == job.input.dt;
+    const bool is_trapezoidal = job.options.stage == TimeStage::trapezoidal;
+    const bool can_be_second_order =
+        is_trapezoidal || (job.options.scheme != TimeScheme::backward_euler && has_history(job));
     const std::span<const std::uint32_t> offsets = job.neighbourhoods.offsets();
     bool beside_inverted = conditions_.inverted[i] != 0;
     for (std::uint32_t l = offsets[i];
-         conditions_.any_inverted && l < offsets[i + 1] && has_history && !beside_inverted; ++l)
+         conditions_.any_inverted && l < offsets[i + 1] && can_be_second_order && !beside_inverted; ++l)
         beside_inverted = conditions_.inverted[job.neighbourhoods.neighbour()[l]] != 0 &&
                           job.neighbourhoods.weight()[l] > 0;
-    const bool two_steps = has_history && phyxels.restart_history[i] == 0 && conditions_.held[i] == 0 &&
-                           !beside_inverted && conditions_.hit[piece_of(job, i)] == 0;
-    system_.b[i] = two_steps ? 2 * job.input.dt / 3 : job.input.dt;
+    const bool is_second_order = can_be_second_order && (is_trapezoidal || phyxels.restart_history[i] == 0) &&
+                                 conditions_.held[i] == 0 && !beside_inverted &&
+                                 conditions_.hit[piece_of(job, i)] == 0;
+    system_.b[i] = is_second_order ? second_order_step(job) : job.input.dt;
 }
 
 // Predicts a phyxel without elastic force. Gravity is included, so that nothing is left to solve in free
@@ -103,14 +130,25 @@ void ImplicitSolver::predict_phyxel(const Job& job, std::size_t i) {
     const Vec3& x = phyxels.position[i];
     const Vec3& v = phyxels.velocity[i];
     const double b = system_.b[i];
-    const bool two_steps = b < dt;
+    const bool is_second_order = b < dt;
+    const bool is_trapezoidal = is_second_order && job.options.stage == TimeStage::trapezoidal;
     prediction_.start_position[i] = x;
     prediction_.start_velocity[i] = v;
-    // 4/3 a - 1/3 a' written as a + (a - a')/3: exact where nothing moves.
-    const Vec3 old_x = two_steps ? Vec3(x + (x - phyxels.previous_position[i]) / 3) : x;
-    const Vec3 old_v = two_steps ? Vec3(v + (v - phyxels.previous_velocity[i]) / 3) : v;
-    prediction_.velocity[i] = old_v + b * job.input.gravity;
-    prediction_.position[i] = old_x + b * prediction_.velocity[i];
+    Vec3 without_start = Vec3::Zero();  // m: the prediction without the acceleration before the step
+    if (is_trapezoidal) {
+        // x1 = x + b (v + v1), v1 = v + b (a + a1), b half the step.
+        const Vec3& a = prediction_.start_acceleration[i];
+        prediction_.velocity[i] = v + b * (a + 2 * job.input.gravity);
+        prediction_.position[i] = x + b * (v + prediction_.velocity[i]);
+        without_start = b * b * a;
+    } else {
+        // BDF2, for equal steps 4/3 a - 1/3 a', written as a + (a - a')/3: exact where nothing moves.
+        const double divisor = history_divisor(job);
+        const Vec3 old_x = is_second_order ? Vec3(x + (x - phyxels.previous_position[i]) / divisor) : x;
+        const Vec3 old_v = is_second_order ? Vec3(v + (v - phyxels.previous_velocity[i]) / divisor) : v;
+        prediction_.velocity[i] = old_v + b * job.input.gravity;
+        prediction_.position[i] = old_x + b * prediction_.velocity[i];
+    }
     if (conditions_.held[i] != 0) {
         prediction_.position[i] = job.input.held_position[i];
         prediction_.velocity[i] = (prediction_.position[i] - x) / dt;
@@ -120,13 +158,41 @@ void ImplicitSolver::predict_phyxel(const Job& job, std::size_t i) {
         prediction_.velocity[i].setZero();
         prediction_.position[i] = x.allFinite() ? x : phyxels.previous_position[i];
     }
-    system_.base[i] = prediction_.position[i];
+    system_.base[i] = prediction_.position[i] - without_start;
     const double m = phyxels.mass[i];
     system_.diagonal[i] = (1 + b * job.material.mass_damping) * m / (b * b);
 }
 
+// Computes the accelerations by elastic and damping forces at the start of a trapezoidal stage.
+void ImplicitSolver::find_start_accelerations(const Job& job) {
+    const Phyxels& phyxels = job.phyxels;
+    const double damping = job.material.stiffness_damping;
+    std::vector<Vec3>& acceleration = prediction_.start_acceleration;
+    acceleration.resize(phyxels.size());
+    elastic_.take_state(job.neighbourhoods, job.material, configuration_of(phyxels), job.parallel);
+    const float* const found = elastic_.forces(job.parallel);
+    const std::size_t n = elastic_.stride();
+    for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
+        acceleration[i] = Vec3f(found[i], found[n + i], found[2 * n + i]).cast<double>();
+        vectors_.q[i].setZero();
+        system_.mobility[i] = 0;
+    });
+    if (damping > 0) {
+        elastic_.take_twists({phyxels.deformation, phyxels.rotation, phyxels.piece, conditions_.restrained},
+                             job.parallel);
+        elastic_.apply_stiffness(damping, system_.mobility, phyxels.velocity, vectors_.q, job.parallel, 0);
+    }
+    for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
+        const double m = phyxels.mass[i];
+        acceleration[i] =
+            (acceleration[i] - vectors_.q[i]) / m - job.material.mass_damping * phyxels.velocity[i];
+        if (!(m > 0) || !acceleration[i].allFinite()) acceleration[i].setZero();
+    });
+}
+
 // One loop over everything that is read of the motion: the arrays exceed the caches.
 void ImplicitSolver::predict(const Job& job) {
+    if (job.options.stage == TimeStage::trapezoidal) find_start_accelerations(job);
     for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) {
         choose_step_size(job, i);
         predict_phyxel(job, i);
@@ -172,14 +238,15 @@ void ImplicitSolver::compute_rhs(const Job& job) {
 // Writes the acceleration minus gravity of the last step to p, or a substitute if that does not continue.
 void ImplicitSolver::guess_acceleration(const Job& job, std::size_t i) {
     const Phyxels& phyxels = job.phyxels;
-    const bool has_history = phyxels.history_step == job.input.dt;
+    const bool is_continued = has_history(job);
     const bool supported = conditions_.supported[piece_of(job, i)] != 0;
     vectors_.p[i].setZero();
     smoothing_.high_acceleration[i] = 0;
-    if (!job.options.warm_start || !(has_history || supported)) return;
-    Vec3 acceleration = (phyxels.velocity[i] - phyxels.previous_velocity[i]) / job.input.dt;
+    if (!job.options.warm_start || !(is_continued || supported)) return;
+    const double last_step = is_continued ? phyxels.history_step : job.input.dt;
+    Vec3 acceleration = (phyxels.velocity[i] - phyxels.previous_velocity[i]) / last_step;
     // The velocity jump of an impact does not continue as an acceleration.
-    if (!has_history || phyxels.restart_history[i] != 0)
+    if (!is_continued || phyxels.restart_history[i] != 0)
         acceleration = supported ? Vec3(Vec3::Zero()) : job.input.gravity;
     const Vec3 less_gravity = acceleration - job.input.gravity;
     if (!less_gravity.allFinite()) return;
@@ -193,13 +260,17 @@ void ImplicitSolver::guess_acceleration(const Job& job, std::size_t i) {
 // phyxels so much that a solve linearised there ends elsewhere, and elsewhere for each b.
 void ImplicitSolver::start_guess(const Job& job) {
     smooth_high_accelerations(job);
+    // The base of a trapezoidal stage lacks the acceleration at both ends.
+    const double ends = job.options.stage == TimeStage::trapezoidal ? 2 : 1;
     for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) {
         vectors_.d[i].setZero();
         if (conditions_.held[i] != 0) return;
+        const double b = system_.b[i];
+        const double square = (b < job.input.dt ? ends : 1) * b * b;
         if (conditions_.supported[piece_of(job, i)] != 0)
-            system_.base[i] += system_.b[i] * system_.b[i] * vectors_.p[i];
+            system_.base[i] += square * vectors_.p[i];
         else
-            vectors_.d[i] = system_.b[i] * system_.b[i] * vectors_.p[i];
+            vectors_.d[i] = square * vectors_.p[i];
     });
 }
 
@@ -244,8 +315,9 @@ Vec3 ImplicitSolver::filtered(std::size_t i, const Vec3& force) const {
 }
 
 double ImplicitSolver::damping_ratio(const Job& job) const {
-    const double b = job.options.bdf2 ? 2 * job.input.dt / 3 : job.input.dt;
-    return job.material.stiffness_damping / b;
+    const bool is_first_order =
+        job.options.stage == TimeStage::none && job.options.scheme == TimeScheme::backward_euler;
+    return job.material.stiffness_damping / (is_first_order ? job.input.dt : second_order_step(job));
 }
 
 // Returns the squared residual, in the norm of the inverse diagonal, that ends a solve: the tolerance's share

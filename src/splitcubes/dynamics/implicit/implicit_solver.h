@@ -23,6 +23,9 @@ namespace splitcubes::meshless {
 /// does not reach the tolerance (stiff bodies that are held), the residual is recomputed in double precision
 /// and the iteration restarts from it.
 ///
+/// A stage of TR-BDF2 (TimeIntegrator) is a step of its own: the trapezoidal rule takes the forces at the
+/// start of the stage into the prediction, and the second stage is BDF2 for unequal steps.
+///
 /// Contacts and attachment springs are springs within the solve (contact/response/contact_forces.h),
 /// linearised at its start. While their active set or friction changes, further solves follow, each started
 /// from the last. A piece that is hit uses backward Euler in this step and the next.
@@ -101,6 +104,10 @@ class ImplicitSolver {
     void size_buffers(std::size_t count);
     void find_step_conditions(const Job& job);
     void predict(const Job& job);
+    void find_start_accelerations(const Job& job);
+    static bool has_history(const Job& job);
+    static double history_divisor(const Job& job);
+    static double second_order_step(const Job& job);
     void linearise(const Job& job);
     bool has_new_distortion(const Job& job);
     void compute_rhs(const Job& job);
@@ -147,6 +154,8 @@ class ImplicitSolver {
         std::vector<Vec3> velocity;        // m/s
         std::vector<Vec3> start_position;  // m, before the step
         std::vector<Vec3> start_velocity;  // m/s, before the step
+        // m/s^2, without gravity, before the step; of trapezoidal stages.
+        std::vector<Vec3> start_acceleration;
     };
     /// System in double precision, for residuals beyond single precision.
     struct ExactSystem {
