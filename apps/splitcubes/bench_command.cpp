@@ -143,11 +143,11 @@ int bench_validation(const BenchOptions& options) {
     const auto parallel = std::make_shared<const Parallel>(options.threads);
     const std::vector<ValidationPoint> points = validate_mechanics(parallel);
     Json rows = Json::array();
-    std::printf("| %-10s | across | phyxels |   measured |   expected | unit | error %% | stiffness seen |\n",
+    std::printf("| %-18s | across | phyxels |   measured |   expected | unit | error %% | stiffness seen |\n",
                 "test");
     std::printf("|---|---|---|---|---|---|---|---|\n");
     for (const ValidationPoint& p : points) {
-        std::printf("| %-10s | %6d | %7zu | %10.4g | %10.4g | %4s | %+7.1f | ", p.test.c_str(), p.across,
+        std::printf("| %-18s | %6d | %7zu | %10.4g | %10.4g | %4s | %+7.1f | ", p.test.c_str(), p.across,
                     p.count, p.measured, p.expected, p.unit.c_str(), 100 * p.error());
         if (p.seen > 0)
             std::printf("%.2f |\n", p.seen);

@@ -20,7 +20,7 @@ double y_of(double error) {
 }
 
 void draw_axes(std::ostream& svg) {
-    svg << "<rect width=\"720\" height=\"400\" fill=\"white\"/>\n<g stroke=\"#ccc\">\n";
+    svg << "<rect width=\"760\" height=\"400\" fill=\"white\"/>\n<g stroke=\"#ccc\">\n";
     for (const double e : {1e-3, 1e-2, 1e-1, 1.0, 10.0})
         svg << "<path d=\"M" << left << ' ' << y_of(e) << 'h' << wide << "\"/>\n";
     for (const int n : {2, 3, 4, 6, 8, 12, 16})
@@ -42,13 +42,15 @@ std::string error_plot(const std::vector<ValidationPoint>& points) {
                                               "#8e44ad", "#d68910", "#117a65"};
     std::ostringstream svg;
     svg.imbue(std::locale::classic());
-    svg << "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 720 400\" font-family=\"sans-serif\" "
+    svg << "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 760 400\" font-family=\"sans-serif\" "
            "font-size=\"13\">\n";
     draw_axes(svg);
     std::size_t line = 0;
     for (std::size_t begin = 0, end = 0; begin < points.size(); begin = end, ++line) {
         const char* colour = colours[line % std::size(colours)];
-        svg << "<g stroke=\"" << colour << "\" fill=\"none\" stroke-width=\"2\"><path d=\"";
+        // Colours repeat with dashes.
+        const char* dashes = line < std::size(colours) ? "" : " stroke-dasharray=\"6 4\"";
+        svg << "<g stroke=\"" << colour << "\" fill=\"none\" stroke-width=\"2\"" << dashes << "><path d=\"";
         for (; end < points.size() && points[end].test == points[begin].test; ++end)
             svg << (end == begin ? 'M' : 'L') << x_of(points[end].across) << ' ' << y_of(points[end].error());
         svg << "\"/>\n";
