@@ -132,5 +132,32 @@ TEST(Tension, AHungBarSwingsAsARigidPendulum) {
     }
 }
 
+// Damping in proportion to stiffness knows no tension: it only takes energy, at any stretch.
+TEST(Tension, DampsATautBarInExplicitStepsToo) {
+    const Parallel parallel(2);
+    Material material;
+    material.youngs_modulus = 1e5;
+    material.volume_stiffness = 1e5;
+    material.stiffness_damping = 1e-3;
+    Specimen body = block(12, 3, 3, 0.02, material, parallel);
+    body.options.kind = SolverKind::explicit_steps;
+    std::vector<std::uint8_t> held;
+    std::vector<Vec3> position;
+    for (const Vec3& x : body.phyxels.rest_position) {
+        held.push_back(std::abs(x.x()) > 0.1);
+        position.push_back(x + 0.2 * x.x() * Vec3::UnitX());
+    }
+    body.input.held = held;
+    body.input.held_position = position;
+    body.move(
+        [](const Vec3& x) -> Vec3 { return x + 0.2 * x.x() * Vec3::UnitX(); },
+        [](const Vec3& x) -> Vec3 { return Vec3(0, 0.1 * std::cos(std::numbers::pi / 0.26 * x.x()), 0); });
+    SolverReport report;
+    for (int k = 0; k < 60; ++k) report = body.step(parallel);
+    EXPECT_LT(report.top_speed, 0.02);
+    EXPECT_EQ(report.energy_excess_pieces, 0U);
+    EXPECT_EQ(report.non_finite, 0U);
+}
+
 }  // namespace
 }  // namespace splitcubes::meshless

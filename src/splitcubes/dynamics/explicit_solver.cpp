@@ -228,7 +228,7 @@ void ExplicitSolver::find_forces(const Job& job) {
     }
     if (!(job.material.stiffness_damping > 0)) return;
     elastic_.apply_stiffness(job.material.stiffness_damping, zeros_, job.phyxels.velocity, damping_,
-                             job.parallel);
+                             job.parallel, 0);
 }
 
 void ExplicitSolver::kick(const Job& job, double h) {

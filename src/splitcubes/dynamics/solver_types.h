@@ -29,7 +29,7 @@ struct StepInput {
 
 struct SolverReport {
     int iterations = 0;              // conjugate gradient iterations over all solves of the step
-    int solves = 0;                  // 1, more if contacts changed; 0 for explicit steps
+    int solves = 0;                  // 1, 2 with TR-BDF2, more if contacts changed; 0 if explicit
     int substeps = 1;                // substeps of an explicit step
     double residual = 0;             // relative to the forces of the step, after the last solve
     std::size_t inverted = 0;        // phyxels with det F <= 0 after the step

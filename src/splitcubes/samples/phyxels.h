@@ -40,7 +40,7 @@ struct Phyxels {
     std::vector<Mat3> rotation;                 // rotation part of `deformation`, det = +1
     std::vector<Mat3> plastic_strain;           // rest space, symmetric (Plasticity)
     std::vector<std::int32_t> piece;            // id of its piece, 0..piece_count-1
-    std::vector<std::uint8_t> restart_history;  // 1: the next step restarts BDF2 with backward Euler
+    std::vector<std::uint8_t> restart_history;  // 1: BDF2 restarts with backward Euler
     std::vector<std::uint8_t> touching;         // 1: on the ground, written by ImplicitSolver
     std::vector<double> elastic_energy;         // J, at the end of the last step, with the links of that step
     std::vector<double> reserve;                // J, its share of its piece's energy budget (EnergyGuard)

@@ -327,6 +327,7 @@ double ImplicitSolver::damping_ratio(const Job& job) const {
 // is only the error of the guess, so the inertia forces of the base count as well.
 double ImplicitSolver::wanted_residual(const Job& job, double tolerance) {
     const Phyxels& phyxels = job.phyxels;
+    const double last_step = has_history(job) ? phyxels.history_step : job.input.dt;
     const auto chunk = [&](std::size_t begin, std::size_t end) {
         ToleranceSums sums;
         for (std::size_t i = begin; i < end; ++i) {
@@ -335,7 +336,7 @@ double ImplicitSolver::wanted_residual(const Job& job, double tolerance) {
             sums.right += system_.inverse[i] * filtered(i, system_.rhs[i] + springs_.force[i]).squaredNorm();
             sums.base += system_.inverse[i] * base_force.squaredNorm();
             const Vec3 acceleration =
-                (prediction_.start_velocity[i] - phyxels.previous_velocity[i]) / job.input.dt;
+                (prediction_.start_velocity[i] - phyxels.previous_velocity[i]) / last_step;
             const double force = phyxels.mass[i] * (acceleration.norm() + job.input.gravity.norm());
             sums.inertial += system_.inverse[i] * force * force;
             const double correction = tuning::solve::smallest_correction * phyxels.support_radius[i];

@@ -17,14 +17,6 @@ Mat3 cross_matrix(const Vec3& v) {
 
 }  // namespace
 
-// Displacements by the six modes of an aggregate at a position: [I, -[r]x].
-RigidModes::Modes RigidModes::modes_of(std::uint32_t aggregate, const Vec3& position) const {
-    Modes out;
-    out.leftCols<3>().setIdentity();
-    out.rightCols<3>() = -cross_matrix(position - centre_[aggregate]);
-    return out;
-}
-
 RigidModes::Block& RigidModes::block(std::uint32_t row, std::uint32_t column) {
     for (Entry& entry : blocks_[row])
         if (entry.column == column) return entry.block;
@@ -92,11 +84,9 @@ bool RigidModes::see_row(const Part& part, std::uint32_t p, std::size_t i) {
             if (seen.aggregate == static_cast<std::uint32_t>(aggregate)) return seen;
         return seen_.emplace_back(Seen{static_cast<std::uint32_t>(aggregate)});
     };
-    double weight = 0;
     for (std::uint32_t l = links.offsets()[i]; l < links.offsets()[i + 1]; ++l) {
         const std::uint32_t j = links.neighbour()[l];
         const double w = links.penalty()[i] * links.weight()[l];
-        weight += w;
         if (index_[p][j] < 0) continue;
         Seen& seen = seen_of(index_[p][j]);
         const Vec3& arm = arm_[p][j];
@@ -226,7 +216,8 @@ bool RigidModes::factorise() {
     matrix_.resize(size, size);
     matrix_.setFromTriplets(entries.begin(), entries.end());
     factors_.compute(matrix_);
-    return factors_.info() == Eigen::Success && factors_.vectorD().minCoeff() > 0;
+    return factors_.info() == Eigen::Success && factors_.vectorD().allFinite() &&
+           factors_.vectorD().minCoeff() > 0;
 }
 
 void RigidModes::assemble(std::span<const Part> parts) {

@@ -16,10 +16,10 @@ namespace splitcubes::meshless {
 
 /// Additive two-level preconditioner D^-1 + Z E^-1 Z^T, E = Z^T A Z. The columns of Z are the three
 /// translations and three rotations of each aggregate of level 0 (Aggregates) at the point of linearisation.
-/// A is the system of the step: inertia, stiffness and the springs of contacts and handles. E is assembled
-/// from the rows of phyxels whose neighbours belong to several aggregates, as the others have next to no
-/// strain in a rigid motion, and factorised (sparse Cholesky, single-threaded: the same bits for any number
-/// of threads).
+/// A is the system of the step: inertia, stiffness and the springs of contacts and handles. Of the stiffness,
+/// E holds the rows of phyxels whose neighbours belong to several aggregates, and those with a twist or a
+/// rank below 3; the others have next to no strain in a rigid motion. E is factorised by sparse Cholesky
+/// factorisation, single-threaded: the same bits for any number of threads.
 ///
 /// Conjugate gradients without it need most of their iterations for the rigid motions of pieces and flaps,
 /// whose inertia is small beside the stiffness in the diagonal.
@@ -68,14 +68,14 @@ class RigidModes {
     };
 
     void find_centres(std::span<const Part> parts);
-    bool see_row(const Part& part, std::uint32_t first, std::size_t i);
-    void add_row(const Part& part, std::uint32_t first, std::size_t i);
-    void add_penalty(const Part& part, std::uint32_t own, std::size_t i);
-    void add_inertia(const Part& part, std::uint32_t first);
+    // p: index of the part.
+    bool see_row(const Part& part, std::uint32_t p, std::size_t i);
+    void add_row(const Part& part, std::uint32_t p, std::size_t i);
+    void add_penalty(const Part& part, std::uint32_t p, std::size_t i);
+    void add_inertia(const Part& part, std::uint32_t p);
     void add_springs(const ContactProducts& springs);
     void assemble(std::span<const Part> parts);
     Block& block(std::uint32_t row, std::uint32_t column);
-    Modes modes_of(std::uint32_t aggregate, const Vec3& position) const;
     void add_pair(std::uint32_t a, std::uint32_t b, const Block& sum);
     bool factorise();
 

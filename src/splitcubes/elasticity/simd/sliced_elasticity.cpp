@@ -352,6 +352,7 @@ double SlicedElasticity::apply_stiffness(float factor, const float* diagonal, co
     const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
     const bool weights = corotated_ && slices_->weights_pay();
     const float twist_share = factor > 0 ? twist_factor / factor : 0;
+    assert(twist_share <= 1);
     for_slices(parallel, slice_count(), [&](const SliceRange& range) {
         if (weights)
             weighted_direction_pass(*slices_, range, dx, arrays(), lame, twist_share);
