@@ -79,7 +79,7 @@ TEST(TimeSchemes, TrBdf2IsOfSecondOrder) {
     EXPECT_GT(std::abs(end_after_a_quarter(5) - exact), 12 * std::abs(end_after_a_quarter(20) - exact));
 }
 
-// What the step cannot resolve is damped, however stiff it is.
+// TR-BDF2 damps waves that the step cannot resolve, however stiff the material is.
 TEST(TimeSchemes, TrBdf2DampsWavesThatAreFasterThanTheStep) {
     const Parallel parallel(2);
     for (const double frequency : {600.0, 6e3, 6e4}) {

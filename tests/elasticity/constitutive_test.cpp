@@ -164,7 +164,7 @@ TEST(Constitutive, TangentOfStVenantKirchhoffIsExactUnderTension) {
     }
 }
 
-// Where no twist is negative: stretched, or compressed less than the others stretch.
+// F has no negative twist: it stretches, or compresses one axis less than it stretches the others.
 TEST(Constitutive, TangentOfCorotatedIsExactWithoutNegativeTwists) {
     Random random(16);
     Material material;

@@ -455,7 +455,7 @@ void EnergyGuard::write_reserves(Phyxels& phyxels, const Parallel& parallel) {
         double current = end_[k].free_kinetic + end_[k].elastic;
         if (balance_[k].is_isolated) current -= end_[k].linear.squaredNorm() / (2 * end_[k].mass);
         // More than the elastic energy cannot be taken back: a larger deficit would stop the piece for good.
-        // What was tolerated is owed, so that it does not add up.
+        // The piece owes the tolerated excess, so that excesses do not add up.
         const double tolerated = std::max(balance_[k].limit - balance_[k].budget, 0.0);
         const double unspent = std::max(balance_[k].budget - current, -end_[k].elastic - tolerated);
         const bool has_deficit = unspent < 0 && end_[k].elastic > 0;

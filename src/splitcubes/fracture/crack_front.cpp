@@ -106,8 +106,8 @@ std::uint8_t CrackFront::certain_shielding(const NodeGrid& grid, const CrackTip&
     return static_cast<std::uint8_t>(out);
 }
 
-// Whether a plane through the tip's centre, rotated by at most the maximum angle of one continuation, can
-// cross the edge from a to b, extended by edge_slack at both ends.
+// Returns whether a plane through the tip's centre, rotated by at most the maximum angle of one continuation,
+// can cross the edge from a to b, extended by edge_slack at both ends.
 bool CrackFront::may_meet(const CrackTip& tip, const Vec3& a, const Vec3& b) {
     const Vec3 from = a - tuning::tearing::edge_slack * (b - a) - tip.centre,
                to = b + tuning::tearing::edge_slack * (b - a) - tip.centre;

@@ -1,3 +1,4 @@
+#include <splitcubes/math/cross_matrix.h>
 #include <splitcubes/samples/phyxels.h>
 #include <splitcubes/samples/rigid_pieces.h>
 #include <splitcubes/samples/tuning.h>
@@ -12,12 +13,6 @@
 namespace splitcubes::meshless {
 
 namespace {
-
-Mat3 cross_matrix(const Vec3& v) {
-    Mat3 m;
-    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-    return m;
-}
 
 // Cayley's map: returns the rotation (I - a/2)^-1 (I + a/2) for the cross matrix a of v.
 Mat3 cayley(const Vec3& v) {

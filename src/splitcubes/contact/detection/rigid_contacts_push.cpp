@@ -2,6 +2,7 @@
 #include <splitcubes/contact/detection/body_view.h>
 #include <splitcubes/contact/detection/rigid_contacts.h>
 #include <splitcubes/contact/detection/tuning.h>
+#include <splitcubes/math/cross_matrix.h>
 #include <splitcubes/samples/phyxels.h>
 #include <splitcubes/splitting/pieces.h>
 
@@ -14,12 +15,6 @@ namespace splitcubes::body {
 namespace {
 
 using meshless::RigidPiece;
-
-Mat3 cross_matrix(const Vec3& v) {
-    Mat3 out;
-    out << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-    return out;
-}
 
 // Returns the change of velocity per impulse, 1/kg, of a mover at the same point; point: lever arm, m.
 template <class Mover>

@@ -1,5 +1,6 @@
 #include <splitcubes/dynamics/implicit/rigid_modes.h>
 #include <splitcubes/dynamics/tuning.h>
+#include <splitcubes/math/cross_matrix.h>
 #include <splitcubes/samples/loops.h>
 
 #include <algorithm>
@@ -9,9 +10,10 @@ namespace splitcubes::meshless {
 
 namespace {
 
-Mat3 cross_matrix(const Vec3& v) {
-    Mat3 out;
-    out << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+// Displacements by the six modes of an aggregate at an arm from its centre: [I, -[arm]x].
+Eigen::Matrix<double, 3, 6> modes_at(const Vec3& arm) {
+    Eigen::Matrix<double, 3, 6> out;
+    out << Mat3::Identity(), -cross_matrix(arm);
     return out;
 }
 
@@ -107,8 +109,7 @@ bool RigidModes::see_row(const Part& part, std::uint32_t p, std::size_t i) {
 // Penalties sum_j c w_ij |u_j - u_i|^2 of row i, without the fitted part.
 void RigidModes::add_penalty(const Part& part, std::uint32_t p, std::size_t i) {
     const std::int32_t own = index_[p][i];
-    Modes at = Modes::Zero();
-    if (own >= 0) at << Mat3::Identity(), -cross_matrix(arm_[p][i]);
+    const Modes at = own >= 0 ? modes_at(arm_[p][i]) : Modes::Zero();
     double weight = 0;
     const Neighbourhoods& links = part.neighbourhoods;
     for (std::uint32_t l = links.offsets()[i]; l < links.offsets()[i + 1]; ++l)
@@ -162,8 +163,7 @@ void RigidModes::add_inertia(const Part& part, std::uint32_t p) {
     for (std::size_t i = 0; i < part.position.size(); ++i) {
         if (index_[p][i] < 0) continue;
         const auto own = static_cast<std::uint32_t>(index_[p][i]);
-        Modes at;
-        at << Mat3::Identity(), -cross_matrix(arm_[p][i]);
+        const Modes at = modes_at(arm_[p][i]);
         block(own, own) += part.inertia[i] * at.transpose() * at;
     }
 }
@@ -180,9 +180,7 @@ void RigidModes::add_springs(const ContactProducts& springs) {
                 return side.first == static_cast<std::uint32_t>(own);
             });
             if (at == sides.end()) at = sides.insert(at, {static_cast<std::uint32_t>(own), Modes::Zero()});
-            Modes modes;
-            modes << Mat3::Identity(), -cross_matrix(arm_[part][phyxel]);
-            at->second += weight * modes;
+            at->second += weight * modes_at(arm_[part][phyxel]);
         }
         const Mat3 stiffness =
             spring.across * Mat3::Identity() + spring.extra_along * spring.normal * spring.normal.transpose();

@@ -53,7 +53,7 @@ class RigidModes {
     using Block = Eigen::Matrix<double, 6, 6>;
     using Modes = Eigen::Matrix<double, 3, 6>;
     using Gradients = Eigen::Matrix<double, 9, 6>;
-    /// What a row sees of the phyxels of one aggregate.
+    /// Sums of a row over the phyxels of one aggregate.
     struct Seen {
         std::uint32_t aggregate = 0;
         Vec3 gradient = Vec3::Zero();      // 1/m, sum of g_ij
