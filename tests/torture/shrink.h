@@ -17,9 +17,9 @@ std::vector<std::size_t> smallest_failing(std::size_t count,
 
 struct Shrink {
     std::filesystem::path program, folder;  // folder: of the scene
-    std::optional<Law> law;                 // none: the first that is broken
+    std::optional<Law> law = {};            // none: the first that is broken
     int trials = 200;                       // at most
-    ProcessLimits process;
+    ProcessLimits process = {};
 };
 
 /// Writes FOLDER/shrunk with the smallest scene, its meshes and its run, and says what is left. Throws

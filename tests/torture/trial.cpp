@@ -6,6 +6,7 @@
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -26,6 +27,16 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds poll_interval{5};
+constexpr std::chrono::seconds patience{30};  // for a process that is asked to end
+constexpr double wall_clock_factor = 20;      // wall clock that a process may take, over its processor time
+
+// What the process has used so far.
+double processor_seconds(pid_t process) {
+    clockid_t clock{};
+    timespec time{};
+    if (clock_getcpuclockid(process, &clock) != 0 || clock_gettime(clock, &time) != 0) return 0;
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
 
 std::string last_line(const fs::path& file) {
     std::ifstream in(file);
@@ -71,15 +82,24 @@ Ended run_program(const fs::path& program, const fs::path& scene, const fs::path
     if (child == 0) become(arguments.data(), errors.c_str(), memory);
     Ended out;
     int status = 0;
-    const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - began).count(); };
-    while (waitpid(child, &status, WNOHANG) == 0) {
-        if (!out.timed_out && elapsed() > limits.seconds) {
+    rusage used{};
+    Clock::time_point asked;
+    while (wait4(child, &status, WNOHANG, &used) == 0) {
+        const auto now = Clock::now();
+        if (!out.timed_out &&
+            (processor_seconds(child) > limits.seconds ||
+             now - began > wall_clock_factor * std::chrono::duration<double>(limits.seconds))) {
             out.timed_out = true;
-            kill(child, SIGKILL);
+            asked = now;
+            kill(child, SIGTERM);  // the program finishes its step and its tables
         }
+        if (out.timed_out && now - asked > patience) kill(child, SIGKILL);
         std::this_thread::sleep_for(poll_interval);
     }
-    out.seconds = elapsed();
+    const auto seconds = [](const timeval& t) {
+        return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+    };
+    out.seconds = seconds(used.ru_utime) + seconds(used.ru_stime);
     if (WIFEXITED(status)) out.code = WEXITSTATUS(status);
     if (WIFSIGNALED(status)) out.signal = WTERMSIG(status);
     out.errors = last_line(errors);

@@ -11,7 +11,7 @@
 namespace splitcubes::torture {
 
 struct ProcessLimits {
-    double seconds = 60;
+    double seconds = 60;    // of processor time
     double memory_gib = 4;  // address space; 0: no limit
 };
 
@@ -19,7 +19,7 @@ struct Ended {
     int code = -1;   // exit code; -1: ended by a signal
     int signal = 0;  // 0: none
     bool timed_out = false;
-    double seconds = 0;
+    double seconds = 0;  // of processor time
     std::string errors;  // last line of standard error
 };
 
