@@ -55,7 +55,7 @@ inline constexpr std::array<LawText, law_count> law_texts = {{
      "No phyxel is several times as fast as supports, gravity and stored energy can make it."},
     {Law::ground, "ground", 0.2, "cells", "No vertex is deeper in the ground."},
     {Law::colliders, "colliders", 0.2, "cells", "No vertex is deeper in a collider."},
-    {Law::rest_volume, "rest_volume", 2e-3, "of the volume",
+    {Law::rest_volume, "rest_volume", 5e-3, "of the volume",
      "Cuts change the volume at rest only where they meet the boundary."},
     {Law::rest_piece_volume, "rest_piece_volume", 0, "cubic cells",
      "No piece has a negative volume at rest (value: its opposite)."},

@@ -103,7 +103,7 @@ Limits limits_of(const Words& words) {
         }
         out.without.insert(name);
     }
-    out.max_blades = words.number("blades-at-most", out.max_blades, 1);
+    out.max_blades = words.number("blades-at-most", out.max_blades, 0);
     out.max_phyxels = words.number("phyxels-at-most", out.max_phyxels, 400);
     std::vector<std::string> folders = words.list("models");
     if (!words.has("models")) folders = {SPLITCUBES_MODEL_FOLDER};

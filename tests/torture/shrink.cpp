@@ -1,9 +1,11 @@
 #include "shrink.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <fstream>
 #include <numeric>
+#include <sstream>
 #include <stdexcept>
 
 namespace splitcubes::torture {
@@ -95,14 +97,58 @@ void keep_first_body(Json& scene) {
     for (Json& tool : scene["tools"]) erase(tool, "bodies");
 }
 
+// A box in place of a mesh, of the same size.
+void make_box(Json& body, const fs::path& folder) {
+    if (!body["shape"].contains("mesh")) return;
+    std::ifstream in(folder / body["shape"]["mesh"]["file"].get<std::string>());
+    std::array<double, 3> low{1e9, 1e9, 1e9}, high{-1e9, -1e9, -1e9};
+    for (std::string line; std::getline(in, line);) {
+        std::istringstream words(line);
+        std::string kind;
+        words >> kind;
+        if (kind != "v") continue;
+        for (std::size_t k = 0; k < 3; ++k) {
+            double x = 0;
+            words >> x;
+            low[k] = std::min(low[k], x);
+            high[k] = std::max(high[k], x);
+        }
+    }
+    Json size, center;
+    for (std::size_t k = 0; k < 3; ++k) {
+        size.push_back(high[k] - low[k]);
+        center.push_back((high[k] + low[k]) / 2);
+    }
+    body["shape"] = {{"box", {{"size", size}}}};
+    body["placement"] = {{"position", center}};
+}
+
 void coarser(Json& body) {
     for (const char* key : {"cell_size", "phyxel_spacing"})
         if (body.contains(key)) body[key] = body[key].get<double>() * 1.2;
 }
 
+// Leaves out keyframes after the last frame.
+void keep_early_keyframes(Json& scene) {
+    if (!scene.contains("frames") || !scene["frames"].is_number()) return;
+    const double end = scene["frames"].get<int>() * scene.value("time_step", 1.0 / 60);
+    for (const char* key : {"constraints", "colliders", "handles"}) {
+        if (!scene.contains(key)) continue;
+        for (Json& item : scene[key]) {
+            if (!item.contains("keyframes")) continue;
+            Json kept = Json::array();
+            for (const Json& frame : item["keyframes"]) {
+                kept.push_back(frame);
+                if (frame["time"].get<double>() > end) break;
+            }
+            item["keyframes"] = kept;
+        }
+    }
+}
+
 // Ordered by how much simpler a scene becomes.
-std::vector<Change> changes() {
-    std::vector<Change> out = {keep_first_body};
+std::vector<Change> changes(const fs::path& folder) {
+    std::vector<Change> out = {keep_first_body, of_bodies([folder](Json& body) { make_box(body, folder); })};
     for (const char* key : {"handles", "colliders", "constraints", "ground", "contact", "solver"})
         out.push_back(without(key));
     for (const char* key : {"velocity", "angular_velocity"}) out.push_back(without_of_bodies(key));
@@ -179,21 +225,24 @@ void shrink_scene(const Shrink& shrink) {
         if (changed == scene || !trials.breaks(changed, law)) return;
         scene = std::move(changed);
     };
-    if (const int frame = verdict.of(law).frame; frame > 0 && scene.contains("frames")) {
+    const auto end_at = [&](int frame) {
         Json shorter = scene;
-        shorter["frames"] = frame;
+        if (frame > 0 && scene.contains("frames")) shorter["frames"] = frame;
         keep_if_it_fails(shorter);
-    }
+    };
+    end_at(verdict.of(law).frame);
     const std::size_t tools = scene.contains("tools") ? scene["tools"].size() : 0;
     const Json all = scene;
     scene = with_tools(all, smallest_failing(tools, [&](const std::vector<std::size_t>& chosen) {
                            return trials.breaks(with_tools(all, chosen), law);
                        }));
-    for (const Change& change : changes()) {
+    for (const Change& change : changes(shrink.folder)) {
         Json changed = scene;
         change(changed);
         keep_if_it_fails(changed);
     }
+    end_at(trials.verdict(scene).of(law).frame);
+    keep_early_keyframes(scene);
     const Verdict last = trials.verdict(scene);
     std::printf("%s: %zu of %zu blades%s; %s\n", text_of(law).name, scene["tools"].size(), tools,
                 trials.over() ? ", stopped at the limit of trials" : "", text_of(last).c_str());

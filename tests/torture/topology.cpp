@@ -90,6 +90,11 @@ PieceMeasure PieceSums::measure(int piece, double largest) const {
     out.triangles = triangles;
     out.volume = now.volume;
     out.rest_volume = rest.volume;
+    if (rest.volume == 0) {  // no positions at rest
+        out.centre = origin + (now.volume > 0 ? Vec3(now.first / now.volume) : Vec3(mean / weight));
+        out.affine_centre = out.centre;
+        return out;
+    }
     // The centre of a sliver's volume may be far outside of it.
     const bool solid = rest.volume > 1e-3 * largest && now.volume > 0.1 * rest.volume;
     out.centre = origin + (solid ? Vec3(now.first / now.volume) : Vec3(mean / weight));

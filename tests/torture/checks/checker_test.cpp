@@ -33,6 +33,20 @@ TEST(Checker, FreeFallHolds) {
     EXPECT_TRUE(falling_box(Vec3::Zero()).check().of(Law::angular_momentum).measured);
 }
 
+// As bodies of built-in shapes are written. The law of energy needs no positions at rest of one piece.
+TEST(Checker, TakesSurfacesWithoutPositionsAtRest) {
+    HandMadeRun run = falling_box();
+    run.scene["ground"] = {{"height", 0}};
+    for (Surface& surface : run.surfaces) surface.rest.clear();
+    const Verdict verdict = run.check();
+    EXPECT_EQ(broken(verdict), Names{});
+    EXPECT_TRUE(verdict.of(Law::energy).measured);
+    EXPECT_FALSE(verdict.of(Law::rest_volume).measured);
+    for (Surface& surface : run.surfaces) surface.rest.clear();
+    run.rows[5]["kinetic_energy"] *= 1.05;
+    EXPECT_EQ(broken(run.check()), Names{"energy"});
+}
+
 TEST(Checker, FindsAFlippedTriangle) {
     HandMadeRun run = falling_box();
     std::swap(run.surfaces[3].triangles[5][0], run.surfaces[3].triangles[5][1]);
