@@ -1,6 +1,7 @@
 // splitcubes_torture: random scenes, and whether runs of them obey the laws.
 #include "campaign.h"
 #include "checker.h"
+#include "corpus.h"
 #include "generator.h"
 #include "shrink.h"
 
@@ -21,10 +22,13 @@ constexpr const char* usage =
     "  make --seed S --out DIR                      writes a random scene and its meshes\n"
     "  check DIR RUN                                checks RUN, a run of DIR/scene.json\n"
     "  run --seeds A..B --program FILE --work DIR   makes, runs and checks scenes; goes on where it stopped\n"
-    "      [--jobs N] [--time-limit S] [--memory GIB] [--keep all|failed|none]\n"
+    "      [--jobs N] [--time-limit S] [--memory GIB] [--keep all|failed|none] [--again]\n"
     "  shrink DIR --program FILE                    the smallest scene that breaks the same law, in "
     "DIR/shrunk\n"
     "      [--law NAME] [--trials N] [--time-limit S] [--memory GIB]\n"
+    "  corpus DIR --program FILE --work DIR         runs the scenes of a corpus that hold, and says whether "
+    "they do\n"
+    "      [--status holds|fails] [--time-limit S] [--memory GIB]\n"
     "  laws                                         lists the laws and their bounds\n"
     "make and run: [--without FEATURE...] [--blades-at-most N] [--phyxels-at-most N] [--models DIR...]\n"
     "Exit codes: 0 all laws hold, 1 one is broken, 2 wrong usage.\n";
@@ -140,7 +144,7 @@ int check(const Words& words) {
 }
 
 int run(const Words& words) {
-    words.allow(0, {"seeds", "program", "work", "jobs", "time-limit", "memory", "keep", "without",
+    words.allow(0, {"seeds", "program", "work", "jobs", "time-limit", "memory", "keep", "again", "without",
                     "blades-at-most", "phyxels-at-most", "models"});
     Campaign campaign;
     const std::string seeds = words.one("seeds");
@@ -157,6 +161,7 @@ int run(const Words& words) {
     if (keep != "all" && keep != "failed" && keep != "none")
         throw UsageError("--keep: is neither all, failed nor none (" + keep + ")");
     campaign.keep = keep == "all" ? Keep::all : keep == "none" ? Keep::none : Keep::failed;
+    if (words.has("again")) fs::remove(campaign.work / "report.jsonl");
     return run_campaign(campaign) ? 0 : 1;
 }
 
@@ -175,6 +180,16 @@ int shrink(const Words& words) {
     return 0;
 }
 
+int corpus(const Words& words) {
+    words.allow(1, {"program", "work", "status", "time-limit", "memory"});
+    const std::string status = words.one("status", "holds");
+    if (status != "holds" && status != "fails")
+        throw UsageError("--status: is neither holds nor fails (" + status + ")");
+    const bool as_said = run_corpus(words.positional(0), status, fs::absolute(words.one("program")),
+                                    fs::absolute(words.one("work")), process_of(words));
+    return as_said ? 0 : 1;
+}
+
 int list_laws() {
     for (const LawText& text : law_texts)
         std::printf("%-18s %8.3g %-24s %s\n", text.name, text.bound, text.unit, text.sentence);
@@ -188,6 +203,7 @@ int command(int count, char** words) {
     if (name == "check") return check(rest);
     if (name == "run") return run(rest);
     if (name == "shrink") return shrink(rest);
+    if (name == "corpus") return corpus(rest);
     if (name == "laws") return list_laws();
     throw UsageError(name.empty() ? "a command is missing" : "no such command (" + name + ")");
 }

@@ -176,7 +176,7 @@ TEST(Checker, FindsAChangeOfTheVolumeAtRest) {
     HandMadeRun run = falling_box();
     // Only surfaces with other triangles are measured again.
     for (std::size_t k = 4; k < run.surfaces.size(); ++k) {
-        run.surfaces[k].rest[7].z() += 0.001;
+        run.surfaces[k].rest[7].z() += 0.003;
         std::swap(run.surfaces[k].triangles[0], run.surfaces[k].triangles[1]);
     }
     EXPECT_EQ(broken(run.check()), Names{"rest_volume"});
