@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string text_of(const Limits& limits) {
+std::string limits_text(const Limits& limits) {
     std::string out = "blades " + std::to_string(limits.max_blades) + ", phyxels " +
                       std::to_string(limits.max_phyxels) + ", models " + std::to_string(limits.models.size());
     for (const std::string& name : limits.without) out += ", without " + name;
@@ -85,7 +85,7 @@ Outcome run_seed(const Campaign& campaign, std::uint64_t seed) {
     out.holds = trial.verdict.holds();
     const std::string verdict = trial.refused() ? "refused" : out.holds ? "holds" : "fails";
     out.json = {{"seed", seed},
-                {"limits", text_of(campaign.limits)},
+                {"limits", limits_text(campaign.limits)},
                 {"verdict", verdict},
                 {"seconds", trial.ended.seconds},
                 {"features", features_of(scene.scene)},
@@ -128,7 +128,7 @@ bool print_summary(const Campaign& campaign, const Report& report) {
 
 bool run_campaign(const Campaign& campaign) {
     fs::create_directories(campaign.work);
-    Report report(campaign.work / "report.jsonl", text_of(campaign.limits));
+    Report report(campaign.work / "report.jsonl", limits_text(campaign.limits));
     std::vector<std::uint64_t> seeds;
     for (std::uint64_t seed = campaign.first; seed <= campaign.last; ++seed)
         if (!report.has(seed)) seeds.push_back(seed);

@@ -59,7 +59,7 @@ std::string last_line(const fs::path& file) {
     _exit(127);
 }
 
-std::string text_of(const Finding& finding, const LawText& text) {
+std::string finding_text(const Finding& finding, const LawText& text) {
     std::array<char, 96> out;
     std::snprintf(out.data(), out.size(), "%s %.3g/%.3g", text.name, finding.worst, text.bound);
     return out.data();
@@ -128,11 +128,11 @@ std::string text_of(const Verdict& verdict) {
         const Finding& finding = verdict.of(text.law);
         if (!finding.measured) continue;
         if (verdict.breaks(text.law)) {
-            broken += (broken.empty() ? "" : ", ") + text_of(finding, text);
+            broken += (broken.empty() ? "" : ", ") + finding_text(finding, text);
             if (finding.frame >= 0) broken += " frame " + std::to_string(finding.frame);
             if (!finding.note.empty()) broken += " (" + finding.note + ")";
         } else {
-            kept += (kept.empty() ? "" : ", ") + text_of(finding, text);
+            kept += (kept.empty() ? "" : ", ") + finding_text(finding, text);
         }
     }
     return broken.empty() ? kept : broken + " | " + kept;

@@ -1,6 +1,8 @@
-// Processes that fail, and scenes that shrink.
+// Processes that fail, scenes that shrink, campaigns and the corpus.
 #include "hand_made_run.h"
 
+#include "torture/campaign.h"
+#include "torture/corpus.h"
 #include "torture/shrink.h"
 #include "torture/trial.h"
 
@@ -88,6 +90,76 @@ TEST_F(Trials, ShrinkLeavesTheBladesThatMatter) {
     EXPECT_FALSE(left.contains("handles"));
     EXPECT_THROW(shrink_scene({.program = program, .folder = folder.path() / "scene", .law = Law::energy}),
                  std::runtime_error);
+}
+
+// A campaign that was interrupted within a line of its report.
+TEST_F(Trials, ACampaignGoesOnWhereItStopped) {
+    const fs::path runs = folder.path() / "runs", work = folder.path() / "work";
+    Campaign campaign;
+    campaign.program = script(folder.path(), "echo run >> '" + runs.string() + "'; exit 1");
+    campaign.work = work;
+    campaign.last = 3;
+    campaign.process.memory_gib = 0;
+    const auto count = [&] {
+        std::ifstream in(runs);
+        std::size_t out = 0;
+        for (std::string line; std::getline(in, line);) ++out;
+        return out;
+    };
+    EXPECT_FALSE(run_campaign(campaign));
+    EXPECT_EQ(count(), 3U);
+    campaign.last = 5;
+    run_campaign(campaign);
+    EXPECT_EQ(count(), 5U);
+    fs::resize_file(work / "report.jsonl", fs::file_size(work / "report.jsonl") - 20);
+    run_campaign(campaign);
+    EXPECT_EQ(count(), 6U);
+    campaign.limits.max_blades = 3;
+    EXPECT_THROW(run_campaign(campaign), std::runtime_error);
+}
+
+class Corpus : public testing::Test {
+  protected:
+    void write(const std::string& rows) const {
+        std::ofstream(folder.path() / "README.md") << "# x\n\n| scene | seed |\n|---|---|\n" << rows;
+    }
+    void add_scene(const std::string& name) const {
+        std::ofstream(folder.path() / (name + ".json")) << falling_box().scene;
+    }
+    TemporaryFolder folder;
+};
+
+TEST_F(Corpus, TableAndScenesAgree) {
+    add_scene("a");
+    write("| `a` | 1 | energy | rises | 0.3 | fails |\n");
+    const std::vector<CorpusRow> rows = read_corpus(folder.path());
+    ASSERT_EQ(rows.size(), 1U);
+    EXPECT_EQ(rows[0].scene + rows[0].seed + rows[0].law + rows[0].status, "a1energyfails");
+    for (const char* row :
+         {"| `a` | 1 | energy | rises | 0.3 | perhaps |", "| `a` | 1 | beauty | x | 0.3 | fails |",
+          "| `b` | 1 | energy | rises | 0.3 | fails |", "| `a` | 1 |"}) {
+        write(std::string(row) + "\n");
+        EXPECT_THROW(read_corpus(folder.path()), std::runtime_error) << row;
+    }
+    write("| `a` | 1 | energy | rises | 0.3 | fails |\n");
+    add_scene("b");
+    EXPECT_THROW(read_corpus(folder.path()), std::runtime_error);
+}
+
+TEST_F(Corpus, ScenesMustDoWhatTheTableSays) {
+    const TemporaryFolder work;
+    falling_box().write(work.path() / "good");
+    add_scene("a");
+    write("| `a` | 1 | ended | crashes | 0.3 | holds |\n");
+    const fs::path good =
+        script(work.path(), "cp -r '" + (work.path() / "good" / "run").string() + "' \"$4\"");
+    const ProcessLimits limits{.memory_gib = 0};
+    EXPECT_TRUE(run_corpus(folder.path(), "holds", good, work.path() / "runs", limits));
+    EXPECT_THROW(run_corpus(folder.path(), "fails", good, work.path() / "runs", limits), std::runtime_error);
+    const fs::path bad = script(work.path(), "exit 1");
+    EXPECT_FALSE(run_corpus(folder.path(), "holds", bad, work.path() / "runs", limits));
+    write("| `a` | 1 | ended | crashes | 0.3 | fails |\n");
+    EXPECT_TRUE(run_corpus(folder.path(), "fails", bad, work.path() / "runs", limits));
 }
 
 TEST(Shrink, FindsTheSmallestFailingSet) {
