@@ -28,7 +28,7 @@ namespace splitcubes::app {
 namespace {
 
 struct BenchOptions {
-    std::string name, json, plot, world;
+    std::string name, json, plot, world, tetrahedra, document;
     std::vector<std::string> meshes;
     int threads = 0;
     int runs = 5;
@@ -141,21 +141,17 @@ int bench_criteria(const BenchOptions& options) {
 
 int bench_validation(const BenchOptions& options) {
     const auto parallel = std::make_shared<const Parallel>(options.threads);
+    TetrahedraResults tetrahedra;
+    if (!options.tetrahedra.empty()) tetrahedra = read_tetrahedra(options.tetrahedra);
+    if (!options.document.empty()) with_table(options.document, {{}});  // refuses another document early
     const std::vector<ValidationPoint> points = validate_mechanics(parallel);
+    const TableRows table = validation_table(points, tetrahedra);
     Json rows = Json::array();
-    std::printf("| %-18s | across | phyxels |   measured |   expected | unit | error %% | stiffness seen |\n",
-                "test");
-    std::printf("|---|---|---|---|---|---|---|---|\n");
     for (const ValidationPoint& p : points) {
-        std::printf("| %-18s | %6d | %7zu | %10.4g | %10.4g | %4s | %+7.1f | ", p.test.c_str(), p.across,
-                    p.count, p.measured, p.expected, p.unit.c_str(), 100 * p.error());
-        if (p.seen > 0)
-            std::printf("%.2f |\n", p.seen);
-        else
-            std::printf("|\n");
         rows.push_back({{"test", p.test},
                         {"across", p.across},
                         {"phyxels", p.count},
+                        {"free_phyxels", p.free},
                         {"measured", p.measured},
                         {"expected", p.expected},
                         {"unit", p.unit},
@@ -163,9 +159,10 @@ int bench_validation(const BenchOptions& options) {
                         {"stiffness_seen", p.seen}});
     }
     const Json json = {{"bench", "validation"}, {"points", rows}};
-    std::cout << json_text(json) << '\n';
+    std::cout << table_text(table, true) << json_text(json) << '\n';
     write_json(options.json, json);
-    if (!options.plot.empty()) io::write_file(options.plot, error_plot(points));
+    if (!options.plot.empty()) io::write_file(options.plot, error_plot(points, tetrahedra));
+    if (!options.document.empty()) io::write_file(options.document, with_table(options.document, table));
     return 0;
 }
 
@@ -196,12 +193,17 @@ int bench_contact_and_tearing(const BenchOptions& options) {
 void check_for_bench(const BenchOptions& options) {
     check_report_output(options.json);
     check_output_file(options.plot, {".svg"});
-    check_distinct({options.json, options.plot});
+    check_output_file(options.document, {".md"});
+    check_distinct({options.json, options.plot, options.tetrahedra, options.document});
     const std::string problem = "is not for benchmark '" + options.name + "'";
     if (!options.meshes.empty() && options.name != "surface")
         throw InputError(options.meshes.front(), problem, "meshes go with: surface");
     if (!options.world.empty() && options.name != "contact")
         throw InputError("--world", problem, "it goes with: contact");
+    for (const auto& [option, value] :
+         {std::pair{"--tetrahedra", options.tetrahedra}, {"--document", options.document}})
+        if (!value.empty() && options.name != "validation")
+            throw InputError(option, problem, "it goes with: validation");
     if (!options.plot.empty() && options.name != "validation" && options.name != "criteria")
         throw InputError("--plot", problem, "it goes with: validation, criteria");
 }
@@ -265,6 +267,14 @@ void add_bench_command(CommandLine& line) {
         .add_text("--plot", "FILE", options->plot,
                   "validation and criteria only: SVG plot of the errors or of the times")
         .completes(files({"svg"}));
+    command
+        .add_text("--tetrahedra", "FILE", options->tetrahedra,
+                  "validation only: results of bench_tetrahedra to compare with")
+        .completes(files({"json"}));
+    command
+        .add_text("--document", "FILE", options->document,
+                  "validation only: Markdown whose table of validation is replaced")
+        .completes(files({"md"}));
     command.add_text("--world", "NAME", options->world, "contact only: the one world to run (all)");
     command.add_threads(options->threads, "Threads (all; of mechanics: one, then two)");
     command.add_integer("--runs", "N", options->runs, {1, 10000}, "Runs to take medians over (5)");

@@ -1,20 +1,21 @@
 #include "validation.h"
 
+#include "validation_theory.h"
+
 #include <splitcubes/body/body.h>
 #include <splitcubes/geometry/shapes.h>
 #include <splitcubes/world/world.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace splitcubes::app {
 
 namespace {
 
-constexpr double density = 1000;   // kg/m^3
-constexpr double stiffness = 1e6;  // Pa
-constexpr double poisson = 0.3;
+using theory::bar_length, theory::bar_root, theory::bar_side, theory::poisson;
 
 using Space = std::shared_ptr<const Parallel>;
 
@@ -22,8 +23,8 @@ body::BodySettings settings_of(double spacing, double ratio = poisson) {
     body::BodySettings s;
     s.cell_size = 0.5 * spacing;
     s.phyxel_spacing = spacing;
-    s.material.density = density;
-    s.material.youngs_modulus = stiffness;
+    s.material.density = theory::density;
+    s.material.youngs_modulus = theory::stiffness;
     s.material.poisson_ratio = ratio;
     return s;
 }
@@ -54,9 +55,7 @@ body::WorldSettings still(const Vec3& gravity) {
     return settings;
 }
 
-// A square bar along x, held at its low end up to the first phyxels beyond x = 0.
-constexpr double bar_side = 0.05, bar_length = 0.25, bar_root = 0.05;
-
+// The bar, held up to the first phyxels beyond x = 0.
 struct Bar {
     /// gravity: in the frame of the bar; frame: rotation of the bar against the grid.
     Bar(int across, const Vec3& gravity, const Space& parallel, const Mat3& frame = Mat3::Identity(),
@@ -84,6 +83,12 @@ struct Bar {
             ++count;
         }
         return {sum.displacement / count, sum.position / count};
+    }
+    // Phyxels that are not held, where also those beyond `to` are.
+    std::size_t free(double to = std::numeric_limits<double>::infinity()) const {
+        const std::vector<Vec3>& rest = body->phyxels().rest_position;
+        return static_cast<std::size_t>(std::count_if(
+            rest.begin(), rest.end(), [&](const Vec3& p) { return along(p) > 0 && along(p) < to; }));
     }
     double held_up_to() const {
         double last = -1;
@@ -117,21 +122,11 @@ double bending_seen(const body::Body& body) {
     return seen / all;
 }
 
-// Timoshenko's beam under its own weight: the sag at a distance from the root, m.
-double theoretical_sag(double length, double at, double ratio = poisson) {
-    const double load = density * 0.5 * bar_side * bar_side;  // N/m
-    const double bending = stiffness * std::pow(bar_side, 4) / 12;
-    const double shear = 5.0 / 6 * stiffness / (2 * (1 + ratio)) * bar_side * bar_side;
-    return load / (24 * bending) *
-               (std::pow(at, 4) - 4 * length * std::pow(at, 3) + 6 * length * length * at * at) +
-           load / shear * (length * at - 0.5 * at * at);
-}
-
 // The bar under its weight. sees_bending: also finds the share of the bending stiffness that the gradients
 // resolve, for a bar along x.
 ValidationPoint sagging_bar(const char* test, int across, const Space& parallel, const Mat3& frame,
                             double ratio = poisson, bool sees_bending = false) {
-    Bar bar(across, Vec3(0, 0, -0.5), parallel, frame, ratio);
+    Bar bar(across, Vec3(0, 0, -theory::bar_gravity), parallel, frame, ratio);
     settle(bar.world);
     const double root = bar.held_up_to();
     const Bar::End end = bar.end(2);
@@ -139,9 +134,10 @@ ValidationPoint sagging_bar(const char* test, int across, const Space& parallel,
             across,
             bar.body->phyxels().size(),
             -end.displacement,
-            theoretical_sag(bar_length - root, end.position - root, ratio),
+            theory::sag(bar_length - root, end.position - root, ratio),
             "m",
-            sees_bending ? bending_seen(*bar.body) : 0};
+            sees_bending ? bending_seen(*bar.body) : 0,
+            bar.free()};
 }
 
 ValidationPoint cantilever(int across, const Space& parallel) {
@@ -165,15 +161,13 @@ ValidationPoint incompressible_cantilever(int across, const Space& parallel) {
     return sagging_bar("cantilever nu 0.49", across, parallel, Mat3::Identity(), 0.49);
 }
 
-// A bar is cut from above to a share of its height, ten centimetres from its root: the cut adds a rotation of
-// 4 sigma / E V(share) there (Tada, Paris and Irwin, The stress analysis of cracks: edge crack in pure
-// bending). Poisson's ratio is zero, so that plane stress and plane strain agree.
+// A bar is cut from above to a share of its height; the sag that the cut adds.
 ValidationPoint notch(int percent, int across, const Space& parallel) {
-    const double at = 0.1, share = percent / 100.0;
+    const double at = theory::notch_at, share = percent / 100.0;
     double sag[2] = {0, 0}, length = 0, end = 0;
-    std::size_t count = 0;
+    std::size_t count = 0, free = 0;
     for (const bool is_cut : {false, true}) {
-        Bar bar(across, Vec3(0, 0, -0.5), parallel, Mat3::Identity(), 0);
+        Bar bar(across, Vec3(0, 0, -theory::bar_gravity), parallel, Mat3::Identity(), 0);
         if (is_cut) {
             const double bottom = (0.5 - share) * bar_side;
             geometry::TriangleMesh sheet;
@@ -186,50 +180,53 @@ ValidationPoint notch(int percent, int across, const Space& parallel) {
         sag[is_cut] = -bar.end(2).displacement;
         end = bar.end(2).position - bar.held_up_to();
         count = bar.body->phyxels().size();
+        free = bar.free();
     }
     const double from = length - (bar_length - at);  // of the cut, from the root
-    const double moment = 0.5 * density * 0.5 * bar_side * bar_side * (length - from) * (length - from);
-    const double sigma = 6 * moment / std::pow(bar_side, 3);
-    const double v =
-        std::pow(share / (1 - share), 2) * (5.93 - 19.69 * share + 37.14 * std::pow(share, 2) -
-                                            35.84 * std::pow(share, 3) + 13.12 * std::pow(share, 4));
-    return {"notch " + std::to_string(percent) + " %", across, count, sag[1] - sag[0],
-            4 * sigma / stiffness * v * (end - from),  "m"};
+    return {"notch " + std::to_string(percent) + " %",   across, count, sag[1] - sag[0],
+            theory::notch_sag(share, length, from, end), "m",    0,     free};
 }
 
 ValidationPoint tension(int across, const Space& parallel) {
-    Bar bar(across, Vec3(50, 0, 0), parallel);
+    Bar bar(across, Vec3(theory::bar_pull, 0, 0), parallel);
     settle(bar.world);
     const double root = bar.held_up_to();
     const Bar::End end = bar.end(0);
-    const double length = bar_length - root, at = end.position - root;
-    const double stretch = density * 50 / stiffness * (length * at - 0.5 * at * at);
-    return {"tension", across, bar.body->phyxels().size(), end.displacement, stretch, "m"};
+    return {"tension",
+            across,
+            bar.body->phyxels().size(),
+            end.displacement,
+            theory::stretch(bar_length - root, end.position - root),
+            "m",
+            0,
+            bar.free()};
 }
 
-// The end is rotated by three degrees: the energy is G J angle^2 / 2 L, J = 0.1406 a^4 for a square
-// (Timoshenko and Goodier, Theory of Elasticity, section 109).
+// The end is rotated; elastic energy.
 ValidationPoint torsion(int across, const Space& parallel) {
     Bar bar(across, Vec3::Zero(), parallel);
-    const double angle = 3 * std::numbers::pi / 180;
+    const double angle = theory::twist_degrees * std::numbers::pi / 180;
     Isometry turn = Isometry::Identity();
     turn.linear() = Eigen::AngleAxisd(angle, Vec3::UnitX()).toRotationMatrix();
-    const double from = bar_length - bar_root;
+    const double from = theory::twisted_length;
     bar.body->add_constraint(moved(Vec3(from, 0, 0), Vec3::UnitX(), turn));
     const body::StepReport report = settle(bar.world);
     double first = 1;
     for (const Vec3& rest : bar.body->phyxels().rest_position)
         if (rest.x() >= from) first = std::min(first, rest.x());
-    const double length = first - bar.held_up_to();
-    const double shear = stiffness / (2 * (1 + poisson));
-    const double energy = shear * 0.1406 * std::pow(bar_side, 4) * angle * angle / (2 * length);
-    return {"torsion", across, bar.body->phyxels().size(), report.totals.elastic_energy, energy, "J"};
+    return {"torsion",
+            across,
+            bar.body->phyxels().size(),
+            report.totals.elastic_energy,
+            theory::twist_energy(first - bar.held_up_to()),
+            "J",
+            0,
+            bar.free(from)};
 }
 
-// Radial vibration of a free sphere: w R / c_L is the first root of x cot x = 1 - x^2 / (4 k^2), k = c_T /
-// c_L (Lamb 1882). Explicit steps.
+// Radial vibration of a free sphere, from a swelling velocity. Explicit steps.
 ValidationPoint sphere(int across, const Space& parallel) {
-    const double radius = 0.05;
+    const double radius = theory::ball_radius;
     body::WorldSettings settings = still(Vec3::Zero());
     settings.solver.kind = meshless::SolverKind::explicit_steps;
     settings.time_step = 1e-4;
@@ -251,24 +248,14 @@ ValidationPoint sphere(int across, const Space& parallel) {
         if (k > 0 && (now > 0) != (last > 0)) crossings.push_back(world.time() - 1e-4 * now / (now - last));
         last = now;
     }
-    const double lambda_2mu = stiffness * (1 - poisson) / ((1 + poisson) * (1 - 2 * poisson));
-    const double k2 = (1 - 2 * poisson) / (2 * (1 - poisson));
-    double low = 0.1, high = 3.1;  // brackets the first root for any k
-    for (int k = 0; k < 60; ++k) {
-        const double x = 0.5 * (low + high);
-        (x / std::tan(x) - 1 + x * x / (4 * k2) > 0 ? low : high) = x;
-    }
-    const double expected = low * std::sqrt(lambda_2mu / density) / radius / (2 * std::numbers::pi);
     const double half_periods = static_cast<double>(crossings.size()) - 1;
     const double measured = half_periods / (2 * (crossings.back() - crossings.front()));
-    return {"sphere", across, p.size(), measured, expected, "Hz"};
+    return {"sphere", across, p.size(), measured, theory::breathing_frequency(), "Hz", 0, p.size()};
 }
 
-// A free sphere under its own gravity, g r / R towards the centre, shrinks by u = rho g R r / (10 (lambda + 2
-// mu)) ((3 - nu) / (1 + nu) - r^2 / R^2) (Love, A treatise on the mathematical theory of elasticity, section
-// 98). The mass-weighted mean is compared.
+// A free sphere shrinks under its own gravity. The mass-weighted mean displacement is compared.
 ValidationPoint gravity_of_sphere(int across, const Space& parallel) {
-    const double radius = 0.05, gravity = 500;
+    const double radius = theory::ball_radius, gravity = theory::ball_gravity;
     body::WorldSettings settings = still(Vec3::Zero());
     settings.time_step = 5e-4;  // the free fall in a step must be far less than the radius
     body::World world(settings, parallel);
@@ -279,36 +266,35 @@ ValidationPoint gravity_of_sphere(int across, const Space& parallel) {
         for (std::size_t i = 0; i < p.size(); ++i) p.velocity[i] -= dt * gravity / radius * p.position[i];
         if (world.step().totals.top_speed < 1e-7 && k > 20) break;
     }
-    const double lambda_2mu = stiffness * (1 - poisson) / ((1 + poisson) * (1 - 2 * poisson));
     double measured = 0, expected = 0, mass = 0;
     for (std::size_t i = 0; i < p.size(); ++i) {
-        const double r = p.rest_position[i].norm(), share = r / radius;
+        const double r = p.rest_position[i].norm();
         if (r > 0) measured -= p.mass[i] * (p.position[i] - p.rest_position[i]).dot(p.rest_position[i]) / r;
-        expected += p.mass[i] * density * gravity * radius * r / (10 * lambda_2mu) *
-                    ((3 - poisson) / (1 + poisson) - share * share);
+        expected += p.mass[i] * theory::shrinkage(r);
         mass += p.mass[i];
     }
-    return {"gravity", across, p.size(), measured / mass, expected / mass, "m"};
+    return {"gravity", across, p.size(), measured / mass, expected / mass, "m", 0, p.size()};
 }
 
-// A plate with a slit in its middle is pulled: the slit opens by 4 strain a (Tada, Paris and Irwin, The
-// stress analysis of cracks: an infinite plate under plane stress), a being half its length, a tenth of the
-// plate's width.
+// A plate with a slit in its middle is pulled: opening of the slit.
 ValidationPoint crack(int across, const Space& parallel) {
-    const double width = 0.4, height = 0.4, half = 0.05, strain = 0.01;
+    const double half = theory::slit_half_length, side_length = theory::plate_side;
     const double spacing = half / across;
     body::World world(still(Vec3::Zero()), parallel);
     body::Body& plate =
-        world.add_body(geometry::make_box(Vec3(width, height, 2 * spacing)), settings_of(spacing));
+        world.add_body(geometry::make_box(Vec3(side_length, side_length, 2 * spacing)), settings_of(spacing));
     geometry::TriangleMesh slit;
     slit.positions = {{-half, 1e-4, -1}, {half, 1e-4, -1}, {half, 1e-4, 1}, {-half, 1e-4, 1}};
     slit.triangles = {{0, 1, 2}, {0, 2, 3}};
     plate.cut_with_sheet(slit, 0, *parallel);
+    const std::vector<Vec3>& rest = plate.phyxels().rest_position;
     double top = 0;
-    for (const Vec3& rest : plate.phyxels().rest_position) top = std::max(top, rest.y());
+    for (const Vec3& p : rest) top = std::max(top, p.y());
+    const auto free =
+        std::count_if(rest.begin(), rest.end(), [&](const Vec3& p) { return std::abs(p.y()) < top - 1e-4; });
     for (const double side : {1.0, -1.0}) {
         Isometry displacement = Isometry::Identity();
-        displacement.translation() = side * strain * top * Vec3::UnitY();
+        displacement.translation() = side * theory::plate_strain * top * Vec3::UnitY();
         plate.add_constraint(moved(Vec3(0, side * (top - 1e-4), 0), side * Vec3::UnitY(), displacement));
     }
     settle(world);
@@ -323,7 +309,14 @@ ValidationPoint crack(int across, const Space& parallel) {
             lower = std::min(lower, p.y());
         }
     }
-    return {"crack", across, plate.phyxels().size(), upper - lower, 4 * strain * half, "m"};
+    return {"crack",
+            across,
+            rest.size(),
+            upper - lower,
+            theory::slit_opening(),
+            "m",
+            0,
+            static_cast<std::size_t>(free)};
 }
 
 }  // namespace

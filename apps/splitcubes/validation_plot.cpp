@@ -2,66 +2,141 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <functional>
 #include <sstream>
 
 namespace splitcubes::app {
 
 namespace {
 
-constexpr double left = 70, top = 20, wide = 480, high = 320;  // of the axes, in picture units
+// A grid of areas, one a test, in picture units.
+constexpr double wide = 176, high = 132;             // of an area's axes
+constexpr double pitch_x = 230, pitch_y = 196;       // from area to area
+constexpr double margin_left = 52, margin_top = 34;  // of the first one
+constexpr std::size_t columns = 4;
 
-// 2 to 16 phyxels and 0.1 to 1000 %, logarithmic.
+constexpr const char* mesh_free = "#c0392b";
+constexpr const char* linear = "#2471a3";
+constexpr const char* quadratic = "#229954";
+
+// 2 to 16 phyxels and 0.1 to 1000 %, logarithmic; smaller errors lie on the axis.
 double x_of(double across) {
-    return left + wide * std::log2(across / 2) / 3;
+    return wide * std::log2(across / 2) / 3;
 }
 double y_of(double error) {
-    return top + high * (1 - (std::log10(std::max(std::abs(error), 1e-3)) + 3) / 4);
+    return high * (1 - (std::log10(std::clamp(std::abs(error), 1e-3, 10.0)) + 3) / 4);
 }
 
-void draw_axes(std::ostream& svg) {
-    svg << "<rect width=\"760\" height=\"400\" fill=\"white\"/>\n<g stroke=\"#ccc\">\n";
+void begin_area(std::ostream& svg, std::size_t index) {
+    svg << "<g transform=\"translate(" << margin_left + pitch_x * static_cast<double>(index % columns) << ' '
+        << margin_top + pitch_y * static_cast<double>(index / columns) << ")\">\n";
+}
+
+void draw_axes(std::ostream& svg, const std::string& title) {
+    svg << "<g stroke=\"#ccc\" fill=\"none\"><path d=\"";
+    for (const double e : {1e-3, 1e-2, 1e-1, 1.0, 10.0}) svg << "M0 " << y_of(e) << 'h' << wide;
+    for (const int n : {2, 3, 4, 6, 8, 12, 16}) svg << 'M' << x_of(n) << " 0v" << high;
+    svg << "\"/></g>\n<text x=\"" << wide / 2 << "\" y=\"-8\" text-anchor=\"middle\" font-size=\"13\">"
+        << title << "</text>\n<g fill=\"#333\" text-anchor=\"end\">";
     for (const double e : {1e-3, 1e-2, 1e-1, 1.0, 10.0})
-        svg << "<path d=\"M" << left << ' ' << y_of(e) << 'h' << wide << "\"/>\n";
+        svg << "<text x=\"-5\" y=\"" << y_of(e) + 4 << "\">" << 100 * e << " %</text>";
+    svg << "</g>\n<g fill=\"#333\" text-anchor=\"middle\">";
     for (const int n : {2, 3, 4, 6, 8, 12, 16})
-        svg << "<path d=\"M" << x_of(n) << ' ' << top << 'v' << high << "\"/>\n";
-    svg << "</g>\n<g fill=\"#333\" text-anchor=\"end\">\n";
-    for (const double e : {1e-3, 1e-2, 1e-1, 1.0, 10.0})
-        svg << "<text x=\"" << left - 6 << "\" y=\"" << y_of(e) + 4 << "\">" << 100 * e << " %</text>\n";
-    svg << "</g>\n<g fill=\"#333\" text-anchor=\"middle\">\n";
-    for (const int n : {2, 3, 4, 6, 8, 12, 16})
-        svg << "<text x=\"" << x_of(n) << "\" y=\"" << top + high + 18 << "\">" << n << "</text>\n";
-    svg << "<text x=\"" << left + wide / 2 << "\" y=\"" << top + high + 40
-        << "\">phyxels across (crack: along half its length)</text>\n</g>\n";
+        svg << "<text x=\"" << x_of(n) << "\" y=\"" << high + 15 << "\">" << n << "</text>";
+    svg << "</g>\n";
+}
+
+struct Marker {
+    double x = 0, y = 0;
+    bool is_above = true;  // the theory
+};
+
+// Filled: more than the theory, hollow: less.
+void draw_line(std::ostream& svg, const char* colour, const std::vector<Marker>& markers) {
+    if (markers.empty()) return;
+    svg << "<g stroke=\"" << colour << "\" stroke-width=\"2\" fill=\"none\"><path d=\"";
+    for (std::size_t k = 0; k < markers.size(); ++k)
+        svg << (k == 0 ? 'M' : 'L') << markers[k].x << ' ' << markers[k].y;
+    svg << "\"/>";
+    for (const Marker& m : markers)
+        svg << "<circle cx=\"" << m.x << "\" cy=\"" << m.y << "\" r=\"3\" fill=\""
+            << (m.is_above ? colour : "white") << "\"/>";
+    svg << "</g>\n";
+}
+
+void draw_fine(std::ostream& svg, double y) {
+    svg << "<path d=\"M0 " << y << 'h' << wide << "\" stroke=\"#555\" stroke-dasharray=\"5 4\"/>\n";
+}
+
+Marker marker_of(int across, double error) {
+    return {x_of(across), y_of(error), error > 0};
+}
+
+void draw_test(std::ostream& svg, const std::vector<ValidationPoint>& points,
+               const TetrahedraResults& tetrahedra) {
+    draw_axes(svg, points.front().test);
+    const auto fine = tetrahedra.fine.find(points.front().test);
+    if (fine != tetrahedra.fine.end()) draw_fine(svg, y_of(fine->second.error));
+    std::vector<Marker> own, coarse, curved;
+    for (const ValidationPoint& p : points) {
+        own.push_back(marker_of(p.across, p.error()));
+        const auto beside = tetrahedra.points.find({p.test, p.across});
+        if (beside == tetrahedra.points.end()) continue;
+        coarse.push_back(marker_of(p.across, beside->second.linear.error));
+        curved.push_back(marker_of(p.across, beside->second.quadratic.error));
+    }
+    draw_line(svg, linear, coarse);
+    draw_line(svg, quadratic, curved);
+    draw_line(svg, mesh_free, own);
+}
+
+void draw_legend(std::ostream& svg, bool compares) {
+    double y = 12;
+    const auto entry = [&](const char* text, const std::function<void()>& draw) {
+        draw();
+        svg << "<text x=\"34\" y=\"" << y + 4 << "\">" << text << "</text>\n";
+        y += 22;
+    };
+    const auto line = [&](const char* text, const char* colour) {
+        entry(text, [&] { draw_line(svg, colour, {{0, y}, {24, y}}); });
+    };
+    line("phyxels", mesh_free);
+    if (compares) {
+        line("as many nodes of linear tetrahedra", linear);
+        line("as many nodes of quadratic tetrahedra", quadratic);
+        entry("quadratic tetrahedra, 12000 nodes",
+              [&] { svg << "<path d=\"M0 " << y << "h24\" stroke=\"#555\" stroke-dasharray=\"5 4\"/>"; });
+    }
+    svg << "<text y=\"" << y + 4 << "\">filled: more than theory, hollow: less</text>\n<text y=\"" << y + 26
+        << "\">|error| over phyxels across</text>\n<text y=\"" << y + 42
+        << "\">(crack: along half its length)</text>\n";
 }
 
 }  // namespace
 
-std::string error_plot(const std::vector<ValidationPoint>& points) {
-    static constexpr const char* colours[] = {"#c0392b", "#2471a3", "#229954",
-                                              "#8e44ad", "#d68910", "#117a65"};
+std::string error_plot(const std::vector<ValidationPoint>& points, const TetrahedraResults& tetrahedra) {
+    std::ostringstream areas;
+    areas.imbue(std::locale::classic());
+    std::size_t area = 0;
+    for (std::size_t begin = 0, end = 0; begin < points.size(); begin = end, ++area) {
+        while (end < points.size() && points[end].test == points[begin].test) ++end;
+        begin_area(areas, area);
+        draw_test(areas,
+                  {points.begin() + static_cast<std::ptrdiff_t>(begin),
+                   points.begin() + static_cast<std::ptrdiff_t>(end)},
+                  tetrahedra);
+        areas << "</g>\n";
+    }
+    begin_area(areas, area);
+    draw_legend(areas, !tetrahedra.points.empty());
+    areas << "</g>\n";
+    const double height = margin_top + pitch_y * static_cast<double>(area / columns + 1);
     std::ostringstream svg;
     svg.imbue(std::locale::classic());
-    svg << "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 760 400\" font-family=\"sans-serif\" "
-           "font-size=\"13\">\n";
-    draw_axes(svg);
-    std::size_t line = 0;
-    for (std::size_t begin = 0, end = 0; begin < points.size(); begin = end, ++line) {
-        const char* colour = colours[line % std::size(colours)];
-        // Colours repeat with dashes.
-        const char* dashes = line < std::size(colours) ? "" : " stroke-dasharray=\"6 4\"";
-        svg << "<g stroke=\"" << colour << "\" fill=\"none\" stroke-width=\"2\"" << dashes << "><path d=\"";
-        for (; end < points.size() && points[end].test == points[begin].test; ++end)
-            svg << (end == begin ? 'M' : 'L') << x_of(points[end].across) << ' ' << y_of(points[end].error());
-        svg << "\"/>\n";
-        for (std::size_t k = begin; k < end; ++k)
-            svg << "<circle cx=\"" << x_of(points[k].across) << "\" cy=\"" << y_of(points[k].error())
-                << "\" r=\"3\" fill=\"" << colour << "\"/>\n";
-        const double y = top + 20 + 22 * static_cast<double>(line);
-        svg << "<path d=\"M" << left + wide + 16 << ' ' << y << "h22\"/></g>\n<text x=\"" << left + wide + 44
-            << "\" y=\"" << y + 4 << "\">" << points[begin].test << "</text>\n";
-    }
-    svg << "</svg>\n";
+    svg << "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 960 " << height
+        << "\" font-family=\"sans-serif\" font-size=\"11\">\n<rect width=\"960\" height=\"" << height
+        << "\" fill=\"white\"/>\n"
+        << areas.str() << "</svg>\n";
     return svg.str();
 }
 

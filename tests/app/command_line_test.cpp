@@ -226,6 +226,11 @@ TEST_F(CommandLine, BadTargetsAreFoundBeforeAnythingIsRead) {
     expect_line({"render", "missing", "-o", "a.mp4", "b.mp4"}, {"b.mp4", "a.mp4"});
     expect_line({"bench", "paper", "--json", "no/b.json"}, {"no/b.json"});
     expect_line({"bench", "validation", "--plot", "x.png"}, {"x.png", ".svg"});
+    expect_line({"bench", "validation", "--document", "x.txt"}, {"x.txt", ".md"});
+    expect_line({"bench", "paper", "--document", "x.md"}, {"--document", "validation"});
+    expect_line({"bench", "validation", "--document", "missing.md"}, {"missing.md: cannot be read"});
+    expect_line({"bench", "validation", "--tetrahedra", "missing.json"}, {"missing.json: cannot be read"});
+    expect_line({"bench", "validation", "--tetrahedra", "file"}, {"file: does not hold results"});
     expect_line({"figure", "faces", "-o", "no/f.svg"}, {"no/f.svg"});
     EXPECT_EQ(text_of(in("file")), "mine");
     EXPECT_EQ(unfinished_files(), 0U);
