@@ -36,9 +36,17 @@ struct TetrahedraResults {
     struct Point {
         Mesh linear, quadratic;  // of about as many free nodes as phyxels
     };
+    /// Returns measured / reference for an error against theory. The reference is the finest mesh, which
+    /// knows the ends and edges that theory neglects; without such a mesh it is theory.
+    double ratio_to_finest(const std::string& test, double error) const;
+
     std::map<std::pair<std::string, int>, Point> points;  // by test and phyxels across
     std::map<std::string, Mesh> fine;                     // by test: quadratic, finest mesh
 };
+
+/// Returns by how much the larger of two values exceeds the smaller, relative, from their ratio. Twice as
+/// soft is then as far off as twice as stiff, whether stiffness, energy or displacement is measured.
+double deviation(double ratio);
 
 /// Throws InputError for a file of another content.
 TetrahedraResults read_tetrahedra(const std::filesystem::path& path);
@@ -47,7 +55,8 @@ TetrahedraResults read_tetrahedra(const std::filesystem::path& path);
 using TableRows = std::vector<std::vector<std::string>>;
 
 /// The points, and tetrahedra beside them if there are any: with those, each test ends with a row of the
-/// finest mesh.
+/// finest mesh. The rank is the position of the phyxels among phyxels, linear and quadratic tetrahedra by
+/// their deviation from the finest mesh.
 TableRows validation_table(const std::vector<ValidationPoint>& points, const TetrahedraResults& tetrahedra);
 
 /// Formats rows as a table of Markdown; aligned: with spaces, for a terminal.
@@ -57,8 +66,8 @@ std::string table_text(const TableRows& rows, bool aligned);
 /// Throws InputError if it has none.
 std::string with_table(const std::filesystem::path& document, const TableRows& rows);
 
-/// Plots |error| over the number of phyxels across, both logarithmic, as SVG: an area for each test, with
-/// tetrahedra of as many unknowns.
+/// Plots the deviation from the finest mesh, or without one from theory, over the number of phyxels across,
+/// both logarithmic, as SVG: an area for each test, with tetrahedra of as many unknowns.
 std::string error_plot(const std::vector<ValidationPoint>& points, const TetrahedraResults& tetrahedra);
 
 }  // namespace splitcubes::app

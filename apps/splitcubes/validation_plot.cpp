@@ -19,12 +19,12 @@ constexpr const char* mesh_free = "#c0392b";
 constexpr const char* linear = "#2471a3";
 constexpr const char* quadratic = "#229954";
 
-// 2 to 16 phyxels and 0.1 to 1000 %, logarithmic; smaller errors lie on the axis.
+// 2 to 16 phyxels and 0.1 to 1000 %, logarithmic; what is beyond lies on the border.
 double x_of(double across) {
     return wide * std::log2(across / 2) / 3;
 }
-double y_of(double error) {
-    return high * (1 - (std::log10(std::clamp(std::abs(error), 1e-3, 10.0)) + 3) / 4);
+double y_of(double off) {
+    return high * (1 - (std::log10(std::clamp(off, 1e-3, 10.0)) + 3) / 4);
 }
 
 void begin_area(std::ostream& svg, std::size_t index) {
@@ -48,10 +48,10 @@ void draw_axes(std::ostream& svg, const std::string& title) {
 
 struct Marker {
     double x = 0, y = 0;
-    bool is_above = true;  // the theory
+    bool is_above = true;  // the reference
 };
 
-// Filled: more than the theory, hollow: less.
+// Filled: more than the reference, hollow: less.
 void draw_line(std::ostream& svg, const char* colour, const std::vector<Marker>& markers) {
     if (markers.empty()) return;
     svg << "<g stroke=\"" << colour << "\" stroke-width=\"2\" fill=\"none\"><path d=\"";
@@ -64,26 +64,26 @@ void draw_line(std::ostream& svg, const char* colour, const std::vector<Marker>&
     svg << "</g>\n";
 }
 
-void draw_fine(std::ostream& svg, double y) {
-    svg << "<path d=\"M0 " << y << 'h' << wide << "\" stroke=\"#555\" stroke-dasharray=\"5 4\"/>\n";
-}
-
-Marker marker_of(int across, double error) {
-    return {x_of(across), y_of(error), error > 0};
+void draw_theory(std::ostream& svg, double y, double length = wide) {
+    svg << "<path d=\"M0 " << y << 'h' << length << "\" stroke=\"#555\" stroke-dasharray=\"5 4\"/>\n";
 }
 
 void draw_test(std::ostream& svg, const std::vector<ValidationPoint>& points,
                const TetrahedraResults& tetrahedra) {
     draw_axes(svg, points.front().test);
-    const auto fine = tetrahedra.fine.find(points.front().test);
-    if (fine != tetrahedra.fine.end()) draw_fine(svg, y_of(fine->second.error));
+    const std::string& test = points.front().test;
+    const auto marker = [&](int across, double error) {
+        const double ratio = tetrahedra.ratio_to_finest(test, error);
+        return Marker{x_of(across), y_of(deviation(ratio)), ratio > 1};
+    };
+    if (tetrahedra.fine.contains(test)) draw_theory(svg, marker(2, 0).y);
     std::vector<Marker> own, coarse, curved;
     for (const ValidationPoint& p : points) {
-        own.push_back(marker_of(p.across, p.error()));
-        const auto beside = tetrahedra.points.find({p.test, p.across});
+        own.push_back(marker(p.across, p.error()));
+        const auto beside = tetrahedra.points.find({test, p.across});
         if (beside == tetrahedra.points.end()) continue;
-        coarse.push_back(marker_of(p.across, beside->second.linear.error));
-        curved.push_back(marker_of(p.across, beside->second.quadratic.error));
+        coarse.push_back(marker(p.across, beside->second.linear.error));
+        curved.push_back(marker(p.across, beside->second.quadratic.error));
     }
     draw_line(svg, linear, coarse);
     draw_line(svg, quadratic, curved);
@@ -102,14 +102,17 @@ void draw_legend(std::ostream& svg, bool compares) {
     };
     line("phyxels", mesh_free);
     if (compares) {
-        line("as many nodes of linear tetrahedra", linear);
-        line("as many nodes of quadratic tetrahedra", quadratic);
-        entry("quadratic tetrahedra, 12000 nodes",
-              [&] { svg << "<path d=\"M0 " << y << "h24\" stroke=\"#555\" stroke-dasharray=\"5 4\"/>"; });
+        line("linear tetrahedra", linear);
+        line("quadratic tetrahedra", quadratic);
+        entry("theory", [&] { draw_theory(svg, y, 24); });
     }
-    svg << "<text y=\"" << y + 4 << "\">filled: more than theory, hollow: less</text>\n<text y=\"" << y + 26
-        << "\">|error| over phyxels across</text>\n<text y=\"" << y + 42
-        << "\">(crack: along half its length)</text>\n";
+    const std::string reference = compares ? "the finest mesh" : "theory";
+    for (const std::string& text :
+         {"deviation from " + reference + ",", std::string("over phyxels across (crack: along"),
+          std::string("half its length); filled: more than"), reference + ", hollow: less"}) {
+        svg << "<text y=\"" << y + 4 << "\">" << text << "</text>\n";
+        y += 16;
+    }
 }
 
 }  // namespace

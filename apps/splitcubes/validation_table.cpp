@@ -4,15 +4,17 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 namespace splitcubes::app {
 
 namespace {
 
-std::string number(const char* format, double value) {
+std::string formatted(const char* format, double value) {
     char text[32];
     std::snprintf(text, sizeof text, format, value);
     return text;
@@ -42,10 +44,26 @@ std::string whole_text(const std::filesystem::path& path) {
 
 void add_cells(std::vector<std::string>& row, const TetrahedraResults::Mesh& mesh) {
     row.push_back(std::to_string(mesh.free_nodes));
-    row.push_back(number("%+.1f", 100 * mesh.error));
+    row.push_back(formatted("%+.1f", 100 * mesh.error));
+}
+
+int rank_of_phyxels(const ValidationPoint& p, const TetrahedraResults& tetrahedra,
+                    const TetrahedraResults::Point& beside) {
+    const auto distance = [&](double error) { return deviation(tetrahedra.ratio_to_finest(p.test, error)); };
+    return 1 + (distance(beside.linear.error) < distance(p.error())) +
+           (distance(beside.quadratic.error) < distance(p.error()));
 }
 
 }  // namespace
+
+double TetrahedraResults::ratio_to_finest(const std::string& test, double error) const {
+    const auto finest = fine.find(test);
+    return (1 + error) / (finest == fine.end() ? 1 : 1 + finest->second.error);
+}
+
+double deviation(double ratio) {
+    return ratio > 0 ? std::max(ratio, 1 / ratio) - 1 : std::numeric_limits<double>::infinity();
+}
 
 TetrahedraResults read_tetrahedra(const std::filesystem::path& path) {
     const std::string text = whole_text(path);
@@ -62,7 +80,7 @@ TableRows validation_table(const std::vector<ValidationPoint>& points, const Tet
     TableRows rows{
         {"test", "across", "phyxels", "free", "measured", "expected", "unit", "error %", "stiffness seen"}};
     if (compares)
-        for (const char* column : {"linear: nodes", "error %", "quadratic: nodes", "error %"})
+        for (const char* column : {"linear: nodes", "error %", "quadratic: nodes", "error %", "rank"})
             rows.front().emplace_back(column);
     for (std::size_t k = 0; k < points.size(); ++k) {
         const ValidationPoint& p = points[k];
@@ -70,25 +88,27 @@ TableRows validation_table(const std::vector<ValidationPoint>& points, const Tet
                                      std::to_string(p.across),
                                      std::to_string(p.count),
                                      std::to_string(p.free),
-                                     number("%.4g", p.measured),
-                                     number("%.4g", p.expected),
+                                     formatted("%.4g", p.measured),
+                                     formatted("%.4g", p.expected),
                                      p.unit,
-                                     number("%+.1f", 100 * p.error()),
-                                     p.seen > 0 ? number("%.2f", p.seen) : ""};
+                                     formatted("%+.1f", 100 * p.error()),
+                                     p.seen > 0 ? formatted("%.2f", p.seen) : ""};
+        const auto fine = tetrahedra.fine.find(p.test);
         const auto beside = tetrahedra.points.find({p.test, p.across});
         if (beside != tetrahedra.points.end()) {
             add_cells(row, beside->second.linear);
             add_cells(row, beside->second.quadratic);
+            row.push_back(std::to_string(rank_of_phyxels(p, tetrahedra, beside->second)));
         }
         row.resize(rows.front().size());
         rows.push_back(std::move(row));
-        const auto fine = tetrahedra.fine.find(p.test);
         if (fine == tetrahedra.fine.end() || (k + 1 < points.size() && points[k + 1].test == p.test))
             continue;
-        std::vector<std::string> last(rows.front().size() - 2);
+        std::vector<std::string> last(rows.front().size() - 3);
         last[0] = p.test;
         last[1] = "fine";
         add_cells(last, fine->second);
+        last.emplace_back();
         rows.push_back(std::move(last));
     }
     return rows;

@@ -78,13 +78,21 @@ TEST(ValidationTable, StandsInThePlaceOfTheOldOne) {
     EXPECT_TRUE(text.starts_with("# Title\n\n| test | what |\n|---|---|\n\n| test | across | phyxels |"))
         << text;
     EXPECT_TRUE(text.ends_with(" |\n\nText.\n")) << text;
-    EXPECT_THAT(text,
-                HasSubstr("\n| cantilever | 2 | 48 | 40 | 1.5 | 1 | m | +50.0 | | 40 | -65.6 | 36 | -13.5 |\n"
-                          "| cantilever | fine | | | | | | | | | | 11830 | -1.8 |\n"
-                          "| unknown | 2 | 48 | 40 | 1.5 | 1 | m | +50.0 | | | | | |\n"));
+    EXPECT_THAT(
+        text,
+        HasSubstr("\n| cantilever | 2 | 48 | 40 | 1.5 | 1 | m | +50.0 | | 40 | -65.6 | 36 | -13.5 | 2 |\n"
+                  "| cantilever | fine | | | | | | | | | | 11830 | -1.8 | |\n"
+                  "| unknown | 2 | 48 | 40 | 1.5 | 1 | m | +50.0 | | | | | | |\n"));
     EXPECT_EQ(app::with_table(document.path, rows), text);
     EXPECT_THAT(app::table_text(rows, true), HasSubstr("| unknown    |      2 |"));
     EXPECT_EQ(app::validation_table({point_of("cantilever", 2)}, {}).back().size(), 9U);
+}
+
+TEST(ValidationTable, TwiceAsSoftIsAsFarOffAsTwiceAsStiff) {
+    EXPECT_DOUBLE_EQ(app::deviation(2), 1);
+    EXPECT_DOUBLE_EQ(app::deviation(0.5), 1);
+    EXPECT_EQ(app::deviation(1), 0);
+    EXPECT_GT(app::deviation(-0.1), 1e9);  // no positive ratio is as bad
 }
 
 TEST(ValidationTable, OtherFilesAreRefused) {
