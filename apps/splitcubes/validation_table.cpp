@@ -71,7 +71,7 @@ TetrahedraResults read_tetrahedra(const std::filesystem::path& path) {
         return results_of(nlohmann::json::parse(text));
     } catch (const nlohmann::json::exception&) {
         throw InputError(path.string(), "does not hold results of tetrahedra",
-                         "write it with 'bench_tetrahedra " + path.string() + "'");
+                         "give a file that bench_tetrahedra wrote");
     }
 }
 
