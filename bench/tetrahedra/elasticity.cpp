@@ -65,7 +65,7 @@ struct Basis {
     double weight;
 };
 
-// Adds at one point of an element; gradients and volume are those of the deformed element.
+// An element at one of its quadrature points, m.
 struct AtPoint {
     const Shapes& shapes;
     Gradients gradients;
@@ -172,9 +172,9 @@ Vector solve(const Matrix& stiffness, const Vector& forces, const Held& held) {
 // Lanczos with the inverse of stiffness + shift * mass, which is definite for free bodies too. The first
 // entry of an eigenvector of the tridiagonal matrix is that vibration's share of the start.
 double dominant_frequency(const Matrix& stiffness, const Matrix& mass, const Vector& displacement,
-                          double above) {
+                          double guess) {
     constexpr int steps = 40;
-    const double shift = std::pow(2 * std::numbers::pi * above, 2);
+    const double shift = std::pow(2 * std::numbers::pi * guess, 2);
     const Factors factors(stiffness + shift * mass);
     Eigen::MatrixXd basis(displacement.size(), steps);
     Vector diagonal(steps), beside(steps - 1);

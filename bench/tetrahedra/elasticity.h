@@ -29,10 +29,10 @@ using Held = std::vector<std::optional<Vec3>>;
 /// Returns the displacements at which forces on the nodes, N, are in balance.
 Vector solve(const Matrix& stiffness, const Vector& forces, const Held& held);
 
-/// Returns the frequency, Hz, of the vibration in which most of a displacement lies. above: a lower bound of
-/// nothing but the speed of convergence; the nearer to the frequency the faster, > 0.
+/// Returns the frequency, Hz, of the vibration in which most of a displacement lies. guess: about that
+/// frequency, > 0; only the speed of convergence depends on it.
 double dominant_frequency(const Matrix& stiffness, const Matrix& mass, const Vector& displacement,
-                          double above);
+                          double guess);
 
 /// Returns the weights of the nodes in the mean over the surface whose nodes satisfy a condition; elements
 /// are flat there.
