@@ -38,7 +38,7 @@ struct Material {
     double stiffness_damping = 0;  // s, stress stiffness_damping * rate of the elastic stress
     /// Stiffness of zero-energy modes as a fraction of the shear modulus; 0.05 to 0.2,
     /// 0 disables it.
-    double zero_energy = 0.1;
+    double zero_energy = 0.35;
     std::optional<Plasticity> plasticity;  // none: elastic
     double cutting_resistance = 0;         // J/m^2, fracture toughness: work of a blade per rest area
 

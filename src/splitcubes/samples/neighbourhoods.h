@@ -151,6 +151,7 @@ class Neighbourhoods {
     struct Rows {
         std::vector<std::uint8_t> rank;
         std::vector<std::uint8_t> off_plane;  // 1: has_neighbours_off_plane
+        std::vector<double> spacing;          // m
         StreamArray<Mat3> basis;
         std::vector<Vec3> gradient_sum;    // 1/m
         StreamArray<Mat3> moment;          // A_i, 1/m
@@ -172,6 +173,7 @@ class Neighbourhoods {
     static MaterialKey key_of(const Material& material);
 
     void build_structure(const Phyxels& phyxels, const Pairs& pairs, const Parallel& parallel);
+    void balance_row(std::size_t i);
     void compute_row(const Pairs& pairs, std::size_t i);
     bool has_resolved_gradient(std::size_t i) const;
     void set_penalty(const Material& material, std::size_t i);

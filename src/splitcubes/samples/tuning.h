@@ -41,8 +41,32 @@ inline constexpr double rank_threshold = 1e-3;
 /// c_i = this * zero_energy * mu V_i / trace A_i. With 5, zero_energy 0.1 restores the shape of a body whose
 /// phyxels start at random positions; 0.02 leaves it crumpled. Larger stiffens bending.
 inline constexpr double penalty_factor = 5;
+/// Mean square of the lengths of a lattice's links, weighted as in the fit, in squared spacings: defines the
+/// spacing of any neighbourhood.
+inline constexpr double mean_square_length = 1.31;
 
 }  // namespace neighbourhoods
+
+/// Weights of neighbourhoods that are not symmetric (balanced_weights.cpp). Ridges and moments are fractions
+/// of the sum of a row's weights, with lengths in spacings.
+namespace balance {
+
+/// Ridge on the third moments, 0.01 to 0.1. Larger leaves thin bodies and ligaments too soft in bending;
+/// smaller makes shallow notches too stiff.
+inline constexpr double third_moment_ridge = 0.03;
+/// Ridge on the changes of second moments, 0.03 to 1. Larger lets neighbourhoods of few links become nearly
+/// flat, whose stress is noise; smaller leaves thin bodies softer.
+inline constexpr double second_moment_ridge = 0.3;
+/// Least share of its weight that a link keeps, 0.01 to 0.3. Larger leaves thin bodies softer; at zero a link
+/// would end.
+inline constexpr double floor = 0.05;
+/// Fits of a row, of which each but the first keeps more links at the floor, 1 to 10.
+inline constexpr int rounds = 4;
+/// Third moment below which a neighbourhood is symmetric and keeps its weights, 1e-9 to 1e-3: covers the
+/// rounding of positions.
+inline constexpr double min_third_moment = 1e-6;
+
+}  // namespace balance
 
 /// Correction of lumping shares to the nodes' moments (lumping_moments.cpp).
 namespace lumping {
