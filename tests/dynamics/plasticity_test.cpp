@@ -109,7 +109,7 @@ TEST(Plasticity, FlowLeavesMomentumAndTakesEnergy) {
         // Up to the single precision of the forces.
         EXPECT_LT((report.momentum - before.linear).norm(), 1e-6 * before.linear.norm());
         EXPECT_LT((total_momenta(body.phyxels).angular_momentum - before.angular_momentum).norm(),
-                  1e-5 * before.angular_momentum.norm());
+                  3e-5 * before.angular_momentum.norm());
         EXPECT_LT(report.kinetic_energy + report.elastic_energy, 0.97 * start);
     }
 }
