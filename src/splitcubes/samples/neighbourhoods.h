@@ -50,7 +50,8 @@ std::vector<std::uint32_t> transfer_visibility(const Pairs& from, Pairs& to);
 /// Moving least squares gradients of every phyxel and the penalties on zero-energy
 /// modes, as rows of directed links (CSR). Row i holds its neighbours in ascending
 /// order. A pair with visibility 0 keeps its links, with zero weight. `slices` holds
-/// the same data in single precision for the solvers.
+/// the same data in single precision for the solvers. Weights of rows that are not symmetric
+/// are balanced (balance_weights).
 class Neighbourhoods {
   public:
     /// Builds everything from scratch. O(pairs).
@@ -112,7 +113,7 @@ class Neighbourhoods {
     std::span<const Vec3> reverse_gradient() const { return links_.reverse_gradient; }
     /// x_ij = X_j - X_i, m, rest space.
     std::span<const Vec3> rest_edge() const { return links_.rest_edge; }
-    /// w_ij * visibility, 1/m^3.
+    /// w_ij, 1/m^3: kernel times visibility, balanced.
     std::span<const double> weight() const { return links_.weight; }
     /// The link j -> i.
     std::span<const std::uint32_t> reverse() const { return links_.reverse; }
@@ -145,7 +146,7 @@ class Neighbourhoods {
         StreamArray<Vec3> gradient;            // g_ij, 1/m
         StreamArray<Vec3> reverse_gradient;    // g_ji, 1/m
         StreamArray<double> base_weight;       // w_ij, 1/m^3
-        StreamArray<double> weight;            // w_ij * visibility, 1/m^3
+        StreamArray<double> weight;            // w_ij, 1/m^3
     };
     /// Per phyxel i.
     struct Rows {
