@@ -173,7 +173,7 @@ struct MaterialDescription {
     double volume_stiffness = 0;   // Pa, against change of volume in large deformation
     double mass_damping = 0;       // 1/s
     double stiffness_damping = 0;  // s
-    double zero_energy = 0.35;      // dimensionless weight of the penalty on zero-energy modes
+    double zero_energy = 0.35;     // dimensionless weight of the penalty on zero-energy modes
     std::optional<PlasticityDescription> plasticity;  // none: elastic
     std::optional<TearingDescription> tearing;        // none: only tools cut it
     double cutting_resistance = 0;  // J/m^2, fracture toughness: work of a blade per rest area
