@@ -190,14 +190,17 @@ Json draw_collider(Draw& draw, const Scene& scene, int number, const Limits& lim
     const double r = rounded(draw.real(0.3, 1.5) * radius);
     const auto kind = draw.between(0, 2);
     if (kind == 0) {
-        const Vec3 normal = Vec3(draw.real(-0.5, 0.5), draw.real(-0.5, 0.5), 1).normalized();
+        // Arguments are evaluated in any order: draws are named first.
+        const double slope_y = draw.real(-0.5, 0.5), slope_x = draw.real(-0.5, 0.5);
+        const Vec3 normal = Vec3(slope_x, slope_y, 1).normalized();
         const double level = lowest_of(scene, normal) - gap - (moves ? amplitude : 0);
         out["half_space"] = {{"point", to_json(rounded(Vec3(level * normal)))}, {"normal", to_json(normal)}};
     } else if (kind == 1) {
         out["shape"] = {{"sphere", {{"radius", r}}}};
         out["placement"] = {{"position", to_json(rounded(Vec3(x, y, top - r)))}};
     } else {
-        const Vec3 size = rounded(Vec3(2 * r, draw.real(0.5, 2) * r, draw.real(0.2, 1) * r));
+        const double height = draw.real(0.2, 1), depth = draw.real(0.5, 2);
+        const Vec3 size = rounded(Vec3(2 * r, depth * r, height * r));
         out["shape"] = {{"box", {{"size", to_json(size)}}}};
         out["placement"] = {
             {"position", to_json(rounded(Vec3(x, y, top - size.norm() / 2)))},

@@ -98,7 +98,8 @@ Solid draw_blob(Draw& draw) {
     };
     const auto count = draw.between(1, 5);
     for (std::int64_t k = 0; k < count; ++k) {
-        const Vec3 next = rounded(Vec3(at + draw.real(0.6, 1) * size * draw.direction()));
+        const Vec3 way = draw.direction();
+        const Vec3 next = rounded(Vec3(at + draw.real(0.6, 1) * size * way));
         const double r = rounded(draw.real(0.6, 1) * size), s = rounded(draw.real(0.6, 1) * size);
         if (draw.chance(1, 2)) {
             const Vec3 radii(r, s, rounded(draw.real(0.6, 1) * size));
