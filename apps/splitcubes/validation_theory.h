@@ -10,7 +10,7 @@ inline constexpr double poisson = 0.3;
 /// A square bar along x, held at x <= 0.
 inline constexpr double bar_side = 0.05, bar_length = 0.25, bar_root = 0.05;
 inline constexpr double bar_gravity = 0.5, bar_pull = 50;  // m/s^2, across and along the bar
-/// Of torsion: the bar is held again beyond this length and rotated there.
+/// The bar of torsion is held again beyond this length and rotated there.
 inline constexpr double twisted_length = bar_length - bar_root, twist_degrees = 3;
 /// Distance of a notch from the root.
 inline constexpr double notch_at = 0.1;

@@ -9,7 +9,7 @@
 
 namespace splitcubes::tetrahedra {
 
-/// Of the shape functions: elements of 4 or of 10 nodes.
+/// The order of the shape functions: elements have 4 or 10 nodes.
 enum class Order { linear = 1, quadratic = 2 };
 
 /// The corners of the edges whose middles are the nodes 4 to 9 of a quadratic element.

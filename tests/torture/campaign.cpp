@@ -99,7 +99,7 @@ Outcome run_seed(const Campaign& campaign, std::uint64_t seed) {
     return out;
 }
 
-// Of the seeds of the campaign, of this and of earlier runs.
+// Prints the counts of the campaign's seeds, in this run and in earlier ones. Returns whether all hold.
 bool print_summary(const Campaign& campaign, const Report& report) {
     std::size_t count = 0, held = 0, row = 0, longest = 0, refused = 0;
     std::map<std::string, std::size_t> measured, broken;

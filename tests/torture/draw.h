@@ -1,6 +1,8 @@
 // Random draws by integer arithmetic alone, so that a seed gives the same scene on every machine.
 #pragma once
 
+#include <splitcubes/core/random.h>
+
 #include <Eigen/Core>
 
 #include <cmath>
@@ -19,15 +21,15 @@ inline Vec3 rounded(const Vec3& v) {
     return {rounded(v.x()), rounded(v.y()), rounded(v.z())};
 }
 
-/// Numbers from a seed (SplitMix64: Steele, Lea, Flood 2014).
+/// Numbers from a seed.
 class Draw {
   public:
-    explicit Draw(std::uint64_t seed) : state_(seed * 0x632be59bd9b4e019ULL + 0x1d8e4e27c47d124fULL) {}
+    explicit Draw(std::uint64_t seed) : random_(seed * 0x632be59bd9b4e019ULL + 0x1d8e4e27c47d124fULL) {}
 
     /// Uniform in [low, high].
     std::int64_t between(std::int64_t low, std::int64_t high) {
         const auto count = static_cast<std::uint64_t>(high - low) + 1;
-        return low + static_cast<std::int64_t>(bits() % count);
+        return low + static_cast<std::int64_t>(random_.bits() % count);
     }
     bool chance(int of, int among) { return between(1, among) <= of; }
     /// Uniform in millionths of the interval.
@@ -61,15 +63,7 @@ class Draw {
     }
 
   private:
-    std::uint64_t bits() {
-        state_ += 0x9e3779b97f4a7c15ULL;
-        std::uint64_t z = state_;
-        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-        z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-        return z ^ (z >> 31);
-    }
-
-    std::uint64_t state_;
+    Random random_;
 };
 
 }  // namespace splitcubes::torture

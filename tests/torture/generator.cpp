@@ -13,7 +13,7 @@ namespace {
 
 enum class Support { free, hung, shaken, ground, colliders };
 
-// What is drawn of a scene before its bodies are placed.
+// The settings of a scene that are drawn before its bodies are placed.
 struct Plan {
     double time_step = 0;
     int frames = 0;

@@ -12,7 +12,7 @@
 
 namespace splitcubes::torture {
 
-/// What random scenes may contain.
+/// Limits of what random scenes may contain.
 struct Limits {
     std::set<std::string> without;              // of feature_names(): left out of every scene
     int max_blades = 300;                       // at most 300

@@ -81,7 +81,7 @@ struct Finding {
     std::string note;  // on the worst value; of a law that is not measured, the reason
 };
 
-/// What a run comes to, law by law.
+/// The findings of a run, law by law.
 struct Verdict {
     std::array<Finding, law_count> findings;
 

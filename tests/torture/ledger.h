@@ -13,7 +13,7 @@
 
 namespace splitcubes::torture {
 
-/// What acts on the bodies of a scene from outside.
+/// Gravity, holds, handles and obstacles: all that acts on the bodies of a scene from outside.
 class Surroundings {
   public:
     explicit Surroundings(const nlohmann::ordered_json& scene);

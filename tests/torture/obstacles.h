@@ -20,7 +20,7 @@ class Motion {
     Eigen::Isometry3d at(double time) const;
     /// The largest speed of the displacement, m/s.
     double top_speed() const;
-    /// Whether it turns.
+    /// Returns whether it turns.
     bool turns() const;
 
   private:
@@ -43,13 +43,13 @@ class Obstacle {
     static Obstacle ground(double height);
     explicit Obstacle(const nlohmann::ordered_json& collider);
 
-    /// Whether its shape is one that depths are known of.
+    /// Returns whether depths of its shape are known.
     bool known() const { return kind_ != Kind::other; }
     const std::string& name() const { return name_; }
     const Motion& motion() const { return motion_; }
     /// The pose to give to depth(): own coordinates from the world.
     Eigen::Isometry3d own_from_world(double time) const;
-    /// How deep a point in own coordinates is inside, m; negative outside.
+    /// Returns how deep a point in own coordinates is inside, m; negative outside.
     double depth(const Vec3& point) const;
 
   private:

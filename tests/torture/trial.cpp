@@ -30,7 +30,7 @@ constexpr std::chrono::milliseconds poll_interval{5};
 constexpr std::chrono::seconds patience{30};  // for a process that is asked to end
 constexpr double wall_clock_factor = 20;      // wall clock that a process may take, over its processor time
 
-// What the process has used so far.
+// Returns the time that the process has used so far, s.
 double processor_seconds(pid_t process) {
     clockid_t clock{};
     timespec time{};
@@ -46,7 +46,7 @@ std::string last_line(const fs::path& file) {
     return out;
 }
 
-// Of the child: only what is safe after fork in a program with threads.
+// The child runs this: only calls that are safe after fork in a program with threads.
 [[noreturn]] void become(char** arguments, const char* errors, rlim_t memory) {
     const int none = open("/dev/null", O_WRONLY | O_CLOEXEC);
     const int file = open(errors, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);

@@ -36,7 +36,7 @@ struct Material {
     double volume_stiffness = 0;
     double mass_damping = 0;       // 1/s, force -mass_damping * m * v
     double stiffness_damping = 0;  // s, stress stiffness_damping * rate of the elastic stress
-    /// Stiffness of zero-energy modes as a fraction of the shear modulus; 0.05 to 0.2,
+    /// Stiffness of zero-energy modes as a fraction of the shear modulus; 0.1 to 0.5,
     /// 0 disables it.
     double zero_energy = 0.35;
     std::optional<Plasticity> plasticity;  // none: elastic

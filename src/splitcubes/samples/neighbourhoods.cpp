@@ -67,7 +67,6 @@ void Neighbourhoods::build_structure(const Phyxels& phyxels, const Pairs& pairs,
     rows_.moment.assign(n, Mat3::Zero());
     rows_.inverse_moment.assign(n, Mat3::Zero());
     rows_.base_trace.assign(n, 0);
-    rows_.spacing.assign(n, 1);
     rows_.penalty.assign(n, 0);
     rows_.volume.assign(phyxels.volume.begin(), phyxels.volume.end());
     rows_.diagonal.assign(n, 0);
@@ -80,16 +79,11 @@ void Neighbourhoods::build_structure(const Phyxels& phyxels, const Pairs& pairs,
     scratch_.rows.reserve(n);
     scratch_.ring.reserve(n);
     for_phyxels(parallel, n, [&](std::size_t i) {
-        double weight = 0;
         for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
             links_.rest_edge[l] = phyxels.rest_position[links_.neighbour[l]] - phyxels.rest_position[i];
             links_.base_weight[l] = kernel(links_.rest_edge[l].squaredNorm(), phyxels.support_radius[i]);
             rows_.base_trace[i] += links_.base_weight[l] * links_.rest_edge[l].squaredNorm();
-            weight += links_.base_weight[l];
         }
-        if (weight > 0)
-            rows_.spacing[i] =
-                std::sqrt(rows_.base_trace[i] / (tuning::neighbourhoods::mean_square_length * weight));
     });
     slices_.build(offsets_, links_.neighbour, phyxels.rest_position);
 }
@@ -100,22 +94,26 @@ void Neighbourhoods::balance_row(std::size_t i) {
     std::array<double, max_balanced_links> weight;
     std::array<std::uint32_t, max_balanced_links> link;
     std::size_t n = 0;
+    double base_weight = 0;
     for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
+        base_weight += links_.base_weight[l];
         if (!(links_.weight[l] > 0)) continue;
         if (n == max_balanced_links) return;
         edge[n] = links_.rest_edge[l];
         weight[n] = links_.weight[l];
         link[n++] = l;
     }
-    balance_weights(std::span(edge).first(n), std::span(weight).first(n), rows_.spacing[i]);
+    if (n == 0) return;
+    const double spacing =
+        std::sqrt(rows_.base_trace[i] / (tuning::neighbourhoods::mean_square_length * base_weight));
+    balance_weights(std::span(edge).first(n), std::span(weight).first(n), spacing);
     for (std::size_t k = 0; k < n; ++k) links_.weight[link[k]] = weight[k];
 }
 
 void Neighbourhoods::compute_row(const Pairs& pairs, std::size_t i) {
     Mat3 moment = Mat3::Zero();
-    for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
+    for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l)
         links_.weight[l] = links_.base_weight[l] * static_cast<double>(pairs.visibility[links_.pair[l]]);
-    }
     balance_row(i);
     for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l)
         if (links_.weight[l] > 0)

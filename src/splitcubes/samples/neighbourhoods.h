@@ -152,7 +152,6 @@ class Neighbourhoods {
     struct Rows {
         std::vector<std::uint8_t> rank;
         std::vector<std::uint8_t> off_plane;  // 1: has_neighbours_off_plane
-        std::vector<double> spacing;          // m
         StreamArray<Mat3> basis;
         std::vector<Vec3> gradient_sum;    // 1/m
         StreamArray<Mat3> moment;          // A_i, 1/m

@@ -41,8 +41,8 @@ inline constexpr double rank_threshold = 1e-3;
 /// c_i = this * zero_energy * mu V_i / trace A_i. With 5, zero_energy 0.1 restores the shape of a body whose
 /// phyxels start at random positions; 0.02 leaves it crumpled. Larger stiffens bending.
 inline constexpr double penalty_factor = 5;
-/// Mean square of the lengths of a lattice's links, weighted as in the fit, in squared spacings: defines the
-/// spacing of any neighbourhood.
+/// Mean square of the lengths of a lattice's links, weighted as in the fit, in squared spacings, 1 to
+/// 2: defines the spacing of any neighbourhood. It scales the terms against the ridges of the balance.
 inline constexpr double mean_square_length = 1.31;
 
 }  // namespace neighbourhoods

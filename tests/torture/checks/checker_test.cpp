@@ -33,7 +33,8 @@ TEST(Checker, FreeFallHolds) {
     EXPECT_TRUE(falling_box(Vec3::Zero()).check().of(Law::angular_momentum).measured);
 }
 
-// As bodies of built-in shapes are written. The law of energy needs no positions at rest of one piece.
+// Bodies of built-in shapes are written without positions at rest. The law of energy needs no positions at
+// rest of one piece.
 TEST(Checker, TakesSurfacesWithoutPositionsAtRest) {
     HandMadeRun run = falling_box();
     run.scene["ground"] = {{"height", 0}};
