@@ -66,6 +66,13 @@ struct SimulationSettings {
     int thread_count = 0;
 };
 
+/// Strain that stays.
+struct PlasticitySettings {
+    double yield = 0.02;  ///< norm of the elastic strain above which it flows, > 0
+    double creep = std::numeric_limits<double>::infinity();  ///< rate of flow, 1/s, > 0; infinite: at once
+    double maximum = 0.4;                                    ///< of the plastic strain's norm, > 0
+};
+
 /// Elastic material.
 struct MaterialSettings {
     double density = 1000;         ///< kg/m^3, > 0
@@ -75,12 +82,21 @@ struct MaterialSettings {
     double stiffness_damping = 0;  ///< s, >= 0
     double cutting_resistance =
         0;  ///< fracture toughness, J/m^2: work of a blade for an area at rest that it cuts
+    std::optional<PlasticitySettings> plasticity = {};  ///< none: elastic
 };
 
 /// When material tears by itself.
 struct TearingSettings {
     double strength = std::numeric_limits<double>::infinity();  ///< Pa, largest principal Cauchy stress, > 0
     double propagation_ratio = 0.6;  ///< share of the strength that holds at a crack's tip, (0, 1]
+};
+
+/// Settings of a simulation that may change between two steps.
+struct StepSettings {
+    double time_step = 1.0 / 60;                 ///< s, > 0
+    Vector3 gravity{0, 0, -9.81};                ///< m/s^2
+    std::optional<double> ground_friction = {};  ///< Coulomb coefficient, >= 0; none: there is no ground
+    double contact_friction = 0.5;               ///< between pieces and bodies, Coulomb coefficient, >= 0
 };
 
 /// A soft body.
@@ -91,6 +107,7 @@ struct BodySettings {
     double cell_size = 0;            ///< m, of the grid that cuts are made in; 0: by `cells`
     int cells = 32;                  ///< along the longest side, where no cell size is given, 2 to 1024
     int phyxel_count = 800;          ///< elastic samples, about; 1 or more
+    double phyxel_spacing = 0;       ///< m, between elastic samples; 0: by `phyxel_count`
     MaterialSettings material = {};  ///< that it is made of
     std::optional<TearingSettings> tearing = {};  ///< none: only tools cut it
     Vector3 velocity = {};                        ///< m/s, when it is added

@@ -1,11 +1,6 @@
-#include <splitcubes/api/internal/calls.h>
 #include <splitcubes/api/internal/convert.h>
-#include <splitcubes/api/internal/history.h>
-#include <splitcubes/api/internal/session.h>
+#include <splitcubes/api/internal/simulation_impl.h>
 #include <splitcubes/api/internal/state_file.h>
-#include <splitcubes/api/internal/step_events.h>
-#include <splitcubes/api/simulation.h>
-#include <splitcubes/body/body.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/plain_number.h>
 #include <splitcubes/io/read_mesh.h>
@@ -19,61 +14,6 @@
 namespace splitcubes {
 
 using namespace api;
-
-class Simulation::Impl {
-  public:
-    explicit Impl(const SimulationSettings& settings)
-        : session_(world_settings_of(settings), std::make_shared<const Parallel>(settings.thread_count)),
-          history_(settings.history) {}
-
-    template <class Work>
-    auto read(const Work& work) const {
-        return run_call(gate_, false, [&] {
-            require_whole();
-            return work(session_);
-        });
-    }
-    template <class Work>
-    auto write(const Work& work) {
-        return run_call(gate_, true, [&] {
-            require_whole();
-            return work(session_);
-        });
-    }
-    /// For what cannot be left half done.
-    template <class Work>
-    auto whole(const Work& work) {
-        broken_ = true;
-        auto out = work();
-        broken_ = false;
-        return out;
-    }
-    StepResult step();
-    void mark() { history_.mark(session_.snapshot()); }
-    bool go(bool back);
-    void load(const std::string& file);
-    template <class Work>
-    auto history(const Work& work) const {
-        return run_call(gate_, false, [&] { return work(history_); });
-    }
-    void mark_cut() {
-        if (history_.is_automatic()) mark();
-    }
-
-  private:
-    void require_whole() const {
-        if (broken_)
-            throw Error(ErrorKind::broken, "simulation: a step has failed half way; undo, or load a state");
-    }
-    Session session_of(const Snapshot& read, const std::string& file) const;
-    void become(Session next);
-
-    mutable Gate gate_;
-    Session session_;
-    History history_;
-    StepEvents events_;
-    bool broken_ = false;
-};
 
 namespace {
 

@@ -3,6 +3,7 @@
 
 #include <splitcubes/api/error.h>
 #include <splitcubes/api/mesh.h>
+#include <splitcubes/api/samples.h>
 #include <splitcubes/api/settings.h>
 #include <splitcubes/api/step_result.h>
 #include <splitcubes/api/surface.h>
@@ -11,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,6 +25,22 @@ struct MemoryUse {
     std::size_t motion_samples = 0;  ///< poses of tools, handles, constraints and colliders not yet passed
     std::size_t history_memory = 0;  ///< undo and redo, within HistorySettings::memory_budget
     std::size_t history_disk = 0;    ///< undo and redo, within HistorySettings::disk_budget
+};
+
+/// A state of a simulation, kept in memory; copies share it. It belongs to the simulation that it was taken
+/// of and to copies of it that were loaded from its files.
+class KeptState {
+  public:
+    /// None.
+    KeptState() = default;
+    /// Whether there is a state.
+    explicit operator bool() const { return state_ != nullptr; }
+    /// Its size, bytes.
+    std::size_t bytes() const;
+
+  private:
+    friend class Simulation;
+    std::shared_ptr<const void> state_;
 };
 
 /// A world of soft bodies, tools, handles, constraints and colliders, advanced in time steps of equal length.
@@ -58,6 +76,12 @@ class Simulation {
     double time() const;
     /// s, as in the settings.
     double time_step() const;
+    /// What set_step_settings changes.
+    StepSettings step_settings() const;
+    /// Changes settings from the next step on; time goes on. Bodies are made again from their meshes: this
+    /// takes as long as adding them did. Poses of tools that are lowered should end with a step whose length
+    /// changes: what a blade swept before is looked up over one new time step.
+    void set_step_settings(const StepSettings& settings);
 
     // --- bodies ---
 
@@ -74,6 +98,19 @@ class Simulation {
     /// Names of the materials in SurfaceView::triangle_material: those of the input, then those of cut and
     /// bare faces.
     std::vector<std::string> material_names(BodyId body) const;
+    /// Material of a body.
+    MaterialSettings material(BodyId body) const;
+    /// Changes the material from the next step on; the shape stays as it is. Bodies are made again from their
+    /// meshes: this takes as long as adding them did.
+    void set_material(BodyId body, const MaterialSettings& material);
+    /// When a body tears; none: it does not.
+    std::optional<TearingSettings> tearing(BodyId body) const;
+    /// Changes when a body tears, as set_material.
+    void set_tearing(BodyId body, const std::optional<TearingSettings>& tearing);
+    /// Side of the cells of a body's grid, m.
+    double cell_size(BodyId body) const;
+    /// The elastic samples as they are now.
+    SampleState samples(BodyId body) const;
     /// The surface as it is now, and what the last call changed of it.
     SurfaceView surface(BodyId body) const;
     /// Writes the surface as it is now: PLY, OBJ, STL or GLB. piece: that one alone; below 0: all.
@@ -160,6 +197,11 @@ class Simulation {
     std::size_t undo_count() const;
     /// Kept states that redo can go forward to.
     std::size_t redo_count() const;
+    /// Keeps the state as it is now outside of the history, for restore().
+    KeptState keep() const;
+    /// Becomes what was kept, as undo does; the history stays. Ids are those of the kept state.
+    /// @throws Error invalid_argument for none.
+    void restore(const KeptState& kept);
     /// Writes all of the simulation but its history, whole or not at all; read by this version of the library
     /// on machines of this byte order only. Regions by RegionTest cannot be written
     /// (ErrorKind::invalid_argument).

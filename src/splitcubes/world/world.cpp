@@ -76,8 +76,9 @@ StepReport World::step() {
     std::vector<std::vector<cutting::SweptBlade>> swept(tools_.size());
     if (step_count_ > 0)
         for (std::size_t k = 0; k < tools_.size(); ++k)
-            swept[k] = cutting::sweep(tools_[k].blade,
-                                      static_cast<double>(step_count_ - 1) * settings_.time_step, time());
+            swept[k] = cutting::sweep(
+                tools_[k].blade,
+                settings_.start_time + static_cast<double>(step_count_ - 1) * settings_.time_step, time());
     done(Stage::move_tools);
 
     report.tools.resize(tools_.size());

@@ -37,6 +37,7 @@ struct TopologyChange;
 
 struct WorldSettings {
     double time_step = 1.0 / 60;                  // s
+    double start_time = 0;                        // s, time before the first step
     Vec3 gravity = Vec3(0, 0, -9.81);             // m/s^2
     std::optional<meshless::GroundPlane> ground;  // becomes the first collider
     ContactOptions contact;
@@ -109,7 +110,9 @@ class World {
     /// the blade passed.
     StepReport step();
 
-    double time() const { return static_cast<double>(step_count_) * settings_.time_step; }
+    double time() const {
+        return settings_.start_time + static_cast<double>(step_count_) * settings_.time_step;
+    }
     std::int64_t step_count() const { return step_count_; }
     const WorldSettings& settings() const { return settings_; }
     const Parallel& parallel() const { return *parallel_; }

@@ -137,20 +137,64 @@ body::BodySettings place_body(io::Model& model, const BodySettings& s) {
     out.name = s.name;
     out.cell_size = s.cell_size > 0 ? s.cell_size : geometry::cell_size_for(model.mesh.bounds(), s.cells);
     out.phyxel_count = s.phyxel_count;
-    out.material.density = s.material.density;
-    out.material.youngs_modulus = s.material.youngs_modulus;
-    out.material.poisson_ratio = s.material.poisson_ratio;
-    out.material.mass_damping = s.material.mass_damping;
-    out.material.stiffness_damping = s.material.stiffness_damping;
-    require_at_least_zero(s.material.cutting_resistance, where + ", cutting resistance");
-    out.material.cutting_resistance = s.material.cutting_resistance;
+    require_at_least_zero(s.phyxel_spacing, where + ", phyxel spacing");
+    out.phyxel_spacing = s.phyxel_spacing;
+    out.material = material_of(s.material, where);
     out.velocity = vector_of(s.velocity, where + ", velocity");
     out.angular_velocity = vector_of(s.angular_velocity, where + ", angular velocity");
-    if (!s.tearing) return out;
-    out.tearing = body::TearSettings{};
-    out.tearing->strength = s.tearing->strength;
-    out.tearing->propagation_ratio = s.tearing->propagation_ratio;
+    out.tearing = tear_settings_of(s.tearing, {});
     return out;
+}
+
+meshless::Material material_of(const MaterialSettings& s, const std::string& where) {
+    require_at_least_zero(s.cutting_resistance, where + ", cutting resistance");
+    meshless::Material out;
+    out.density = s.density;
+    out.youngs_modulus = s.youngs_modulus;
+    out.poisson_ratio = s.poisson_ratio;
+    out.mass_damping = s.mass_damping;
+    out.stiffness_damping = s.stiffness_damping;
+    out.cutting_resistance = s.cutting_resistance;
+    if (s.plasticity) out.plasticity = {s.plasticity->yield, s.plasticity->creep, s.plasticity->maximum};
+    return out;
+}
+
+MaterialSettings public_material(const meshless::Material& m) {
+    MaterialSettings out{m.density,
+                         m.youngs_modulus,
+                         m.poisson_ratio,
+                         m.mass_damping,
+                         m.stiffness_damping,
+                         m.cutting_resistance,
+                         {}};
+    if (m.plasticity) out.plasticity = {m.plasticity->yield, m.plasticity->creep, m.plasticity->maximum};
+    return out;
+}
+
+std::optional<body::TearSettings> tear_settings_of(const std::optional<TearingSettings>& settings,
+                                                   const std::optional<body::TearSettings>& present) {
+    if (!settings) return {};
+    body::TearSettings out = present.value_or(body::TearSettings{});
+    out.strength = settings->strength;
+    out.propagation_ratio = settings->propagation_ratio;
+    return out;
+}
+
+void change_step_settings(body::WorldSettings& s, const StepSettings& wanted, std::int64_t steps) {
+    require_above_zero(wanted.time_step, "step settings, time step");
+    require_at_least_zero(wanted.contact_friction, "step settings, contact friction");
+    if (wanted.ground_friction.has_value() != s.ground.has_value())
+        throw InputError("step settings, ground friction",
+                         s.ground ? "is missing, and there is a ground" : "is given, and there is no ground",
+                         s.ground ? "give one" : "leave it out");
+    if (wanted.ground_friction) {
+        require_at_least_zero(*wanted.ground_friction, "step settings, ground friction");
+        s.ground->friction = *wanted.ground_friction;
+    }
+    s.gravity = vector_of(wanted.gravity, "step settings, gravity");
+    s.contact.friction = wanted.contact_friction;
+    s.start_time += static_cast<double>(steps) * (s.time_step - wanted.time_step);
+    s.time_step = wanted.time_step;
 }
 
 std::function<bool(const Vec3& rest)> region_of(const Region& region, const std::string& where) {

@@ -26,6 +26,12 @@ cutting::BladeShape blade_shape_of(const BladeView& blade, const std::string& wh
 body::BodySettings place_body(io::Model& model, const BodySettings& settings);
 std::function<bool(const Vec3& rest)> region_of(const Region& region, const std::string& where);
 body::WorldSettings world_settings_of(const SimulationSettings& settings);
+meshless::Material material_of(const MaterialSettings& settings, const std::string& where);
+MaterialSettings public_material(const meshless::Material& material);
+/// Replaces strength and ratio of settings that tear already, else makes new ones.
+std::optional<body::TearSettings> tear_settings_of(const std::optional<TearingSettings>& settings,
+                                                   const std::optional<body::TearSettings>& present);
+void change_step_settings(body::WorldSettings& settings, const StepSettings& wanted, std::int64_t steps);
 void require_at_least_zero(double value, const std::string& where);
 void require_above_zero(double value, const std::string& where);
 

@@ -133,6 +133,17 @@ void attributes(A& a, geometry::MeshAttributes& m, std::size_t triangles) {
 }
 
 template <class A>
+void plasticity(A& a, std::optional<meshless::Plasticity>& p) {
+    bool flows = p.has_value();
+    flag(a, flows);
+    if (!flows) return;
+    if (A::loads) p.emplace();
+    a.number(p->yield);
+    a.number(p->creep);
+    a.number(p->maximum);
+}
+
+template <class A>
 void body_settings(A& a, body::BodySettings& s) {
     a.text(s.name);
     for (double* value : {&s.cell_size, &s.phyxel_spacing, &s.material.density, &s.material.youngs_modulus,
@@ -142,6 +153,7 @@ void body_settings(A& a, body::BodySettings& s) {
     a.number(s.phyxel_count);
     vector3(a, s.velocity);
     vector3(a, s.angular_velocity);
+    plasticity(a, s.material.plasticity);
     bool tears = s.tearing.has_value();
     flag(a, tears);
     if (A::loads) {
@@ -313,6 +325,8 @@ void world_settings(A& a, body::WorldSettings& s) {
         require_state(*value >= 0 && *value < 1e30, "a setting out of range");
     }
     require_state(s.time_step > 0 && s.solver.tolerance > 0, "a setting out of range");
+    a.number(s.start_time);
+    require_state(std::abs(s.start_time) < 1e30, "a setting out of range");
     vector3(a, s.gravity);
     bool has_ground = s.ground.has_value(),
          is_explicit = s.solver.kind == meshless::SolverKind::explicit_steps;

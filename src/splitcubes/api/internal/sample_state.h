@@ -1,0 +1,14 @@
+// The elastic samples of a body as public values.
+#pragma once
+
+#include <splitcubes/api/samples.h>
+
+namespace splitcubes::body {
+class Body;
+}
+
+namespace splitcubes::api {
+
+SampleState sample_state_of(const body::Body& body);
+
+}  // namespace splitcubes::api

@@ -1,0 +1,26 @@
+// The elastic samples of a body, for pictures of its strain and stress.
+#pragma once
+
+#include <splitcubes/api/types.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace splitcubes {
+
+/// The elastic samples ("phyxels") of a body as they are now; arrays have one entry a sample. Samples are
+/// only appended, so an index stays valid for the body's life.
+struct SampleState {
+    std::vector<Vector3> rest_positions;  ///< m, rest space
+    std::vector<Vector3> positions;       ///< m, world
+    std::vector<std::int32_t> pieces;     ///< number of the sample's piece
+    std::vector<float> von_mises_stress;  ///< Pa, of the Cauchy stress; 0 where it is inverted
+    std::vector<float> principal_stress;  ///< Pa, the largest of the Cauchy stress; 0 where it is inverted
+    std::vector<float> principal_strain;  ///< the largest stretch less 1
+    double spacing = 0;                   ///< m, between samples at rest
+
+    std::size_t size() const { return positions.size(); }  ///< number of samples
+};
+
+}  // namespace splitcubes

@@ -1,0 +1,81 @@
+#include <splitcubes/api/internal/sample_state.h>
+#include <splitcubes/api/internal/simulation_impl.h>
+
+#include <utility>
+
+namespace splitcubes {
+
+using namespace api;
+
+StepSettings Simulation::step_settings() const {
+    return impl().read([](const Session& s) {
+        const body::WorldSettings& now = s.world().settings();
+        StepSettings out{now.time_step, public_vector(now.gravity), {}, now.contact.friction};
+        if (now.ground) out.ground_friction = now.ground->friction;
+        return out;
+    });
+}
+
+void Simulation::set_step_settings(const StepSettings& settings) {
+    impl().remake([&](const Session& s, Snapshot& now) {
+        change_step_settings(now.settings, settings, s.world().step_count());
+    });
+}
+
+MaterialSettings Simulation::material(BodyId body) const {
+    return impl().read([&](const Session& s) { return public_material(s.body(body).settings().material); });
+}
+
+void Simulation::set_material(BodyId body, const MaterialSettings& material) {
+    impl().remake_body(body, [&](body::BodySettings& settings, const std::string& where) {
+        const meshless::Material before = settings.material;
+        settings.material = material_of(material, where);
+        settings.material.model = before.model;
+        settings.material.volume_stiffness = before.volume_stiffness;
+        settings.material.zero_energy = before.zero_energy;
+    });
+}
+
+std::optional<TearingSettings> Simulation::tearing(BodyId body) const {
+    return impl().read([&](const Session& s) -> std::optional<TearingSettings> {
+        const auto& tearing = s.body(body).settings().tearing;
+        if (!tearing) return {};
+        return TearingSettings{tearing->strength, tearing->propagation_ratio};
+    });
+}
+
+void Simulation::set_tearing(BodyId body, const std::optional<TearingSettings>& tearing) {
+    impl().remake_body(body, [&](body::BodySettings& settings, const std::string&) {
+        settings.tearing = tear_settings_of(tearing, settings.tearing);
+    });
+}
+
+double Simulation::cell_size(BodyId body) const {
+    return impl().read([&](const Session& s) { return s.body(body).settings().cell_size; });
+}
+
+SampleState Simulation::samples(BodyId body) const {
+    return impl().read([&](const Session& s) { return sample_state_of(s.body(body)); });
+}
+
+void Simulation::Impl::restore(const Snapshot& kept) {
+    run_call(gate_, true, [&] { become(Session(kept, session_.shared_parallel())); });
+}
+
+KeptState Simulation::keep() const {
+    KeptState out;
+    impl().read([&](const Session& s) { out.state_ = std::make_shared<const Snapshot>(s.snapshot()); });
+    return out;
+}
+
+void Simulation::restore(const KeptState& kept) {
+    if (!kept)
+        throw Error(ErrorKind::invalid_argument, "restore: there is no kept state; give one of keep()");
+    impl().restore(*static_cast<const Snapshot*>(kept.state_.get()));
+}
+
+std::size_t KeptState::bytes() const {
+    return state_ ? static_cast<const Snapshot*>(state_.get())->state.size() : 0;
+}
+
+}  // namespace splitcubes
