@@ -159,6 +159,9 @@ TEST(KeptState, RestoringRepeatsTheSameSteps) {
     }
     EXPECT_EQ(hashes[0], hashes[1]);
     EXPECT_EQ(h.simulation.undo_count(), undo_points + 2);
+    h.simulation.forget_history();
+    EXPECT_EQ(h.simulation.undo_count(), 0U);
+    EXPECT_FALSE(h.simulation.undo());
     EXPECT_EQ(kind_of_error([&] { h.simulation.restore({}); }),
               static_cast<int>(ErrorKind::invalid_argument));
 }

@@ -193,6 +193,8 @@ class Simulation {
     bool undo();
     /// Takes the last undo back. Returns whether there was one.
     bool redo();
+    /// Forgets all kept states: there is nothing to undo or redo.
+    void forget_history();
     /// Kept states that undo can go back to.
     std::size_t undo_count() const;
     /// Kept states that redo can go forward to.

@@ -62,6 +62,10 @@ void Simulation::Impl::restore(const Snapshot& kept) {
     run_call(gate_, true, [&] { become(Session(kept, session_.shared_parallel())); });
 }
 
+void Simulation::forget_history() {
+    impl().forget_history();
+}
+
 KeptState Simulation::keep() const {
     KeptState out;
     impl().read([&](const Session& s) { out.state_ = std::make_shared<const Snapshot>(s.snapshot()); });

@@ -48,6 +48,9 @@ class Simulation::Impl {
     bool go(bool back);
     void load(const std::string& file);
     void restore(const api::Snapshot& kept);
+    void forget_history() {
+        api::run_call(gate_, true, [&] { history_.clear(); });
+    }
     /// Makes everything again from the present state, changed by `edit`.
     template <class Edit>
     void remake(const Edit& edit) {

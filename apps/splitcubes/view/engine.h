@@ -1,0 +1,109 @@
+// The simulation of a session: carries out commands, steps, and publishes states. One thread at a time.
+#pragma once
+
+#include "commands.h"
+#include "parameters.h"
+#include "published_state.h"
+#include "sample_field.h"
+#include "scene_driver.h"
+#include "scene_source.h"
+#include "strokes.h"
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace splitcubes::view {
+
+/// Settings of an engine.
+struct EngineSettings {
+    int threads = 0;                                          // 0: all
+    std::uint64_t undo_bytes = std::uint64_t{256} << 20;      // of states for undo
+    std::uint64_t timeline_bytes = std::uint64_t{256} << 20;  // of states to go on from
+    double keep_every = 0.5;                                  // s, between those
+};
+
+class Engine {
+  public:
+    /// script: commands that are carried out at their steps. Throws InputError and Error.
+    explicit Engine(SceneSource source, const EngineSettings& settings = {}, const Recording& script = {});
+    ~Engine();
+
+    /// Carries out a command of the simulation. A failure becomes the notice of the next state.
+    void apply(const Command& command);
+    void step();
+    /// Makes a state of what is now. Fields that only the loop knows are left at their defaults.
+    std::shared_ptr<PublishedState> publish();
+
+    double time() const;
+    double step_length() const;
+    std::int64_t step_count() const { return step_; }
+    std::uint64_t state_hash() const;
+    std::size_t pieces() const;
+    const SceneSource& source() const { return *source_; }
+    Recording recording() const;
+    /// Tells the user one line.
+    void notify(const std::string& notice);
+    /// Steps to go on from, ascending.
+    std::vector<std::int64_t> kept_steps() const;
+
+  private:
+    struct Kept {
+        std::int64_t step;
+        KeptState state;
+        Pulls pulls;
+    };
+    struct BodyRecord {
+        std::shared_ptr<const SurfaceTopology> topology;
+        std::deque<SurfaceChange> changes;
+        SampleField field;
+    };
+
+    void start();
+    void carry_out(const Command& command);
+    void begin_stroke(const Command& command);
+    void set_parameter(std::size_t index, double value);
+    void apply_preset(const std::string& name);
+    void change_materials(const std::function<void(MaterialSettings&)>& change);
+    void change_strength(double strength);
+    void change_steps(std::size_t index, double value);
+    void travel(bool back);
+    void forget_gestures();
+    void resume_at(std::int64_t step);
+    void run_script();
+    void keep_state();
+    void save_pieces(const std::string& folder) const;
+    double parameter_value(std::size_t index) const;
+    BodySettings started_settings(const BodySettings& settings) const;
+    void start_from_checkpoint();
+    void start_from_source();
+    std::shared_ptr<const SurfaceTopology> take_topology(BodyRecord& record, const SurfaceView& surface);
+    BodyState body_state(std::size_t index);
+
+    std::unique_ptr<const SceneSource> source_;
+    EngineSettings settings_;
+    std::unique_ptr<Simulation> simulation_;
+    std::vector<BodyId> bodies_;
+    std::unique_ptr<SceneDriver> driver_;
+    Strokes strokes_;
+    Pulls pulls_;
+    std::map<std::size_t, double> changed_;  // parameters that differ from the source's
+    std::map<std::string, double> initial_;  // those at the start
+    std::deque<RecordedCommand> script_;
+    Recording played_;  // that the script is of
+    std::vector<BodyRecord> records_;
+    StepStatistics statistics_;
+    std::int64_t step_ = 0;
+    double spacing_ = 0;  // m, of the first body's phyxels
+    std::vector<RecordedCommand> recorded_;
+    std::deque<Kept> kept_;
+    Field field_ = Field::none;
+    bool shows_samples_ = false;
+    std::string notice_;
+    std::uint64_t notices_ = 0, published_ = 0;
+};
+
+}  // namespace splitcubes::view

@@ -1,0 +1,95 @@
+// What the simulation publishes after each step: plain values that never change again, so that the window
+// draws them without a lock.
+#pragma once
+
+#include <splitcubes/api/simulation.h>
+#include <splitcubes/math/types.h>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace splitcubes::view {
+
+/// What one change did to a surface's arrays.
+struct SurfaceChange {
+    std::uint64_t revision = 0;  // after it
+    std::vector<Range> vertices, triangles;
+};
+
+/// The part of a surface that only cuts change; shared by the states between two cuts.
+struct SurfaceTopology {
+    std::vector<std::uint32_t> triangles;  // three vertex slots a triangle slot
+    std::vector<SurfaceOrigin> origins;    // a triangle slot
+    std::vector<std::int32_t> materials;   // a triangle slot
+    std::vector<std::int32_t> pieces;      // a vertex slot, -1: free
+    std::vector<float> rest;               // x, y, z a vertex slot, m
+    std::uint64_t revision = 0;
+    std::vector<SurfaceChange> changes;  // the last ones, ascending
+};
+
+/// Quantity that colours a surface.
+enum class Field { none, von_mises_stress, principal_stress, principal_strain };
+
+/// A body as it was after a step.
+struct BodyState {
+    BodyId id;
+    std::string name;
+    std::shared_ptr<const SurfaceTopology> topology;
+    std::vector<float> positions;         // x, y, z a vertex slot, m, world
+    std::vector<float> normals;           // x, y, z a vertex slot
+    std::vector<float> field;             // a vertex slot; empty: none is shown
+    std::vector<float> sample_positions;  // x, y, z a phyxel, m, world; empty: not shown
+    std::vector<float> sample_field;      // a phyxel
+    std::vector<std::string> material_names;
+    std::size_t pieces = 0;
+};
+
+/// A region that is pulled.
+struct PullState {
+    int slot = 0;
+    bool pinned = false;
+    Vec3 at = Vec3::Zero();      // m, world, of the material
+    Vec3 target = Vec3::Zero();  // m, world
+    double force = 0;            // N
+};
+
+inline constexpr std::size_t stage_count = 12;
+
+/// Measures of a step.
+struct StepStatistics {
+    std::array<float, stage_count> stage_ms{};
+    double step_ms = 0;                             // all of the step, publishing included
+    double kinetic_energy = 0, elastic_energy = 0;  // J
+    double tool_force = 0;                          // N, the sum of all blades' and pulls' magnitudes
+    std::size_t contacts = 0, new_cut_edges = 0;
+    int solver_iterations = 0;
+    std::uint32_t warnings = 0;  // StepWarning bits
+};
+
+/// All that the window shows of the simulation.
+struct PublishedState {
+    std::uint64_t number = 0;    // of states published
+    std::uint64_t scene = 0;     // goes up when another scene is opened
+    std::uint64_t commands = 0;  // number of commands that it contains
+    std::int64_t step = 0;
+    double time = 0;  // s
+    std::vector<BodyState> bodies;
+    std::vector<std::vector<Vec3>> blades;  // m, world, edges of lowered blades and of the scene's tools
+    std::vector<PullState> pulls;
+    StepStatistics statistics;
+    std::size_t undo_count = 0, redo_count = 0;
+    bool playing = false;
+    double speed = 1;                // of simulated time that is wished for
+    double real_time_factor = 0;     // of simulated time that is reached
+    std::string title;               // of the scene
+    std::string notice;              // the last message, one line
+    std::uint64_t notices = 0;       // number of messages
+    std::vector<double> parameters;  // by the index of parameter_list()
+    std::size_t bytes() const;
+};
+using State = std::shared_ptr<const PublishedState>;
+
+}  // namespace splitcubes::view

@@ -1,0 +1,136 @@
+#include "scene_source.h"
+
+#include <splitcubes/core/error.h>
+#include <splitcubes/geometry/rest_grid.h>
+#include <splitcubes/scene/build.h>
+#include <splitcubes/scene/parse.h>
+
+#include <fstream>
+#include <string_view>
+#include <utility>
+
+namespace splitcubes::view {
+
+namespace {
+
+// Of a body that is made of a mesh alone: a soft tissue, in cells that a laptop steps in real time.
+constexpr int mesh_cells = 40;
+constexpr int mesh_phyxels = 700;
+constexpr double mesh_modulus = 2e4;  // Pa
+constexpr double mesh_poisson_ratio = 0.4;
+constexpr double mesh_mass_damping = 1;           // 1/s
+constexpr double mesh_stiffness_damping = 0.005;  // s
+constexpr double mesh_resistance = 100;           // J/m^2
+constexpr double mesh_friction = 0.6;
+// Meshes larger than this are taken as drawn in millimetres.
+constexpr double largest_in_metres = 5;
+
+MaterialSettings material_of(const scene::MaterialDescription& m) {
+    MaterialSettings out{.density = m.density,
+                         .youngs_modulus = m.youngs_modulus,
+                         .poisson_ratio = m.poisson_ratio,
+                         .mass_damping = m.mass_damping,
+                         .stiffness_damping = m.stiffness_damping,
+                         .cutting_resistance = m.cutting_resistance};
+    if (m.plasticity) {
+        out.plasticity = PlasticitySettings{.yield = m.plasticity->yield, .maximum = m.plasticity->maximum};
+        if (m.plasticity->creep) out.plasticity->creep = *m.plasticity->creep;
+    }
+    return out;
+}
+
+BodySettings settings_of(const scene::BodyDescription& b, const geometry::Box& bounds) {
+    BodySettings out{.name = b.name, .material = material_of(b.material)};
+    out.cell_size = b.cell_size ? *b.cell_size : geometry::cell_size_for(bounds, *b.cells);
+    if (b.phyxel_count) out.phyxel_count = *b.phyxel_count;
+    if (b.phyxel_spacing) out.phyxel_spacing = *b.phyxel_spacing;
+    if (b.material.tearing)
+        out.tearing = TearingSettings{b.material.tearing->strength, b.material.tearing->propagation_ratio};
+    const auto vector = [](const Vec3& v) { return Vector3{v.x(), v.y(), v.z()}; };
+    out.velocity = vector(b.velocity);
+    out.angular_velocity = vector(b.angular_velocity);
+    return out;
+}
+
+void note_left_out(const scene::BodyDescription& b, std::vector<std::string>& notes) {
+    const auto leave_out = [&](bool there, const char* what) {
+        if (there) notes.push_back("body '" + b.name + "': the viewer leaves out " + what);
+    };
+    leave_out(b.material.model != scene::MaterialModel::corotated, "its material model (corotated is used)");
+    leave_out(b.material.volume_stiffness > 0, "its volume stiffness");
+    leave_out(b.material.tearing && !b.material.tearing->strength_map.empty(), "its map of strength");
+    leave_out(b.material.tearing && b.material.tearing->crack_speed.has_value(), "its crack speed");
+    if (b.deformation)
+        throw InputError("body '" + b.name + "'", "is moved by a lattice, which the viewer does not do",
+                         "use `splitcubes run` and `splitcubes render`");
+}
+
+bool is_checkpoint(const std::filesystem::path& file) {
+    constexpr std::string_view mark = "Splitcubes simulation ";
+    std::string first(mark.size(), ' ');
+    std::ifstream in(file, std::ios::binary);
+    return in.read(first.data(), static_cast<std::streamsize>(first.size())) && first == mark;
+}
+
+SceneSource open_scene(const std::filesystem::path& file) {
+    SceneSource out;
+    out.description = scene::parse_scene_file(file);
+    scene::BuildReport report;
+    for (const scene::BodyDescription& body : out.description.bodies) {
+        note_left_out(body, out.notes);
+        io::Model model = scene::placed_model(body, report);
+        BodySettings settings = settings_of(body, model.mesh.bounds());
+        out.bodies.push_back({std::move(model), std::move(settings)});
+    }
+    for (const scene::ToolDescription& tool : out.description.tools)
+        out.blades.push_back(scene::make_blade(tool));
+    return out;
+}
+
+// Puts the mesh on the table, above the origin.
+SceneSource open_mesh(const std::filesystem::path& file) {
+    SceneSource out;
+    io::Model model = io::read_model(file);
+    const geometry::Box bounds = model.mesh.bounds();
+    const double size = bounds.size().maxCoeff();
+    if (!(size > 0)) throw InputError(file.string(), "has no extent", "give a mesh of a solid");
+    double scale = 1;
+    if (size > largest_in_metres) {
+        scale = 1e-3;
+        out.notes.push_back(file.filename().string() + ": is " + std::to_string(static_cast<int>(size)) +
+                            " long; taken as millimetres");
+    }
+    const Vec3 centre = bounds.center();
+    for (Vec3& p : model.mesh.positions) p = scale * (p - Vec3(centre.x(), centre.y(), bounds.min.z()));
+    BodySettings settings{.name = file.stem().string()};
+    settings.cell_size = geometry::cell_size_for(model.mesh.bounds(), mesh_cells);
+    settings.phyxel_count = mesh_phyxels;
+    settings.material = {.youngs_modulus = mesh_modulus,
+                         .poisson_ratio = mesh_poisson_ratio,
+                         .mass_damping = mesh_mass_damping,
+                         .stiffness_damping = mesh_stiffness_damping,
+                         .cutting_resistance = mesh_resistance};
+    out.bodies.push_back({std::move(model), std::move(settings)});
+    out.description.name = file.stem().string();
+    out.description.ground = scene::GroundDescription{0, mesh_friction};
+    out.description.contact.pieces = true;
+    return out;
+}
+
+}  // namespace
+
+SceneSource open_source(const std::filesystem::path& file) {
+    if (!std::filesystem::is_regular_file(file))
+        throw InputError(file.string(), "is no file that can be read", "give a scene (.json) or a mesh");
+    SceneSource out;
+    if (is_checkpoint(file)) {
+        out.is_checkpoint = true;
+        out.description.name = file.stem().string();
+    } else {
+        out = file.extension() == ".json" ? open_scene(file) : open_mesh(file);
+    }
+    out.file = file;
+    return out;
+}
+
+}  // namespace splitcubes::view

@@ -1,0 +1,34 @@
+// What can be opened: a scene, or a mesh that becomes a body on a table.
+#pragma once
+
+#include <splitcubes/api/simulation.h>
+#include <splitcubes/cutting/blade.h>
+#include <splitcubes/io/read_mesh.h>
+#include <splitcubes/scene/description.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace splitcubes::view {
+
+/// A body before it is added.
+struct BodySource {
+    io::Model model;  // placed, world at time 0
+    BodySettings settings;
+};
+
+/// A scene that can be started any number of times. Meshes are read once.
+struct SceneSource {
+    std::filesystem::path file;
+    scene::SceneDescription description;
+    std::vector<BodySource> bodies;
+    std::vector<cutting::Blade> blades;  // of the scene's tools
+    std::vector<std::string> notes;      // what the viewer leaves out
+    bool is_checkpoint = false;          // a saved simulation; there is nothing else then
+};
+
+/// Reads a scene (.json), a mesh, or a saved simulation. Throws InputError.
+SceneSource open_source(const std::filesystem::path& file);
+
+}  // namespace splitcubes::view

@@ -1,0 +1,178 @@
+#include "simulation_loop.h"
+
+#include <splitcubes/core/error.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace splitcubes::view {
+
+namespace {
+
+using Seconds = std::chrono::duration<double>;
+
+// A step that comes later than this is not caught up with.
+constexpr Seconds max_delay{0.05};
+// The real-time factor is measured over this time.
+constexpr Seconds factor_window{0.5};
+
+Recording scripted(const std::filesystem::path& file) {
+    return is_recording(file) ? read_recording(file) : Recording{};
+}
+
+}  // namespace
+
+void SimulationLoop::open(const std::filesystem::path& file) {
+    const Recording script = scripted(file);
+    engine_ =
+        std::make_unique<Engine>(open_source(script.scene.empty() ? file : script.scene), settings_, script);
+    ++scene_;
+    single_steps_ = 0;
+}
+
+void SimulationLoop::take(const std::vector<Command>& commands) {
+    for (std::size_t k = 0; k < commands.size(); ++k) {
+        const Command& command = commands[k];
+        const bool is_overwritten = command.kind == CommandKind::set_parameter && k + 1 < commands.size() &&
+                                    commands[k + 1].kind == CommandKind::set_parameter &&
+                                    commands[k + 1].name == command.name;
+        if (!is_overwritten) take_one(command);
+        taken_ = std::max(taken_, command.number);
+    }
+}
+
+void SimulationLoop::take_one(const Command& command) {
+    switch (command.kind) {
+        case CommandKind::play:
+            playing_ = true;
+            return;
+        case CommandKind::pause:
+            playing_ = false;
+            return;
+        case CommandKind::single_step:
+            playing_ = false;
+            ++single_steps_;
+            return;
+        case CommandKind::set_speed:
+            speed_ = std::clamp(command.value, 0.01, 4.0);
+            return;
+        case CommandKind::open:
+            try {
+                open(command.name);
+            } catch (const std::exception& error) {
+                engine_ ? engine_->notify(error.what()) : void(failure_ = error.what());
+            }
+            return;
+        case CommandKind::resume_at:
+            playing_ = false;
+            break;
+        case CommandKind::restart:
+            ++scene_;
+            break;
+        default:
+            break;
+    }
+    if (engine_) engine_->apply(command);
+}
+
+void SimulationLoop::step() {
+    if (!engine_) return;
+    engine_->step();
+    single_steps_ = std::max(0, single_steps_ - 1);
+}
+
+std::shared_ptr<PublishedState> SimulationLoop::publish() {
+    auto out = engine_ ? engine_->publish() : std::make_shared<PublishedState>();
+    out->scene = scene_;
+    out->commands = taken_;
+    out->playing = playing_;
+    out->speed = speed_;
+    if (!engine_ && !failure_.empty()) {
+        out->notice = failure_;
+        out->notices = 1;
+    }
+    return out;
+}
+
+SimulationThread::SimulationThread(const EngineSettings& settings, std::size_t timeline_bytes)
+    : loop_(settings), timeline_(timeline_bytes), thread_([this] { run(); }) {}
+
+SimulationThread::~SimulationThread() {
+    {
+        const std::lock_guard lock(mutex_);
+        quits_ = true;
+    }
+    wake_.notify_one();
+    thread_.join();
+}
+
+std::uint64_t SimulationThread::send(Command command) {
+    std::uint64_t number = 0;
+    {
+        const std::lock_guard lock(mutex_);
+        command.number = number = ++sent_;
+        inbox_.push_back(std::move(command));
+    }
+    wake_.notify_one();
+    return number;
+}
+
+State SimulationThread::newest() const {
+    const std::lock_guard lock(mutex_);
+    return newest_;
+}
+
+void SimulationThread::publish() {
+    auto state = loop_.publish();
+    state->real_time_factor = loop_.is_playing() ? factor_ : 0;
+    State next = std::move(state);
+    if (loop_.engine() != nullptr) timeline_.add(next);
+    const std::lock_guard lock(mutex_);
+    newest_.swap(next);
+}
+
+void SimulationThread::wait_for_work(Clock::time_point until) {
+    std::unique_lock lock(mutex_);
+    const auto has_work = [this] { return quits_ || !inbox_.empty(); };
+    if (loop_.is_playing())
+        wake_.wait_until(lock, until, has_work);
+    else
+        wake_.wait(lock, has_work);
+}
+
+bool SimulationThread::is_due(Clock::time_point now) {
+    if (loop_.single_steps() > 0) return true;
+    return loop_.is_playing() && loop_.engine() != nullptr && now >= next_step_;
+}
+
+void SimulationThread::run() {
+    window_start_ = Clock::now();
+    for (;;) {
+        std::vector<Command> commands;
+        {
+            const std::lock_guard lock(mutex_);
+            if (quits_) return;
+            commands.swap(inbox_);
+        }
+        loop_.take(commands);
+        const Clock::time_point now = Clock::now();
+        const bool due = is_due(now);
+        if (due) {
+            const double step = loop_.engine() != nullptr ? loop_.engine()->step_length() : 0;
+            loop_.step();
+            window_time_ += step;
+            next_step_ = std::max(
+                next_step_ + std::chrono::duration_cast<Clock::duration>(Seconds(step / loop_.speed())),
+                now - std::chrono::duration_cast<Clock::duration>(max_delay));
+        }
+        if (const Seconds window = now - window_start_; window > factor_window) {
+            factor_ = window_time_ / window.count();
+            window_time_ = 0;
+            window_start_ = now;
+        }
+        if (due || !commands.empty()) publish();
+        if (!due) wait_for_work(next_step_);
+    }
+}
+
+}  // namespace splitcubes::view

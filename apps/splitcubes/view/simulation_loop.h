@@ -1,0 +1,85 @@
+// Runs an engine: playing, pausing, slow motion, opening files. In a thread of its own, or by the caller's
+// hand.
+#pragma once
+
+#include "engine.h"
+#include "timeline.h"
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace splitcubes::view {
+
+/// What a loop keeps over the engines that it opens. For one thread.
+class SimulationLoop {
+  public:
+    explicit SimulationLoop(const EngineSettings& settings) : settings_(settings) {}
+    /// Throws InputError and Error; the present engine stays then.
+    void open(const std::filesystem::path& file);
+    /// Carries out commands in their order. Of a parameter that several set in a row the last value counts.
+    void take(const std::vector<Command>& commands);
+    void step();
+    std::shared_ptr<PublishedState> publish();
+
+    bool is_playing() const { return playing_; }
+    /// Steps that were asked for one by one while pausing.
+    int single_steps() const { return single_steps_; }
+    double speed() const { return speed_; }
+    Engine* engine() { return engine_.get(); }
+
+  private:
+    void take_one(const Command& command);
+
+    EngineSettings settings_;
+    std::unique_ptr<Engine> engine_;
+    bool playing_ = false;
+    int single_steps_ = 0;
+    double speed_ = 1;
+    std::uint64_t scene_ = 0, taken_ = 0;
+    std::string failure_;  // of opening, before there is an engine
+};
+
+/// A loop in its own thread. A step that takes longer than its time slows simulated time; the window only
+/// ever takes the newest state, by a pointer.
+class SimulationThread {
+  public:
+    SimulationThread(const EngineSettings& settings, std::size_t timeline_bytes);
+    ~SimulationThread();
+    SimulationThread(const SimulationThread&) = delete;
+    SimulationThread& operator=(const SimulationThread&) = delete;
+
+    /// Returns the number by which PublishedState::commands tells that it has been carried out.
+    std::uint64_t send(Command command);
+    /// Null until the first one.
+    State newest() const;
+    const Timeline& timeline() const { return timeline_; }
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    void run();
+    void publish();
+    void wait_for_work(Clock::time_point until);
+    bool is_due(Clock::time_point now);
+
+    SimulationLoop loop_;
+    Timeline timeline_;
+    mutable std::mutex mutex_;  // of the members up to the next empty line
+    std::condition_variable wake_;
+    std::vector<Command> inbox_;
+    State newest_;
+    std::uint64_t sent_ = 0;
+    bool quits_ = false;
+
+    Clock::time_point next_step_{};
+    double factor_ = 0;  // of simulated time over the last half second
+    double window_time_ = 0;
+    Clock::time_point window_start_{};
+    std::thread thread_;  // last: it uses all others
+};
+
+}  // namespace splitcubes::view

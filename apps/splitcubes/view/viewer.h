@@ -1,0 +1,102 @@
+// The viewer without its window: takes events, has a camera, tools and settings of the display, and says what
+// the simulation and the window are to do.
+#pragma once
+
+#include "camera_control.h"
+#include "input.h"
+#include "tools.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace splitcubes::view {
+
+/// What colours a surface.
+enum class Colouring { material, piece, von_mises_stress, principal_stress, principal_strain };
+inline constexpr std::array<std::string_view, 5> colouring_names = {"Material", "Piece", "Von Mises stress",
+                                                                    "Principal stress", "Principal strain"};
+
+/// Settings of the display; kept from session to session.
+struct Display {
+    Colouring colouring = Colouring::material;
+    bool wireframe = false;
+    bool phyxels = false;
+    bool clips = false;        // hides what is in front of a plane
+    int clip_axis = 0;         // its normal: 0 to 2: x, y, z
+    double clip_offset = 0.5;  // share of the bodies' extent along it
+    bool shadows = true;       // and ambient occlusion
+    bool panels = true;
+    bool help = false;
+    double range = 0;  // of the colours; 0: by what is shown
+};
+
+/// Something for the window or its owner to do.
+enum class WindowAct { none, quit, save_picture };
+
+class Viewer {
+  public:
+    Viewer();
+    /// Takes an event. Commands are appended to commands().
+    void take(const ViewerInput& input);
+    /// Shows a state; the first one of a scene places camera and tools.
+    void show(State state);
+    /// The state that is shown; null before the first one.
+    const State& state() const { return state_; }
+    /// Commands since the last call.
+    std::vector<Command> take_commands();
+    /// What the window is to do since the last call.
+    std::pair<WindowAct, std::string> take_act();
+    /// Step of the timeline to show in place of the newest state.
+    std::optional<std::int64_t> scrubbed() const { return scrubbed_; }
+    /// The field that the display needs.
+    Field field() const;
+    ToolContext context() const;
+    geometry::Box bounds() const;
+    bool is_playing() const { return playing_; }
+    void set_camera(const OrbitCamera& camera) { camera_ = camera; }
+    /// Does not place the camera at the next scene.
+    void keep_camera() { keeps_camera_ = true; }
+    /// The value of a setting by the name that `set` events have. Throws InputError for an unknown one.
+    double setting(const std::string& name) const;
+    /// Names of all settings that are kept between sessions.
+    static std::vector<std::string> kept_settings();
+
+    const OrbitCamera& camera() const { return camera_; }
+    const ViewSize& size() const { return size_; }
+    const Tools& tools() const { return tools_; }
+    const Display& display() const { return display_; }
+
+  private:
+    struct Slot;
+    void press(const ViewerInput& input);
+    void move(const ViewerInput& input);
+    void wheel(const ViewerInput& input);
+    void key(const ViewerInput& input);
+    void act(const std::string& name, const std::string& text);
+    void set(const std::string& name, double value);
+    bool set_own(const std::string& name, double value);
+    bool select_by_key(const std::string& name);
+    void send(CommandKind kind, double value = 0, const std::string& name = {});
+    void update_field();
+    static const std::vector<Slot>& slots();
+
+    OrbitCamera camera_;
+    ViewSize size_;
+    Tools tools_;
+    Display display_;
+    State state_;
+    std::vector<Command> commands_;
+    WindowAct act_ = WindowAct::none;
+    std::string act_text_;
+    std::optional<std::int64_t> scrubbed_;
+    enum class Drag { none, tool, orbit, pan } drag_ = Drag::none;
+    double x_ = 0, y_ = 0;
+    bool playing_ = false, keeps_camera_ = false;
+    double speed_ = 1;
+    std::uint64_t scene_ = 0;
+};
+
+}  // namespace splitcubes::view

@@ -1,0 +1,266 @@
+// Time, undo, recordings, the timeline, parameters and saved files.
+#include "view/sessions.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <splitcubes/core/error.h>
+
+#include <thread>
+
+namespace splitcubes::view_tests {
+namespace {
+
+const Vec3 stroke_from(0.01, -0.16, 0.1), stroke_to(0.01, 0.16, 0.1);
+
+struct Control : testing::Test {
+    TemporaryFolder folder{"control"};
+    std::filesystem::path scene = write_block_scene(folder.path);
+    HandSession session{scene};
+};
+
+TEST_F(Control, StartsPausedAndPlaysPausesAndSteps) {
+    session.run(5);
+    EXPECT_EQ(session.state().step, 0);
+    session.key("space");
+    session.run(5);
+    EXPECT_EQ(session.state().step, 5);
+    EXPECT_TRUE(session.state().playing);
+    session.key("space");
+    session.run(5);
+    EXPECT_EQ(session.state().step, 5);
+    session.key(".");
+    session.run(5);
+    EXPECT_EQ(session.state().step, 6);
+}
+
+TEST_F(Control, RestartIsTheBeginning) {
+    const std::uint64_t before = session.hash();
+    session.key("space");
+    session.run(5);
+    EXPECT_NE(session.hash(), before);
+    session.key("r");
+    EXPECT_EQ(session.hash(), before);
+    EXPECT_EQ(session.state().step, 0);
+}
+
+TEST_F(Control, UndoAndRedoOfACut) {
+    session.key("space");
+    session.run(2);
+    const std::uint64_t before = session.hash();
+    session.drag(stroke_from, stroke_to);
+    session.run(5);
+    const std::uint64_t after = session.hash();
+    EXPECT_EQ(session.pieces(), 2U);
+    session.key("space");
+    session.key("z", control_key);
+    EXPECT_EQ(session.pieces(), 1U);
+    EXPECT_EQ(session.hash(), before);
+    session.key("y", control_key);
+    EXPECT_EQ(session.pieces(), 2U);
+    EXPECT_EQ(session.hash(), after);
+}
+
+TEST_F(Control, UndoWithoutACutSaysSo) {
+    session.key("z", control_key);
+    EXPECT_EQ(session.state().notice, "there is nothing to undo");
+}
+
+TEST_F(Control, ParametersChangeTheRunningSimulation) {
+    session.key("space");
+    session.run(3);
+    session.set("youngs_modulus", 12345);
+    session.set("gravity", 3);
+    session.set("friction", 0.9);
+    session.set("time_step", 0.01);
+    session.set("strength", 4000);
+    const double time = session.state().time;
+    session.run(1);
+    const auto& p = session.state().parameters;
+    EXPECT_EQ(p[youngs_modulus], 12345);
+    EXPECT_EQ(p[gravity], 3);
+    EXPECT_EQ(p[friction], 0.9);
+    EXPECT_EQ(p[strength], 4000);
+    EXPECT_NEAR(session.state().time, time + 0.01, 1e-9);
+}
+
+TEST_F(Control, CellSizeTakesEffectWithARestart) {
+    const std::size_t before = session.state().bodies[0].topology->triangles.size();
+    session.set("cell_size", 0.02);
+    EXPECT_EQ(session.state().bodies[0].topology->triangles.size(), before);
+    EXPECT_THAT(session.state().notice, testing::HasSubstr("restart"));
+    session.key("r");
+    EXPECT_LT(session.state().bodies[0].topology->triangles.size(), before);
+    EXPECT_EQ(session.state().parameters[cell_size], 0.02);
+}
+
+TEST_F(Control, PresetsSetTheirMaterial) {
+    for (const Preset& preset : preset_list()) {
+        session.act("preset", std::string(preset.name));
+        const auto& p = session.state().parameters;
+        EXPECT_EQ(p[youngs_modulus], preset.youngs_modulus) << preset.name;
+        EXPECT_EQ(p[cutting_resistance], preset.cutting_resistance) << preset.name;
+        EXPECT_EQ(p[strength], preset.strength) << preset.name;
+        EXPECT_GT(preset.source.size(), 40U);
+    }
+    session.act("preset", "granite");
+    EXPECT_THAT(session.state().notice, testing::HasSubstr("liver"));
+}
+
+TEST_F(Control, RecordingRepeatsTheSessionToTheLastBit) {
+    session.key("space");
+    session.run(2);
+    session.set("youngs_modulus", 50000);
+    session.drag(stroke_from, stroke_to);
+    session.key("z", control_key);
+    session.key("4");
+    session.drag({0, 0, 0.1}, {0, 0, 0.16});
+    session.key("2");
+    session.drag({-0.06, 0, 0.1}, {0.06, 0, 0.1});
+    session.run(5);
+    const std::string file = folder.path / "session.jsonl";
+    session.act("save_recording", file);
+    EXPECT_EQ(session.state().notice, "saved " + file);
+    const std::uint64_t hash = session.hash();
+    const std::int64_t steps = session.state().step;
+
+    HandSession again(file);
+    again.key("space");
+    while (again.state().step < steps) again.frame();
+    EXPECT_EQ(again.hash(), hash);
+    EXPECT_THAT(again.state().notice, testing::HasSubstr("in the state that was recorded"));
+}
+
+TEST_F(Control, TimelineShowsThePastAndGoesOnFromIt) {
+    Timeline timeline(std::size_t{64} << 20);
+    session.key("space");
+    std::vector<std::uint64_t> hashes = {session.hash()};
+    session.press(stroke_from);
+    for (int k = 1; k <= 80; ++k) {
+        if (k <= 40) session.move(stroke_from + (stroke_to - stroke_from) * k / 40);
+        if (k == 41) session.release(stroke_to);
+        session.frame();
+        timeline.add(session.viewer.state());
+        hashes.push_back(session.hash());
+    }
+    ASSERT_TRUE(timeline.range());
+    EXPECT_EQ(timeline.range()->first, 1);
+    EXPECT_EQ(timeline.range()->second, 80);
+    EXPECT_EQ(timeline.at(37)->step, 37);
+    EXPECT_EQ(timeline.at(1000)->step, 80);
+    EXPECT_EQ(timeline.at(0), nullptr);
+    for (const int step : {60, 35, 20}) {
+        session.set("timeline", step);
+        EXPECT_EQ(session.viewer.scrubbed(), step);
+        session.act("resume");
+        EXPECT_FALSE(session.viewer.scrubbed());
+        EXPECT_EQ(session.state().step, step);
+        if (step == 60) EXPECT_EQ(session.hash(), hashes[static_cast<std::size_t>(step)]);
+        EXPECT_FALSE(session.state().playing);
+    }
+}
+
+TEST(TimelineBudget, DropsTheOldestStates) {
+    Timeline timeline(3000);
+    for (int k = 0; k < 100; ++k) {
+        auto state = std::make_shared<PublishedState>();
+        state->step = k;
+        timeline.add(state);
+    }
+    EXPECT_EQ(timeline.range()->second, 99);
+    EXPECT_GT(timeline.range()->first, 80);
+    auto back = std::make_shared<PublishedState>();
+    back->step = 95;
+    timeline.add(back);
+    EXPECT_EQ(timeline.range()->second, 95);
+}
+
+TEST_F(Control, SavesSurfacesPiecesAndCheckpoints) {
+    session.key("space");
+    session.drag(stroke_from, stroke_to);
+    session.run(3);
+    const std::string surface = folder.path / "surface.ply", checkpoint = folder.path / "state.splitcubes";
+    session.act("save_surface", surface);
+    session.act("save_pieces", folder.path / "pieces");
+    session.act("save_checkpoint", checkpoint);
+    EXPECT_EQ(session.state().notice, "saved " + checkpoint);
+    EXPECT_TRUE(std::filesystem::exists(surface));
+    EXPECT_TRUE(std::filesystem::exists(folder.path / "pieces" / "body-0-piece-1.ply"));
+    const std::uint64_t hash = session.hash();
+    session.run(5);
+    session.act("open", checkpoint);
+    EXPECT_EQ(session.hash(), hash);
+    EXPECT_EQ(session.pieces(), 2U);
+}
+
+TEST_F(Control, WrongFilesAreANoticeAndChangeNothing) {
+    const std::uint64_t before = session.hash();
+    session.act("open", folder.path / "nothing.json");
+    EXPECT_THAT(session.state().notice, testing::HasSubstr("nothing.json"));
+    session.act("save_surface", folder.path / "surface.docx");
+    EXPECT_THAT(session.state().notice, testing::HasSubstr("surface.docx"));
+    EXPECT_EQ(session.hash(), before);
+}
+
+TEST(OpenedFiles, MeshBecomesABodyOnATable) {
+    HandSession session(std::filesystem::path(SPLITCUBES_SCENES) / "meshes" / "liver.obj");
+    EXPECT_NEAR(session.viewer.bounds().min.z(), 0, 0.004);
+    session.key("space");
+    session.run(40);
+    EXPECT_GT(session.viewer.bounds().min.z(), -0.01) << "it lies on the table";
+    EXPECT_GT(session.viewer.bounds().max.z(), 0.02);
+}
+
+TEST(OpenedFiles, SceneMovesItsOwnTools) {
+    HandSession session(std::filesystem::path(SPLITCUBES_SCENES) / "pear_halves.json");
+    session.key("space");
+    session.run(30);
+    EXPECT_FALSE(session.state().blades.empty());
+    session.run(30);
+    EXPECT_GE(session.pieces(), 2U);
+}
+
+TEST(OpenedFiles, SceneHoldsAndPullsAsInRun) {
+    HandSession session(std::filesystem::path(SPLITCUBES_SCENES) / "long_incision.json");
+    session.key("space");
+    session.run(40);
+    // The slab of 0.24 m is held and pulled by 0.02 m at both ends.
+    EXPECT_NEAR(session.viewer.bounds().size().x(), 0.28, 0.01);
+    session.run(50);
+    EXPECT_GT(session.cut_triangles(), 100U);
+}
+
+TEST(Thread, StepsInItsOwnTimeAndAnswersAtOnce) {
+    const TemporaryFolder folder("thread");
+    SimulationThread thread({.threads = 1}, std::size_t{16} << 20);
+    Command open;
+    open.kind = CommandKind::open;
+    open.name = write_block_scene(folder.path);
+    const std::uint64_t opened = thread.send(open);
+    Command play;
+    play.kind = CommandKind::play;
+    thread.send(play);
+    using Clock = std::chrono::steady_clock;
+    const auto until = [&](const auto& done) {
+        for (const auto end = Clock::now() + std::chrono::seconds(20); Clock::now() < end;) {
+            const auto before = Clock::now();
+            const State state = thread.newest();
+            EXPECT_LT(Clock::now() - before, std::chrono::milliseconds(500)) << "the window waits for a step";
+            if (state && done(*state)) return true;
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+        return false;
+    };
+    EXPECT_TRUE(until([&](const PublishedState& s) { return s.commands >= opened && s.step >= 5; }));
+    Command pause;
+    pause.kind = CommandKind::pause;
+    const std::uint64_t paused = thread.send(pause);
+    EXPECT_TRUE(until([&](const PublishedState& s) { return s.commands >= paused && !s.playing; }));
+    const std::int64_t step = thread.newest()->step;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    EXPECT_EQ(thread.newest()->step, step);
+    EXPECT_TRUE(thread.timeline().range());
+}
+
+}  // namespace
+}  // namespace splitcubes::view_tests
