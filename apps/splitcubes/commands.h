@@ -10,6 +10,7 @@ void add_cut_command(CommandLine& line);
 void add_run_command(CommandLine& line);
 void add_replay_command(CommandLine& line);
 void add_render_command(CommandLine& line);
+void add_view_command(CommandLine& line);
 void add_validate_command(CommandLine& line);
 void add_bench_command(CommandLine& line);
 void add_figure_command(CommandLine& line);

@@ -23,6 +23,7 @@ void add_commands(CommandLine& line) {
     splitcubes::app::add_run_command(line);
     splitcubes::app::add_replay_command(line);
     splitcubes::app::add_render_command(line);
+    splitcubes::app::add_view_command(line);
     splitcubes::app::add_validate_command(line);
     splitcubes::app::add_bench_command(line);
     splitcubes::app::add_figure_command(line);

@@ -5,6 +5,7 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/plain_number.h>
 #include <splitcubes/core/stopwatch.h>
+#include <splitcubes/geometry/attribute_transfer.h>
 
 #include <algorithm>
 #include <cmath>
@@ -69,6 +70,22 @@ void set_field(MaterialSettings& m, std::size_t index, double value) {
         default:
             m.cutting_resistance = value;
     }
+}
+
+// Materials of the input have their own colours; cut faces are those of a fresh cut.
+std::vector<Vec3> palette_of(const std::vector<std::string>& names,
+                             const std::vector<geometry::Material>& materials) {
+    constexpr double gamma = 2.2;  // materials are linear
+    const Vec3 skin(0.90, 0.74, 0.62), cut(0.84, 0.20, 0.13);
+    std::vector<Vec3> out;
+    for (std::size_t k = 0; k < names.size(); ++k) {
+        out.push_back(names[k].find(geometry::cut_material) != std::string::npos ? cut : skin);
+        if (k < materials.size())
+            for (int channel = 0; channel < 3; ++channel)
+                out.back()[channel] =
+                    std::pow(materials[k].colour[static_cast<std::size_t>(channel)], 1 / gamma);
+    }
+    return out;
 }
 
 std::optional<TearingSettings> tearing_of(double strength) {
@@ -482,7 +499,12 @@ BodyState Engine::body_state(std::size_t index) {
     out.topology = take_topology(records_[index], surface);
     out.positions.assign(surface.positions.begin(), surface.positions.end());
     out.normals.assign(surface.normals.begin(), surface.normals.end());
-    out.material_names = simulation_->material_names(body);
+    if (!records_[index].palette)
+        records_[index].palette = std::make_shared<const std::vector<Vec3>>(palette_of(
+            simulation_->material_names(body), index < source_->bodies.size()
+                                                   ? source_->bodies[index].model.attributes.materials
+                                                   : std::vector<geometry::Material>()));
+    out.palette = records_[index].palette;
     out.pieces = simulation_->piece_count(body);
     if (index < source_->bodies.size()) out.name = source_->bodies[index].settings.name;
     if (field_ == Field::none && !shows_samples_) return out;
@@ -502,6 +524,8 @@ std::shared_ptr<PublishedState> Engine::publish() {
     out->time = simulation_->time();
     for (std::size_t b = 0; b < bodies_.size(); ++b) out->bodies.push_back(body_state(b));
     if (driver_) driver_->append_blades(out->time, out->blades);
+    if (driver_) driver_->append_colliders(out->time, out->colliders);
+    if (source_->description.ground) out->ground = source_->description.ground->height;
     strokes_.append_blades(out->blades);
     pulls_.append_states(*simulation_, out->pulls);
     out->statistics = statistics_;

@@ -60,6 +60,7 @@ class Engine {
         std::shared_ptr<const SurfaceTopology> topology;
         std::deque<SurfaceChange> changes;
         SampleField field;
+        std::shared_ptr<const std::vector<Vec3>> palette;
     };
 
     void start();

@@ -3,11 +3,13 @@
 #pragma once
 
 #include <splitcubes/api/simulation.h>
+#include <splitcubes/geometry/triangle_mesh.h>
 #include <splitcubes/math/types.h>
 
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,13 +40,19 @@ struct BodyState {
     BodyId id;
     std::string name;
     std::shared_ptr<const SurfaceTopology> topology;
-    std::vector<float> positions;         // x, y, z a vertex slot, m, world
-    std::vector<float> normals;           // x, y, z a vertex slot
-    std::vector<float> field;             // a vertex slot; empty: none is shown
-    std::vector<float> sample_positions;  // x, y, z a phyxel, m, world; empty: not shown
-    std::vector<float> sample_field;      // a phyxel
-    std::vector<std::string> material_names;
+    std::vector<float> positions;                      // x, y, z a vertex slot, m, world
+    std::vector<float> normals;                        // x, y, z a vertex slot
+    std::vector<float> field;                          // a vertex slot; empty: none is shown
+    std::vector<float> sample_positions;               // x, y, z a phyxel, m, world; empty: not shown
+    std::vector<float> sample_field;                   // a phyxel
+    std::shared_ptr<const std::vector<Vec3>> palette;  // sRGB, of the materials
     std::size_t pieces = 0;
+};
+
+/// A thing that does not deform.
+struct ColliderState {
+    std::shared_ptr<const geometry::TriangleMesh> mesh;  // own frame
+    Isometry frame = Isometry::Identity();               // world from own
 };
 
 /// A region that is pulled.
@@ -79,6 +87,8 @@ struct PublishedState {
     std::vector<BodyState> bodies;
     std::vector<std::vector<Vec3>> blades;  // m, world, edges of lowered blades and of the scene's tools
     std::vector<PullState> pulls;
+    std::vector<ColliderState> colliders;
+    std::optional<double> ground;  // m, height of the table
     StepStatistics statistics;
     std::size_t undo_count = 0, redo_count = 0;
     bool playing = false;

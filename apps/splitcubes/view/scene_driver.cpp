@@ -88,6 +88,7 @@ void SceneDriver::add_tools(Simulation& simulation) {
 
 void SceneDriver::add_colliders(Simulation& simulation) {
     for (const scene::ColliderDescription& c : source_.description.colliders) {
+        collider_meshes_.push_back(std::make_shared<const geometry::TriangleMesh>(scene::collider_mesh(c)));
         ColliderSettings settings{.name = c.name,
                                   .pose = to_public(scene::collider_frame(c, simulation.time())),
                                   .friction = c.friction};
@@ -102,7 +103,7 @@ void SceneDriver::add_colliders(Simulation& simulation) {
             settings.shape =
                 BoxShape{to_public(Vec3(c.placement.scale * box->size)), c.placement.scale * c.rounding};
         } else {
-            const geometry::TriangleMesh mesh = scene::collider_mesh(c);
+            const geometry::TriangleMesh& mesh = *collider_meshes_.back();
             for (const Vec3& p : mesh.positions) positions.insert(positions.end(), p.data(), p.data() + 3);
             for (const auto& t : mesh.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
             settings.shape = MeshView{positions, triangles};
@@ -188,6 +189,13 @@ void SceneDriver::append_blades(double time, std::vector<std::vector<Vec3>>& out
         if (!blade.active(time)) continue;
         for (std::vector<Vec3>& line : blade.pose(time)) out.push_back(std::move(line));
     }
+}
+
+void SceneDriver::append_colliders(double time, std::vector<ColliderState>& out) const {
+    for (std::size_t k = 0; k < collider_meshes_.size(); ++k)
+        if (!collider_meshes_[k]->triangles.empty())
+            out.push_back(
+                {collider_meshes_[k], scene::collider_frame(source_.description.colliders[k], time)});
 }
 
 }  // namespace splitcubes::view

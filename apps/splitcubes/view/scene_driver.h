@@ -1,6 +1,7 @@
 // Moves what a scene moves by itself: its tools, constraints, handles and colliders.
 #pragma once
 
+#include "published_state.h"
 #include "scene_source.h"
 
 #include <optional>
@@ -20,6 +21,7 @@ class SceneDriver {
     bool owns(HandleId handle) const;
     /// Edges of the scene's tools while they cut, m, world.
     void append_blades(double time, std::vector<std::vector<Vec3>>& out) const;
+    void append_colliders(double time, std::vector<ColliderState>& out) const;
 
   private:
     BodyId body_of(const std::string& name) const;
@@ -35,6 +37,7 @@ class SceneDriver {
     std::vector<std::optional<ConstraintId>> constraints_;
     std::vector<std::optional<HandleId>> handles_;
     std::vector<ColliderId> colliders_;
+    std::vector<std::shared_ptr<const geometry::TriangleMesh>> collider_meshes_;
 };
 
 }  // namespace splitcubes::view

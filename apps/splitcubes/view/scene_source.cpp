@@ -5,7 +5,11 @@
 #include <splitcubes/scene/build.h>
 #include <splitcubes/scene/parse.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <fstream>
+#include <map>
 #include <string_view>
 #include <utility>
 
@@ -65,6 +69,45 @@ void note_left_out(const scene::BodyDescription& b, std::vector<std::string>& no
                          "use `splitcubes run` and `splitcubes render`");
 }
 
+// The public interface knows materials, not colours of vertices: triangles of about one colour become a
+// material.
+void materials_of_colours(geometry::MeshAttributes& attributes) {
+    if (attributes.corner_colour.empty() || !attributes.materials.empty()) return;
+    constexpr std::size_t max_materials = 14;
+    constexpr int levels = 5;  // of a channel
+    std::map<std::array<int, 3>, std::size_t> counts;
+    std::vector<std::array<int, 3>> keys;
+    for (const auto& corners : attributes.corner_colour) {
+        std::array<int, 3> key{};
+        for (std::size_t k = 0; k < 3; ++k)
+            key[k] = static_cast<int>(
+                std::lround((levels / 3.0) * (corners[0][k] + corners[1][k] + corners[2][k])));
+        keys.push_back(key);
+        ++counts[key];
+    }
+    std::vector<std::pair<std::size_t, std::array<int, 3>>> common;
+    for (const auto& [key, count] : counts) common.emplace_back(count, key);
+    std::sort(common.rbegin(), common.rend());
+    common.resize(std::min(common.size(), max_materials));
+    for (const auto& [count, key] : common) {
+        geometry::Material material;
+        for (std::size_t k = 0; k < 3; ++k)
+            material.colour[k] = std::pow(static_cast<float>(key[k]) / levels, 2.2F);
+        attributes.materials.push_back(material);
+    }
+    for (const std::array<int, 3>& key : keys) {
+        const auto distance = [&](const auto& one) {
+            int sum = 0;
+            for (std::size_t k = 0; k < 3; ++k) sum += (one.second[k] - key[k]) * (one.second[k] - key[k]);
+            return sum;
+        };
+        const auto nearest =
+            std::min_element(common.begin(), common.end(),
+                             [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+        attributes.triangle_material.push_back(static_cast<std::int32_t>(nearest - common.begin()));
+    }
+}
+
 bool is_checkpoint(const std::filesystem::path& file) {
     constexpr std::string_view mark = "Splitcubes simulation ";
     std::string first(mark.size(), ' ');
@@ -79,6 +122,7 @@ SceneSource open_scene(const std::filesystem::path& file) {
     for (const scene::BodyDescription& body : out.description.bodies) {
         note_left_out(body, out.notes);
         io::Model model = scene::placed_model(body, report);
+        materials_of_colours(model.attributes);
         BodySettings settings = settings_of(body, model.mesh.bounds());
         out.bodies.push_back({std::move(model), std::move(settings)});
     }
@@ -91,6 +135,7 @@ SceneSource open_scene(const std::filesystem::path& file) {
 SceneSource open_mesh(const std::filesystem::path& file) {
     SceneSource out;
     io::Model model = io::read_model(file);
+    materials_of_colours(model.attributes);
     const geometry::Box bounds = model.mesh.bounds();
     const double size = bounds.size().maxCoeff();
     if (!(size > 0)) throw InputError(file.string(), "has no extent", "give a mesh of a solid");

@@ -19,6 +19,11 @@ struct Programs {
     gl::Program background = gl::Program::from_files("screen.vert", "background.frag");
     gl::Program ground = gl::Program::from_files("ground.vert", "ground.frag");
     gl::Program mesh = gl::Program::from_files("mesh.vert", "mesh.frag");
+    gl::Program live_shadow = gl::Program::from_files("live.vert", "shadow.frag");
+    gl::Program live_surface = gl::Program::from_files("live.vert", "surface.frag");
+    gl::Program live = gl::Program::from_files("live.vert", "live.frag");
+    gl::Program wire = gl::Program::from_files("live.vert", "wire.frag");
+    gl::Program points = gl::Program::from_files("points.vert", "points.frag");
     gl::Program line = gl::Program::from_files("line.vert", "line.frag");
 };
 
@@ -83,6 +88,8 @@ struct SceneBuffers {
     gl::Buffer vertices;
     gl::VertexArray lines;
     gl::Buffer segments;
+    gl::VertexArray points;
+    gl::Buffer point_data;
     gl::VertexArray none;  // for passes that compute vertices from their index
 
     SceneBuffers() {

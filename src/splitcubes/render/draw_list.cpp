@@ -204,8 +204,11 @@ geometry::Box DrawList::bounds() const {
         for (const Vec3& point : mesh.positions) box.add(point);
     }
     for (const LineSet& set : lines) {
+        if (!set.in_bounds) continue;
         for (const Vec3& point : set.points) box.add(point);
     }
+    for (const LiveSurface* surface : surfaces)
+        if (!surface->bounds().empty()) box.add(surface->bounds());
     return box;
 }
 

@@ -4,6 +4,7 @@
 #include <splitcubes/geometry/box.h>
 #include <splitcubes/geometry/triangle_mesh.h>
 #include <splitcubes/math/types.h>
+#include <splitcubes/render/live_surface.h>
 
 #include <array>
 #include <cstdint>
@@ -36,13 +37,19 @@ struct LineSet {
     Color color = Color(0.1, 0.1, 0.1);
     double width = 2.0;       // pixels of a picture 720 high; scales with the height, at least 1
     double depth_offset = 0;  // m towards the eye, so that lines on a surface are visible
+    bool in_bounds = true;    // whether the picture's depth range and lights take them into account
 };
 
 struct DrawList {
     std::vector<ShadedMesh> meshes;
     std::vector<LineSet> lines;
+    std::vector<const LiveSurface*> surfaces = {};  // of the same context; must outlive the drawing
+    std::vector<PointSet> points = {};
+    ClipPlane clip = {};  // of surfaces and points
+    /// Draws surfaces where they hide points, too: for points inside of them.
+    bool points_on_top = false;
 
-    /// Returns the bounds of the meshes' and lines' points.
+    /// Returns the bounds of the meshes', surfaces' and lines' points.
     geometry::Box bounds() const;
 };
 

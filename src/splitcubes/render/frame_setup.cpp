@@ -69,6 +69,15 @@ void set_light(FrameSetup& frame, const DrawList& list, const RenderOptions& opt
             casters.add(frame.light_view_from_world.topLeftCorner<3, 3>() * (point - frame.origin));
         }
     }
+    for (const LiveSurface* surface : list.surfaces) {
+        const geometry::Box& box = surface->bounds();
+        for (int k = 0; k < 8 && !box.empty(); ++k) {
+            const Vec3 corner((k & 1) != 0 ? box.max.x() : box.min.x(),
+                              (k & 2) != 0 ? box.max.y() : box.min.y(),
+                              (k & 4) != 0 ? box.max.z() : box.min.z());
+            casters.add(frame.light_view_from_world.topLeftCorner<3, 3>() * (corner - frame.origin));
+        }
+    }
     if (casters.empty()) casters.add(Vec3::Zero());
     // A margin keeps the filter's taps inside the map.
     casters = casters.grown(0.02 * frame.radius);

@@ -4,6 +4,7 @@
 #include <splitcubes/gl/program.h>
 #include <splitcubes/render/device_objects.h>
 #include <splitcubes/render/frame_setup.h>
+#include <splitcubes/render/live_buffers.h>
 #include <splitcubes/render/packed_scene.h>
 #include <splitcubes/render/renderer.h>
 
@@ -110,10 +111,16 @@ struct Renderer::Impl {
     }
 
     void render(const DrawList& list, const Camera& camera);
-    void draw_shadow(const FrameSetup& frame, const PackedScene& scene);
-    void draw_surfaces(const FrameSetup& frame, const PackedScene& scene);
+    void draw_shadow(const FrameSetup& frame, const PackedScene& scene, const DrawList& list);
+    void draw_surfaces(const FrameSetup& frame, const PackedScene& scene, const DrawList& list);
+    void show_everything_lit();
+    void draw_live(const Program& program, const FrameSetup& frame, const DrawList& list);
+    void draw_live_surface(const Program& program, const LiveSurface& surface) const;
+    void draw_live_colours(const FrameSetup& frame, const DrawList& list);
+    void draw_wires(const FrameSetup& frame, const DrawList& list);
+    void draw_points(const FrameSetup& frame, const DrawList& list);
     void find_visibility(const FrameSetup& frame);
-    void draw_picture(const FrameSetup& frame, const PackedScene& scene);
+    void draw_picture(const FrameSetup& frame, const PackedScene& scene, const DrawList& list);
     void draw_meshes(const Program& program, const PackedScene& scene);
     void draw_lines(const FrameSetup& frame, const PackedScene& scene);
     void set_ground(const Program& program, const FrameSetup& frame) const;
@@ -180,7 +187,7 @@ void Renderer::Impl::draw_meshes(const Program& program, const PackedScene& scen
     glDisable(GL_CULL_FACE);
 }
 
-void Renderer::Impl::draw_shadow(const FrameSetup& frame, const PackedScene& scene) {
+void Renderer::Impl::draw_shadow(const FrameSetup& frame, const PackedScene& scene, const DrawList& list) {
     shadow->framebuffer.bind();
     glViewport(0, 0, shadow->depth.width(), shadow->depth.height());
     glEnable(GL_DEPTH_TEST);
@@ -193,10 +200,105 @@ void Renderer::Impl::draw_shadow(const FrameSetup& frame, const PackedScene& sce
     glEnable(GL_POLYGON_OFFSET_FILL);
     glPolygonOffset(1.0F, 2.0F);
     glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(scene.vertices.size()));
+    if (!list.surfaces.empty()) {
+        programs.live_shadow.use();
+        FrameSetup light = frame;
+        light.view_from_world = frame.light_view_from_world;
+        light.clip_from_view = frame.light_clip_from_view;
+        draw_live(programs.live_shadow, light, list);
+    }
     glDisable(GL_POLYGON_OFFSET_FILL);
 }
 
-void Renderer::Impl::draw_surfaces(const FrameSetup& frame, const PackedScene& scene) {
+void Renderer::Impl::draw_live_surface(const Program& program, const LiveSurface& surface) const {
+    const LiveStyle& style = surface.style;
+    surface.impl_->bind();
+    program.set("materials", 1);
+    for (std::size_t k = 0; k < style.palette.size(); ++k)
+        program.set(("palette[" + std::to_string(k) + "]").c_str(), floats(linear(style.palette[k])));
+    program.set("colouring", static_cast<int>(style.colouring));
+    program.set("field_range", floats(Vec2(style.field_low, style.field_high)));
+    program.set("roughness", static_cast<float>(style.roughness));
+    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * surface.impl_->triangles.size()), GL_UNSIGNED_INT,
+                   nullptr);
+}
+
+namespace {
+
+void set_clip(const Program& program, const FrameSetup& frame, const ClipPlane& clip) {
+    program.set("origin", floats(frame.origin));
+    const bool hides = clip.normal.norm() > 0;
+    const Vec3 normal = hides ? Vec3(clip.normal.normalized()) : Vec3(Vec3::Zero());
+    program.set(
+        "clip_plane",
+        std::array<float, 4>{static_cast<float>(normal.x()), static_cast<float>(normal.y()),
+                             static_cast<float>(normal.z()), hides ? static_cast<float>(clip.offset) : 1.0F});
+}
+
+}  // namespace
+
+// Back faces lie slightly behind, as those of meshes.
+void Renderer::Impl::draw_live(const Program& program, const FrameSetup& frame, const DrawList& list) {
+    set_camera(program, frame);
+    set_clip(program, frame, list.clip);
+    glEnable(GL_CLIP_DISTANCE0);
+    for (const LiveSurface* surface : list.surfaces) draw_live_surface(program, *surface);
+    glDisable(GL_CLIP_DISTANCE0);
+}
+
+void Renderer::Impl::draw_live_colours(const FrameSetup& frame, const DrawList& list) {
+    if (list.surfaces.empty()) return;
+    programs.live.use();
+    set_lighting(programs.live, frame);
+    glEnable(GL_CULL_FACE);
+    glEnable(GL_POLYGON_OFFSET_FILL);
+    for (const bool back : {false, true}) {
+        glCullFace(back ? GL_FRONT : GL_BACK);
+        glPolygonOffset(back ? 2.0F : 0.0F, back ? 8.0F : 0.0F);
+        draw_live(programs.live, frame, list);
+    }
+    glDisable(GL_POLYGON_OFFSET_FILL);
+    glDisable(GL_CULL_FACE);
+}
+
+void Renderer::Impl::draw_wires(const FrameSetup& frame, const DrawList& list) {
+    const bool any = std::any_of(list.surfaces.begin(), list.surfaces.end(),
+                                 [](const LiveSurface* surface) { return surface->style.wireframe; });
+    if (!any) return;
+    programs.wire.use();
+    glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
+    glEnable(GL_POLYGON_OFFSET_LINE);
+    glPolygonOffset(-1.0F, -4.0F);
+    draw_live(programs.wire, frame, list);
+    glDisable(GL_POLYGON_OFFSET_LINE);
+    glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+}
+
+void Renderer::Impl::draw_points(const FrameSetup& frame, const DrawList& list) {
+    if (list.points.empty()) return;
+    programs.points.use();
+    set_camera(programs.points, frame);
+    set_clip(programs.points, frame, list.clip);
+    programs.points.set("picture_height", static_cast<float>(options.height));
+    glEnable(GL_PROGRAM_POINT_SIZE);
+    glEnable(GL_CLIP_DISTANCE0);
+    if (list.points_on_top) glClear(GL_DEPTH_BUFFER_BIT);
+    buffers.points.bind();
+    for (const PointSet& set : list.points) {
+        std::vector<float> data(set.positions);
+        data.insert(data.end(), set.colours.begin(), set.colours.end());
+        data.resize(2 * set.positions.size());
+        buffers.point_data.upload<float>(GL_ARRAY_BUFFER, std::span<const float>(data));
+        programs.points.set("radius", static_cast<float>(set.radius));
+        SceneBuffers::attribute(0, 3, 12, 0);
+        SceneBuffers::attribute(1, 3, 12, 4 * set.positions.size());
+        glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(set.positions.size() / 3));
+    }
+    glDisable(GL_CLIP_DISTANCE0);
+    glDisable(GL_PROGRAM_POINT_SIZE);
+}
+
+void Renderer::Impl::draw_surfaces(const FrameSetup& frame, const PackedScene& scene, const DrawList& list) {
     screen->surface_target.bind();
     glViewport(0, 0, screen->half_width, screen->half_height);
     // Empty pixels face the eye and are very far away.
@@ -206,6 +308,10 @@ void Renderer::Impl::draw_surfaces(const FrameSetup& frame, const PackedScene& s
     programs.mesh_surface.use();
     set_camera(programs.mesh_surface, frame);
     draw_meshes(programs.mesh_surface, scene);
+    if (!list.surfaces.empty()) {
+        programs.live_surface.use();
+        draw_live(programs.live_surface, frame, list);
+    }
     if (frame.ground_visible) {
         programs.ground_surface.use();
         set_ground(programs.ground_surface, frame);
@@ -255,7 +361,7 @@ void Renderer::Impl::draw_lines(const FrameSetup& frame, const PackedScene& scen
     glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 12, static_cast<GLsizei>(scene.segments.size()));
 }
 
-void Renderer::Impl::draw_picture(const FrameSetup& frame, const PackedScene& scene) {
+void Renderer::Impl::draw_picture(const FrameSetup& frame, const PackedScene& scene, const DrawList& list) {
     screen->picture_target.bind();
     glViewport(0, 0, options.width, options.height);
     glEnable(GL_FRAMEBUFFER_SRGB);
@@ -265,6 +371,7 @@ void Renderer::Impl::draw_picture(const FrameSetup& frame, const PackedScene& sc
     set_camera(programs.mesh, frame);
     set_lighting(programs.mesh, frame);
     draw_meshes(programs.mesh, scene);
+    draw_live_colours(frame, list);
     if (frame.ground_visible) {
         programs.ground.use();
         set_ground(programs.ground, frame);
@@ -277,6 +384,8 @@ void Renderer::Impl::draw_picture(const FrameSetup& frame, const PackedScene& sc
     set_lighting(programs.background, frame);
     cover_screen();
     glDepthFunc(GL_LESS);
+    draw_wires(frame, list);
+    draw_points(frame, list);
     draw_lines(frame, scene);
     // Samples are averaged as linear light, not as sRGB values.
     glBindFramebuffer(GL_READ_FRAMEBUFFER, screen->picture_target.id());
@@ -299,11 +408,21 @@ void Renderer::Impl::render(const DrawList& list, const Camera& camera) {
     glFrontFace(GL_CCW);
     buffers.vertices.upload<PackedScene::Vertex>(GL_ARRAY_BUFFER, scene.vertices);
     buffers.segments.upload<PackedScene::Segment>(GL_ARRAY_BUFFER, scene.segments);
-    draw_shadow(frame, scene);
-    draw_surfaces(frame, scene);
-    find_visibility(frame);
-    draw_picture(frame, scene);
+    if (options.shadows || options.ambient_occlusion) {
+        draw_shadow(frame, scene, list);
+        draw_surfaces(frame, scene, list);
+        find_visibility(frame);
+    } else {
+        show_everything_lit();
+    }
+    draw_picture(frame, scene, list);
     gl::check_errors("Renderer");
+}
+
+void Renderer::Impl::show_everything_lit() {
+    screen->blurred_target.bind();
+    const std::array<float, 4> lit = {1, 1, 1, 1};
+    glClearBufferfv(GL_COLOR, 0, lit.data());
 }
 
 Renderer::Renderer(const gl::Context& context, const RenderOptions& options) {

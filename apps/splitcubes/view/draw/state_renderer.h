@@ -1,0 +1,55 @@
+// Draws what a viewer shows with the project's renderer.
+#pragma once
+
+#include <splitcubes/gl/context.h>
+#include <splitcubes/render/renderer.h>
+#include <splitcubes/view/viewer.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace splitcubes::view {
+
+/// The colour scale that is shown.
+struct Legend {
+    std::string title;  // empty: none
+    double low = 0, high = 1;
+};
+
+class StateRenderer {
+  public:
+    /// The context must outlive it and be current in all calls.
+    explicit StateRenderer(const gl::Context& context);
+
+    /// Draws into a framebuffer object of the context; 0: the window. Pixels: those of the framebuffer, which
+    /// may be more than the viewer counts on displays of high resolution.
+    void draw(const Viewer& viewer, int width, int height, unsigned framebuffer);
+    render::Picture picture(const Viewer& viewer, int width, int height);
+    const Legend& legend() const { return legend_; }
+    /// Bytes that were copied to the driver for surfaces.
+    std::size_t bytes_copied() const;
+
+  private:
+    struct BodyBuffers {
+        render::LiveSurface surface;
+        std::uint64_t revision = 0;
+        std::uint64_t state = 0, scene = 0;
+    };
+    void update_options(const Viewer& viewer, int width, int height);
+    void update_surface(BodyBuffers& buffers, const BodyState& body, const PublishedState& state);
+    void update_style(const Viewer& viewer, const PublishedState& state);
+    void add_lines(const Viewer& viewer);
+    void add_points(const Viewer& viewer);
+    void add_colliders(const PublishedState& state);
+    void make_list(const Viewer& viewer);
+
+    const gl::Context& context_;
+    std::unique_ptr<render::Renderer> renderer_;
+    std::vector<BodyBuffers> bodies_;
+    render::DrawList list_;
+    Legend legend_;
+};
+
+}  // namespace splitcubes::view

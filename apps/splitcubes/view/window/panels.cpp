@@ -1,0 +1,368 @@
+#include "panels.h"
+
+#include "graphs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include <imgui.h>
+
+namespace splitcubes::view {
+
+namespace {
+
+constexpr ImGuiWindowFlags panel_flags = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
+                                         ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings;
+constexpr double notice_seconds = 8;
+
+// Widths in units of the font's height, so that panels grow with it.
+float em(double count) {
+    return static_cast<float>(count) * ImGui::GetFontSize();
+}
+
+float left_width() {
+    return em(17);
+}
+float right_width() {
+    return em(19);
+}
+float bottom_height() {
+    return em(4.6);
+}
+
+// The first of NAME-1.ENDING, NAME-2.ENDING, ... that is not there.
+std::string unused_name(const std::string& stem, const std::string& ending) {
+    for (int k = 1;; ++k) {
+        std::string name = stem + "-" + std::to_string(k) + ending;
+        if (!std::filesystem::exists(name)) return name;
+    }
+}
+
+void begin_panel(const char* name, float x, float y, float width, float height) {
+    ImGui::SetNextWindowPos({x, y});
+    ImGui::SetNextWindowSize({width, height});
+    ImGui::SetNextWindowBgAlpha(0.86F);
+    ImGui::Begin(name, nullptr, panel_flags | ImGuiWindowFlags_NoTitleBar);
+}
+
+void tooltip(std::string_view text) {
+    if (!text.empty() && ImGui::IsItemHovered())
+        ImGui::SetTooltip("%.*s", static_cast<int>(text.size()), text.data());
+}
+
+bool button(const char* label, bool is_on, const ImVec2& size) {
+    if (is_on) ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_ButtonActive));
+    const bool pressed = ImGui::Button(label, size);
+    if (is_on) ImGui::PopStyleColor();
+    return pressed;
+}
+
+}  // namespace
+
+void Panels::set(const std::string& name, double value) {
+    out_->push_back({.kind = InputKind::set, .name = name, .value = value});
+}
+
+void Panels::act(const std::string& name, const std::string& text) {
+    out_->push_back({.kind = InputKind::act, .name = name, .text = text});
+}
+
+void Panels::slider(const Viewer& viewer, const char* label, const char* setting, double low, double high,
+                    const char* format, bool logarithmic) {
+    auto value = static_cast<float>(viewer.setting(setting));
+    ImGui::PushID(setting);
+    ImGui::SetNextItemWidth(em(7.5));
+    if (ImGui::SliderFloat(label, &value, static_cast<float>(low), static_cast<float>(high), format,
+                           logarithmic ? ImGuiSliderFlags_Logarithmic : 0))
+        set(setting, value);
+    ImGui::PopID();
+}
+
+void Panels::check(const Viewer& viewer, const char* label, const char* setting) {
+    bool on = viewer.setting(setting) != 0;
+    if (ImGui::Checkbox(label, &on)) set(setting, on ? 1 : 0);
+}
+
+void Panels::tool_bar(const Viewer& viewer) {
+    const float width = 0.5F * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
+    for (std::size_t k = 0; k < tool_count; ++k) {
+        const ToolInfo& tool = tool_list()[k];
+        const std::string label = std::string(tool.key) + "  " + std::string(tool.name);
+        if (k % 2 == 1) ImGui::SameLine();
+        if (button(label.c_str(), viewer.tools().kind() == static_cast<ToolKind>(k), {width, 0}))
+            out_->push_back({.kind = InputKind::key, .name = std::string(tool.key)});
+        tooltip(tool.help);
+    }
+    ImGui::SameLine();
+    if (ImGui::Button("F1  Help", {width, 0})) set("help", viewer.setting("help") == 0 ? 1 : 0);
+}
+
+void Panels::tool_settings(const Viewer& viewer) {
+    const double size = std::max(viewer.bounds().size().norm(), 1e-9);
+    const ToolInfo& tool = tool_list()[static_cast<std::size_t>(viewer.tools().kind())];
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextDisabled("%.*s", static_cast<int>(tool.help.size()), tool.help.data());
+    ImGui::PopTextWrapPos();
+    switch (viewer.tools().kind()) {
+        case ToolKind::knife:
+            check(viewer, "All the way through", "knife_through");
+            if (viewer.setting("knife_through") == 0)
+                slider(viewer, "Depth, m", "knife_depth", 0.005 * size, 0.6 * size, "%.4f");
+            break;
+        case ToolKind::scalpel:
+            slider(viewer, "Depth, m", "scalpel_depth", 0.005 * size, 0.5 * size, "%.4f");
+            slider(viewer, "Tilt", "scalpel_tilt", -80, 80, "%.0f deg");
+            break;
+        case ToolKind::scissors:
+            slider(viewer, "Blades, m", "scissors_length", 0.02 * size, 0.8 * size, "%.4f");
+            break;
+        case ToolKind::free_blade:
+            slider(viewer, "Length, m", "blade_length", 0.05 * size, 2 * size, "%.4f");
+            break;
+        default:
+            slider(viewer, "Strength", "pull_strength", 0.1, 10, "%.2f", true);
+    }
+}
+
+// The value goes out when the slider is let go: a change of the material makes the bodies again.
+void Panels::parameter(const Viewer& viewer, std::size_t index) {
+    const Parameter& p = parameter_list()[index];
+    if (!is_edited_[index]) edited_[index] = static_cast<float>(viewer.state()->parameters[index]);
+    ImGui::PushID(static_cast<int>(index));
+    ImGui::SetNextItemWidth(em(7.5));
+    const std::string label = std::string(p.label) + (p.unit.empty() ? "" : ", ") + std::string(p.unit);
+    const char* format = p.high >= 100 ? "%.4g" : p.high >= 1 ? "%.3f" : "%.4f";
+    ImGui::SliderFloat(label.c_str(), &edited_[index], static_cast<float>(p.low), static_cast<float>(p.high),
+                       format, p.logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
+    tooltip(p.help);
+    is_edited_[index] = ImGui::IsItemActive();
+    if (ImGui::IsItemDeactivatedAfterEdit()) set(std::string(p.name), edited_[index]);
+    ImGui::PopID();
+}
+
+void Panels::materials(const Viewer& viewer) {
+    ImGui::SetNextItemWidth(em(7.5));
+    if (ImGui::BeginCombo("Material", "choose")) {
+        for (const Preset& preset : preset_list()) {
+            const std::string name(preset.name);
+            if (ImGui::Selectable(name.c_str())) {
+                act("preset", name);
+                source_ = name + ". " + std::string(preset.source);
+            }
+            tooltip(preset.source);
+        }
+        ImGui::EndCombo();
+    }
+    if (!source_.empty()) {
+        ImGui::PushTextWrapPos(0);
+        ImGui::TextDisabled("%s", source_.c_str());
+        ImGui::PopTextWrapPos();
+    }
+    for (std::size_t k = 0; k < parameter_count; ++k) {
+        if (k == gravity) ImGui::Separator();
+        if (k == cell_size) ImGui::TextDisabled("With the next restart:");
+        parameter(viewer, k);
+    }
+    if (ImGui::Button("Restart (R)")) act("restart");
+}
+
+void Panels::display(const Viewer& viewer) {
+    int colouring = static_cast<int>(viewer.display().colouring);
+    ImGui::SetNextItemWidth(em(9));
+    const auto name = [](void*, int k, const char** text) {
+        *text = colouring_names[static_cast<std::size_t>(k)].data();
+        return true;
+    };
+    if (ImGui::Combo("Colour (V)", &colouring, name, nullptr, static_cast<int>(colouring_names.size())))
+        set("colouring", colouring);
+    check(viewer, "Edges (M)", "wireframe");
+    ImGui::SameLine(em(8.5));
+    check(viewer, "Phyxels (O)", "phyxels");
+    check(viewer, "Shadows", "shadows");
+    ImGui::SameLine(em(8.5));
+    check(viewer, "Clip (C)", "clip");
+    if (!viewer.display().clips) return;
+    int axis = viewer.display().clip_axis;
+    for (int k = 0; k < 3; ++k) {
+        if (k > 0) ImGui::SameLine();
+        const char* names[] = {"x", "y", "z"};
+        if (ImGui::RadioButton(names[k], &axis, k)) set("clip_axis", k);
+    }
+    slider(viewer, "Plane", "clip_offset", 0, 1, "%.2f");
+}
+
+void Panels::files(const Viewer& viewer) {
+    const std::string stem = viewer.state()->title.empty() ? "splitcubes" : viewer.state()->title;
+    const float width = 0.5F * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
+    const auto save = [&](const char* label, const char* action, const char* ending, const char* help) {
+        if (ImGui::Button(label, {width, 0})) act(action, unused_name(stem, ending));
+        tooltip(help);
+    };
+    save("Mesh", "save_surface", ".ply", "The surface of each body");
+    ImGui::SameLine();
+    save("Pieces", "save_pieces", "-pieces", "A folder with a mesh of each piece");
+    save("Picture (F12)", "save_picture", ".png", "What the window shows, without panels");
+    ImGui::SameLine();
+    save("State", "save_checkpoint", ".splitcubes", "To open again and go on from");
+    save("Recording", "save_recording", ".jsonl", "All that was done; opening it repeats it to the last bit");
+}
+
+void Panels::measures(const Viewer& viewer, const PanelData& data) {
+    const PublishedState& state = *viewer.state();
+    std::size_t pieces = 0;
+    for (const BodyState& body : state.bodies) pieces += body.pieces;
+    ImGui::Text("%zu piece%s   %zu contacts   %d iterations", pieces, pieces == 1 ? "" : "s",
+                state.statistics.contacts, state.statistics.solver_iterations);
+    const Spread latency = data.latencies.spread();
+    ImGui::Text("window %.1f ms, of it %.1f outside OpenGL", data.frame_ms, data.interface_ms);
+    if (data.latencies.count() > 0)
+        ImGui::Text("input to picture %.0f ms, worst %.0f", latency.median, latency.worst);
+    else
+        ImGui::TextDisabled("input to picture: nothing done yet");
+    const float width = ImGui::GetContentRegionAvail().x;
+    ImGui::TextUnformatted("Time of a step");
+    draw_stage_graph(data.history, 1e3 * state.parameters[time_step], width, em(6));
+    draw_stage_table(data.history);
+    ImGui::TextUnformatted("Energy");
+    draw_energy_graph(data.history, width, em(3.4));
+    ImGui::TextUnformatted("Force of tools");
+    draw_force_graph(data.history, width, em(3.4));
+}
+
+void Panels::timeline(const Viewer& viewer, const PanelData& data) {
+    const PublishedState& state = *viewer.state();
+    if (ImGui::Button(viewer.is_playing() ? "Pause (Space)" : "Play (Space)", {em(8), 0}))
+        act(viewer.is_playing() ? "pause" : "play");
+    ImGui::SameLine();
+    if (ImGui::Button("Step (.)")) act("step");
+    ImGui::SameLine();
+    if (ImGui::Button("Restart (R)")) act("restart");
+    ImGui::SameLine();
+    const std::string undo = "Undo cut (" + std::to_string(state.undo_count) + ")";
+    if (ImGui::Button(undo.c_str())) act("undo");
+    ImGui::SameLine();
+    const std::string redo = "Redo (" + std::to_string(state.redo_count) + ")";
+    if (ImGui::Button(redo.c_str())) act("redo");
+    ImGui::SameLine();
+    slider(viewer, "Speed", "speed", 0.02, 2, "%.2f x", true);
+    ImGui::SameLine();
+    ImGui::Text("%.2f s   runs at %.2f x", state.time, state.real_time_factor);
+    if (!data.timeline) return;
+    auto step = static_cast<int>(viewer.scrubbed().value_or(data.timeline->second));
+    ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - em(viewer.scrubbed() ? 17 : 6));
+    if (ImGui::SliderInt("Timeline", &step, static_cast<int>(data.timeline->first),
+                         static_cast<int>(data.timeline->second), "step %d"))
+        set("timeline", step);
+    if (!viewer.scrubbed()) return;
+    ImGui::SameLine();
+    if (ImGui::Button("Go on from here")) act("resume");
+    ImGui::SameLine();
+    if (ImGui::Button("Now")) set("timeline", -1);
+}
+
+void Panels::legend(const Viewer& viewer, const Legend& legend) {
+    if (legend.title.empty()) return;
+    const float width = em(14);
+    ImGui::SetNextWindowPos({left_width() + em(1), em(1)});
+    ImGui::SetNextWindowSize({width, em(4.6)});
+    ImGui::SetNextWindowBgAlpha(0.8F);
+    ImGui::Begin("legend", nullptr, panel_flags | ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoInputs);
+    ImGui::TextUnformatted(legend.title.c_str());
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    constexpr int bands = 48;
+    const float band = (width - em(1.3)) / bands;
+    for (int k = 0; k < bands; ++k) {
+        const Vec3 c = render::scale_colour(static_cast<double>(k) / (bands - 1));
+        ImGui::GetWindowDrawList()->AddRectFilled({at.x + band * static_cast<float>(k), at.y},
+                                                  {at.x + band * static_cast<float>(k + 1), at.y + em(0.9)},
+                                                  IM_COL32(255 * c.x(), 255 * c.y(), 255 * c.z(), 255));
+    }
+    ImGui::Dummy({0, em(0.8)});
+    ImGui::Text("%.3g", legend.low);
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", legend.high);
+    ImGui::SameLine(width - em(1) - ImGui::CalcTextSize(text).x);
+    ImGui::TextUnformatted(text);
+    ImGui::End();
+    (void)viewer;
+}
+
+void Panels::notice(const Viewer& viewer, double seconds) {
+    const PublishedState& state = *viewer.state();
+    if (state.notices != notices_) {
+        notices_ = state.notices;
+        notice_since_ = seconds;
+    }
+    if (state.notice.empty() || state.notices == 0 || seconds > notice_since_ + notice_seconds) return;
+    const float y = static_cast<float>(viewer.size().height) - bottom_height() - em(2.6);
+    ImGui::SetNextWindowPos({left_width() + em(1), y});
+    ImGui::SetNextWindowBgAlpha(0.9F);
+    ImGui::Begin("notice", nullptr,
+                 panel_flags | ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_AlwaysAutoResize |
+                     ImGuiWindowFlags_NoInputs);
+    ImGui::TextUnformatted(state.notice.c_str());
+    ImGui::End();
+}
+
+void Panels::help() {
+    ImGui::SetNextWindowPos({left_width() + em(2), em(6)});
+    ImGui::SetNextWindowBgAlpha(0.95F);
+    ImGui::Begin("Help", nullptr, panel_flags | ImGuiWindowFlags_AlwaysAutoResize);
+    for (const ToolInfo& tool : tool_list())
+        ImGui::Text("%.*s   %-11.*s %.*s", static_cast<int>(tool.key.size()), tool.key.data(),
+                    static_cast<int>(tool.name.size()), tool.name.data(), static_cast<int>(tool.help.size()),
+                    tool.help.data());
+    ImGui::Separator();
+    for (const char* line :
+         {"Left button: the tool.   Right button: turn the view.   Middle button, or Shift and right: move "
+          "it.",
+          "Wheel: zoom.   F: show everything.   Tab: panels.   Esc: stop the tool, back from the timeline.",
+          "Space: play and pause.   . : one step.   R: restart.   + and -: speed.   Ctrl+Z, Ctrl+Y: undo and "
+          "redo a cut.",
+          "V: colour.   M: edges.   O: phyxels.   C: clip plane.   F12: picture.   Ctrl+Q: quit.",
+          "Drop a scene, a mesh, a recording or a saved state on the window to open it."})
+        ImGui::TextUnformatted(line);
+    ImGui::End();
+}
+
+void Panels::draw(const Viewer& viewer, const PanelData& data, std::vector<ViewerInput>& out) {
+    out_ = &out;
+    const auto width = static_cast<float>(viewer.size().width),
+               height = static_cast<float>(viewer.size().height);
+    if (!viewer.state() || viewer.state()->bodies.empty()) {
+        ImGui::SetNextWindowPos({0.5F * width, 0.5F * height}, 0, {0.5F, 0.5F});
+        ImGui::Begin("empty", nullptr,
+                     panel_flags | ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_AlwaysAutoResize);
+        const bool has_notice = viewer.state() && !viewer.state()->notice.empty();
+        ImGui::TextUnformatted(has_notice ? viewer.state()->notice.c_str() : "Drop a scene or a mesh here.");
+        ImGui::End();
+        return;
+    }
+    notice(viewer, data.seconds);
+    legend(viewer, data.legend);
+    if (viewer.display().help) help();
+    if (!viewer.display().panels) return;
+    begin_panel("left", 0, 0, left_width(), height);
+    ImGui::Text("%s", viewer.state()->title.c_str());
+    tool_bar(viewer);
+    tool_settings(viewer);
+    ImGui::Separator();
+    materials(viewer);
+    ImGui::End();
+    begin_panel("right", width - right_width(), 0, right_width(), height);
+    display(viewer);
+    ImGui::Separator();
+    measures(viewer, data);
+    ImGui::Separator();
+    ImGui::TextUnformatted("Save");
+    files(viewer);
+    ImGui::End();
+    begin_panel("bottom", left_width(), height - bottom_height(), width - left_width() - right_width(),
+                bottom_height());
+    timeline(viewer, data);
+    ImGui::End();
+}
+
+}  // namespace splitcubes::view

@@ -1,0 +1,58 @@
+// The viewer's panels: tools, material, run control, display, graphs, timeline.
+#pragma once
+
+#include <splitcubes/view/draw/state_renderer.h>
+#include <splitcubes/view/parameters.h>
+#include <splitcubes/view/step_history.h>
+#include <splitcubes/view/viewer.h>
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace splitcubes::view {
+
+/// What panels show beside the viewer.
+struct PanelData {
+    const StepHistory& history;
+    const Latencies& latencies;
+    const Legend& legend;
+    std::optional<std::pair<std::int64_t, std::int64_t>> timeline;  // steps
+    double frame_ms = 0;                                            // of the window
+    double interface_ms = 0;                                        // of it, outside of OpenGL
+    double seconds = 0;                                             // by the clock of the window
+};
+
+/// Draws within a frame of ImGui. What the user changes comes back as events, as recordings have them.
+class Panels {
+  public:
+    void draw(const Viewer& viewer, const PanelData& data, std::vector<ViewerInput>& out);
+
+  private:
+    void tool_bar(const Viewer& viewer);
+    void tool_settings(const Viewer& viewer);
+    void materials(const Viewer& viewer);
+    void display(const Viewer& viewer);
+    void files(const Viewer& viewer);
+    void measures(const Viewer& viewer, const PanelData& data);
+    void timeline(const Viewer& viewer, const PanelData& data);
+    void legend(const Viewer& viewer, const Legend& legend);
+    void notice(const Viewer& viewer, double seconds);
+    void help();
+    void slider(const Viewer& viewer, const char* label, const char* setting, double low, double high,
+                const char* format, bool logarithmic = false);
+    void check(const Viewer& viewer, const char* label, const char* setting);
+    void parameter(const Viewer& viewer, std::size_t index);
+    void set(const std::string& name, double value);
+    void act(const std::string& name, const std::string& text = {});
+
+    std::vector<ViewerInput>* out_ = nullptr;
+    std::array<float, parameter_count> edited_{};  // sliders that are held
+    std::array<bool, parameter_count> is_edited_{};
+    std::uint64_t notices_ = 0;
+    double notice_since_ = 0;
+    std::string source_;  // of the preset that was chosen last
+};
+
+}  // namespace splitcubes::view

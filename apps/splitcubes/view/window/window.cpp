@@ -1,0 +1,392 @@
+#include "window.h"
+
+#include "interface_style.h"
+#include "panels.h"
+
+#include <splitcubes/core/error.h>
+#include <splitcubes/render/image.h>
+#include <splitcubes/view/kept_settings.h>
+#include <splitcubes/view/simulation_loop.h>
+#include <splitcubes/view/step_history.h>
+
+#include <epoxy/gl.h>
+
+#include <array>
+#include <fstream>
+#include <iostream>
+#include <optional>
+#include <string>
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+
+namespace splitcubes::view {
+
+namespace {
+
+constexpr std::size_t timeline_bytes = std::size_t{256} << 20;
+constexpr double idle_wait = 0.05;  // s, for events while nothing moves
+constexpr int idle_frames = 4;      // that are drawn after the last change
+
+std::string glfw_problem() {
+    const char* text = nullptr;
+    glfwGetError(&text);
+    return text != nullptr ? printable(text, 200) : "unknown reason";
+}
+
+/// GLFW and its window, with a context of OpenGL.
+class GlfwWindow : public gl::Context {
+  public:
+    GlfwWindow(int width, int height) {
+        if (glfwInit() != GLFW_TRUE)
+            throw JobError("no window: there is no display (" + glfw_problem() +
+                           "); start it in a desktop session, or use --replay-input without one");
+        glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+        glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+        glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+        glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
+        glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+        window_ = glfwCreateWindow(width, height, "Splitcubes", nullptr, nullptr);
+        if (window_ == nullptr) {
+            const std::string problem = glfw_problem();
+            glfwTerminate();
+            throw JobError("no window: OpenGL 3.3 cannot start (" + problem +
+                           "); install the display's driver");
+        }
+        make_current();
+        glfwSwapInterval(1);
+    }
+    ~GlfwWindow() override {
+        glfwDestroyWindow(window_);
+        glfwTerminate();
+    }
+    GlfwWindow(const GlfwWindow&) = delete;
+    GlfwWindow& operator=(const GlfwWindow&) = delete;
+    void make_current() const override { glfwMakeContextCurrent(window_); }
+    GLFWwindow* get() const { return window_; }
+    float scale() const {
+        float x = 1, y = 1;
+        glfwGetWindowContentScale(window_, &x, &y);
+        return x > 0 ? x : 1;
+    }
+
+  private:
+    GLFWwindow* window_ = nullptr;
+};
+
+/// ImGui in a window.
+struct Interface {
+    explicit Interface(const GlfwWindow& window) {
+        IMGUI_CHECKVERSION();
+        ImGui::CreateContext();
+        set_interface_style(window.scale());
+        ImGui_ImplGlfw_InitForOpenGL(window.get(), true);
+        ImGui_ImplOpenGL3_Init("#version 330 core");
+    }
+    ~Interface() {
+        ImGui_ImplOpenGL3_Shutdown();
+        ImGui_ImplGlfw_Shutdown();
+        ImGui::DestroyContext();
+    }
+    Interface(const Interface&) = delete;
+    Interface& operator=(const Interface&) = delete;
+};
+
+/// Events as they come, each with its own time: ImGui would keep the last position of a frame only.
+struct EventQueue {
+    std::vector<ViewerInput> events;
+    double x = 0, y = 0;
+    unsigned modifiers = 0;
+
+    static EventQueue& of(GLFWwindow* window) {
+        return *static_cast<EventQueue*>(glfwGetWindowUserPointer(window));
+    }
+    void add(InputKind kind, const std::string& name = {}, double value = 0, Button button = Button::left) {
+        events.push_back({.kind = kind,
+                          .time = glfwGetTime(),
+                          .x = x,
+                          .y = y,
+                          .button = button,
+                          .modifiers = modifiers,
+                          .name = name,
+                          .value = value});
+    }
+};
+
+unsigned modifiers_of(int mods) {
+    return ((mods & GLFW_MOD_SHIFT) != 0 ? shift_key : 0U) |
+           ((mods & GLFW_MOD_CONTROL) != 0 ? control_key : 0U) | ((mods & GLFW_MOD_ALT) != 0 ? alt_key : 0U);
+}
+
+std::string key_name(int key, int scancode) {
+    switch (key) {
+        case GLFW_KEY_SPACE:
+            return "space";
+        case GLFW_KEY_TAB:
+            return "tab";
+        case GLFW_KEY_ESCAPE:
+            return "escape";
+        case GLFW_KEY_F1:
+            return "f1";
+        case GLFW_KEY_F12:
+            return "f12";
+        case GLFW_KEY_EQUAL:
+        case GLFW_KEY_KP_ADD:
+            return "+";
+        case GLFW_KEY_KP_SUBTRACT:
+            return "-";
+        default:
+            break;
+    }
+    const char* name = glfwGetKeyName(key, scancode);
+    return name != nullptr ? name : "";
+}
+
+void on_move(GLFWwindow* window, double x, double y) {
+    EventQueue& queue = EventQueue::of(window);
+    queue.x = x;
+    queue.y = y;
+    queue.add(InputKind::move);
+}
+
+// A button that is let go is let go everywhere: the pointer may have come over a panel meanwhile.
+void on_button(GLFWwindow* window, int button, int action, int mods) {
+    EventQueue& queue = EventQueue::of(window);
+    queue.modifiers = modifiers_of(mods);
+    if (button > GLFW_MOUSE_BUTTON_MIDDLE || (action == GLFW_PRESS && ImGui::GetIO().WantCaptureMouse))
+        return;
+    const Button which = button == GLFW_MOUSE_BUTTON_RIGHT    ? Button::right
+                         : button == GLFW_MOUSE_BUTTON_MIDDLE ? Button::middle
+                                                              : Button::left;
+    queue.add(action == GLFW_PRESS ? InputKind::press : InputKind::release, {}, 0, which);
+}
+
+void on_wheel(GLFWwindow* window, double, double notches) {
+    if (!ImGui::GetIO().WantCaptureMouse) EventQueue::of(window).add(InputKind::wheel, {}, notches);
+}
+
+void on_key(GLFWwindow* window, int key, int scancode, int action, int mods) {
+    EventQueue& queue = EventQueue::of(window);
+    queue.modifiers = modifiers_of(mods);
+    if (action == GLFW_RELEASE || ImGui::GetIO().WantTextInput) return;
+    const std::string name = key_name(key, scancode);
+    if (!name.empty()) queue.add(InputKind::key, name);
+}
+
+void on_drop(GLFWwindow* window, int count, const char** files) {
+    if (count < 1) return;
+    EventQueue& queue = EventQueue::of(window);
+    queue.add(InputKind::act, "open");
+    queue.events.back().text = files[0];
+}
+
+/// One session of the window.
+class Session {
+  public:
+    explicit Session(const WindowSettings& settings);
+    ~Session();
+    int run();
+
+  private:
+    void listen();
+    void take_events();
+    void take(const ViewerInput& input);
+    void send_commands(double time);
+    void show_state();
+    void draw();
+    void draw_panels();
+    void save_picture(const std::string& file);
+    bool is_idle() const;
+    void count_frame(double begin, double drawn);
+
+    WindowSettings settings_;
+    GlfwWindow window_;
+    EventQueue queue_;
+    std::optional<Interface> interface_;
+    Viewer viewer_;
+    SimulationThread simulation_;
+    StateRenderer renderer_;
+    Panels panels_;
+    StepHistory history_;
+    Latencies latencies_;
+    std::ofstream record_;
+    std::string own_notice_;
+    int frame_ = 0, still_frames_ = 0;
+    double frame_ms_ = 0, interface_ms_ = 0, opengl_seconds_ = 0, loop_begin_ = 0;
+};
+
+Session::Session(const WindowSettings& settings)
+    : settings_(settings),
+      window_(settings.width, settings.height),
+      simulation_({.threads = settings.threads}, timeline_bytes),
+      renderer_(window_) {
+    listen();
+    interface_.emplace(window_);
+    if (!settings.record_input.empty()) {
+        record_.open(settings.record_input);
+        if (!record_) throw InputError(settings.record_input.string(), "cannot be written");
+    }
+    load_settings(settings_file(), viewer_);
+    if (!settings.file.empty())
+        take({.kind = InputKind::act, .name = "open", .text = settings.file.string()});
+}
+
+Session::~Session() {
+    save_settings(settings_file(), viewer_);
+}
+
+// Before ImGui's own callbacks, which then call these.
+void Session::listen() {
+    glfwSetWindowUserPointer(window_.get(), &queue_);
+    glfwSetCursorPosCallback(window_.get(), on_move);
+    glfwSetMouseButtonCallback(window_.get(), on_button);
+    glfwSetScrollCallback(window_.get(), on_wheel);
+    glfwSetKeyCallback(window_.get(), on_key);
+    glfwSetDropCallback(window_.get(), on_drop);
+}
+
+void Session::take(const ViewerInput& input) {
+    try {
+        viewer_.take(input);
+        own_notice_.clear();
+    } catch (const InputError& error) {
+        own_notice_ = error.what();
+    }
+    if (record_.is_open()) {
+        ViewerInput recorded = input;
+        recorded.frame = frame_;
+        record_ << input_line(recorded) << '\n';
+    }
+    send_commands(input.time);
+}
+
+void Session::send_commands(double time) {
+    for (Command& command : viewer_.take_commands()) {
+        const std::uint64_t number = simulation_.send(std::move(command));
+        if (time > 0) latencies_.sent(number, time);
+    }
+}
+
+void Session::take_events() {
+    int width = 0, height = 0;
+    glfwGetWindowSize(window_.get(), &width, &height);
+    if (width > 0 && (width != static_cast<int>(viewer_.size().width) ||
+                      height != static_cast<int>(viewer_.size().height)))
+        take({.kind = InputKind::resize, .x = static_cast<double>(width), .y = static_cast<double>(height)});
+    std::vector<ViewerInput> events;
+    events.swap(queue_.events);
+    if (!events.empty()) still_frames_ = 0;
+    for (const ViewerInput& event : events) take(event);
+}
+
+void Session::show_state() {
+    State newest = simulation_.newest();
+    if (!newest) return;
+    history_.add(*newest);
+    const auto scrubbed = viewer_.scrubbed();
+    const State past = scrubbed ? simulation_.timeline().at(*scrubbed) : nullptr;
+    const State& shown = past ? past : newest;
+    if (viewer_.state() != shown) still_frames_ = 0;
+    viewer_.show(shown);
+    send_commands(0);
+}
+
+void Session::draw_panels() {
+    ImGui_ImplOpenGL3_NewFrame();
+    ImGui_ImplGlfw_NewFrame();
+    ImGui::NewFrame();
+    std::vector<ViewerInput> changes;
+    panels_.draw(viewer_,
+                 {.history = history_,
+                  .latencies = latencies_,
+                  .legend = renderer_.legend(),
+                  .timeline = simulation_.timeline().range(),
+                  .frame_ms = frame_ms_,
+                  .interface_ms = interface_ms_,
+                  .seconds = glfwGetTime()},
+                 changes);
+    for (ViewerInput& change : changes) {
+        change.time = glfwGetTime();
+        take(change);
+        still_frames_ = 0;
+    }
+    ImGui::Render();
+}
+
+void Session::draw() {
+    draw_panels();
+    const double begin = glfwGetTime();
+    int width = 0, height = 0;
+    glfwGetFramebufferSize(window_.get(), &width, &height);
+    if (width > 0 && height > 0 && viewer_.state() && !viewer_.state()->bodies.empty()) {
+        renderer_.draw(viewer_, width, height, 0);
+    } else {
+        glBindFramebuffer(GL_FRAMEBUFFER, 0);
+        glClearColor(0.92F, 0.93F, 0.94F, 1);
+        glClear(GL_COLOR_BUFFER_BIT);
+    }
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    glViewport(0, 0, width, height);
+    ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+    opengl_seconds_ = glfwGetTime() - begin;
+}
+
+void Session::save_picture(const std::string& file) {
+    if (!viewer_.state()) return;
+    int width = 0, height = 0;
+    glfwGetFramebufferSize(window_.get(), &width, &height);
+    const std::string name = file.empty() ? "splitcubes-" + std::to_string(frame_) + ".png" : file;
+    try {
+        render::write_png(name, renderer_.picture(viewer_, width, height));
+        std::cout << name << '\n';
+    } catch (const std::exception& error) {
+        std::cerr << error.what() << '\n';
+    }
+}
+
+bool Session::is_idle() const {
+    return still_frames_ > idle_frames && settings_.frames == 0;
+}
+
+void Session::count_frame(double begin, double drawn) {
+    constexpr double memory = 0.9;  // of the mean
+    interface_ms_ = memory * interface_ms_ + (1 - memory) * 1e3 * (drawn - begin - opengl_seconds_);
+    frame_ms_ = memory * frame_ms_ + (1 - memory) * 1e3 * (glfwGetTime() - begin);
+}
+
+int Session::run() {
+    while (glfwWindowShouldClose(window_.get()) == GLFW_FALSE) {
+        is_idle() ? glfwWaitEventsTimeout(idle_wait) : glfwPollEvents();
+        const double begin = glfwGetTime();
+        take_events();
+        show_state();
+        ++still_frames_;
+        const auto [act, text] = viewer_.take_act();
+        if (act == WindowAct::quit) break;
+        draw();
+        const double drawn = glfwGetTime();
+        if (act == WindowAct::save_picture) save_picture(text);
+        glfwSwapBuffers(window_.get());
+        if (viewer_.state()) latencies_.shown(viewer_.state()->commands, glfwGetTime());
+        count_frame(begin, drawn);
+        if (++frame_ == settings_.frames) break;
+    }
+    if (!settings_.screenshot.empty()) save_picture(settings_.screenshot.string());
+    const Spread latency = latencies_.spread();
+    if (settings_.frames > 0)
+        std::printf(
+            "%d frames, %.1f ms a frame, %.1f ms outside OpenGL, input to picture %.0f ms, worst %.0f ms\n",
+            frame_, frame_ms_, interface_ms_, latency.median, latency.worst);
+    return 0;
+}
+
+}  // namespace
+
+int run_window(const WindowSettings& settings) {
+    return Session(settings).run();
+}
+
+}  // namespace splitcubes::view
