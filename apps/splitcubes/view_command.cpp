@@ -7,6 +7,7 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/view/replay.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -42,10 +43,17 @@ class Pictures {
         context_ = gl::HeadlessContext::create(&why_not);
         if (!context_) throw JobError("no OpenGL for pictures: " + why_not);
         renderer_.emplace(*context_);
+#ifdef SPLITCUBES_WITH_VIEWER
+        panels_ = view::make_offscreen_panels();
+#endif
+    }
+    void observe([[maybe_unused]] const view::Viewer& viewer) {
+#ifdef SPLITCUBES_WITH_VIEWER
+        panels_->observe(*viewer.state());
+#endif
     }
     void save(const view::Viewer& viewer, const std::string& file) {
 #ifdef SPLITCUBES_WITH_VIEWER
-        if (!panels_) panels_ = view::make_offscreen_panels();
         const render::Picture picture = panels_->picture(viewer, *renderer_);
 #else
         const render::Picture picture = renderer_->picture(viewer, static_cast<int>(viewer.size().width),
@@ -67,6 +75,7 @@ class Pictures {
 class Pictures {
   public:
     Pictures() { throw JobError("this program was built without OpenGL (SPLITCUBES_BUILD_RENDER)"); }
+    void observe(const view::Viewer&) {}
     void save(const view::Viewer&, const std::string&) {}
 };
 
@@ -85,16 +94,21 @@ int replay_inputs(const ViewOptions& options) {
         .threads = options.threads};
     if (settings.frames == 0)
         settings.frames = settings.inputs.empty() ? 1 : settings.inputs.back().frame + 1;
+    const auto asks_for_picture = [](const view::ViewerInput& input) { return input.name == "save_picture"; };
     std::unique_ptr<Pictures> pictures;
+    if (!options.screenshot.empty() ||
+        std::any_of(settings.inputs.begin(), settings.inputs.end(), asks_for_picture))
+        pictures = std::make_unique<Pictures>();
     int frame = 0;
-    const view::ReplayResult result =
-        view::replay(settings, [&](view::Viewer& viewer, const std::string& picture) {
-            const bool is_last = ++frame == settings.frames && !options.screenshot.empty();
-            if (picture.empty() && !is_last) return;
-            if (!pictures) pictures = std::make_unique<Pictures>();
-            if (!picture.empty()) pictures->save(viewer, picture);
-            if (is_last) pictures->save(viewer, options.screenshot);
-        });
+    const auto draw = [&](const view::Viewer& viewer, const std::string& picture) {
+        ++frame;
+        if (!pictures) return;
+        pictures->observe(viewer);
+        if (!picture.empty()) pictures->save(viewer, picture);
+        if (frame == settings.frames && !options.screenshot.empty())
+            pictures->save(viewer, options.screenshot);
+    };
+    const view::ReplayResult result = view::replay(settings, draw);
     std::printf("step %lld, %.6g s, %zu pieces, state %016llx\n", static_cast<long long>(result.step),
                 result.time, result.pieces, static_cast<unsigned long long>(result.state_hash));
     if (!result.notice.empty()) std::cout << result.notice << '\n';

@@ -507,6 +507,7 @@ BodyState Engine::body_state(std::size_t index) {
     out.palette = records_[index].palette;
     out.pieces = simulation_->piece_count(body);
     if (index < source_->bodies.size()) out.name = source_->bodies[index].settings.name;
+    find_bounds(out);
     if (field_ == Field::none && !shows_samples_) return out;
     const SampleState samples = simulation_->samples(body);
     if (field_ != Field::none) out.field = records_[index].field.at_vertices(surface, samples, field_);
@@ -526,6 +527,7 @@ std::shared_ptr<PublishedState> Engine::publish() {
     if (driver_) driver_->append_blades(out->time, out->blades);
     if (driver_) driver_->append_colliders(out->time, out->colliders);
     if (source_->description.ground) out->ground = source_->description.ground->height;
+    out->camera = source_->description.camera;
     strokes_.append_blades(out->blades);
     pulls_.append_states(*simulation_, out->pulls);
     out->statistics = statistics_;

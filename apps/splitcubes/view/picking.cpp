@@ -1,5 +1,6 @@
 #include "picking.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -17,24 +18,47 @@ struct Hit {
     std::array<double, 3> weights{};
 };
 
+// Whether a half line meets a box nearer than a distance.
+bool meets(const std::array<float, 6>& box, const Vec3f& origin, const Vec3f& inverse, float limit) {
+    float from = 0, to = limit;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto low = static_cast<std::size_t>(axis);
+        const float a = (box[low] - origin[axis]) * inverse[axis],
+                    b = (box[low + 3] - origin[axis]) * inverse[axis];
+        from = std::max(from, std::min(a, b));
+        to = std::min(to, std::max(a, b));
+    }
+    return from <= to;
+}
+
 // Moeller and Trumbore 1997, both sides. Slots that are free have no area and are not met.
-void meet(const BodyState& body, std::size_t index, const Vec3f& origin, const Vec3f& direction, Hit& best) {
+void meet_triangle(const BodyState& body, std::size_t index, std::size_t t, const Vec3f& origin,
+                   const Vec3f& direction, Hit& best) {
     const std::vector<std::uint32_t>& triangles = body.topology->triangles;
-    for (std::size_t t = 0; t < triangles.size() / 3; ++t) {
-        const Vec3f a = at(body.positions, triangles[3 * t]);
-        const Vec3f u = at(body.positions, triangles[3 * t + 1]) - a;
-        const Vec3f v = at(body.positions, triangles[3 * t + 2]) - a;
-        const Vec3f p = direction.cross(v);
-        const float det = u.dot(p);
-        if (det == 0) continue;
-        const Vec3f s = (origin - a) / det;
-        const float wu = s.dot(p);
-        if (wu < 0 || wu > 1) continue;
-        const Vec3f q = s.cross(u);
-        const float wv = direction.dot(q);
-        if (wv < 0 || wu + wv > 1) continue;
-        const float distance = v.dot(q);
-        if (distance > 0 && distance < best.distance) best = {distance, index, t, {1.0 - wu - wv, wu, wv}};
+    const Vec3f a = at(body.positions, triangles[3 * t]);
+    const Vec3f u = at(body.positions, triangles[3 * t + 1]) - a;
+    const Vec3f v = at(body.positions, triangles[3 * t + 2]) - a;
+    const Vec3f p = direction.cross(v);
+    const float det = u.dot(p);
+    if (det == 0) return;
+    const Vec3f s = (origin - a) / det;
+    const float wu = s.dot(p);
+    if (wu < 0 || wu > 1) return;
+    const Vec3f q = s.cross(u);
+    const float wv = direction.dot(q);
+    if (wv < 0 || wu + wv > 1) return;
+    const float distance = v.dot(q);
+    if (distance > 0 && distance < best.distance) best = {distance, index, t, {1.0 - wu - wv, wu, wv}};
+}
+
+void meet(const BodyState& body, std::size_t index, const Vec3f& origin, const Vec3f& direction, Hit& best) {
+    const std::size_t count = body.topology->triangles.size() / 3;
+    const Vec3f inverse = direction.cwiseInverse();
+    for (std::size_t b = 0; b < body.blocks.size(); ++b) {
+        if (!meets(body.blocks[b], origin, inverse, best.distance)) continue;
+        const std::size_t end = std::min(count, (b + 1) * triangles_per_block);
+        for (std::size_t t = b * triangles_per_block; t < end; ++t)
+            meet_triangle(body, index, t, origin, direction, best);
     }
 }
 

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <splitcubes/api/simulation.h>
+#include <splitcubes/geometry/box.h>
 #include <splitcubes/geometry/triangle_mesh.h>
 #include <splitcubes/math/types.h>
+#include <splitcubes/scene/description.h>
 
 #include <array>
 #include <cstdint>
@@ -47,7 +49,13 @@ struct BodyState {
     std::vector<float> sample_field;                   // a phyxel
     std::shared_ptr<const std::vector<Vec3>> palette;  // sRGB, of the materials
     std::size_t pieces = 0;
+    /// Lower and upper corners of runs of triangles_per_block triangle slots, for picks; infinite: all free.
+    std::vector<std::array<float, 6>> blocks;
+    geometry::Box bounds;  // m, world
 };
+inline constexpr std::size_t triangles_per_block = 48;
+/// Fills `blocks` and `bounds` from positions and topology.
+void find_bounds(BodyState& body);
 
 /// A thing that does not deform.
 struct ColliderState {
@@ -88,7 +96,8 @@ struct PublishedState {
     std::vector<std::vector<Vec3>> blades;  // m, world, edges of lowered blades and of the scene's tools
     std::vector<PullState> pulls;
     std::vector<ColliderState> colliders;
-    std::optional<double> ground;  // m, height of the table
+    std::optional<double> ground;     // m, height of the table
+    scene::CameraDescription camera;  // that the scene asks for
     StepStatistics statistics;
     std::size_t undo_count = 0, redo_count = 0;
     bool playing = false;

@@ -31,6 +31,6 @@ struct ReplayResult {
 /// Calls draw after each frame with the viewer and its state, and the name of a picture that the input asks
 /// for. Throws InputError for files and events that cannot be used.
 ReplayResult replay(const ReplaySettings& settings,
-                    const std::function<void(Viewer& viewer, const std::string& picture)>& draw);
+                    const std::function<void(const Viewer& viewer, const std::string& picture)>& draw);
 
 }  // namespace splitcubes::view

@@ -41,9 +41,7 @@ double cell_of(const PublishedState& state) {
 double extent_of(const PublishedState& state) {
     geometry::Box box;
     for (const BodyState& body : state.bodies)
-        for (std::size_t v = 0; v < body.topology->pieces.size(); ++v)
-            if (body.topology->pieces[v] >= 0)
-                box.add(Eigen::Map<const Vec3f>(body.positions.data() + 3 * v).cast<double>());
+        if (!body.bounds.empty()) box.add(body.bounds);
     return box.empty() ? 1 : box.size().norm();
 }
 

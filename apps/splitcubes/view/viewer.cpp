@@ -94,9 +94,7 @@ geometry::Box Viewer::bounds() const {
     geometry::Box out;
     if (!state_) return out;
     for (const BodyState& body : state_->bodies)
-        for (std::size_t v = 0; v < body.topology->pieces.size(); ++v)
-            if (body.topology->pieces[v] >= 0)
-                out.add(Eigen::Map<const Vec3f>(body.positions.data() + 3 * v).cast<double>());
+        if (!body.bounds.empty()) out.add(body.bounds);
     return out;
 }
 
@@ -108,9 +106,19 @@ void Viewer::show(State state) {
     playing_ = state_->playing;
     tools_.cancel(commands_);
     tools_.suit(bounds().size().norm());
-    if (!keeps_camera_) camera_.focus(bounds());
-    keeps_camera_ = true;
+    place_camera();
     update_field();
+}
+
+// A restart leaves the camera where it is.
+void Viewer::place_camera() {
+    if (state_->title == title_) return;
+    title_ = state_->title;
+    if (keeps_camera_) return;
+    const scene::CameraDescription& wanted = state_->camera;
+    if (wanted.eye && wanted.target) return camera_.look(*wanted.eye, *wanted.target);
+    camera_.look(wanted.direction, Vec3::Zero());
+    camera_.focus(bounds());
 }
 
 std::vector<Command> Viewer::take_commands() {

@@ -56,9 +56,11 @@ class Viewer {
     ToolContext context() const;
     geometry::Box bounds() const;
     bool is_playing() const { return playing_; }
-    void set_camera(const OrbitCamera& camera) { camera_ = camera; }
-    /// Does not place the camera at the next scene.
-    void keep_camera() { keeps_camera_ = true; }
+    /// Scenes do not place the camera from then on.
+    void set_camera(const OrbitCamera& camera) {
+        camera_ = camera;
+        keeps_camera_ = true;
+    }
     /// The value of a setting by the name that `set` events have. Throws InputError for an unknown one.
     double setting(const std::string& name) const;
     /// Names of all settings that are kept between sessions.
@@ -81,6 +83,7 @@ class Viewer {
     bool select_by_key(const std::string& name);
     void send(CommandKind kind, double value = 0, const std::string& name = {});
     void update_field();
+    void place_camera();
     static const std::vector<Slot>& slots();
 
     OrbitCamera camera_;
@@ -95,6 +98,7 @@ class Viewer {
     enum class Drag { none, tool, orbit, pan } drag_ = Drag::none;
     double x_ = 0, y_ = 0;
     bool playing_ = false, keeps_camera_ = false;
+    std::string title_;  // of the scene that the camera was placed for
     double speed_ = 1;
     std::uint64_t scene_ = 0;
 };

@@ -46,14 +46,14 @@ std::size_t StateRenderer::bytes_copied() const {
     return out;
 }
 
-void StateRenderer::update_options(const Viewer& viewer, int width, int height) {
+void StateRenderer::update_options(const Viewer& viewer, int width, int height, bool is_quick) {
     render::RenderOptions options;
     options.width = width;
     options.height = height;
     options.ground = viewer.state()->ground.has_value();
     options.ground_height = viewer.state()->ground.value_or(0);
-    options.shadows = options.ambient_occlusion = viewer.display().shadows;
-    options.samples = viewer.display().shadows ? 4 : 1;
+    options.shadows = options.ambient_occlusion = viewer.display().shadows && !is_quick;
+    options.samples = options.shadows ? 4 : 1;
     options.shadow_map_size = 1024;
     if (!renderer_)
         renderer_ = std::make_unique<render::Renderer>(context_, options);
@@ -185,14 +185,14 @@ void StateRenderer::make_list(const Viewer& viewer) {
     }
 }
 
-void StateRenderer::draw(const Viewer& viewer, int width, int height, unsigned framebuffer) {
-    update_options(viewer, width, height);
+void StateRenderer::draw(const Viewer& viewer, int width, int height, unsigned framebuffer, bool is_quick) {
+    update_options(viewer, width, height, is_quick);
     make_list(viewer);
     renderer_->draw_into(list_, camera_of(viewer.camera()), framebuffer);
 }
 
 render::Picture StateRenderer::picture(const Viewer& viewer, int width, int height) {
-    update_options(viewer, width, height);
+    update_options(viewer, width, height, false);
     make_list(viewer);
     return renderer_->draw(list_, camera_of(viewer.camera()));
 }

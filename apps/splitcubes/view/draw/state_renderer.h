@@ -25,7 +25,8 @@ class StateRenderer {
 
     /// Draws into a framebuffer object of the context; 0: the window. Pixels: those of the framebuffer, which
     /// may be more than the viewer counts on displays of high resolution.
-    void draw(const Viewer& viewer, int width, int height, unsigned framebuffer);
+    /// is_quick: without shadows and with one sample a pixel, for pictures that another one follows soon.
+    void draw(const Viewer& viewer, int width, int height, unsigned framebuffer, bool is_quick = false);
     render::Picture picture(const Viewer& viewer, int width, int height);
     const Legend& legend() const { return legend_; }
     /// Bytes that were copied to the driver for surfaces.
@@ -37,7 +38,7 @@ class StateRenderer {
         std::uint64_t revision = 0;
         std::uint64_t state = 0, scene = 0;
     };
-    void update_options(const Viewer& viewer, int width, int height);
+    void update_options(const Viewer& viewer, int width, int height, bool is_quick);
     void update_surface(BodyBuffers& buffers, const BodyState& body, const PublishedState& state);
     void update_style(const Viewer& viewer, const PublishedState& state);
     void add_lines(const Viewer& viewer);

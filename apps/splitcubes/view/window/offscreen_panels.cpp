@@ -26,6 +26,8 @@ class Offscreen : public OffscreenPanels {
         ImGui::DestroyContext();
     }
 
+    void observe(const PublishedState& state) override { history_.add(state); }
+
     render::Picture picture(const Viewer& viewer, StateRenderer& renderer) override {
         const int width = static_cast<int>(viewer.size().width),
                   height = static_cast<int>(viewer.size().height);
@@ -33,7 +35,7 @@ class Offscreen : public OffscreenPanels {
         gl::Framebuffer target;
         target.attach(GL_COLOR_ATTACHMENT0, colour);
         target.check("the picture with panels");
-        history_.add(*viewer.state());
+        observe(*viewer.state());
         renderer.draw(viewer, width, height, target.id());
         // The first frame finds out how large windows are.
         for (int k = 0; k < 3; ++k) layout(viewer, renderer);

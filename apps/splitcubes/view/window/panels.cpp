@@ -23,7 +23,7 @@ float em(double count) {
 }
 
 float left_width() {
-    return em(17);
+    return em(17.5);
 }
 float right_width() {
     return em(19);
@@ -73,7 +73,7 @@ void Panels::slider(const Viewer& viewer, const char* label, const char* setting
                     const char* format, bool logarithmic) {
     auto value = static_cast<float>(viewer.setting(setting));
     ImGui::PushID(setting);
-    ImGui::SetNextItemWidth(em(7.5));
+    ImGui::SetNextItemWidth(em(6.6));
     if (ImGui::SliderFloat(label, &value, static_cast<float>(low), static_cast<float>(high), format,
                            logarithmic ? ImGuiSliderFlags_Logarithmic : 0))
         set(setting, value);
@@ -131,7 +131,7 @@ void Panels::parameter(const Viewer& viewer, std::size_t index) {
     const Parameter& p = parameter_list()[index];
     if (!is_edited_[index]) edited_[index] = static_cast<float>(viewer.state()->parameters[index]);
     ImGui::PushID(static_cast<int>(index));
-    ImGui::SetNextItemWidth(em(7.5));
+    ImGui::SetNextItemWidth(em(6.6));
     const std::string label = std::string(p.label) + (p.unit.empty() ? "" : ", ") + std::string(p.unit);
     const char* format = p.high >= 100 ? "%.4g" : p.high >= 1 ? "%.3f" : "%.4f";
     ImGui::SliderFloat(label.c_str(), &edited_[index], static_cast<float>(p.low), static_cast<float>(p.high),
@@ -143,7 +143,7 @@ void Panels::parameter(const Viewer& viewer, std::size_t index) {
 }
 
 void Panels::materials(const Viewer& viewer) {
-    ImGui::SetNextItemWidth(em(7.5));
+    ImGui::SetNextItemWidth(em(6.6));
     if (ImGui::BeginCombo("Material", "choose")) {
         for (const Preset& preset : preset_list()) {
             const std::string name(preset.name);
@@ -216,7 +216,7 @@ void Panels::measures(const Viewer& viewer, const PanelData& data) {
     ImGui::Text("%zu piece%s   %zu contacts   %d iterations", pieces, pieces == 1 ? "" : "s",
                 state.statistics.contacts, state.statistics.solver_iterations);
     const Spread latency = data.latencies.spread();
-    ImGui::Text("window %.1f ms, of it %.1f outside OpenGL", data.frame_ms, data.interface_ms);
+    ImGui::Text("frame %.1f ms, %.1f of it not OpenGL", data.frame_ms, data.interface_ms);
     if (data.latencies.count() > 0)
         ImGui::Text("input to picture %.0f ms, worst %.0f", latency.median, latency.worst);
     else

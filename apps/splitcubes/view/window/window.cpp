@@ -12,6 +12,7 @@
 #include <epoxy/gl.h>
 
 #include <array>
+#include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <optional>
@@ -28,10 +29,12 @@ namespace splitcubes::view {
 namespace {
 
 constexpr std::size_t timeline_bytes = std::size_t{256} << 20;
-constexpr double idle_wait = 0.05;  // s, for events while nothing moves
-constexpr int idle_frames = 4;      // that are drawn after the last change
+constexpr double idle_wait = 0.05;          // s, for events while nothing moves
+constexpr int idle_frames = 4;              // that are drawn after the last change
+constexpr double max_fine_seconds = 0.025;  // of a picture with shadows while things move
 
 std::string glfw_problem() {
+    if (std::getenv("DISPLAY") == nullptr) return "DISPLAY is not set";
     const char* text = nullptr;
     glfwGetError(&text);
     return text != nullptr ? printable(text, 200) : "unknown reason";
@@ -215,6 +218,7 @@ class Session {
     std::ofstream record_;
     std::string own_notice_;
     int frame_ = 0, still_frames_ = 0;
+    bool is_slow_ = false;  // fine pictures take too long for pictures that move
     double frame_ms_ = 0, interface_ms_ = 0, opengl_seconds_ = 0, loop_begin_ = 0;
 };
 
@@ -322,7 +326,12 @@ void Session::draw() {
     int width = 0, height = 0;
     glfwGetFramebufferSize(window_.get(), &width, &height);
     if (width > 0 && height > 0 && viewer_.state() && !viewer_.state()->bodies.empty()) {
-        renderer_.draw(viewer_, width, height, 0);
+        const bool is_quick = is_slow_ && still_frames_ < idle_frames;
+        renderer_.draw(viewer_, width, height, 0, is_quick);
+        glFinish();
+        // Judged by fine pictures alone: quick ones would bring the fine ones back each time.
+        if (viewer_.display().shadows && !is_quick && viewer_.state()->step > 0)
+            is_slow_ = glfwGetTime() - begin > max_fine_seconds;
     } else {
         glBindFramebuffer(GL_FRAMEBUFFER, 0);
         glClearColor(0.92F, 0.93F, 0.94F, 1);
@@ -366,6 +375,7 @@ int Session::run() {
         ++still_frames_;
         const auto [act, text] = viewer_.take_act();
         if (act == WindowAct::quit) break;
+        if (is_idle() && act == WindowAct::none) continue;
         draw();
         const double drawn = glfwGetTime();
         if (act == WindowAct::save_picture) save_picture(text);

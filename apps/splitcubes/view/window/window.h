@@ -25,6 +25,8 @@ int run_window(const WindowSettings& settings);
 class OffscreenPanels {
   public:
     virtual ~OffscreenPanels() = default;
+    /// Takes a state into the graphs.
+    virtual void observe(const PublishedState& state) = 0;
     virtual render::Picture picture(const Viewer& viewer, StateRenderer& renderer) = 0;
 };
 /// The context must be current.
