@@ -40,7 +40,7 @@ class Examples : public Program {
         ASSERT_EQ(words.front(), "splitcubes");
         words.erase(words.begin());
         const std::string command = words.front();
-        if (command == "bench") words.emplace_back("--help");
+        if (command == "bench" || command == "view") words.emplace_back("--help");
         if (command == "run") {
             const auto frames = std::find(words.begin(), words.end(), "--frames");
             if (frames == words.end())

@@ -11,11 +11,11 @@
 namespace splitcubes::view {
 
 struct ReplaySettings {
-    std::filesystem::path file;       // scene or mesh
-    std::vector<ViewerInput> inputs;  // by increasing frame
+    std::filesystem::path file;            // scene or mesh
+    std::vector<ViewerInput> inputs = {};  // by increasing frame
     int frames = 0;
     int steps_per_frame = 1;  // while it plays
-    ViewSize size;
+    ViewSize size = {};
     int threads = 0;
 };
 

@@ -20,7 +20,9 @@ namespace {
 // Of a body that is made of a mesh alone: a soft tissue, in cells that a laptop steps in real time.
 constexpr int mesh_cells = 40;
 constexpr int mesh_phyxels = 700;
-constexpr double mesh_modulus = 2e4;  // Pa
+constexpr double mesh_sag = 0.03;          // share of its size by which its weight deforms it
+constexpr double mesh_density = 1000;      // kg/m^3
+constexpr double standard_gravity = 9.81;  // m/s^2
 constexpr double mesh_poisson_ratio = 0.4;
 constexpr double mesh_mass_damping = 1;           // 1/s
 constexpr double mesh_stiffness_damping = 0.005;  // s
@@ -150,7 +152,8 @@ SceneSource open_mesh(const std::filesystem::path& file) {
     BodySettings settings{.name = file.stem().string()};
     settings.cell_size = geometry::cell_size_for(model.mesh.bounds(), mesh_cells);
     settings.phyxel_count = mesh_phyxels;
-    settings.material = {.youngs_modulus = mesh_modulus,
+    settings.material = {.density = mesh_density,
+                         .youngs_modulus = mesh_density * standard_gravity * scale * size / mesh_sag,
                          .poisson_ratio = mesh_poisson_ratio,
                          .mass_damping = mesh_mass_damping,
                          .stiffness_damping = mesh_stiffness_damping,

@@ -1,0 +1,74 @@
+#!/usr/bin/env bash
+# The window under a display server without a screen: keys, strokes, the wheel and panels by a real pointer.
+#   window_test.sh PROGRAM MESHES FOLDER
+set -euo pipefail
+program=$1 meshes=$2 folder=$3
+rm -rf "$folder" && mkdir -p "$folder" && cd "$folder"
+export XDG_CONFIG_HOME=$folder/config
+
+fail() { echo "window_test: $1" >&2; cat log >&2 || true; exit 1; }
+
+# run NAME: starts the viewer and waits for its window.
+start() {
+  "$program" view "$meshes/pear.obj" --width 900 --height 600 --record-input "$1.jsonl" --screenshot "$1.png" >log 2>&1 &
+  pid=$!
+  for _ in $(seq 200); do
+    id=$(xdotool search --onlyvisible --name Splitcubes 2>/dev/null | head -n 1 || true)
+    [[ -n $id ]] && break
+    kill -0 "$pid" 2>/dev/null || fail "the viewer has ended"
+    sleep 0.1
+  done
+  [[ -n $id ]] || fail "there is no window"
+  sleep 2
+}
+stop() {
+  xdotool key ctrl+q
+  wait "$pid" || fail "the viewer has failed"
+}
+
+start stroke
+xdotool mousemove 450 300 key space
+sleep 0.5
+xdotool mousemove 440 120
+sleep 0.3
+xdotool mousedown 1
+for k in $(seq 0 30); do xdotool mousemove 445 $((120 + 12 * k)); sleep 0.02; done
+sleep 0.5
+xdotool mouseup 1
+sleep 0.5
+xdotool key z
+stop
+[[ -s stroke.png ]] || fail "there is no picture"
+# The stroke began where the button went down, and kept its positions.
+grep -q '"kind":"press","x":440.0,"y":120.0' stroke.jsonl || fail "the press has another position"
+(($(grep -c '"kind":"move"' stroke.jsonl) >= 15)) || fail "positions of the stroke are lost"
+[[ -f $folder/config/splitcubes/viewer.json ]] || fail "settings are not kept"
+
+# What was recorded can be replayed without a window, and cuts.
+replayed() { "$program" view "$meshes/pear.obj" --width 900 --height 600 --replay-input "$1"; }
+grep -v '"kind":"press"' stroke.jsonl >uncut.jsonl
+cut=$(replayed stroke.jsonl) uncut=$(replayed uncut.jsonl)
+[[ ${cut%%,*} == "${uncut%%,*}" && $cut != "$uncut" ]] || fail "the stroke does nothing: $cut"
+[[ $(replayed stroke.jsonl) == "$cut" ]] || fail "a replay ends in another state"
+
+start panel
+# A click on the second tool's button selects it, and does not reach the body.
+xdotool mousemove 180 36
+sleep 0.3
+xdotool mousedown 1
+sleep 0.3
+xdotool mouseup 1
+sleep 0.3
+xdotool mousemove 450 300
+sleep 0.3
+xdotool click 4
+sleep 0.3
+stop
+grep -q '"kind":"key","name":"2"' panel.jsonl || fail "the button of a tool does nothing"
+if grep -q '"kind":"press"' panel.jsonl; then fail "a click on a panel reached the body"; fi
+grep -q '"kind":"wheel"' panel.jsonl || fail "the wheel does nothing"
+
+# A file that is no mesh is said in the window, which goes on.
+echo "no mesh" >wrong.obj
+"$program" view wrong.obj --frames 30 --screenshot wrong.png >log 2>&1 || fail "a wrong file ends the viewer"
+echo "window_test: passed"
