@@ -108,7 +108,7 @@ int replay_inputs(const ViewOptions& options) {
         if (frame == settings.frames && !options.screenshot.empty())
             pictures->save(viewer, options.screenshot);
     };
-    const view::ReplayResult result = view::replay(settings, draw);
+    const view::ReplayResult result = view::replay_input(settings, draw);
     std::printf("step %lld, %.6g s, %zu pieces, state %016llx\n", static_cast<long long>(result.step),
                 result.time, result.pieces, static_cast<unsigned long long>(result.state_hash));
     if (!result.notice.empty()) std::cout << result.notice << '\n';

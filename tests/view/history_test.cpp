@@ -84,7 +84,7 @@ TEST(Replays, AreTheSameForAnyNumberOfThreads) {
     for (const int threads : {1, 2}) {
         settings.threads = threads;
         int frames = 0, pictures = 0;
-        results.push_back(replay(settings, [&](const Viewer&, const std::string& picture) {
+        results.push_back(replay_input(settings, [&](const Viewer&, const std::string& picture) {
             ++frames;
             pictures += picture == "a.png";
         }));
@@ -100,7 +100,7 @@ TEST(Replays, RefuseUnknownNames) {
     const TemporaryFolder folder("unknown");
     ReplaySettings settings{.file = write_block_scene(folder.path), .frames = 2, .size = {640, 480}};
     settings.inputs = {{.kind = InputKind::set, .name = "stickiness", .value = 1}};
-    EXPECT_THROW(replay(settings, [](const Viewer&, const std::string&) {}), InputError);
+    EXPECT_THROW(replay_input(settings, [](const Viewer&, const std::string&) {}), InputError);
 }
 
 }  // namespace

@@ -120,7 +120,7 @@ bool is_recorded(CommandKind kind) {
     return static_cast<std::size_t>(kind) < names.size();
 }
 
-void write_recording(const std::filesystem::path& file, const Recording& recording) {
+void write_session_recording(const std::filesystem::path& file, const Recording& recording) {
     Json head;
     head["format"] = mark;
     head["scene"] = std::filesystem::absolute(recording.scene).lexically_normal().string();
@@ -132,7 +132,7 @@ void write_recording(const std::filesystem::path& file, const Recording& recordi
     write_file(file, text);
 }
 
-Recording read_recording(const std::filesystem::path& file) {
+Recording read_session_recording(const std::filesystem::path& file) {
     std::ifstream in(file);
     if (!in) throw InputError(file.string(), "cannot be read", "give a recording that the viewer saved");
     Recording out;

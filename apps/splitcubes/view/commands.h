@@ -73,9 +73,9 @@ struct Recording {
     std::uint64_t state_hash = 0;  // after the last step
     std::vector<RecordedCommand> commands;
 };
-void write_recording(const std::filesystem::path& file, const Recording& recording);
+void write_session_recording(const std::filesystem::path& file, const Recording& recording);
 /// Throws InputError.
-Recording read_recording(const std::filesystem::path& file);
+Recording read_session_recording(const std::filesystem::path& file);
 /// Whether a file begins as a recording does.
 bool is_recording(const std::filesystem::path& file);
 

@@ -244,7 +244,7 @@ void Engine::carry_out(const Command& command) {
         case CommandKind::save_checkpoint:
             return simulation_->save(command.name), notify("saved " + command.name);
         case CommandKind::save_recording:
-            return write_recording(command.name, recording()), notify("saved " + command.name);
+            return write_session_recording(command.name, recording()), notify("saved " + command.name);
         case CommandKind::show_field:
             field_ = static_cast<Field>(static_cast<int>(command.value));
             shows_samples_ = command.radius > 0;

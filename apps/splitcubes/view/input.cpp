@@ -35,14 +35,14 @@ bool has_position(InputKind kind) {
            kind == InputKind::resize;
 }
 
-double number(const Json& json, const char* key, const std::string& where) {
+double number_at(const Json& json, const char* key, const std::string& where) {
     if (!json.contains(key)) return 0;
     if (!json[key].is_number() || !std::isfinite(json[key].get<double>()))
         throw InputError(where, std::string("'") + key + "' is no finite number", "give a number");
     return json[key].get<double>();
 }
 
-std::string text(const Json& json, const char* key, const std::string& where) {
+std::string text_at(const Json& json, const char* key, const std::string& where) {
     if (!json.contains(key)) return {};
     if (!json[key].is_string()) throw InputError(where, std::string("'") + key + "' is no text");
     return json[key].get<std::string>();
@@ -74,23 +74,23 @@ ViewerInput input_of_line(const std::string& line, const std::string& where) {
         throw InputError(where, "is no JSON object ('" + printable(line) + "')",
                          R"(write lines like {"frame":1,"kind":"key","name":"space"})");
     ViewerInput out;
-    out.kind = static_cast<InputKind>(index_of(kind_names, text(json, "kind", where), where, "kind"));
-    const double frame = number(json, "frame", where);
+    out.kind = static_cast<InputKind>(index_of(kind_names, text_at(json, "kind", where), where, "kind"));
+    const double frame = number_at(json, "frame", where);
     if (frame < 0 || frame > 1e9) throw InputError(where, "has a frame out of range", "count from 0");
     out.frame = static_cast<int>(frame);
-    out.time = number(json, "time", where);
-    out.x = number(json, "x", where);
-    out.y = number(json, "y", where);
+    out.time = number_at(json, "time", where);
+    out.x = number_at(json, "x", where);
+    out.y = number_at(json, "y", where);
     if (json.contains("button"))
         out.button =
-            static_cast<Button>(index_of(button_names, text(json, "button", where), where, "button"));
-    const double modifiers = number(json, "modifiers", where);
+            static_cast<Button>(index_of(button_names, text_at(json, "button", where), where, "button"));
+    const double modifiers = number_at(json, "modifiers", where);
     if (!(modifiers >= 0 && modifiers <= 7))
         throw InputError(where, "has modifiers out of range", "give 0 to 7");
     out.modifiers = static_cast<unsigned>(modifiers);
-    out.name = text(json, "name", where);
-    out.value = number(json, "value", where);
-    out.text = text(json, "text", where);
+    out.name = text_at(json, "name", where);
+    out.value = number_at(json, "value", where);
+    out.text = text_at(json, "text", where);
     return out;
 }
 

@@ -84,8 +84,8 @@ Vec3 blend(const MaterialPoint& point, const Positions& positions) {
 
 // A slot that a cut gave to another vertex has another rest position.
 template <class Positions, class Pieces>
-std::optional<Vec3> follow(const MaterialPoint& point, const Positions& positions, const Positions& rest,
-                           const Pieces& pieces) {
+std::optional<Vec3> follow_material(const MaterialPoint& point, const Positions& positions,
+                                    const Positions& rest, const Pieces& pieces) {
     for (const std::uint32_t slot : point.vertices)
         if (slot >= pieces.size() || pieces[slot] < 0) return std::nullopt;
     if (!((blend(point, rest) - point.rest).norm() < 1e-4 * (1 + point.rest.norm()))) return std::nullopt;
@@ -128,11 +128,11 @@ std::optional<Pick> pick(const PublishedState& state, const Ray& ray) {
 std::optional<Vec3> present_position(const MaterialPoint& point, const PublishedState& state) {
     if (point.body >= state.bodies.size()) return std::nullopt;
     const BodyState& body = state.bodies[point.body];
-    return follow(point, body.positions, body.topology->rest, body.topology->pieces);
+    return follow_material(point, body.positions, body.topology->rest, body.topology->pieces);
 }
 
 std::optional<Vec3> present_position(const MaterialPoint& point, const SurfaceView& surface) {
-    return follow(point, surface.positions, surface.rest_positions, surface.pieces);
+    return follow_material(point, surface.positions, surface.rest_positions, surface.pieces);
 }
 
 }  // namespace splitcubes::view

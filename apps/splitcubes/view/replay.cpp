@@ -4,8 +4,8 @@
 
 namespace splitcubes::view {
 
-ReplayResult replay(const ReplaySettings& settings,
-                    const std::function<void(const Viewer& viewer, const std::string& picture)>& draw) {
+ReplayResult replay_input(const ReplaySettings& settings,
+                          const std::function<void(const Viewer& viewer, const std::string& picture)>& draw) {
     constexpr std::size_t timeline_bytes = std::size_t{256} << 20;
     SimulationLoop loop({.threads = settings.threads});
     loop.open(settings.file);

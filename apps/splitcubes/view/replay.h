@@ -30,7 +30,7 @@ struct ReplayResult {
 
 /// Calls draw after each frame with the viewer and its state, and the name of a picture that the input asks
 /// for. Throws InputError for files and events that cannot be used.
-ReplayResult replay(const ReplaySettings& settings,
-                    const std::function<void(const Viewer& viewer, const std::string& picture)>& draw);
+ReplayResult replay_input(const ReplaySettings& settings,
+                          const std::function<void(const Viewer& viewer, const std::string& picture)>& draw);
 
 }  // namespace splitcubes::view

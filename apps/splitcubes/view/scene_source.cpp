@@ -45,7 +45,7 @@ MaterialSettings material_of(const scene::MaterialDescription& m) {
     return out;
 }
 
-BodySettings settings_of(const scene::BodyDescription& b, const geometry::Box& bounds) {
+BodySettings body_settings_of(const scene::BodyDescription& b, const geometry::Box& bounds) {
     BodySettings out{.name = b.name, .material = material_of(b.material)};
     out.cell_size = b.cell_size ? *b.cell_size : geometry::cell_size_for(bounds, *b.cells);
     if (b.phyxel_count) out.phyxel_count = *b.phyxel_count;
@@ -125,7 +125,7 @@ SceneSource open_scene(const std::filesystem::path& file) {
         note_left_out(body, out.notes);
         io::Model model = scene::placed_model(body, report);
         materials_of_colours(model.attributes);
-        BodySettings settings = settings_of(body, model.mesh.bounds());
+        BodySettings settings = body_settings_of(body, model.mesh.bounds());
         out.bodies.push_back({std::move(model), std::move(settings)});
     }
     for (const scene::ToolDescription& tool : out.description.tools)

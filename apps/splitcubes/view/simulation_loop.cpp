@@ -17,7 +17,7 @@ constexpr Seconds max_delay{0.05};
 constexpr Seconds factor_window{0.5};
 
 Recording scripted(const std::filesystem::path& file) {
-    return is_recording(file) ? read_recording(file) : Recording{};
+    return is_recording(file) ? read_session_recording(file) : Recording{};
 }
 
 }  // namespace

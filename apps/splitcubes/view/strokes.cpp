@@ -17,14 +17,14 @@ Vec3 drift(const Command& command, const Simulation& simulation) {
     return now ? Vec3(*now - command.anchor.world) : Vec3(Vec3::Zero());
 }
 
-Isometry moved(const Isometry& frame, const Vec3& by) {
+Isometry shifted(const Isometry& frame, const Vec3& by) {
     Isometry out = frame;
     out.translation() += by;
     return out;
 }
 
 template <class Name>
-bool is_in(const Name& id, const std::vector<Name>& list) {
+bool is_listed(const Name& id, const std::vector<Name>& list) {
     return std::find(list.begin(), list.end(), id) != list.end();
 }
 
@@ -35,9 +35,9 @@ void Strokes::begin(const Command& command, Simulation& simulation) {
     const Vec3 by = drift(command, simulation);
     Stroke stroke;
     stroke.points = command.points;
-    stroke.now = moved(command.frames.front(), by);
+    stroke.now = shifted(command.frames.front(), by);
     for (std::size_t k = 1; k < command.frames.size(); ++k)
-        stroke.frames.push_back(moved(command.frames[k], by));
+        stroke.frames.push_back(shifted(command.frames[k], by));
     stroke.frames_per_step = command.frames_per_step;
     stroke.ends = command.frames_per_step > 0;
     std::vector<Vector3> points;
@@ -53,7 +53,7 @@ void Strokes::move(const Command& command, const Simulation& simulation) {
     const auto it = strokes_.find(command.slot);
     if (it == strokes_.end() || it->second.ends) return;
     const Vec3 by = drift(command, simulation);
-    for (const Isometry& frame : command.frames) it->second.frames.push_back(moved(frame, by));
+    for (const Isometry& frame : command.frames) it->second.frames.push_back(shifted(frame, by));
 }
 
 void Strokes::end(int slot) {
@@ -150,7 +150,7 @@ void Pulls::before_step(Simulation& simulation) {
 void Pulls::after_travel(Simulation& simulation) {
     const std::vector<HandleId> present = simulation.handles();
     for (auto it = pulls_.begin(); it != pulls_.end();) {
-        const bool there = is_in(it->second.handle, present);
+        const bool there = is_listed(it->second.handle, present);
         if (there && it->second.pinned) {
             ++it;
             continue;

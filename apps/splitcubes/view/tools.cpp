@@ -55,7 +55,7 @@ Mat3 axes_along(const Vec3& z, const Vec3& x) {
     return out;
 }
 
-Isometry frame_of(const Vec3& position, const Mat3& axes) {
+Isometry frame_at(const Vec3& position, const Mat3& axes) {
     Isometry out = Isometry::Identity();
     out.linear() = axes;
     out.translation() = position;
@@ -106,7 +106,7 @@ std::optional<Tools::BladePose> Tools::knife_pose(const ToolContext& context) {
         if (!settings.knife_through) return std::nullopt;
         depth_ = context.camera.distance;
     }
-    out.frame = frame_of(point_at_depth(context, depth_), axes_along(ray.direction, context.camera.right()));
+    out.frame = frame_at(point_at_depth(context, depth_), axes_along(ray.direction, context.camera.right()));
     return out;
 }
 
@@ -129,7 +129,7 @@ std::optional<Tools::BladePose> Tools::scalpel_pose(const ToolContext& context) 
     last_point_ = hit->point.world;
     const double tilt = settings.scalpel_tilt * std::numbers::pi / 180;
     const Vec3 inwards = Eigen::AngleAxisd(tilt, direction_) * Vec3(-normal);
-    return BladePose{frame_of(hit->point.world, axes_along(inwards, direction_)), hit->point};
+    return BladePose{frame_at(hit->point.world, axes_along(inwards, direction_)), hit->point};
 }
 
 Tools::BladePose Tools::free_pose(const ToolContext& context) const {
@@ -138,7 +138,7 @@ Tools::BladePose Tools::free_pose(const ToolContext& context) const {
          Eigen::AngleAxisd(angles_.z(), Vec3::UnitY()))
             .toRotationMatrix();
     const Mat3 view = axes_along(context.camera.forward(), context.camera.right());
-    return {frame_of(point_at_depth(context, has_depth_ ? depth_ : context.camera.distance), view * turn),
+    return {frame_at(point_at_depth(context, has_depth_ ? depth_ : context.camera.distance), view * turn),
             {}};
 }
 
@@ -189,7 +189,7 @@ void Tools::begin_pull(const ToolContext& context, std::vector<Command>& out) {
     Command command = blade_command(CommandKind::begin_pull, slot_ = next_slot_++);
     command.anchor = hit->point;
     command.has_anchor = true;
-    command.frames = {frame_of(Vec3::Zero(), hit->world_from_rest)};
+    command.frames = {frame_at(Vec3::Zero(), hit->world_from_rest)};
     command.radius = pull_radius * parameters[phyxel_spacing];
     const double factor = kind_ == ToolKind::grab ? grab_stiffness : tear_stiffness;
     command.value = settings.pull_strength * factor * parameters[youngs_modulus] * command.radius;
@@ -248,7 +248,7 @@ void Tools::snip(const ToolContext& context, std::vector<Command>& out) {
             const double share = static_cast<double>(k) / scissors_frames;
             const double angle = side * (scissors_opening - share * (scissors_opening + scissors_closing));
             const Mat3 turn = Eigen::AngleAxisd(angle, Vec3::UnitZ()).toRotationMatrix();
-            command.frames.push_back(frame_of(pivot, axes * turn));
+            command.frames.push_back(frame_at(pivot, axes * turn));
         }
         out.push_back(std::move(command));
     }

@@ -1,6 +1,10 @@
 #include <splitcubes/api/internal/convert.h>
+#include <splitcubes/api/internal/history.h>
+#include <splitcubes/api/internal/session.h>
 #include <splitcubes/api/internal/simulation_impl.h>
 #include <splitcubes/api/internal/state_file.h>
+#include <splitcubes/api/internal/step_events.h>
+#include <splitcubes/body/body.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/plain_number.h>
 #include <splitcubes/io/read_mesh.h>
@@ -82,10 +86,26 @@ geometry::SurfaceMesh surface_of(const Session& session, BodyId id) {
 
 }  // namespace
 
+Simulation::Impl::Impl(const SimulationSettings& settings)
+    : session_(std::make_unique<Session>(world_settings_of(settings),
+                                         std::make_shared<const Parallel>(settings.thread_count))),
+      history_(std::make_unique<History>(settings.history)),
+      events_(std::make_unique<StepEvents>()) {}
+
+Simulation::Impl::~Impl() = default;
+
+void Simulation::Impl::mark() {
+    history_->mark(session_->snapshot());
+}
+
+void Simulation::Impl::mark_cut() {
+    if (history_->is_automatic()) mark();
+}
+
 // A file's bodies can be none that there can be.
 Session Simulation::Impl::session_of(const Snapshot& read, const std::string& file) const {
     try {
-        return {read, session_.shared_parallel()};
+        return {read, session_->shared_parallel()};
     } catch (const InputError& error) {
         throw Error(ErrorKind::bad_file, file + ": is damaged: " + error.what());
     }
@@ -93,10 +113,10 @@ Session Simulation::Impl::session_of(const Snapshot& read, const std::string& fi
 
 StepResult Simulation::Impl::step() {
     return write([&](Session& session) {
-        events_.begin(session);
+        events_->begin(session);
         return whole([&] {
             const body::StepReport report = session.world().step();
-            StepResult out = events_.end(session, report);
+            StepResult out = events_->end(session, report);
             session.update_surfaces();
             session.forget_past_poses();
             return out;
@@ -105,18 +125,18 @@ StepResult Simulation::Impl::step() {
 }
 
 void Simulation::Impl::become(Session next) {
-    next.things().continue_after(session_.things());
-    session_ = std::move(next);
+    next.things().continue_after(session_->things());
+    *session_ = std::move(next);
     broken_ = false;
 }
 
 bool Simulation::Impl::go(bool back) {
     return run_call(gate_, true, [&] {
-        const std::optional<Snapshot> to = history_.peek(back);
+        const std::optional<Snapshot> to = history_->peek(back);
         if (!to) return false;
-        Session next(*to, session_.shared_parallel());
-        Snapshot now = broken_ ? *to : session_.snapshot();
-        history_.moved(back, std::move(now));
+        Session next(*to, session_->shared_parallel());
+        Snapshot now = broken_ ? *to : session_->snapshot();
+        history_->moved(back, std::move(now));
         become(std::move(next));
         return true;
     });
@@ -125,10 +145,10 @@ bool Simulation::Impl::go(bool back) {
 void Simulation::Impl::load(const std::string& file) {
     run_call(gate_, true, [&] {
         require_file_name(file);
-        const Snapshot read = read_state_file(file, session_.parallel());
+        const Snapshot read = read_state_file(file, session_->parallel());
         Session next = session_of(read, file);
         become(std::move(next));
-        history_.clear();
+        history_->clear();
     });
 }
 

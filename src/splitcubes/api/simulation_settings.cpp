@@ -1,11 +1,31 @@
+#include <splitcubes/api/internal/convert.h>
+#include <splitcubes/api/internal/history.h>
 #include <splitcubes/api/internal/sample_state.h>
+#include <splitcubes/api/internal/session.h>
 #include <splitcubes/api/internal/simulation_impl.h>
+#include <splitcubes/body/body.h>
 
 #include <utility>
 
 namespace splitcubes {
 
 using namespace api;
+
+namespace {
+
+// Of the settings of one body.
+template <class Edit>
+auto edit_of(BodyId body, const Edit& edit) {
+    return [body, edit](const Session& session, Snapshot& now) {
+        BodyEntry& entry = now.things.bodies[body];
+        body::BodySettings settings = entry.source->settings;
+        edit(settings, "body '" + session.body(body).name() + "'");
+        entry.source = std::make_shared<const BodySource>(
+            BodySource{entry.source->model, std::move(settings), entry.source->transfer});
+    };
+}
+
+}  // namespace
 
 StepSettings Simulation::step_settings() const {
     return impl().read([](const Session& s) {
@@ -27,13 +47,13 @@ MaterialSettings Simulation::material(BodyId body) const {
 }
 
 void Simulation::set_material(BodyId body, const MaterialSettings& material) {
-    impl().remake_body(body, [&](body::BodySettings& settings, const std::string& where) {
+    impl().remake(edit_of(body, [&](body::BodySettings& settings, const std::string& where) {
         const meshless::Material before = settings.material;
         settings.material = material_of(material, where);
         settings.material.model = before.model;
         settings.material.volume_stiffness = before.volume_stiffness;
         settings.material.zero_energy = before.zero_energy;
-    });
+    }));
 }
 
 std::optional<TearingSettings> Simulation::tearing(BodyId body) const {
@@ -45,9 +65,9 @@ std::optional<TearingSettings> Simulation::tearing(BodyId body) const {
 }
 
 void Simulation::set_tearing(BodyId body, const std::optional<TearingSettings>& tearing) {
-    impl().remake_body(body, [&](body::BodySettings& settings, const std::string&) {
+    impl().remake(edit_of(body, [&](body::BodySettings& settings, const std::string&) {
         settings.tearing = tear_settings_of(tearing, settings.tearing);
-    });
+    }));
 }
 
 double Simulation::cell_size(BodyId body) const {
@@ -58,8 +78,20 @@ SampleState Simulation::samples(BodyId body) const {
     return impl().read([&](const Session& s) { return sample_state_of(s.body(body)); });
 }
 
+void Simulation::Impl::remake(const std::function<void(const Session&, Snapshot&)>& edit) {
+    write([&](Session& session) {
+        Snapshot now = session.snapshot();
+        edit(session, now);
+        become(Session(now, session.shared_parallel()));
+    });
+}
+
+void Simulation::Impl::forget_history() {
+    run_call(gate_, true, [&] { history_->clear(); });
+}
+
 void Simulation::Impl::restore(const Snapshot& kept) {
-    run_call(gate_, true, [&] { become(Session(kept, session_.shared_parallel())); });
+    run_call(gate_, true, [&] { become(Session(kept, session_->shared_parallel())); });
 }
 
 void Simulation::forget_history() {

@@ -53,7 +53,7 @@ struct Area {
     }
 };
 
-std::string number(const char* format, double value) {
+std::string formatted(const char* format, double value) {
     std::array<char, 64> text{};
     std::snprintf(text.data(), text.size(), format, value);
     return text.data();
@@ -102,7 +102,7 @@ void draw_stage_graph(const StepHistory& history, double step_length_ms, float w
         const float y = area.high.y - static_cast<float>(step_length_ms / top) * area.height();
         area.list->AddLine({area.low.x, y}, {area.high.x, y}, limit_colour);
     }
-    area.label(number("%.3g ms", top));
+    area.label(formatted("%.3g ms", top));
 }
 
 void draw_stage_table(const StepHistory& history) {
@@ -136,7 +136,7 @@ void draw_energy_graph(const StepHistory& history, float width, float height) {
     const double top = round_up(std::max(largest(history, kinetic), largest(history, elastic)));
     draw_line(area, history, top, IM_COL32(240, 190, 90, 255), kinetic);
     draw_line(area, history, top, IM_COL32(110, 190, 250, 255), elastic);
-    area.label(number("%.2g J", top));
+    area.label(formatted("%.2g J", top));
     ImGui::TextColored({0.94F, 0.75F, 0.35F, 1}, "kinetic");
     ImGui::SameLine();
     ImGui::TextColored({0.43F, 0.75F, 0.98F, 1}, "elastic");
@@ -147,7 +147,7 @@ void draw_force_graph(const StepHistory& history, float width, float height) {
     const auto force = [](const StepStatistics& s) { return s.tool_force; };
     const double top = round_up(largest(history, force));
     draw_line(area, history, top, IM_COL32(240, 120, 120, 255), force);
-    area.label(number("%.2g N", top));
+    area.label(formatted("%.2g N", top));
 }
 
 }  // namespace splitcubes::view
