@@ -87,7 +87,7 @@ stage_debug() {
 stage_tsan() {
   # Races can only be where threads are: the modules that are given a Parallel.
   local modules=(core samples elasticity contact_response dynamics occlusion cutting splitting
-    node_motion contact_detection fracture body_samples body world)
+    node_motion contact_detection fracture body_samples body world view)
   build tsan "${modules[@]/#/test_}" && TSAN_OPTIONS=${TSAN_OPTIONS:-halt_on_error=1} \
     run_tests tsan -L "^($(IFS='|'; echo "${modules[*]}"))\$"
 }

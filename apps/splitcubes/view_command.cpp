@@ -1,5 +1,6 @@
 #include "command_line.h"
 #include "commands.h"
+#include "interrupts.h"
 #include "option_values.h"
 #include "output_targets.h"
 
@@ -125,6 +126,7 @@ int open_window([[maybe_unused]] const ViewOptions& options) {
     settings.threads = options.threads;
     settings.frames = options.frames;
     settings.screenshot = options.screenshot;
+    settings.is_interrupted = interrupted;
     return view::run_window(settings);
 #else
     throw JobError(

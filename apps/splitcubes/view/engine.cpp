@@ -393,9 +393,10 @@ void Engine::step() {
         statistics_.new_cut_edges = result.new_cut_edges;
         statistics_.solver_iterations = result.solver_iterations;
         statistics_.warnings = result.warnings;
-    } catch (const Error& error) {
-        notify(error.what());
-        if (error.kind() == ErrorKind::broken || error.kind() == ErrorKind::out_of_memory) start();
+    } catch (const std::exception& error) {
+        notify(std::string(error.what()) + "; the scene starts again");
+        start();
+        return;
     }
     ++step_;
     statistics_.step_ms = 1e3 * watch.lap();

@@ -252,9 +252,11 @@ void Renderer::Impl::draw_live_colours(const FrameSetup& frame, const DrawList& 
     set_lighting(programs.live, frame);
     glEnable(GL_CULL_FACE);
     glEnable(GL_POLYGON_OFFSET_FILL);
+    // Behind a clip plane back faces are not beside front faces, and the ground is close to them.
+    const float behind = list.clip.normal.norm() > 0 ? 0.0F : 2.0F;
     for (const bool back : {false, true}) {
         glCullFace(back ? GL_FRONT : GL_BACK);
-        glPolygonOffset(back ? 2.0F : 0.0F, back ? 8.0F : 0.0F);
+        glPolygonOffset(back ? behind : 0.0F, back ? 4 * behind : 0.0F);
         draw_live(programs.live, frame, list);
     }
     glDisable(GL_POLYGON_OFFSET_FILL);

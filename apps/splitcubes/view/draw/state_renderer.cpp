@@ -109,7 +109,7 @@ void StateRenderer::update_style(const Viewer& viewer, const PublishedState& sta
         const bool is_strain = viewer.field() == Field::principal_strain;
         legend_ = {std::string(colouring_names[static_cast<std::size_t>(display.colouring)]) +
                        (is_strain ? "" : ", Pa"),
-                   0, high};
+                   high};
     }
 }
 

@@ -15,7 +15,7 @@ namespace splitcubes::view {
 /// The colour scale that is shown.
 struct Legend {
     std::string title;  // empty: none
-    double low = 0, high = 1;
+    double high = 1;    // value at the end of the scale, which begins at 0
 };
 
 class StateRenderer {

@@ -22,9 +22,12 @@ ImU32 stage_colour(std::size_t stage) {
     return ImGui::ColorConvertFloat4ToU32(colour);
 }
 
+// Top of a graph of zeros.
+constexpr double least_top = 1e-9;
+
 // The next of 1, 2, 5, 10, ... that is not below.
 double round_up(double value) {
-    if (!(value > 1e-12)) return 1e-12;
+    if (!(value > least_top)) return least_top;
     const double power = std::pow(10.0, std::floor(std::log10(value)));
     for (const double factor : {1.0, 2.0, 5.0})
         if (factor * power >= value) return factor * power;
@@ -54,6 +57,7 @@ struct Area {
 };
 
 std::string formatted(const char* format, double value) {
+    if (value <= least_top) value = 0;
     std::array<char, 64> text{};
     std::snprintf(text.data(), text.size(), format, value);
     return text.data();

@@ -2,9 +2,10 @@
 
 #include "graphs.h"
 
+#include <splitcubes/core/plain_number.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 
 #include <imgui.h>
@@ -19,7 +20,7 @@ constexpr double notice_seconds = 8;
 
 // Widths in units of the font's height, so that panels grow with it.
 float em(double count) {
-    return static_cast<float>(count) * ImGui::GetFontSize();
+    return std::round(static_cast<float>(count) * ImGui::GetFontSize());
 }
 
 float left_width() {
@@ -133,7 +134,7 @@ void Panels::parameter(const Viewer& viewer, std::size_t index) {
     ImGui::PushID(static_cast<int>(index));
     ImGui::SetNextItemWidth(em(6.6));
     const std::string label = std::string(p.label) + (p.unit.empty() ? "" : ", ") + std::string(p.unit);
-    const char* format = p.high >= 100 ? "%.4g" : p.high >= 1 ? "%.3f" : "%.4f";
+    const char* format = p.high >= 100 ? "%.0f" : p.high >= 1 ? "%.3f" : "%.4f";
     ImGui::SliderFloat(label.c_str(), &edited_[index], static_cast<float>(p.low), static_cast<float>(p.high),
                        format, p.logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
     tooltip(p.help);
@@ -262,7 +263,7 @@ void Panels::timeline(const Viewer& viewer, const PanelData& data) {
     if (ImGui::Button("Now")) set("timeline", -1);
 }
 
-void Panels::legend(const Viewer& viewer, const Legend& legend) {
+void Panels::legend(const Legend& legend) {
     if (legend.title.empty()) return;
     const float width = em(14);
     ImGui::SetNextWindowPos({left_width() + em(1), em(1)});
@@ -280,13 +281,11 @@ void Panels::legend(const Viewer& viewer, const Legend& legend) {
                                                   IM_COL32(255 * c.x(), 255 * c.y(), 255 * c.z(), 255));
     }
     ImGui::Dummy({0, em(0.8)});
-    ImGui::Text("%.3g", legend.low);
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", legend.high);
-    ImGui::SameLine(width - em(1) - ImGui::CalcTextSize(text).x);
-    ImGui::TextUnformatted(text);
+    ImGui::TextUnformatted("0");
+    const std::string text = plain_number(legend.high, 3);
+    ImGui::SameLine(width - em(1) - ImGui::CalcTextSize(text.c_str()).x);
+    ImGui::TextUnformatted(text.c_str());
     ImGui::End();
-    (void)viewer;
 }
 
 void Panels::notice(const Viewer& viewer, double seconds) {
@@ -310,10 +309,13 @@ void Panels::help() {
     ImGui::SetNextWindowPos({left_width() + em(2), em(6)});
     ImGui::SetNextWindowBgAlpha(0.95F);
     ImGui::Begin("Help", nullptr, panel_flags | ImGuiWindowFlags_AlwaysAutoResize);
-    for (const ToolInfo& tool : tool_list())
-        ImGui::Text("%.*s   %-11.*s %.*s", static_cast<int>(tool.key.size()), tool.key.data(),
-                    static_cast<int>(tool.name.size()), tool.name.data(), static_cast<int>(tool.help.size()),
-                    tool.help.data());
+    for (const ToolInfo& tool : tool_list()) {
+        ImGui::TextUnformatted(tool.key.data());
+        ImGui::SameLine(em(2));
+        ImGui::TextUnformatted(tool.name.data());
+        ImGui::SameLine(em(7.5));
+        ImGui::TextUnformatted(tool.help.data());
+    }
     ImGui::Separator();
     for (const char* line :
          {"Left button: the tool.   Right button: turn the view.   Middle button, or Shift and right: move "
@@ -341,7 +343,7 @@ void Panels::draw(const Viewer& viewer, const PanelData& data, std::vector<Viewe
         return;
     }
     notice(viewer, data.seconds);
-    legend(viewer, data.legend);
+    legend(data.legend);
     if (viewer.display().help) help();
     if (!viewer.display().panels) return;
     begin_panel("left", 0, 0, left_width(), height);

@@ -37,7 +37,7 @@ class Panels {
     void files(const Viewer& viewer);
     void measures(const Viewer& viewer, const PanelData& data);
     void timeline(const Viewer& viewer, const PanelData& data);
-    void legend(const Viewer& viewer, const Legend& legend);
+    void legend(const Legend& legend);
     void notice(const Viewer& viewer, double seconds);
     void help();
     void slider(const Viewer& viewer, const char* label, const char* setting, double low, double high,

@@ -374,7 +374,7 @@ int Session::run() {
         show_state();
         ++still_frames_;
         const auto [act, text] = viewer_.take_act();
-        if (act == WindowAct::quit) break;
+        if (act == WindowAct::quit || settings_.is_interrupted()) break;
         if (is_idle() && act == WindowAct::none) continue;
         draw();
         const double drawn = glfwGetTime();
@@ -390,7 +390,7 @@ int Session::run() {
         std::printf(
             "%d frames, %.1f ms a frame, %.1f ms outside OpenGL, input to picture %.0f ms, worst %.0f ms\n",
             frame_, frame_ms_, interface_ms_, latency.median, latency.worst);
-    return 0;
+    return settings_.is_interrupted() ? 1 : 0;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <splitcubes/view/viewer.h>
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 
 namespace splitcubes::view {
@@ -16,6 +17,7 @@ struct WindowSettings {
     int width = 1280, height = 720;
     int frames = 0;  // after which it closes; 0: when the user does
     int threads = 0;
+    std::function<bool()> is_interrupted = [] { return false; };  // asked before each frame
 };
 
 /// Returns the exit code. Throws JobError where no window can be had.
