@@ -160,19 +160,19 @@ TEST_F(ViewerTools, FreeBladeIsTurnedByKeysAndMovedByTheWheel) {
     session.key("6");
     session.move({0, 0, 0.2});
     session.frame();
-    const ToolContext context = session.viewer.context();
+    const auto lines = [&] { return session.viewer.tools().overlay(session.viewer.context()); };
     const auto direction = [&] {
-        const auto lines = session.viewer.tools().overlay(context);
-        return Vec3(lines.back().points[1] - lines.back().points[0]).normalized();
+        const std::vector<Vec3> points = lines().back().points;
+        return Vec3(points[1] - points[0]).normalized();
     };
     const Vec3 before = direction();
     for (int k = 0; k < 5; ++k) session.key("q");
     EXPECT_LT(direction().dot(before), 0.95);
     for (int k = 0; k < 5; ++k) session.key("e");
     EXPECT_NEAR(direction().dot(before), 1, 1e-9);
-    const Vec3 near = session.viewer.tools().overlay(context).back().points[0];
+    const Vec3 near = lines().back().points[0];
     session.viewer.take({.kind = InputKind::wheel, .value = 2});
-    const Vec3 far = session.viewer.tools().overlay(context).back().points[0];
+    const Vec3 far = lines().back().points[0];
     EXPECT_GT((far - near).dot(session.viewer.camera().forward()), 0.01);
 }
 
