@@ -458,12 +458,19 @@ Picture Renderer::draw(const DrawList& list, const Camera& camera) {
 }
 
 void Renderer::draw_into(const DrawList& list, const Camera& camera, unsigned framebuffer) {
+    draw_into(list, camera, framebuffer, impl_->options.width, impl_->options.height);
+}
+
+void Renderer::draw_into(const DrawList& list, const Camera& camera, unsigned framebuffer, int to_width,
+                         int to_height) {
     impl_->render(list, camera);
     const int width = impl_->options.width;
     const int height = impl_->options.height;
+    const bool scales = to_width != width || to_height != height;
     glBindFramebuffer(GL_READ_FRAMEBUFFER, impl_->screen->final_target.id());
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
-    glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    glBlitFramebuffer(0, 0, width, height, 0, 0, to_width, to_height, GL_COLOR_BUFFER_BIT,
+                      scales ? GL_LINEAR : GL_NEAREST);
     gl::check_errors("showing the picture");
 }
 

@@ -47,6 +47,9 @@ class Renderer {
     /// Draws into a framebuffer object of the context (0: the window), from the lower left corner, width x
     /// height pixels.
     void draw_into(const DrawList& list, const Camera& camera, unsigned framebuffer);
+    /// The same, scaled to the framebuffer's size, pixels.
+    void draw_into(const DrawList& list, const Camera& camera, unsigned framebuffer, int to_width,
+                   int to_height);
 
     const RenderOptions& options() const;
     /// Sets new options; rebuilds only what depends on them.

@@ -46,13 +46,14 @@ std::size_t StateRenderer::bytes_copied() const {
     return out;
 }
 
-void StateRenderer::update_options(const Viewer& viewer, int width, int height, bool is_quick) {
+void StateRenderer::update_options(const Viewer& viewer, int width, int height, Quality quality) {
+    const int divisor = quality == Quality::coarse ? 2 : 1;
     render::RenderOptions options;
-    options.width = width;
-    options.height = height;
+    options.width = std::max(1, width / divisor);
+    options.height = std::max(1, height / divisor);
     options.ground = viewer.state()->ground.has_value();
     options.ground_height = viewer.state()->ground.value_or(0);
-    options.shadows = options.ambient_occlusion = viewer.display().shadows && !is_quick;
+    options.shadows = options.ambient_occlusion = viewer.display().shadows && quality == Quality::fine;
     options.samples = options.shadows ? 4 : 1;
     options.shadow_map_size = 1024;
     if (!renderer_)
@@ -185,14 +186,14 @@ void StateRenderer::make_list(const Viewer& viewer) {
     }
 }
 
-void StateRenderer::draw(const Viewer& viewer, int width, int height, unsigned framebuffer, bool is_quick) {
-    update_options(viewer, width, height, is_quick);
+void StateRenderer::draw(const Viewer& viewer, int width, int height, unsigned framebuffer, Quality quality) {
+    update_options(viewer, width, height, quality);
     make_list(viewer);
-    renderer_->draw_into(list_, camera_of(viewer.camera()), framebuffer);
+    renderer_->draw_into(list_, camera_of(viewer.camera()), framebuffer, width, height);
 }
 
 render::Picture StateRenderer::picture(const Viewer& viewer, int width, int height) {
-    update_options(viewer, width, height, false);
+    update_options(viewer, width, height, Quality::fine);
     make_list(viewer);
     return renderer_->draw(list_, camera_of(viewer.camera()));
 }

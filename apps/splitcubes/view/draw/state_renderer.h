@@ -18,6 +18,10 @@ struct Legend {
     double high = 1;    // value at the end of the scale, which begins at 0
 };
 
+/// Effort for a picture. Those that another one follows soon may be without shadows and with one sample a
+/// pixel, and of half the resolution.
+enum class Quality { fine, quick, coarse };
+
 class StateRenderer {
   public:
     /// The context must outlive it and be current in all calls.
@@ -25,8 +29,8 @@ class StateRenderer {
 
     /// Draws into a framebuffer object of the context; 0: the window. Pixels: those of the framebuffer, which
     /// may be more than the viewer counts on displays of high resolution.
-    /// is_quick: without shadows and with one sample a pixel, for pictures that another one follows soon.
-    void draw(const Viewer& viewer, int width, int height, unsigned framebuffer, bool is_quick = false);
+    void draw(const Viewer& viewer, int width, int height, unsigned framebuffer,
+              Quality quality = Quality::fine);
     render::Picture picture(const Viewer& viewer, int width, int height);
     const Legend& legend() const { return legend_; }
     /// Bytes that were copied to the driver for surfaces.
@@ -38,7 +42,7 @@ class StateRenderer {
         std::uint64_t revision = 0;
         std::uint64_t state = 0, scene = 0;
     };
-    void update_options(const Viewer& viewer, int width, int height, bool is_quick);
+    void update_options(const Viewer& viewer, int width, int height, Quality quality);
     void update_surface(BodyBuffers& buffers, const BodyState& body, const PublishedState& state);
     void update_style(const Viewer& viewer, const PublishedState& state);
     void add_lines(const Viewer& viewer);

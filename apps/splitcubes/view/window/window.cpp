@@ -29,9 +29,9 @@ namespace splitcubes::view {
 namespace {
 
 constexpr std::size_t timeline_bytes = std::size_t{256} << 20;
-constexpr double idle_wait = 0.05;          // s, for events while nothing moves
-constexpr int idle_frames = 4;              // that are drawn after the last change
-constexpr double max_fine_seconds = 0.025;  // of a picture with shadows while things move
+constexpr double idle_wait = 0.05;           // s, for events while nothing moves
+constexpr int idle_frames = 4;               // that are drawn after the last change
+constexpr double max_moving_seconds = 0.03;  // of a picture while things move
 
 std::string glfw_problem() {
     if (std::getenv("DISPLAY") == nullptr) return "DISPLAY is not set";
@@ -201,6 +201,7 @@ class Session {
     void show_state();
     void draw();
     void draw_panels();
+    void choose_quality(Quality drawn, double seconds);
     void save_picture(const std::string& file);
     bool is_idle() const;
     void count_frame(double begin, double drawn);
@@ -218,7 +219,7 @@ class Session {
     std::ofstream record_;
     std::string own_notice_;
     int frame_ = 0, still_frames_ = 0;
-    bool is_slow_ = false;  // fine pictures take too long for pictures that move
+    Quality moving_ = Quality::fine;  // of pictures while things move
     double frame_ms_ = 0, interface_ms_ = 0, opengl_seconds_ = 0, loop_begin_ = 0;
 };
 
@@ -326,12 +327,10 @@ void Session::draw() {
     int width = 0, height = 0;
     glfwGetFramebufferSize(window_.get(), &width, &height);
     if (width > 0 && height > 0 && viewer_.state() && !viewer_.state()->bodies.empty()) {
-        const bool is_quick = is_slow_ && still_frames_ < idle_frames;
-        renderer_.draw(viewer_, width, height, 0, is_quick);
+        const Quality quality = still_frames_ < idle_frames ? moving_ : Quality::fine;
+        renderer_.draw(viewer_, width, height, 0, quality);
         glFinish();
-        // Judged by fine pictures alone: quick ones would bring the fine ones back each time.
-        if (viewer_.display().shadows && !is_quick && viewer_.state()->step > 0)
-            is_slow_ = glfwGetTime() - begin > max_fine_seconds;
+        choose_quality(quality, glfwGetTime() - begin);
     } else {
         glBindFramebuffer(GL_FRAMEBUFFER, 0);
         glClearColor(0.92F, 0.93F, 0.94F, 1);
@@ -341,6 +340,12 @@ void Session::draw() {
     glViewport(0, 0, width, height);
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
     opengl_seconds_ = glfwGetTime() - begin;
+}
+
+// What was too slow once stays so: a quality that came back would be slow again.
+void Session::choose_quality(Quality drawn, double seconds) {
+    if (seconds < max_moving_seconds || drawn != moving_ || viewer_.state()->step < 3) return;
+    moving_ = moving_ == Quality::fine ? Quality::quick : Quality::coarse;
 }
 
 void Session::save_picture(const std::string& file) {
