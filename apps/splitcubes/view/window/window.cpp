@@ -12,11 +12,13 @@
 #include <epoxy/gl.h>
 
 #include <array>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -176,7 +178,10 @@ void on_key(GLFWwindow* window, int key, int scancode, int action, int mods) {
     queue.modifiers = modifiers_of(mods);
     if (action == GLFW_RELEASE || ImGui::GetIO().WantTextInput) return;
     const std::string name = key_name(key, scancode);
-    if (!name.empty()) queue.add(InputKind::key, name);
+    // Of keys that are held only those repeat that move something by a little.
+    const bool repeats =
+        name.size() == 1 && std::string_view("qweasd+-.").find(name) != std::string_view::npos;
+    if (!name.empty() && (action == GLFW_PRESS || repeats)) queue.add(InputKind::key, name);
 }
 
 void on_drop(GLFWwindow* window, int count, const char** files) {
