@@ -197,6 +197,12 @@ TEST_F(Control, WrongFilesAreANoticeAndChangeNothing) {
     const std::uint64_t before = session.hash();
     session.act("open", folder.path / "nothing.json");
     EXPECT_THAT(session.state().notice, testing::HasSubstr("nothing.json"));
+    const std::string damaged = folder.path / "damaged.jsonl";
+    session.act("save_recording", damaged);
+    std::ofstream(damaged, std::ios::app)
+        << "{\"step\": 1, \"command\": \"begin_stroke\", \"points\": [[0, 0]]}\n";
+    session.act("open", damaged);
+    EXPECT_THAT(session.state().notice, testing::HasSubstr("damaged.jsonl:2: is no line of a recording"));
     session.act("save_surface", folder.path / "surface.docx");
     EXPECT_THAT(session.state().notice, testing::HasSubstr("surface.docx"));
     EXPECT_EQ(session.hash(), before);

@@ -196,6 +196,10 @@ TEST_F(ViewerTools, ChangingTheToolEndsWhatIsUnderWay) {
     session.press({0.01, -0.16, 0.1});
     session.frame();
     EXPECT_EQ(session.state().blades.size(), 1U);
+    session.move({0.01, -0.05, 0.1});
+    session.move({0.01, 0.05, 0.1});
+    session.frame();
+    EXPECT_EQ(session.viewer.tools().overlay(session.viewer.context()).back().points.size(), 3U) << "a trail";
     session.key("escape");
     session.run(4);
     EXPECT_TRUE(session.state().blades.empty());

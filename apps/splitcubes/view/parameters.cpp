@@ -9,15 +9,15 @@ namespace splitcubes::view {
 namespace {
 
 constexpr std::array<Parameter, parameter_count> parameters = {{
-    {"youngs_modulus", "Stiffness", "Pa", 500, 1e7, true, false, "Young's modulus"},
+    {"youngs_modulus", "Stiffness", "Pa", 500, 1e8, true, false, "Young's modulus"},
     {"poisson_ratio", "Poisson's ratio", "", 0, 0.49, false, false,
      "0: changes its volume freely; near 0.5: keeps its volume"},
     {"mass_damping", "Motion damping", "1/s", 0, 20, false, false, "Slows all motion, falling too"},
     {"stiffness_damping", "Strain damping", "s", 0, 0.05, false, false, "Slows vibrations"},
     {"density", "Density", "kg/m^3", 50, 5000, true, false, "Mass of a volume at rest"},
-    {"cutting_resistance", "Resistance", "J/m^2", 0, 25000, false, false,
+    {"cutting_resistance", "Resistance", "J/m^2", 0, 25000, true, false,
      "Fracture toughness: work of a blade for an area that it cuts"},
-    {"strength", "Strength", "Pa", 0, 1e6, false, false,
+    {"strength", "Strength", "Pa", 0, 1e7, true, false,
      "Largest principal stress before the material tears; 0: it never tears"},
     {"gravity", "Gravity", "m/s^2", 0, 25, false, false, "Downwards"},
     {"friction", "Friction", "", 0, 1.5, false, false, "Coulomb coefficient of the table and between pieces"},

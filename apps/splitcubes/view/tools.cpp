@@ -167,12 +167,14 @@ void Tools::begin_blade(const ToolContext& context, std::vector<Command>& out) {
     command.has_anchor = pose->anchor.has_value();
     if (pose->anchor) command.anchor = *pose->anchor;
     out.push_back(std::move(command));
+    trail_ = {pose->frame.translation()};
     lowered_ = true;
 }
 
 void Tools::move_blade(const ToolContext& context, std::vector<Command>& out) {
     const std::optional<BladePose> pose = blade_pose(context);
     if (!pose) return;
+    trail_.push_back(pose->frame.translation());
     Command command = blade_command(CommandKind::move_stroke, blade_slot);
     command.frames = {pose->frame};
     command.has_anchor = pose->anchor.has_value();
@@ -298,6 +300,7 @@ void Tools::cancel(std::vector<Command>& out) {
     if (busy_ && !pinned_ && (kind_ == ToolKind::grab || kind_ == ToolKind::tear))
         out.push_back(blade_command(CommandKind::end_pull, slot_));
     lowered_ = busy_ = pinned_ = false;
+    trail_.clear();
     start_.reset();
 }
 
@@ -331,6 +334,7 @@ std::vector<OverlayLine> Tools::overlay(const ToolContext& context) const {
     std::vector<OverlayLine> out;
     for (const std::vector<Vec3>& blade : context.state.blades) out.push_back({blade, true});
     for (const PullState& pull : context.state.pulls) out.push_back({{pull.at, pull.target}, true});
+    if (lowered_ && kind_ != ToolKind::free_blade && trail_.size() > 1) out.push_back({trail_, false});
     if (kind_ == ToolKind::free_blade && !lowered_) {
         OverlayLine line;
         const Isometry frame = free_pose(context).frame;

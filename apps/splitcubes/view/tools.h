@@ -92,6 +92,7 @@ class Tools {
     double depth_ = 0;      // m, along the view: of the last pick, the pull or the free blade
     bool has_depth_ = false;
     Vec3 last_point_ = Vec3::Zero(), last_normal_ = Vec3::UnitZ(), direction_ = Vec3::Zero();
+    std::vector<Vec3> trail_;    // m, world, of the stroke: a knife is a point in the view
     std::optional<Pick> start_;  // of scissors
     int next_slot_ = 10;         // of pulls; blades have those below
     int slot_ = 0;
