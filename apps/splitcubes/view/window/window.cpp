@@ -222,10 +222,9 @@ class Session {
     StepHistory history_;
     Latencies latencies_;
     std::ofstream record_;
-    std::string own_notice_;
     int frame_ = 0, still_frames_ = 0;
     Quality moving_ = Quality::fine;  // of pictures while things move
-    double frame_ms_ = 0, interface_ms_ = 0, opengl_seconds_ = 0, loop_begin_ = 0;
+    double frame_ms_ = 0, interface_ms_ = 0, opengl_seconds_ = 0;
 };
 
 Session::Session(const WindowSettings& settings)
@@ -261,9 +260,8 @@ void Session::listen() {
 void Session::take(const ViewerInput& input) {
     try {
         viewer_.take(input);
-        own_notice_.clear();
     } catch (const InputError& error) {
-        own_notice_ = error.what();
+        std::cerr << error.what() << '\n';
     }
     if (record_.is_open()) {
         ViewerInput recorded = input;
