@@ -56,15 +56,15 @@ struct Area {
     }
 };
 
-std::string formatted(const char* format, double value) {
+std::string label_of(const char* format, double value) {
     if (value <= least_top) value = 0;
     std::array<char, 64> text{};
     std::snprintf(text.data(), text.size(), format, value);
     return text.data();
 }
 
-void draw_line(const Area& area, const StepHistory& history, double top, ImU32 colour,
-               const std::function<double(const StepStatistics&)>& value) {
+void draw_curve(const Area& area, const StepHistory& history, double top, ImU32 colour,
+                const std::function<double(const StepStatistics&)>& value) {
     std::vector<ImVec2> points;
     const auto& steps = history.steps();
     for (std::size_t k = 0; k < steps.size(); ++k) {
@@ -106,7 +106,7 @@ void draw_stage_graph(const StepHistory& history, double step_length_ms, float w
         const float y = area.high.y - static_cast<float>(step_length_ms / top) * area.height();
         area.list->AddLine({area.low.x, y}, {area.high.x, y}, limit_colour);
     }
-    area.label(formatted("%.3g ms", top));
+    area.label(label_of("%.3g ms", top));
 }
 
 void draw_stage_table(const StepHistory& history) {
@@ -138,9 +138,9 @@ void draw_energy_graph(const StepHistory& history, float width, float height) {
     const auto kinetic = [](const StepStatistics& s) { return s.kinetic_energy; };
     const auto elastic = [](const StepStatistics& s) { return s.elastic_energy; };
     const double top = round_up(std::max(largest(history, kinetic), largest(history, elastic)));
-    draw_line(area, history, top, IM_COL32(240, 190, 90, 255), kinetic);
-    draw_line(area, history, top, IM_COL32(110, 190, 250, 255), elastic);
-    area.label(formatted("%.2g J", top));
+    draw_curve(area, history, top, IM_COL32(240, 190, 90, 255), kinetic);
+    draw_curve(area, history, top, IM_COL32(110, 190, 250, 255), elastic);
+    area.label(label_of("%.2g J", top));
     ImGui::TextColored({0.94F, 0.75F, 0.35F, 1}, "kinetic");
     ImGui::SameLine();
     ImGui::TextColored({0.43F, 0.75F, 0.98F, 1}, "elastic");
@@ -150,8 +150,8 @@ void draw_force_graph(const StepHistory& history, float width, float height) {
     const Area area(width, height);
     const auto force = [](const StepStatistics& s) { return s.tool_force; };
     const double top = round_up(largest(history, force));
-    draw_line(area, history, top, IM_COL32(240, 120, 120, 255), force);
-    area.label(formatted("%.2g N", top));
+    draw_curve(area, history, top, IM_COL32(240, 120, 120, 255), force);
+    area.label(label_of("%.2g N", top));
 }
 
 }  // namespace splitcubes::view
