@@ -63,8 +63,8 @@ std::string label_of(const char* format, double value) {
     return text.data();
 }
 
-void draw_curve(const Area& area, const StepHistory& history, double top, ImU32 colour,
-                const std::function<double(const StepStatistics&)>& value) {
+void draw_series(const Area& area, const StepHistory& history, double top, ImU32 colour,
+                 const std::function<double(const StepStatistics&)>& value) {
     std::vector<ImVec2> points;
     const auto& steps = history.steps();
     for (std::size_t k = 0; k < steps.size(); ++k) {
@@ -138,8 +138,8 @@ void draw_energy_graph(const StepHistory& history, float width, float height) {
     const auto kinetic = [](const StepStatistics& s) { return s.kinetic_energy; };
     const auto elastic = [](const StepStatistics& s) { return s.elastic_energy; };
     const double top = round_up(std::max(largest(history, kinetic), largest(history, elastic)));
-    draw_curve(area, history, top, IM_COL32(240, 190, 90, 255), kinetic);
-    draw_curve(area, history, top, IM_COL32(110, 190, 250, 255), elastic);
+    draw_series(area, history, top, IM_COL32(240, 190, 90, 255), kinetic);
+    draw_series(area, history, top, IM_COL32(110, 190, 250, 255), elastic);
     area.label(label_of("%.2g J", top));
     ImGui::TextColored({0.94F, 0.75F, 0.35F, 1}, "kinetic");
     ImGui::SameLine();
@@ -150,7 +150,7 @@ void draw_force_graph(const StepHistory& history, float width, float height) {
     const Area area(width, height);
     const auto force = [](const StepStatistics& s) { return s.tool_force; };
     const double top = round_up(largest(history, force));
-    draw_curve(area, history, top, IM_COL32(240, 120, 120, 255), force);
+    draw_series(area, history, top, IM_COL32(240, 120, 120, 255), force);
     area.label(label_of("%.2g N", top));
 }
 
