@@ -8,6 +8,7 @@
 #include "output_targets.h"
 #include "paper_world.h"
 #include "report.h"
+#include "stalls_bench.h"
 #include "validation.h"
 
 #include <splitcubes/core/error.h>
@@ -190,6 +191,13 @@ int bench_contact_and_tearing(const BenchOptions& options) {
     return 0;
 }
 
+int bench_longest_steps(const BenchOptions& options) {
+    const Json json = bench_stalls(options.runs, options.threads, options.world);
+    std::cout << json_text(json) << '\n';
+    write_json(options.json, json);
+    return 0;
+}
+
 void check_for_bench(const BenchOptions& options) {
     check_report_output(options.json);
     check_output_file(options.plot, {".svg"});
@@ -198,8 +206,8 @@ void check_for_bench(const BenchOptions& options) {
     const std::string problem = "is not for benchmark '" + options.name + "'";
     if (!options.meshes.empty() && options.name != "surface")
         throw InputError(options.meshes.front(), problem, "meshes go with: surface");
-    if (!options.world.empty() && options.name != "contact")
-        throw InputError("--world", problem, "it goes with: contact");
+    if (!options.world.empty() && options.name != "contact" && options.name != "stalls")
+        throw InputError("--world", problem, "it goes with: contact, stalls");
     for (const auto& [option, value] :
          {std::pair{"--tetrahedra", options.tetrahedra}, {"--document", options.document}})
         if (!value.empty() && options.name != "validation")
@@ -244,8 +252,9 @@ int bench(const BenchOptions& options) {
     if (options.name == "validation") return bench_validation(options);
     if (options.name == "mechanics") return run_mechanics_bench(options);
     if (options.name == "contact") return bench_contact_and_tearing(options);
+    if (options.name == "stalls") return bench_longest_steps(options);
     throw InputError("bench", "there is no benchmark '" + options.name + "'",
-                     "known: contact, criteria, mechanics, occlusion, paper, surface, validation");
+                     "known: contact, criteria, mechanics, occlusion, paper, stalls, surface, validation");
 }
 
 }  // namespace
@@ -254,12 +263,14 @@ void add_bench_command(CommandLine& line) {
     const auto options = std::make_shared<BenchOptions>();
     Command& command = line.add("bench", "Runs a benchmark; prints a table, then one line of JSON");
     command
-        .add_choice("NAME", "", options->name,
-                    {"contact", "criteria", "mechanics", "occlusion", "paper", "surface", "validation"},
-                    "contact: the cost of contact and tearing within a step; "
-                    "criteria: the visibility criteria, each timed on one cut; mechanics: the "
-                    "elastic step and its lower bound; occlusion: disks by backend; paper: the published "
-                    "size, a blade passing; surface: accuracy of surfaces; validation: linear elasticity")
+        .add_choice(
+            "NAME", "", options->name,
+            {"contact", "criteria", "mechanics", "occlusion", "paper", "stalls", "surface", "validation"},
+            "contact: the cost of contact and tearing within a step; "
+            "criteria: the visibility criteria, each timed on one cut; mechanics: the "
+            "elastic step and its lower bound; occlusion: disks by backend; paper: the published "
+            "size, a blade passing; stalls: the longest steps of bodies that fall apart; surface: accuracy "
+            "of surfaces; validation: linear elasticity")
         .required();
     command.add_list("MESH", "", options->meshes,
                      "surface only: further meshes to count folded triangles in");
@@ -275,7 +286,8 @@ void add_bench_command(CommandLine& line) {
         .add_text("--document", "FILE", options->document,
                   "validation only: Markdown whose table of validation is replaced")
         .completes(files({"md"}));
-    command.add_text("--world", "NAME", options->world, "contact only: the one world to run (all)");
+    command.add_text("--world", "NAME", options->world,
+                     "contact and stalls only: the one world to run (all)");
     command.add_threads(options->threads, "Threads (all; of mechanics: one, then two)");
     command.add_integer("--runs", "N", options->runs, {1, 10000}, "Runs to take medians over (5)");
     command.add_text("--json", "FILE", options->json, "Writes the JSON to a file too").completes(files());

@@ -26,6 +26,15 @@ struct ContactCase {
     int compare_every;  // steps between two comparisons with a world without contacts
 };
 
+constexpr double small_spacing = 0.02, large_spacing = 0.05;  // m
+// Standing bodies settle for two seconds; tearing ones tear from the start.
+constexpr ContactCase contact_cases[] = {
+    {"near its strength", small_spacing, 10, 8, 0.12, 180, 120, 5},
+    {"tearing", small_spacing, 10, 8, 0.05, 80, 20, 5},
+    {"large, near its strength", large_spacing, 31, 31, 0.12, 150, 120, 4},
+    {"large, tearing", large_spacing, 31, 31, 0.05, 36, 6, 12}};
+constexpr const ContactCase& large_tearing = contact_cases[3];
+
 // Builds a block on the ground, compressed at the bottom by its weight with bulging sides; a blade cuts it in
 // the middle, and the halves stand next to each other.
 std::unique_ptr<body::World> make_contact_world(const ContactCase& c,
@@ -171,16 +180,14 @@ Json time_contact(const ContactCase& c, int runs, const std::shared_ptr<const Pa
 
 }  // namespace
 
+std::unique_ptr<body::World> make_large_tearing_world(const std::shared_ptr<const Parallel>& parallel) {
+    return make_contact_world(large_tearing, parallel, true);
+}
+
 Json bench_contact(int runs, int threads, const std::string& world) {
     const auto parallel = std::make_shared<const Parallel>(threads);
-    constexpr double small = 0.02, large = 0.05;
-    // Standing bodies settle for two seconds; tearing ones tear from the start.
-    const ContactCase cases[] = {{"near its strength", small, 10, 8, 0.12, 180, 120, 5},
-                                 {"tearing", small, 10, 8, 0.05, 80, 20, 5},
-                                 {"large, near its strength", large, 31, 31, 0.12, 150, 120, 4},
-                                 {"large, tearing", large, 31, 31, 0.05, 36, 6, 12}};
     Json worlds = Json::array();
-    for (const ContactCase& c : cases) {
+    for (const ContactCase& c : contact_cases) {
         if (!world.empty() && world != c.name) continue;
         // One run of a large case has enough steps.
         worlds.push_back(time_contact(c, c.across > 20 ? 1 : runs, parallel));

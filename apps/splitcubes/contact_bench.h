@@ -3,6 +3,9 @@
 
 #include "report.h"
 
+#include <splitcubes/world/world.h>
+
+#include <memory>
 #include <string>
 
 namespace splitcubes::app {
@@ -11,5 +14,8 @@ namespace splitcubes::app {
 /// over the steps of all runs. threads: 0 takes all. world: the only one to run; empty: all. Throws
 /// InputError for an unknown name.
 Json bench_contact(int runs, int threads, const std::string& world);
+
+/// Builds the world "large, tearing": 29,791 phyxels that tear under their own weight.
+std::unique_ptr<body::World> make_large_tearing_world(const std::shared_ptr<const Parallel>& parallel);
 
 }  // namespace splitcubes::app
