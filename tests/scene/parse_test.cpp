@@ -180,7 +180,7 @@ TEST(ParseScene, messages_give_location_problem_and_remedy) {
         "x.json:7: bodies[0].material has the unknown key 'yungs_modulus'; did you mean 'youngs_modulus'?");
     EXPECT_EQ(small("\"poisson_ratio\": 0.7"),
               "x.json:7: bodies[0].material.poisson_ratio is 0.7, which is out of range; give a number from "
-              "0 to 0.49");
+              "0 to 0.499");
     EXPECT_EQ(
         small("\"density\": 0"),
         "x.json:7: bodies[0].material.density is 0, which is out of range; give a number above 0 to 1000000");

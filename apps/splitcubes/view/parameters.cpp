@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::array<Parameter, parameter_count> parameters = {{
     {"youngs_modulus", "Stiffness", "Pa", 500, 1e8, true, false, "Young's modulus"},
-    {"poisson_ratio", "Poisson's ratio", "", 0, 0.49, false, false,
+    {"poisson_ratio", "Poisson's ratio", "", 0, 0.499, false, false,
      "0: changes its volume freely; near 0.5: keeps its volume"},
     {"mass_damping", "Motion damping", "1/s", 0, 20, false, false, "Slows all motion, falling too"},
     {"stiffness_damping", "Strain damping", "s", 0, 0.05, false, false, "Slows vibrations"},

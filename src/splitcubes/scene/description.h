@@ -169,7 +169,7 @@ struct MaterialDescription {
     MaterialModel model = MaterialModel::corotated;
     double density = 1000;         // kg/m^3
     double youngs_modulus = 1e5;   // Pa
-    double poisson_ratio = 0.3;    // [0, 0.49]
+    double poisson_ratio = 0.3;    // [0, 0.499]
     double volume_stiffness = 0;   // Pa, against change of volume in large deformation
     double mass_damping = 0;       // 1/s
     double stiffness_damping = 0;  // s

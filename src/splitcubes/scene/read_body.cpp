@@ -246,7 +246,7 @@ MaterialDescription read_material(const Value& value) {
     }
     object.read("density", out.density, {0, 1e6, true});
     object.read("youngs_modulus", out.youngs_modulus, {0, 1e13, true});
-    object.read("poisson_ratio", out.poisson_ratio, {0, 0.49});
+    object.read("poisson_ratio", out.poisson_ratio, {0, 0.499});
     object.read("volume_stiffness", out.volume_stiffness, {0, 1e13});
     object.read("mass_damping", out.mass_damping, {0, 1e6});
     object.read("stiffness_damping", out.stiffness_damping, {0, 1e6});
