@@ -185,6 +185,36 @@ TEST(Samples, StressOfAHangingBlockGrowsUpwards) {
     EXPECT_LT(low / low_count, 0.5 * high / high_count);
 }
 
+// A bar bends under its weight: the pressure is a third of the stress along it, whatever Poisson's ratio.
+TEST(Samples, PressureOfABentBarFollowsTheLoadUpToTheIncompressibleLimit) {
+    for (const double ratio : {0.3, 0.49, 0.499}) {
+        SimulationSettings settings;
+        settings.gravity = {0, 0, -0.5};
+        settings.thread_count = 2;
+        Simulation simulation(settings);
+        BodySettings bar = soft_block();
+        bar.cell_size = 0.05 / 12;
+        bar.phyxel_spacing = 0.05 / 6;
+        bar.material = {.youngs_modulus = 1e6, .poisson_ratio = ratio, .mass_damping = 20};
+        const BodyId body = simulation.add_body(BoxMesh(0.25, 0.05, 0.05).view(), bar);
+        simulation.add_constraint(body, {.region = BoxRegion{{-1, -1, -1}, {-0.1, 1, 1}}});
+        for (int step = 0; step < 100; ++step) simulation.step();
+        const SampleState samples = simulation.samples(body);
+        double off = 0, all = 0;
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+            const Vector3 rest = samples.rest_positions[i];
+            if (rest.x < -0.07 || rest.x > 0.1) continue;
+            const double arm = 0.125 - rest.x, side = 0.05;
+            const double moment = 0.5 * 1000 * 0.5 * side * side * arm * arm;
+            const double expected = -moment * rest.z / (std::pow(side, 4) / 12) / 3;
+            off += (samples.pressure[i] - expected) * (samples.pressure[i] - expected);
+            all += expected * expected;
+        }
+        // A sample's own pressure is off by half of it at 0.499.
+        EXPECT_LT(std::sqrt(off / all), 0.2) << ratio;
+    }
+}
+
 TEST(Samples, SpacingIsThatOfTheSettings) {
     BodySettings body = soft_block();
     body.phyxel_spacing = 0.025;

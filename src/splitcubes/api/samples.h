@@ -16,7 +16,8 @@ struct SampleState {
     std::vector<Vector3> positions;       ///< m, world
     std::vector<std::int32_t> pieces;     ///< number of the sample's piece
     std::vector<float> von_mises_stress;  ///< Pa, of the Cauchy stress; 0 where it is inverted
-    std::vector<float> principal_stress;  ///< Pa, the largest of the Cauchy stress; 0 where it is inverted
+    std::vector<float> pressure;          ///< Pa, mean over the sample's neighbourhood; positive: compressed
+    std::vector<float> principal_stress;  ///< Pa, the largest of the Cauchy stress, with `pressure`
     std::vector<float> principal_strain;  ///< the largest stretch less 1
     double spacing = 0;                   ///< m, between samples at rest
 

@@ -26,6 +26,15 @@ inline constexpr double taut_twist = 0.25;
 
 }  // namespace constitutive
 
+/// Pressures that are shown (pressure.cpp).
+namespace pressure {
+
+/// Means over neighbourhoods, one after the other, 1 to 3. More smooth the pressure at the surface away; fewer
+/// leave the scatter of nearly incompressible material.
+inline constexpr int rounds = 2;
+
+}  // namespace pressure
+
 /// Elasticity in single precision over slices of links (simd/slice_kernels.cpp, simd/sliced_elasticity.cpp).
 namespace links {
 

@@ -2,6 +2,7 @@
 #include <splitcubes/api/internal/sample_state.h>
 #include <splitcubes/body/body.h>
 #include <splitcubes/elasticity/constitutive.h>
+#include <splitcubes/elasticity/pressure.h>
 
 #include <cmath>
 
@@ -37,15 +38,24 @@ double von_mises(const Mat3& stress) {
 SampleState sample_state_of(const body::Body& body) {
     const meshless::Phyxels& phyxels = body.phyxels();
     const meshless::Material& material = body.settings().material;
+    std::vector<Mat3> stress(phyxels.size());
+    std::vector<double> pressure(phyxels.size());
+    for (std::size_t i = 0; i < phyxels.size(); ++i) {
+        stress[i] = cauchy_stress(material, phyxels, i);
+        pressure[i] = -stress[i].trace() / 3;
+    }
+    const std::vector<double> own_pressure = pressure;
+    meshless::average_over_neighbourhoods(body.neighbourhoods(), phyxels.support_radius, pressure);
     SampleState out;
     out.spacing = body.phyxel_spacing();
     out.pieces = phyxels.piece;
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
         out.rest_positions.push_back(public_vector(phyxels.rest_position[i]));
         out.positions.push_back(public_vector(phyxels.position[i]));
-        const Mat3 stress = cauchy_stress(material, phyxels, i);
-        out.von_mises_stress.push_back(static_cast<float>(von_mises(stress)));
-        out.principal_stress.push_back(static_cast<float>(largest_eigenvalue(stress)));
+        out.von_mises_stress.push_back(static_cast<float>(von_mises(stress[i])));
+        out.principal_stress.push_back(
+            static_cast<float>(largest_eigenvalue(stress[i]) + own_pressure[i] - pressure[i]));
+        out.pressure.push_back(static_cast<float>(pressure[i]));
         const Mat3& F = phyxels.deformation[i];
         const double square = largest_eigenvalue(F.transpose() * F);
         out.principal_strain.push_back(
