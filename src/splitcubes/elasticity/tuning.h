@@ -29,8 +29,8 @@ inline constexpr double taut_twist = 0.25;
 /// Pressures that are shown (pressure.cpp).
 namespace pressure {
 
-/// Means over neighbourhoods, one after the other, 1 to 3. More smooth the pressure at the surface away; fewer
-/// leave the scatter of nearly incompressible material.
+/// Means over neighbourhoods, one after the other, 1 to 3. More smooth the pressure at the surface away;
+/// fewer leave the scatter of nearly incompressible material.
 inline constexpr int rounds = 2;
 
 }  // namespace pressure
