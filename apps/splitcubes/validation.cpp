@@ -112,7 +112,7 @@ double bending_seen(const body::Body& body) {
         const Vec3& X = p.rest_position[i];
         if (X.x() < 0.08 || X.x() > 0.17) continue;
         double strain = 0;
-        for (std::uint32_t l = n.offsets()[i]; l < n.offsets()[i + 1]; ++l) {
+        for (std::uint32_t l = n.links_begin(i); l < n.links_end(i); ++l) {
             const Vec3& Y = p.rest_position[n.neighbour()[l]];
             strain += (Y.x() * Y.z() - X.x() * X.z()) * n.gradient()[l].x();
         }

@@ -127,7 +127,7 @@ TEST(Aggregates, CouplingsAreTheStiffnessAgainstATranslation) {
     const auto moves = [&](std::size_t i) { return body.phyxels.rest_position[i].x() > 0; };
     double coupled = 0, energy = 0;
     for (std::size_t i = 0; i < system.size(); ++i)
-        for (std::uint32_t l = links.offsets()[i]; l < links.offsets()[i + 1]; ++l)
+        for (std::uint32_t l = links.links_begin(i); l < links.links_end(i); ++l)
             if (moves(i) && !moves(links.neighbour()[l])) coupled += links.link_coupling(l, i);
     const std::vector<double> zeros(system.size(), 0);
     std::vector<Vec3> shift(system.size()), force(system.size());

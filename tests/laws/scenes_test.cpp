@@ -54,7 +54,7 @@ TEST(Scenes, ThePearStandsThenItsHalvesComeToRest) {
     std::vector<std::string> before = coarse, after = coarse;
     before.push_back("frames=20");
     EXPECT_LT(run("pear_halves.json", before).last.totals.kinetic_energy, 2e-5) << "J, of 1.2 kg: 6 mm/s";
-    after.push_back("frames=720");
+    after.push_back("frames=960");
     EXPECT_LT(run("pear_halves.json", after).last.totals.top_speed, 1e-3);
 }
 

@@ -98,7 +98,7 @@ TEST(BalancedWeights, KeepLinearFieldsExact) {
             if (links.rank()[i] < 3) continue;
             ++full;
             Mat3 sum = Mat3::Zero();
-            for (std::uint32_t l = links.offsets()[i]; l < links.offsets()[i + 1]; ++l)
+            for (std::uint32_t l = links.links_begin(i); l < links.links_end(i); ++l)
                 sum += links.rest_edge()[l] * links.gradient()[l].transpose();
             EXPECT_LT((sum - Mat3::Identity()).norm(), 1e-9);
         }
@@ -116,7 +116,7 @@ double bending_seen(int across) {
         const Vec3& X = body.phyxels.rest_position[i];
         if (std::abs(X.x()) > 4) continue;
         double strain = 0;
-        for (std::uint32_t l = links.offsets()[i]; l < links.offsets()[i + 1]; ++l) {
+        for (std::uint32_t l = links.links_begin(i); l < links.links_end(i); ++l) {
             const Vec3 Y = X + links.rest_edge()[l];
             strain += (Y.x() * Y.z() - X.x() * X.z()) * links.gradient()[l].x();
         }

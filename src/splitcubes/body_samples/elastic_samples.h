@@ -66,9 +66,9 @@ struct ElasticSamples {
     /// its stages to the monitor.
     void place(const SampleContext& context, const SampleSettings& settings);
     void rebuild_locator();
-    /// Recomputes what depends on the set of phyxels: locator, support radii of new ones, pairs and their
-    /// visibility. Visibility that is already known is kept if the criterion allows it.
-    void rebuild_pairs(const SampleContext& context);
+    /// Links the phyxels that were appended since the last call: support radii, pairs and their visibility,
+    /// neighbourhoods. Updates the links of change.dirty_pairs, too.
+    void append_links(const SampleContext& context, TopologyChange& change);
 
     struct VisibilityUpdate {
         bool pieces_changed = false;  // of phyxels

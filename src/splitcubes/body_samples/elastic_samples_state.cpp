@@ -158,42 +158,44 @@ void ElasticSamples::load_phyxels(const SampleContext& context, StateReader& rea
 }
 
 void ElasticSamples::save_lumping(StateWriter& writer) const {
-    writer.add(std::span(lumping.offsets).subspan(1));
-    writer.add(std::span<const std::uint32_t>(lumping.phyxel));
-    writer.add(std::span<const double>(lumping.share));
-    writer.add(std::span<const std::uint8_t>(lumping.whole));
+    const std::size_t nodes = lumping.node_count();
+    for (const meshless::MassLumping::Row& row : lumping.rows) writer.add(row.count);
+    for (std::size_t n = 0; n < nodes; ++n) writer.add(lumping.phyxels_of(n));
+    for (std::size_t n = 0; n < nodes; ++n) writer.add(lumping.shares_of(n));
 }
 
 // Each node's mass is lumped to phyxels of its own piece, in ascending order, with shares that sum to one.
 void ElasticSamples::load_lumping(const SampleContext& context, StateReader& reader) {
     const std::size_t nodes = context.nodes.size();
     meshless::MassLumping loaded;
-    loaded.offsets = {0};
-    const std::vector<std::uint32_t> ends = reader.numbers<std::uint32_t>(nodes);
-    loaded.offsets.insert(loaded.offsets.end(), ends.begin(), ends.end());
-    require_state(std::is_sorted(loaded.offsets.begin(), loaded.offsets.end()),
-                  "mass lumping entries out of order");
-    const std::size_t entries = loaded.offsets.back();
+    const std::vector<std::uint32_t> counts = reader.numbers<std::uint32_t>(
+        nodes, 0, static_cast<std::uint32_t>(phyxels.size()), "mass lumped to more phyxels than there are");
+    std::uint64_t entries = 0;
+    for (const std::uint32_t count : counts) {
+        loaded.rows.push_back({static_cast<std::uint32_t>(entries), count, count});
+        entries += count;
+        require_state(entries <= std::numeric_limits<std::uint32_t>::max(), "too much mass lumping");
+    }
     loaded.phyxel = reader.numbers<std::uint32_t>(entries, 0, static_cast<std::uint32_t>(phyxels.size() - 1),
                                                   "mass lumped to an unknown phyxel");
     read_numbers(reader, entries, loaded.share, "mass lumping with an invalid share");
-    loaded.whole = reader.numbers<std::uint8_t>(nodes, 0, 1, "mass lumping with an invalid flag");
-    loaded.piece = context.nodes.piece;
     for (std::size_t n = 0; n < nodes; ++n) {
-        const std::uint32_t begin = loaded.offsets[n], end = loaded.offsets[n + 1];
-        loaded.unlumped += begin == end;
-        double sum = 0;
-        for (std::uint32_t e = begin; e < end; ++e) {
-            require_state(e == begin || loaded.phyxel[e - 1] < loaded.phyxel[e],
-                          "mass lumping entries out of order");
-            require_state(phyxels.piece[loaded.phyxel[e]] == context.nodes.piece[n],
+        const std::span<const std::uint32_t> row = loaded.phyxels_of(n);
+        double sum = 0, absolute = 0;
+        for (std::size_t k = 0; k < row.size(); ++k) {
+            require_state(k == 0 || row[k - 1] < row[k], "mass lumping entries out of order");
+            require_state(phyxels.piece[row[k]] == context.nodes.piece[n],
                           "mass lumped to a phyxel of another piece");
-            sum += loaded.share[e];
+            sum += loaded.shares_of(n)[k];
+            absolute += std::abs(loaded.shares_of(n)[k]);
         }
-        require_state(begin == end || std::abs(sum - 1) <= 1e-6, "mass lumping whose shares do not sum to 1");
+        require_state(absolute <= tuning::set_up::max_absolute_shares, "mass lumping with an invalid share");
+        require_state(row.empty() || std::abs(sum - 1) <= 1e-6, "mass lumping whose shares do not sum to 1");
     }
     lumping = std::move(loaded);
-    meshless::apply(lumping, context.nodes.volume, context.material.density, phyxels);
+    rebuild_locator();
+    meshless::sum_volumes(context.nodes.for_lumping(), phyxels, locator, lumping, context.parallel);
+    meshless::apply(lumping, context.material.density, phyxels);
     for (const double volume : phyxels.volume) require_state(volume >= 0, "a phyxel with a negative volume");
 }
 
@@ -261,11 +263,14 @@ void ElasticSamples::load_pairs(StateReader& reader) {
     for (auto* ends : {&loaded.a, &loaded.b})
         *ends = reader.numbers<std::uint32_t>(count, 0, last, "a pair with an unknown phyxel");
     loaded.visibility = reader.numbers<float>(count, 0, 1, "a pair with a visibility outside 0 to 1");
+    // Per phyxel, its last partner with a lower and with a higher index.
+    std::vector<std::int64_t> last_lower(phyxels.size(), -1), last_higher(phyxels.size(), -1);
     for (std::size_t k = 0; k < count; ++k) {
         const std::uint32_t a = loaded.a[k], b = loaded.b[k];
-        require_state(
-            a < b && (k == 0 || loaded.a[k - 1] < a || (loaded.a[k - 1] == a && loaded.b[k - 1] < b)),
-            "pairs out of order");
+        require_state(a < b && last_lower[b] < std::int64_t{a} && last_higher[a] < std::int64_t{b},
+                      "pairs out of order");
+        last_lower[b] = a;
+        last_higher[a] = b;
         const double reach = std::max(phyxels.support_radius[a], phyxels.support_radius[b]);
         const double distance_squared = (phyxels.rest_position[b] - phyxels.rest_position[a]).squaredNorm();
         require_state(distance_squared > 0 && distance_squared < reach * reach,

@@ -36,27 +36,27 @@ void update_owners(const SampleContext& context, const TopologyChange& change, E
     });
 }
 
-// Returns the pairs, ascending, whose phyxels changed piece or whose visibility the changes can affect.
+// Returns the pairs, ascending, that separated in this step or whose visibility the changes can affect.
+// separated: whether phyxels changed piece.
 std::vector<std::uint32_t> pairs_to_reevaluate(const SampleContext& context, const ElasticSamples& samples,
-                                               std::span<const geometry::Box> changed_boxes,
-                                               std::span<const std::int32_t> piece_before) {
+                                               std::span<const geometry::Box> changed_boxes, bool separated) {
     constexpr std::size_t chunk = 1024;
     geometry::Box all;
     for (const geometry::Box& box : changed_boxes) all.add(box);
     const geometry::Box reached = all.grown(samples.criterion->range(samples.largest_support()));
     const meshless::Phyxels& phyxels = samples.phyxels;
+    const meshless::Neighbourhoods& links = samples.neighbourhoods;
     const occlusion::PairSet pairs = samples.pair_set();
-    const std::span<const std::uint32_t> offsets = samples.neighbourhoods.offsets();
     std::vector<std::vector<std::uint32_t>> found((phyxels.size() + chunk - 1) / chunk);
     const auto find_pairs_of = [&](std::size_t a) {
-        const bool moved = phyxels.piece[a] != piece_before[a];
         const bool near = reached.contains(phyxels.rest_position[a]);
-        if (!moved && !near) return;
-        for (std::uint32_t l = offsets[a]; l < offsets[a + 1]; ++l) {
-            const std::uint32_t b = samples.neighbourhoods.neighbour()[l];
-            const std::uint32_t pair = samples.neighbourhoods.pair()[l];
-            bool changed = moved || phyxels.piece[b] != piece_before[b];
-            if (!changed && b > a) {
+        if (!separated && !near) return;
+        for (std::uint32_t l = links.links_begin(a); l < links.links_end(a); ++l) {
+            const std::uint32_t b = links.neighbour()[l], pair = links.pair()[l];
+            if (b < a) continue;
+            const bool together = phyxels.piece[a] == phyxels.piece[b];
+            bool changed = !together && samples.pairs.visibility[pair] > 0;
+            if (together && near) {
                 const geometry::Box region = samples.criterion->region(pairs, pair);
                 changed = region.meets(all) && meets_any(region, changed_boxes);
             }
@@ -67,9 +67,8 @@ std::vector<std::uint32_t> pairs_to_reevaluate(const SampleContext& context, con
     std::vector<std::uint32_t> queried;
     for (const std::vector<std::uint32_t>& pairs_of : found)
         queried.insert(queried.end(), pairs_of.begin(), pairs_of.end());
-    // Only pairs of phyxels that changed piece can be out of order.
+    // Pairs with phyxels that were added later follow the others.
     if (!std::is_sorted(queried.begin(), queried.end())) std::sort(queried.begin(), queried.end());
-    queried.erase(std::unique(queried.begin(), queried.end()), queried.end());
     return queried;
 }
 
@@ -98,23 +97,14 @@ ElasticSamples::VisibilityUpdate ElasticSamples::update_visibility(const SampleC
         phyxels.piece[i] = context.pieces.piece_of(context.grid, owner[i]);
     });
 
-    const std::vector<std::uint32_t> queried =
-        pairs_to_reevaluate(context, *this, change.boxes, piece_before);
+    const bool separated = phyxels.piece != piece_before;
+    const std::vector<std::uint32_t> queried = pairs_to_reevaluate(context, *this, change.boxes, separated);
     std::vector<float> before;
     for (const std::uint32_t k : queried) before.push_back(pairs.visibility[k]);
-    // Pairs at zero visibility stay at zero; pairs that split off together, away from the changes, keep
-    // theirs.
-    const occlusion::PairSet all_pairs = pair_set();
-    std::vector<std::uint8_t> must_evaluate(queried.size(), 0);
-    context.parallel.for_each(queried.size(), 128, [&](std::size_t q) {
-        const std::uint32_t k = queried[q];
-        must_evaluate[q] =
-            pairs.visibility[k] > 0 && (phyxels.piece[pairs.a[k]] != phyxels.piece[pairs.b[k]] ||
-                                        meets_any(criterion->region(all_pairs, k), change.boxes));
-    });
+    // Pairs at zero visibility stay at zero.
     std::vector<std::uint32_t> evaluated;
-    for (std::size_t q = 0; q < queried.size(); ++q)
-        if (must_evaluate[q] != 0) evaluated.push_back(queried[q]);
+    for (const std::uint32_t k : queried)
+        if (pairs.visibility[k] > 0) evaluated.push_back(k);
     evaluate_pairs(context, evaluated);
     // Visibility never grows, even if occluders shift within a cell that is cut again.
     for (std::size_t q = 0; q < queried.size(); ++q)
@@ -122,7 +112,7 @@ ElasticSamples::VisibilityUpdate ElasticSamples::update_visibility(const SampleC
     bridge_ligaments(context.grid, context.pieces.count(), *this, queried, change);
     for (std::size_t q = 0; q < queried.size(); ++q)
         if (pairs.visibility[queried[q]] != before[q]) change.dirty_pairs.push_back(queried[q]);
-    return {phyxels.piece != piece_before, evaluated.size()};
+    return {separated, evaluated.size()};
 }
 
 }  // namespace splitcubes::body

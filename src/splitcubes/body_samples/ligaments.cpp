@@ -14,16 +14,6 @@ using splitting::GridEdge;
 
 namespace {
 
-// Returns the index of the pair of two phyxels, or the number of pairs if there is none.
-std::size_t find_pair(const meshless::Pairs& pairs, std::uint32_t i, std::uint32_t j) {
-    const std::uint32_t a = std::min(i, j), b = std::max(i, j);
-    const auto [first, last] = std::equal_range(pairs.a.begin(), pairs.a.end(), a);
-    const auto begin = pairs.b.begin() + (first - pairs.a.begin());
-    const auto end = pairs.b.begin() + (last - pairs.a.begin());
-    const auto found = std::lower_bound(begin, end, b);
-    return found == end || *found != b ? pairs.size() : static_cast<std::size_t>(found - pairs.b.begin());
-}
-
 // Returns the lengths of the shortest paths over uncut grid edges from a node, in edges, up to max_length.
 // Key: edge_id of the node's edge along x.
 std::unordered_map<std::uint64_t, int> path_lengths_from(const splitting::NodeGrid& grid, const Vec3i& start,
@@ -64,8 +54,7 @@ Ligament find_ligament(const meshless::Neighbourhoods& links, const meshless::Pa
     seen[phyxel] = 1;
     for (std::size_t k = 0;
          k < found.size() && found.size() <= tuning::resampling::max_ligament_size && !out.many; ++k)
-        for (std::uint32_t l = links.offsets()[found[k]]; l < links.offsets()[found[k] + 1] && !out.many;
-             ++l) {
+        for (std::uint32_t l = links.links_begin(found[k]); l < links.links_end(found[k]) && !out.many; ++l) {
             const std::uint32_t j = links.neighbour()[l];
             if (seen[j] != 0 || !(pairs.visibility[links.pair()[l]] > 0)) continue;
             out.many = many[j] != 0;
@@ -99,11 +88,12 @@ std::size_t bridge(const splitting::NodeGrid& grid, ElasticSamples& samples, std
         if (path->second >
             (samples.owner[j] - samples.owner[phyxel]).lpNorm<1>() + tuning::resampling::max_bridge_detour)
             continue;
-        const std::size_t pair = find_pair(samples.pairs, phyxel, j);
-        if (pair == samples.pairs.size()) continue;
+        const std::uint32_t link = samples.neighbourhoods.find_link(phyxel, j);
+        if (link == samples.neighbourhoods.links_end(phyxel)) continue;
+        const std::uint32_t pair = samples.neighbourhoods.pair()[link];
         if (samples.pairs.visibility[pair] == 0) {
             samples.pairs.visibility[pair] = tuning::resampling::bridge_visibility;
-            change.dirty_pairs.push_back(static_cast<std::uint32_t>(pair));
+            change.dirty_pairs.push_back(pair);
         }
         ++bridges;
     }

@@ -3,6 +3,7 @@
 #include <splitcubes/math/decompose.h>
 #include <splitcubes/splitting/extract.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -37,23 +38,30 @@ double MaterialNodes::total_volume() const {
 }
 
 void MaterialNodes::label_pieces(const splitting::NodeGrid& grid, const splitting::Pieces& pieces) {
-    for (std::size_t i = 0; i < node.size(); ++i) piece[i] = pieces.piece_of(grid, node[i]);
+    for (std::size_t r = 0; r + 1 < first_of_brick.size(); ++r) {
+        const std::uint32_t begin = first_of_brick[r], end = first_of_brick[r + 1];
+        const std::int32_t common = pieces.common_piece(grid.bricks().brick_of(node[begin]));
+        if (common >= 0)
+            std::fill(piece.begin() + begin, piece.begin() + end, common);
+        else
+            for (std::uint32_t i = begin; i < end; ++i) piece[i] = pieces.piece_of(grid, node[i]);
+    }
 }
 
 Vec3 MaterialNodes::extents_of(std::span<const std::uint32_t> nodes) const {
+    // Moments about one of the nodes, in one pass.
     double total = 0;
-    Vec3 centre = Vec3::Zero();
+    Vec3 first = Vec3::Zero();
+    Mat3 second = Mat3::Zero();
     for (const std::uint32_t n : nodes) {
+        const Vec3 arm = rest_position[n] - rest_position[nodes.front()];
         total += volume[n];
-        centre += volume[n] * rest_position[n];
+        first += volume[n] * arm;
+        second += volume[n] * arm * arm.transpose();
     }
-    centre /= total;
-    const double h = cell_size;
-    Mat3 second = h * h / 12 * Mat3::Identity();
-    for (const std::uint32_t n : nodes) {
-        const Vec3 arm = rest_position[n] - centre;
-        second += volume[n] / total * arm * arm.transpose();
-    }
+    const Vec3 centre = first / total;
+    second = second / total - centre * centre.transpose();
+    second += cell_size * cell_size / 12 * Mat3::Identity();
     return (12 * eigen_symmetric(second).values).cwiseMax(0).cwiseSqrt();
 }
 
@@ -74,11 +82,14 @@ MaterialNodes list_material_nodes(const splitting::NodeGrid& grid, const splitti
     out.cell_size = grid.rest().cell_size;
     for (std::size_t brick = 0; brick < grid.bricks().total(); ++brick) {
         if (brick % tuning::set_up::bricks_between_checks == 0) parallel.check();
+        if (grid.inside_word(brick) != 0)
+            out.first_of_brick.push_back(static_cast<std::uint32_t>(out.size()));
         for (std::uint64_t word = grid.inside_word(brick); word; word &= word - 1) {
             const auto local = static_cast<unsigned>(std::countr_zero(word));
             out.node.push_back(grid.bricks().base(brick) + splitting::BrickLayout::local_node(local));
         }
     }
+    out.first_of_brick.push_back(static_cast<std::uint32_t>(out.size()));
     const double cell_volume = std::pow(grid.rest().cell_size, 3);
     out.rest_position.resize(out.size());
     out.piece.resize(out.size());

@@ -23,7 +23,8 @@ struct MaterialNodes {
     std::vector<Vec3> rest_position;  // m, rest space
     std::vector<double> volume;       // m^3; those of a piece sum to the volume its surface enclosed uncut
     std::vector<std::int32_t> piece;  // as of the last label_pieces
-    double cell_size = 0;             // m
+    std::vector<std::uint32_t> first_of_brick;  // per brick with nodes, its first node; one extra
+    double cell_size = 0;                       // m
 
     std::size_t size() const { return node.size(); }
     double total_volume() const;

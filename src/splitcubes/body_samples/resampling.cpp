@@ -69,8 +69,8 @@ class Resampler {
     void fill_pieces(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
     std::vector<Kind> kinds_of(std::span<const std::vector<std::uint32_t>> nodes) const;
     void reset_small_strains(std::span<const Kind> kinds, std::size_t old_count);
-    void reset_strain(std::span<const std::size_t> members);
-    bool is_chain(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
+    void reset_strain(std::span<const std::uint32_t> members);
+    bool is_chain(std::size_t piece) const;
     meshless::RigidPiece initial_rigid_piece(std::int32_t piece, std::span<const std::uint32_t> nodes) const;
     std::vector<Vec3> contact_points(const meshless::RigidPiece& body,
                                      std::span<const std::uint32_t> nodes) const;
@@ -81,6 +81,9 @@ class Resampler {
     std::span<const std::uint8_t> held_;  // per phyxel of the last step
     ElasticSamples& samples_;
     TopologyChange& change_;
+    // Per piece that splits or came off; empty for the others.
+    std::vector<std::vector<std::uint32_t>> members_;  // its phyxels, ascending
+    std::vector<Vec3> extents_;                        // m, MaterialNodes::extents_of its nodes
 };
 
 // Interpolates the state of a node from the phyxels as they were before the split. Phyxels that now belong to
@@ -88,12 +91,10 @@ class Resampler {
 // visibility, is preferred to the phyxels among which its mass is lumped.
 Resampler::NodeState Resampler::motion_of(std::uint32_t node, std::int32_t side) const {
     const Vec3& rest = context_.nodes.rest_position[node];
-    std::span<const std::uint32_t> visible, lumped{samples_.lumping.phyxel};
-    std::span<const double> visible_weight, lumped_weight{samples_.lumping.share};
-    const std::uint32_t begin = samples_.lumping.offsets[node],
-                        count = samples_.lumping.offsets[node + 1] - begin;
-    lumped = lumped.subspan(begin, count);
-    lumped_weight = lumped_weight.subspan(begin, count);
+    std::span<const std::uint32_t> visible;
+    std::span<const double> visible_weight;
+    const std::span<const std::uint32_t> lumped = samples_.lumping.phyxels_of(node);
+    const std::span<const double> lumped_weight = samples_.lumping.shares_of(node);
     const std::int32_t tracked = tracker_.find(context_.nodes.node[node]);
     const meshless::NodeKernels& kernels = tracker_.kernels();
     if (tracked >= 0 && static_cast<std::size_t>(tracked) < kernels.size()) {
@@ -141,6 +142,7 @@ void Resampler::add_sample(std::uint32_t node, std::int32_t piece) {
     start.deformation = motion.jacobian;
     start.velocity = motion.velocity;
     start.plastic_strain = motion.plastic_strain;
+    members_[static_cast<std::size_t>(piece)].push_back(static_cast<std::uint32_t>(samples_.phyxels.size()));
     samples_.phyxels.append(start);
     samples_.owner.push_back(context_.nodes.node[node]);
     samples_.previous_deformation.push_back(start.deformation);
@@ -158,8 +160,9 @@ void Resampler::add_samples(std::int32_t piece, std::span<const std::uint32_t> n
             distance[k] =
                 std::min(distance[k], (context_.nodes.rest_position[nodes[k]] - rest).squaredNorm());
     };
-    for (std::size_t i = 0; i < samples_.phyxels.size(); ++i)
-        if (samples_.phyxels.piece[i] == piece) update_distances(samples_.phyxels.rest_position[i]);
+    // add_sample adds to the members.
+    for (const std::uint32_t i : members_[static_cast<std::size_t>(piece)])
+        update_distances(samples_.phyxels.rest_position[i]);
     const double half_cell = 0.5 * context_.grid.rest().cell_size;
     const double min_squared = std::max(within * within, half_cell * half_cell);
     while (have < wanted) {
@@ -188,9 +191,8 @@ std::size_t Resampler::add_samples_around(std::uint32_t phyxel, std::span<const 
             distance[k] = std::min(distance[k], (context_.nodes.rest_position[near[k]] - at).squaredNorm());
     };
     const std::int32_t piece = samples_.phyxels.piece[phyxel];
-    for (std::size_t i = 0; i < samples_.phyxels.size(); ++i)
-        if (samples_.phyxels.piece[i] == piece &&
-            (samples_.phyxels.rest_position[i] - rest).squaredNorm() < 4 * reach * reach)
+    for (const std::uint32_t i : members_[static_cast<std::size_t>(piece)])
+        if ((samples_.phyxels.rest_position[i] - rest).squaredNorm() < 4 * reach * reach)
             update_distances(samples_.phyxels.rest_position[i]);
     std::size_t added = 0;
     for (int k = 0; k < tuning::resampling::phyxels_per_rank_iteration; ++k) {
@@ -251,16 +253,17 @@ meshless::RigidPiece Resampler::initial_rigid_piece(std::int32_t piece,
     body.rotation = rotation_of(covariance, rotation_of(mean));
 
     std::vector<meshless::Momenta> held;
-    for (std::size_t k = 0; k < nodes.size(); ++k)
-        for (std::uint32_t e = samples_.lumping.offsets[nodes[k]]; e < samples_.lumping.offsets[nodes[k] + 1];
-             ++e) {
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        const std::span<const std::uint32_t> row = samples_.lumping.phyxels_of(nodes[k]);
+        for (std::size_t e = 0; e < row.size(); ++e) {
             meshless::Momenta one;
             // Weighted by the absolute share: moment-corrected shares can be negative, which no fit allows.
-            one.mass = mass[k] * std::abs(samples_.lumping.share[e]);
-            one.centre = samples_.phyxels.position[samples_.lumping.phyxel[e]];
-            one.linear = one.mass * samples_.phyxels.velocity[samples_.lumping.phyxel[e]];
+            one.mass = mass[k] * std::abs(samples_.lumping.shares_of(nodes[k])[e]);
+            one.centre = samples_.phyxels.position[row[e]];
+            one.linear = one.mass * samples_.phyxels.velocity[row[e]];
             held.push_back(one);
         }
+    }
     const meshless::Momenta sum = meshless::together(held);
     // About axes around which the phyxels hardly spread, their velocities determine no rotation.
     const double min_inertia = 0.01 * sum.mass * edge * edge;
@@ -306,17 +309,13 @@ bool Resampler::is_sparse(std::size_t phyxels, double length) const {
     return static_cast<double>(phyxels) * samples_.spacing < length;
 }
 
-// Rebuilds pairs and neighbourhoods if phyxels were added since there were old_count; else updates them for
-// the changed pairs.
+// Links the phyxels that were added since there were old_count, and updates the changed pairs.
 void Resampler::refresh_links(std::size_t old_count) {
-    if (samples_.phyxels.size() != old_count) {
-        samples_.rebuild_pairs(context_);
-        samples_.neighbourhoods.rebuild(samples_.phyxels, samples_.pairs, context_.material,
-                                        context_.parallel);
-    } else if (!change_.dirty_pairs.empty()) {
+    if (samples_.phyxels.size() != old_count)
+        samples_.append_links(context_, change_);
+    else if (!change_.dirty_pairs.empty())
         samples_.neighbourhoods.update(samples_.phyxels, samples_.pairs, change_.dirty_pairs,
                                        context_.material, context_.parallel);
-    }
     change_.dirty_pairs.clear();
 }
 
@@ -332,16 +331,17 @@ void Resampler::fill_pieces(std::span<const std::vector<std::uint32_t>> nodes, s
                                    : kinds[k] == Kind::rigid ? 1
                                                              : 0;
         if (count[k] < wanted) add_samples(static_cast<std::int32_t>(k), nodes[k], wanted, 0);
-        if (kinds[k] == Kind::small && is_sparse(count[k], context_.nodes.extents_of(nodes[k])[0]))
+        if (kinds[k] == Kind::small && is_sparse(count[k], extents_[k][0]))
             add_samples(static_cast<std::int32_t>(k), nodes[k], nodes[k].size(), samples_.spacing);
     }
     refresh_links(old_count);
     for (int iteration = 0; iteration < tuning::resampling::rank_iterations; ++iteration) {
         old_count = samples_.phyxels.size();
-        for (std::uint32_t i = 0; i < old_count; ++i) {
-            const auto piece = static_cast<std::size_t>(samples_.phyxels.piece[i]);
-            if (kinds[piece] == Kind::small && samples_.neighbourhoods.rank()[i] < 3)
-                add_samples_around(i, nodes[piece]);
+        for (std::size_t k = 0; k < nodes.size(); ++k) {
+            if (kinds[k] != Kind::small) continue;
+            const std::vector<std::uint32_t> members = members_[k];
+            for (const std::uint32_t i : members)
+                if (samples_.neighbourhoods.rank()[i] < 3) add_samples_around(i, nodes[k]);
         }
         if (samples_.phyxels.size() == old_count) break;
         refresh_links(old_count);
@@ -350,15 +350,14 @@ void Resampler::fill_pieces(std::span<const std::vector<std::uint32_t>> nodes, s
 
 // Whether a piece is a chain of phyxels: thin in two directions, with at least half of its neighbourhoods
 // rank-deficient.
-bool Resampler::is_chain(std::int32_t piece, std::span<const std::uint32_t> nodes) const {
-    std::size_t all = 0, deficient = 0;
-    for (std::size_t i = 0; i < samples_.phyxels.size(); ++i) {
-        if (samples_.phyxels.piece[i] != piece) continue;
-        ++all;
-        deficient += samples_.neighbourhoods.rank()[i] < 3;
-    }
-    return 2 * deficient >= all &&
-           context_.nodes.extents_of(nodes)[1] < tuning::resampling::rigid_length * samples_.spacing;
+bool Resampler::is_chain(std::size_t piece) const {
+    const std::vector<std::uint32_t>& members = members_[piece];
+    const auto deficient =
+        static_cast<std::size_t>(std::count_if(members.begin(), members.end(), [&](std::uint32_t i) {
+            return samples_.neighbourhoods.rank()[i] < 3;
+        }));
+    return 2 * deficient >= members.size() &&
+           extents_[piece][1] < tuning::resampling::rigid_length * samples_.spacing;
 }
 
 // Returns the treatment of each piece; pieces without listed nodes stay untouched.
@@ -371,7 +370,7 @@ std::vector<Resampler::Kind> Resampler::kinds_of(std::span<const std::vector<std
     std::vector<Kind> kinds(nodes.size(), Kind::untouched);
     for (std::size_t k = 0; k < nodes.size(); ++k) {
         if (nodes[k].empty()) continue;
-        const double length = context_.nodes.extents_of(nodes[k])[0] / samples_.spacing;
+        const double length = extents_[k][0] / samples_.spacing;
         const bool was_rigid = samples_.phyxels.rigid.index(samples_.lumping.piece[nodes[k].front()]) >= 0;
         if (was_rigid || length < tuning::resampling::rigid_length)
             kinds[k] = Kind::rigid;
@@ -386,63 +385,61 @@ std::vector<Resampler::Kind> Resampler::kinds_of(std::span<const std::vector<std
 }
 
 void Resampler::make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds) {
-    meshless::RigidPieces all;
-    const meshless::RigidPieces& old = samples_.phyxels.rigid;
-    for (const meshless::RigidPiece& body : old.bodies)
-        if (kinds[static_cast<std::size_t>(body.piece)] == Kind::untouched)
-            all.put(body, old.points_of(body));
+    std::vector<std::pair<meshless::RigidPiece, std::vector<Vec3>>> made;
     for (std::size_t k = 0; k < nodes.size(); ++k) {
         if (kinds[k] != Kind::rigid) continue;
         const meshless::RigidPiece body = initial_rigid_piece(static_cast<std::int32_t>(k), nodes[k]);
-        all.put(body, contact_points(body, nodes[k]));
+        made.emplace_back(body, contact_points(body, nodes[k]));
     }
-    samples_.phyxels.rigid = std::move(all);
+    for (const auto& [body, points] : made) samples_.phyxels.rigid.put(body, points);
     // Rigid pieces have no elastic links.
-    for (std::uint32_t k = 0; k < samples_.pairs.size(); ++k) {
-        if (!(samples_.pairs.visibility[k] > 0) ||
-            samples_.phyxels.rigid.index(samples_.phyxels.piece[samples_.pairs.a[k]]) < 0)
-            continue;
-        samples_.pairs.visibility[k] = 0;
-        change_.dirty_pairs.push_back(k);
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        if (kinds[k] != Kind::rigid) continue;
+        for (const std::uint32_t i : members_[k])
+            for (std::uint32_t l = samples_.neighbourhoods.links_begin(i);
+                 l < samples_.neighbourhoods.links_end(i); ++l) {
+                const std::uint32_t pair = samples_.neighbourhoods.pair()[l];
+                if (!(samples_.pairs.visibility[pair] > 0)) continue;
+                samples_.pairs.visibility[pair] = 0;
+                change_.dirty_pairs.push_back(pair);
+            }
     }
 }
 
 // Resets the strain of small pieces that got phyxels, or whose elastic energy has grown by the change of
 // neighbours: releasing that energy would add it to the motion.
 void Resampler::reset_small_strains(std::span<const Kind> kinds, std::size_t old_count) {
-    std::vector<Mat3> deformation(samples_.phyxels.size()), rotation(samples_.phyxels.size());
-    meshless::compute_deformation(samples_.neighbourhoods, samples_.phyxels.rest_position,
-                                  samples_.phyxels.position, samples_.phyxels.rotation, deformation, rotation,
-                                  context_.parallel);
-    std::vector<double> before(kinds.size(), 0), after(kinds.size(), 0), noise(kinds.size(), 0);  // J
-    std::vector<std::vector<std::size_t>> members(kinds.size());
-    std::vector<std::uint8_t> grown(kinds.size(), 0);
-    for (std::size_t i = 0; i < samples_.phyxels.size(); ++i) {
-        const auto piece = static_cast<std::size_t>(samples_.phyxels.piece[i]);
-        if (kinds[piece] != Kind::small) continue;
-        members[piece].push_back(i);
-        if (i >= old_count) grown[piece] = 1;
-        const auto energy = [&](const Mat3& F, const Mat3& R) {
-            return samples_.phyxels.volume[i] *
-                   meshless::energy_density(context_.material, F, R, samples_.phyxels.plastic_strain[i]);
-        };
-        noise[piece] += tuning::resampling::noise_strain * tuning::resampling::noise_strain *
-                        context_.material.youngs_modulus * samples_.phyxels.volume[i];
-        before[piece] += energy(samples_.phyxels.deformation[i], samples_.phyxels.rotation[i]);
-        after[piece] += energy(deformation[i], rotation[i]);
+    const meshless::Phyxels& phyxels = samples_.phyxels;
+    for (std::size_t k = 0; k < kinds.size(); ++k) {
+        if (kinds[k] != Kind::small) continue;
+        const std::vector<std::uint32_t>& members = members_[k];
+        if (members.empty()) continue;
+        double before = 0, after = 0, noise = 0;  // J
+        for (const std::uint32_t i : members) {
+            const auto energy = [&](const Mat3& F, const Mat3& R) {
+                return phyxels.volume[i] *
+                       meshless::energy_density(context_.material, F, R, phyxels.plastic_strain[i]);
+            };
+            Mat3 deformation, rotation;
+            meshless::compute_deformation_of(i, samples_.neighbourhoods, phyxels.rest_position,
+                                             phyxels.position, phyxels.rotation[i], deformation, rotation);
+            noise += tuning::resampling::noise_strain * tuning::resampling::noise_strain *
+                     context_.material.youngs_modulus * phyxels.volume[i];
+            before += energy(phyxels.deformation[i], phyxels.rotation[i]);
+            after += energy(deformation, rotation);
+        }
+        if (members.back() >= old_count || after > 1.01 * before + noise) reset_strain(members);
     }
-    for (std::size_t k = 0; k < kinds.size(); ++k)
-        if (grown[k] != 0 || after[k] > 1.01 * before[k] + noise[k]) reset_strain(members[k]);
 }
 
 // Moves phyxels to where they lie without elastic strain. Keeps centre of mass, momenta, mean rotation and
 // mean plastic strain.
-void Resampler::reset_strain(std::span<const std::size_t> members) {
+void Resampler::reset_strain(std::span<const std::uint32_t> members) {
     std::vector<meshless::Momenta> parts;
     Vec3 rest = Vec3::Zero();
     Mat3 mean = Mat3::Zero(), plastic_strain = Mat3::Zero();
     double total = 0;
-    for (const std::size_t i : members) {
+    for (const std::uint32_t i : members) {
         meshless::Momenta one;
         one.mass = samples_.phyxels.mass[i];
         one.centre = samples_.phyxels.position[i];
@@ -459,17 +456,17 @@ void Resampler::reset_strain(std::span<const std::size_t> members) {
     const meshless::Momenta sum = meshless::together(parts);
     const Mat3 stretch = meshless::stretch_of(context_.material, plastic_strain);
     Mat3 covariance = 0.01 * samples_.spacing * samples_.spacing * mean * stretch;
-    for (const std::size_t i : members)
+    for (const std::uint32_t i : members)
         covariance += samples_.phyxels.mass[i] * (samples_.phyxels.position[i] - sum.centre) *
                       (stretch * (samples_.phyxels.rest_position[i] - rest)).transpose();
     const Mat3 rotation = rotation_of(covariance, rotation_of(mean));
     Mat3 inertia = Mat3::Zero();
-    for (const std::size_t i : members) {
+    for (const std::uint32_t i : members) {
         const Vec3 arm = rotation * stretch * (samples_.phyxels.rest_position[i] - rest);
         inertia += samples_.phyxels.mass[i] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
     }
     const Vec3 rotation_rate = meshless::angular_velocity(inertia, sum.angular_momentum);
-    for (const std::size_t i : members) {
+    for (const std::uint32_t i : members) {
         const Vec3 arm = rotation * stretch * (samples_.phyxels.rest_position[i] - rest);
         samples_.phyxels.position[i] = samples_.phyxels.previous_position[i] = sum.centre + arm;
         samples_.phyxels.velocity[i] = samples_.phyxels.previous_velocity[i] =
@@ -489,6 +486,15 @@ void Resampler::run() {
         const auto piece = static_cast<std::size_t>(context_.nodes.piece[n]);
         if (family[piece] >= 0) nodes[piece].push_back(n);
     }
+    members_.resize(nodes.size());
+    for (std::uint32_t i = 0; i < before; ++i) {
+        const auto piece = static_cast<std::size_t>(samples_.phyxels.piece[i]);
+        if (family[piece] >= 0) members_[piece].push_back(i);
+    }
+    extents_.resize(nodes.size());
+    context_.parallel.for_each(nodes.size(), 16, [&](std::size_t k) {
+        if (!nodes[k].empty()) extents_[k] = context_.nodes.extents_of(nodes[k]);
+    });
     std::vector<Kind> kinds = kinds_of(nodes);
     std::vector<std::int32_t> elastic_family = family;  // -1 also for parts of rigid pieces: they conserve it
     for (std::size_t k = 0; k < nodes.size(); ++k)
@@ -497,9 +503,7 @@ void Resampler::run() {
     const meshless::SplitMomentum split_momentum(samples_.phyxels, elastic_family, held_);
     fill_pieces(nodes, kinds);
     for (std::size_t k = 0; k < nodes.size(); ++k)
-        if ((kinds[k] == Kind::small || kinds[k] == Kind::large) &&
-            is_chain(static_cast<std::int32_t>(k), nodes[k]))
-            kinds[k] = Kind::rigid;
+        if ((kinds[k] == Kind::small || kinds[k] == Kind::large) && is_chain(k)) kinds[k] = Kind::rigid;
     make_rigid(nodes, kinds);
     meshless::relump_after_split(samples_.lumping, context_.nodes.for_lumping(), context_.material.density,
                                  samples_.locator, samples_.phyxels, context_.parallel);

@@ -21,6 +21,9 @@ inline constexpr double bytes_per_phyxel = 14e3;
 /// Largest deviation of a stored rotation of a phyxel from orthogonality, 1e-6 to 0.01. Larger accepts
 /// damaged states, smaller refuses rounding.
 inline constexpr double rotation_tolerance = 1e-3;
+/// Largest sum of the absolute shares of a stored row of mass lumping, 4 to 5: corrections change them by 3
+/// in total. Larger accepts damaged states, whose integer sums may overflow; smaller refuses good ones.
+inline constexpr double max_absolute_shares = 5;
 
 }  // namespace set_up
 

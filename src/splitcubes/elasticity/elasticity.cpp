@@ -45,29 +45,32 @@ bool complete_deformation(const Neighbourhoods& neighbourhoods, std::size_t i, c
     return false;
 }
 
+bool compute_deformation_of(std::size_t i, const Neighbourhoods& neighbourhoods,
+                            std::span<const Vec3> rest_position, std::span<const Vec3> position,
+                            const Mat3& last_rotation, Mat3& deformation, Mat3& rotation) {
+    // Uses displacements, not positions: F is exactly the identity at rest.
+    const Vec3 here = position[i] - rest_position[i];
+    Mat3 sum = Mat3::Zero();
+    const std::uint32_t end = neighbourhoods.links_end(i);
+    for (std::uint32_t l = neighbourhoods.links_begin(i); l < end; ++l) {
+        const std::uint32_t j = neighbourhoods.neighbour()[l];
+        const Vec3& g = neighbourhoods.gradient()[l];
+        const Vec3 difference = (position[j] - rest_position[j]) - here;
+        for (int k = 0; k < 3; ++k) sum.col(k) += difference * g[k];
+    }
+    return complete_deformation(neighbourhoods, i, sum, last_rotation, deformation, rotation);
+}
+
 std::size_t compute_deformation(const Neighbourhoods& neighbourhoods, std::span<const Vec3> rest_position,
                                 std::span<const Vec3> position, std::span<const Mat3> last_rotation,
                                 std::span<Mat3> deformation, std::span<Mat3> rotation,
                                 const Parallel& parallel) {
     const std::size_t n = neighbourhoods.size();
     assert(position.size() == n && deformation.size() == n && rotation.size() == n);
-    // Uses displacements, not positions: F is exactly the identity at rest.
-    const auto displacement_gradient = [&](std::size_t i) {
-        const Vec3 here = position[i] - rest_position[i];
-        Mat3 sum = Mat3::Zero();
-        const std::uint32_t end = neighbourhoods.offsets()[i + 1];
-        for (std::uint32_t l = neighbourhoods.offsets()[i]; l < end; ++l) {
-            const std::uint32_t j = neighbourhoods.neighbour()[l];
-            const Vec3& g = neighbourhoods.gradient()[l];
-            const Vec3 difference = (position[j] - rest_position[j]) - here;
-            for (int k = 0; k < 3; ++k) sum.col(k) += difference * g[k];
-        }
-        return sum;
-    };
     std::atomic<std::size_t> bad = 0;
     for_phyxels(parallel, n, [&](std::size_t i) {
-        bad += !complete_deformation(neighbourhoods, i, displacement_gradient(i), last_rotation[i],
-                                     deformation[i], rotation[i]);
+        bad += !compute_deformation_of(i, neighbourhoods, rest_position, position, last_rotation[i],
+                                       deformation[i], rotation[i]);
     });
     return bad;
 }
@@ -88,7 +91,7 @@ Mat3 resolved_plastic_strain(const Neighbourhoods& neighbourhoods, const Materia
 double penalty_energy(const Neighbourhoods& neighbourhoods, std::size_t i, const Mat3& deformation,
                       std::span<const Vec3> position) {
     double squares = 0;
-    for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
+    for (std::uint32_t l = neighbourhoods.links_begin(i); l < neighbourhoods.links_end(i); ++l) {
         const std::uint32_t j = neighbourhoods.neighbour()[l];
         const Vec3 error = deformation * neighbourhoods.rest_edge()[l] - (position[j] - position[i]);
         squares += neighbourhoods.weight()[l] * error.squaredNorm();
@@ -116,8 +119,8 @@ double ElasticForces::energy(const Neighbourhoods& neighbourhoods, const Materia
 template <class Body>
 inline void for_links(const Neighbourhoods& neighbourhoods, std::size_t i, const Body& body) {
     const std::uint32_t* const neighbour = neighbourhoods.neighbour().data();
-    const std::uint32_t end = neighbourhoods.offsets()[i + 1];
-    for (std::uint32_t l = neighbourhoods.offsets()[i]; l < end; ++l) body(l, neighbour[l]);
+    const std::uint32_t end = neighbourhoods.links_end(i);
+    for (std::uint32_t l = neighbourhoods.links_begin(i); l < end; ++l) body(l, neighbour[l]);
 }
 
 // Returns the force on i, T_i G_i - sum_j T_j g_ji + sum_j (c_j w_ji e_ji - c_i w_ij e_ij).

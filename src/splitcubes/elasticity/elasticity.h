@@ -33,7 +33,12 @@ std::size_t compute_deformation(const Neighbourhoods& neighbourhoods, std::span<
                                 std::span<Mat3> deformation, std::span<Mat3> rotation,
                                 const Parallel& parallel);
 
-/// The same for one phyxel, from H = sum_j (u_j - u_i) g_ij^T, u = x - X. Returns false if
+/// The same for phyxel i. Returns false if F was not finite.
+bool compute_deformation_of(std::size_t i, const Neighbourhoods& neighbourhoods,
+                            std::span<const Vec3> rest_position, std::span<const Vec3> position,
+                            const Mat3& last_rotation, Mat3& deformation, Mat3& rotation);
+
+/// The same from H = sum_j (u_j - u_i) g_ij^T, u = x - X. Returns false if
 /// F was not finite.
 bool complete_deformation(const Neighbourhoods& neighbourhoods, std::size_t i, const Mat3& H,
                           const Mat3& last_rotation, Mat3& deformation, Mat3& rotation);

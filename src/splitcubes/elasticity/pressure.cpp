@@ -17,7 +17,7 @@ void average_over_neighbourhoods(const Neighbourhoods& neighbourhoods, std::span
         for (std::size_t i = 0; i < n; ++i) {
             double weight = kernel(0, support_radius[i]) * neighbourhoods.volume()[i];
             double sum = weight * values[i], total = weight;
-            for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
+            for (std::uint32_t l = neighbourhoods.links_begin(i); l < neighbourhoods.links_end(i); ++l) {
                 const std::uint32_t j = neighbourhoods.neighbour()[l];
                 weight = neighbourhoods.weight()[l] * neighbourhoods.volume()[j];
                 sum += weight * values[j];

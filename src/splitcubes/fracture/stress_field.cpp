@@ -123,7 +123,7 @@ void StressField::bound_principal_stress(const TearContext& context, double thre
     });
     for (std::size_t i = 0; i < count; ++i) {
         if (is_strained_[i] != strained) continue;
-        for (std::size_t k = n.offsets()[i]; k < n.offsets()[i + 1]; ++k)
+        for (std::size_t k = n.links_begin(i); k < n.links_end(i); ++k)
             is_strained_[n.neighbour()[k]] |= beside_strained;
     }
 }
@@ -146,7 +146,7 @@ double StressField::find_loads(const NodeGrid& grid, const TearContext& context)
 // Returns the load of one phyxel, or 0 if it is below the smallest load that matters.
 double StressField::load_of(const TearContext& context, std::size_t i) const {
     const meshless::Neighbourhoods& n = context.neighbourhoods;
-    const std::size_t begin = n.offsets()[i], end = n.offsets()[i + 1];
+    const std::size_t begin = n.links_begin(i), end = n.links_end(i);
     const double own = meshless::kernel(0, context.phyxels.support_radius[i]);
     const double threshold = min_load_share * strength_.settings().propagation_ratio * min_strength_[i];
     // The largest principal stress of a mean is at most the mean of the largest principal stresses.

@@ -81,11 +81,6 @@ void NodeTracker::let_sleep() {
     std::erase_if(fallbacks_, [&](const Fallback& f) { return use_[f.node] == Use::none; });
 }
 
-void NodeTracker::mark_all() {
-    for (std::size_t i = 0; i < pending_.size(); ++i)
-        if (use_[i] != Use::none) pending_[i] = KernelUpdate::build;
-}
-
 void NodeTracker::mark_near(std::span<const geometry::Box> boxes, double radius, std::uint32_t changes,
                             const Parallel& parallel) {
     marked_changes_ = changes;
@@ -101,15 +96,72 @@ void NodeTracker::mark_near(std::span<const geometry::Box> boxes, double radius,
     });
 }
 
-void NodeTracker::refresh(const TrackerContext& context) {
-    if (pieces_changed_) {
-        for (std::size_t i = 0; i < nodes_.size(); ++i) {
-            if (use_[i] == Use::none) continue;
-            piece_[i] = context.pieces.piece_of(context.grid, nodes_[i]);
-            if (pending_[i] == KernelUpdate::none) pending_[i] = KernelUpdate::filter;
-        }
-        pieces_changed_ = false;
+// Marks the nodes whose rows depend on what changed piece: the node itself, a phyxel that it sees, or, for a
+// node without such a phyxel, any phyxel.
+void NodeTracker::find_changed_pieces(const TrackerContext& context) {
+    const meshless::Phyxels& phyxels = context.phyxels;
+    phyxel_moved_.assign(phyxels.size(), 0);
+    for (std::size_t i = 0; i < phyxel_piece_.size(); ++i)
+        phyxel_moved_[i] = phyxels.piece[i] != phyxel_piece_[i];
+    context.parallel.for_each(nodes_.size(), 1024, [&](std::size_t i) {
+        if (use_[i] == Use::none) return;
+        const std::int32_t before = piece_[i];
+        piece_[i] = context.pieces.piece_of(context.grid, nodes_[i]);
+        if (pending_[i] != KernelUpdate::none) return;
+        const auto decides = [&](const Link& link) {
+            return link.visible && phyxel_moved_[link.phyxel] != 0;
+        };
+        if (piece_[i] != before || kernels_.rows[i].count <= 1 ||
+            std::any_of(links_[i].begin(), links_[i].end(), decides))
+            pending_[i] = KernelUpdate::filter;
+    });
+}
+
+// Links the awake nodes to the phyxels that were added since the last refresh. Nodes that are to be built
+// find them by themselves.
+void NodeTracker::add_new_phyxels(const TrackerContext& context) {
+    const meshless::Phyxels& phyxels = context.phyxels;
+    const geometry::RestGrid& rest = context.grid.rest();
+    struct NewLink {
+        std::uint32_t node;
+        Link link;
+    };
+    std::vector<NewLink> found;
+    for (auto i = static_cast<std::uint32_t>(phyxel_piece_.size()); i < phyxels.size(); ++i) {
+        const Vec3 at = rest.to_grid(phyxels.rest_position[i]);
+        const double reach = phyxels.support_radius[i] / rest.cell_size + 1e-6;
+        const Vec3i low = (at.array() - reach).ceil().max(0).matrix().cast<int>();
+        const Vec3i high =
+            (at.array() + reach).floor().min(rest.node_count.array().cast<double>() - 1).matrix().cast<int>();
+        for (int z = low.z(); z <= high.z(); ++z)
+            for (int y = low.y(); y <= high.y(); ++y)
+                for (int x = low.x(); x <= high.x(); ++x) {
+                    const std::int32_t node = find({x, y, z});
+                    if (node < 0) continue;
+                    const auto n = static_cast<std::size_t>(node);
+                    if (pending_[n] == KernelUpdate::build) continue;
+                    const double weight = meshless::kernel(
+                        (phyxels.rest_position[i] - rest_[n]).squaredNorm(), phyxels.support_radius[i]);
+                    if (weight > 0) found.push_back({static_cast<std::uint32_t>(node), {i, false, weight}});
+                }
     }
+    context.parallel.for_each(found.size(), 64, [&](std::size_t k) {
+        found[k].link.visible = !context.occluders.segment_blocked(
+            rest_[found[k].node], phyxels.rest_position[found[k].link.phyxel]);
+    });
+    // The links of a node stay in the order of phyxels.
+    for (const NewLink& added : found) {
+        links_[added.node].push_back(added.link);
+        pending_[added.node] = std::max(pending_[added.node], KernelUpdate::filter);
+    }
+}
+
+void NodeTracker::refresh(const TrackerContext& context) {
+    if (pieces_changed_) find_changed_pieces(context);
+    if (phyxel_piece_.size() < context.phyxels.size()) add_new_phyxels(context);
+    if (pieces_changed_ || phyxel_piece_.size() < context.phyxels.size())
+        phyxel_piece_ = context.phyxels.piece;
+    pieces_changed_ = false;
     work_.clear();
     for (std::uint32_t i = 0; i < pending_.size(); ++i)
         if (pending_[i] != KernelUpdate::none) work_.push_back(i);

@@ -48,7 +48,8 @@ class NodeTracker {
     /// Puts the nodes to sleep that have not been tracked since the call before the last one.
     void let_sleep();
 
-    /// Updates the kernels of nodes added since the last refresh and of marked nodes.
+    /// Updates the kernels of nodes added since the last refresh, of marked nodes, and of those that phyxels
+    /// added since then reach.
     void refresh(const TrackerContext& context);
     /// Marks the nodes within `radius`, m, of boxes (m, rest space) in which the surface changed: the
     /// visibility of their phyxels is tested again where the segment passes through a box. changes:
@@ -59,8 +60,6 @@ class NodeTracker {
     void forget_changes() { known_changes_ = marked_changes_ = 0; }
     /// Marks all kernels after pieces, or the pieces of phyxels, changed.
     void mark_pieces_changed() { pieces_changed_ = true; }
-    /// Marks all kernels for rebuilding (phyxels were added).
-    void mark_all();
 
     /// Computes the frames of all tracked nodes for a state of the phyxels.
     void evaluate(const TrackerContext& context, std::span<const Vec3> position,
@@ -117,6 +116,8 @@ class NodeTracker {
     void load_bonds(StateReader& reader, const TrackerContext& context);
     void make_rows(const TrackerContext& context);
     void build_links(const TrackerContext& context, std::size_t node, std::vector<std::uint32_t>& near);
+    void find_changed_pieces(const TrackerContext& context);
+    void add_new_phyxels(const TrackerContext& context);
     void update_visibility(const TrackerContext& context, std::size_t node, std::vector<geometry::Box>& near);
     void write_row(const TrackerContext& context, std::size_t node);
     void update_kernels(const TrackerContext& context);
@@ -138,7 +139,9 @@ class NodeTracker {
     // Occluder change counters: last one processed by all nodes; last one for which nodes are marked.
     std::uint32_t known_changes_ = 0, marked_changes_ = 0;
     bool pieces_changed_ = false;
-    double reach_ = 0;  // m, the phyxels' largest support
+    std::vector<std::int32_t> phyxel_piece_;  // per phyxel that the links know, as of the last refresh
+    std::vector<std::uint8_t> phyxel_moved_;  // scratch, per phyxel, 1: its piece changed
+    double reach_ = 0;                        // m, the phyxels' largest support
     meshless::NodeKernels kernels_;
     meshless::FrameEvaluator evaluator_;
     std::vector<Fallback> fallbacks_;

@@ -42,6 +42,7 @@ void NodeTracker::load(StateReader& reader, const TrackerContext& context) {
     fresh_.clear();
     boxes_.clear();
     pieces_changed_ = false;
+    phyxel_piece_ = context.phyxels.piece;
     forget_changes();
 }
 

@@ -5,12 +5,25 @@
 #include <splitcubes/math/types.h>
 #include <splitcubes/samples/aligned.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace splitcubes::meshless {
+
+/// Links of a row in a pool: begin .. end - 1.
+struct LinkRange {
+    std::uint32_t begin = 0, end = 0, limit = 0;  // limit: end of its capacity
+};
+
+/// Rows of links.
+struct LinkRows {
+    std::span<const LinkRange> range;          // per row
+    std::span<const std::uint32_t> neighbour;  // per link of the pool
+    std::span<const Vec3> rest_position;       // m, per row
+};
 
 /// A slice is a sequence of columns; a column holds one link of each of its rows.
 /// Consecutive phyxels of a lattice have neighbours at the same index offset, so most
@@ -45,10 +58,16 @@ class LinkSlices {
         Vec3 edge_sum = Vec3::Zero();        // A_i sum_j g_ij, 1/m^2
     };
 
-    /// Builds the structure from the rows of links of Neighbourhoods (CSR) and the rest
-    /// positions (m). All values are zero.
-    void build(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> neighbour,
-               std::span<const Vec3> rest_position);
+    /// Builds the structure. All values are zero.
+    void build(const LinkRows& rows);
+    /// Builds the given slices again, among them all that contain rows or links that were added. Their links'
+    /// values are zero; all else stays. Each slice equals that of a build, but may lie elsewhere.
+    void append(const LinkRows& rows, std::span<const std::uint32_t> slices);
+    /// Whether slices that moved left more unused than used memory.
+    bool is_sparse() const {
+        return 2 * column_count_ < run_.size() || 2 * gather_count_ * lanes < index_.size() ||
+               2 * edge_count_ < edge_.size();
+    }
     void set_link(std::size_t link, const Link& value);
     void set_reverse(std::size_t link, const Vec3& reverse, double reverse_weight);
     void set_penalty(std::size_t link, double penalty);
@@ -57,20 +76,22 @@ class LinkSlices {
     void set_rank(std::size_t row, bool full);
 
     std::size_t row_count() const { return rows_; }
-    std::size_t slice_count() const { return first_column_.empty() ? 0 : first_column_.size() - 1; }
+    std::size_t slice_count() const { return slices_.size(); }
     /// Length of a row array, a multiple of `lanes`: component k of row i is at k * stride() + i.
     std::size_t stride() const { return slice_count() * lanes; }
-    std::size_t column_count() const { return run_.size(); }
-    /// Number of columns with one index per lane.
-    std::size_t gather_count() const { return index_.size() / lanes; }
+    /// Number of columns of all slices.
+    std::size_t column_count() const { return column_count_; }
+    /// Number of those with one index per lane.
+    std::size_t gather_count() const { return gather_count_; }
     /// Bytes of link data that one application of the stiffness reads.
     std::size_t bytes() const;
     /// Returns whether an application reads less data with weights than with gradients: g_ij =
     /// w_ij A_i^+ x_ij, and on a lattice all lanes of a column share x_ij.
     bool weights_pay() const { return weights_pay_; }
 
-    // Per slice, plus an end entry.
-    std::span<const std::uint32_t> first_column() const { return first_column_; }
+    /// The columns of a slice are column_begin(slice) .. column_end(slice) - 1.
+    std::uint32_t column_begin(std::size_t slice) const { return slices_[slice].columns.begin; }
+    std::uint32_t column_end(std::size_t slice) const { return slices_[slice].columns.end; }
     // Per column: the first of sixteen contiguous phyxels, or ~k: the k-th set of indices.
     std::span<const std::int32_t> run() const { return run_; }
     const float* forward() const { return forward_.data(); }    // per column: 16 each of g_ij (x, y, z), m_ij
@@ -95,14 +116,24 @@ class LinkSlices {
     std::span<const std::uint16_t> deficient() const { return deficient_; }
 
   private:
-    void build_slice(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> neighbour,
-                     std::size_t slice);
-    void build_edges(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> neighbour,
-                     std::span<const Vec3> rest_position);
+    void sort_slice(const LinkRows& rows, std::size_t slice);
+    void build_slice(const LinkRows& rows, std::size_t slice);
+    void build_edges(const LinkRows& rows, std::size_t slice);
+    void place_slice(std::size_t slice);
+    void count_columns(std::size_t slice, bool add);
+    void resize_rows(const LinkRows& rows);
     void set_symmetric(FloatArray& array, std::size_t row, const Mat3& value) const;
 
     std::size_t rows_ = 0;
-    std::vector<std::uint32_t> first_column_;
+    /// Ranges of a slice in the arrays.
+    struct Slice {
+        LinkRange columns;  // of run_, edge_at_ and the values of links
+        LinkRange indices;  // of index_
+        LinkRange edges;    // of edge_
+    };
+    std::vector<Slice> slices_;
+    // In use by all slices; edge_count_: of edge_.
+    std::size_t column_count_ = 0, gather_count_ = 0, edge_count_ = 0;
     std::vector<std::int32_t> run_;
     IndexArray index_;
     std::vector<std::uint32_t> slot_;  // per link, column * lanes + lane
@@ -111,6 +142,23 @@ class LinkSlices {
     bool weights_pay_ = false;
     FloatArray rest_position_, volume_, penalty_, gradient_sum_, penalty_moment_, inverse_moment_, edge_sum_;
     std::vector<std::uint16_t> deficient_;  // per slice
+
+    struct Entry {
+        std::int64_t distance;  // neighbour less row
+        std::uint32_t link;
+        std::uint32_t lane;
+    };
+    /// The slice that is built; kept to avoid allocations.
+    struct Scratch {
+        std::vector<Entry> entries;
+        std::array<std::vector<std::uint32_t>, lanes> left;  // links, per lane
+        std::vector<std::int32_t> run, index;        // as run_ and index_; sets count from the slice's first
+        std::vector<std::array<Vec3, lanes>> edges;  // m, per column
+        std::vector<std::int32_t> edge_at;           // as edge_at_, from the slice's first
+        std::vector<float> edge;                     // as edge_
+        std::vector<std::uint16_t> filled;           // per column, a bit per lane
+    };
+    Scratch scratch_;
 };
 
 }  // namespace splitcubes::meshless

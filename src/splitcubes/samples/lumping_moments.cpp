@@ -1,136 +1,131 @@
 #include <splitcubes/samples/lumping_moments.h>
 #include <splitcubes/samples/tuning.h>
 
-#include <Eigen/Cholesky>
-
-#include <algorithm>
-#include <cassert>
 #include <cmath>
-#include <vector>
+#include <type_traits>
+#include <utility>
 
 namespace splitcubes::meshless {
 
 namespace {
 
-using Moments = Eigen::Matrix<double, 9, 1>;
-using Products = Eigen::Matrix<double, 9, 9>;
-
-// Returns the linear and quadratic monomials at an offset in units of the support radius.
-Moments monomials(const Vec3& d) {
-    Moments out;
-    out << d, tuning::lumping::square_scale * d.cwiseProduct(d), tuning::lumping::square_scale * d[0] * d[1],
-        tuning::lumping::square_scale * d[1] * d[2], tuning::lumping::square_scale * d[2] * d[0];
-    return out;
+// Calls body for each index up to count as a constant, so that inner loops have constant bounds.
+template <std::size_t count, class Body>
+void for_constants(const Body& body) {
+    [&]<std::size_t... index>(std::index_sequence<index...>) {
+        (body(std::integral_constant<std::size_t, index>{}), ...);
+    }
+    (std::make_index_sequence<count>{});
 }
 
-class Row {
+// Cholesky factor of a symmetric positive definite matrix, by rows and by columns, so that loops run over
+// consecutive numbers and their steps do not wait for each other.
+template <class Products, std::size_t size>
+class LumpingFactor {
   public:
-    Row(const Vec3& node, const Phyxels& phyxels, std::span<const std::uint32_t> phyxel,
-        std::span<double> share)
-        : node_(node), phyxels_(phyxels), phyxel_(phyxel), share_(share) {
-        for (std::size_t k = 0; k < share.size(); ++k) scale_ += share[k] * phyxels.support_radius[phyxel[k]];
+    /// a: upper triangle. Returns false if it is not positive definite.
+    bool factorise(Products& a) {
+        bool is_positive = true;
+        for_constants<size>([&](auto c) {
+            is_positive = is_positive && a[c][c] > 0;
+            inverse_[c] = 1 / std::sqrt(a[c][c]);
+            for (std::size_t k = c + 1; k < size; ++k) upper_[c][k] = a[c][k] * inverse_[c];
+            for (std::size_t k = c + 1; k < size; ++k) lower_[k][c] = upper_[c][k];
+            for (std::size_t r = c + 1; r < size; ++r)
+                for (std::size_t k = r; k < size; ++k) a[r][k] -= upper_[c][r] * upper_[c][k];
+        });
+        return is_positive;
     }
-
-    void keep_moments() {
-        Moments mean = Moments::Zero();
-        Products product = Products::Zero();
-        for (std::size_t k = 0; k < share_.size(); ++k) {
-            const Moments q = at(k);
-            mean += share_[k] * q;
-            product.triangularView<Eigen::Lower>() += (share_[k] * q) * q.transpose();
-        }
-        product.triangularView<Eigen::Lower>() -= mean * mean.transpose();
-        product.triangularView<Eigen::StrictlyUpper>() = product.transpose();
-        const Eigen::LDLT<Products> damped(product + tuning::lumping::moments_damping * Products::Identity());
-        Moments change = Moments::Zero();
-        for (int pass = 0; pass <= tuning::lumping::moments_refinements; ++pass)
-            change -= damped.solve(mean + product * change);
-        if (change.allFinite()) apply(mean, change);
+    template <class Moments>
+    void solve(Moments& x) const {
+        for_constants<size>([&](auto r) {
+            x[r] *= inverse_[r];
+            for (std::size_t k = r + 1; k < size; ++k) x[k] -= upper_[r][k] * x[r];
+        });
+        for_constants<size>([&](auto index) {
+            constexpr std::size_t r = size - 1 - index;
+            x[r] *= inverse_[r];
+            for (std::size_t k = 0; k < r; ++k) x[k] -= lower_[r][k] * x[r];
+        });
     }
 
   private:
-    Moments at(std::size_t k) const {
-        return monomials((phyxels_.rest_position[phyxel_[k]] - node_) / scale_);
-    }
-
-    void apply(const Moments& mean, const Moments& change) {
-        double all = 0;
-        for (std::size_t k = 0; k < share_.size(); ++k) all += share_[k] * std::abs(change.dot(at(k) - mean));
-        const double part =
-            all > tuning::lumping::max_share_change ? tuning::lumping::max_share_change / all : 1;
-        double sum = 0;
-        for (std::size_t k = 0; k < share_.size(); ++k) {
-            share_[k] *= 1 + part * change.dot(at(k) - mean);
-            sum += share_[k];
-        }
-        for (double& share : share_) share /= sum;
-    }
-
-    const Vec3& node_;
-    const Phyxels& phyxels_;
-    std::span<const std::uint32_t> phyxel_;
-    std::span<double> share_;
-    double scale_ = 0;  // m
+    Products upper_, lower_;
+    std::array<double, size> inverse_;
 };
-
-// Copies the shares of a row from `last` if it has the same phyxels; returns whether it did.
-bool copy_known_shares(const MassLumping& last, std::size_t node, std::span<const std::uint32_t> phyxel,
-                       std::span<double> share) {
-    if (node >= last.node_count() || last.whole[node] == 0) return false;
-    const std::uint32_t begin = last.offsets[node], count = last.offsets[node + 1] - begin;
-    const auto known = std::span(last.phyxel).subspan(begin, count);
-    if (!std::equal(known.begin(), known.end(), phyxel.begin(), phyxel.end())) return false;
-    const auto shares = std::span(last.share).subspan(begin, count);
-    std::copy(shares.begin(), shares.end(), share.begin());
-    return true;
-}
-
-// Scales back the changes of each piece such that its phyxels keep at least min_volume_share
-// of their volume.
-void keep_volumes(const MaterialNodes& nodes, const Phyxels& phyxels, std::span<const std::uint8_t> chosen,
-                  std::span<const double> plain, MassLumping& lumping) {
-    std::vector<double> volume(phyxels.size(), 0), before(phyxels.size(), 0);
-    for (std::size_t b = 0; b < chosen.size(); ++b)
-        for (std::uint32_t e = lumping.offsets[b]; chosen[b] != 0 && e < lumping.offsets[b + 1]; ++e) {
-            volume[lumping.phyxel[e]] += lumping.share[e] * nodes.volume[b];
-            before[lumping.phyxel[e]] += plain[e] * nodes.volume[b];
-        }
-    std::vector<double> part;  // per piece
-    for (std::size_t i = 0; i < phyxels.size(); ++i) {
-        if (phyxels.piece[i] < 0) continue;
-        const auto piece = static_cast<std::size_t>(phyxels.piece[i]);
-        if (piece >= part.size()) part.resize(piece + 1, 1);
-        if (volume[i] < tuning::lumping::min_volume_share * before[i])
-            part[piece] = std::min(
-                part[piece], (1 - tuning::lumping::min_volume_share) * before[i] / (before[i] - volume[i]));
-    }
-    for (std::size_t b = 0; b < chosen.size(); ++b) {
-        if (chosen[b] == 0 || lumping.offsets[b] == lumping.offsets[b + 1]) continue;
-        const double kept = part[static_cast<std::size_t>(nodes.piece[b])];
-        lumping.whole[b] = kept == 1;
-        for (std::uint32_t e = lumping.offsets[b]; kept < 1 && e < lumping.offsets[b + 1]; ++e)
-            lumping.share[e] = plain[e] + kept * (lumping.share[e] - plain[e]);
-    }
-}
 
 }  // namespace
 
-void keep_moments(const MaterialNodes& nodes, const Phyxels& phyxels, std::span<const std::uint8_t> chosen,
-                  const MassLumping& last, MassLumping& lumping, const Parallel& parallel) {
-    assert(chosen.size() == lumping.node_count());
-    const std::vector<double> plain = lumping.share;
-    lumping.whole.assign(chosen.size(), 1);
-    for (std::size_t b = 0; b < last.node_count(); ++b)
-        if (chosen[b] == 0) lumping.whole[b] = last.whole[b];
-    parallel.for_each(chosen.size(), tuning::grains::lumping_moments, [&](std::size_t b) {
-        const std::uint32_t begin = lumping.offsets[b], count = lumping.offsets[b + 1] - begin;
-        if (chosen[b] == 0 || count < 2) return;
-        const auto phyxel = std::span(lumping.phyxel).subspan(begin, count);
-        const auto share = std::span(lumping.share).subspan(begin, count);
-        if (!copy_known_shares(last, b, phyxel, share))
-            Row(nodes.rest_position[b], phyxels, phyxel, share).keep_moments();
-    });
-    keep_volumes(nodes, phyxels, chosen, plain, lumping);
+// Solves product change = -mean, damped, by iterative refinement: with D the damped matrix and d the damping,
+// change - D^-1 (mean + product change) = D^-1 (d change - mean). product: upper triangle.
+bool LumpingMoments::solve_damped(const Moments& mean, Products& product, Moments& change) {
+    for (std::size_t r = 0; r < count; ++r) product[r][r] += tuning::lumping::moments_damping;
+    LumpingFactor<Products, count> factor;
+    if (!factor.factorise(product)) return false;
+    change = {};
+    for (int pass = 0; pass <= tuning::lumping::moments_refinements; ++pass) {
+        for (std::size_t r = 0; r < count; ++r)
+            change[r] = tuning::lumping::moments_damping * change[r] - mean[r];
+        factor.solve(change);
+    }
+    for (const double value : change)
+        if (!std::isfinite(value)) return false;
+    return true;
+}
+
+void LumpingMoments::apply(const Moments& mean, const Moments& change, std::span<double> share) {
+    factors_.resize(share.size());
+    double all = 0;
+    for (std::size_t k = 0; k < share.size(); ++k) {
+        factors_[k] = 0;
+        for (std::size_t r = 0; r < count; ++r) factors_[k] += change[r] * (at_[k][r] - mean[r]);
+        all += share[k] * std::abs(factors_[k]);
+    }
+    const double part = all > tuning::lumping::max_share_change ? tuning::lumping::max_share_change / all : 1;
+    double sum = 0;
+    for (std::size_t k = 0; k < share.size(); ++k) {
+        share[k] *= 1 + part * factors_[k];
+        sum += share[k];
+    }
+    for (double& one : share) one /= sum;
+}
+
+void LumpingMoments::keep(const Vec3& node, const Phyxels& phyxels, std::span<const std::uint32_t> phyxel,
+                          std::span<double> share) {
+    if (share.size() < 2) return;
+    double scale = 0;  // m
+    for (std::size_t k = 0; k < share.size(); ++k) scale += share[k] * phyxels.support_radius[phyxel[k]];
+    constexpr double square = tuning::lumping::square_scale;
+    at_.resize(share.size());
+    Moments mean{};
+    Products product{};
+    for (std::size_t k = 0; k < share.size(); ++k) {
+        const Vec3 d = (phyxels.rest_position[phyxel[k]] - node) / scale;
+        Moments& q = at_[k];
+        q = {d[0],
+             d[1],
+             d[2],
+             square * d[0] * d[0],
+             square * d[1] * d[1],
+             square * d[2] * d[2],
+             square * d[0] * d[1],
+             square * d[1] * d[2],
+             square * d[2] * d[0],
+             0};
+        Moments weighted;
+        for (std::size_t c = 0; c < q.size(); ++c) {
+            weighted[c] = share[k] * q[c];
+            mean[c] += weighted[c];
+        }
+        // The upper triangle, in pairs of columns.
+        for_constants<count>([&](auto r) {
+            for (std::size_t c = r / 2 * 2; c < q.size(); ++c) product[r][c] += weighted[r] * q[c];
+        });
+    }
+    for (std::size_t r = 0; r < count; ++r)
+        for (std::size_t c = r; c < count; ++c) product[r][c] -= mean[r] * mean[c];
+    Moments change;
+    if (solve_damped(mean, product, change)) apply(mean, change, share);
 }
 
 }  // namespace splitcubes::meshless

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cassert>
 #include <cmath>
 
@@ -20,73 +19,7 @@ double mean_modulus(const Material& material) {
     return (4 * material.lame_mu() + material.lame_lambda() + material.volume_stiffness) / 3;
 }
 
-std::uint64_t next_revision() {
-    static std::atomic<std::uint64_t> last{0};
-    return ++last;
-}
-
 }  // namespace
-
-void Neighbourhoods::build_structure(const Phyxels& phyxels, const Pairs& pairs, const Parallel& parallel) {
-    const std::size_t n = phyxels.size();
-    const std::size_t links = 2 * pairs.size();
-    offsets_.assign(n + 1, 0);
-    for (std::size_t p = 0; p < pairs.size(); ++p) {
-        assert(pairs.a[p] < pairs.b[p] && pairs.b[p] < n);
-        ++offsets_[pairs.a[p] + 1];
-        ++offsets_[pairs.b[p] + 1];
-    }
-    for (std::size_t i = 0; i < n; ++i) offsets_[i + 1] += offsets_[i];
-    links_.neighbour.resize(links);
-    links_.reverse.resize(links);
-    links_.pair.resize(links);
-    std::vector<std::uint32_t> link_to_lower(pairs.size());  // b -> a of each pair
-    std::vector<std::uint32_t> next(offsets_.begin(), offsets_.end() - 1);
-    // Pairs are sorted by (a, b), so the lower neighbours of a row (as b) come in
-    // ascending order of a; they must precede the higher ones.
-    for (const bool lower : {true, false})
-        for (std::size_t p = 0; p < pairs.size(); ++p) {
-            const std::uint32_t from = lower ? pairs.b[p] : pairs.a[p];
-            const std::uint32_t link = next[from]++;
-            links_.neighbour[link] = lower ? pairs.a[p] : pairs.b[p];
-            links_.pair[link] = static_cast<std::uint32_t>(p);
-            if (lower) {
-                link_to_lower[p] = link;
-                continue;
-            }
-            links_.reverse[link] = link_to_lower[p];
-            links_.reverse[links_.reverse[link]] = link;
-        }
-    for (auto* array : {&links_.base_weight, &links_.weight}) array->assign(links, 0);
-    for (auto* array : {&links_.rest_edge, &links_.gradient, &links_.reverse_gradient})
-        array->assign(links, Vec3::Zero());
-    rows_.rank.assign(n, 0);
-    rows_.off_plane.assign(n, 0);
-    rows_.basis.assign(n, Mat3::Identity());
-    rows_.gradient_sum.assign(n, Vec3::Zero());
-    rows_.moment.assign(n, Mat3::Zero());
-    rows_.inverse_moment.assign(n, Mat3::Zero());
-    rows_.base_trace.assign(n, 0);
-    rows_.penalty.assign(n, 0);
-    rows_.volume.assign(phyxels.volume.begin(), phyxels.volume.end());
-    rows_.diagonal.assign(n, 0);
-    rows_.coupling.assign(n, 0);
-    rows_.revision.assign(n, 0);
-    structure_ = next_revision();
-    scratch_.mark.assign(n, 0);
-    scratch_.rows.clear();
-    scratch_.ring.clear();
-    scratch_.rows.reserve(n);
-    scratch_.ring.reserve(n);
-    for_phyxels(parallel, n, [&](std::size_t i) {
-        for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
-            links_.rest_edge[l] = phyxels.rest_position[links_.neighbour[l]] - phyxels.rest_position[i];
-            links_.base_weight[l] = kernel(links_.rest_edge[l].squaredNorm(), phyxels.support_radius[i]);
-            rows_.base_trace[i] += links_.base_weight[l] * links_.rest_edge[l].squaredNorm();
-        }
-    });
-    slices_.build(offsets_, links_.neighbour, phyxels.rest_position);
-}
 
 // Balances the weights of row i; a row of more links is dense enough without.
 void Neighbourhoods::balance_row(std::size_t i) {
@@ -95,7 +28,7 @@ void Neighbourhoods::balance_row(std::size_t i) {
     std::array<std::uint32_t, max_balanced_links> link;
     std::size_t n = 0;
     double base_weight = 0;
-    for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
+    for (std::uint32_t l = range_[i].begin; l < range_[i].end; ++l) {
         base_weight += links_.base_weight[l];
         if (!(links_.weight[l] > 0)) continue;
         if (n == max_balanced_links) return;
@@ -112,10 +45,10 @@ void Neighbourhoods::balance_row(std::size_t i) {
 
 void Neighbourhoods::compute_row(const Pairs& pairs, std::size_t i) {
     Mat3 moment = Mat3::Zero();
-    for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l)
+    for (std::uint32_t l = range_[i].begin; l < range_[i].end; ++l)
         links_.weight[l] = links_.base_weight[l] * static_cast<double>(pairs.visibility[links_.pair[l]]);
     balance_row(i);
-    for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l)
+    for (std::uint32_t l = range_[i].begin; l < range_[i].end; ++l)
         if (links_.weight[l] > 0)
             moment += links_.weight[l] * links_.rest_edge[l] * links_.rest_edge[l].transpose();
     rows_.moment[i] = moment;
@@ -131,12 +64,12 @@ void Neighbourhoods::compute_row(const Pairs& pairs, std::size_t i) {
     rows_.inverse_moment[i] = inverse;
     rows_.rank[i] = static_cast<std::uint8_t>(kept);
     rows_.off_plane[i] = 0;
-    for (std::uint32_t l = offsets_[i]; kept == 2 && l < offsets_[i + 1]; ++l)
+    for (std::uint32_t l = range_[i].begin; kept == 2 && l < range_[i].end; ++l)
         if (links_.weight[l] > 0 &&
             std::abs(basis.col(2).dot(links_.rest_edge[l])) > 1e-9 * links_.rest_edge[l].norm())
             rows_.off_plane[i] = 1;
     rows_.gradient_sum[i].setZero();
-    for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
+    for (std::uint32_t l = range_[i].begin; l < range_[i].end; ++l) {
         links_.gradient[l] = links_.weight[l] > 0 ? Vec3(links_.weight[l] * (inverse * links_.rest_edge[l]))
                                                   : Vec3(Vec3::Zero());
         rows_.gradient_sum[i] += links_.gradient[l];
@@ -148,7 +81,7 @@ void Neighbourhoods::compute_row(const Pairs& pairs, std::size_t i) {
 bool Neighbourhoods::has_resolved_gradient(std::size_t i) const {
     if (rows_.rank[i] != 1) return rows_.rank[i] > 0;
     const Vec3 line = rows_.basis[i].col(0);
-    for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
+    for (std::uint32_t l = range_[i].begin; l < range_[i].end; ++l) {
         const Vec3& edge = links_.rest_edge[l];
         if (links_.weight[l] > 0 && (edge - line * line.dot(edge)).norm() > 1e-9 * edge.norm()) return false;
     }
@@ -168,8 +101,14 @@ void Neighbourhoods::set_penalty(const Material& material, std::size_t i) {
 
 // Writes the data of row i's links from gradients and penalties on both sides.
 void Neighbourhoods::link_row(std::size_t i) {
-    for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
+    for (std::uint32_t l = range_[i].begin; l < range_[i].end; ++l)
         links_.reverse_gradient[l] = links_.gradient[links_.reverse[l]];
+    write_links(i);
+}
+
+// Writes row i's links to the slices.
+void Neighbourhoods::write_links(std::size_t i) {
+    for (std::uint32_t l = range_[i].begin; l < range_[i].end; ++l) {
         slices_.set_link(l, {links_.gradient[l], link_penalty(l, i), links_.reverse_gradient[l],
                              links_.weight[l], links_.weight[links_.reverse[l]]});
     }
@@ -177,7 +116,7 @@ void Neighbourhoods::link_row(std::size_t i) {
 
 // Updates the links to i from unchanged rows.
 void Neighbourhoods::link_back(std::size_t i) {
-    for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
+    for (std::uint32_t l = range_[i].begin; l < range_[i].end; ++l) {
         if (scratch_.mark[links_.neighbour[l]] == 1) continue;
         const std::uint32_t back = links_.reverse[l];
         links_.reverse_gradient[back] = links_.gradient[l];
@@ -191,7 +130,7 @@ void Neighbourhoods::finish_row(const Material& material, std::size_t i) {
     // kept directions.
     double squares = rows_.volume[i] * rows_.gradient_sum[i].squaredNorm();  // m
     double penalties = 0;                                                    // N/m
-    for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
+    for (std::uint32_t l = range_[i].begin; l < range_[i].end; ++l) {
         const std::uint32_t j = links_.neighbour[l];
         squares += rows_.volume[j] * links_.reverse_gradient[l].squaredNorm();
         penalties +=
@@ -245,26 +184,25 @@ void Neighbourhoods::refresh_volumes(const Phyxels& phyxels, const Material& mat
 void Neighbourhoods::add_ring() {
     scratch_.ring.assign(scratch_.rows.begin(), scratch_.rows.end());
     for (const std::uint32_t i : scratch_.rows)
-        for (std::uint32_t l = offsets_[i]; l < offsets_[i + 1]; ++l) {
+        for (std::uint32_t l = range_[i].begin; l < range_[i].end; ++l) {
             if (scratch_.mark[links_.neighbour[l]] != 0) continue;
             scratch_.mark[links_.neighbour[l]] = 2;
             scratch_.ring.push_back(links_.neighbour[l]);
         }
 }
 
-void Neighbourhoods::update([[maybe_unused]] const Phyxels& phyxels, const Pairs& pairs,
-                            std::span<const std::uint32_t> changed_pairs, const Material& material,
-                            const Parallel& parallel) {
-    assert(phyxels.size() == size() && 2 * pairs.size() == link_count());
-    if (changed_pairs.empty()) return;
-    revision_ = next_revision();
-    scratch_.rows.clear();
+// Marks the rows of pairs in scratch_, besides those that are marked.
+void Neighbourhoods::mark_rows(const Pairs& pairs, std::span<const std::uint32_t> changed_pairs) {
     for (const std::uint32_t pair : changed_pairs)
         for (const std::uint32_t i : {pairs.a[pair], pairs.b[pair]}) {
             if (scratch_.mark[i] == 1) continue;
             scratch_.mark[i] = 1;
             scratch_.rows.push_back(i);
         }
+}
+
+// Computes the marked rows again, and what their neighbours hold of them.
+void Neighbourhoods::update_rows(const Pairs& pairs, const Material& material, const Parallel& parallel) {
     add_ring();
     for_phyxels(parallel, scratch_.rows.size(), [&](std::size_t k) {
         compute_row(pairs, scratch_.rows[k]);
@@ -276,6 +214,17 @@ void Neighbourhoods::update([[maybe_unused]] const Phyxels& phyxels, const Pairs
     for_phyxels(parallel, scratch_.ring.size(),
                 [&](std::size_t k) { finish_row(material, scratch_.ring[k]); });
     for (const std::uint32_t i : scratch_.ring) scratch_.mark[i] = 0;
+}
+
+void Neighbourhoods::update([[maybe_unused]] const Phyxels& phyxels, const Pairs& pairs,
+                            std::span<const std::uint32_t> changed_pairs, const Material& material,
+                            const Parallel& parallel) {
+    assert(phyxels.size() == size() && pairs.size() == pair_count_);
+    if (changed_pairs.empty()) return;
+    revision_ = next_revision();
+    scratch_.rows.clear();
+    mark_rows(pairs, changed_pairs);
+    update_rows(pairs, material, parallel);
 }
 
 }  // namespace splitcubes::meshless

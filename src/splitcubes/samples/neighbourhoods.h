@@ -14,7 +14,9 @@
 
 namespace splitcubes::meshless {
 
-/// Undirected pairs of phyxels within each other's support. a < b, sorted by (a, b).
+/// Undirected pairs of phyxels within each other's support, a < b. Those of the uncut body are sorted by
+/// (a, b); pairs with phyxels that were added later follow, sorted by (b, a). So for each phyxel its partners
+/// with lower indices come in ascending order, and those with higher ones, too.
 struct Pairs {
     std::vector<std::uint32_t> a, b;  // phyxel indices
     std::vector<float> visibility;    // 0 (cut apart) .. 1 (visible to each other)
@@ -43,15 +45,16 @@ void compute_support_radii(Phyxels& phyxels, const PhyxelLocator& locator, const
 /// Returns all pairs within a piece with |X_j - X_i| < max(h_i, h_j), visibility 1.
 Pairs find_pairs(const Phyxels& phyxels, const PhyxelLocator& locator, const Parallel& parallel);
 
-/// Copies the visibility of the pairs that `from` and `to` share. Returns the
-/// indices (ascending) of the pairs of `to` that are not in `from`.
-std::vector<std::uint32_t> transfer_visibility(const Pairs& from, Pairs& to);
+/// Appends the pairs of the phyxels first..size-1, visibility 1. Together with those of the phyxels before
+/// they are the pairs that find_pairs returns, apart from pairs that separated since.
+void append_pairs(const Phyxels& phyxels, const PhyxelLocator& locator, std::size_t first, Pairs& pairs,
+                  const Parallel& parallel);
 
 /// Moving least squares gradients of every phyxel and the penalties on zero-energy
-/// modes, as rows of directed links (CSR). Row i holds its neighbours in ascending
-/// order. A pair with visibility 0 keeps its links, with zero weight. `slices` holds
-/// the same data in single precision for the solvers. Weights of rows that are not symmetric
-/// are balanced (balance_weights).
+/// modes, as rows of directed links. Row i holds its neighbours in ascending
+/// order; rows lie in one pool, and a row that outgrows its capacity moves to the pool's end. A pair with
+/// visibility 0 keeps its links, with zero weight. `slices` holds the same data in single precision for the
+/// solvers. Weights of rows that are not symmetric are balanced (balance_weights).
 class Neighbourhoods {
   public:
     /// Builds everything from scratch. O(pairs).
@@ -62,16 +65,25 @@ class Neighbourhoods {
     /// allocate.
     void update(const Phyxels& phyxels, const Pairs& pairs, std::span<const std::uint32_t> changed_pairs,
                 const Material& material, const Parallel& parallel);
+    /// Adds the phyxels and pairs that were appended since the last rebuild or append, and updates
+    /// `changed_pairs` of the others. The cost grows with the rows that these pairs touch and their
+    /// neighbours, apart from moving a few numbers per phyxel; each row equals that of a rebuild bit for bit.
+    void append(const Phyxels& phyxels, const Pairs& pairs, std::span<const std::uint32_t> changed_pairs,
+                const Material& material, const Parallel& parallel);
     /// Updates after phyxels.volume (pieces separated) or the material changed. With the same material only
     /// rows whose volume changed are recomputed.
     void refresh_volumes(const Phyxels& phyxels, const Material& material, const Parallel& parallel);
 
     std::size_t size() const { return rows_.rank.size(); }
-    std::size_t link_count() const { return links_.neighbour.size(); }
+    /// Returns the number of links in all rows.
+    std::size_t link_count() const { return 2 * pair_count_; }
 
     // Per phyxel.
-    /// size + 1 entries: row i is [offsets[i], offsets[i + 1]).
-    std::span<const std::uint32_t> offsets() const { return offsets_; }
+    /// The links of phyxel i are links_begin(i) .. links_end(i) - 1.
+    std::uint32_t links_begin(std::size_t i) const { return range_[i].begin; }
+    std::uint32_t links_end(std::size_t i) const { return range_[i].end; }
+    /// Returns the link i -> j, or links_end(i) if there is none.
+    std::uint32_t find_link(std::size_t i, std::uint32_t j) const;
     /// Number of independent directions of the neighbours: 0..3.
     std::span<const std::uint8_t> rank() const { return rows_.rank; }
     /// Columns: the kept directions first, then the dropped ones; rest space,
@@ -168,11 +180,24 @@ class Neighbourhoods {
         std::vector<std::uint8_t> mark;   // per phyxel: 1 changed row, 2 neighbour of one; else 0
         std::vector<std::uint32_t> rows;  // changed rows
         std::vector<std::uint32_t> ring;  // these and their neighbours
+        std::vector<std::uint32_t> slices;
     };
 
     static MaterialKey key_of(const Material& material);
+    static std::uint64_t next_revision();
 
     void build_structure(const Phyxels& phyxels, const Pairs& pairs, const Parallel& parallel);
+    void add_rows(const Phyxels& phyxels);
+    void resize_pool(std::size_t count);
+    void reserve_pool(std::size_t count);
+    void init_link(const Phyxels& phyxels, std::size_t i, std::uint32_t link);
+    void make_room(std::uint32_t i);
+    std::uint32_t add_link(const Phyxels& phyxels, std::uint32_t i, std::uint32_t j, std::uint32_t pair);
+    void add_pairs(const Phyxels& phyxels, const Pairs& pairs);
+    void rebuild_slices(const Phyxels& phyxels, std::size_t old_size);
+    void mark_rows(const Pairs& pairs, std::span<const std::uint32_t> changed_pairs);
+    void update_rows(const Pairs& pairs, const Material& material, const Parallel& parallel);
+    void write_links(std::size_t i);
     void balance_row(std::size_t i);
     void compute_row(const Pairs& pairs, std::size_t i);
     bool has_resolved_gradient(std::size_t i) const;
@@ -186,7 +211,9 @@ class Neighbourhoods {
     }
     void add_ring();
 
-    std::vector<std::uint32_t> offsets_;  // rows of links, one more than phyxels
+    std::vector<LinkRange> range_;  // per phyxel
+    std::size_t pair_count_ = 0;    // pairs that the rows hold
+    std::size_t unused_links_ = 0;  // of the pool
     Links links_;
     Rows rows_;
     LinkSlices slices_;

@@ -63,20 +63,29 @@ Pairs find_pairs(const Phyxels& phyxels, const PhyxelLocator& locator, const Par
     return pairs;
 }
 
-std::vector<std::uint32_t> transfer_visibility(const Pairs& from, Pairs& to) {
-    std::vector<std::uint32_t> unknown;
-    std::size_t f = 0;
-    for (std::size_t t = 0; t < to.size(); ++t) {
-        const auto before = [&] {
-            return from.a[f] < to.a[t] || (from.a[f] == to.a[t] && from.b[f] < to.b[t]);
-        };
-        while (f < from.size() && before()) ++f;
-        if (f < from.size() && from.a[f] == to.a[t] && from.b[f] == to.b[t])
-            to.visibility[t] = from.visibility[f];
-        else
-            unknown.push_back(static_cast<std::uint32_t>(t));
+void append_pairs(const Phyxels& phyxels, const PhyxelLocator& locator, std::size_t first, Pairs& pairs,
+                  const Parallel& parallel) {
+    assert(locator.size() == phyxels.size());
+    double largest = 0;
+    for (const double h : phyxels.support_radius) largest = std::max(largest, h);
+    std::vector<std::vector<std::uint32_t>> partners(phyxels.size() - first);
+    parallel.for_each(partners.size(), 16, [&](std::size_t k) {
+        const std::size_t i = first + k;
+        const Vec3& here = phyxels.rest_position[i];
+        locator.visit(here, largest, [&](std::uint32_t j) {
+            if (j >= i || phyxels.piece[j] != phyxels.piece[i]) return true;
+            const double reach = std::max(phyxels.support_radius[i], phyxels.support_radius[j]);
+            const double distance_squared = (phyxels.rest_position[j] - here).squaredNorm();
+            if (distance_squared < reach * reach && distance_squared > 0) partners[k].push_back(j);
+            return true;
+        });
+        std::sort(partners[k].begin(), partners[k].end());
+    });
+    for (std::size_t k = 0; k < partners.size(); ++k) {
+        pairs.a.insert(pairs.a.end(), partners[k].begin(), partners[k].end());
+        pairs.b.insert(pairs.b.end(), partners[k].size(), static_cast<std::uint32_t>(first + k));
     }
-    return unknown;
+    pairs.visibility.resize(pairs.a.size(), 1.0F);
 }
 
 }  // namespace splitcubes::meshless

@@ -49,17 +49,20 @@ double RigidPiece::kinetic_energy() const {
 
 void RigidPieces::put(RigidPiece body, std::span<const Vec3> own_points) {
     assert(body.piece >= 0);
-    body.first_point = static_cast<std::uint32_t>(points.size());
-    body.point_count = static_cast<std::uint32_t>(own_points.size());
-    points.insert(points.end(), own_points.begin(), own_points.end());
     const auto piece = static_cast<std::size_t>(body.piece);
     if (of_piece.size() <= piece) of_piece.resize(piece + 1, -1);
-    if (of_piece[piece] < 0) {
+    const bool is_new = of_piece[piece] < 0;
+    if (is_new) {
         of_piece[piece] = static_cast<std::int32_t>(bodies.size());
-        bodies.push_back(body);
-    } else {
-        bodies[static_cast<std::size_t>(of_piece[piece])] = body;
+        bodies.emplace_back();
     }
+    RigidPiece& place = bodies[static_cast<std::size_t>(of_piece[piece])];
+    const bool fits = own_points.size() <= place.point_count;
+    body.first_point = fits ? place.first_point : static_cast<std::uint32_t>(points.size());
+    body.point_count = static_cast<std::uint32_t>(own_points.size());
+    if (!fits) points.resize(points.size() + own_points.size());
+    std::copy(own_points.begin(), own_points.end(), points.begin() + body.first_point);
+    place = body;
 }
 
 void weigh(const RigidCubes& cubes, RigidPiece& body) {

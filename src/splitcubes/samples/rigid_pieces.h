@@ -72,7 +72,7 @@ struct RigidPieces {
     std::span<const Vec3> points_of(const RigidPiece& body) const {
         return {points.data() + body.first_point, body.point_count};
     }
-    /// Adds a body, or replaces the body of the same piece.
+    /// Adds a body, or replaces the body of the same piece, whose points it overwrites if they are not fewer.
     void put(RigidPiece body, std::span<const Vec3> own_points);
     /// For checkpoints.
     template <class Archive>

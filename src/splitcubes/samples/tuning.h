@@ -97,6 +97,9 @@ inline constexpr std::size_t min_run = 8;
 /// Relative difference of rest edges that count as equal, 1e-7 to 1e-5: covers the rounding of positions.
 /// Larger takes distorted lattices for regular ones.
 inline constexpr double edge_tolerance = 3e-7;
+/// Spare memory for links of new phyxels is one part of so many, 2 to 100. More parts save memory; fewer
+/// postpone the first time that links are copied to larger arrays.
+inline constexpr std::size_t spare_part = 8;
 
 }  // namespace links
 

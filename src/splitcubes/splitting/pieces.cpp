@@ -338,4 +338,12 @@ std::int32_t Pieces::piece_of(const NodeGrid& grid, const Vec3i& node) const {
     return -1;
 }
 
+std::int32_t Pieces::common_piece(std::size_t brick) const {
+    const std::span<const Component> components = components_of(brick);
+    const auto differs = [&](const Component& c) { return c.piece != components.front().piece; };
+    return components.empty() || std::any_of(components.begin(), components.end(), differs)
+               ? -1
+               : components.front().piece;
+}
+
 }  // namespace splitcubes::splitting

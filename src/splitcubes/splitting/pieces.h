@@ -40,6 +40,8 @@ class Pieces {
     const std::vector<std::size_t>& node_counts() const { return node_counts_; }
     /// Returns -1 for an outside node.
     std::int32_t piece_of(const NodeGrid& grid, const Vec3i& node) const;
+    /// Returns the piece of all inside nodes of a brick; -1 if they belong to several, or if there are none.
+    std::int32_t common_piece(std::size_t brick) const;
 
   private:
     Pieces() = default;

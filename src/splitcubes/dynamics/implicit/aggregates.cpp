@@ -122,7 +122,7 @@ void Aggregates::find_dirty(const Neighbourhoods& neighbourhoods) {
         if (now[i] == source_.row_revision[i]) continue;
         source_.row_revision[i] = now[i];
         if (location_.box[i] != none) boxes_.dirty[location_.box[i]] = 1;
-        for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
+        for (std::uint32_t l = neighbourhoods.links_begin(i); l < neighbourhoods.links_end(i); ++l) {
             const std::uint32_t box = location_.box[neighbourhoods.neighbour()[l]];
             if (box != none) boxes_.dirty[box] = 1;
         }
@@ -142,7 +142,7 @@ bool Aggregates::update_components(const Neighbourhoods& neighbourhoods, std::ui
     for (std::uint32_t k = 0; k < size; ++k) {
         const std::uint32_t i = members[k];
         location_.index_in_box[i] = root[k] = k;
-        for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
+        for (std::uint32_t l = neighbourhoods.links_begin(i); l < neighbourhoods.links_end(i); ++l) {
             const std::uint32_t j = neighbourhoods.neighbour()[l];
             if (j >= i) break;
             if (location_.box[j] != box || !(neighbourhoods.link_coupling(l, i) > 0)) continue;
@@ -179,7 +179,7 @@ void Aggregates::update_couplings(const Neighbourhoods& neighbourhoods, std::uin
         if (k == boxes_.first_member[box] ||
             location_.component[i] != location_.component[boxes_.member[k - 1]])
             begin = slot = couplings.size();
-        for (std::uint32_t l = neighbourhoods.offsets()[i]; l < neighbourhoods.offsets()[i + 1]; ++l) {
+        for (std::uint32_t l = neighbourhoods.links_begin(i); l < neighbourhoods.links_end(i); ++l) {
             const std::uint32_t j = neighbourhoods.neighbour()[l];
             const double stiffness = neighbourhoods.link_coupling(l, i);
             if (!(stiffness > 0) ||

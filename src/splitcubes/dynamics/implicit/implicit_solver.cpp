@@ -110,10 +110,11 @@ void ImplicitSolver::choose_step_size(const Job& job, std::size_t i) {
     const bool is_trapezoidal = job.options.stage == TimeStage::trapezoidal;
     const bool can_be_second_order =
         is_trapezoidal || (job.options.scheme != TimeScheme::backward_euler && has_history(job));
-    const std::span<const std::uint32_t> offsets = job.neighbourhoods.offsets();
     bool beside_inverted = conditions_.inverted[i] != 0;
-    for (std::uint32_t l = offsets[i];
-         conditions_.any_inverted && l < offsets[i + 1] && can_be_second_order && !beside_inverted; ++l)
+    for (std::uint32_t l = job.neighbourhoods.links_begin(i);
+         conditions_.any_inverted && l < job.neighbourhoods.links_end(i) && can_be_second_order &&
+         !beside_inverted;
+         ++l)
         beside_inverted = conditions_.inverted[job.neighbourhoods.neighbour()[l]] != 0 &&
                           job.neighbourhoods.weight()[l] > 0;
     const bool is_second_order = can_be_second_order && (is_trapezoidal || phyxels.restart_history[i] == 0) &&
@@ -291,7 +292,7 @@ void ImplicitSolver::smooth_high_accelerations(const Job& job) {
     const auto mean_around = [&](std::size_t i) {
         Vec3 sum = Vec3::Zero();
         double weight = 0;
-        for (std::uint32_t l = links.offsets()[i]; l < links.offsets()[i + 1]; ++l) {
+        for (std::uint32_t l = links.links_begin(i); l < links.links_end(i); ++l) {
             sum += links.weight()[l] * vectors_.p[links.neighbour()[l]];
             weight += links.weight()[l];
         }

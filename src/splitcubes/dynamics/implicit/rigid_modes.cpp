@@ -77,7 +77,7 @@ bool RigidModes::see_row(const Part& part, std::uint32_t p, std::size_t i) {
     const Neighbourhoods& links = part.neighbourhoods;
     const std::int32_t own = index_[p][i];
     bool counts = links.rank()[i] < 3 || part.elastic.twist(i).trace() > 0;
-    for (std::uint32_t l = links.offsets()[i]; l < links.offsets()[i + 1] && !counts; ++l)
+    for (std::uint32_t l = links.links_begin(i); l < links.links_end(i) && !counts; ++l)
         counts = index_[p][links.neighbour()[l]] != own && links.weight()[l] > 0;
     if (!counts || links.rank()[i] == 0) return false;
     seen_.clear();
@@ -86,7 +86,7 @@ bool RigidModes::see_row(const Part& part, std::uint32_t p, std::size_t i) {
             if (seen.aggregate == static_cast<std::uint32_t>(aggregate)) return seen;
         return seen_.emplace_back(Seen{static_cast<std::uint32_t>(aggregate)});
     };
-    for (std::uint32_t l = links.offsets()[i]; l < links.offsets()[i + 1]; ++l) {
+    for (std::uint32_t l = links.links_begin(i); l < links.links_end(i); ++l) {
         const std::uint32_t j = links.neighbour()[l];
         const double w = links.penalty()[i] * links.weight()[l];
         if (index_[p][j] < 0) continue;
@@ -112,7 +112,7 @@ void RigidModes::add_penalty(const Part& part, std::uint32_t p, std::size_t i) {
     const Modes at = own >= 0 ? modes_at(arm_[p][i]) : Modes::Zero();
     double weight = 0;
     const Neighbourhoods& links = part.neighbourhoods;
-    for (std::uint32_t l = links.offsets()[i]; l < links.offsets()[i + 1]; ++l)
+    for (std::uint32_t l = links.links_begin(i); l < links.links_end(i); ++l)
         weight += links.penalty()[i] * links.weight()[l];
     if (own >= 0)
         add_pair(static_cast<std::uint32_t>(own), static_cast<std::uint32_t>(own),

@@ -90,8 +90,8 @@ struct GatherReader {
 template <class Body>
 HWY_INLINE void for_columns(const LinkSlices& slices, std::size_t slice, std::size_t lane, const Body& body) {
     const std::int32_t* const run = slices.run().data();
-    const std::size_t end = slices.first_column()[slice + 1];
-    for (std::size_t column = slices.first_column()[slice]; column < end; ++column) {
+    const std::size_t end = slices.column_end(slice);
+    for (std::size_t column = slices.column_begin(slice); column < end; ++column) {
         if (run[column] >= 0) {
             body(column, RunReader{static_cast<std::size_t>(run[column]) + lane});
         } else {

@@ -306,8 +306,7 @@ void SlicedElasticity::add_off_plane_forces(float* force) const {
             if (!neighbourhoods_->has_neighbours_off_plane(i)) continue;
             const Vec3 dropped = neighbourhoods_->basis()[i].col(2);
             const Vec3 turned = neighbourhoods_->penalty()[i] * (deformation_[i] * dropped - dropped);
-            for (std::uint32_t l = neighbourhoods_->offsets()[i]; l < neighbourhoods_->offsets()[i + 1];
-                 ++l) {
+            for (std::uint32_t l = neighbourhoods_->links_begin(i); l < neighbourhoods_->links_end(i); ++l) {
                 const double off =
                     neighbourhoods_->weight()[l] * dropped.dot(neighbourhoods_->rest_edge()[l]);
                 for (std::size_t k = 0; k < 3; ++k) {
