@@ -42,8 +42,9 @@ struct GltfSample {
     }
     int add_positions(const std::vector<Vec3>& positions) {
         std::vector<float> values;
+        // glTF is y-up.
         for (const Vec3& p : positions)
-            for (const double x : p) values.push_back(static_cast<float>(x));
+            for (const double x : {p.x(), p.z(), -p.y()}) values.push_back(static_cast<float>(x));
         return add_accessor(values, 5126, "VEC3", 3);
     }
     /// 5121, 5123 or 5125

@@ -54,9 +54,10 @@ TEST(ReadGltf, NodesPlaceAndMirrorTheirMeshes) {
     ReadMeshReport report;
     const geometry::TriangleMesh mesh = read(sample.embedded(), &report);
     ASSERT_EQ(mesh.positions.size(), 16U);
-    EXPECT_LT((mesh.positions[1] - Vec3(10, 2, 0)).norm(), 1e-12);    // corner (1, 0, 0) turned to (0, 1, 0)
-    EXPECT_LT((mesh.positions[2] - Vec3(8, 0, 0)).norm(), 1e-12);     // corner (0, 1, 0) turned to (-1, 0, 0)
-    EXPECT_LT((mesh.positions[9] - Vec3(18, 12, 14)).norm(), 1e-12);  // corner (1, 0, 0) mirrored, moved
+    // The file's y is up, its z is towards -y.
+    EXPECT_LT((mesh.positions[1] - Vec3(10, 0, 2)).norm(), 1e-12);     // corner (1, 0, 0) turned upwards
+    EXPECT_LT((mesh.positions[2] - Vec3(10, 2, 0)).norm(), 1e-12);     // corner (0, 1, 0) on the axis
+    EXPECT_LT((mesh.positions[9] - Vec3(18, -14, 12)).norm(), 1e-12);  // corner (1, 0, 0) mirrored, moved
     // Both are turned outwards: two boxes of edge 2.
     EXPECT_TRUE(geometry::check_mesh(mesh).valid());
     EXPECT_NEAR(mesh.volume(), 16, 1e-12);
@@ -131,7 +132,7 @@ TEST(ReadGltf, InterleavedAndQuantizedPositions) {
     sample.json["meshes"] = {{{"primitives", {{{"attributes", {{"POSITION", 0}}}}}}}};
     sample.json["extensionsRequired"] = {"KHR_mesh_quantization"};
     const geometry::TriangleMesh mesh = read(sample.glb());
-    EXPECT_EQ(mesh.positions, (std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {0, -1, 0}}));
+    EXPECT_EQ(mesh.positions, (std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {0, 0, -1}}));
 }
 
 TEST(ReadGltf, NodesThatLoopOrMeetAreRefused) {

@@ -126,13 +126,60 @@ TEST(WriteMesh, GlbHasAPrimitiveAnOriginAndTrueBounds) {
         EXPECT_EQ(indices["count"],
                   3 * std::count(surface.triangle_origin.begin(), surface.triangle_origin.end(), origin));
         const auto& positions = json["accessors"][primitive["attributes"]["POSITION"].get<std::size_t>()];
-        const geometry::Box bounds = mesh.bounds();
+        // y is up in the file.
+        const geometry::Box own = mesh.bounds();
+        geometry::Box bounds;
+        for (const Vec3& p : {own.min, own.max}) bounds.add(Vec3(p.x(), p.z(), -p.y()));
         for (int axis = 0; axis < 3; ++axis) {
             EXPECT_EQ(positions["min"][static_cast<std::size_t>(axis)].get<double>(), bounds.min[axis]);
             EXPECT_EQ(positions["max"][static_cast<std::size_t>(axis)].get<double>(), bounds.max[axis]);
         }
     }
     EXPECT_EQ(json["buffers"][0]["byteLength"], binary.size());
+}
+
+TEST(WriteMesh, GlbStandsUprightAndComesBackAsItWas) {
+    const TemporaryFolder folder;
+    SurfaceMesh surface = box_surface(4);
+    surface.rest = surface.mesh.positions;
+    for (std::size_t v = 0; v < surface.rest.size(); ++v)
+        surface.rest[v] += Vec3(0, 1, static_cast<double>(v));
+    write_mesh(folder.path() / "a.glb", surface);
+    const auto [json, binary] = parts_of_glb(folder.content("a.glb"));
+    const auto& accessor =
+        json["accessors"][json["meshes"][0]["primitives"][0]["attributes"]["POSITION"].get<std::size_t>()];
+    const geometry::Box bounds = surface.mesh.bounds();
+    EXPECT_FLOAT_EQ(accessor["max"][1].get<float>(), static_cast<float>(bounds.max.z())) << "y is up";
+    EXPECT_FLOAT_EQ(accessor["max"][2].get<float>(), static_cast<float>(-bounds.min.y()));
+    const SurfaceMesh again = read_any_surface(folder.path() / "a.glb");
+    ASSERT_EQ(again.mesh.positions.size(), surface.mesh.positions.size());
+    for (std::size_t v = 0; v < again.rest.size(); ++v)
+        EXPECT_EQ(again.rest[v], surface.rest[v].cast<float>().cast<double>());
+    EXPECT_EQ(again.rest.size(), surface.rest.size());
+    EXPECT_TRUE(again.attributes.empty()) << "the materials stand for origins";
+    EXPECT_EQ(std::count(again.triangle_origin.begin(), again.triangle_origin.end(), Origin::cut),
+              std::count(surface.triangle_origin.begin(), surface.triangle_origin.end(), Origin::cut));
+}
+
+TEST(WriteMesh, PlyKeepsBodiesAndCutNumbers) {
+    const TemporaryFolder folder;
+    SurfaceMesh surface = box_surface(9);
+    for (std::size_t v = 0; v < surface.mesh.positions.size(); ++v)
+        surface.vertex_body.push_back(static_cast<std::int32_t>(v % 3));
+    for (std::size_t t = 0; t < surface.mesh.triangles.size(); ++t)
+        surface.triangle_cut.push_back(static_cast<std::int32_t>(t) - 1);
+    write_mesh(folder.path() / "a.ply", surface);
+    const SurfaceMesh again = read_surface(folder.path() / "a.ply");
+    expect_same(again, surface);
+    EXPECT_EQ(again.vertex_body, surface.vertex_body);
+    EXPECT_EQ(again.triangle_cut, surface.triangle_cut);
+    surface.triangle_cut.pop_back();
+    try {
+        write_mesh(folder.path() / "b.ply", surface);
+        FAIL() << "an array of the wrong length was written";
+    } catch (const InputError& error) {
+        EXPECT_THAT(error.what(), HasSubstr("11 cut numbers for 12"));
+    }
 }
 
 TEST(WriteMesh, SurfacesWithoutTrianglesGiveValidFiles) {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,10 +31,13 @@ struct Material {
     /// directory; for an embedded image the suggested file name.
     std::string texture;
     std::shared_ptr<const EmbeddedImage> image;  // null: `texture` is a file of its own
+    std::optional<float> roughness = {};         // 0 mirror .. 1 chalk; none: not said
+    std::optional<float> metalness = {};         // 0 plastic .. 1 metal; none: not said
 
     /// Images are compared by their bytes.
     bool operator==(const Material& other) const {
         return name == other.name && colour == other.colour && texture == other.texture &&
+               roughness == other.roughness && metalness == other.metalness &&
                (image == other.image || (image && other.image && *image == *other.image));
     }
 };

@@ -76,6 +76,8 @@ void SurfaceMesh::append(const SurfaceMesh& other) {
     append_or_drop(normals, vertices, other.normals, more_vertices);
     append_or_drop(vertex_piece, vertices, other.vertex_piece, more_vertices);
     append_or_drop(rest, vertices, other.rest, more_vertices);
+    append_or_drop(vertex_body, vertices, other.vertex_body, more_vertices);
+    append_or_drop(triangle_cut, triangles, other.triangle_cut, more_triangles);
     append_or_drop(triangle_origin, triangles, other.triangle_origin, more_triangles);
     attributes.append(triangles, other.attributes, more_triangles);
     mesh.append(other.mesh);

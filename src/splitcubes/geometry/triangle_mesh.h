@@ -41,11 +41,13 @@ enum class Origin : std::uint8_t {
 /// empty or has one entry per element.
 struct SurfaceMesh {
     TriangleMesh mesh;
-    std::vector<Vec3> normals;               // per vertex, unit, outward
-    std::vector<std::int32_t> vertex_piece;  // per vertex, id of the connected part
-    std::vector<Origin> triangle_origin;     // per triangle
-    std::vector<Vec3> rest = {};             // per vertex, m, rest space
-    MeshAttributes attributes = {};          // of the mesh's triangles
+    std::vector<Vec3> normals;                    // per vertex, unit, outward
+    std::vector<std::int32_t> vertex_piece;       // per vertex, id of the connected part
+    std::vector<Origin> triangle_origin;          // per triangle
+    std::vector<Vec3> rest = {};                  // per vertex, m, rest space
+    MeshAttributes attributes = {};               // of the mesh's triangles
+    std::vector<std::int32_t> vertex_body = {};   // per vertex, number of the body
+    std::vector<std::int32_t> triangle_cut = {};  // per triangle, number of the cut that made it; -1: none
 
     /// Appends another surface; arrays that only one of the two has are dropped, except for
     /// `attributes` (see MeshAttributes::append).

@@ -8,6 +8,7 @@
 #include <charconv>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <iterator>
 #include <string>
 #include <type_traits>
@@ -22,6 +23,11 @@ struct Output {
     std::vector<geometry::Material> materials;
     std::string name;  // of the file, for messages
 };
+
+/// Throws InputError for a surface that no reader could take.
+void check_surface(const geometry::SurfaceMesh& surface, const std::string& name);
+/// The name by which a file in `folder` refers to a texture.
+std::string texture_from(const std::filesystem::path& folder, const std::string& texture);
 
 /// library: the file name of the material library that it refers to.
 std::string encode_obj(const Output& output, const std::string& library);
@@ -49,6 +55,11 @@ geometry::Origin origin_of(const geometry::SurfaceMesh& surface, std::size_t tri
 
 /// A number in single precision; throws InputError where it would be infinite.
 float to_float(double value, const std::string& name);
+
+/// glTF is y-up, all else z-up; both are right-handed.
+inline Vec3 gltf_from_own(const Vec3& p) {
+    return {p.x(), p.z(), -p.y()};
+}
 
 /// Appends the number's bytes, lowest first.
 template <class Number>

@@ -56,6 +56,7 @@ class GltfReader {
             report_.files.push_back(document_.folder() / file);
         Model model;
         model.mesh = builder_.finish(name_, report_);
+        if (rest_.size() == model.mesh.positions.size()) model.rest = std::move(rest_);
         model.attributes = std::move(attributes_);
         fill_up(model.mesh.triangles.size(), model.attributes);
         if (!model.attributes.triangle_material.empty()) model.attributes.materials = materials_.take();
@@ -73,6 +74,13 @@ class GltfReader {
         std::uint64_t node;
         Eigen::Affine3d world_from_parent;
     };
+
+    /// glTF is y-up (section 3.4), all else z-up.
+    static Eigen::Affine3d own_from_gltf() {
+        Eigen::Affine3d out = Eigen::Affine3d::Identity();
+        out.linear() << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+        return out;
+    }
 
     void note(std::size_t count, const char* what) {
         if (count > 0) report_.notes.push_back(std::to_string(count) + " " + what);
@@ -97,7 +105,7 @@ class GltfReader {
     /// Without nodes the file is a store of meshes; they are taken where they are.
     void add_all_meshes() {
         for (std::size_t m = 0; m < document_.element_count("meshes"); ++m)
-            add_mesh(m, Eigen::Affine3d::Identity(), "the document");
+            add_mesh(m, own_from_gltf(), "the document");
     }
 
     /// The scene's nodes, depth first, by a stack of our own: a file may nest as
@@ -105,7 +113,7 @@ class GltfReader {
     void walk_nodes() {
         std::vector<bool> seen(document_.element_count("nodes"), false);
         std::vector<Visit> stack;
-        push_reversed(root_nodes(), Eigen::Affine3d::Identity(), stack);
+        push_reversed(root_nodes(), own_from_gltf(), stack);
         while (!stack.empty()) {
             const Visit visit = stack.back();
             stack.pop_back();
@@ -118,7 +126,7 @@ class GltfReader {
                 // Section 3.7.3.3: a skinned mesh is placed by its joints, not by its node.
                 const bool skinned = node.contains("skin");
                 skinned_nodes_ += skinned ? 1 : 0;
-                add_mesh(*mesh, skinned ? Eigen::Affine3d::Identity() : world_from_node, where);
+                add_mesh(*mesh, skinned ? own_from_gltf() : world_from_node, where);
             }
             push_reversed(indices(node, "children", where), world_from_node, stack);
         }
@@ -215,8 +223,10 @@ class GltfReader {
             document_.fail(where, "has no attributes", "the file is damaged");
         const auto position = document_.count(*attributes, "POSITION", where);
         if (!position) document_.fail(where, "has no POSITION", "the file is damaged");
+        const std::size_t before = builder_.mesh.positions.size();
         const std::uint32_t first =
             add_positions(*position, where, world_from_mesh, first_vertex_of_accessor);
+        if (builder_.mesh.positions.size() > before) add_rest(*attributes, before, where);
         const std::size_t vertex_count = document_.vector_count(*position, where);
         const std::vector<std::uint32_t> corners = corner_indices(primitive, where, vertex_count);
         const VertexAttributes vertices = vertex_attributes(primitive, *attributes, where, vertex_count);
@@ -282,6 +292,18 @@ class GltfReader {
         }
         first_vertex_of_accessor.emplace(accessor, first);
         return first;
+    }
+
+    /// Rest positions, of the vertices from `before` on; meshes of other programs have none.
+    void add_rest(const Json& attributes, std::size_t before, const std::string& where) {
+        const auto accessor = document_.count(attributes, "_REST", where);
+        if (!accessor || document_.type_of(*accessor, where) != "VEC3") return;
+        const std::size_t count = builder_.mesh.positions.size() - before;
+        if (document_.vector_count(*accessor, where) != count) return;
+        spend(count, where);
+        rest_.resize(before, Vec3::Zero());
+        for (const Vec3& rest : document_.read_vectors(*accessor, where))
+            rest_.emplace_back(own_from_gltf() * rest);
     }
 
     std::vector<std::uint32_t> corner_indices(const Json& primitive, const std::string& where,
@@ -371,6 +393,7 @@ class GltfReader {
     GltfMaterials materials_;
     MeshBuilder builder_;
     geometry::MeshAttributes attributes_;
+    std::vector<Vec3> rest_;
     std::size_t skipped_primitives_ = 0;
     std::size_t skinned_nodes_ = 0;
     std::size_t morphed_ = 0;

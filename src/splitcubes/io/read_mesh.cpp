@@ -16,6 +16,8 @@ namespace splitcubes::io {
 
 namespace fs = std::filesystem;
 
+using geometry::Origin;
+
 namespace {
 
 // Beyond this a mesh would not fit the indices; it also keeps a sparse file
@@ -156,6 +158,29 @@ geometry::SurfaceMesh read_surface(const fs::path& path) {
     const std::vector<std::byte> bytes = read_file_bytes(path);
     ReadMeshReport ignored;
     return read_ply(bytes, path.string(), folder_of(path), PlyContent::surface, ignored);
+}
+
+geometry::SurfaceMesh read_any_surface(const fs::path& path) {
+    if (format_of_extension(path) == MeshFormat::ply) return read_surface(path);
+    Model model = read_model(path);
+    geometry::SurfaceMesh out;
+    out.mesh = std::move(model.mesh);
+    out.rest = std::move(model.rest);
+    out.attributes = std::move(model.attributes);
+    if (out.attributes.triangle_material.empty()) return out;
+    bool has_own = !out.attributes.corner_uv.empty() || !out.attributes.corner_colour.empty();
+    std::vector<Origin> origin_of_material;
+    for (const geometry::Material& material : out.attributes.materials) {
+        const bool is_cut = material.name == "cut" || material.name.ends_with("/cut");
+        origin_of_material.push_back(is_cut ? Origin::cut : Origin::boundary);
+        has_own = has_own || (material.name != "cut" && material.name != "boundary");
+    }
+    for (const std::int32_t material : out.attributes.triangle_material)
+        out.triangle_origin.push_back(material < 0 ? Origin::boundary
+                                                   : origin_of_material[static_cast<std::size_t>(material)]);
+    // Materials that only stand for the origin are no attributes of the surface.
+    if (!has_own) out.attributes = {};
+    return out;
 }
 
 geometry::SurfaceMesh read_surface_from_memory(Bytes bytes, const std::string& name) {

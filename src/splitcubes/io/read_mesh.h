@@ -22,8 +22,8 @@ struct ReadMeshReport {
 
 /// Reads a triangle mesh; the format goes by the extension and, where that is
 /// unknown, by the content. Positions are taken as metres, in the file's own
-/// axes. Polygons are cut into fans from their first corner; triangles that use
-/// a vertex twice are left out and noted. Vertices keep the file's order, also
+/// axes, but for glTF, whose y axis, which points up, becomes z. Polygons are cut into fans from their first
+/// corner; triangles that use a vertex twice are left out and noted. Vertices keep the file's order, also
 /// those that no triangle uses. STL, which has no shared vertices, is welded
 /// where positions are equal; glTF, which splits vertices at seams, is not (see
 /// geometry::weld_equal_vertices). glTF's nodes are followed and their transforms
@@ -44,6 +44,7 @@ geometry::TriangleMesh read_mesh_from_memory(std::span<const std::byte> bytes, M
 struct Model {
     geometry::TriangleMesh mesh;
     geometry::MeshAttributes attributes;  // of the mesh's triangles
+    std::vector<Vec3> rest = {};          // per vertex, m: of a GLB that write_mesh wrote; else empty
 };
 
 /// Reads a mesh as read_mesh does, and with it what the file says about its surface:

@@ -69,27 +69,40 @@ double BrightnessPicture::at(double u, double v) const {
            t * ((1 - s) * pixel(left, top + 1) + s * pixel(left + 1, top + 1));
 }
 
-BrightnessPicture read_brightness(const std::filesystem::path& path) {
-    const std::vector<stbi_uc> bytes = bytes_of(path);
+ColourPicture read_colours_from_memory(std::span<const std::byte> bytes, const std::string& name) {
+    if (bytes.size() > max_bytes)
+        throw InputError(name, "is longer than " + std::to_string(max_bytes) + " bytes", picture_remedy);
+    const auto* const data = reinterpret_cast<const stbi_uc*>(bytes.data());
     const auto length = static_cast<int>(bytes.size());
-    BrightnessPicture out;
+    ColourPicture out;
     int channels = 0;
-    if (stbi_info_from_memory(bytes.data(), length, &out.width, &out.height, &channels) == 0)
-        throw InputError(path.string(), "is not a picture that can be read", picture_remedy);
+    if (stbi_info_from_memory(data, length, &out.width, &out.height, &channels) == 0)
+        throw InputError(name, "is not a picture that can be read", picture_remedy);
     if (out.width <= 0 || out.height <= 0 || std::int64_t{out.width} * out.height > max_pixels)
-        throw InputError(path.string(),
+        throw InputError(name,
                          "is " + std::to_string(out.width) + " x " + std::to_string(out.height) +
                              " pixels, more than are taken",
                          "scale it down");
     const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
-        stbi_load_from_memory(bytes.data(), length, &out.width, &out.height, &channels, 3), stbi_image_free);
+        stbi_load_from_memory(data, length, &out.width, &out.height, &channels, 3), stbi_image_free);
     if (!pixels)
-        throw InputError(path.string(), std::string("cannot be read (") + stbi_failure_reason() + ")",
-                         picture_remedy);
-    const std::size_t count = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height);
-    out.brightness.resize(count);
-    for (std::size_t k = 0; k < count; ++k) {
-        const stbi_uc* const p = pixels.get() + 3 * k;
+        throw InputError(name, std::string("cannot be read (") + stbi_failure_reason() + ")", picture_remedy);
+    out.rgb.assign(pixels.get(), pixels.get() + std::size_t{3} * static_cast<std::size_t>(out.width) *
+                                                    static_cast<std::size_t>(out.height));
+    return out;
+}
+
+ColourPicture read_colours(const std::filesystem::path& path) {
+    const std::vector<stbi_uc> bytes = bytes_of(path);
+    return read_colours_from_memory(std::as_bytes(std::span(bytes)), path.string());
+}
+
+BrightnessPicture read_brightness(const std::filesystem::path& path) {
+    const ColourPicture colours = read_colours(path);
+    BrightnessPicture out{colours.width, colours.height, {}};
+    out.brightness.resize(colours.rgb.size() / 3);
+    for (std::size_t k = 0; k < out.brightness.size(); ++k) {
+        const std::uint8_t* const p = colours.rgb.data() + 3 * k;
         out.brightness[k] = static_cast<float>(p[0] + p[1] + p[2]) / (3 * 255.0F);
     }
     return out;

@@ -1,7 +1,11 @@
-// Pictures as one value per pixel: for maps that are data, not images.
+// Pictures: one value per pixel, for maps that are data, or colours.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <span>
+#include <string>
 #include <vector>
 
 namespace splitcubes::io {
@@ -15,6 +19,16 @@ struct BrightnessPicture {
     /// pixels' centres, the picture repeated in both directions. Of a picture that is not empty.
     double at(double u, double v) const;
 };
+
+/// A picture's colours.
+struct ColourPicture {
+    int width = 0, height = 0;
+    std::vector<std::uint8_t> rgb;  // sRGB, rows from top to bottom
+};
+
+/// Read colours with the formats, limits and errors of read_brightness. name: of the file, for messages.
+ColourPicture read_colours(const std::filesystem::path& path);
+ColourPicture read_colours_from_memory(std::span<const std::byte> bytes, const std::string& name);
 
 /// Reads PNG, JPEG, BMP, TGA or PNM. Throws InputError, whose location is the file, for what is
 /// none of these, is damaged, or has more than 2^26 pixels.

@@ -157,7 +157,7 @@ class PlyReader {
         };
         const bool has_normals = has(slot_normal, slot_normal + 2), has_pieces = has(slot_piece, slot_piece),
                    has_rest = has(slot_rest, slot_rest + 2), has_uv = has(slot_uv, slot_uv + 1),
-                   has_colours = has(slot_colour, slot_colour + 2);
+                   has_colours = has(slot_colour, slot_colour + 2), has_bodies = has(slot_body, slot_body);
         builder_.mesh.positions.reserve(element.count);
         for (std::uint64_t v = 0; v < element.count; ++v) {
             double values[slot_count] = {};
@@ -172,7 +172,10 @@ class PlyReader {
             const auto vector_at = [&](int s) { return Vec3(values[s], values[s + 1], values[s + 2]); };
             builder_.mesh.positions.push_back(vector_at(0));
             if (has_normals) surface_.normals.push_back(vector_at(slot_normal));
-            if (has_pieces) surface_.vertex_piece.push_back(piece_number(values[slot_piece]));
+            if (has_pieces)
+                surface_.vertex_piece.push_back(whole_number(values[slot_piece], "a vertex's piece"));
+            if (has_bodies)
+                surface_.vertex_body.push_back(whole_number(values[slot_body], "a vertex's body"));
             if (has_rest) surface_.rest.push_back(vector_at(slot_rest));
             if (has_uv) attributes_.add_vertex_uv(uv_number(values[slot_uv]), uv_number(values[slot_uv + 1]));
             if (has_colours) attributes_.add_vertex_colour(values + slot_colour);
@@ -196,6 +199,7 @@ class PlyReader {
                                                             {"ny", slot_normal + 1},
                                                             {"nz", slot_normal + 2},
                                                             {"piece", slot_piece},
+                                                            {"body", slot_body},
                                                             {"rest_x", slot_rest},
                                                             {"rest_y", slot_rest + 1},
                                                             {"rest_z", slot_rest + 2},
@@ -214,12 +218,14 @@ class PlyReader {
             const PlyProperty* found = element.find(property);
             const bool needed = slot < 3;
             // Those for surfaces only keep the demand that they be numbers.
-            const bool for_surface = slot >= slot_normal && slot <= slot_piece;
+            const bool for_surface = (slot >= slot_normal && slot <= slot_piece) || slot == slot_body;
             if ((!found && needed) || (found && found->is_list && (needed || (for_surface && with_surface_))))
                 throw InputError(name_ + ":" + std::to_string(element.line),
                                  "vertices have no number " + in_quotes(property),
                                  "they need properties x, y and z");
-            if (!found || found->is_list || (slot >= 3 && slot < slot_colour && !with_surface_)) continue;
+            if (!found || found->is_list ||
+                (((slot >= 3 && slot < slot_colour) || slot == slot_body) && !with_surface_))
+                continue;
             // Of several pairs of texture coordinates the first.
             if (std::find(slots.begin(), slots.end(), slot) == slots.end())
                 slots[static_cast<std::size_t>(found - element.properties.data())] = slot;
@@ -238,18 +244,21 @@ class PlyReader {
             return found && !found->is_list ? found : nullptr;
         };
         const PlyProperty* origin = with_surface_ ? scalar_property("origin") : nullptr;
+        const PlyProperty* cut = with_surface_ ? scalar_property("cut") : nullptr;
         const PlyProperty* material = scalar_property("material");
         const bool by_texture = !material;
         if (!material) material = scalar_property("texnumber");
         const PlyProperty* uv = element.find("texcoord");
         if (uv && !uv->is_list) uv = nullptr;
         for (std::uint64_t f = 0; f < element.count; ++f) {
-            double origin_value = 0, material_value = -1;
+            double origin_value = 0, material_value = -1, cut_value = -1;
             for (const PlyProperty& property : element.properties) {
                 if (&property == indices)
                     read_corners(property);
                 else if (&property == origin)
                     origin_value = body_.scalar(property.type, "a face's origin");
+                else if (&property == cut)
+                    cut_value = body_.scalar(property.type, "a face's cut");
                 else if (&property == material)
                     material_value = body_.scalar(property.type, "a face's material");
                 else if (&property == uv)
@@ -262,6 +271,9 @@ class PlyReader {
             if (origin)
                 surface_.triangle_origin.insert(surface_.triangle_origin.end(), added,
                                                 origin_of(origin_value));
+            if (cut)
+                surface_.triangle_cut.insert(surface_.triangle_cut.end(), added,
+                                             whole_number(cut_value, "a face's cut"));
             if (uv) add_face_uv(before);
             if (material) attributes_.add_material(material_number(material_value), added, by_texture);
         }
@@ -337,10 +349,11 @@ class PlyReader {
                        "it must be finite");
         return value;
     }
-    std::int32_t piece_number(double value) const {
+    std::int32_t whole_number(double value, const char* what) const {
         using Limits = std::numeric_limits<std::int32_t>;
-        if (value < Limits::min() || value > Limits::max() || std::floor(value) != value)
-            body_.fail("a vertex's piece is " + plain_number(value), "it must be a whole number of 32 bits");
+        if (!(value >= Limits::min() && value <= Limits::max()) || std::floor(value) != value)
+            body_.fail(std::string(what) + " is " + plain_number(value),
+                       "it must be a whole number of 32 bits");
         return static_cast<std::int32_t>(value);
     }
     Origin origin_of(double value) const {
@@ -350,7 +363,7 @@ class PlyReader {
     }
     // Slots of a vertex's values; x y z come first.
     static constexpr int slot_normal = 3, slot_piece = 6, slot_rest = 7, slot_colour = 10, slot_uv = 14,
-                         slot_count = 16;
+                         slot_body = 16, slot_count = 17;
 
     Body body_;
     const PlyHeader& header_;

@@ -19,6 +19,10 @@ namespace splitcubes::io {
 /// attribute out of its range.
 geometry::SurfaceMesh read_surface(const std::filesystem::path& path);
 
+/// The same of any mesh format. Of others than PLY there are attributes, rest positions in a GLB, and
+/// origins by the materials that write_mesh and runs give to cut faces: `cut` or with the ending `/cut`.
+geometry::SurfaceMesh read_any_surface(const std::filesystem::path& path);
+
 /// The same from the bytes of a PLY file; `name` stands in messages for the file.
 geometry::SurfaceMesh read_surface_from_memory(std::span<const std::byte> bytes, const std::string& name);
 

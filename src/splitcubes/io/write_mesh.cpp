@@ -57,12 +57,16 @@ void check_attributes(const SurfaceMesh& surface, const std::string& name) {
                              "");
 }
 
+}  // namespace
+
 /// A file that no reader takes is not written.
 void check_surface(const SurfaceMesh& surface, const std::string& name) {
     const std::size_t vertices = surface.mesh.positions.size();
     check_length(surface.normals.size(), vertices, "normals", name);
     check_length(surface.vertex_piece.size(), vertices, "piece numbers", name);
     check_length(surface.triangle_origin.size(), surface.mesh.triangles.size(), "origins", name);
+    check_length(surface.triangle_cut.size(), surface.mesh.triangles.size(), "cut numbers", name);
+    check_length(surface.vertex_body.size(), vertices, "body numbers", name);
     for (std::size_t v = 0; v < vertices; ++v)
         if (!surface.mesh.positions[v].allFinite())
             throw InputError(name, "the position of vertex " + std::to_string(v) + " is not finite", "");
@@ -78,8 +82,6 @@ void check_surface(const SurfaceMesh& surface, const std::string& name) {
                                      " of " + std::to_string(vertices),
                                  "");
 }
-
-}  // namespace
 
 namespace {
 
@@ -98,7 +100,8 @@ std::string encode(const Output& output, MeshFormat format, const std::string& l
     throw InputError(output.name, "unknown mesh format " + std::to_string(static_cast<int>(format)), "");
 }
 
-/// The name by which a file in `folder` refers to a texture.
+}  // namespace
+
 std::string texture_from(const fs::path& folder, const std::string& texture) {
     if (texture.empty() || texture.find("://") != texture.npos) return texture;
     std::error_code why;
@@ -107,6 +110,8 @@ std::string texture_from(const fs::path& folder, const std::string& texture) {
     const fs::path relative = to.lexically_relative(from);
     return why || relative.empty() ? texture : relative.generic_string();
 }
+
+namespace {
 
 /// Nobody names the library of materials: it must not take the place of somebody else's.
 void check_library(const fs::path& library) {

@@ -46,6 +46,7 @@ std::string header(const Output& output, bool with_colours, std::int32_t texture
     out += "property double x\nproperty double y\nproperty double z\n";
     if (!surface.normals.empty()) out += "property float nx\nproperty float ny\nproperty float nz\n";
     if (!surface.vertex_piece.empty()) out += "property int piece\n";
+    if (!surface.vertex_body.empty()) out += "property int body\n";
     if (with_colours)
         out += "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\n";
     if (!surface.rest.empty())
@@ -53,6 +54,7 @@ std::string header(const Output& output, bool with_colours, std::int32_t texture
     out += "element face " + std::to_string(surface.mesh.triangles.size()) + "\n";
     out += "property list uchar int vertex_indices\n";
     if (!surface.triangle_origin.empty()) out += "property uchar origin\n";
+    if (!surface.triangle_cut.empty()) out += "property int cut\n";
     if (!surface.attributes.corner_uv.empty()) out += "property list uchar float texcoord\n";
     if (!surface.attributes.triangle_material.empty()) {
         out += "property int material\n";
@@ -71,12 +73,13 @@ std::string encode_ply(const Output& output) {
     std::int32_t texture_count = 0;
     const std::vector<std::int32_t> textures = texture_numbers(output.materials, texture_count);
     std::string out = header(output, !colours.empty(), texture_count);
-    out.reserve(out.size() + mesh.positions.size() * 68 + mesh.triangles.size() * 47);
+    out.reserve(out.size() + mesh.positions.size() * 72 + mesh.triangles.size() * 51);
     for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
         for (const double value : mesh.positions[v]) put_number(out, value);
         if (!surface.normals.empty())
             for (const double value : surface.normals[v]) put_number(out, to_float(value, output.name));
         if (!surface.vertex_piece.empty()) put_number(out, surface.vertex_piece[v]);
+        if (!surface.vertex_body.empty()) put_number(out, surface.vertex_body[v]);
         if (!colours.empty())
             for (const float value : colours[v]) put_number(out, byte_of(value));
         if (!surface.rest.empty())
@@ -87,6 +90,7 @@ std::string encode_ply(const Output& output) {
         for (const std::uint32_t v : mesh.triangles[t]) put_number(out, v);
         if (!surface.triangle_origin.empty())
             put_number(out, static_cast<std::uint8_t>(surface.triangle_origin[t]));
+        if (!surface.triangle_cut.empty()) put_number(out, surface.triangle_cut[t]);
         if (!attributes.corner_uv.empty()) {
             put_number(out, std::uint8_t{6});
             for (const geometry::Uv& uv : attributes.corner_uv[t])

@@ -33,11 +33,14 @@ geometry::SurfaceMesh extract(const NodeGrid& grid, const Surface& surface, cons
     for (std::size_t c = 0; c < cells.size(); ++c) first_quad[c + 1] = first_quad[c] + cells[c].quad_count;
     out.mesh.triangles.resize(2 * static_cast<std::size_t>(first_quad.back()));
     out.triangle_origin.resize(out.mesh.triangles.size());
+    out.triangle_cut.resize(out.mesh.triangles.size());
     parallel.for_each(cells.size(), 1024, [&](std::size_t c) {
         std::size_t t = 2 * static_cast<std::size_t>(first_quad[c]);
         for (const SurfaceQuad& q : surface.quads(cells[c])) {
             const auto at = [&](std::size_t k) { return new_index[q.vertices[k]]; };
-            const Origin origin = grid.crossing(q.crossing).origin;
+            const Crossing& crossing = grid.crossing(q.crossing);
+            const Origin origin = crossing.origin;
+            out.triangle_cut[t] = out.triangle_cut[t + 1] = origin == Origin::cut ? crossing.cut : -1;
             out.triangle_origin[t] = out.triangle_origin[t + 1] = origin;
             out.mesh.triangles[t++] = {at(0), at(1), at(2)};
             out.mesh.triangles[t++] = {at(0), at(2), at(3)};
@@ -66,6 +69,7 @@ geometry::SurfaceMesh extract_pieces(const geometry::SurfaceMesh& surface,
         out.normals.push_back(surface.normals[v]);
         out.vertex_piece.push_back(surface.vertex_piece[v]);
         if (!surface.rest.empty()) out.rest.push_back(surface.rest[v]);
+        if (!surface.vertex_body.empty()) out.vertex_body.push_back(surface.vertex_body[v]);
     }
     const geometry::MeshAttributes& from = surface.attributes;
     geometry::MeshAttributes& to = out.attributes;
@@ -75,6 +79,7 @@ geometry::SurfaceMesh extract_pieces(const geometry::SurfaceMesh& surface,
         if (new_index[tri[0]] == UINT32_MAX) continue;
         out.mesh.triangles.push_back({new_index[tri[0]], new_index[tri[1]], new_index[tri[2]]});
         out.triangle_origin.push_back(surface.triangle_origin[t]);
+        if (!surface.triangle_cut.empty()) out.triangle_cut.push_back(surface.triangle_cut[t]);
         if (!from.corner_uv.empty()) to.corner_uv.push_back(from.corner_uv[t]);
         if (!from.corner_colour.empty()) to.corner_colour.push_back(from.corner_colour[t]);
         if (!from.triangle_material.empty()) to.triangle_material.push_back(from.triangle_material[t]);
