@@ -63,6 +63,8 @@ class Body {
     /// Removes one; those behind it move up by one.
     void remove_handle(std::size_t index) { boundary_.remove_handle(index); }
     void remove_constraint(std::size_t index) { boundary_.remove_constraint(index); }
+    void end_constraint(std::size_t index, double time) { boundary_.end_constraint(index, time); }
+    void end_handle(std::size_t index, double time) { boundary_.end_handle(index, time); }
     const std::vector<Handle>& handles() const { return boundary_.handles(); }
     void set_handle_motion(std::size_t index, std::function<Isometry(double time)> motion) {
         boundary_.set_handle_motion(index, std::move(motion));

@@ -4,6 +4,7 @@
 #include <splitcubes/core/parallel.h>
 #include <splitcubes/samples/rigid_pieces.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -52,6 +53,13 @@ class BoundaryConditions {
     /// Removes one; those behind it move up by one.
     void remove_constraint(std::size_t index);
     void remove_handle(std::size_t index);
+    /// Ends one at a time, s, if it would not end before.
+    void end_constraint(std::size_t index, double time) {
+        constraints_[index].until = std::min(constraints_[index].until, time);
+    }
+    void end_handle(std::size_t index, double time) {
+        handles_[index].until = std::min(handles_[index].until, time);
+    }
     const std::vector<HoldConstraint>& constraints() const { return constraints_; }
     const std::vector<Handle>& handles() const { return handles_; }
     void set_constraint_motion(std::size_t index, std::function<Isometry(double time)> motion) {

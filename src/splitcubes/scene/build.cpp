@@ -8,23 +8,18 @@
 #include <splitcubes/scene/advice.h>
 #include <splitcubes/scene/build.h>
 #include <splitcubes/scene/implicit_model.h>
+#include <splitcubes/scene/instrument.h>
+#include <splitcubes/scene/motion.h>
 #include <splitcubes/scene/overloaded.h>
 #include <splitcubes/scene/strength.h>
 #include <splitcubes/scene/tuning.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace splitcubes::scene {
 
 namespace {
-
-constexpr double radians = std::numbers::pi / 180;
-
-Quat quaternion(const Rotation& rotation) {
-    return Quat(Eigen::AngleAxisd(rotation.angle_degrees * radians, rotation.axis.normalized()));
-}
 
 io::Model own_model(const BodyDescription& body, BuildReport& report, const Parallel& parallel) {
     if (const auto* shape = std::get_if<MeshShape>(&body.shape)) {
@@ -58,7 +53,7 @@ void add_constraint(const ConstraintDescription& c, body::Body& target, std::siz
     target.add_constraint(std::move(hold));
 }
 
-void add_handle(const HandleDescription& h, body::Body& target) {
+void add_handle(const HandleDescription& h, std::span<const ToolDescription> tools, body::Body& target) {
     const auto region = region_test(h.region);
     const auto& rest = target.phyxels().rest_position;
     if (std::none_of(rest.begin(), rest.end(), region))
@@ -68,24 +63,12 @@ void add_handle(const HandleDescription& h, body::Body& target) {
     body::Handle handle;
     handle.name = h.name;
     handle.region = region;
-    handle.motion = [h](double time) { return keyframe_motion(h.keyframes, h.pivot, time); };
+    handle.motion = handle_motion(h, tools);
     handle.stiffness = h.stiffness;
     if (h.force_limit) handle.limit = *h.force_limit;
     handle.from = h.from_time;
     if (h.until_time) handle.until = *h.until_time;
     target.add_handle(std::move(handle));
-}
-
-cutting::BladeShape blade_shape(const BladeDescription& blade) {
-    return std::visit(
-        Overloaded{[](const PolylineBlade& b) { return cutting::BladeShape{{b.points}}; },
-                   [](const StraightBlade& b) { return cutting::make_straight_blade(b.from, b.to); },
-                   [](const ArcBlade& b) {
-                       return cutting::make_arc_blade(b.center, b.radius, b.axis,
-                                                      b.start_angle_degrees * radians,
-                                                      b.end_angle_degrees * radians, b.segments);
-                   }},
-        blade);
 }
 
 meshless::Material material_of(const MaterialDescription& m) {
@@ -199,22 +182,6 @@ geometry::TriangleMesh shape_mesh(const Shape& shape, const Parallel& parallel, 
         shape);
 }
 
-// Interpolates linearly between the keyframes.
-Isometry keyframe_motion(const std::vector<MotionKeyframe>& keys, const Vec3& pivot, double time) {
-    Isometry out = Isometry::Identity();
-    if (keys.empty()) return out;
-    const auto after = std::upper_bound(keys.begin(), keys.end(), time,
-                                        [](double t, const MotionKeyframe& k) { return t < k.time; });
-    const MotionKeyframe& b = after == keys.end() ? keys.back() : *after;
-    const MotionKeyframe& a = after == keys.begin() ? keys.front() : *(after - 1);
-    const double s = b.time > a.time ? std::clamp((time - a.time) / (b.time - a.time), 0.0, 1.0) : 0.0;
-    const Vec3 shift = a.position + s * (b.position - a.position);
-    const Quat turn = quaternion(a.rotation).slerp(s, quaternion(b.rotation));
-    out.linear() = turn.toRotationMatrix();
-    out.translation() = pivot + shift - out.linear() * pivot;
-    return out;
-}
-
 Isometry collider_frame(const ColliderDescription& collider, double time) {
     Isometry placed = Isometry::Identity();
     placed.linear() = quaternion(collider.placement.rotation).toRotationMatrix();
@@ -226,7 +193,7 @@ geometry::TriangleMesh collider_mesh(const ColliderDescription& collider, const 
                                      BuildReport* report) {
     if (!collider.shape) return {};
     geometry::TriangleMesh mesh = shape_mesh(*collider.shape, parallel, report);
-    for (Vec3& p : mesh.positions) p *= collider.placement.scale;
+    for (Vec3& p : mesh.positions) p = collider.placement.scale.cwiseProduct(p);
     return mesh;
 }
 
@@ -235,14 +202,16 @@ body::Collider make_collider(const ColliderDescription& collider, const Parallel
     body::Collider out;
     out.name = collider.name;
     out.friction = collider.friction;
-    const double scale = collider.placement.scale;
+    const Vec3& scale = collider.placement.scale;
+    const bool is_uniform = scale == Vec3::Constant(scale.x());
     if (collider.half_space) {
         const Vec3 normal = collider.half_space->normal.normalized();
         out.solid = geometry::make_plane_distance(normal, normal.dot(collider.half_space->point));
-    } else if (const auto* sphere = std::get_if<SphereShape>(&*collider.shape)) {
-        out.solid = geometry::make_sphere_distance(scale * sphere->radius);
+    } else if (const auto* sphere = std::get_if<SphereShape>(&*collider.shape); sphere && is_uniform) {
+        out.solid = geometry::make_sphere_distance(scale.x() * sphere->radius);
     } else if (const auto* box = std::get_if<BoxShape>(&*collider.shape)) {
-        out.solid = geometry::make_box_distance(scale * box->size, scale * collider.rounding);
+        out.solid =
+            geometry::make_box_distance(scale.cwiseProduct(box->size), scale.minCoeff() * collider.rounding);
     } else {
         constexpr int cells = tuning::build::collider_cells;
         out.solid = geometry::make_mesh_distance(collider_mesh(collider, parallel, report), cells, parallel);
@@ -251,33 +220,31 @@ body::Collider make_collider(const ColliderDescription& collider, const Parallel
     return out;
 }
 
+std::function<Isometry(double)> handle_motion(const HandleDescription& h,
+                                              std::span<const ToolDescription> tools) {
+    const ToolDescription* tool = find_tool(tools, h.follow_tool);
+    if (tool == nullptr) return [h](double time) { return keyframe_motion(h.keyframes, h.pivot, time); };
+    return [h, blade = make_blade(*tool)](double time) {
+        return motion_since(blade, h.from_time, time) * keyframe_motion(h.keyframes, h.pivot, time);
+    };
+}
+
+body::Collider make_solid_tool(const ToolDescription& tool, const Parallel& parallel, BuildReport* report) {
+    body::Collider out;
+    out.name = tool.name;
+    out.friction = tool.solid->friction;
+    constexpr int cells = tuning::build::collider_cells;
+    out.solid = geometry::make_mesh_distance(instrument_mesh(tool, report), cells, parallel);
+    out.motion = [blade = make_blade(tool)](double time) { return blade.frame(time); };
+    return out;
+}
+
 io::Model placed_model(const BodyDescription& body, BuildReport& report, const Parallel& parallel) {
     io::Model model = own_model(body, report, parallel);
     const Mat3 turn = quaternion(body.placement.rotation).toRotationMatrix();
-    for (Vec3& p : model.mesh.positions) p = body.placement.position + turn * (body.placement.scale * p);
+    for (Vec3& p : model.mesh.positions)
+        p = body.placement.position + turn * body.placement.scale.cwiseProduct(p);
     return model;
-}
-
-cutting::Blade make_blade(const ToolDescription& tool) {
-    cutting::BladeShape shape;
-    for (const BladeDescription& blade : tool.blades)
-        for (auto& line : blade_shape(blade).polylines) shape.polylines.push_back(line);
-    cutting::BladeOptions options;
-    options.active_from = tool.active_from;
-    options.active_until = tool.active_until;
-    std::vector<cutting::Keyframe> keyframes;
-    if (const auto* path = std::get_if<KeyframeMotion>(&tool.motion)) {
-        for (const MotionKeyframe& k : path->keyframes)
-            keyframes.push_back({k.time, k.position, quaternion(k.rotation)});
-        if (path->interpolation == Interpolation::smooth)
-            options.interpolation = cutting::PathInterpolation::smooth;
-    } else {
-        const auto& circle = std::get<CircularMotion>(tool.motion);
-        keyframes = cutting::circular_path(circle.center, circle.axis, circle.radius,
-                                           circle.start_angle_degrees * radians, circle.turns,
-                                           circle.from_time, circle.until_time, circle.turn_with_path);
-    }
-    return {tool.name, std::move(shape), std::move(keyframes), options};
 }
 
 std::unique_ptr<body::World> build_world(
@@ -317,13 +284,20 @@ std::unique_ptr<body::World> build_world(
     for (std::size_t k = 0; k < scene.constraints.size(); ++k)
         add_constraint(scene.constraints[k], *world->bodies()[index_of_body(scene.constraints[k].body)], k);
     for (const HandleDescription& handle : scene.handles)
-        add_handle(handle, *world->bodies()[index_of_body(handle.body)]);
+        add_handle(handle, scene.tools, *world->bodies()[index_of_body(handle.body)]);
+    const auto solid_tools = static_cast<std::size_t>(
+        std::count_if(scene.tools.begin(), scene.tools.end(), [](const auto& tool) { return tool.solid; }));
     constexpr double per_collider = tuning::build::bytes_per_collider;
-    require_memory("colliders", per_collider * static_cast<double>(scene.colliders.size()),
+    require_memory("colliders", per_collider * static_cast<double>(scene.colliders.size() + solid_tools),
                    "use fewer colliders");
     for (const ColliderDescription& collider : scene.colliders) {
         world->parallel().begin("collider '" + collider.name + "'");
         world->add_collider(make_collider(collider, world->parallel(), &report));
+    }
+    for (const ToolDescription& tool : scene.tools) {
+        if (!tool.solid) continue;
+        world->parallel().begin("tool '" + tool.name + "'");
+        world->add_collider(make_solid_tool(tool, world->parallel(), &report));
     }
     world->parallel().begin("tools");
     for (const ToolDescription& tool : scene.tools) {

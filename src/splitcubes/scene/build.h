@@ -4,11 +4,14 @@
 #include <splitcubes/body/body_settings.h>
 #include <splitcubes/io/read_mesh.h>
 #include <splitcubes/scene/description.h>
+#include <splitcubes/scene/motion.h>
 #include <splitcubes/world/world.h>
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,9 +33,6 @@ struct BuildReport {
 geometry::TriangleMesh shape_mesh(const Shape& shape, const Parallel& parallel = Parallel(1),
                                   BuildReport* report = nullptr);
 
-/// Returns displacement and rotation about the pivot at a time; the identity without keyframes.
-Isometry keyframe_motion(const std::vector<MotionKeyframe>& keyframes, const Vec3& pivot, double time);
-
 /// Returns the transform from a collider's own frame to the world at a time; own: `shape` with its scale.
 Isometry collider_frame(const ColliderDescription& collider, double time);
 /// Returns a collider's mesh in its own frame; empty for a half space.
@@ -45,8 +45,13 @@ body::Collider make_collider(const ColliderDescription& collider, const Parallel
 io::Model placed_model(const BodyDescription& body, BuildReport& report,
                        const Parallel& parallel = Parallel(1));
 
-/// Returns the tool's blade with its path.
-cutting::Blade make_blade(const ToolDescription& tool);
+/// Returns the motion of a handle's target: world from rest, s. It may follow one of the tools.
+std::function<Isometry(double time)> handle_motion(const HandleDescription& handle,
+                                                   std::span<const ToolDescription> tools);
+
+/// Returns a solid tool's instrument as a collider.
+body::Collider make_solid_tool(const ToolDescription& tool, const Parallel& parallel,
+                               BuildReport* report = nullptr);
 
 /// Builds the world. Throws InputError for meshes that cannot be used and for constraint regions without
 /// phyxels. make_opengl_backend: factory of the disk backend for scenes with backend "opengl"; without it

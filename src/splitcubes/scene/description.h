@@ -4,6 +4,8 @@
 
 #include <splitcubes/math/types.h>
 #include <splitcubes/occlusion/criterion.h>
+#include <splitcubes/scene/appearance.h>
+#include <splitcubes/scene/shapes.h>
 
 #include <filesystem>
 #include <optional>
@@ -12,87 +14,6 @@
 #include <vector>
 
 namespace splitcubes::scene {
-
-/// A turn about an axis through a pivot that the owner names; right-handed.
-struct Rotation {
-    Vec3 axis = Vec3::UnitZ();  // direction of any length above zero
-    double angle_degrees = 0;
-    bool operator==(const Rotation&) const = default;
-};
-
-// Shapes, in the body's own frame: centred at the origin, z up.
-
-/// A mesh file; its coordinates are taken as metres before `scale`.
-struct MeshShape {
-    std::filesystem::path file;  // absolute: what the scene says, joined to the scene's folder
-    std::string sha256{};        // of what the file holds; empty: whatever it holds
-    bool operator==(const MeshShape&) const = default;
-};
-struct BoxShape {
-    Vec3 size = Vec3::Ones();  // m, whole side lengths
-    bool operator==(const BoxShape&) const = default;
-};
-struct SphereShape {
-    double radius = 1;  // m
-    bool operator==(const SphereShape&) const = default;
-};
-struct CylinderShape {
-    double radius = 1;  // m
-    double height = 1;  // m, whole, along z
-    bool operator==(const CylinderShape&) const = default;
-};
-struct TorusShape {
-    double ring_radius = 1;    // m, axis (z) to the middle of the tube
-    double tube_radius = 0.3;  // m
-    bool operator==(const TorusShape&) const = default;
-};
-struct CapsuleShape {
-    double radius = 1;           // m
-    double straight_height = 1;  // m, the part between the two half spheres, along z
-    bool operator==(const CapsuleShape&) const = default;
-};
-struct PearShape {
-    double height = 1;  // m, whole, along z
-    double foot = 0;    // m, radius of the flat that it stands on; 0: none
-    bool operator==(const PearShape&) const = default;
-};
-// Parts of an implicit shape.
-
-struct BallPart {
-    Vec3 center = Vec3::Zero();  // m
-    Vec3 radii = Vec3::Ones();   // m, half axes along x, y, z
-    bool operator==(const BallPart&) const = default;
-};
-/// A ball that moves from one point to another and changes its radius on the way.
-struct ConePart {
-    Vec3 from = Vec3::Zero();  // m
-    Vec3 to = Vec3::UnitZ();   // m
-    double from_radius = 1;    // m
-    double to_radius = 1;      // m
-    bool operator==(const ConePart&) const = default;
-};
-struct ImplicitPart {
-    std::variant<BallPart, ConePart> form;
-    Vec3 colour = Vec3::Constant(0.8);  // red, green, blue, sRGB, 0..1
-    bool operator==(const ImplicitPart&) const = default;
-};
-/// The union of its parts, which flow into each other over `smoothness`.
-struct ImplicitShape {
-    double smoothness = 0;  // m; 0: sharp
-    int cells = 96;         // of the grid that makes its mesh, along the longest side
-    std::vector<ImplicitPart> parts;
-    bool operator==(const ImplicitShape&) const = default;
-};
-using Shape = std::variant<MeshShape, BoxShape, SphereShape, CylinderShape, TorusShape, CapsuleShape,
-                           PearShape, ImplicitShape>;
-
-/// world = position + rotation (scale * own). The rotation is about the shape's origin.
-struct PlacementDescription {
-    Vec3 position = Vec3::Zero();  // m, world
-    Rotation rotation;
-    double scale = 1;  // > 0
-    bool operator==(const PlacementDescription&) const = default;
-};
 
 // Regions of a body, in placed coordinates at time 0; closed sets.
 
@@ -217,8 +138,9 @@ struct BodyDescription {
     std::optional<double> phyxel_spacing;   // m
     MaterialDescription material;
     std::optional<DeformationDescription> deformation;  // none: elastic phyxels
-    Vec3 velocity = Vec3::Zero();                       // m/s, world, at time 0
-    Vec3 angular_velocity = Vec3::Zero();               // rad/s, world, about the centre of mass, at time 0
+    AppearanceDescription appearance;
+    Vec3 velocity = Vec3::Zero();          // m/s, world, at time 0
+    Vec3 angular_velocity = Vec3::Zero();  // rad/s, world, about the centre of mass, at time 0
     bool operator==(const BodyDescription&) const = default;
 };
 
@@ -238,6 +160,13 @@ struct MotionKeyframe {
     bool operator==(const MotionKeyframe&) const = default;
 };
 
+/// A body that has come into several pieces.
+struct PieceCondition {
+    std::string body;  // its name
+    int at_least = 2;  // pieces
+    bool operator==(const PieceCondition&) const = default;
+};
+
 enum class ConstraintKind {
     hold,  // the region stays where it is at time 0
     move,  // the region follows the keyframes
@@ -253,6 +182,7 @@ struct ConstraintDescription {
     Vec3 pivot = Vec3::Zero();              // m; when not said: the region's centre (half space: its point)
     double from_time = 0;                   // s
     std::optional<double> until_time;       // s; none: never released
+    std::optional<PieceCondition> release_when;
     bool operator==(const ConstraintDescription&) const = default;
 };
 
@@ -302,7 +232,26 @@ struct CircularMotion {
     bool turn_with_path = true;  // the frame turns along with the angle that has been passed
     bool operator==(const CircularMotion&) const = default;
 };
-using Motion = std::variant<KeyframeMotion, CircularMotion>;
+/// A circle whose centre rises along the axis and whose radius may change, both at a constant rate.
+struct HelixMotion {
+    CircularMotion circle;             // its radius is that at the start
+    double rise = 0;                   // m, along the axis, over the whole motion
+    std::optional<double> end_radius;  // m; none: that at the start
+    bool operator==(const HelixMotion&) const = default;
+};
+using SimpleMotion = std::variant<KeyframeMotion, CircularMotion, HelixMotion>;
+/// Motions one inside the other: each moves the frame in which the next one is given.
+struct ComposedMotion {
+    std::vector<SimpleMotion> parts;  // the outermost first; at least one
+    bool operator==(const ComposedMotion&) const = default;
+};
+using Motion = std::variant<KeyframeMotion, CircularMotion, HelixMotion, ComposedMotion>;
+
+/// Makes a tool's instrument push what it touches.
+struct SolidDescription {
+    double friction = 0.3;  // Coulomb coefficient
+    bool operator==(const SolidDescription&) const = default;
+};
 
 /// Blades that move as one rigid thing and cut while active_from <= time <= active_until.
 struct ToolDescription {
@@ -310,10 +259,14 @@ struct ToolDescription {
     std::vector<BladeDescription> blades;  // at least one
     std::vector<std::string> bodies;       // names of those it cuts; empty: all
     Motion motion = KeyframeMotion{};
-    double active_from = 0;   // s; when not said: the motion's first time
-    double active_until = 0;  // s; when not said: the motion's last time
-    double side = 0;          // m, how far the blade's sides reach behind its edge
-    double friction = 0;      // of the sides, Coulomb coefficient
+    double active_from = 0;                           // s; when not said: the motion's first time
+    double active_until = 0;                          // s; when not said: the motion's last time
+    double side = 0;                                  // m, how far the blade's sides reach behind its edge
+    double friction = 0;                              // of the sides, Coulomb coefficient
+    std::optional<InstrumentDescription> instrument;  // none: its edges are drawn as lines
+    std::optional<geometry::Finish> finish;           // of the blade; none: steel
+    std::optional<geometry::Finish> grip_finish;      // of its handle; none: black plastic
+    std::optional<SolidDescription> solid;            // none: only its edges act
     bool operator==(const ToolDescription&) const = default;
 };
 
@@ -375,6 +328,7 @@ struct ColliderDescription {
     std::vector<MotionKeyframe> keyframes;     // displacement, and rotation about the pivot; empty: still
     Vec3 pivot = Vec3::Zero();  // m; when not said: the placement's position, the plane's point
     double friction = 0.5;      // Coulomb coefficient
+    std::optional<geometry::Finish> finish;
     bool operator==(const ColliderDescription&) const = default;
 };
 
@@ -396,6 +350,10 @@ struct HandleDescription {
     std::optional<double> force_limit;      // N; none: as much as the springs give
     double from_time = 0;                   // s
     std::optional<double> until_time;       // s; none: never released
+    std::optional<PieceCondition> release_when;
+    /// Name of a tool: the region goes along with it, from where both are at from_time; the keyframes move
+    /// it in addition. Empty: none.
+    std::string follow_tool;
     bool operator==(const HandleDescription&) const = default;
 };
 
@@ -416,6 +374,7 @@ struct SceneDescription {
     int frames = 120;             // time steps to run; a duration is rounded up to whole ones
     OutputDescription output;
     CameraDescription camera;
+    DisplayDescription display;
     int threads = 0;  // 0: what the machine has
     /// One line each, of deprecated keys that the text used.
     std::vector<std::string> deprecations;

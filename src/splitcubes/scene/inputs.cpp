@@ -90,6 +90,9 @@ std::vector<Input> inputs_of(SceneDescription& scene) {
     }
     for (ColliderDescription& collider : scene.colliders)
         if (collider.shape) add_mesh("collider '" + collider.name + "'", *collider.shape, out);
+    for (ToolDescription& tool : scene.tools)
+        if (auto* mesh = tool.instrument ? std::get_if<MeshInstrument>(&*tool.instrument) : nullptr)
+            out.push_back({"the mesh of tool '" + tool.name + "'", &mesh->mesh.file, &mesh->mesh.sha256});
     return out;
 }
 

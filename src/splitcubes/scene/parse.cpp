@@ -3,6 +3,7 @@
 #include <splitcubes/scene/json_location.h>
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/read_scene.h>
+#include <splitcubes/scene/resolve.h>
 
 #include <array>
 #include <fstream>
@@ -206,6 +207,12 @@ SceneDescription parse_scene_text(std::string_view text, const std::string& name
     note_unrepresentable(parsed.unheld, source);
     SceneDescription out = read_scene(Value(source, parsed.json, {}));
     source.raise();
+    // What a run writes must be readable again.
+    if (source.repeats && resolved_scene(out).dump().size() > ParseLimits::bytes)
+        throw InputError(
+            name,
+            "is longer than " + std::to_string(ParseLimits::bytes) + " bytes with its copies written out",
+            "repeat less often");
     out.deprecations = std::move(source.deprecations);
     return out;
 }

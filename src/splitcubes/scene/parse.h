@@ -22,9 +22,11 @@ struct ParseLimits {
     static constexpr std::size_t colliders = 1000;
     static constexpr std::size_t handles = 1000;
     static constexpr std::size_t tools = 1000;
-    static constexpr std::size_t blades = 1000;      // of a tool
-    static constexpr std::size_t points = 10000;     // of a polyline
-    static constexpr std::size_t keyframes = 10000;  // of a path
+    static constexpr std::size_t blades = 1000;           // of a tool
+    static constexpr std::size_t points = 10000;          // of a polyline
+    static constexpr std::size_t keyframes = 10000;       // of a path
+    static constexpr std::size_t motion_parts = 16;       // of a composed motion
+    static constexpr std::size_t repeated_items = 20000;  // of all copies of a thing
     static constexpr std::size_t overrides = 1000;
     static constexpr std::size_t name_length = 200;  // bytes
 };

@@ -40,11 +40,7 @@ std::filesystem::path named_file(const Value& file, const std::string& content, 
 // Shapes have no defaults: each size is required.
 
 Shape read_mesh_shape(const Value& value) {
-    const Object object(value, "mesh_shape");
-    const std::string content = content_of(object, "file", "sha256");
-    return MeshShape{
-        named_file(object.at("file"), content, "give a mesh file's name relative to the scene's folder"),
-        content};
+    return read_named_mesh(Object(value, "mesh_shape"));
 }
 
 Shape read_torus(const Value& value) {
@@ -175,7 +171,9 @@ PlacementDescription read_placement(const Value& value) {
     PlacementDescription out;
     object.read("position", out.position);
     if (object.has("rotation")) out.rotation = read_rotation(object.at("rotation"));
-    object.read("scale", out.scale, positive);
+    if (const auto scale = object.find("scale"))
+        out.scale =
+            scale->json().is_array() ? scale->vector(positive) : Vec3::Constant(scale->number(positive));
     return out;
 }
 
@@ -261,6 +259,12 @@ MaterialDescription read_material(const Value& value) {
 
 }  // namespace
 
+MeshShape read_named_mesh(const Object& object) {
+    const std::string content = content_of(object, "file", "sha256");
+    return {named_file(object.at("file"), content, "give a mesh file's name relative to the scene's folder"),
+            content};
+}
+
 Shape read_any_shape(const Value& value) {
     return read_shape(value);
 }
@@ -299,6 +303,7 @@ BodyDescription read_body(const Value& value) {
         if (out.material.tearing)
             deformation->fail("is given to a body that tears", "take its material's tearing out");
     }
+    if (const auto appearance = object.find("appearance")) out.appearance = read_appearance(*appearance);
     object.read("velocity", out.velocity);
     object.read("angular_velocity", out.angular_velocity);
     return out;

@@ -29,6 +29,7 @@ ColliderDescription read_collider(const Value& value) {
     if (object.has("keyframes")) out.keyframes = read_keyframes(object.at("keyframes"));
     object.read("pivot", out.pivot);
     object.read("friction", out.friction, {0, 1000});
+    out.finish = read_optional_finish(object, "finish");
     return out;
 }
 
@@ -55,7 +56,22 @@ HandleDescription read_handle(const Value& value, const std::vector<BodyDescript
     object.read_optional("until_time", out.until_time, any_time);
     if (object.sound({"from_time", "until_time"}) && out.until_time && *out.until_time <= out.from_time)
         object.at("until_time").fail("is not after from_time", "let the handle end later than it starts");
+    out.release_when = read_release(object, bodies);
+    if (const auto tool = object.find("follow_tool")) out.follow_tool = tool->text();
     return out;
+}
+
+void check_followed_tool(const Value& value, const std::vector<ToolDescription>& tools) {
+    const auto tool = Object(value, "handle").find("follow_tool");
+    if (!tool || !tool->sound()) return;
+    const std::string name = tool->text();
+    std::string known;
+    for (const ToolDescription& one : tools) {
+        if (one.name == name || one.name.empty()) return;
+        if (known.size() < 200) known += (known.empty() ? "" : ", ") + one.name;
+    }
+    tool->fail("is " + tool->shown() + ", but no tool has that name",
+               known.empty() ? "the scene has no tools" : "there are " + known);
 }
 
 }  // namespace splitcubes::scene

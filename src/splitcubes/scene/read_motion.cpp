@@ -1,8 +1,12 @@
 // Readers of constraints and tools: objects that move along a prescribed path.
+#include <splitcubes/scene/motion.h>
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/read_scene.h>
 
 #include <algorithm>
+#include <string>
+#include <tuple>
+#include <utility>
 
 namespace splitcubes::scene {
 
@@ -107,8 +111,8 @@ BladeDescription read_blade(const Value& value) {
     return out;
 }
 
-CircularMotion read_circular_motion(const Value& value) {
-    const Object object(value, "circular_motion");
+// Reads the keys that circles and helices share.
+CircularMotion read_circle(const Object& object) {
     CircularMotion out;
     object.read("center", out.center);
     object.read_direction("axis", out.axis);
@@ -124,6 +128,15 @@ CircularMotion read_circular_motion(const Value& value) {
     return out;
 }
 
+HelixMotion read_helix(const Value& value) {
+    const Object object(value, "helix_motion");
+    HelixMotion out;
+    out.circle = read_circle(object);
+    out.rise = object.at("rise").number();
+    object.read_optional("end_radius", out.end_radius, not_negative);
+    return out;
+}
+
 KeyframeMotion read_keyframe_motion(const Value& value) {
     const Object object(value, "path_motion");
     KeyframeMotion out;
@@ -135,16 +148,67 @@ KeyframeMotion read_keyframe_motion(const Value& value) {
     return out;
 }
 
-void read_active_interval(const Object& object, ToolDescription& tool) {
-    const auto* path = std::get_if<KeyframeMotion>(&tool.motion);
-    if (path != nullptr && path->keyframes.empty()) return;  // already reported
-    if (path != nullptr) {
-        tool.active_from = path->keyframes.front().time;
-        tool.active_until = path->keyframes.back().time;
-    } else {
-        tool.active_from = std::get<CircularMotion>(tool.motion).from_time;
-        tool.active_until = std::get<CircularMotion>(tool.motion).until_time;
+SimpleMotion read_simple_motion(const Value& value) {
+    const Object motion(value, "motion");
+    const std::string_view kind = motion.only_key();
+    const Value inner = motion.at(kind);
+    if (kind == "circular") return read_circle(Object(inner, "circular_motion"));
+    if (kind == "helix") return read_helix(inner);
+    if (kind == "composed") {
+        inner.fail("stands inside of another composed motion", "write its parts there in its place");
+        return KeyframeMotion{};
     }
+    return read_keyframe_motion(inner);
+}
+
+Motion read_motion(const Value& value) {
+    const Object motion(value, "motion");
+    if (!motion.has("composed") || motion.only_key() != "composed")
+        return std::visit([](auto&& m) { return Motion(std::move(m)); }, read_simple_motion(value));
+    ComposedMotion out;
+    const Object composed(motion.at("composed"), "composed_motion");
+    for (const Value& part : composed.at("parts").elements(1, ParseLimits::motion_parts))
+        out.parts.push_back(read_simple_motion(part));
+    return out;
+}
+
+// Puts the tool's motion into the frame of one before it.
+void read_relation(const Object& object, const std::vector<ToolDescription>& before, ToolDescription& tool) {
+    const auto name = object.find("relative_to");
+    if (!name) return;
+    const std::string text = name->text();
+    if (const ToolDescription* other = find_tool(before, text)) {
+        tool.motion = composed(other->motion, tool.motion);
+        if (std::get<ComposedMotion>(tool.motion).parts.size() > ParseLimits::motion_parts)
+            name->fail("makes a motion of more than " + std::to_string(ParseLimits::motion_parts) + " parts",
+                       "shorten the chain of tools");
+        return;
+    }
+    std::string known;
+    for (const ToolDescription& one : before)
+        if (known.size() < 200) known += (known.empty() ? "" : ", ") + one.name;
+    if (name->sound())
+        name->fail("is " + name->shown() + ", but no tool before this one has that name",
+                   known.empty() ? "list the tool that it moves with before it" : "there are " + known);
+}
+
+// Whether parts without keyframes were reported.
+bool is_complete(const SimpleMotion& motion) {
+    const auto* path = std::get_if<KeyframeMotion>(&motion);
+    return path == nullptr || !path->keyframes.empty();
+}
+bool is_complete(const Motion& motion) {
+    if (const auto* parts = std::get_if<ComposedMotion>(&motion))
+        return !parts->parts.empty() &&
+               std::all_of(parts->parts.begin(), parts->parts.end(),
+                           [](const SimpleMotion& part) { return is_complete(part); });
+    const auto* path = std::get_if<KeyframeMotion>(&motion);
+    return path == nullptr || !path->keyframes.empty();
+}
+
+void read_active_interval(const Object& object, ToolDescription& tool) {
+    if (!is_complete(tool.motion)) return;  // already reported
+    std::tie(tool.active_from, tool.active_until) = times_of(tool.motion);
     object.read("active_from", tool.active_from, any_time);
     object.read("active_until", tool.active_until, any_time);
     if (object.sound({"motion", "active_from", "active_until"}) && tool.active_until < tool.active_from) {
@@ -214,29 +278,46 @@ ConstraintDescription read_constraint(const Value& value, const std::vector<Body
     if (object.sound({"from_time", "until_time"}) && out.until_time && *out.until_time <= out.from_time) {
         object.at("until_time").fail("is not after from_time", "let the constraint end later than it starts");
     }
+    out.release_when = read_release(object, bodies);
     return out;
 }
 
-ToolDescription read_tool(const Value& value, const std::vector<BodyDescription>& bodies) {
+std::optional<PieceCondition> read_release(const Object& object, const std::vector<BodyDescription>& bodies) {
+    const auto condition = object.find("release_when");
+    if (!condition) return std::nullopt;
+    const Object when(*condition, "piece_condition");
+    PieceCondition out;
+    out.body = read_body_name(when.at("body"), bodies);
+    when.read("at_least", out.at_least, 2, 1000000);
+    return out;
+}
+
+ToolDescription read_tool(const Value& value, const std::vector<BodyDescription>& bodies,
+                          const std::vector<ToolDescription>& before) {
     const Object object(value, "tool");
     ToolDescription out;
     out.name = object.at("name").identifier();
     for (const Value& blade : object.at("blades").elements(1, ParseLimits::blades)) {
         out.blades.push_back(read_blade(blade));
     }
-    const Object motion(object.at("motion"), "motion");
-    const std::string_view kind = motion.only_key();
-    if (kind == "circular") {
-        out.motion = read_circular_motion(motion.at(kind));
-    } else {
-        out.motion = read_keyframe_motion(motion.at(kind));
-    }
+    out.motion = read_motion(object.at("motion"));
+    read_relation(object, before, out);
     if (object.has("bodies")) {
         for (const Value& body : object.at("bodies").elements(0, ParseLimits::bodies)) {
             out.bodies.push_back(read_body_name(body, bodies));
         }
     }
     read_active_interval(object, out);
+    if (const auto instrument = object.find("instrument")) out.instrument = read_instrument(*instrument);
+    out.finish = read_optional_finish(object, "finish");
+    out.grip_finish = read_optional_finish(object, "grip_finish");
+    if (const auto solid = object.find("solid")) {
+        out.solid = SolidDescription{};
+        Object(*solid, "solid").read("friction", out.solid->friction, {0, 1000});
+        if (!out.instrument)
+            solid->fail("is given to a tool without an instrument",
+                        "give it an instrument, whose solid it is");
+    }
     object.read("side", out.side, not_negative);
     object.read("friction", out.friction, {0, 1000});
     return out;

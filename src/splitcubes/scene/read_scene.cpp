@@ -1,3 +1,4 @@
+#include <splitcubes/scene/motion.h>
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/read_scene.h>
 
@@ -108,22 +109,63 @@ void read_times(const Object& object, SceneDescription& out) {
     }
 }
 
+std::optional<Repetition> read_repetition(const Object& object, std::size_t limit) {
+    const auto value = object.find("repeat");
+    if (!value) return std::nullopt;
+    const Object repeat(*value, "repetition");
+    Repetition out;
+    out.count = repeat.at("count").integer(1, static_cast<int>(limit));
+    repeat.read("position", out.position);
+    if (repeat.has("rotation")) out.rotation = read_rotation(repeat.at("rotation"));
+    repeat.read("pivot", out.pivot);
+    repeat.read("time", out.time, {0, 1e4});
+    if (object.value().path().front().key == "bodies" && repeat.find("time"))
+        repeat.at("time").fail("is given for a body, which has no delay", "take it out");
+    return out;
+}
+
+// Appends a thing, or its copies with a number behind the name.
+template <class Description>
+void add_repeated(const Value& element, const char* kind, const Description& one, std::size_t limit,
+                  std::set<std::string>& names, std::vector<Description>& out) {
+    const std::optional<Repetition> repetition = read_repetition(Object(element, kind), limit);
+    const int count = repetition ? repetition->count : 1;
+    element.source().repeats = element.source().repeats || repetition;
+    if (item_count(one) * static_cast<std::size_t>(count) > ParseLimits::repeated_items && count > 1) {
+        element.fail("has " + std::to_string(item_count(one) * static_cast<std::size_t>(count)) +
+                         " points, keyframes and parts in all its copies",
+                     "at most " + std::to_string(ParseLimits::repeated_items) + " are taken");
+        return;
+    }
+    if (out.size() + static_cast<std::size_t>(count) > limit) {
+        element.fail("makes more than " + std::to_string(limit) + " with its copies", "repeat it less often");
+        return;
+    }
+    for (int k = 0; k < count; ++k) {
+        out.push_back(repetition ? repeated(one, *repetition, k) : one);
+        if (repetition && !one.name.empty()) out.back().name += "-" + std::to_string(k + 1);
+        check_new_name(element, kind, out.back().name, names);
+        if (element.sound() && !is_sayable(out.back())) {
+            element.fail(
+                "makes copy " + std::to_string(k + 1) + " too far away, too late or of too many parts",
+                "repeat it less often, or in smaller steps");
+            return;
+        }
+    }
+}
+
 void read_bodies(const Object& object, SceneDescription& out) {
     std::set<std::string> names;
-    for (const Value& element : object.at("bodies").elements(1, ParseLimits::bodies)) {
-        out.bodies.push_back(read_body(element));
-        check_new_name(element, "body", out.bodies.back().name, names);
-    }
+    for (const Value& element : object.at("bodies").elements(1, ParseLimits::bodies))
+        add_repeated(element, "body", read_body(element), ParseLimits::bodies, names, out.bodies);
 }
 
 std::vector<ToolDescription> read_tools(const Object& object, std::size_t min_count,
                                         const std::vector<BodyDescription>& bodies) {
     std::vector<ToolDescription> out;
     std::set<std::string> names;
-    for (const Value& element : object.at("tools").elements(min_count, ParseLimits::tools)) {
-        out.push_back(read_tool(element, bodies));
-        check_new_name(element, "tool", out.back().name, names);
-    }
+    for (const Value& element : object.at("tools").elements(min_count, ParseLimits::tools))
+        add_repeated(element, "tool", read_tool(element, bodies, out), ParseLimits::tools, names, out);
     return out;
 }
 
@@ -173,6 +215,17 @@ SceneDescription read_scene(const Value& value) {
         }
     }
     if (object.has("tools")) out.tools = read_tools(object, 0, out.bodies);
+    // Both become colliders, which recordings tell by their names.
+    for (const ToolDescription& tool : out.tools)
+        for (const ColliderDescription& collider : out.colliders)
+            if (tool.solid && !tool.name.empty() && tool.name == collider.name)
+                object.at("tools").fail(
+                    "has the solid tool \"" + tool.name + "\", and a collider is called so",
+                    "give one of the two another name");
+    if (object.has("handles"))
+        for (const Value& element : object.at("handles").elements(0, ParseLimits::handles))
+            check_followed_tool(element, out.tools);
+    if (object.has("display")) out.display = read_display(object.at("display"));
     if (object.has("solver")) out.solver = read_solver(object.at("solver"));
     if (object.has("occlusion")) out.occlusion = read_occlusion(object.at("occlusion"));
     if (object.has("output")) out.output = read_output(object.at("output"));

@@ -10,6 +10,7 @@ namespace splitcubes::scene {
 /// Names of the alternatives, in the order of their variant or enumeration; used for reading and writing.
 inline const std::vector<std::string_view> constraint_kind_names = {"hold", "move"};
 inline const std::vector<std::string_view> interpolation_names = {"linear", "smooth"};
+inline const std::vector<std::string_view> grip_names = {"start", "end"};
 inline const std::vector<std::string_view> solver_kind_names = {"implicit", "explicit"};
 inline const std::vector<std::string_view> material_model_names = {"corotated", "st-venant-kirchhoff"};
 inline const std::vector<std::string_view> integrator_names = {"bdf2", "backward_euler", "tr_bdf2"};
@@ -25,6 +26,15 @@ std::vector<ToolDescription> read_path(const Value& value);
 
 // Readers of the parts of a scene.
 BodyDescription read_body(const Value& value);
+geometry::Finish read_finish(const Value& value);
+std::optional<geometry::Finish> read_optional_finish(const Object& object, std::string_view key);
+AppearanceDescription read_appearance(const Value& value);
+InstrumentDescription read_instrument(const Value& value);
+DisplayDescription read_display(const Value& value);
+/// Reads keys file and sha256 of an object.
+MeshShape read_named_mesh(const Object& object);
+/// Reads the key release_when of a constraint or handle.
+std::optional<PieceCondition> read_release(const Object& object, const std::vector<BodyDescription>& bodies);
 Region read_region(const Value& value);
 Rotation read_rotation(const Value& value);
 Shape read_any_shape(const Value& value);
@@ -35,9 +45,13 @@ std::string read_known_body(const Value& value, const std::vector<BodyDescriptio
 ColliderDescription read_collider(const Value& value);
 ContactDescription read_contact(const Value& value);
 HandleDescription read_handle(const Value& value, const std::vector<BodyDescription>& bodies);
+/// Reads the key follow_tool of a handle, once the tools are known.
+void check_followed_tool(const Value& value, const std::vector<ToolDescription>& tools);
 /// Reads at least one keyframe, with strictly increasing times.
 std::vector<MotionKeyframe> read_keyframes(const Value& value);
 ConstraintDescription read_constraint(const Value& value, const std::vector<BodyDescription>& bodies);
-ToolDescription read_tool(const Value& value, const std::vector<BodyDescription>& bodies);
+/// Reads a tool; those that it may refer to come before it.
+ToolDescription read_tool(const Value& value, const std::vector<BodyDescription>& bodies,
+                          const std::vector<ToolDescription>& before);
 
 }  // namespace splitcubes::scene

@@ -36,6 +36,7 @@ struct Source {
     std::vector<Override> overrides;                     // the last one that covers a value made it
     mutable Problems problems = {};                      // that readers found so far
     mutable std::vector<std::string> deprecations = {};  // one line each, of deprecated keys that were read
+    mutable bool repeats = false;                        // whether a thing was repeated
 
     const Override* override_of(const JsonPath& path) const;
     /// Notes a problem at the line of the value `where`, or at the option that set it; one for each

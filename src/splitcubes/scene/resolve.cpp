@@ -29,6 +29,12 @@ Json to_json(const Rotation& rotation) {
     return {{"axis", to_json(rotation.axis)}, {"angle_degrees", rotation.angle_degrees}};
 }
 
+// One number where all axes have the same.
+Json scale_of(const PlacementDescription& placement) {
+    const Vec3& scale = placement.scale;
+    return scale == Vec3::Constant(scale.x()) ? Json(scale.x()) : to_json(scale);
+}
+
 Json to_json(const Vec3i& v) {
     return Json::array({v.x(), v.y(), v.z()});
 }
@@ -164,19 +170,46 @@ Json to_json(const MaterialDescription& material) {
             {"cutting_resistance", material.cutting_resistance}};
 }
 
+Json to_json(const geometry::Finish& finish) {
+    Json layers = Json::array(), bands = Json::array(), speckles = Json::array();
+    for (const auto& layer : finish.layers)
+        layers.push_back({{"depth", layer.depth}, {"colour", to_json(layer.colour)}});
+    for (const auto& stripe : finish.stripes)
+        bands.push_back({{"from", stripe.from}, {"colour", to_json(stripe.colour)}});
+    for (const auto& one : finish.speckles)
+        speckles.push_back({{"size", one.size}, {"share", one.share}, {"colour", to_json(one.colour)}});
+    return {{"colour", to_json(finish.colour)},
+            {"roughness", finish.roughness},
+            {"metalness", finish.metalness},
+            {"layers", layers},
+            {"stripes", {{"axis", to_json(finish.stripe_axis)}, {"bands", bands}}},
+            {"speckles", speckles}};
+}
+
+Json to_json(const std::optional<geometry::Finish>& finish) {
+    return finish ? to_json(*finish) : Json();
+}
+
+Json to_json(const std::optional<PieceCondition>& condition) {
+    return condition ? Json{{"body", condition->body}, {"at_least", condition->at_least}} : Json();
+}
+
 Json to_json(const BodyDescription& body) {
     Json out;
     out["name"] = body.name;
     out["shape"] = to_json(body.shape);
     out["placement"] = {{"position", to_json(body.placement.position)},
                         {"rotation", to_json(body.placement.rotation)},
-                        {"scale", body.placement.scale}};
+                        {"scale", scale_of(body.placement)}};
     out[body.cell_size ? "cell_size" : "cells"] =
         body.cell_size ? Json(*body.cell_size) : or_null(body.cells);
     out[body.phyxel_spacing ? "phyxel_spacing" : "phyxel_count"] =
         body.phyxel_spacing ? Json(*body.phyxel_spacing) : or_null(body.phyxel_count);
     out["material"] = to_json(body.material);
     out["deformation"] = body.deformation ? to_json(*body.deformation) : Json();
+    out["appearance"] = body.appearance.empty() ? Json()
+                                                : Json{{"surface", to_json(body.appearance.surface)},
+                                                       {"cut", to_json(body.appearance.cut)}};
     out["velocity"] = to_json(body.velocity);
     out["angular_velocity"] = to_json(body.angular_velocity);
     return out;
@@ -201,6 +234,7 @@ Json to_json(const ConstraintDescription& constraint) {
     out["pivot"] = to_json(constraint.pivot);
     out["from_time"] = constraint.from_time;
     out["until_time"] = or_null(constraint.until_time);
+    out["release_when"] = to_json(constraint.release_when);
     return out;
 }
 
@@ -227,7 +261,18 @@ Json to_json(const BladeDescription& blade) {
                       blade);
 }
 
-Json to_json(const Motion& motion) {
+Json to_json(const CircularMotion& m) {
+    return {{"center", to_json(m.center)},
+            {"axis", to_json(m.axis)},
+            {"radius", m.radius},
+            {"start_angle_degrees", m.start_angle_degrees},
+            {"turns", m.turns},
+            {"from_time", m.from_time},
+            {"until_time", m.until_time},
+            {"turn_with_path", m.turn_with_path}};
+}
+
+Json to_json(const SimpleMotion& motion) {
     return std::visit(Overloaded{
                           [](const KeyframeMotion& m) -> Json {
                               return {{"path",
@@ -235,18 +280,61 @@ Json to_json(const Motion& motion) {
                                         {"interpolation", name_of(m.interpolation, interpolation_names)}}}};
                           },
                           [](const CircularMotion& m) -> Json {
-                              return {{"circular",
-                                       {{"center", to_json(m.center)},
-                                        {"axis", to_json(m.axis)},
-                                        {"radius", m.radius},
-                                        {"start_angle_degrees", m.start_angle_degrees},
-                                        {"turns", m.turns},
-                                        {"from_time", m.from_time},
-                                        {"until_time", m.until_time},
-                                        {"turn_with_path", m.turn_with_path}}}};
+                              return {{"circular", to_json(m)}};
+                          },
+                          [](const HelixMotion& m) -> Json {
+                              Json out = to_json(m.circle);
+                              out["rise"] = m.rise;
+                              out["end_radius"] = or_null(m.end_radius);
+                              return {{"helix", out}};
                           },
                       },
                       motion);
+}
+
+Json to_json(const Motion& motion) {
+    return std::visit(Overloaded{[](const ComposedMotion& m) -> Json {
+                                     Json parts = Json::array();
+                                     for (const SimpleMotion& part : m.parts) parts.push_back(to_json(part));
+                                     return {{"composed", {{"parts", parts}}}};
+                                 },
+                                 [](const auto& m) -> Json { return to_json(SimpleMotion(m)); }},
+                      motion);
+}
+
+Json to_json(const PlacementDescription& placement) {
+    return {{"position", to_json(placement.position)},
+            {"rotation", to_json(placement.rotation)},
+            {"scale", scale_of(placement)}};
+}
+
+Json to_json(const InstrumentDescription& instrument) {
+    return std::visit(
+        Overloaded{[](const BladeInstrument& i) -> Json {
+                       constexpr const char* names[] = {"knife", "scalpel", "scissors"};
+                       return {{names[static_cast<std::size_t>(i.kind)],
+                                {{"height", or_null(i.height)},
+                                 {"thickness", or_null(i.thickness)},
+                                 {"handle", or_null(i.handle)},
+                                 {"grip", i.grip ? Json(name_of(*i.grip, grip_names)) : Json()},
+                                 {"back", i.back ? to_json(*i.back) : Json()}}}};
+                   },
+                   [](const WireInstrument& i) -> Json {
+                       return {{"wire", {{"radius", or_null(i.radius)}, {"grips", i.grips}}}};
+                   },
+                   [](const SpoonInstrument& i) -> Json {
+                       return {{"spoon",
+                                {{"depth", or_null(i.depth)},
+                                 {"thickness", or_null(i.thickness)},
+                                 {"handle", or_null(i.handle)},
+                                 {"back", i.back ? to_json(*i.back) : Json()}}}};
+                   },
+                   [](const MeshInstrument& i) -> Json {
+                       Json out = {{"file", i.mesh.file.string()}, {"placement", to_json(i.placement)}};
+                       if (!i.mesh.sha256.empty()) out["sha256"] = i.mesh.sha256;
+                       return {{"mesh", out}};
+                   }},
+        instrument);
 }
 
 Json to_json(const ToolDescription& tool) {
@@ -260,13 +348,11 @@ Json to_json(const ToolDescription& tool) {
     out["active_until"] = tool.active_until;
     out["side"] = tool.side;
     out["friction"] = tool.friction;
+    out["instrument"] = tool.instrument ? to_json(*tool.instrument) : Json();
+    out["finish"] = to_json(tool.finish);
+    out["grip_finish"] = to_json(tool.grip_finish);
+    out["solid"] = tool.solid ? Json{{"friction", tool.solid->friction}} : Json();
     return out;
-}
-
-Json to_json(const PlacementDescription& placement) {
-    return {{"position", to_json(placement.position)},
-            {"rotation", to_json(placement.rotation)},
-            {"scale", placement.scale}};
 }
 
 Json to_json(const ColliderDescription& collider) {
@@ -283,6 +369,7 @@ Json to_json(const ColliderDescription& collider) {
     if (!collider.keyframes.empty()) out["keyframes"] = to_json(collider.keyframes);
     out["pivot"] = to_json(collider.pivot);
     out["friction"] = collider.friction;
+    out["finish"] = to_json(collider.finish);
     return out;
 }
 
@@ -297,6 +384,8 @@ Json to_json(const HandleDescription& handle) {
     out["force_limit"] = or_null(handle.force_limit);
     out["from_time"] = handle.from_time;
     out["until_time"] = or_null(handle.until_time);
+    out["release_when"] = to_json(handle.release_when);
+    out["follow_tool"] = handle.follow_tool.empty() ? Json() : Json(handle.follow_tool);
     return out;
 }
 
@@ -350,6 +439,8 @@ nlohmann::ordered_json resolved_scene(const SceneDescription& scene) {
                      {"pictures", scene.output.pictures},
                      {"links", scene.output.links}};
     out["camera"] = to_json(scene.camera);
+    out["display"] = {
+        {"tools", scene.display.tools}, {"handles", scene.display.handles}, {"held", scene.display.held}};
     return out;
 }
 

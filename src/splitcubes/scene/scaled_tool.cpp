@@ -23,6 +23,15 @@ void scale(CircularMotion& motion, double factor) {
     motion.radius *= factor;
 }
 
+void scale(HelixMotion& motion, double factor) {
+    scale(motion.circle, factor);
+    motion.rise *= factor;
+    if (motion.end_radius) *motion.end_radius *= factor;
+}
+void scale(ComposedMotion& motion, double factor) {
+    for (SimpleMotion& part : motion.parts) std::visit([factor](auto& m) { scale(m, factor); }, part);
+}
+
 }  // namespace
 
 ToolDescription scaled(ToolDescription tool, double factor) {

@@ -48,6 +48,27 @@ inline constexpr double implicit_bytes_per_face = 2700;
 
 }  // namespace build
 
+/// Solids of tools (instrument.cpp).
+namespace instrument {
+
+/// s, 0 to 1: how long before its motion and after it a tool is in pictures. Longer shows the tools of
+/// strokes that follow each other at the same time.
+inline constexpr double shown_beyond = 0.25;
+
+}  // namespace instrument
+
+/// Sampling of motions that are no keyframes (motion.cpp).
+namespace motion {
+
+/// Samples of a part's smooth path between two of its keyframes, 4 to 64. More follow it better and make
+/// sweeps of more areas.
+inline constexpr int samples_per_smooth_span = 16;
+/// Degrees, 1 to 15, that composed motions turn at most between two samples. Smaller follows them better and
+/// makes sweeps of more areas.
+inline constexpr double sample_degrees = 5;
+
+}  // namespace motion
+
 /// Reading of recordings and search for inputs (recording.cpp, inputs.cpp).
 namespace input {
 
