@@ -1,6 +1,9 @@
 #version 330 core
 // A live surface by material, piece or field.
 #include "surface_light.glsl"
+#include "finish.glsl"
+uniform float roughness;
+uniform int finish_of[16];         // of a material; -1: the palette
 uniform isamplerBuffer materials;  // a triangle
 uniform vec3 palette[16];          // linear
 uniform int colouring;             // 0: material, 1: piece, 2: field
@@ -10,6 +13,8 @@ in vec3 view_position;
 in vec3 view_normal;
 in float field_value;
 flat in int piece_number;
+in vec4 rest_and_depth;
+in float region_mark;
 out vec4 color;
 
 vec3 linear_of(vec3 srgb) { return pow(srgb, vec3(2.2)); }
@@ -29,10 +34,13 @@ vec3 piece_colour(int piece) {
     return linear_of(0.85 - 0.55 * (1.0 - wave));
 }
 
-vec3 albedo() {
-    if (colouring == 1) return piece_colour(piece_number);
-    if (colouring == 2) return colour_scale((field_value - field_range.x) / max(field_range.y - field_range.x, 1e-20));
-    return palette[texelFetch(materials, gl_PrimitiveID).r & 15];
+Look look() {
+    if (colouring == 1) return Look(piece_colour(piece_number), roughness, 0.0);
+    float share = (field_value - field_range.x) / max(field_range.y - field_range.x, 1e-20);
+    if (colouring == 2) return Look(colour_scale(share), roughness, 0.0);
+    int material = texelFetch(materials, gl_PrimitiveID).r & 15;
+    if (finish_of[material] < 0) return Look(palette[material], roughness, 0.0);
+    return look_of(finish_of[material], rest_and_depth.xyz, rest_and_depth.w);
 }
 
 void main() {
@@ -42,6 +50,8 @@ void main() {
     // Vertices at the rim of a cut have one normal for both faces.
     if (dot(n, flat_normal) < 0.82) n = flat_normal;
     // Behind a clip plane the inside of the surface is seen.
-    vec3 base = gl_FrontFacing ? albedo() : 0.35 * albedo() + vec3(0.02);
-    color = vec4(dithered(tone(lit(view_position, n, base))), 1.0);
+    Look surface = look();
+    vec3 marked = hatched(surface.colour, rest_and_depth.xyz, region_mark);
+    vec3 base = gl_FrontFacing ? marked : 0.35 * marked + vec3(0.02);
+    color = vec4(dithered(tone(lit(view_position, n, base, surface.roughness, surface.metalness))), 1.0);
 }

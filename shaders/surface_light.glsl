@@ -1,20 +1,29 @@
 // A matt surface with a soft gloss.
 #include "lighting.glsl"
-uniform float roughness;
 
 // Microfacet gloss (Walter et al. 2007, GGX) with the visibility term of
-// Lazarov 2011 and Schlick's Fresnel term for a skin-like 4 % at normal incidence.
-float gloss(vec3 n, vec3 v, vec3 l) {
+// Lazarov 2011 and Schlick's Fresnel term. head_on: reflectance at normal incidence.
+vec3 gloss(vec3 n, vec3 v, vec3 l, vec3 head_on, float roughness) {
     vec3 h = normalize(v + l);
     float nh = max(dot(n, h), 0.0), lh = max(dot(l, h), 0.0);
     float a2 = roughness * roughness * roughness * roughness;
     float d = nh * nh * (a2 - 1.0) + 1.0;
-    float fresnel = 0.04 + 0.96 * pow(1.0 - lh, 5.0);
+    vec3 fresnel = head_on + (1.0 - head_on) * pow(1.0 - lh, 5.0);
     return fresnel * a2 / (4.0 * d * d * max(lh * lh, 0.1) * (roughness + 0.5));
 }
 
-// Light from a point of this colour towards the eye; n: unit, towards the viewer.
-vec3 lit(vec3 position, vec3 n, vec3 albedo) {
+// A bright sky over a grey floor, as a surface of that roughness mirrors it.
+vec3 mirrored(vec3 direction, float roughness) {
+    float up = dot(direction, up_in_view);
+    float soft = 0.12 + 0.8 * roughness;
+    vec3 floor_light = 0.42 * background_color, sky_light = 0.95 * background_color;
+    float lamp = pow(max(dot(direction, light_in_view), 0.0), mix(60.0, 4.0, roughness));
+    return mix(floor_light, sky_light, smoothstep(-soft, soft, up)) + 0.5 * lamp * KEY_COLOR;
+}
+
+// Light from a point of this colour towards the eye; n: unit, towards the viewer. Skin-like surfaces reflect
+// 4 % at normal incidence, metals their colour.
+vec3 lit(vec3 position, vec3 n, vec3 albedo, float roughness, float metalness) {
     vec3 v = normalize(-position);
     vec2 seen = visibility_at(position, n);
     float facing = max(dot(n, light_in_view), 0.0);
@@ -22,7 +31,14 @@ vec3 lit(vec3 position, vec3 n, vec3 albedo) {
     float fill = 0.5 + 0.5 * dot(n, fill_direction);
     vec3 ambient = (hemisphere(n) + fill * fill * FILL_COLOR) * bounced(seen.x, albedo);
     vec3 key = KEY_COLOR * facing * seen.y * mix(1.0, seen.x, 0.25);
-    float rim = pow(1.0 - max(dot(n, v), 0.0), 4.0);
-    return albedo * (ambient + key) + KEY_COLOR * facing * seen.y * gloss(n, v, light_in_view) +
-           SKY_COLOR * seen.x * 0.22 * rim * (1.0 - 0.6 * roughness);
+    float grazing = pow(1.0 - max(dot(n, v), 0.0), 4.0);
+    vec3 light = (1.0 - metalness) * albedo * (ambient + key) +
+                 KEY_COLOR * facing * seen.y *
+                     gloss(n, v, light_in_view, mix(vec3(0.04), albedo, metalness), roughness) +
+                 (1.0 - metalness) * SKY_COLOR * seen.x * 0.22 * grazing * (1.0 - 0.6 * roughness);
+    // Only what is smooth or metal shows its surroundings.
+    float wet = (1.0 - metalness) * max(0.0, 1.0 - roughness / 0.3) * (0.06 + 0.6 * grazing);
+    if (metalness + wet <= 0.0) return light;
+    vec3 around = mirrored(reflect(-v, n), roughness) * mix(1.0, seen.x, 0.6);
+    return light + (metalness * albedo + wet) * around;
 }

@@ -4,6 +4,7 @@
 #include <splitcubes/gl/objects.h>
 #include <splitcubes/gl/program.h>
 #include <splitcubes/render/packed_scene.h>
+#include <splitcubes/render/picture.h>
 
 #include <cstddef>
 #include <string>
@@ -82,6 +83,33 @@ struct ScreenTargets {
     }
 };
 
+/// A buffer that shaders read by index.
+struct BufferTexture {
+    GLuint id = 0;
+    BufferTexture() { glGenTextures(1, &id); }
+    ~BufferTexture() { glDeleteTextures(1, &id); }
+    BufferTexture(const BufferTexture&) = delete;
+    BufferTexture& operator=(const BufferTexture&) = delete;
+    void bind(GLuint unit, GLenum format, const gl::Buffer& buffer) const {
+        glActiveTexture(GL_TEXTURE0 + unit);
+        glBindTexture(GL_TEXTURE_BUFFER, id);
+        glTexBuffer(GL_TEXTURE_BUFFER, format, buffer.id());
+    }
+};
+
+/// A picture that is laid on surfaces, repeated in both directions.
+struct PictureTexture {
+    GLuint id = 0;
+    explicit PictureTexture(const Picture& picture);
+    ~PictureTexture() { glDeleteTextures(1, &id); }
+    PictureTexture(const PictureTexture&) = delete;
+    PictureTexture& operator=(const PictureTexture&) = delete;
+    void bind(GLuint unit) const {
+        glActiveTexture(GL_TEXTURE0 + unit);
+        glBindTexture(GL_TEXTURE_2D, id);
+    }
+};
+
 /// Vertex arrays of one picture's scene.
 struct SceneBuffers {
     gl::VertexArray triangles;
@@ -90,6 +118,8 @@ struct SceneBuffers {
     gl::Buffer segments;
     gl::VertexArray points;
     gl::Buffer point_data;
+    gl::Buffer finishes;
+    BufferTexture finish_texture;
     gl::VertexArray none;  // for passes that compute vertices from their index
 
     SceneBuffers() {
@@ -98,6 +128,8 @@ struct SceneBuffers {
         attribute(0, 3, sizeof(PackedScene::Vertex), offsetof(PackedScene::Vertex, position));
         attribute(1, 3, sizeof(PackedScene::Vertex), offsetof(PackedScene::Vertex, normal));
         attribute(2, 3, sizeof(PackedScene::Vertex), offsetof(PackedScene::Vertex, color));
+        attribute(3, 4, sizeof(PackedScene::Vertex), offsetof(PackedScene::Vertex, rest));
+        attribute(4, 3, sizeof(PackedScene::Vertex), offsetof(PackedScene::Vertex, extra));
         lines.bind();
         glBindBuffer(GL_ARRAY_BUFFER, segments.id());
         attribute(0, 3, sizeof(PackedScene::Segment), offsetof(PackedScene::Segment, from));

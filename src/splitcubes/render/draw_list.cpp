@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <memory>
 #include <numbers>
+#include <span>
 #include <string>
 
 namespace splitcubes::render {
@@ -130,11 +133,17 @@ std::array<Color, 3> corner_colors(const SurfaceMesh& surface, std::size_t trian
     return out;
 }
 
-/// Returns the edges with a boundary triangle on one side and a cut triangle on the other.
-std::vector<std::array<std::uint32_t, 2>> rim_segments(const SurfaceMesh& surface) {
+/// An edge with a boundary triangle on one side and a cut triangle on the other.
+struct RimSegment {
+    std::array<std::uint32_t, 2> edge;
+    std::size_t cut_triangle;
+};
+
+std::vector<RimSegment> rim_segments(const SurfaceMesh& surface) {
     struct Side {
         std::array<std::uint32_t, 2> edge;
         bool cut;
+        std::size_t triangle;
         auto operator<=>(const Side&) const = default;
     };
     std::vector<Side> sides;
@@ -144,32 +153,98 @@ std::vector<std::array<std::uint32_t, 2>> rim_segments(const SurfaceMesh& surfac
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t a = triangle[k];
             const std::uint32_t b = triangle[(k + 1) % 3];
-            sides.push_back({{std::min(a, b), std::max(a, b)}, is_cut(surface, t)});
+            sides.push_back({{std::min(a, b), std::max(a, b)}, is_cut(surface, t), t});
         }
     }
     std::sort(sides.begin(), sides.end());
-    std::vector<std::array<std::uint32_t, 2>> segments;
+    std::vector<RimSegment> segments;
     for (std::size_t i = 1; i < sides.size(); ++i) {
         // Boundary sides come first, so each edge has at most one such transition.
         if (sides[i].edge == sides[i - 1].edge && sides[i].cut != sides[i - 1].cut) {
-            segments.push_back(sides[i].edge);
+            segments.push_back({sides[i].edge, sides[i].triangle});
         }
     }
     return segments;
 }
 
-/// Removes positions that the mesh does not use.
-void keep_used_positions(ShadedMesh& mesh, const std::vector<Vec3>& positions) {
+std::int32_t material_of(const SurfaceMesh& surface, std::size_t triangle) {
+    const geometry::MeshAttributes& a = surface.attributes;
+    return a.triangle_material.empty() ? -1 : a.triangle_material[triangle];
+}
+
+/// Returns the entry of a material; null where there is none.
+template <class T>
+std::shared_ptr<const T> entry_of(const std::vector<std::shared_ptr<const T>>& entries,
+                                  std::int32_t material) {
+    const auto index = static_cast<std::size_t>(material);
+    return material >= 0 && index < entries.size() ? entries[index] : nullptr;
+}
+
+/// Removes positions that the mesh does not use, and adds what else the surface says of the others.
+void keep_used_positions(ShadedMesh& mesh, const SurfaceMesh& surface, const SurfaceLooks& looks) {
     constexpr std::uint32_t unused = 0xffffffff;
-    std::vector<std::uint32_t> renumbered(positions.size(), unused);
+    std::vector<std::uint32_t> renumbered(surface.mesh.positions.size(), unused);
     for (Triangle& triangle : mesh.triangles) {
         for (std::uint32_t& vertex : triangle) {
             if (renumbered[vertex] == unused) {
                 renumbered[vertex] = static_cast<std::uint32_t>(mesh.positions.size());
-                mesh.positions.push_back(positions[vertex]);
+                mesh.positions.push_back(surface.mesh.positions[vertex]);
+                if (!surface.rest.empty()) mesh.rest.push_back(surface.rest[vertex]);
+                if (!looks.depth.empty()) mesh.depth.push_back(looks.depth[vertex]);
+                if (!looks.mark.empty()) mesh.mark.push_back(looks.mark[vertex]);
             }
             vertex = renumbered[vertex];
         }
+    }
+}
+
+/// Appends the triangles of one origin that look alike; key: their material if it has a finish or picture,
+/// else -1.
+void add_alike(DrawList& list, const SurfaceMesh& surface, const SurfacePalette& palette,
+               const SurfaceLooks& looks, std::span<const Vec3> normals,
+               std::span<const std::uint32_t> triangles, bool cut, std::int32_t key) {
+    ShadedMesh mesh;
+    mesh.finish = entry_of(looks.finishes, key);
+    mesh.picture = cut || surface.attributes.corner_uv.empty() ? nullptr : entry_of(looks.pictures, key);
+    mesh.roughness = cut ? 0.38 : 0.55;
+    // On a closed cut the boundary hides both cut faces.
+    mesh.recessed = cut;
+    for (const std::uint32_t t : triangles) {
+        const Triangle& triangle = surface.mesh.triangles[t];
+        const std::int32_t piece = surface.vertex_piece.empty() ? 0 : surface.vertex_piece[triangle[0]];
+        mesh.triangles.push_back(triangle);
+        mesh.triangle_colors.push_back(cut ? palette.cut : piece_color(palette, piece));
+        if (mesh.picture) {
+            for (const geometry::Uv& uv : surface.attributes.corner_uv[t]) mesh.corner_uvs.push_back(uv);
+            mesh.triangle_colors.back() = Color(1, 1, 1);
+        }
+        if (!cut && !surface.attributes.empty() && !mesh.finish)
+            for (const Color& color : corner_colors(surface, t, mesh.triangle_colors.back()))
+                mesh.corner_colors.push_back(color);
+        for (std::size_t k = 0; k < 3; ++k) mesh.corner_normals.push_back(normals[3 * t + k]);
+    }
+    keep_used_positions(mesh, surface, looks);
+    list.meshes.push_back(std::move(mesh));
+}
+
+/// Appends the rims of cuts: in the palette's colour, or a dark shade of the cut's finish.
+void add_rims(DrawList& list, const SurfaceMesh& surface, const SurfacePalette& palette,
+              const SurfaceLooks& looks) {
+    std::map<std::int32_t, LineSet> rims;  // by material with a finish; -1: others
+    for (const RimSegment& segment : rim_segments(surface)) {
+        const std::int32_t material = material_of(surface, segment.cut_triangle);
+        const auto finish = entry_of(looks.finishes, material);
+        const auto [rim, is_new] = rims.try_emplace(finish ? material : -1);
+        if (is_new) {
+            rim->second.color = finish ? Color(0.55 * finish->colour) : palette.line;
+            rim->second.width = finish ? 0.6 * palette.line_width : palette.line_width;
+        }
+        rim->second.segments.push_back(segment.edge);
+    }
+    for (auto& [material, rim] : rims) {
+        rim.points = surface.mesh.positions;
+        rim.depth_offset = 0.003 * surface.mesh.bounds().size().norm();
+        list.lines.push_back(std::move(rim));
     }
 }
 
@@ -255,42 +330,31 @@ std::vector<Vec3> creased_corner_normals(const TriangleMesh& mesh, std::span<con
     return result;
 }
 
-void add_surface(DrawList& list, const SurfaceMesh& surface, const SurfacePalette& palette) {
+void add_surface(DrawList& list, const SurfaceMesh& surface, const SurfacePalette& palette,
+                 const SurfaceLooks& looks) {
     check_surface(surface);
+    const std::size_t vertices = surface.mesh.positions.size();
+    for (const std::size_t size : {surface.rest.size(), looks.depth.size(), looks.mark.size()})
+        if (size != 0 && size != vertices)
+            throw InputError("add_surface", "rest positions, depths or marks are not one a vertex (" +
+                                                std::to_string(size) + ")");
     const std::size_t triangle_count = surface.mesh.triangles.size();
     if (triangle_count == 0) return;
     std::vector<std::uint8_t> group(triangle_count);
     for (std::size_t t = 0; t < triangle_count; ++t) group[t] = is_cut(surface, t) ? 1 : 0;
     const std::vector<Vec3> normals = creased_corner_normals(surface.mesh, group, palette.crease_degrees);
     for (const bool cut : {false, true}) {
-        ShadedMesh mesh;
-        mesh.roughness = cut ? 0.38 : 0.55;
-        // On a closed cut the boundary hides both cut faces.
-        mesh.recessed = cut;
-        for (std::size_t t = 0; t < triangle_count; ++t) {
+        std::map<std::int32_t, std::vector<std::uint32_t>> alike;
+        for (std::uint32_t t = 0; t < triangle_count; ++t) {
             if (is_cut(surface, t) != cut) continue;
-            const Triangle& triangle = surface.mesh.triangles[t];
-            const std::int32_t piece = surface.vertex_piece.empty() ? 0 : surface.vertex_piece[triangle[0]];
-            mesh.triangles.push_back(triangle);
-            mesh.triangle_colors.push_back(cut ? palette.cut : piece_color(palette, piece));
-            if (!cut && !surface.attributes.empty())
-                for (const Color& color : corner_colors(surface, t, mesh.triangle_colors.back()))
-                    mesh.corner_colors.push_back(color);
-            for (std::size_t k = 0; k < 3; ++k) mesh.corner_normals.push_back(normals[3 * t + k]);
+            const std::int32_t material = material_of(surface, t);
+            const bool is_special = entry_of(looks.finishes, material) || entry_of(looks.pictures, material);
+            alike[is_special ? material : -1].push_back(t);
         }
-        if (mesh.triangles.empty()) continue;
-        keep_used_positions(mesh, surface.mesh.positions);
-        list.meshes.push_back(std::move(mesh));
+        for (const auto& [key, triangles] : alike)
+            add_alike(list, surface, palette, looks, normals, triangles, cut, key);
     }
-    if (!(palette.line_width > 0)) return;
-    LineSet rim;
-    rim.segments = rim_segments(surface);
-    if (rim.segments.empty()) return;
-    rim.points = surface.mesh.positions;
-    rim.color = palette.line;
-    rim.width = palette.line_width;
-    rim.depth_offset = 0.003 * surface.mesh.bounds().size().norm();
-    list.lines.push_back(std::move(rim));
+    if (palette.line_width > 0) add_rims(list, surface, palette, looks);
 }
 
 void add_polyline(DrawList& list, std::span<const Vec3> points, const Color& color, double width) {
@@ -310,6 +374,13 @@ void add_mesh(DrawList& list, const TriangleMesh& mesh, const Color& color, doub
     shaded.triangles = mesh.triangles;
     shaded.triangle_colors.assign(mesh.triangles.size(), color);
     list.meshes.push_back(std::move(shaded));
+}
+
+void add_mesh(DrawList& list, const TriangleMesh& mesh, const geometry::Finish& finish,
+              std::vector<Vec3> rest, double crease_degrees) {
+    add_mesh(list, mesh, finish.colour, crease_degrees);
+    list.meshes.back().finish = std::make_shared<const geometry::Finish>(finish);
+    list.meshes.back().rest = std::move(rest);
 }
 
 }  // namespace splitcubes::render

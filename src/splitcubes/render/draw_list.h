@@ -2,12 +2,15 @@
 #pragma once
 
 #include <splitcubes/geometry/box.h>
+#include <splitcubes/geometry/finish.h>
 #include <splitcubes/geometry/triangle_mesh.h>
 #include <splitcubes/math/types.h>
 #include <splitcubes/render/live_surface.h>
+#include <splitcubes/render/picture.h>
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -15,6 +18,9 @@ namespace splitcubes::render {
 
 /// An sRGB colour, each channel in [0, 1].
 using Color = Vec3;
+
+/// Hatched regions of a surface.
+enum RegionMark : std::int8_t { pulled_region = -1, no_region = 0, held_region = 1 };
 
 /// Triangles with a normal at each corner and a colour each. Both sides are drawn; if a front and a back face
 /// coincide, the front face is visible.
@@ -27,6 +33,13 @@ struct ShadedMesh {
         {};                  // replaces triangle_colors unless empty: 3 per triangle, in corner order
     double roughness = 0.5;  // of the gloss: 0 mirror .. 1 chalk
     bool recessed = false;   // hidden by another mesh at equal depth
+    /// Replaces colours and roughness unless null.
+    std::shared_ptr<const geometry::Finish> finish = {};
+    std::vector<Vec3> rest = {};    // one per position, m: where finishes are evaluated; empty: the positions
+    std::vector<float> depth = {};  // one per position, m, below the surface of the uncut body; empty: zero
+    std::vector<std::int8_t> mark = {};           // one per position, see RegionMark; empty: none
+    std::shared_ptr<const Picture> picture = {};  // multiplies the colours, by texture coordinates
+    std::vector<geometry::Uv> corner_uvs = {};    // 3 per triangle, in corner order; empty: no picture
 };
 
 /// Straight opaque lines of a constant width in the picture, with round ends, hidden by objects in front of
@@ -45,7 +58,8 @@ struct DrawList {
     std::vector<LineSet> lines;
     std::vector<const LiveSurface*> surfaces = {};  // of the same context; must outlive the drawing
     std::vector<PointSet> points = {};
-    ClipPlane clip = {};  // of surfaces and points
+    ClipPlane clip = {};      // of surfaces and points
+    double hatch_period = 0;  // m, between the lines of marked regions; 0: not hatched
     /// Draws surfaces where they hide points, too: for points inside of them.
     bool points_on_top = false;
 
@@ -63,12 +77,23 @@ struct SurfacePalette {
     double crease_degrees = 35.0;              // sharper edges are shaded sharp
 };
 
+/// What a surface's materials look like.
+struct SurfaceLooks {
+    /// By material; null and beyond the end: as the material says.
+    std::vector<std::shared_ptr<const geometry::Finish>> finishes = {};
+    std::vector<std::shared_ptr<const Picture>> pictures = {};  // by material; null and beyond the end: none
+    std::vector<float> depth = {};                              // as ShadedMesh, of the surface's vertices
+    std::vector<std::int8_t> mark = {};                         // as ShadedMesh, of the surface's vertices
+};
+
 /// Appends a surface. Boundary faces have the colours of their vertices and materials; if they have none, or
-/// a texture (which is not drawn), they have the palette's colour, with a slightly different hue for each
-/// piece. Cut faces have their own colour, and the edges between the two are drawn as thin lines. Normals are
-/// computed from the given positions. Empty attribute arrays mean piece 0 and boundary. Throws InputError if
-/// an array has the wrong length or an index is out of range.
-void add_surface(DrawList& list, const geometry::SurfaceMesh& surface, const SurfacePalette& palette = {});
+/// a texture without a picture in `looks`, they have the palette's colour, with a slightly different hue for
+/// each piece. Cut faces have the palette's colour for them. Finishes in `looks` replace all these. The edges
+/// between boundary and cut are drawn as thin lines. Normals are computed from the given positions. Empty
+/// attribute arrays mean piece 0 and boundary. Throws InputError if an array has the wrong length or an index
+/// is out of range.
+void add_surface(DrawList& list, const geometry::SurfaceMesh& surface, const SurfacePalette& palette = {},
+                 const SurfaceLooks& looks = {});
 
 /// Appends a line through the points in sequence, e.g. a blade. Requires two points.
 void add_polyline(DrawList& list, std::span<const Vec3> points, const Color& color, double width);
@@ -76,6 +101,9 @@ void add_polyline(DrawList& list, std::span<const Vec3> points, const Color& col
 /// Appends a mesh in one colour with creased normals.
 void add_mesh(DrawList& list, const geometry::TriangleMesh& mesh, const Color& color,
               double crease_degrees = 35.0);
+/// The same with a finish; rest: the mesh in the frame of the finish's solid textures, one per position.
+void add_mesh(DrawList& list, const geometry::TriangleMesh& mesh, const geometry::Finish& finish,
+              std::vector<Vec3> rest, double crease_degrees = 35.0);
 
 /// Returns unit normals, 3 per triangle: at each corner the area-weighted mean over the triangles of the same
 /// group around the vertex whose normals are within the crease angle of the corner's own. `group` is empty or

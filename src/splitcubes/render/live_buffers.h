@@ -33,7 +33,8 @@ class SlotBuffer {
 struct LiveSurface::Impl {
     gl::VertexArray array;
     SlotBuffer positions{GL_ARRAY_BUFFER, 12}, normals{GL_ARRAY_BUFFER, 12}, field{GL_ARRAY_BUFFER, 4},
-        pieces{GL_ARRAY_BUFFER, 4}, triangles{GL_COPY_WRITE_BUFFER, 12}, materials{GL_COPY_WRITE_BUFFER, 4};
+        pieces{GL_ARRAY_BUFFER, 4}, rest{GL_ARRAY_BUFFER, 16}, marks{GL_ARRAY_BUFFER, 4},
+        triangles{GL_COPY_WRITE_BUFFER, 12}, materials{GL_COPY_WRITE_BUFFER, 4};
     GLuint material_texture = 0;
     std::vector<std::int32_t> piece_of_vertex;  // copy, for bounds
     geometry::Box bounds;

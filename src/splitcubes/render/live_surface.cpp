@@ -53,6 +53,8 @@ void LiveSurface::Impl::bind() const {
     attribute(0, positions, 3);
     attribute(1, normals, 3);
     attribute(2, field, 1);
+    attribute(4, rest, 4);
+    attribute(5, marks, 1);
     glBindBuffer(GL_ARRAY_BUFFER, pieces.id());
     glEnableVertexAttribArray(3);
     glVertexAttribIPointer(3, 1, GL_INT, 0, nullptr);
@@ -85,7 +87,18 @@ void LiveSurface::patch_topology(const SurfaceSlots& slots, std::span<const Slot
     each(impl_->triangles, slots.triangles.data(), triangle_count, triangles);
     each(impl_->materials, slots.materials.data(), triangle_count, triangles);
     each(impl_->pieces, slots.pieces.data(), slots.pieces.size(), vertices);
+    const std::size_t count = slots.pieces.size();
+    if (slots.rest.size() == 4 * count) {
+        each(impl_->rest, slots.rest.data(), count, vertices);
+    } else if (impl_->rest.size() != count) {
+        impl_->rest.write(std::vector<float>(4 * count, 0.0F).data(), count, {0, count});
+    }
+    if (impl_->marks.size() != count) set_marks(std::vector<float>(count, 0.0F));
     impl_->piece_of_vertex.assign(slots.pieces.begin(), slots.pieces.end());
+}
+
+void LiveSurface::set_marks(std::span<const float> marks) {
+    impl_->marks.write(marks.data(), marks.size(), {0, marks.size()});
 }
 
 void LiveSurface::set_vertices(std::span<const float> positions, std::span<const float> normals,
@@ -108,7 +121,8 @@ const geometry::Box& LiveSurface::bounds() const {
 
 std::size_t LiveSurface::bytes_copied() const {
     return impl_->positions.bytes_copied() + impl_->normals.bytes_copied() + impl_->field.bytes_copied() +
-           impl_->pieces.bytes_copied() + impl_->triangles.bytes_copied() + impl_->materials.bytes_copied();
+           impl_->pieces.bytes_copied() + impl_->triangles.bytes_copied() + impl_->materials.bytes_copied() +
+           impl_->rest.bytes_copied() + impl_->marks.bytes_copied();
 }
 
 // As colour_scale() of live.frag.

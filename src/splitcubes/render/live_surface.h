@@ -2,6 +2,7 @@
 #pragma once
 
 #include <splitcubes/geometry/box.h>
+#include <splitcubes/geometry/finish.h>
 #include <splitcubes/math/types.h>
 
 #include <array>
@@ -20,10 +21,12 @@ enum class SurfaceColouring { material, piece, field };
 struct LiveStyle {
     SurfaceColouring colouring = SurfaceColouring::material;
     std::array<Vec3, 16> palette{};  // sRGB, of materials; larger numbers begin again
-    bool wireframe = false;          // its edges, over it
-    double field_low = 0;            // value at the lower end of the colour scale
-    double field_high = 1;           // value at the upper end
-    double roughness = 0.5;          // 0 mirror .. 1 chalk
+    /// By material; null and beyond the end: the palette's colour.
+    std::vector<std::shared_ptr<const geometry::Finish>> finishes = {};
+    bool wireframe = false;  // its edges, over it
+    double field_low = 0;    // value at the lower end of the colour scale
+    double field_high = 1;   // value at the upper end
+    double roughness = 0.5;  // 0 mirror .. 1 chalk
 };
 
 /// Half space that is hidden: points p with normal . p > offset.
@@ -42,6 +45,7 @@ struct SurfaceSlots {
     std::span<const std::uint32_t> triangles;  // three vertices a triangle; without extent: free
     std::span<const std::int32_t> materials;   // a triangle
     std::span<const std::int32_t> pieces;      // a vertex
+    std::span<const float> rest = {};  // four a vertex: rest position and depth below the uncut surface, m
 };
 
 /// Vertices and triangles in slots. Topology is updated in the ranges that changed, positions as a whole.
@@ -58,6 +62,8 @@ class LiveSurface {
     /// Copies the ranges of triangles and vertices, and what is behind the present ends.
     void patch_topology(const SurfaceSlots& slots, std::span<const SlotRange> triangles,
                         std::span<const SlotRange> vertices);
+    /// Replaces the marks of all vertices.
+    void set_marks(std::span<const float> marks);
     /// x, y, z a vertex, m, world; normals unit; field: a number a vertex, or empty. Vertices whose piece is
     /// negative are free.
     void set_vertices(std::span<const float> positions, std::span<const float> normals,

@@ -28,7 +28,14 @@ void pack_mesh(PackedScene& scene, const ShadedMesh& mesh, const std::string& wh
             "has not one entry a triangle");
     require(mesh.corner_colors.empty() || mesh.corner_colors.size() == 3 * mesh.triangles.size(),
             where + ".corner_colors", "has not three entries a triangle");
+    const auto fits = [](std::size_t size, std::size_t wanted) { return size == 0 || size == wanted; };
+    require(fits(mesh.rest.size(), mesh.positions.size()) && fits(mesh.depth.size(), mesh.positions.size()) &&
+                fits(mesh.mark.size(), mesh.positions.size()),
+            where + ".rest, depth and mark", "have not one entry a position");
+    require(fits(mesh.corner_uvs.size(), 3 * mesh.triangles.size()), where + ".corner_uvs",
+            "has not three entries a triangle");
     check_points(where, mesh.positions);
+    check_points(where + ".rest", mesh.rest);
     const std::size_t first = scene.vertices.size();
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const Vec3 color = linear(mesh.triangle_colors[t]);
@@ -39,13 +46,21 @@ void pack_mesh(PackedScene& scene, const ShadedMesh& mesh, const std::string& wh
             store(vertex.position, mesh.positions[index] - origin);
             store(vertex.normal, mesh.corner_normals[3 * t + k]);
             store(vertex.color, mesh.corner_colors.empty() ? color : linear(mesh.corner_colors[3 * t + k]));
+            const Vec3& rest = mesh.rest.empty() ? mesh.positions[index] : mesh.rest[index];
+            for (int i = 0; i < 3; ++i) vertex.rest[i] = static_cast<float>(rest[i]);
+            vertex.rest[3] = mesh.depth.empty() ? 0.0F : mesh.depth[index];
+            vertex.extra[0] = mesh.corner_uvs.empty() ? 0.0F : mesh.corner_uvs[3 * t + k][0];
+            vertex.extra[1] = mesh.corner_uvs.empty() ? 0.0F : mesh.corner_uvs[3 * t + k][1];
+            vertex.extra[2] = mesh.mark.empty() ? 0.0F : static_cast<float>(mesh.mark[index]);
             scene.vertices.push_back(vertex);
         }
     }
     scene.ranges.push_back({.first = first,
                             .count = scene.vertices.size() - first,
                             .roughness = static_cast<float>(std::clamp(mesh.roughness, 0.1, 1.0)),
-                            .recessed = mesh.recessed});
+                            .recessed = mesh.recessed,
+                            .finish = mesh.finish ? scene.finishes.add(*mesh.finish) : -1,
+                            .picture = mesh.corner_uvs.empty() ? nullptr : mesh.picture});
 }
 
 void pack_lines(PackedScene& scene, const LineSet& set, const std::string& where, const Vec3& origin,

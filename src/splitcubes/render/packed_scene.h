@@ -2,8 +2,10 @@
 #pragma once
 
 #include <splitcubes/render/draw_list.h>
+#include <splitcubes/render/packed_finishes.h>
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 namespace splitcubes::render {
@@ -14,6 +16,8 @@ struct PackedScene {
         float position[3];  // m
         float normal[3];    // unit
         float color[3];     // linear
+        float rest[4];      // m; the last one: depth below the uncut surface
+        float extra[3];     // texture coordinates, mark
     };
     struct Segment {
         float from[3];   // m
@@ -26,10 +30,13 @@ struct PackedScene {
         std::size_t count;  // vertices
         float roughness;
         bool recessed;
+        int finish;  // -1: the colours of the vertices
+        std::shared_ptr<const Picture> picture;
     };
     std::vector<Vertex> vertices;  // 3 per triangle
     std::vector<Range> ranges;     // one per mesh
     std::vector<Segment> segments;
+    PackedFinishes finishes;
 };
 
 /// Converts one sRGB channel to linear (IEC 61966-2-1).

@@ -10,14 +10,18 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace splitcubes::render {
 
 namespace {
 
 using gl::Program;
+
+constexpr int finish_unit = 2, picture_unit = 3;  // texture units
 
 std::array<float, 16> floats(const Eigen::Matrix4d& matrix) {
     std::array<float, 16> out{};
@@ -74,6 +78,9 @@ struct Renderer::Impl {
     SceneBuffers buffers;
     std::optional<ShadowTarget> shadow;
     std::optional<ScreenTargets> screen;
+    /// Pictures that were drawn last, and their textures.
+    std::vector<std::pair<std::shared_ptr<const Picture>, std::unique_ptr<PictureTexture>>> textures;
+    std::vector<std::array<int, 16>> live_finishes;  // per live surface: finish of each material, -1: none
 
     Impl(const gl::Context& with, const RenderOptions& wanted) : context(&with) { apply(wanted); }
 
@@ -115,12 +122,14 @@ struct Renderer::Impl {
     void draw_surfaces(const FrameSetup& frame, const PackedScene& scene, const DrawList& list);
     void show_everything_lit();
     void draw_live(const Program& program, const FrameSetup& frame, const DrawList& list);
-    void draw_live_surface(const Program& program, const LiveSurface& surface) const;
+    void draw_live_surface(const Program& program, const LiveSurface& surface, std::size_t index) const;
     void draw_live_colours(const FrameSetup& frame, const DrawList& list);
     void draw_wires(const FrameSetup& frame, const DrawList& list);
     void draw_points(const FrameSetup& frame, const DrawList& list);
     void find_visibility(const FrameSetup& frame);
     void draw_picture(const FrameSetup& frame, const PackedScene& scene, const DrawList& list);
+    void bind_finishes(const Program& program, const DrawList& list) const;
+    const PictureTexture& texture_of(const std::shared_ptr<const Picture>& picture);
     void draw_meshes(const Program& program, const PackedScene& scene);
     void draw_lines(const FrameSetup& frame, const PackedScene& scene);
     void set_ground(const Program& program, const FrameSetup& frame) const;
@@ -168,6 +177,22 @@ void Renderer::Impl::set_lighting(const Program& program, const FrameSetup& fram
     program.set("tan_half_fov", floats(frame.tan_half_fov));
 }
 
+void Renderer::Impl::bind_finishes(const Program& program, const DrawList& list) const {
+    buffers.finish_texture.bind(finish_unit, GL_RGBA32F, buffers.finishes);
+    program.set("finishes", finish_unit);
+    program.set("picture_map", picture_unit);
+    program.set("hatch_period", static_cast<float>(list.hatch_period));
+}
+
+const PictureTexture& Renderer::Impl::texture_of(const std::shared_ptr<const Picture>& picture) {
+    constexpr std::size_t max_kept = 16;
+    for (const auto& [known, texture] : textures)
+        if (known == picture) return *texture;
+    if (textures.size() >= max_kept) textures.erase(textures.begin());
+    textures.emplace_back(picture, std::make_unique<PictureTexture>(*picture));
+    return *textures.back().second;
+}
+
 /// Draws front faces, then back faces slightly further away: of two coincident faces, as on a closed cut, the
 /// one that faces the viewer is visible.
 void Renderer::Impl::draw_meshes(const Program& program, const PackedScene& scene) {
@@ -180,6 +205,9 @@ void Renderer::Impl::draw_meshes(const Program& program, const PackedScene& scen
             const float offset = (back ? 2.0F : 0.0F) + (range.recessed ? 1.0F : 0.0F);
             glPolygonOffset(offset, 4.0F * offset);
             program.set("roughness", range.roughness);
+            program.set("finish", range.finish);
+            program.set("has_picture", range.picture ? 1 : 0);
+            if (range.picture) texture_of(range.picture).bind(picture_unit);
             glDrawArrays(GL_TRIANGLES, static_cast<GLint>(range.first), static_cast<GLsizei>(range.count));
         }
     }
@@ -210,12 +238,15 @@ void Renderer::Impl::draw_shadow(const FrameSetup& frame, const PackedScene& sce
     glDisable(GL_POLYGON_OFFSET_FILL);
 }
 
-void Renderer::Impl::draw_live_surface(const Program& program, const LiveSurface& surface) const {
+void Renderer::Impl::draw_live_surface(const Program& program, const LiveSurface& surface,
+                                       std::size_t index) const {
     const LiveStyle& style = surface.style;
     surface.impl_->bind();
     program.set("materials", 1);
     for (std::size_t k = 0; k < style.palette.size(); ++k)
         program.set(("palette[" + std::to_string(k) + "]").c_str(), floats(linear(style.palette[k])));
+    for (std::size_t k = 0; k < live_finishes[index].size(); ++k)
+        program.set(("finish_of[" + std::to_string(k) + "]").c_str(), live_finishes[index][k]);
     program.set("colouring", static_cast<int>(style.colouring));
     program.set("field_range", floats(Vec2(style.field_low, style.field_high)));
     program.set("roughness", static_cast<float>(style.roughness));
@@ -242,7 +273,7 @@ void Renderer::Impl::draw_live(const Program& program, const FrameSetup& frame, 
     set_camera(program, frame);
     set_clip(program, frame, list.clip);
     glEnable(GL_CLIP_DISTANCE0);
-    for (const LiveSurface* surface : list.surfaces) draw_live_surface(program, *surface);
+    for (std::size_t k = 0; k < list.surfaces.size(); ++k) draw_live_surface(program, *list.surfaces[k], k);
     glDisable(GL_CLIP_DISTANCE0);
 }
 
@@ -250,6 +281,7 @@ void Renderer::Impl::draw_live_colours(const FrameSetup& frame, const DrawList& 
     if (list.surfaces.empty()) return;
     programs.live.use();
     set_lighting(programs.live, frame);
+    bind_finishes(programs.live, list);
     glEnable(GL_CULL_FACE);
     glEnable(GL_POLYGON_OFFSET_FILL);
     // Behind a clip plane back faces are not beside front faces, and the ground is close to them.
@@ -372,6 +404,7 @@ void Renderer::Impl::draw_picture(const FrameSetup& frame, const PackedScene& sc
     programs.mesh.use();
     set_camera(programs.mesh, frame);
     set_lighting(programs.mesh, frame);
+    bind_finishes(programs.mesh, list);
     draw_meshes(programs.mesh, scene);
     draw_live_colours(frame, list);
     if (frame.ground_visible) {
@@ -399,7 +432,14 @@ void Renderer::Impl::draw_picture(const FrameSetup& frame, const PackedScene& sc
 
 void Renderer::Impl::render(const DrawList& list, const Camera& camera) {
     const FrameSetup frame = set_up_frame(list, camera, options);
-    const PackedScene scene = pack(list, frame.origin, options.height / 720.0);
+    PackedScene scene = pack(list, frame.origin, options.height / 720.0);
+    live_finishes.clear();
+    for (const LiveSurface* surface : list.surfaces) {
+        const auto& finishes = surface->style.finishes;
+        live_finishes.emplace_back().fill(-1);
+        for (std::size_t k = 0; k < std::min<std::size_t>(finishes.size(), 16); ++k)
+            if (finishes[k]) live_finishes.back()[k] = scene.finishes.add(*finishes[k]);
+    }
     context->make_current();
     glDisable(GL_BLEND);
     glDisable(GL_SCISSOR_TEST);
@@ -410,6 +450,10 @@ void Renderer::Impl::render(const DrawList& list, const Camera& camera) {
     glFrontFace(GL_CCW);
     buffers.vertices.upload<PackedScene::Vertex>(GL_ARRAY_BUFFER, scene.vertices);
     buffers.segments.upload<PackedScene::Segment>(GL_ARRAY_BUFFER, scene.segments);
+    // A buffer without bytes is none that a texture can read.
+    const std::vector<float> no_finish(4, 0.0F);
+    buffers.finishes.upload<float>(GL_TEXTURE_BUFFER,
+                                   scene.finishes.data().empty() ? no_finish : scene.finishes.data());
     if (options.shadows || options.ambient_occlusion) {
         draw_shadow(frame, scene, list);
         draw_surfaces(frame, scene, list);
