@@ -7,6 +7,8 @@
 #include <splitcubes/api/error.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/view/replay.h>
+#include <splitcubes/view/simulation_loop.h>
+#include <splitcubes/view/viewer.h>
 
 #include <algorithm>
 #include <cstdio>

@@ -3,6 +3,8 @@
 
 #include <splitcubes/view/kept_settings.h>
 #include <splitcubes/view/replay.h>
+#include <splitcubes/view/simulation_loop.h>
+#include <splitcubes/view/viewer.h>
 #include <splitcubes/view/step_history.h>
 
 #include <gmock/gmock.h>

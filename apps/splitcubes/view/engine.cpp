@@ -1,5 +1,7 @@
 #include "engine.h"
 
+#include "body_looks.h"
+#include "scene_driver.h"
 #include "vectors.h"
 
 #include <splitcubes/core/error.h>
@@ -486,10 +488,17 @@ std::shared_ptr<const SurfaceTopology> Engine::take_topology(BodyRecord& record,
     out->materials.assign(surface.triangle_material.begin(), surface.triangle_material.end());
     out->pieces.assign(surface.pieces.begin(), surface.pieces.end());
     out->rest.assign(surface.rest_positions.begin(), surface.rest_positions.end());
+    out->rest_and_depth = record.looks->rest_and_depth(surface, !follows);
     out->revision = surface.revision;
     out->changes.assign(record.changes.begin(), record.changes.end());
     record.topology = out;
     return out;
+}
+
+std::size_t Engine::pieces_of(const std::string& body) const {
+    for (std::size_t k = 0; k < std::min(bodies_.size(), source_->bodies.size()); ++k)
+        if (source_->bodies[k].settings.name == body) return simulation_->piece_count(bodies_[k]);
+    return 0;
 }
 
 BodyState Engine::body_state(std::size_t index) {
@@ -497,6 +506,9 @@ BodyState Engine::body_state(std::size_t index) {
     const SurfaceView surface = simulation_->surface(body);
     BodyState out;
     out.id = body;
+    if (!records_[index].palette)
+        records_[index].looks =
+            std::make_shared<BodyLooks>(*source_, index, simulation_->material_names(body));
     out.topology = take_topology(records_[index], surface);
     out.positions.assign(surface.positions.begin(), surface.positions.end());
     out.normals.assign(surface.normals.begin(), surface.normals.end());
@@ -506,6 +518,9 @@ BodyState Engine::body_state(std::size_t index) {
                                                    ? source_->bodies[index].model.attributes.materials
                                                    : std::vector<geometry::Material>()));
     out.palette = records_[index].palette;
+    out.finishes = records_[index].looks->finishes();
+    out.marks = records_[index].looks->marks(surface, simulation_->time(),
+                                             [&](const std::string& name) { return pieces_of(name); });
     out.pieces = simulation_->piece_count(body);
     if (index < source_->bodies.size()) out.name = source_->bodies[index].settings.name;
     find_bounds(out);
@@ -527,6 +542,8 @@ std::shared_ptr<PublishedState> Engine::publish() {
     for (std::size_t b = 0; b < bodies_.size(); ++b) out->bodies.push_back(body_state(b));
     if (driver_) driver_->append_blades(out->time, out->blades);
     if (driver_) driver_->append_colliders(out->time, out->colliders);
+    if (driver_) driver_->append_instruments(out->time, out->instruments);
+    if (driver_) driver_->append_rods(out->time, *simulation_, out->bodies, out->rods);
     if (source_->description.ground) out->ground = source_->description.ground->height;
     out->camera = source_->description.camera;
     strokes_.append_blades(out->blades);

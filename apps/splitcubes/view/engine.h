@@ -5,7 +5,6 @@
 #include "parameters.h"
 #include "published_state.h"
 #include "sample_field.h"
-#include "scene_driver.h"
 #include "scene_source.h"
 #include "strokes.h"
 
@@ -17,6 +16,9 @@
 #include <vector>
 
 namespace splitcubes::view {
+
+class BodyLooks;
+class SceneDriver;
 
 /// Settings of an engine.
 struct EngineSettings {
@@ -61,6 +63,7 @@ class Engine {
         std::deque<SurfaceChange> changes;
         SampleField field;
         std::shared_ptr<const std::vector<Vec3>> palette;
+        std::shared_ptr<BodyLooks> looks;
     };
 
     void start();
@@ -83,6 +86,7 @@ class Engine {
     void start_from_source();
     std::shared_ptr<const SurfaceTopology> take_topology(BodyRecord& record, const SurfaceView& surface);
     BodyState body_state(std::size_t index);
+    std::size_t pieces_of(const std::string& body) const;
 
     std::unique_ptr<const SceneSource> source_;
     EngineSettings settings_;

@@ -15,6 +15,10 @@
 #include <string>
 #include <vector>
 
+namespace splitcubes::scene {
+struct InstrumentPart;
+}
+
 namespace splitcubes::view {
 
 /// What one change did to a surface's arrays.
@@ -32,6 +36,7 @@ struct SurfaceTopology {
     std::vector<float> rest;               // x, y, z a vertex slot, m
     std::uint64_t revision = 0;
     std::vector<SurfaceChange> changes;  // the last ones, ascending
+    std::vector<float> rest_and_depth;   // four a vertex slot, m; empty: no finish depends on them
 };
 
 /// Quantity that colours a surface.
@@ -48,6 +53,9 @@ struct BodyState {
     std::vector<float> sample_positions;               // x, y, z a phyxel, m, world; empty: not shown
     std::vector<float> sample_field;                   // a phyxel
     std::shared_ptr<const std::vector<Vec3>> palette;  // sRGB, of the materials
+    /// Of the materials; null entries: the palette's colour; null: no entries.
+    std::shared_ptr<const std::vector<std::shared_ptr<const geometry::Finish>>> finishes;
+    std::vector<float> marks;  // a vertex slot: 1 held, -1 pulled, 0 neither; empty: neither
     std::size_t pieces = 0;
     /// Lower and upper corners of runs of triangles_per_block triangle slots, for picks; infinite: all free.
     std::vector<std::array<float, 6>> blocks;
@@ -61,6 +69,19 @@ void find_bounds(BodyState& body);
 struct ColliderState {
     std::shared_ptr<const geometry::TriangleMesh> mesh;  // own frame
     Isometry frame = Isometry::Identity();               // world from own
+    std::optional<geometry::Finish> finish;
+};
+
+/// The solid of a tool.
+struct InstrumentState {
+    std::shared_ptr<const std::vector<scene::InstrumentPart>> parts;  // own frame
+    Isometry frame = Isometry::Identity();                            // world from own
+};
+
+/// From a region that a scene's handle pulls to where it is pulled; m, world.
+struct RodState {
+    Vec3 at = Vec3::Zero(), target = Vec3::Zero();
+    double radius = 0;  // m, of the ball at its end
 };
 
 /// A region that is pulled.
@@ -96,6 +117,8 @@ struct PublishedState {
     std::vector<std::vector<Vec3>> blades;  // m, world, edges of lowered blades and of the scene's tools
     std::vector<PullState> pulls;
     std::vector<ColliderState> colliders;
+    std::vector<InstrumentState> instruments;
+    std::vector<RodState> rods;
     std::optional<double> ground;     // m, height of the table
     scene::CameraDescription camera;  // that the scene asks for
     StepStatistics statistics;

@@ -1,6 +1,8 @@
 #include "replay.h"
 
+#include "simulation_loop.h"
 #include "timeline.h"
+#include "viewer.h"
 
 namespace splitcubes::view {
 

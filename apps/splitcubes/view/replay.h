@@ -1,14 +1,18 @@
 // Recorded events without a window: so many steps a frame, whatever time they take.
 #pragma once
 
-#include "simulation_loop.h"
-#include "viewer.h"
+#include "camera_control.h"
+#include "input.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <string>
 #include <vector>
 
 namespace splitcubes::view {
+
+class Viewer;
 
 struct ReplaySettings {
     std::filesystem::path file;            // scene or mesh

@@ -5,6 +5,7 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/cutting/sweep.h>
 #include <splitcubes/scene/build.h>
+#include <splitcubes/scene/instrument.h>
 #include <splitcubes/scene/strength.h>
 
 #include <algorithm>
@@ -61,6 +62,11 @@ SceneDriver::SceneDriver(const SceneSource& source, Simulation& simulation, cons
     handles_.resize(source.description.handles.size());
     add_tools(simulation);
     add_colliders(simulation);
+    add_solid_tools(simulation);
+    for (const scene::HandleDescription& h : source.description.handles) {
+        handle_motions_.push_back(scene::handle_motion(h, source.description.tools));
+        handle_regions_.push_back(scene::region_test(h.region));
+    }
 }
 
 BodyId SceneDriver::body_of(const std::string& name) const {
@@ -97,11 +103,12 @@ void SceneDriver::add_colliders(Simulation& simulation) {
         if (c.half_space) {
             const Vec3 normal = c.half_space->normal.normalized();
             settings.shape = HalfSpaceShape{to_public(normal), normal.dot(c.half_space->point)};
-        } else if (const auto* sphere = std::get_if<scene::SphereShape>(&*c.shape)) {
-            settings.shape = SphereShape{c.placement.scale * sphere->radius};
+        } else if (const auto* sphere = std::get_if<scene::SphereShape>(&*c.shape);
+                   sphere && c.placement.scale == Vec3::Constant(c.placement.scale.x())) {
+            settings.shape = SphereShape{c.placement.scale.x() * sphere->radius};
         } else if (const auto* box = std::get_if<scene::BoxShape>(&*c.shape)) {
-            settings.shape =
-                BoxShape{to_public(Vec3(c.placement.scale * box->size)), c.placement.scale * c.rounding};
+            settings.shape = BoxShape{to_public(Vec3(c.placement.scale.cwiseProduct(box->size))),
+                                      c.placement.scale.minCoeff() * c.rounding};
         } else {
             const geometry::TriangleMesh& mesh = *collider_meshes_.back();
             for (const Vec3& p : mesh.positions) positions.insert(positions.end(), p.data(), p.data() + 3);
@@ -112,11 +119,35 @@ void SceneDriver::add_colliders(Simulation& simulation) {
     }
 }
 
+void SceneDriver::add_solid_tools(Simulation& simulation) {
+    for (std::size_t k = 0; k < source_.description.tools.size(); ++k) {
+        const scene::ToolDescription& tool = source_.description.tools[k];
+        if (!tool.solid) continue;
+        const geometry::TriangleMesh mesh = scene::instrument_mesh(tool);
+        std::vector<double> positions;
+        std::vector<std::uint32_t> triangles;
+        for (const Vec3& p : mesh.positions) positions.insert(positions.end(), p.data(), p.data() + 3);
+        for (const auto& t : mesh.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
+        ColliderSettings settings{.name = tool.name,
+                                  .pose = to_public(source_.blades[k].frame(simulation.time())),
+                                  .friction = tool.solid->friction};
+        settings.shape = MeshView{positions, triangles};
+        solid_tools_.emplace_back(k, simulation.add_collider(settings));
+    }
+}
+
+bool SceneDriver::is_released(const std::optional<scene::PieceCondition>& when,
+                              const Simulation& simulation) const {
+    return when && simulation.piece_count(body_of(when->body)) >= static_cast<std::size_t>(when->at_least);
+}
+
 void SceneDriver::advance(Simulation& simulation) {
     const double from = simulation.time(), to = from + simulation.time_step();
     move_tools(simulation, from, to);
     move_constraints(simulation, from, to);
     move_handles(simulation, from, to);
+    for (const auto& [tool, collider] : solid_tools_)
+        simulation.add_collider_pose(collider, to, to_public(source_.blades[tool].frame(to)));
     for (std::size_t k = 0; k < colliders_.size(); ++k)
         if (!source_.description.colliders[k].keyframes.empty())
             simulation.add_collider_pose(
@@ -144,12 +175,13 @@ void SceneDriver::move_constraints(Simulation& simulation, double from, double t
     for (std::size_t k = 0; k < constraints_.size(); ++k) {
         const scene::ConstraintDescription& c = source_.description.constraints[k];
         const bool there = is_there(constraints_[k], present);
-        if (is_active(c, from) && !there)
+        const bool acts = is_active(c, from) && !is_released(c.release_when, simulation);
+        if (acts && !there)
             constraints_[k] = simulation.add_constraint(
                 body_of(c.body),
                 {.region = region_of(c.region), .pose = to_public(constraint_pose(c, from))});
-        if (!is_active(c, from) && there) simulation.remove_constraint(*constraints_[k]);
-        if (is_active(c, from) && c.kind == scene::ConstraintKind::move)
+        if (!acts && there) simulation.remove_constraint(*constraints_[k]);
+        if (acts && c.kind == scene::ConstraintKind::move)
             simulation.add_constraint_pose(*constraints_[k], to, to_public(constraint_pose(c, to)));
     }
 }
@@ -159,18 +191,18 @@ void SceneDriver::move_handles(Simulation& simulation, double from, double to) {
     for (std::size_t k = 0; k < handles_.size(); ++k) {
         const scene::HandleDescription& h = source_.description.handles[k];
         const bool there = is_there(handles_[k], present);
-        if (is_active(h, from) && !there) {
+        const bool acts = is_active(h, from) && !is_released(h.release_when, simulation);
+        if (acts && !there) {
             HandleSettings settings{.name = h.name,
                                     .region = region_of(h.region),
-                                    .pose = to_public(scene::keyframe_motion(h.keyframes, h.pivot, from)),
+                                    .pose = to_public(handle_motions_[k](from)),
                                     .stiffness = h.stiffness};
             if (h.force_limit) settings.force_limit = *h.force_limit;
             handles_[k] = simulation.add_handle(body_of(h.body), settings);
         }
-        if (!is_active(h, from) && there) simulation.remove_handle(*handles_[k]);
-        if (is_active(h, from) && !h.keyframes.empty())
-            simulation.add_handle_pose(*handles_[k], to,
-                                       to_public(scene::keyframe_motion(h.keyframes, h.pivot, to)));
+        if (!acts && there) simulation.remove_handle(*handles_[k]);
+        if (acts && (!h.keyframes.empty() || !h.follow_tool.empty()))
+            simulation.add_handle_pose(*handles_[k], to, to_public(handle_motions_[k](to)));
     }
 }
 
@@ -184,18 +216,55 @@ bool SceneDriver::owns(HandleId handle) const {
     return std::find(handles_.begin(), handles_.end(), std::optional(handle)) != handles_.end();
 }
 
+// Tools with a solid are drawn as that.
 void SceneDriver::append_blades(double time, std::vector<std::vector<Vec3>>& out) const {
-    for (const cutting::Blade& blade : source_.blades) {
-        if (!blade.active(time)) continue;
+    for (std::size_t k = 0; k < source_.blades.size(); ++k) {
+        const cutting::Blade& blade = source_.blades[k];
+        if (!blade.active(time) || !source_.instruments[k]->empty()) continue;
         for (std::vector<Vec3>& line : blade.pose(time)) out.push_back(std::move(line));
+    }
+}
+
+void SceneDriver::append_instruments(double time, std::vector<InstrumentState>& out) const {
+    for (std::size_t k = 0; k < source_.blades.size(); ++k) {
+        const cutting::Blade& blade = source_.blades[k];
+        const auto [from, until] = scene::shown_times(source_.description.tools[k]);
+        if (source_.instruments[k]->empty() || time < from || time > until) continue;
+        out.push_back({source_.instruments[k], blade.frame(time)});
+    }
+}
+
+void SceneDriver::append_rods(double time, const Simulation& simulation, const std::vector<BodyState>& states,
+                              std::vector<RodState>& out) const {
+    const scene::SceneDescription& scene = source_.description;
+    for (std::size_t k = 0; k < scene.handles.size() && scene.display.handles; ++k) {
+        const scene::HandleDescription& h = scene.handles[k];
+        if (!is_active(h, time) || is_released(h.release_when, simulation)) continue;
+        for (std::size_t b = 0; b < states.size(); ++b) {
+            if (scene.bodies[b].name != h.body) continue;
+            const SurfaceTopology& topology = *states[b].topology;
+            Vec3 now = Vec3::Zero(), rest = Vec3::Zero();
+            double count = 0;
+            for (std::size_t v = 0; v < topology.pieces.size(); ++v) {
+                if (topology.pieces[v] < 0) continue;
+                const Vec3 own = Eigen::Map<const Vec3f>(topology.rest.data() + 3 * v).cast<double>();
+                if (!handle_regions_[k](own)) continue;
+                rest += own;
+                now += Eigen::Map<const Vec3f>(states[b].positions.data() + 3 * v).cast<double>();
+                ++count;
+            }
+            if (count == 0) continue;
+            out.push_back({now / count, handle_motions_[k](time) * Vec3(rest / count),
+                           0.022 * states[b].bounds.size().norm()});
+        }
     }
 }
 
 void SceneDriver::append_colliders(double time, std::vector<ColliderState>& out) const {
     for (std::size_t k = 0; k < collider_meshes_.size(); ++k)
         if (!collider_meshes_[k]->triangles.empty())
-            out.push_back(
-                {collider_meshes_[k], scene::collider_frame(source_.description.colliders[k], time)});
+            out.push_back({collider_meshes_[k], scene::collider_frame(source_.description.colliders[k], time),
+                           source_.description.colliders[k].finish});
 }
 
 }  // namespace splitcubes::view

@@ -4,7 +4,9 @@
 #include "published_state.h"
 #include "scene_source.h"
 
+#include <functional>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace splitcubes::view {
@@ -21,12 +23,19 @@ class SceneDriver {
     bool owns(HandleId handle) const;
     /// Edges of the scene's tools while they cut, m, world.
     void append_blades(double time, std::vector<std::vector<Vec3>>& out) const;
+    /// The solids of the scene's tools while they are near their work.
+    void append_instruments(double time, std::vector<InstrumentState>& out) const;
+    /// Handles whose regions have vertices among those of the bodies.
+    void append_rods(double time, const Simulation& simulation, const std::vector<BodyState>& states,
+                     std::vector<RodState>& out) const;
     void append_colliders(double time, std::vector<ColliderState>& out) const;
 
   private:
     BodyId body_of(const std::string& name) const;
     void add_tools(Simulation& simulation);
     void add_colliders(Simulation& simulation);
+    void add_solid_tools(Simulation& simulation);
+    bool is_released(const std::optional<scene::PieceCondition>& when, const Simulation& simulation) const;
     void move_tools(Simulation& simulation, double from, double to);
     void move_constraints(Simulation& simulation, double from, double to);
     void move_handles(Simulation& simulation, double from, double to);
@@ -37,6 +46,9 @@ class SceneDriver {
     std::vector<std::optional<ConstraintId>> constraints_;
     std::vector<std::optional<HandleId>> handles_;
     std::vector<ColliderId> colliders_;
+    std::vector<std::pair<std::size_t, ColliderId>> solid_tools_;  // number of the tool
+    std::vector<std::function<Isometry(double)>> handle_motions_;  // world from rest
+    std::vector<std::function<bool(const Vec3&)>> handle_regions_;
     std::vector<std::shared_ptr<const geometry::TriangleMesh>> collider_meshes_;
 };
 

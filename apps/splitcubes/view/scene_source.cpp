@@ -3,6 +3,7 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/geometry/rest_grid.h>
 #include <splitcubes/scene/build.h>
+#include <splitcubes/scene/instrument.h>
 #include <splitcubes/scene/parse.h>
 
 #include <algorithm>
@@ -128,8 +129,12 @@ SceneSource open_scene(const std::filesystem::path& file) {
         BodySettings settings = body_settings_of(body, model.mesh.bounds());
         out.bodies.push_back({std::move(model), std::move(settings)});
     }
-    for (const scene::ToolDescription& tool : out.description.tools)
+    for (const scene::ToolDescription& tool : out.description.tools) {
         out.blades.push_back(scene::make_blade(tool));
+        out.instruments.push_back(std::make_shared<const std::vector<scene::InstrumentPart>>(
+            out.description.display.tools ? scene::instrument_parts(tool, &report)
+                                          : std::vector<scene::InstrumentPart>()));
+    }
     return out;
 }
 

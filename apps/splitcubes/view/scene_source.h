@@ -7,8 +7,13 @@
 #include <splitcubes/scene/description.h>
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
+
+namespace splitcubes::scene {
+struct InstrumentPart;
+}
 
 namespace splitcubes::view {
 
@@ -24,8 +29,10 @@ struct SceneSource {
     scene::SceneDescription description;
     std::vector<BodySource> bodies;
     std::vector<cutting::Blade> blades;  // of the scene's tools
-    std::vector<std::string> notes;      // what the viewer leaves out
-    bool is_checkpoint = false;          // a saved simulation; there is nothing else then
+    /// Of the scene's tools, own frames; of one without an instrument there are none.
+    std::vector<std::shared_ptr<const std::vector<scene::InstrumentPart>>> instruments;
+    std::vector<std::string> notes;  // what the viewer leaves out
+    bool is_checkpoint = false;      // a saved simulation; there is nothing else then
 };
 
 /// Reads a scene (.json), a mesh, or a saved simulation. Throws InputError.

@@ -1,5 +1,8 @@
 #include "state_renderer.h"
 
+#include <splitcubes/geometry/shapes.h>
+#include <splitcubes/scene/instrument.h>
+#include <splitcubes/scene/loft.h>
 #include <splitcubes/view/parameters.h>
 
 #include <algorithm>
@@ -66,7 +69,7 @@ void StateRenderer::update_options(const Viewer& viewer, int width, int height, 
 void StateRenderer::update_surface(BodyBuffers& buffers, const BodyState& body, const PublishedState& state) {
     if (buffers.state == state.number && buffers.scene == state.scene) return;
     const SurfaceTopology& now = *body.topology;
-    const render::SurfaceSlots slots{now.triangles, now.materials, now.pieces};
+    const render::SurfaceSlots slots{now.triangles, now.materials, now.pieces, now.rest_and_depth};
     const bool is_told = !now.changes.empty() && now.changes.front().revision <= buffers.revision + 1 &&
                          now.revision > buffers.revision &&
                          now.revision - buffers.revision <= now.changes.size();
@@ -77,6 +80,7 @@ void StateRenderer::update_surface(BodyBuffers& buffers, const BodyState& body, 
     } else if (now.revision != buffers.revision) {
         buffers.surface.set_topology(slots);
     }
+    if (!body.marks.empty()) buffers.surface.set_marks(body.marks);
     buffers.surface.set_vertices(body.positions, body.normals, body.field);
     buffers.revision = now.revision;
     buffers.state = state.number;
@@ -99,6 +103,8 @@ void StateRenderer::update_style(const Viewer& viewer, const PublishedState& sta
         const std::vector<Vec3>& palette = *state.bodies[b].palette;
         for (std::size_t k = 0; k < std::min(palette.size(), style.palette.size()); ++k)
             style.palette[k] = palette[k];
+        style.finishes.clear();
+        if (state.bodies[b].finishes) style.finishes = *state.bodies[b].finishes;
         style.wireframe = display.wireframe;
         style.colouring = render::SurfaceColouring::material;
         if (display.colouring == Colouring::piece) style.colouring = render::SurfaceColouring::piece;
@@ -160,7 +166,26 @@ void StateRenderer::add_colliders(const PublishedState& state) {
     for (const ColliderState& collider : state.colliders) {
         geometry::TriangleMesh mesh = *collider.mesh;
         for (Vec3& p : mesh.positions) p = collider.frame * p;
-        render::add_mesh(list_, mesh, {0.62, 0.65, 0.70});
+        if (collider.finish)
+            render::add_mesh(list_, mesh, *collider.finish, collider.mesh->positions);
+        else
+            render::add_mesh(list_, mesh, render::Color(0.62, 0.65, 0.70));
+    }
+}
+
+void StateRenderer::add_instruments(const PublishedState& state) {
+    for (const InstrumentState& instrument : state.instruments)
+        for (const scene::InstrumentPart& part : *instrument.parts) {
+            geometry::TriangleMesh mesh = part.mesh;
+            for (Vec3& p : mesh.positions) p = instrument.frame * p;
+            render::add_mesh(list_, mesh, part.finish, part.mesh.positions);
+        }
+    for (const RodState& rod : state.rods) {
+        geometry::TriangleMesh mesh = geometry::make_sphere(rod.radius, 3);
+        for (Vec3& p : mesh.positions) p += rod.target;
+        if ((rod.target - rod.at).norm() > 0.2 * rod.radius)
+            mesh.append(scene::make_tube({rod.at, rod.target}, 0.35 * rod.radius));
+        render::add_mesh(list_, mesh, render::Color(0.93, 0.45, 0.08));
     }
 }
 
@@ -172,6 +197,8 @@ void StateRenderer::make_list(const Viewer& viewer) {
     update_style(viewer, state);
     for (const BodyBuffers& body : bodies_) list_.surfaces.push_back(&body.surface);
     add_colliders(state);
+    add_instruments(state);
+    list_.hatch_period = 0.015 * viewer.bounds().size().norm();
     add_lines(viewer);
     add_points(viewer);
     const Display& display = viewer.display();

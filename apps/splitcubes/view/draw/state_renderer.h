@@ -48,6 +48,7 @@ class StateRenderer {
     void add_lines(const Viewer& viewer);
     void add_points(const Viewer& viewer);
     void add_colliders(const PublishedState& state);
+    void add_instruments(const PublishedState& state);
     void make_list(const Viewer& viewer);
 
     const gl::Context& context_;

@@ -1,0 +1,49 @@
+// How a body of a scene looks in the window: finishes of its materials, depths below its uncut surface, and
+// the regions that are held or pulled.
+#pragma once
+
+#include "published_state.h"
+#include "scene_source.h"
+
+#include <splitcubes/geometry/nearest_point.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace splitcubes::view {
+
+/// The looks of one body; caches what only cuts change.
+class BodyLooks {
+  public:
+    BodyLooks() = default;
+    /// materials: their names, of the body's surface. source must outlive it.
+    BodyLooks(const SceneSource& source, std::size_t body, const std::vector<std::string>& materials);
+
+    using Finishes = std::vector<std::shared_ptr<const geometry::Finish>>;
+    /// By material; null: its colour. Null where the scene says nothing of the body.
+    const std::shared_ptr<const Finishes>& finishes() const { return finishes_; }
+    /// Rest position and depth below the uncut surface, four numbers a vertex slot; empty where nothing
+    /// depends on them. Only the slots of the ranges are computed again, and those behind the former end.
+    std::vector<float> rest_and_depth(const SurfaceView& surface, bool all);
+    /// Per vertex slot: 1 held, -1 pulled, 0 neither, now; empty where there is no region. number_of_pieces:
+    /// of a body by its name.
+    std::vector<float> marks(const SurfaceView& surface, double time,
+                             const std::function<std::size_t(const std::string&)>& number_of_pieces) const;
+
+  private:
+    struct MarkedRegion {
+        std::function<bool(const Vec3&)> contains;  // rest
+        double from, until;                         // s
+        std::optional<scene::PieceCondition> release_when;
+        float mark;
+    };
+    std::shared_ptr<const Finishes> finishes_;
+    std::shared_ptr<const geometry::NearestPoint> uncut_;  // null: depths are not needed
+    std::vector<float> rest_and_depth_;
+    std::vector<MarkedRegion> regions_;
+    bool needs_rest_ = false;
+};
+
+}  // namespace splitcubes::view
