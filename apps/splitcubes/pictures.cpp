@@ -19,6 +19,13 @@ RunScene read_run_scene(const std::filesystem::path& folder) {
         throw InputError(folder.string(), "holds no scene.json",
                          "give the folder that `splitcubes run` wrote");
     RunScene out{scene::parse_scene_file(file)};
+    for (scene::ToolDescription& tool : out.description.tools) {
+        const auto* shape = tool.instrument ? std::get_if<scene::MeshInstrument>(&*tool.instrument) : nullptr;
+        std::error_code error;
+        if (shape == nullptr || std::filesystem::is_regular_file(shape->mesh.file, error)) continue;
+        print_notes(tool.name, {"is drawn as a line: there is no file " + shape->mesh.file.string()});
+        tool.instrument.reset();
+    }
     std::erase_if(out.description.colliders, [](const scene::ColliderDescription& collider) {
         const auto* mesh = collider.shape ? std::get_if<scene::MeshShape>(&*collider.shape) : nullptr;
         std::error_code error;
@@ -29,64 +36,136 @@ RunScene read_run_scene(const std::filesystem::path& folder) {
     return out;
 }
 
+geometry::SurfaceMesh read_frame(const std::filesystem::path& file) {
+    return io::read_any_surface(file);
+}
+
 double frame_time(const RunScene& scene, const std::filesystem::path& file) {
     return std::atof(file.stem().c_str()) * scene.description.time_step;
 }
 
 std::vector<geometry::Box> boxes_of(const std::vector<std::filesystem::path>& frames) {
+    constexpr std::size_t most = 24;
+    const std::size_t count = std::min(most, frames.size());
     std::vector<geometry::Box> out;
-    for (const std::size_t k : {std::size_t{0}, frames.size() / 2, frames.size() - 1})
-        out.push_back(io::read_surface(frames[k]).mesh.bounds());
+    for (std::size_t k = 0; k < count; ++k)
+        out.push_back(
+            read_frame(frames[count == 1 ? 0 : k * (frames.size() - 1) / (count - 1)]).mesh.bounds());
     return out;
 }
 
-PictureMaker::PictureMaker(const RunScene& scene, const std::vector<geometry::Box>& boxes) : scene_(scene) {
+namespace {
+
+geometry::Box intersection(const geometry::Box& a, const geometry::Box& b) {
+    return {a.min.cwiseMax(b.min), a.max.cwiseMin(b.max)};
+}
+
+// What is further from the bodies than this share of their size does not draw the camera back.
+constexpr double bodies_reach = 2.5, tools_reach = 0.6;
+
+}  // namespace
+
+geometry::Box seen_box(const scene::SceneDescription& scene, const std::vector<geometry::Box>& boxes) {
+    geometry::Box first;
+    for (const geometry::Box& box : boxes)
+        if (first.empty()) first = box;
+    if (first.empty()) return {Vec3::Zero(), Vec3::Ones()};
+    const double size = first.size().norm();
+    const geometry::Box near = first.grown(bodies_reach * size);
+    geometry::Box out = first;
+    for (const geometry::Box& box : boxes) {
+        const geometry::Box part = intersection(box, near);
+        if (!box.empty() && (part.min.array() <= part.max.array()).all()) out.add(part);
+    }
+    const geometry::Box around = out.grown(tools_reach * size);
+    const auto add = [&](const Vec3& p) { out.add(Vec3(p.cwiseMax(around.min).cwiseMin(around.max))); };
+    const double end = scene.frames * scene.time_step;
+    constexpr int times = 24;
+    for (const scene::ToolDescription& tool : scene.tools) {
+        const cutting::Blade blade = scene::make_blade(tool);
+        const double from = blade.active_from(), until = std::min(blade.active_until(), end);
+        for (int k = 0; k <= times && until >= from; ++k)
+            for (const std::vector<Vec3>& line : blade.pose(from + (until - from) * k / times))
+                for (const Vec3& p : {line.front(), line[line.size() / 2], line.back()}) add(p);
+    }
+    for (const scene::ColliderDescription& collider : scene.colliders) {
+        if (collider.keyframes.empty() || !collider.shape) continue;
+        const geometry::Box own = scene::collider_mesh(collider).bounds();
+        for (int k = 0; k <= times; ++k)
+            for (const Vec3& p : {own.min, own.max, own.center()})
+                add(scene::collider_frame(collider, end * k / times) * p);
+    }
+    return out;
+}
+
+PictureMaker::PictureMaker(const RunScene& scene, const std::vector<geometry::Box>& boxes)
+    : scene_(std::make_shared<const RunScene>(scene)), looks_(scene_->description) {
     std::string why_not;
     context_ = gl::HeadlessContext::create(&why_not);
     if (!context_) throw JobError("OpenGL cannot start: " + why_not);
-    const scene::CameraDescription& wish = scene.description.camera;
-    geometry::Box seen;
+    const scene::SceneDescription& description = scene_->description;
+    const scene::CameraDescription& wish = description.camera;
+    const geometry::Box seen = seen_box(description, boxes);
     double lowest = 1e300;
-    for (const geometry::Box& box : boxes) {
-        seen.add(box);
-        lowest = std::min(lowest, box.min[2]);
-    }
+    for (const geometry::Box& box : boxes)
+        if (!box.empty()) lowest = std::min(lowest, std::max(box.min[2], seen.min[2]));
+    size_ = seen.size().norm();
     render::RenderOptions options;
     options.width = wish.width;
     options.height = wish.height;
     options.ground = true;
     options.ground_height =
-        scene.description.ground ? scene.description.ground->height : lowest - 0.25 * seen.size().norm();
+        description.ground ? description.ground->height : std::min(lowest, seen.min[2]) - 0.25 * size_;
     renderer_.emplace(*context_, options);
     camera_ = wish.eye ? render::Camera{*wish.eye, *wish.target, wish.up, wish.vertical_fov_degrees}
                        : render::frame_camera(seen, wish.direction, wish.vertical_fov_degrees,
-                                              static_cast<double>(wish.width) / wish.height, wish.up, 1.15);
+                                              static_cast<double>(wish.width) / wish.height, wish.up, 1.08);
+    for (const scene::ColliderDescription& collider : description.colliders)
+        colliders_.push_back(scene::collider_mesh(collider));
+    for (const scene::ToolDescription& tool : description.tools)
+        tools_.push_back({scene::make_blade(tool), scene::instrument_parts(tool), scene::shown_times(tool)});
 }
 
 void PictureMaker::add_colliders(render::DrawList& list, double time) const {
-    for (const scene::ColliderDescription& collider : scene_.description.colliders) {
-        geometry::SurfaceMesh solid;
-        solid.mesh = scene::collider_mesh(collider);
+    for (std::size_t k = 0; k < colliders_.size(); ++k) {
+        const scene::ColliderDescription& collider = scene_->description.colliders[k];
+        if (colliders_[k].triangles.empty()) continue;
+        geometry::TriangleMesh solid = colliders_[k];
         const Isometry frame = scene::collider_frame(collider, time);
-        for (Vec3& p : solid.mesh.positions) p = frame * p;
-        render::add_surface(list, solid);
+        for (Vec3& p : solid.positions) p = frame * p;
+        if (collider.finish) {
+            render::add_mesh(list, solid, *collider.finish, colliders_[k].positions);
+            continue;
+        }
+        geometry::SurfaceMesh plain;
+        plain.mesh = std::move(solid);
+        render::add_surface(list, plain);
     }
 }
 
 void PictureMaker::add_blades(render::DrawList& list, double time) const {
-    for (const scene::ToolDescription& tool : scene_.description.tools) {
-        const cutting::Blade blade = scene::make_blade(tool);
-        if (!blade.active(time)) continue;
-        for (const std::vector<Vec3>& line : blade.pose(time))
-            render::add_polyline(list, line, render::Color(0.15, 0.2, 0.3), 3.5);
+    if (!scene_->description.display.tools) return;
+    for (const DrawnTool& tool : tools_) {
+        if (tool.parts.empty() && tool.blade.active(time))
+            for (const std::vector<Vec3>& line : tool.blade.pose(time))
+                render::add_polyline(list, line, render::Color(0.15, 0.2, 0.3), 3.5);
+        if (time < tool.shown.first || time > tool.shown.second) continue;
+        const Isometry frame = tool.blade.frame(time);
+        for (const scene::InstrumentPart& part : tool.parts) {
+            geometry::TriangleMesh solid = part.mesh;
+            for (Vec3& p : solid.positions) p = frame * p;
+            render::add_mesh(list, solid, part.finish, part.mesh.positions);
+        }
     }
 }
 
 render::Picture PictureMaker::draw(const geometry::SurfaceMesh& surface, double time) {
     render::DrawList list;
-    render::add_surface(list, surface);
+    list.hatch_period = 0.015 * size_;
+    render::add_surface(list, surface, {}, looks_.of(surface, time));
     add_colliders(list, time);
     add_blades(list, time);
+    looks_.add_handles(list, surface, time);
     return renderer_->draw(list, camera_);
 }
 

@@ -1,14 +1,19 @@
 // Pictures of a run's frames.
 #pragma once
 
+#include "frame_looks.h"
 #include "links.h"
 
+#include <splitcubes/cutting/blade.h>
 #include <splitcubes/gl/context.h>
 #include <splitcubes/render/renderer.h>
 #include <splitcubes/scene/description.h>
+#include <splitcubes/scene/instrument.h>
 
 #include <filesystem>
+#include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace splitcubes::app {
@@ -24,11 +29,17 @@ RunScene read_run_scene(const std::filesystem::path& folder);
 /// Returns the time of a frame file, s, by its number.
 double frame_time(const RunScene& scene, const std::filesystem::path& file);
 
-/// Returns the bounding boxes of the first, middle and last of a run's frames.
+/// Reads a frame of a run in any mesh format. Throws InputError.
+geometry::SurfaceMesh read_frame(const std::filesystem::path& file);
+
+/// Returns the bounding boxes of up to 24 of a run's frames, the first and last among them.
 std::vector<geometry::Box> boxes_of(const std::vector<std::filesystem::path>& frames);
 
-/// Draws surfaces with the scene's camera, ground and blades. An automatic camera shows all of the given
-/// boxes.
+/// Returns what an automatic camera shows: the boxes, of bodies over time, and the edges of tools and moving
+/// colliders while they work, but nothing that is far from the bodies at the start.
+geometry::Box seen_box(const scene::SceneDescription& scene, const std::vector<geometry::Box>& boxes);
+
+/// Draws surfaces with the scene's finishes, camera, ground, colliders, instruments and handles.
 class PictureMaker {
   public:
     /// Throws JobError if OpenGL cannot start.
@@ -39,11 +50,20 @@ class PictureMaker {
     render::Picture draw(const Links& links, const geometry::SurfaceMesh& surface, double time);
 
   private:
+    struct DrawnTool {
+        cutting::Blade blade;
+        std::vector<scene::InstrumentPart> parts;
+        std::pair<double, double> shown;  // s
+    };
     void add_colliders(render::DrawList& list, double time) const;
     render::Picture lines_of(const Links& links, double time);
     void add_blades(render::DrawList& list, double time) const;
 
-    RunScene scene_;
+    std::shared_ptr<const RunScene> scene_;
+    FrameLooks looks_;
+    std::vector<geometry::TriangleMesh> colliders_;  // own frames
+    std::vector<DrawnTool> tools_;
+    double size_ = 1;  // m, of what is seen
     std::optional<gl::HeadlessContext> context_;
     std::optional<render::Renderer> renderer_;
     render::Camera camera_;

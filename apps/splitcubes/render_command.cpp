@@ -12,10 +12,12 @@
 
 #ifdef SPLITCUBES_WITH_RENDER
 #include "interrupts.h"
+#include "moving_solids.h"
 #include "pictures.h"
 #include "progress.h"
 
-#include <splitcubes/io/read_surface.h>
+#include <splitcubes/io/mesh_format.h>
+#include <splitcubes/io/write_animation.h>
 #include <splitcubes/render/image.h>
 #include <splitcubes/render/video.h>
 #include <splitcubes/splitting/surface.h>
@@ -41,9 +43,11 @@ struct RenderOptions {
     bool links = false, force = false;
 };
 
-// FILE.mp4 takes all frames; FOLDER or FOLDER/ gets one PNG per frame; a file NAME.png gets the last frame.
+// FILE.mp4 and FILE.glb take all frames; FOLDER or FOLDER/ gets one PNG per frame; a file NAME.png gets the
+// last frame.
 struct Targets {
-    std::optional<fs::path> video, folder, still;
+    std::optional<fs::path> video, folder, still, animation;
+    bool has_pictures() const { return video || folder || still; }
 };
 
 Targets targets_of(const std::vector<std::string>& outputs) {
@@ -51,17 +55,20 @@ Targets targets_of(const std::vector<std::string>& outputs) {
     const auto once = [](std::optional<fs::path>& target, const fs::path& path) {
         if (target)
             throw InputError(path.string(), "is a second output of the same kind, beside " + target->string(),
-                             "give one film, one picture and one folder at most");
+                             "give one film, one animation, one picture and one folder at most");
         target = path;
     };
     for (const std::string& text : outputs) {
         if (text.empty())
-            throw InputError("--output", "names nothing", "give FILE.mp4, FILE.png or a folder");
+            throw InputError("--output", "names nothing", "give FILE.mp4, FILE.glb, FILE.png or a folder");
         const fs::path path(text);
         const std::string ending = path.extension().string();
         if (ending == ".mp4" || ending == ".mkv" || ending == ".mov") {
             check_output_file(path);
             once(out.video, path);
+        } else if (ending == ".glb") {
+            check_output_file(path);
+            once(out.animation, path);
         } else if (ending == ".png" && !fs::is_directory(path)) {
             check_output_file(path);
             once(out.still, path);
@@ -69,13 +76,21 @@ Targets targets_of(const std::vector<std::string>& outputs) {
             check_output_folder(path);
             once(out.folder, path);
         } else {
-            throw InputError(text, "has an unknown ending", "give FILE.mp4, FILE.png or a folder for PNGs");
+            throw InputError(text, "has an unknown ending",
+                             "give FILE.mp4, FILE.glb, FILE.png or a folder for PNGs");
         }
     }
     return out;
 }
 
 #ifdef SPLITCUBES_WITH_RENDER
+
+// Whether it is a mesh whose name is a number.
+bool is_frame_mesh(const fs::path& file) {
+    const std::string name = file.stem().string();
+    return io::format_of_extension(file) && !name.empty() &&
+           name.find_first_not_of("0123456789") == std::string::npos;
+}
 
 std::vector<fs::path> frame_files(const fs::path& folder) {
     const fs::path surfaces = folder / "surface";
@@ -84,17 +99,20 @@ std::vector<fs::path> frame_files(const fs::path& folder) {
                          "give the folder that `splitcubes run` wrote");
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(surfaces))
-        if (entry.path().extension() == ".ply") files.push_back(entry.path());
+        if (is_frame_mesh(entry.path())) files.push_back(entry.path());
     if (files.empty())
-        throw InputError(surfaces.string(), "holds no .ply frames",
-                         "run the scene with output.format \"ply\"");
+        throw InputError(surfaces.string(), "holds no frames (.ply, .obj, .stl or .glb)",
+                         "give the folder that `splitcubes run` wrote");
     std::sort(files.begin(), files.end());
+    // A run that was resumed in another format has frames of both.
+    const auto same_number = [](const fs::path& a, const fs::path& b) { return a.stem() == b.stem(); };
+    files.erase(std::unique(files.begin(), files.end(), same_number), files.end());
     return files;
 }
 
 // Returns the file of links for a frame's surface.
 fs::path links_file(const fs::path& folder, const fs::path& surface) {
-    return folder / "links" / surface.filename();
+    return folder / "links" / (surface.stem().string() + ".ply");
 }
 
 // Refuses a film or still that collides with a picture in the folder.
@@ -104,16 +122,38 @@ void check_others(const Targets& targets, const std::optional<OutputFolder>& fol
                          "give another name or folder");
 }
 
-int render_frames(const RenderOptions& options) {
-    const Targets targets = targets_of(options.outputs);
-    std::vector<fs::path> files = frame_files(options.folder);
-    RunScene scene = read_run_scene(options.folder);
-    if (options.width > 0) scene.description.camera.width = options.width;
-    if (options.height > 0) scene.description.camera.height = options.height;
-    std::vector<fs::path> chosen;
-    for (std::size_t k = 0; k < files.size(); k += static_cast<std::size_t>(options.every))
-        chosen.push_back(files[k]);
-    if (!targets.video && !targets.folder) chosen.assign(1, files.back());
+// Writes the frames and the solids of the run.
+int write_animation(const fs::path& to, const RunScene& scene, const std::vector<fs::path>& frames) {
+    Progress progress("animation", frames.size());
+    io::AnimationWriter writer(to);
+    std::vector<double> times;
+    for (const fs::path& file : frames) {
+        times.push_back(frame_time(scene, file));
+        geometry::SurfaceMesh surface = read_frame(file);
+        // They double the file, and programs that show films do not read them.
+        surface.rest.clear();
+        writer.add_frame(times.back(), surface);
+        progress.show(times.size(), std::to_string(times.size()) + " frames");
+        if (interrupted()) break;
+    }
+    progress.finish();
+    if (interrupted()) {
+        std::cerr << "interrupted after " << times.size() << " of " << frames.size() << " frames\n";
+        return 1;
+    }
+    for (const MovingSolid& solid : moving_solids(scene.description, times))
+        writer.add_solid(solid.name, solid.mesh, solid.material, solid.times, solid.frames);
+    writer.finish();
+    return 0;
+}
+
+double seconds_a_frame(const scene::SceneDescription& scene, const RenderOptions& options) {
+    return options.frames_per_second > 0 ? 1 / options.frames_per_second
+                                         : scene.time_step * scene.output.every_nth_frame * options.every;
+}
+
+int draw_pictures(const RenderOptions& options, const Targets& targets, const RunScene& scene,
+                  const std::vector<fs::path>& files, const std::vector<fs::path>& chosen) {
     std::optional<OutputFolder> folder;
     if (targets.folder) folder.emplace(*targets.folder, pictures_folder, options.force);
     check_others(targets, folder);
@@ -125,10 +165,7 @@ int render_frames(const RenderOptions& options) {
         render::VideoOptions video_options;
         video_options.width = scene.description.camera.width;
         video_options.height = scene.description.camera.height;
-        const double step =
-            scene.description.time_step * scene.description.output.every_nth_frame * options.every;
-        video_options.frames_per_second =
-            options.frames_per_second > 0 ? options.frames_per_second : 1 / step;
+        video_options.frames_per_second = 1 / seconds_a_frame(scene.description, options);
         video.emplace(*targets.video, video_options);
     }
     // Without this ffmpeg would finish the film with the frames so far.
@@ -138,7 +175,7 @@ int render_frames(const RenderOptions& options) {
     std::size_t done = 0;
     for (const fs::path& file : chosen) {
         const double time = frame_time(scene, file);
-        const geometry::SurfaceMesh surface = io::read_surface(file);
+        const geometry::SurfaceMesh surface = read_frame(file);
         last = options.links ? maker.draw(read_links(links_file(options.folder, file)), surface, time)
                              : maker.draw(surface, time);
         if (video) video->add(*last);
@@ -150,10 +187,25 @@ int render_frames(const RenderOptions& options) {
     progress.finish();
     if (video && !interrupted()) video->finish();
     if (targets.still && last) render::write_png(*targets.still, *last);
-    if (interrupted()) {
-        std::cerr << "interrupted after " << done << " of " << chosen.size() << " pictures\n";
-        return 1;
-    }
+    if (!interrupted()) return 0;
+    std::cerr << "interrupted after " << done << " of " << chosen.size() << " pictures\n";
+    return 1;
+}
+
+int render_frames(const RenderOptions& options) {
+    const Targets targets = targets_of(options.outputs);
+    const std::vector<fs::path> files = frame_files(options.folder);
+    RunScene scene = read_run_scene(options.folder);
+    if (options.width > 0) scene.description.camera.width = options.width;
+    if (options.height > 0) scene.description.camera.height = options.height;
+    std::vector<fs::path> chosen;
+    for (std::size_t k = 0; k < files.size(); k += static_cast<std::size_t>(options.every))
+        chosen.push_back(files[k]);
+    if (targets.animation)
+        if (const int code = write_animation(*targets.animation, scene, chosen); code != 0) return code;
+    if (!targets.video && !targets.folder) chosen.assign(1, files.back());
+    if (targets.has_pictures())
+        if (const int code = draw_pictures(options, targets, scene, files, chosen); code != 0) return code;
     for (const std::string& out : options.outputs) std::cout << out << '\n';
     return 0;
 }
@@ -176,10 +228,12 @@ void add_render_command(CommandLine& line) {
         .required()
         .completes(folders());
     command
-        .add_list("-o,--output", "TARGET", options->outputs,
-                  "FILE.mp4, .mkv or .mov (video), FILE.png (the last frame), or a folder (a PNG a frame)")
+        .add_list(
+            "-o,--output", "TARGET", options->outputs,
+            "FILE.mp4, .mkv or .mov (video), FILE.glb (an animated scene), FILE.png (the last frame), or a "
+            "folder (a PNG a frame)")
         .required()
-        .completes(files({"mp4", "mkv", "mov", "png"}));
+        .completes(files({"mp4", "mkv", "mov", "glb", "png"}));
     command.add_integer("--every", "N", options->every, {1, 1000000}, "Draws every Nth frame (1)");
     const Range pixels{1, largest_picture};
     command.add_integer("--width", "N", options->width, pixels, "Pixels; default: the scene's");

@@ -109,7 +109,7 @@ io::Model read_model_noted(const std::string& name, const std::filesystem::path&
 void transfer_attributes(const io::Model& from, double cell_size, const std::filesystem::path& out,
                          const Parallel& parallel, geometry::SurfaceMesh& surface) {
     if (from.attributes.empty()) {
-        surface.rest.clear();
+        if (io::format_of_extension(out) != io::MeshFormat::ply) surface.rest.clear();
         return;
     }
     // Half a cell: the grid does not resolve thinner walls.

@@ -67,7 +67,7 @@ struct RunOutput::Pictures {
 
 RunOutput::RunOutput(OutputFolder& folder, const scene::SceneDescription& description,
                      const body::World& world, const std::vector<io::Model>& models, const Past& past)
-    : folder_(folder), description_(description), surfaces_(world, models) {
+    : folder_(folder), description_(description), surfaces_(world, models, description) {
     write_json(folder_.add("scene.json"), scene::resolved_scene(description_, folder_.path()));
     if (description_.output.format == scene::SurfaceFormat::ply ||
         description_.output.format == scene::SurfaceFormat::obj)

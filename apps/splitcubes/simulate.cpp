@@ -15,6 +15,7 @@
 #include <splitcubes/core/stopwatch.h>
 #include <splitcubes/io/atomic_file.h>
 #include <splitcubes/scene/build.h>
+#include <splitcubes/scene/conditions.h>
 #include <splitcubes/scene/inputs.h>
 
 #include <algorithm>
@@ -161,6 +162,7 @@ int simulate(const scene::SceneDescription& wanted, const RunOptions& options,
     Progress progress("run " + description.name, static_cast<std::size_t>(description.frames));
     int frame = std::max(past.frame, 0);
     while (frame < description.frames && !interrupted()) {
+        scene::release_by_conditions(description, *world);
         const body::StepReport report = world->step();
         ++frame;
         idle_tools.observe(*world, report);
