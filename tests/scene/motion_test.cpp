@@ -33,7 +33,7 @@ std::string moving_tool(const std::string& name, const std::string& motion, cons
 }
 
 const std::string spin = R"({"circular": {"radius": 0, "turns": 3, "from_time": 0, "until_time": 2}})";
-const std::string path =
+const std::string straight_path =
     R"({"path": {"keyframes": [{"time": 0, "position": [1, 0, 0]}, {"time": 2, "position": [1, 0, 2],
         "rotation": {"axis": [0, 1, 0], "angle_degrees": 120}}]}})";
 
@@ -43,8 +43,8 @@ double distance(const Isometry& a, const Isometry& b) {
 
 TEST(Motion, ComposedFramesAreTheProductsOfTheirParts) {
     const SceneDescription scene =
-        parse_tools(moving_tool("s", spin) + "," + moving_tool("p", path) + "," +
-                    moving_tool("both", R"({"composed": {"parts": [)" + spin + "," + path + "]}}"));
+        parse_tools(moving_tool("s", spin) + "," + moving_tool("p", straight_path) + "," +
+                    moving_tool("both", R"({"composed": {"parts": [)" + spin + "," + straight_path + "]}}"));
     const cutting::Blade outer = make_blade(scene.tools[0]), inner = make_blade(scene.tools[1]),
                          both = make_blade(scene.tools[2]);
     EXPECT_EQ(both.active_from(), 0);
@@ -59,14 +59,14 @@ TEST(Motion, ComposedFramesAreTheProductsOfTheirParts) {
 
 TEST(Motion, RelativeMotionsAreThoseInTheFrameOfTheOther) {
     const SceneDescription scene =
-        parse_tools(moving_tool("s", spin) + "," + moving_tool("p", path, R"("relative_to": "s")") + "," +
-                    moving_tool("q", path));
+        parse_tools(moving_tool("s", spin) + "," + moving_tool("p", straight_path, R"("relative_to": "s")") +
+                    "," + moving_tool("q", straight_path));
     const cutting::Blade outer = make_blade(scene.tools[0]), relative = make_blade(scene.tools[1]),
                          alone = make_blade(scene.tools[2]);
     for (const double t : {0.0, 0.3, 1.1, 2.0})
         EXPECT_LT(distance(relative.frame(t), outer.frame(t) * alone.frame(t)), 0.01) << t;
     try {
-        parse_tools(moving_tool("p", path, R"("relative_to": "s")") + "," + moving_tool("s", spin));
+        parse_tools(moving_tool("p", straight_path, R"("relative_to": "s")") + "," + moving_tool("s", spin));
         FAIL() << "a tool that comes later was found";
     } catch (const InputError& error) {
         EXPECT_THAT(error.what(), HasSubstr("no tool before this one has that name"));
@@ -88,10 +88,10 @@ TEST(Motion, HelicesRiseAndChangeTheirRadius) {
 }
 
 TEST(Motion, CopiesAreDisplacedTurnedAndDelayed) {
-    const SceneDescription scene =
-        parse_tools(moving_tool("t", path, R"("repeat": {"count": 4, "position": [0, 0.5, 0], "time": 0.25,
+    const SceneDescription scene = parse_tools(
+        moving_tool("t", straight_path, R"("repeat": {"count": 4, "position": [0, 0.5, 0], "time": 0.25,
              "rotation": {"angle_degrees": 90}, "pivot": [0, 0, 0]})") +
-                    "," + moving_tool("c", spin, R"("repeat": {"count": 2, "position": [0, 0, 3]})"));
+        "," + moving_tool("c", spin, R"("repeat": {"count": 2, "position": [0, 0, 3]})"));
     ASSERT_EQ(scene.tools.size(), 6u);
     EXPECT_EQ(scene.tools[2].name, "t-3");
     EXPECT_EQ(scene.tools[5].name, "c-2");
@@ -122,8 +122,9 @@ TEST(Motion, TooManyCopiesAndTakenNamesAreRefused) {
     EXPECT_THAT(error_of(moving_tool("t", spin, R"("repeat": {"count": 600})") + "," +
                          moving_tool("u", spin, R"("repeat": {"count": 600})")),
                 HasSubstr("makes more than 1000"));
-    EXPECT_THAT(error_of(moving_tool("t", path, R"("repeat": {"count": 9, "position": [9e6, 0, 0]})")),
-                HasSubstr("makes copy 3 too far away"));
+    EXPECT_THAT(
+        error_of(moving_tool("t", straight_path, R"("repeat": {"count": 9, "position": [9e6, 0, 0]})")),
+        HasSubstr("makes copy 3 too far away"));
     EXPECT_THAT(error_of(moving_tool("t", spin, R"("repeat": {"count": 900, "time": 9999})")),
                 HasSubstr("too late"));
     EXPECT_THAT(error_of(moving_tool(std::string(198, 't'), spin, R"("repeat": {"count": 10})")),
@@ -155,7 +156,7 @@ TEST(Motion, CopiesOfABodyStandWhereTheirStepPutsThem) {
 
 TEST(Motion, AHandleGoesAlongWithItsTool) {
     const SceneDescription scene =
-        parse_tools(moving_tool("t", path),
+        parse_tools(moving_tool("t", straight_path),
                     R"(, "handles": [{"name": "h", "body": "a", "from_time": 0.5, "follow_tool": "t",
             "region": {"sphere": {"center": [0, 0, 0], "radius": 1}}}])");
     const auto motion = handle_motion(scene.handles[0], scene.tools);

@@ -58,8 +58,8 @@ TEST(ParseScene, reads_every_field) {
     EXPECT_EQ(s.threads, 2);
     EXPECT_EQ(s.gravity, Vec3(0.5, 0, -3.71));
     EXPECT_EQ(s.ground, (GroundDescription{-0.25, 0.7}));
-    ASSERT_EQ(s.bodies.size(), 9u);
-    const PlacementDescription placement{Vec3(1, 2, 3), {Vec3(1, 1, 0), 33.3}, 0.1};
+    ASSERT_EQ(s.bodies.size(), 12u);
+    const PlacementDescription placement{Vec3(1, 2, 3), {Vec3(1, 1, 0), 33.3}, Vec3::Constant(0.1)};
     const TearingDescription tearing{2e4,
                                      0.5,
                                      1.5,
@@ -75,6 +75,7 @@ TEST(ParseScene, reads_every_field) {
                                             {MaterialModel::st_venant_kirchhoff, 900, 1.25e4, 0.45, 1e3, 0.1,
                                              0.2, 0.05, PlasticityDescription{0.1, 2, 0.3}, tearing, 150},
                                             {},
+                                            s.bodies[0].appearance,  // appearance_test.cpp
                                             Vec3(1, 0, 0.1),
                                             Vec3(0, 2, 0)}));
     BodyDescription b;
@@ -113,20 +114,36 @@ TEST(ParseScene, reads_every_field) {
                                                        {},
                                                        Vec3(0.1, 0.2, 0.3),
                                                        0.1,
-                                                       2.5}));
+                                                       2.5,
+                                                       PieceCondition{"b", 2}}));
     const std::vector<MotionKeyframe> path = {{0.25, Vec3(1, 0, 0), {Vec3(0, 1, 0), 12}},
                                               {0.5, Vec3(0, 0, 0), {}}};
-    EXPECT_EQ(s.constraints[1],
-              (ConstraintDescription{
-                  "b", SphereRegion{Vec3(0, 1, 0), 0.3}, ConstraintKind::move, path, Vec3(0, 1, 0), 0, {}}));
+    EXPECT_EQ(
+        s.constraints[1],
+        (ConstraintDescription{
+            "b", SphereRegion{Vec3(0, 1, 0), 0.3}, ConstraintKind::move, path, Vec3(0, 1, 0), 0, {}, {}}));
     EXPECT_EQ(s.constraints[2].region, Region(HalfSpaceRegion{Vec3(0, 0, 1), Vec3(0, 0, 2)}));
     EXPECT_EQ(s.constraints[2].pivot, Vec3(0, 0, 1));
-    ASSERT_EQ(s.tools.size(), 2u);
+    ASSERT_EQ(s.tools.size(), 7u);
     const std::vector<BladeDescription> blades = {
         PolylineBlade{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 1, 0.1)}},
         StraightBlade{Vec3(0, 0, -1), Vec3(0, 0, 1)}, ArcBlade{Vec3(1, 0, 0), 2, Vec3(0, 1, 0), -10, 50, 9}};
     const KeyframeMotion motion{{{1, Vec3(0, 0, 1), {}}, {2, Vec3(0, 0, 0), {}}}, Interpolation::smooth};
-    EXPECT_EQ(s.tools[0], (ToolDescription{"t1", blades, {"a", "c"}, motion, 0.5, 3, 0.02, 0.4}));
+    ToolDescription tool;
+    tool.name = "t1";
+    tool.blades = blades;
+    tool.bodies = {"a", "c"};
+    tool.motion = motion;
+    tool.active_from = 0.5;
+    tool.active_until = 3;
+    tool.side = 0.02;
+    tool.friction = 0.4;
+    tool.instrument = BladeInstrument{BladeKind::knife, 0.1, 0.01, 0.5, Grip::start, Vec3(0, 0, 1)};
+    tool.finish = *finish_of_kind("steel");
+    tool.grip_finish = geometry::Finish{};
+    tool.grip_finish->colour = Vec3(0.1, 0.1, 0.1);
+    tool.solid = SolidDescription{0.2};
+    EXPECT_EQ(s.tools[0], tool);
     const CircularMotion circle{Vec3(0, 0, 1), Vec3(0, 0, -1), 0.4, 90, -1.5, 0.2, 1.2, false};
     EXPECT_EQ(s.tools[1].motion, Motion(circle));
     EXPECT_EQ(s.tools[1].active_from, 0.2);
