@@ -10,6 +10,7 @@
 #include <cstring>
 #include <set>
 
+#include "gltf_check.h"
 #include "mesh_samples.h"
 
 using namespace splitcubes;
@@ -85,6 +86,43 @@ TEST(WriteAnimation, OneFrameIsVisibleAtATime) {
     }
     // A reader of meshes takes the first frame at its size, the others at none.
     EXPECT_EQ(read_mesh(folder.path() / "run.glb").positions.size(), 32u);
+}
+
+// Random runs: surfaces with and without attributes and triangles, solids that move, stand or have one frame.
+TEST(WriteAnimation, FilesKeepToTheSpecification) {
+    Random random(5);
+    for (int n = 0; n < 40; ++n) {
+        const TemporaryFolder folder;
+        AnimationWriter writer(folder.path() / "run.glb");
+        std::vector<double> times;
+        const std::size_t frames = 1 + random.below(5);
+        for (std::size_t k = 0; k < frames; ++k) {
+            times.push_back((k == 0 ? 0 : times.back()) + random.uniform(1e-9, 0.5));
+            geometry::SurfaceMesh surface = random.below(2) ? box_surface(n) : textured_surface(n + k);
+            if (random.below(4) == 0) surface = {};
+            writer.add_frame(times.back(), surface);
+        }
+        for (std::uint64_t s = random.below(3); s > 0; --s) {
+            std::vector<Isometry> motion;
+            for (std::size_t k = 0; k < frames; ++k) {
+                Isometry frame = Isometry::Identity();
+                frame.linear() =
+                    Eigen::AngleAxisd(random.uniform(-4, 4),
+                                      (Vec3::UnitX() + random.uniform(0, 1) * Vec3::UnitY()).normalized())
+                        .toRotationMatrix();
+                frame.translation() = Vec3(random.uniform(-1, 1), random.uniform(-1, 1), 0);
+                motion.push_back(frame);
+            }
+            const std::size_t given = random.below(2) ? frames : 1;
+            motion.resize(given);
+            geometry::Material material;
+            material.name = "solid";
+            writer.add_solid("solid", box_mesh(), material,
+                             {times.begin(), times.begin() + static_cast<std::ptrdiff_t>(given)}, motion);
+        }
+        writer.finish();
+        EXPECT_EQ(GltfCheck(folder.content("run.glb")).faults(), "") << n;
+    }
 }
 
 TEST(WriteAnimation, SolidsMoveAsTheyDid) {

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "gltf_check.h"
 #include "mesh_samples.h"
 
 using namespace splitcubes;
@@ -136,6 +137,48 @@ TEST(WriteMesh, GlbHasAPrimitiveAnOriginAndTrueBounds) {
         }
     }
     EXPECT_EQ(json["buffers"][0]["byteLength"], binary.size());
+}
+
+TEST(WriteMesh, GlbKeepsToTheSpecification) {
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+        const TemporaryFolder folder;
+        for (const SurfaceMesh& surface : {box_surface(seed), textured_surface(seed), SurfaceMesh{}}) {
+            write_mesh(folder.path() / "a.glb", surface);
+            EXPECT_EQ(GltfCheck(folder.content("a.glb")).faults(), "") << seed;
+        }
+    }
+}
+
+// The check itself sees what is wrong.
+TEST(WriteMesh, TheCheckOfGlbFindsFaults) {
+    const TemporaryFolder folder;
+    write_mesh(folder.path() / "a.glb", textured_surface(1));
+    const std::string sound = folder.content("a.glb");
+    const auto [json, binary] = parts_of_glb(sound);
+    const auto faults_with = [&](const char* path, const nlohmann::json& value) {
+        nlohmann::json changed = json;
+        changed[nlohmann::json::json_pointer(path)] = value;
+        std::string text = changed.dump();
+        text.resize((text.size() + 3) / 4 * 4, ' ');
+        std::string file = "glTF";
+        put(file, std::uint32_t{2});
+        put(file, static_cast<std::uint32_t>(28 + text.size() + binary.size()));
+        put(file, static_cast<std::uint32_t>(text.size()));
+        file += "JSON" + text;
+        put(file, static_cast<std::uint32_t>(binary.size()));
+        file += std::string("BIN\0", 4) + binary;
+        return GltfCheck(file).faults();
+    };
+    EXPECT_EQ(faults_with("/scene", 0), "");
+    EXPECT_THAT(faults_with("/scene", 3), HasSubstr("scene does not exist"));
+    EXPECT_THAT(faults_with("/accessors/0/min/1", -9), HasSubstr("other bounds"));
+    EXPECT_THAT(faults_with("/accessors/0/count", 100000), HasSubstr("reaches out of its view"));
+    EXPECT_THAT(faults_with("/bufferViews/0/byteLength", 1 << 30), HasSubstr("reaches out of its buffer"));
+    EXPECT_THAT(faults_with("/meshes/0/primitives/0/indices", 999), HasSubstr("there is no accessors 999"));
+    EXPECT_THAT(faults_with("/nodes/1", nlohmann::json::object()),
+                HasSubstr("something of nodes is not used"));
+    EXPECT_THAT(faults_with("/materials/0/pbrMetallicRoughness/roughnessFactor", 2),
+                HasSubstr("out of bounds"));
 }
 
 TEST(WriteMesh, GlbStandsUprightAndComesBackAsItWas) {

@@ -76,15 +76,14 @@ std::size_t GltfBuilder::image_view(const geometry::EmbeddedImage& image) {
 
 std::size_t GltfBuilder::add_accessor(std::size_t offset, int target, int component_type, std::size_t count,
                                       const char* type) {
-    OrderedJson& views = json_["bufferViews"];
-    OrderedJson& accessors = json_["accessors"];
     OrderedJson view = {{"buffer", 0}, {"byteOffset", offset}, {"byteLength", binary_.size() - offset}};
     if (target != target_none) view["target"] = target;
-    views.push_back(std::move(view));
-    accessors.push_back({{"bufferView", views.size() - 1},
-                         {"componentType", component_type},
-                         {"count", count},
-                         {"type", type}});
+    // A new key of an ordered object moves the values of the others, so references to them end.
+    json_["bufferViews"].push_back(std::move(view));
+    const std::size_t last_view = json_["bufferViews"].size() - 1;
+    OrderedJson& accessors = json_["accessors"];
+    accessors.push_back(
+        {{"bufferView", last_view}, {"componentType", component_type}, {"count", count}, {"type", type}});
     return accessors.size() - 1;
 }
 
