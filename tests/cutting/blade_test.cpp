@@ -160,7 +160,7 @@ TEST(Blade, RefusesInvalidShapesAndPaths) {
     EXPECT_THROW(make_arc_blade({0, 0, 0}, 1, {0, 0, 1}, 1, 1), InputError);
     EXPECT_THROW(make_arc_blade({0, 0, 0}, 1, {0, 0, 1}, 0, 1, 0), InputError);
     EXPECT_THROW(circular_path({0, 0, 0}, {0, 0, 1}, 1, 0, 1, 1, 1), InputError);
-    EXPECT_THROW(circular_path({0, 0, 0}, {0, 0, 1}, 0, 0, 1, 0, 1), InputError);
+    EXPECT_THROW(circular_path({0, 0, 0}, {0, 0, 1}, -1, 0, 1, 0, 1), InputError);
     EXPECT_THROW(circular_path({0, 0, 0}, {0, 0, 1}, 1, 0, nan, 0, 1), InputError);
     try {
         with({{{{0, 0, 0}}}}, keys);

@@ -125,7 +125,8 @@ std::vector<Keyframe> circular_path(const Vec3& center, const Vec3& axis, double
                                     double turns, double t0, double t1, bool turn_with_path,
                                     int keyframes_per_turn) {
     require_finite("circular path centre", center);
-    require_positive("circular path radius", radius);
+    require_finite("circular path radius", radius);
+    if (radius < 0) throw InputError("circular path radius", text(radius), "give 0 or more");
     require_finite("circular path start angle", start_angle);
     require_finite("circular path start time", t0);
     require_finite("circular path end time", t1);

@@ -35,9 +35,9 @@ BladeShape make_arc_blade(const Vec3& center, double radius, const Vec3& axis, d
                           double end_angle, int segments = 16);
 
 /// Returns keyframes along a circle at a constant rate from time t0 to t1. Angles are in rad, see
-/// angle_zero_about; negative turns run left-handed about the axis. With turn_with_path the frame rotates
-/// about `axis` by the angle passed, starting unrotated; otherwise it keeps its orientation. Between the
-/// keyframes the blade interpolates.
+/// angle_zero_about; negative turns run left-handed about the axis. A circle of radius 0 turns in place. With
+/// turn_with_path the frame rotates about `axis` by the angle passed, starting unrotated; otherwise it keeps
+/// its orientation. Between the keyframes the blade interpolates.
 std::vector<Keyframe> circular_path(const Vec3& center, const Vec3& axis, double radius, double start_angle,
                                     double turns, double t0, double t1, bool turn_with_path = true,
                                     int keyframes_per_turn = 64);
