@@ -40,9 +40,15 @@ ToolDescription random_tool(Random& random) {
     return out;
 }
 
+BladeInstrument blade_of(BladeKind kind) {
+    BladeInstrument out;
+    out.kind = kind;
+    return out;
+}
+
 std::vector<InstrumentDescription> kinds() {
-    return {BladeInstrument{.kind = BladeKind::knife}, BladeInstrument{.kind = BladeKind::scalpel},
-            BladeInstrument{.kind = BladeKind::scissors}, WireInstrument{}, SpoonInstrument{}};
+    return {blade_of(BladeKind::knife), blade_of(BladeKind::scalpel), blade_of(BladeKind::scissors),
+            WireInstrument{}, SpoonInstrument{}};
 }
 
 TEST(Instrument, PartsAreClosedSolids) {
@@ -90,7 +96,9 @@ TEST(Instrument, AKnifeTrailsBehindItsEdge) {
     tool.instrument = BladeInstrument{};
     for (const InstrumentPart& part : instrument_parts(tool))
         EXPECT_GT(part.mesh.bounds().min.z(), -1e-9) << "below the edge that goes down";
-    tool.instrument = BladeInstrument{.handle = 0};
+    BladeInstrument without_handle;
+    without_handle.handle = 0;
+    tool.instrument = without_handle;
     EXPECT_EQ(instrument_parts(tool).size(), 1u);
 }
 

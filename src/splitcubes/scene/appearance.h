@@ -44,7 +44,7 @@ struct WireInstrument {
     bool grips = true;             // at its ends
     bool operator==(const WireInstrument&) const = default;
 };
-/// A bowl whose rim is the edge.
+/// A bowl; the edge is the front of its rim.
 struct SpoonInstrument {
     std::optional<double> depth;      // m, of the bowl behind the rim
     std::optional<double> thickness;  // m

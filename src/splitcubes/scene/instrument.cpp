@@ -200,42 +200,52 @@ void add_parts(const WireInstrument& i, const cutting::Blade& blade, std::vector
     }
 }
 
-// Half of an ellipsoid behind the rim, with a wall; open towards the rim and along the rim's chord.
-TriangleMesh bowl(const std::vector<Vec3>& rim, const Vec3& back, double depth, double wall) {
+// Returns the rim of a bowl whose front is `front`: half an ellipse closes it, which reaches `length` against
+// `low` from the chord.
+std::vector<Vec3> closed_rim(const std::vector<Vec3>& front, const Vec3& low, double length) {
+    constexpr int steps = 24;
+    const Vec3 middle = 0.5 * (front.front() + front.back());
+    std::vector<Vec3> out = front;
+    for (int k = 1; k < steps; ++k) {
+        const double angle = std::numbers::pi * k / steps;
+        out.push_back(middle + std::cos(angle) * (front.back() - middle) - std::sin(angle) * length * low);
+    }
+    return out;
+}
+
+// Half of an ellipsoid over the rim, a closed line, with a wall; open towards the rim.
+TriangleMesh bowl(const std::vector<Vec3>& rim, const Vec3& center, const Vec3& back, double depth,
+                  double wall) {
     constexpr int steps = 14;
-    const Vec3 center = 0.5 * (rim.front() + rim.back());
     TriangleMesh out;
     const auto columns = static_cast<std::uint32_t>(rim.size());
     double reach = 0;
     for (const Vec3& p : rim) reach = std::max(reach, (p - center).norm());
     const double inner = 1 - std::min(0.4, wall / std::max(reach, 1e-12));
-    for (const double share : {1.0, inner})
-        for (int k = 0; k <= steps; ++k) {
-            const double angle = 0.5 * std::numbers::pi * 0.97 * k / steps;
+    for (const double share : {1.0, inner}) {
+        for (int k = 0; k < steps; ++k) {
+            const double angle = 0.5 * std::numbers::pi * k / steps;
             for (const Vec3& p : rim)
                 out.positions.push_back(
                     center + share * (std::cos(angle) * (p - center) + std::sin(angle) * depth * back));
         }
-    const std::uint32_t layer = columns * (steps + 1);
-    const auto quad = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
-        out.triangles.push_back({a, b, c});
-        out.triangles.push_back({a, c, d});
-    };
-    for (std::uint32_t k = 0; k < steps; ++k)
-        for (std::uint32_t j = 0; j + 1 < columns; ++j) {
-            const std::uint32_t a = k * columns + j;
-            quad(a, a + 1, a + columns + 1, a + columns);
-            quad(layer + a, layer + a + columns, layer + a + columns + 1, layer + a + 1);
-        }
-    for (std::uint32_t j = 0; j + 1 < columns; ++j) {
-        const std::uint32_t last = steps * columns + j;
-        quad(j + 1, j, layer + j, layer + j + 1);
-        quad(last, last + 1, layer + last + 1, layer + last);
+        out.positions.push_back(center + share * depth * back);
     }
-    for (std::uint32_t k = 0; k < steps; ++k) {
-        const std::uint32_t a = k * columns, b = a + columns - 1;
-        quad(a, a + columns, layer + a + columns, layer + a);
-        quad(b + columns, b, layer + b, layer + b + columns);
+    const std::uint32_t layer = columns * steps + 1;
+    for (std::uint32_t j = 0; j < columns; ++j) {
+        const std::uint32_t next = (j + 1) % columns;
+        for (std::uint32_t k = 0; k + 1 < steps; ++k) {
+            const std::uint32_t a = k * columns + j, b = k * columns + next;
+            out.triangles.push_back({a, b, b + columns});
+            out.triangles.push_back({a, b + columns, a + columns});
+            out.triangles.push_back({layer + a, layer + b + columns, layer + b});
+            out.triangles.push_back({layer + a, layer + a + columns, layer + b + columns});
+        }
+        const std::uint32_t a = (steps - 1) * columns + j, b = (steps - 1) * columns + next;
+        out.triangles.push_back({a, b, layer - 1});
+        out.triangles.push_back({layer + a, 2 * layer - 1, layer + b});
+        out.triangles.push_back({next, j, layer + j});
+        out.triangles.push_back({next, layer + j, layer + next});
     }
     if (out.volume() < 0)
         for (geometry::Triangle& t : out.triangles) std::swap(t[1], t[2]);
@@ -257,19 +267,28 @@ void add_parts(const SpoonInstrument& i, const cutting::Blade& blade, std::vecto
                std::vector<TriangleMesh>& grips) {
     for (const std::vector<Vec3>& line : blade.shape().polylines) {
         const double length = length_of(line);
-        const std::vector<Vec3> rim = subdivided(line, length / 40);
-        const Vec3 center = 0.5 * (line.front() + line.back());
-        const Vec3 low = sag_of(rim);
+        const std::vector<Vec3> front = subdivided(line, length / 40);
+        const Vec3 middle = 0.5 * (line.front() + line.back());
+        const Vec3 low = sag_of(front).normalized();
+        double sag = 0;
+        for (const Vec3& p : front) sag = std::max(sag, (p - middle).dot(low));
+        const double behind = std::max(sag, 0.2 * length);
         const Vec3 back = across(i.back ? i.back->normalized() : wake(blade, line), low);
-        const double depth = i.depth.value_or(0.45 * length);
+        const double depth = i.depth.value_or(0.25 * length);
         const double wall = i.thickness.value_or(0.02 * length);
-        blades.push_back(bowl(rim, back, depth, wall));
-        const double handle = i.handle.value_or(1.6 * length);
+        blades.push_back(
+            bowl(closed_rim(front, low, behind), middle + 0.5 * (sag - behind) * low, back, depth, wall));
+        const double handle = i.handle.value_or(2 * length);
         if (!(handle > 0)) continue;
-        const Vec3 rise = (0.8 * back - 0.6 * low.normalized()).normalized();
-        const Vec3 start = center + 0.93 * depth * back;
-        grips.push_back(make_rod(start - 0.3 * wall * rise, start + handle * rise,
-                                 back.cross(low).normalized(), 0.045 * length, 0.022 * length));
+        // The handle leaves the rear of the rim and rises out of the plane of the rim.
+        const Vec3 rear = middle - behind * low;
+        const std::vector<Vec3> axis = {rear + 0.5 * wall * low + 0.4 * wall * back,
+                                        rear - 0.06 * handle * low - 0.01 * handle * back,
+                                        rear - 0.15 * handle * low - 0.06 * handle * back,
+                                        rear - 0.96 * handle * low - 0.28 * handle * back};
+        for (std::size_t k = 0; k + 1 < axis.size(); ++k)
+            grips.push_back(
+                make_rod(axis[k], axis[k + 1], back.cross(low).normalized(), 0.045 * length, 0.022 * length));
     }
 }
 
