@@ -222,7 +222,7 @@ TEST(ParseScene, related_values_must_be_consistent) {
         {"\"name\": \"t2\"", "\"name\": \"t1\"", "tools[1].name is \"t1\", a name given before"},
         {"\"name\": \"b\"", "\"name\": \"../b\"", "cannot be part of a file name"},
         {"\"name\": \"b\"", "\"name\": \"\"", "which is not a name"},
-        {"\"body\": \"b\"", "\"body\": \"bb\"",
+        {"\"body\": \"b\", \"region\"", "\"body\": \"bb\", \"region\"",
          "constraints[1].body is \"bb\", but no body has that name; there are a, b"},
         {"[\"a\", \"c\"]", "[\"a\", \"z\"]", "tools[0].bodies[1] is \"z\", but no body"},
         {"{\"time\": 0.5}", "{\"time\": 0.25}",
@@ -330,7 +330,7 @@ TEST(Overrides, errors_name_the_option) {
         {"frames=1x", "--set frames=1x: frames is \"1x\", a text; give a whole number from 1"},
         {"frames=", "--set frames=: there is no JSON value"},
         {"frames=duck", "--set frames=duck: frames is \"duck\", a text"},
-        {"bodies[9].cells=3", "--set bodies[9].cells=3: there is no element [9], the scene has 9"},
+        {"bodies[10].cells=3", "--set bodies[10].cells=3: there is no element [10], the scene has 10"},
         {"bodies.cells=3", "--set bodies.cells=3: the scene has no object that 'cells' could be in"},
         {"solver.tolerence=3", "did you mean 'tolerance'?"},
         {"solver.tolerence=3", "--set solver.tolerence=3: solver has the unknown key"},
@@ -426,10 +426,10 @@ TEST(ParsePath, reads_the_tools_of_a_scene) {
         path["tools"].back().erase("bodies");
     }
     for (ToolDescription& tool : scene.tools) tool.bodies.clear();
-    EXPECT_EQ(parse_path_text(path.dump(), "path.json"), scene.tools);
+    EXPECT_EQ(parse_path_text(path.dump(), "path.json", SPLITCUBES_SCENES), scene.tools);
     path["name"] = "All";
     path["$schema"] = "schema.json";
-    EXPECT_EQ(parse_path_text("// a comment\n" + path.dump(), "path.json"), scene.tools);
+    EXPECT_EQ(parse_path_text("// a comment\n" + path.dump(), "path.json", SPLITCUBES_SCENES), scene.tools);
     EXPECT_EQ(parse_path_file(SPLITCUBES_SCENES "/paths/pear_wire.json").size(), 2u);
 }
 

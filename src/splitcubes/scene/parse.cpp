@@ -226,8 +226,13 @@ SceneDescription parse_scene_file(const std::filesystem::path& path, std::span<c
 }
 
 std::vector<ToolDescription> parse_path_text(std::string_view text, const std::string& name) {
+    return parse_path_text(text, name, {});
+}
+
+std::vector<ToolDescription> parse_path_text(std::string_view text, const std::string& name,
+                                             const std::filesystem::path& folder) {
     const Parsed parsed = parse_json(text, name);
-    const Source source{text, name, {}, {}};
+    const Source source{text, name, folder, {}};
     note_unrepresentable(parsed.unheld, source);
     std::vector<ToolDescription> out = read_path(Value(source, parsed.json, {}));
     source.raise();
@@ -235,7 +240,8 @@ std::vector<ToolDescription> parse_path_text(std::string_view text, const std::s
 }
 
 std::vector<ToolDescription> parse_path_file(const std::filesystem::path& path) {
-    return parse_path_text(read_text(path, "path"), path.string());
+    return parse_path_text(read_text(path, "path"), path.string(),
+                           std::filesystem::absolute(path).parent_path());
 }
 
 }  // namespace splitcubes::scene

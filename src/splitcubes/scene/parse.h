@@ -55,8 +55,11 @@ SceneDescription parse_scene_text(std::string_view text, const std::string& name
 /// and errors are those of scenes.
 std::vector<ToolDescription> parse_path_file(const std::filesystem::path& path);
 
-/// The same from text; `name` stands for the file in messages.
+/// The same from text; `name` stands for the file in messages. Files are relative to `folder`, or to the
+/// current one.
 std::vector<ToolDescription> parse_path_text(std::string_view text, const std::string& name);
+std::vector<ToolDescription> parse_path_text(std::string_view text, const std::string& name,
+                                             const std::filesystem::path& folder);
 
 /// An old name of a key. It is read with a note until the version `removed_in`.
 struct DeprecatedKey {

@@ -67,6 +67,7 @@ void check_followed_tool(const Value& value, const std::vector<ToolDescription>&
     const std::string name = tool->text();
     std::string known;
     for (const ToolDescription& one : tools) {
+        // A tool whose invalid name was reported may be the one meant.
         if (one.name == name || one.name.empty()) return;
         if (known.size() < 200) known += (known.empty() ? "" : ", ") + one.name;
     }

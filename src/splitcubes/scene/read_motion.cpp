@@ -185,8 +185,11 @@ void read_relation(const Object& object, const std::vector<ToolDescription>& bef
         return;
     }
     std::string known;
-    for (const ToolDescription& one : before)
+    for (const ToolDescription& one : before) {
+        // A tool whose invalid name was reported may be the one meant.
+        if (one.name.empty()) return;
         if (known.size() < 200) known += (known.empty() ? "" : ", ") + one.name;
+    }
     if (name->sound())
         name->fail("is " + name->shown() + ", but no tool before this one has that name",
                    known.empty() ? "list the tool that it moves with before it" : "there are " + known);
