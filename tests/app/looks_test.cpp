@@ -1,5 +1,6 @@
 // What scenes say of looks is in the files of a run and in its pictures.
 #include "app/program.h"
+#include "io/gltf_check.h"
 
 #include <gmock/gmock.h>
 #include <splitcubes/io/read_mesh.h>
@@ -18,33 +19,11 @@ namespace {
 
 using testing::HasSubstr;
 
-// A block that is blue outside and green inside is parted; one half falls aside.
-const std::string looks_scene = R"json({
-  "frames": 12, "gravity": [0, 0, 0], "time_step": 0.02,
-  "bodies": [
-    {"name": "block", "shape": {"box": {"size": [0.2, 0.1, 0.1]}}, "cells": 16, "phyxel_count": 60,
-     "velocity": [0, 0, 0],
-     "appearance": {"surface": {"colour": [0.1, 0.1, 0.9]},
-                    "cut": {"colour": [0.1, 0.9, 0.1], "metalness": 0.25, "layers": [{"depth": 0.01, "colour": [0.9, 0.1, 0.1]}]}}},
-    {"name": "plain", "shape": {"sphere": {"radius": 0.03}}, "placement": {"position": [0, 0, 0.2]}, "cells": 8,
-     "phyxel_count": 20}
-  ],
-  "constraints": [{"body": "block", "kind": "hold",
-                   "region": {"half_space": {"point": [-0.06, 0, 0], "normal": [-1, 0, 0]}}}],
-  "handles": [{"name": "hand", "body": "block", "region": {"half_space": {"point": [0.06, 0, 0], "normal": [1, 0, 0]}},
-               "keyframes": [{"time": 0.1}, {"time": 0.2, "position": [0.1, 0, 0]}], "stiffness": 500}],
-  "colliders": [{"name": "wall", "shape": {"box": {"size": [0.02, 0.2, 0.2]}}, "placement": {"position": [-0.3, 0, 0]},
-                 "finish": {"kind": "steel"}}],
-  "tools": [{"name": "knife", "blades": [{"straight": {"from": [0, -0.1, 0], "to": [0, 0.1, 0]}}],
-             "motion": {"path": {"keyframes": [{"time": 0, "position": [0.003, 0, 0.1]},
-                                               {"time": 0.1, "position": [0.003, 0, -0.1]}]}},
-             "instrument": {"knife": {}}}],
-  "camera": {"width": 160, "height": 120}
-})json";
+const fs::path looks_file = fs::path(SPLITCUBES_APP_TESTS) / "looks.json";
 
 class Looks : public Program {
   protected:
-    void SetUp() override { write_text(in("scene.json"), looks_scene); }
+    void SetUp() override { write_text(in("scene.json"), text_of(looks_file)); }
     Ended simulate(const std::string& format) {
         return run({"run", "scene.json", "-o", format, "--set", "output.format=" + format});
     }
@@ -107,6 +86,8 @@ TEST_F(Looks, RunsOfAnyFormatAreDrawnAndBecomeOneAnimation) {
         for (const char* name : {"frame 0", "frame 12", "wall", "knife/blade", "knife/grip"})
             EXPECT_TRUE(names.contains(name)) << format << " " << name;
         EXPECT_EQ(json["animations"].size(), 1u);
+        EXPECT_EQ(io::GltfCheck(glb).faults(), "") << format;
+        if (format == "glb") EXPECT_EQ(io::GltfCheck(text_of(in("glb/surface/000012.glb"))).faults(), "");
     }
 }
 
@@ -122,7 +103,7 @@ TEST_F(Looks, AFolderWithoutFramesIsRefused) {
 #endif
 
 TEST_F(Looks, ReplaysAndResumedRunsComeToTheSameBits) {
-    write_text(in("released.json"), nlohmann::json::parse(looks_scene)
+    write_text(in("released.json"), nlohmann::json::parse(text_of(looks_file), nullptr, true, true)
                                         .patch(nlohmann::json::parse(R"([
                  {"op": "add", "path": "/handles/0/release_when", "value": {"body": "block"}},
                  {"op": "add", "path": "/handles/0/follow_tool", "value": "knife-1"},
