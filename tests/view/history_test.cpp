@@ -4,8 +4,8 @@
 #include <splitcubes/view/kept_settings.h>
 #include <splitcubes/view/replay.h>
 #include <splitcubes/view/simulation_loop.h>
-#include <splitcubes/view/viewer.h>
 #include <splitcubes/view/step_history.h>
+#include <splitcubes/view/viewer.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -286,9 +286,9 @@ void add_parts(const SpoonInstrument& i, const cutting::Blade& blade, std::vecto
                                         rear - 0.06 * handle * low - 0.01 * handle * back,
                                         rear - 0.15 * handle * low - 0.06 * handle * back,
                                         rear - 0.96 * handle * low - 0.28 * handle * back};
-        for (std::size_t k = 0; k + 1 < axis.size(); ++k)
-            grips.push_back(
-                make_rod(axis[k], axis[k + 1], back.cross(low).normalized(), 0.045 * length, 0.022 * length));
+        const double thick = 0.024 * length;
+        grips.push_back(make_tube({axis[0], axis[1], axis[2], axis[2] + 0.12 * (axis[3] - axis[2])}, thick));
+        grips.push_back(make_rod(axis[2], axis[3], back.cross(low).normalized(), 0.045 * length, thick));
     }
 }
 
