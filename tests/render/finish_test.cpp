@@ -175,8 +175,12 @@ TEST_F(FinishTest, PicturesLieByTheirCoordinates) {
     surface.attributes.triangle_material = {0, 0};
     surface.attributes.corner_uv = {{geometry::Uv{0, 0}, {1, 0}, {1, 1}},
                                     {geometry::Uv{0, 0}, {1, 1}, {0, 1}}};
-    // Red above, blue below.
-    Picture half{2, 2, {200, 20, 20, 200, 20, 20, 20, 20, 200, 20, 20, 200}};
+    // Red above, blue below; where they meet and at the rims, where the picture repeats, they mix over a row.
+    Picture half{2, 16, {}};
+    for (int row = 0; row < 16; ++row)
+        for (int column = 0; column < 2; ++column)
+            for (const int value : {row < 8 ? 200 : 20, 20, row < 8 ? 20 : 200})
+                half.rgb.push_back(static_cast<std::uint8_t>(value));
     SurfaceLooks looks;
     looks.pictures = {std::make_shared<const Picture>(half)};
     DrawList list;

@@ -251,8 +251,10 @@ TEST(Schema, defaults_are_those_of_the_parser) {
     for_each_property([&](const Json& scene, const Property& p) {
         const bool lists = p.object == "scene" && (p.key == "constraints" || p.key == "tools");
         if (!is_object_property(scene, p) || !p.reference.contains("default") || lists) return;
-        // The resolved scene has the copies in place of what says how to make them.
-        if (p.pointer.to_string().find("/repeat") != std::string::npos) return;
+        // The resolved scene has copies and motions in place of what says how to make them.
+        for (Pointer at = p.pointer; !at.empty(); at = at.parent_pointer())
+            if (scene[at].is_object() && (scene[at].contains("repeat") || scene[at].contains("relative_to")))
+                return;
         const Pointer parent = p.pointer.parent_pointer();
         // Its parent may have been erased already.
         if (!bare.contains(parent)) return;

@@ -221,7 +221,7 @@ TEST(OpenedFiles, SceneMovesItsOwnTools) {
     HandSession session(std::filesystem::path(SPLITCUBES_SCENES) / "pear_halves.json");
     session.key("space");
     session.run(30);
-    EXPECT_FALSE(session.state().blades.empty());
+    EXPECT_FALSE(session.state().instruments.empty()) << "its knife is drawn as a solid";
     session.run(30);
     EXPECT_GE(session.pieces(), 2U);
 }
