@@ -47,7 +47,13 @@ void Body::update_visibility(const StepContext& context, TopologyChange& change,
 
 void Body::resample(const StepContext& context, TopologyChange& change, StepReport& report) {
     if (change.splits.empty()) return;
-    body::resample(sample_context(context.parallel), motion_->tracker(), boundary_.held(), samples_, change);
+    // The phyxels held in the last step follow from the constraints: those of begin_step are not in a
+    // checkpoint. Before the first step none is held.
+    std::span<const std::uint8_t> held;
+    if (context.dt > 0)
+        held =
+            boundary_.held_among(samples_.phyxels.rest_position, context.time - context.dt, context.parallel);
+    body::resample(sample_context(context.parallel), motion_->tracker(), held, samples_, change);
     if (change.new_phyxels > 0) boundary_.forget_phyxels();
     report.counts.new_phyxels += change.new_phyxels;
 }
