@@ -12,7 +12,7 @@ namespace {
 
 /// A copy that is only patched.
 struct Copy {
-    std::vector<std::int32_t> pieces, material;
+    std::vector<std::int32_t> pieces, material, cuts, edges;
     std::vector<float> rest, uv;
     std::vector<std::uint32_t> triangles;
     std::vector<SurfaceOrigin> origins;
@@ -31,6 +31,8 @@ struct Copy {
         patch(triangles, s.triangles, s.changed_triangles, 3);
         patch(origins, s.origins, s.changed_triangles, 1);
         patch(material, s.triangle_material, s.changed_triangles, 1);
+        patch(cuts, s.cuts, s.changed_triangles, 1);
+        patch(edges, s.edges, s.changed_triangles, 1);
         if (!s.corner_uv.empty()) patch(uv, s.corner_uv, s.changed_triangles, 6);
         for (const Range& r : s.changed_triangles) patched += r.count;
     }
@@ -40,6 +42,8 @@ struct Copy {
         EXPECT_TRUE(std::ranges::equal(triangles, s.triangles));
         EXPECT_TRUE(std::ranges::equal(origins, s.origins));
         EXPECT_TRUE(std::ranges::equal(material, s.triangle_material));
+        EXPECT_TRUE(std::ranges::equal(cuts, s.cuts));
+        EXPECT_TRUE(std::ranges::equal(edges, s.edges));
         EXPECT_TRUE(std::ranges::equal(uv, s.corner_uv));
     }
 };

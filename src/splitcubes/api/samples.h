@@ -24,4 +24,11 @@ struct SampleState {
     std::size_t size() const { return positions.size(); }  ///< number of samples
 };
 
+/// A pair of samples of one piece that carries forces.
+struct SampleLink {
+    std::uint32_t a = 0;   ///< index of a sample; see SampleState
+    std::uint32_t b = 0;   ///< index of the other one
+    float visibility = 1;  ///< share of the pair that cuts leave, 0 to 1: 1 nothing is between the two
+};
+
 }  // namespace splitcubes

@@ -111,6 +111,9 @@ class Simulation {
     double cell_size(BodyId body) const;
     /// The elastic samples as they are now.
     SampleState samples(BodyId body) const;
+    /// The pairs of its samples as they are now, of one piece each. Time and memory grow with their number,
+    /// about 20 times that of the samples: for pictures, not for each step.
+    std::vector<SampleLink> links(BodyId body) const;
     /// The surface as it is now, and what the last call changed of it.
     SurfaceView surface(BodyId body) const;
     /// Writes the surface as it is now: PLY, OBJ, STL or GLB. piece: that one alone; below 0: all.
@@ -180,6 +183,9 @@ class Simulation {
     /// @throws Error of the kind out_of_memory or failed where it could not; the simulation is
     /// ErrorKind::broken then, until undo or load.
     StepResult step();
+    /// The points that pushed on each other in the last step, body by body; a copy. Those of fragments that
+    /// move as rigid bodies are not among them.
+    std::vector<ContactPoint> contacts() const;
     /// Returns a hash of the whole state: equal for equal runs, bit for bit.
     std::uint64_t state_hash() const;
 

@@ -78,6 +78,26 @@ SampleState Simulation::samples(BodyId body) const {
     return impl().read([&](const Session& s) { return sample_state_of(s.body(body)); });
 }
 
+std::vector<SampleLink> Simulation::links(BodyId body) const {
+    return impl().read([&](const Session& s) { return sample_links_of(s.body(body)); });
+}
+
+// A contact's key is body, collider + 1, vertex; see ContactFinder.
+std::vector<ContactPoint> Simulation::contacts() const {
+    return impl().read([](const Session& s) {
+        std::vector<ContactPoint> out;
+        for (const meshless::CachedContact& contact : s.world().active_contacts()) {
+            const auto position = static_cast<std::size_t>(contact.key >> 48);
+            const auto vertex = static_cast<std::size_t>(contact.key & 0xffffffffU);
+            const std::vector<Vec3>& points = s.world().bodies()[position]->vertex_positions();
+            if (vertex < points.size())
+                out.push_back({s.things().bodies.id_at(position), public_vector(points[vertex]),
+                               public_vector(contact.force), (contact.key >> 32 & 0xffffU) == 0});
+        }
+        return out;
+    });
+}
+
 void Simulation::Impl::remake(const std::function<void(const Session&, Snapshot&)>& edit) {
     write([&](Session& session) {
         Snapshot now = session.snapshot();

@@ -30,6 +30,14 @@ struct HandleResult {
     Vector3 force;    ///< N, world
 };
 
+/// A point of a body's surface that is pushed.
+struct ContactPoint {
+    BodyId body;             ///< of the point
+    Vector3 position;        ///< m, world
+    Vector3 force;           ///< N, world, on this body: pressure and friction
+    bool by_a_body = false;  ///< by a body or a piece; else by a collider or the ground
+};
+
 /// Wall-clock time of a stage of the step.
 struct StageTime {
     const char* name = "";  ///< as docs/architecture.md has it; lives as long as the program

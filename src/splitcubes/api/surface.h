@@ -37,6 +37,13 @@ struct SurfaceView {
     std::span<const std::int32_t> triangle_material;
     /// u, v of each corner, six a triangle slot; (0, 0) on cut faces; empty where the input has none.
     std::span<const float> corner_uv;
+    /// A triangle slot: number of the cut that made it, of the tool's or the sheet's; -1: none did. All tears
+    /// have one number, which no tool has.
+    std::span<const std::int32_t> cuts;
+    /// A triangle slot: number of the grid edge that it covers. Edges are numbered in the order in which they
+    /// were cut, those of the boundary first: a triangle whose edge was not there after a step was made
+    /// later.
+    std::span<const std::int32_t> edges;
 
     std::span<const Range> changed_vertices;   ///< vertex slots whose piece or rest position changed
     std::span<const Range> changed_triangles;  ///< triangle slots that changed

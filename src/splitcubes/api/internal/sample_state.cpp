@@ -64,4 +64,14 @@ SampleState sample_state_of(const body::Body& body) {
     return out;
 }
 
+std::vector<SampleLink> sample_links_of(const body::Body& body) {
+    const meshless::Pairs& pairs = body.pairs();
+    const std::vector<std::int32_t>& pieces = body.phyxels().piece;
+    std::vector<SampleLink> out;
+    for (std::size_t k = 0; k < pairs.size(); ++k)
+        if (pieces[pairs.a[k]] == pieces[pairs.b[k]])
+            out.push_back({pairs.a[k], pairs.b[k], static_cast<float>(pairs.visibility[k])});
+    return out;
+}
+
 }  // namespace splitcubes::api

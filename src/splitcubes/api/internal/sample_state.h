@@ -10,5 +10,6 @@ class Body;
 namespace splitcubes::api {
 
 SampleState sample_state_of(const body::Body& body);
+std::vector<SampleLink> sample_links_of(const body::Body& body);
 
 }  // namespace splitcubes::api

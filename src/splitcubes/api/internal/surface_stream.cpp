@@ -102,6 +102,8 @@ void SurfaceStream::update_cells(const body::Body& body, std::span<const std::ui
     triangles_.resize(3 * triangles, 0);
     origins_.resize(triangles, SurfaceOrigin::boundary);
     material_.resize(triangles, 0);
+    cuts_.resize(triangles, 0);
+    edges_.resize(triangles, 0);
     if (transfer_ && !transfer_->input_attributes().corner_uv.empty()) uv_.resize(6 * triangles, 0.0F);
     // All are cleared first: the slots that one cell leaves may be another's now.
     for (const std::uint32_t cell : cells) clear_run(runs_[cell]);
@@ -124,6 +126,10 @@ void SurfaceStream::clear_run(const Run& run) {
             changed_.push_back(triangles_[k]);
             triangles_[k] = 0;
         }
+        for (std::size_t slot = 2 * std::size_t{quad}; slot < 2 * std::size_t{quad} + 2; ++slot) {
+            cuts_[slot] = 0;
+            edges_[slot] = 0;
+        }
     }
 }
 
@@ -133,11 +139,13 @@ void SurfaceStream::write_run(const body::Body& body, std::uint32_t cell) {
     std::size_t slot = 2 * std::size_t{own.first_quad};
     for (const splitting::SurfaceQuad& quad : body.surface().quads(own)) {
         changed_quads_.push_back(static_cast<std::uint32_t>(slot / 2));
-        const auto origin = static_cast<SurfaceOrigin>(body.grid().crossing(quad.crossing).origin);
+        const splitting::Crossing& crossing = body.grid().crossing(quad.crossing);
         for (const auto& corners : {std::array{0, 1, 2}, std::array{0, 2, 3}}) {
             for (std::size_t k = 0; k < 3; ++k)
                 triangles_[3 * slot + k] = quad.vertices[static_cast<std::size_t>(corners[k])];
-            origins_[slot++] = origin;
+            origins_[slot] = static_cast<SurfaceOrigin>(crossing.origin);
+            cuts_[slot] = crossing.cut;
+            edges_[slot++] = quad.crossing;
         }
         for (const std::uint32_t vertex : quad.vertices) changed_.push_back(vertex);
     }
@@ -211,6 +219,8 @@ SurfaceView SurfaceStream::view() const {
             .origins = origins_,
             .triangle_material = material_,
             .corner_uv = uv_,
+            .cuts = cuts_,
+            .edges = edges_,
             .changed_vertices = vertex_ranges_,
             .changed_triangles = triangle_ranges_,
             .new_vertices = new_ranges_,
@@ -219,7 +229,8 @@ SurfaceView SurfaceStream::view() const {
 
 std::size_t SurfaceStream::bytes() const {
     return sizeof(float) * (positions_.capacity() + normals_.capacity() + rest_.capacity() + uv_.capacity()) +
-           sizeof(std::int32_t) * (pieces_.capacity() + triangles_.capacity() + material_.capacity()) +
+           sizeof(std::int32_t) * (pieces_.capacity() + triangles_.capacity() + material_.capacity() +
+                                   cuts_.capacity() + edges_.capacity()) +
            sizeof(std::uint64_t) * (identity_.capacity() + runs_.capacity()) + origins_.capacity();
 }
 

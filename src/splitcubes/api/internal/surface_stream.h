@@ -56,6 +56,7 @@ class SurfaceStream {
     std::vector<SurfaceOrigin> origins_;             // a triangle slot
     std::vector<std::int32_t> material_;             // a triangle slot
     std::vector<float> uv_;                          // six a triangle slot, or empty
+    std::vector<std::int32_t> cuts_, edges_;         // a triangle slot
     std::vector<Run> runs_;                          // a cell
     // Slots of the last change, then as ranges.
     std::vector<std::uint32_t> changed_quads_, changed_, fresh_;
